@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The calibration of a stereo pair and its canonical text: print(parse(text)) == text,
+/// closed by a CRC-32. Every number is a decimal with a fixed count of decimals, so that
+/// parsing and printing are exact on every target. The grammar is the field list in
+/// calibration.c; parser, printer, validation and `calibration_describe_grammar` derive from it.
+#ifndef VERGENCE_CORE_CALIBRATION_H
+#define VERGENCE_CORE_CALIBRATION_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "core/lens.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+    CALIBRATION_ID_BYTES = 48,
+    CALIBRATION_NOTE_BYTES = 240,
+    CALIBRATION_TEXT_MAX_BYTES = 4096,
+};
+
+struct calibration {
+    char id[CALIBRATION_ID_BYTES];      // [A-Za-z0-9._-]+, names the rig and the occasion
+    char date[11];                      // YYYY-MM-DD, or "" when unknown
+    char note[CALIBRATION_NOTE_BYTES];  // printable ASCII, what is assumed; may be ""
+    bool rectified;                     // rows already correspond: images pass through as they are
+    struct lens left, right;
+    double rotation_right_left_rad[3];     // rotation vector of R_right_left
+    double translation_right_left_mm[3];   // point_right = R_right_left point_left + t
+    double depth_near_mm, depth_far_mm;    // working range of left z; 0 0 when not stated
+    double rms_px;                         // reprojection rms per point; 0 when not stated
+};
+
+/// Where and why a text was refused.
+struct calibration_fault {
+    int line;             // 1-based; 0 when it is not about one line
+    const char *field;    // name of the field in question, static storage; "" when none
+};
+
+/// Parses `length` bytes of canonical text. On error returns a negative code, fills `fault`
+/// (may be NULL) and leaves `result` untouched. The result is validated.
+int calibration_parse(const char *text, size_t length, struct calibration *result,
+                      struct calibration_fault *fault);
+
+/// Prints the canonical text with its CRC line into `text` (zero-terminated). Returns the
+/// length without the zero, or ERROR_BUFFER, or what `calibration_validate` returns.
+int calibration_print(const struct calibration *calibration, char *text, size_t size_bytes);
+
+/// Checks all values: finite, ranges, baseline >= 1e-3 mm, proper rotation, lens validity,
+/// equal ideal cameras with equal rows when `rectified`. `fault` may be NULL.
+int calibration_validate(const struct calibration *calibration, struct calibration_fault *fault);
+
+/// CRC-32 of the canonical text: the calibration's identity. The calibration must be valid.
+uint32_t calibration_crc(const struct calibration *calibration);
+
+/// Length of the baseline in mm.
+double calibration_baseline_mm(const struct calibration *calibration);
+
+/// Left-frame depth at which the two optical axes pass closest, or a negative number when they do
+/// not converge in front of the cameras.
+double calibration_vergence_depth_mm(const struct calibration *calibration);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

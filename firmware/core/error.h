@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The one list of errors. Every public function that can fail returns an
+/// `int`: 0 is success, a negative `enum error_code` says what went wrong.
+/// Outputs are untouched on error unless a function says otherwise.
+/// The sentence for people (file name, limits, what to do) is made at the edge.
+#ifndef VERGENCE_CORE_ERROR_H
+#define VERGENCE_CORE_ERROR_H
+
+// X(name, number, text)
+#define ERROR_LIST(X)                                                                    \
+    X(OK, 0, "no error")                                                                 \
+    X(ARGUMENT, -1, "an argument is outside its documented range")                       \
+    X(MEMORY, -2, "the working memory is too small")                                     \
+    X(SYNTAX, -3, "the text does not follow the grammar")                                \
+    X(RANGE, -4, "a value is outside its legal range")                                   \
+    X(MISSING, -5, "a required field is missing")                                        \
+    X(DUPLICATE, -6, "a field appears twice")                                            \
+    X(CRC, -7, "the checksum does not match the contents")                               \
+    X(VERSION, -8, "the format version is not supported")                                \
+    X(BASELINE, -9, "the two cameras have no baseline between them")                     \
+    X(ROTATION, -10, "the rotation is not a proper rotation")                            \
+    X(DISTORTION, -11, "the distortion model folds over inside the image")               \
+    X(OVERLAP, -12, "the two cameras share no field of view in the depth range")         \
+    X(DEPTH_RANGE, -13, "the depth range is empty")                                      \
+    X(DISPARITY_RANGE, -14, "the disparity range is empty or too wide")                  \
+    X(TOO_LARGE, -15, "the image is larger than the maximum")                            \
+    X(TOO_SMALL, -16, "the image is too small to be matched")                            \
+    X(SIZE_MISMATCH, -17, "the images differ in size from each other or the calibration") \
+    X(NO_SURFACE, -18, "no surface was found")                                           \
+    X(CANCELLED, -19, "cancelled")                                                       \
+    X(BUFFER, -20, "the output buffer is too small")
+
+enum error_code {
+#define ERROR_ENUM(name, number, text) ERROR_##name = (number),
+    ERROR_LIST(ERROR_ENUM)
+#undef ERROR_ENUM
+};
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// The text of a code, without a full stop; "unknown error" for any other number.
+/// Static storage, never NULL.
+const char *error_text(int code);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

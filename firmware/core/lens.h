@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Pinhole camera with Brown-Conrady distortion (OpenCV's order and signs: k1 k2 p1 p2 k3).
+/// Source: D. C. Brown, "Decentering distortion of lenses", 1966; OpenCV calib3d manual.
+#ifndef VERGENCE_CORE_LENS_H
+#define VERGENCE_CORE_LENS_H
+
+#include <stdbool.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+struct lens {
+    int width_px, height_px;
+    double fx_px, fy_px;  // focal lengths
+    double cx_px, cy_px;  // principal point; (0,0) is the centre of the top-left pixel
+    double k1, k2, p1, p2, k3;
+};
+
+/// True when all five distortion coefficients are exactly 0.
+bool lens_is_ideal(const struct lens *lens);
+
+/// Distorted normalised coordinates of the ideal ones (x/z, y/z).
+void lens_distort(const struct lens *lens, const double ideal[2], double distorted[2]);
+
+/// Inverse of `lens_distort` by Newton's method. Returns false (output untouched) when no
+/// solution within 1e-12 is found, e.g. outside the region where the model is one to one.
+bool lens_undistort(const struct lens *lens, const double distorted[2], double ideal[2]);
+
+/// Pixel of a point in the camera's frame. Returns false when z <= 0.
+bool lens_project(const struct lens *lens, const double point_mm[3], double pixel_px[2]);
+
+/// Direction (x, y, 1) in the camera's frame of a pixel. Returns false where
+/// `lens_undistort` does.
+bool lens_ray(const struct lens *lens, const double pixel_px[2], double direction[3]);
+
+/// Checks ranges (sizes 1..IMAGE_MAX_SIDE_PX, fx and fy in (0, 1e6], everything finite) and that
+/// the distortion is one to one over the image. ERROR_RANGE, ERROR_TOO_LARGE or ERROR_DISTORTION.
+int lens_validate(const struct lens *lens);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

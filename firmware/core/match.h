@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Scanline dynamic-programming stereo with occlusions, in one pass over the rows.
+/// Costs, messages and sums are 8 and 16 bit integers; see match.c for the method.
+#ifndef VERGENCE_CORE_MATCH_H
+#define VERGENCE_CORE_MATCH_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "core/arena.h"
+#include "core/image.h"
+#include "core/parallel.h"
+#include "core/rectify.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+    MATCH_MIN_WIDTH_PX = 16,
+    MATCH_MIN_HEIGHT_PX = 8,
+    MATCH_MAX_DISPARITIES = 1024,
+    MATCH_DISPARITY_LIMIT = 1024,  // |disparity_min| and disparity_min + count stay within
+};
+
+struct match_options {
+    int disparity_min, disparity_count;
+    int speckle_px;              // islands below this area are rejected; 0: keep all
+    bool keep_all;               // no rejection at all but border: for measuring the raw matcher
+};
+
+/// Rows of the pair to be matched: rectified grey images and their valid spans.
+struct match_input {
+    struct image_u8 left, right;
+    const struct rectify_span *left_span, *right_span;  // per row; NULL: all of every row
+};
+
+/// All of the size of the left image. Owned by the caller.
+struct match_output {
+    struct image_i32 disparity_q8;  // 256 (x_left - x_right); the best guess also where rejected
+    struct image_u8 reason;         // enum reason
+    struct image_u8 confidence;     // 0..255, margin of the winner over its rivals
+};
+
+/// Defaults for a search range.
+struct match_options match_default_options(int disparity_min, int disparity_count);
+
+/// Working memory that `match_run` takes, in bytes: O(width x disparities).
+size_t match_need_bytes(int width, int height, const struct match_options *options);
+
+/// Called after each band of rows with the count of rows done; returns false to cancel.
+typedef bool match_progress(void *self, int rows_done, int rows);
+
+/// Matches a pair. `progress` may be NULL. The result does not depend on `parallel`.
+/// ERROR_TOO_SMALL, ERROR_TOO_LARGE, ERROR_SIZE_MISMATCH, ERROR_DISPARITY_RANGE, ERROR_MEMORY,
+/// ERROR_CANCELLED (outputs then hold the rows done).
+int match_run(const struct match_input *input, const struct match_options *options,
+              const struct parallel *parallel, match_progress *progress, void *progress_self,
+              struct arena *arena, struct match_output *output);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

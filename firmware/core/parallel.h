@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+/// How core code asks for parallel work without knowing threads. The parts of one call are
+/// independent and may run in any order on any thread; results never depend on that.
+#ifndef VERGENCE_CORE_PARALLEL_H
+#define VERGENCE_CORE_PARALLEL_H
+
+
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+struct parallel {
+    /// Runs part(context, 0) .. part(context, count - 1) and returns when all are done.
+    void (*run)(void *self, void (*part)(void *context, int index), void *context, int count);
+    void *self;
+    int threads;  // how many parts may be in progress at once, >= 1: a hint for splitting
+};
+
+/// One thread: the parts run in order on the caller's.
+extern const struct parallel parallel_serial;
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
