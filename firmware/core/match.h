@@ -46,8 +46,9 @@ struct match_output {
 /// Defaults for a search range.
 struct match_options match_default_options(int disparity_min, int disparity_count);
 
-/// Working memory that `match_run` takes, in bytes: O(width x disparities).
-size_t match_need_bytes(int width, int height, const struct match_options *options);
+/// Working memory that `match_run` takes with `threads` threads, in bytes: O(width x disparities),
+/// whatever the height. 0 when an argument is out of range.
+size_t match_need_bytes(int width, const struct match_options *options, int threads);
 
 /// Called after each band of rows with the count of rows done; returns false to cancel.
 typedef bool match_progress(void *self, int rows_done, int rows);

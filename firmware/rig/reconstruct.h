@@ -108,7 +108,7 @@ struct reconstruct_result {
 /// Upper bound of the memory `reconstruct_run` needs for raw images of this size under `plan`.
 size_t reconstruct_need_bytes(int raw_width_px, int raw_height_px,
                               const struct rectify_plan *plan,
-                              const struct reconstruct_options *options);
+                              const struct reconstruct_options *options, int threads);
 
 /// Runs all stages. `plan` comes from `rectify_plan_make` with the same calibration.
 /// ERROR_SIZE_MISMATCH, ERROR_MEMORY, ERROR_CANCELLED, ERROR_NO_SURFACE (the result then holds
