@@ -2,7 +2,7 @@
 /// The calibration of a stereo pair and its canonical text: print(parse(text)) == text,
 /// closed by a CRC-32. Every number is a decimal with a fixed count of decimals, so that
 /// parsing and printing are exact on every target. The grammar is the field list in
-/// calibration.c; parser, printer, validation and `calibration_describe_grammar` derive from it.
+/// calibration_grammar.c; parser, printer, validation and documentation derive from it.
 #ifndef VERGENCE_CORE_CALIBRATION_H
 #define VERGENCE_CORE_CALIBRATION_H
 
@@ -28,32 +28,45 @@ struct calibration {
     char note[CALIBRATION_NOTE_BYTES];  // printable ASCII, what is assumed; may be ""
     bool rectified;                     // rows already correspond: images pass through as they are
     struct lens left, right;
-    double rotation_right_left_rad[3];     // rotation vector of R_right_left
-    double translation_right_left_mm[3];   // point_right = R_right_left point_left + t
-    double depth_near_mm, depth_far_mm;    // working range of left z; 0 0 when not stated
-    double rms_px;                         // reprojection rms per point; 0 when not stated
+    double rotation_right_left_rad[3];    // rotation vector of R_right_left
+    double translation_right_left_mm[3];  // point_right = R_right_left point_left + t
+    double depth_near_mm, depth_far_mm;   // working range of left z; 0 0 when not stated
+    double rms_px;                        // reprojection rms per point; 0 when not stated
 };
 
 /// Where and why a text was refused.
 struct calibration_fault {
-    int line;             // 1-based; 0 when it is not about one line
-    const char *field;    // name of the field in question, static storage; "" when none
+    int line;            // 1-based; 0 when it is not about one line
+    const char *field;   // name of the field in question, static storage; "" when none
+    const char *reason;  // what is wrong, static storage; "" when the code says it all
+    uint32_t crc;        // with ERROR_CRC: the checksum that the text as it stands should state
 };
 
 /// Parses `length` bytes of canonical text. On error returns a negative code, fills `fault`
 /// (may be NULL) and leaves `result` untouched. The result is validated.
+/// ERROR_VERSION, ERROR_SYNTAX, ERROR_MISSING, ERROR_DUPLICATE, ERROR_RANGE, ERROR_CRC, and what
+/// `calibration_validate` returns.
 int calibration_parse(const char *text, size_t length, struct calibration *result,
                       struct calibration_fault *fault);
 
 /// Prints the canonical text with its CRC line into `text` (zero-terminated). Returns the
-/// length without the zero, or ERROR_BUFFER, or what `calibration_validate` returns.
+/// length without the zero, or ERROR_BUFFER, or what `calibration_validate` returns. Values are
+/// rounded to the decimals of the grammar first; the rounded ones are what is validated, so
+/// that every printed text can be parsed.
 int calibration_print(const struct calibration *calibration, char *text, size_t size_bytes);
 
-/// Checks all values: finite, ranges, baseline >= 1e-3 mm, proper rotation, lens validity,
-/// equal ideal cameras with equal rows when `rectified`. `fault` may be NULL.
+/// Rounds every number to the decimals of the grammar, as a print followed by a parse would.
+/// ERROR_RANGE for values outside their ranges (NaN among them); `calibration` is then untouched.
+int calibration_round(struct calibration *calibration);
+
+/// Checks all values: texts, finite, ranges, baseline 1e-3 mm..1e5 mm, rotation of at most pi,
+/// lens validity, equal ideal cameras with equal rows when `rectified`. `fault` may be NULL.
+/// ERROR_SYNTAX (texts), ERROR_RANGE, ERROR_BASELINE, ERROR_ROTATION, ERROR_DEPTH_RANGE and what
+/// `lens_validate` returns.
 int calibration_validate(const struct calibration *calibration, struct calibration_fault *fault);
 
-/// CRC-32 of the canonical text: the calibration's identity. The calibration must be valid.
+/// CRC-32 of the canonical text before its CRC line, the same number as on that line: the
+/// calibration's identity. The calibration must be valid.
 uint32_t calibration_crc(const struct calibration *calibration);
 
 /// Length of the baseline in mm.
