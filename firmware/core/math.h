@@ -2,11 +2,9 @@
 /// The core's own elementary functions, built from + - * / and sqrt only, so that
 /// every target computes the same bytes (a C library gives different results for
 /// the same argument on processors with and without fused multiply-add).
-/// Absolute error against the true value: see each function. Compile with -ffp-contract=off.
+/// Error against the true value: see each function. Compile with -ffp-contract=off.
 #ifndef VERGENCE_CORE_MATH_H
 #define VERGENCE_CORE_MATH_H
-
-
 
 #ifdef __cplusplus
 extern "C" {
@@ -14,19 +12,21 @@ extern "C" {
 
 #define MATH_PI 3.14159265358979323846
 
-/// Sine and cosine of an angle in rad, |angle_rad| <= 1e6; error <= 4e-16 near zero,
-/// growing by 1.2e-16 * |angle_rad|. NaN for NaN, infinities and larger angles.
+/// Sine and cosine of an angle in rad, |angle_rad| <= 1e6; absolute error <= 4e-16.
+/// NaN for NaN, infinities and larger angles.
 double math_sin(double angle_rad);
 double math_cos(double angle_rad);
 
-/// Angle of the point (x, y) in rad, in (-pi, pi]; 0 for (0, 0); relative error <= 4e-16.
+/// Angle of the finite point (x, y) in rad, in (-pi, pi]; 0 for (0, 0); relative error <= 4e-16
+/// unless the ratio of both is below 1e-290. NaN when either is NaN.
 double math_atan2(double y, double x);
 
-/// e to the power x; relative error <= 1e-15; 0 below -745, infinity above 709.7.
+/// e to the power x; relative error <= 1e-15 for normal results; 0 below -746, infinity above
+/// 709.79. NaN for NaN.
 double math_exp(double x);
 
 /// Natural logarithm; relative error <= 1e-15 away from 1, absolute 2e-16 near 1.
-/// NaN for x < 0, minus infinity for 0.
+/// NaN for x < 0 and NaN, minus infinity for 0, infinity for infinity.
 double math_log(double x);
 
 #ifdef __cplusplus
