@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "core/match_state.h"
+#include "core/vet.h"
 
 struct match_options match_default_options(int disparity_min, int disparity_count) {
     return (struct match_options){
@@ -134,10 +135,9 @@ static void set_geometry(struct match_state *state, int width, const struct matc
 
 size_t match_need_bytes(int width, const struct match_options *options, int threads) {
     if (width < 1 || width > IMAGE_MAX_SIDE_PX || options->disparity_count < 1 ||
-        options->disparity_count > MATCH_MAX_DISPARITIES) {
+        options->disparity_count > MATCH_MAX_DISPARITIES || options->speckle_px < 0) {
         return 0;
     }
-    // A dry run on an arena that has room but no memory.
     struct match_state state;
     set_geometry(&state, width, options, threads);
     const size_t pixels = (size_t)width;
@@ -149,9 +149,11 @@ size_t match_need_bytes(int width, const struct match_options *options, int thre
     const size_t shared = (MATCH_RING_ROWS + 1) * cells + (MATCH_BAND_ROWS + 1) * messages +
                           2 * row_u16 +
                           arena_need_bytes((size_t)state.threads, sizeof(struct match_scratch));
+    const size_t vetting = vet_need_bytes(options->speckle_px);
     const size_t a_thread = 9 * arena_need_bytes(pixels + 2 * MATCH_CENSUS_RADIUS, 1) + 4 * right +
                             3 * cells + 3 * pads + 5 * row_u16;
-    return shared + (size_t)state.threads * a_thread;
+    const size_t matching = shared + (size_t)state.threads * a_thread;
+    return matching > vetting ? matching : vetting;
 }
 
 struct part_context {
@@ -238,5 +240,8 @@ int match_run(const struct match_input *input, const struct match_options *optio
         cancelled = progress != NULL && !progress(progress_self, state.band_end, state.height);
     }
     arena_release(arena, mark);
-    return cancelled ? ERROR_CANCELLED : ERROR_OK;
+    if (cancelled) {
+        return ERROR_CANCELLED;
+    }
+    return options->keep_all ? ERROR_OK : vet_speckles(options->speckle_px, arena, output);
 }

@@ -7,7 +7,14 @@
 #include "core/match_state.h"
 #include "core/reason.h"
 
-enum { DISPARITY_ONE = 256 };
+enum {
+    DISPARITY_ONE = 256,
+    // A winner that beats its best rival by less than this is wrong more often than one in four
+    // times (measured on ten pairs with ground truth).
+    MARGIN_MIN = 24,
+    TEXTURE_RADIUS = 8,  // along the row
+    TEXTURE_MIN = 6,     // grey levels between the darkest and the brightest pixel
+};
 
 // Large penalty between x - 1 and x of row y.
 static uint8_t large_between(const struct match_state *state, const uint8_t *guide, int x) {
@@ -78,6 +85,28 @@ static void decide(const struct match_state *state, struct match_scratch *scratc
     if (winner.lowest < scratch->right_lowest[right_x]) {
         scratch->right_lowest[right_x] = winner.lowest;
         scratch->right_index[right_x] = (int16_t)i;
+    }
+}
+
+static bool textured(const uint8_t *guide, struct rectify_span span, int x) {
+    const int begin = x - TEXTURE_RADIUS > span.begin ? x - TEXTURE_RADIUS : span.begin;
+    const int end = x + TEXTURE_RADIUS + 1 < span.end ? x + TEXTURE_RADIUS + 1 : span.end;
+    uint8_t darkest = UINT8_MAX;
+    uint8_t brightest = 0;
+    for (int i = begin; i < end; i++) {
+        darkest = guide[i] < darkest ? guide[i] : darkest;
+        brightest = guide[i] > brightest ? guide[i] : brightest;
+    }
+    return brightest - darkest >= TEXTURE_MIN;
+}
+
+// Rejects what another disparity would explain as well.
+static void check_margin(const uint8_t *guide, const struct row_view *view) {
+    for (int x = view->left.begin; x < view->left.end; x++) {
+        if (view->reason[x] == REASON_VALID && view->confidence[x] < MARGIN_MIN) {
+            view->reason[x] =
+                textured(guide, view->left, x) ? REASON_AMBIGUOUS : REASON_NO_TEXTURE;
+        }
     }
 }
 
@@ -159,5 +188,6 @@ void match_row(struct match_state *state, struct match_scratch *scratch, int y) 
     }
     if (!state->options.keep_all) {
         check_consistency(state, scratch, &view);
+        check_margin(guide, &view);
     }
 }
