@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The seed of a random test: VERGENCE_SEED from the environment, else a fixed one. Tests name
+/// it with INFO so that a failure can be replayed.
+#ifndef VERGENCE_TESTS_SYNTHETIC_SEED_HPP
+#define VERGENCE_TESTS_SYNTHETIC_SEED_HPP
+
+#include <cstdint>
+#include <cstdlib>
+
+namespace synthetic {
+
+inline uint64_t test_seed() {
+    const char* text = std::getenv("VERGENCE_SEED");
+    return text != nullptr ? std::strtoull(text, nullptr, 0) : 20090915;
+}
+
+}  // namespace synthetic
+
+#endif
