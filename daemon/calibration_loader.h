@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Calibration files as the client sees them: the board knows our own text, the host's tools add
+/// importers of other programs' files.
+#ifndef VERGENCE_DAEMON_CALIBRATION_LOADER_H
+#define VERGENCE_DAEMON_CALIBRATION_LOADER_H
+
+#include "core/calibration.h"
+#include "daemon/message.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { CALIBRATION_LOADER_FORMAT_BYTES = 32 };
+
+struct calibration_request {
+    const char* path;                     // a file, or a directory that holds a pair of files
+    int image_width_px, image_height_px;  // of the images it is for; 0: not known
+    const char* unit;  // of lengths in files that have none: "mm", "cm", "m"; or NULL
+};
+
+/// Loads a valid calibration. Returns 0 with `format` set to the name of the file's format, or a
+/// negative error code with `message` set to one line that names the file.
+typedef int calibration_loader(const struct calibration_request* request,
+                               struct calibration* calibration,
+                               char format[CALIBRATION_LOADER_FORMAT_BYTES],
+                               struct message* message);
+
+/// The loader of our own text, see core/calibration.h.
+calibration_loader calibration_loader_own;
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The frame of the command-line client: commands by name, help, version, exit codes, and a
+/// standard output whose errors are noticed. A `main` picks the commands.
+#ifndef VERGENCE_DAEMON_CLIENT_H
+#define VERGENCE_DAEMON_CLIENT_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Exit codes of every command, the same as `vergence --help` prints.
+enum client_exit {
+    CLIENT_OK = 0,
+    CLIENT_FAILED = 1,        // writing results failed, memory ran out
+    CLIENT_USAGE = 2,         // the command line makes no sense
+    CLIENT_BAD_INPUT = 3,     // an image, calibration or other input is unusable
+    CLIENT_NO_SURFACE = 4,    // the inputs are fine but nothing could be measured
+    CLIENT_INTERRUPTED = 130  // Ctrl-C
+};
+
+struct client_command {
+    const char* name;
+    const char* summary;                // one line, no full stop
+    int (*run)(int argc, char** argv);  // argv[0] is the command's name; knows --help itself
+};
+
+/// Runs the command that `argv` names and returns the exit code for the process. Standard output
+/// is flushed and its errors are reported; a closed pipe ends quietly with 141.
+int client_main(int argc, char** argv, const struct client_command* commands, int command_count);
+
+/// Version and build of this program; static storage. The build id is what `git describe` said
+/// when it was built, "unknown" outside a repository.
+const char* client_version(void);
+const char* client_build_id(void);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

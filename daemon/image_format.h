@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Readers of image files. A reader finds out size and depth, calls `image_file_begin`, which
+/// checks every limit before it allocates, and then hands over rows from top to bottom; shrinking
+/// and range checks happen there, in one place for all formats.
+#ifndef VERGENCE_DAEMON_IMAGE_FORMAT_H
+#define VERGENCE_DAEMON_IMAGE_FORMAT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "daemon/message.h"
+#include "rig/reconstruct.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// No file's image may be larger, even when it is to be shrunk.
+enum { IMAGE_FILE_MAX_SIDE_PX = 32768 };
+
+enum image_bayer { IMAGE_BAYER_BY_FORMAT, IMAGE_BAYER_NONE, IMAGE_BAYER_GRBG };
+
+/// What the command line says about the files.
+struct image_request {
+    int bits;  // significant bits, 8..16; 0: what the file says
+    enum image_bayer bayer;
+    int raw_width_px, raw_height_px;  // of headerless files; 0: the sensor's 2048x1536
+    double scale;                     // below 1, images larger than the core's maximum are shrunk
+};
+
+/// An image in memory: owns its pixels.
+struct image_file {
+    struct reconstruct_image image;  // points to `pixels`
+    uint16_t* pixels;                // NULL before image_file_begin
+    int file_width_px, file_height_px;
+    int shrink;          // integer factor, 1: not shrunk
+    uint16_t brightest;  // largest value seen in the file
+
+    const char* path;  // for messages
+    const struct image_request* request;
+    int channels, rows_done;
+    uint32_t* sums;  // one row of areas while shrinking
+};
+
+struct image_format {
+    const char* name;        // "PNG"
+    const char* extensions;  // lower case, separated by spaces, without dots
+    /// Whether a file that begins with these bytes is of this format; NULL: goes by extension only.
+    bool (*probe)(const unsigned char* head, size_t length);
+    /// Reads the whole file into `file`. Returns 0 or a negative error code with `message` set.
+    int (*read)(const char* path, const struct image_request* request, struct image_file* file,
+                struct message* message);
+};
+
+/// Longest run of first bytes that a probe may look at.
+enum { IMAGE_FORMAT_HEAD_BYTES = 16 };
+
+/// Opens `path`, finds its format among `formats` and reads it. On success the caller frees `file`
+/// with `image_file_free`; on error nothing is left to free. ERROR_TOO_LARGE, ERROR_SYNTAX,
+/// ERROR_MEMORY, ERROR_RANGE, ERROR_ARGUMENT; `message` names the file.
+int image_file_read(const char* path, const struct image_format* formats, int format_count,
+                    const struct image_request* request, struct image_file* file,
+                    struct message* message);
+
+/// For readers: announces the image. `channels` 1 (grey, or a mosaic when the request says so
+/// or `layout` does) or 3 (colour); `bits` of the values, 8..16. Checks limits and allocates.
+int image_file_begin(struct image_file* file, int width_px, int height_px, int channels, int bits,
+                     enum pixel_layout layout, struct message* message);
+
+/// For readers: the next row, width * channels values.
+int image_file_row(struct image_file* file, const uint16_t* values, struct message* message);
+
+/// Frees the pixels; harmless for a zeroed struct.
+void image_file_free(struct image_file* file);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

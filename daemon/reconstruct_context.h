@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+/// All that a writer of results may say about a reconstruction: the result itself, what it was made
+/// from, what was assumed and what it cost. Nothing is owned; all lives until every writer is done.
+#ifndef VERGENCE_DAEMON_RECONSTRUCT_CONTEXT_H
+#define VERGENCE_DAEMON_RECONSTRUCT_CONTEXT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "daemon/message.h"
+#include "rig/reconstruct.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { RECONSTRUCT_CONTEXT_WARNINGS = 16 };
+
+struct reconstruct_context {
+    const struct reconstruct_result* result;
+    const struct calibration* calibration;      // in force; of the shrunk images when `shrink` > 1
+    const struct reconstruct_options* options;  // in force
+    struct reconstruct_image left, right;       // raw images as the core got them
+
+    const char *left_path, *right_path;
+    const char* calibration_path;    // NULL: none was given (--rectified)
+    const char* calibration_format;  // e.g. "vergence", "OpenCV", "assumed"; never NULL
+    const char* ground_truth_path;   // NULL: none
+    const char* mask_path;           // of the ground truth; NULL: none
+    double ground_truth_scale;       // disparity = value / scale in 8 bit truth; 0: not stated
+
+    bool metric;  // false: focal length or baseline are assumed, lengths are not real millimetres
+    int shrink;   // integer factor by which the reader shrank the files' images; 1: not at all
+
+    struct message warnings[RECONSTRUCT_CONTEXT_WARNINGS];  // what is assumed or doubtful
+    int warning_count;
+
+    int threads;
+    uint64_t read_us;       // reading images and calibration
+    uint64_t total_us;      // from start to the end of the last stage, without writing
+    size_t arena_bytes;     // lent to the pipeline; result->arena_peak_bytes were used
+    size_t rss_peak_bytes;  // of the process when the last stage ended
+    const char *version, *build_id;
+};
+
+/// Adds a warning as printf would; those beyond the last place are dropped.
+void reconstruct_context_warn(struct reconstruct_context* context, const char* format, ...)
+    __attribute__((format(printf, 2, 3)));
+
+/// One file of a result directory.
+struct result_writer {
+    const char* file_name;
+    bool metric_only;  // left out when lengths are not real millimetres
+    /// Writes the file; returns 0, or a negative error code with `message` set. May leave a partial
+    /// file on failure: the directory it stands in is then removed as a whole.
+    int (*write)(const struct reconstruct_context* context, const char* path,
+                 struct message* message);
+};
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

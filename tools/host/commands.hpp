@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Commands that only the host's `vergence` has. Each takes the arguments from its own name on and
+/// returns an exit code of daemon/client.h.
+#ifndef VERGENCE_TOOLS_HOST_COMMANDS_HPP
+#define VERGENCE_TOOLS_HOST_COMMANDS_HPP
+
+/// `vergence evaluate`: how far a result is from the ground truth.
+int command_evaluate(int argc, char** argv);
+
+/// `vergence info`: explains a calibration or a result.
+int command_info(int argc, char** argv);
+
+#endif
