@@ -5,7 +5,6 @@
 #define VERGENCE_DAEMON_OPTIONS_H
 
 #include <stddef.h>
-#include <stdio.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -51,12 +50,6 @@ enum { OPTIONS_CONTINUE = -1 };
 /// after --help, 2 after a mistake, which it has reported on standard error in one line.
 int options_parse(const struct option_page* page, int argc, char** argv, void* values,
                   const char** operands, int* operand_count);
-
-/// Prints the page that --help prints.
-void options_print_help(const struct option_page* page, FILE* file);
-
-/// Prints a paragraph wrapped to 80 columns, each line indented by `indent` spaces.
-void options_print_wrapped(FILE* file, int indent, const char* text);
 
 /// The word of `words` (count of them) closest to `word` by editing distance, or NULL when none is
 /// near. For "did you mean".

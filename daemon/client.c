@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/client.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "core/invariant.h"
+#include "daemon/message.h"
+#include "daemon/options.h"
+#include "daemon/version.h"
+
+enum { CLIENT_COMMANDS_MAX = 32, CLIENT_CLOSED_PIPE = 128 + SIGPIPE };
+
+const char* client_version(void) {
+    return VERGENCE_VERSION;
+}
+
+const char* client_build_id(void) {
+    return version_build_id();
+}
+
+static void print_help(FILE* file, const struct client_command* commands, int command_count) {
+    fputs(
+        "vergence - measures 3D surfaces with two cameras\n\n"
+        "usage: vergence COMMAND [ARGUMENTS]\n"
+        "       vergence help COMMAND\n"
+        "       vergence --version\n\n"
+        "Commands\n",
+        file);
+    for (int i = 0; i < command_count; i++) {
+        fprintf(file, "  %-14s%s\n", commands[i].name, commands[i].summary);
+    }
+    fputs(
+        "\nExit codes\n"
+        "  0    all went well\n"
+        "  1    failed: results could not be written, memory ran out\n"
+        "  2    the command line makes no sense\n"
+        "  3    bad input: an image, a calibration or another file is unusable\n"
+        "  4    no surface: the inputs are fine but nothing could be measured\n"
+        "  130  interrupted\n"
+        "Whatever is not 0 comes with one line on standard error that says why.\n",
+        file);
+}
+
+static const struct client_command* find_command(const char* name,
+                                                 const struct client_command* commands,
+                                                 int command_count) {
+    for (int i = 0; i < command_count; i++) {
+        if (strcmp(name, commands[i].name) == 0) {
+            return &commands[i];
+        }
+    }
+    const char* names[CLIENT_COMMANDS_MAX];
+    for (int i = 0; i < command_count; i++) {
+        names[i] = commands[i].name;
+    }
+    const char* closest = options_closest(name, names, command_count);
+    struct message line;
+    if (closest != NULL) {
+        message_set(&line, 0, "there is no command \"%s\"; did you mean \"%s\"?", name, closest);
+    } else {
+        message_set(&line, 0, "there is no command \"%s\"; \"vergence --help\" lists them", name);
+    }
+    fprintf(stderr, "vergence: %s\n", line.text);
+    return NULL;
+}
+
+static int run_help(int argc, char** argv, const struct client_command* commands,
+                    int command_count) {
+    if (argc < 3) {
+        print_help(stdout, commands, command_count);
+        return CLIENT_OK;
+    }
+    const struct client_command* command = find_command(argv[2], commands, command_count);
+    if (command == NULL) {
+        return CLIENT_USAGE;
+    }
+    char help_option[] = "--help";
+    char* help_argv[] = {argv[2], help_option, NULL};
+    return command->run(2, help_argv);
+}
+
+static int dispatch(int argc, char** argv, const struct client_command* commands,
+                    int command_count) {
+    if (argc < 2) {
+        fputs("vergence: a command is missing; \"vergence --help\" lists them\n", stderr);
+        return CLIENT_USAGE;
+    }
+    if (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0 ||
+        strcmp(argv[1], "help") == 0) {
+        return run_help(argc, argv, commands, command_count);
+    }
+    if (strcmp(argv[1], "--version") == 0) {
+        printf("vergence %s (build %s)\n", client_version(), client_build_id());
+        return CLIENT_OK;
+    }
+    const struct client_command* command = find_command(argv[1], commands, command_count);
+    return command != NULL ? command->run(argc - 1, argv + 1) : CLIENT_USAGE;
+}
+
+/// A closed standard stream would give its number to the next file opened, and a line printed later
+/// would land in that file. Such numbers are taken by a file that cannot be written to.
+static bool occupy_standard_streams(void) {
+    for (int fd = 0; fd <= 2; fd++) {
+        if (fcntl(fd, F_GETFD) == -1 && open("/dev/null", O_RDONLY) != fd) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/// What standard output did not take is a failure of the command: a script that reads it must know.
+static int finish_output(int exit_code) {
+    const bool failed = fflush(stdout) != 0 || ferror(stdout) != 0;
+    if (!failed) {
+        return exit_code;
+    }
+    if (errno == EPIPE) {
+        return CLIENT_CLOSED_PIPE;
+    }
+    fprintf(stderr, "vergence: writing to standard output failed: %s\n", strerror(errno));
+    return exit_code == CLIENT_OK ? CLIENT_FAILED : exit_code;
+}
+
+int client_main(int argc, char** argv, const struct client_command* commands, int command_count) {
+    INVARIANT(command_count >= 1 && command_count <= CLIENT_COMMANDS_MAX);
+    if (!occupy_standard_streams()) {
+        return CLIENT_FAILED;
+    }
+    // A reader that goes away (head, less) must not stop a command half way through its files.
+    signal(SIGPIPE, SIG_IGN);
+    return finish_output(dispatch(argc, argv, commands, command_count));
+}

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/options_help.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <string.h>
+
+enum { HELP_COLUMNS = 80, HELP_INDENT = 4, HELP_TEXT_INDENT = 8 };
+
+void options_help_print_wrapped(FILE* file, int indent, const char* text) {
+    int column = 0;
+    while (*text != '\0') {
+        const int length = (int)strcspn(text, " \n");
+        if (column > 0 && column + 1 + length > HELP_COLUMNS) {
+            fputc('\n', file);
+            column = 0;
+        }
+        if (column == 0) {
+            fprintf(file, "%*s", indent, "");
+            column = indent;
+        } else {
+            fputc(' ', file);
+            column++;
+        }
+        fwrite(text, 1, (size_t)length, file);
+        column += length;
+        text += length;
+        if (*text == '\n') {
+            fputs("\n\n", file);
+            column = 0;
+        }
+        text += *text != '\0';
+    }
+    fputc('\n', file);
+}
+
+static void print_limits(const struct option* option, FILE* file) {
+    const bool number = option->kind == OPTION_INT || option->kind == OPTION_REAL;
+    if (number && isfinite(option->maximum)) {
+        fprintf(file, "%*s(%.10g to %.10g)\n", HELP_TEXT_INDENT, "", option->minimum,
+                option->maximum);
+    } else if (option->kind == OPTION_CHOICE) {
+        fprintf(file, "%*s(one of: %s)\n", HELP_TEXT_INDENT, "", option->choices);
+    }
+}
+
+void options_help_print(const struct option_page* page, FILE* file) {
+    fprintf(file, "%s - %s\n\nusage: %s%s%s%s\n\n", page->command, page->summary, page->command,
+            page->operands[0] != '\0' ? " " : "", page->operands,
+            page->option_count > 0 ? " [OPTIONS]" : "");
+    options_help_print_wrapped(file, 0, page->description);
+    fputs("\nOptions\n", file);
+    for (int i = 0; i < page->option_count; i++) {
+        const struct option* option = &page->options[i];
+        fprintf(file, "%*s--%s%s%s\n", HELP_INDENT, "", option->name,
+                option->value_name != NULL ? " " : "",
+                option->value_name != NULL ? option->value_name : "");
+        options_help_print_wrapped(file, HELP_TEXT_INDENT, option->help);
+        print_limits(option, file);
+    }
+    fprintf(file, "%*s--help\n%*sPrint this page.\n", HELP_INDENT, "", HELP_TEXT_INDENT, "");
+    if (page->examples != NULL) {
+        fprintf(file, "\nExamples\n%s\n", page->examples);
+    }
+}

@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/version.h"
+
+// Written into the build directory by build_id.cmake.
+#include "build_id.h"
+
+const char* version_build_id(void) {
+    return VERGENCE_BUILD_ID;
+}

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Which build this is.
+#ifndef VERGENCE_DAEMON_VERSION_H
+#define VERGENCE_DAEMON_VERSION_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// What `git describe --always --dirty` said when the program was built, or "unknown".
+const char* version_build_id(void);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
