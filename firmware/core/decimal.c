@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/decimal.h"
+
+#include <stdbool.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+
+// 10^decimals; exact as a double as well (up to 10^22).
+static int64_t power_of_ten(int decimals) {
+    INVARIANT(decimals >= 0 && decimals <= DECIMAL_MAX_DECIMALS);
+    int64_t power = 1;
+    for (int i = 0; i < decimals; i++) {
+        power *= 10;
+    }
+    return power;
+}
+
+static bool is_digit(char c) {
+    return c >= '0' && c <= '9';
+}
+
+int decimal_parse(const char* text, size_t length, int decimals, int64_t* scaled) {
+    INVARIANT(decimals >= 0 && decimals <= DECIMAL_MAX_DECIMALS);
+    const bool negative = length > 0 && text[0] == '-';
+    const size_t begin = negative ? 1 : 0;
+    const size_t fraction = decimals > 0 ? (size_t)decimals + 1 : 0;  // with its point
+    if (length < begin + 1 + fraction) {
+        return ERROR_SYNTAX;
+    }
+    const size_t point = length - fraction;  // end of the whole part
+    if (text[begin] == '0' && point > begin + 1) {
+        return ERROR_SYNTAX;  // leading zero
+    }
+    bool too_large = false;
+    int64_t value = 0;
+    for (size_t i = begin; i < length; i++) {
+        if (i == point) {
+            if (text[i] != '.') {
+                return ERROR_SYNTAX;
+            }
+            continue;
+        }
+        if (!is_digit(text[i])) {
+            return ERROR_SYNTAX;
+        }
+        if (!too_large) {
+            value = 10 * value + (text[i] - '0');
+            too_large = value > DECIMAL_MAX;
+        }
+    }
+    if (too_large) {
+        return ERROR_RANGE;
+    }
+    if (negative && value == 0) {
+        return ERROR_SYNTAX;  // "-0" would be a second spelling of 0
+    }
+    *scaled = negative ? -value : value;
+    return ERROR_OK;
+}
+
+size_t decimal_print(int64_t scaled, int decimals, char text[DECIMAL_TEXT_BYTES]) {
+    INVARIANT(scaled >= -DECIMAL_MAX && scaled <= DECIMAL_MAX);
+    INVARIANT(decimals >= 0 && decimals <= DECIMAL_MAX_DECIMALS);
+    char reversed[DECIMAL_TEXT_BYTES];
+    size_t count = 0;
+    int64_t rest = scaled < 0 ? -scaled : scaled;
+    for (int digit = 0; rest > 0 || digit <= decimals; digit++) {
+        if (decimals > 0 && digit == decimals) {
+            reversed[count++] = '.';
+        }
+        reversed[count++] = (char)('0' + rest % 10);
+        rest /= 10;
+    }
+    if (scaled < 0) {
+        reversed[count++] = '-';
+    }
+    INVARIANT(count < DECIMAL_TEXT_BYTES);
+    for (size_t i = 0; i < count; i++) {
+        text[i] = reversed[count - 1 - i];
+    }
+    text[count] = '\0';
+    return count;
+}
+
+double decimal_to_double(int64_t scaled, int decimals) {
+    INVARIANT(scaled >= -DECIMAL_MAX && scaled <= DECIMAL_MAX);
+    return (double)scaled / (double)power_of_ten(decimals);
+}
+
+int decimal_from_double(double value, int decimals, int64_t* scaled) {
+    const double product = value * (double)power_of_ten(decimals);
+    // Written so that a NaN fails as well.
+    if (!(product >= -(double)DECIMAL_MAX && product <= (double)DECIMAL_MAX)) {
+        return ERROR_RANGE;
+    }
+    *scaled = (int64_t)(product < 0 ? product - 0.5 : product + 0.5);
+    return ERROR_OK;
+}

@@ -1,0 +1,532 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/calibration.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <limits>
+#include <random>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "core/calibration_grammar.h"
+#include "core/crc.h"
+#include "core/error.h"
+#include "core/geometry.h"
+#include "synthetic/seed.hpp"
+
+namespace {
+
+using Random = std::mt19937_64;
+
+double uniform(Random& random, double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+}
+
+int whole(Random& random, int low, int high) {
+    return std::uniform_int_distribution<int>(low, high)(random);
+}
+
+std::string print(const calibration& value) {
+    char text[CALIBRATION_TEXT_MAX_BYTES];
+    const int length = calibration_print(&value, text, sizeof text);
+    REQUIRE(length > 0);
+    REQUIRE(text[length] == '\0');
+    return std::string(text, static_cast<size_t>(length));
+}
+
+int parse(const std::string& text, calibration* result, calibration_fault* fault = nullptr) {
+    // A copy of exactly this size, so that the address sanitizer sees a read beyond the end.
+    const std::vector<char> bytes(text.begin(), text.end());
+    return calibration_parse(bytes.data(), bytes.size(), result, fault);
+}
+
+/// Puts the right checksum on a text whose lines above it were changed.
+std::string reseal(const std::string& text) {
+    const std::string body = text.substr(0, text.rfind("crc32 "));
+    char line[32];
+    std::snprintf(line, sizeof line, "crc32 %08x\n", crc_update(0, body.data(), body.size()));
+    return body + line;
+}
+
+std::string replace(std::string text, const std::string& from, const std::string& to) {
+    const size_t at = text.find(from);
+    REQUIRE(at != std::string::npos);
+    return text.replace(at, from.size(), to);
+}
+
+calibration example() {
+    calibration value{};
+    std::strcpy(value.id, "bench-2.rig_A");
+    std::strcpy(value.date, "2024-02-29");
+    std::strcpy(value.note, "unit assumed: mm");
+    value.left = {640, 480, 533.5, 534.25, 341.625, 234.5, -0.28, 0.09, 0.0012, -0.0001, 0.0};
+    value.right = {640, 480, 536.75, 536.5, 326.5, 249.25, -0.29, 0.1, -0.0005, 0.0001, 0.01};
+    const double rotation[3] = {0.006, 0.0047, -0.0036};
+    const double translation[3] = {-99.5, 1.25, 0.0625};
+    std::memcpy(value.rotation_right_left_rad, rotation, sizeof rotation);
+    std::memcpy(value.translation_right_left_mm, translation, sizeof translation);
+    value.depth_near_mm = 250;
+    value.depth_far_mm = 900.5;
+    value.rms_px = 0.325;
+    return value;
+}
+
+calibration rectified_example() {
+    calibration value = example();
+    value.rectified = true;
+    value.left = {640, 480, 500, 500, 320, 240, 0, 0, 0, 0, 0};
+    value.right = value.left;
+    value.right.cx_px = 331.086;
+    for (int i = 0; i < 3; i++) {
+        value.rotation_right_left_rad[i] = 0;
+        value.translation_right_left_mm[i] = i == 0 ? -193.001 : 0;
+    }
+    return value;
+}
+
+template <size_t Size>
+void random_text(Random& random, char (&text)[Size], const std::string& letters, int least) {
+    const int length = whole(random, least, static_cast<int>(Size) - 1);
+    std::memset(text, 0, Size);
+    for (int i = 0; i < length; i++) {
+        text[i] =
+            letters[static_cast<size_t>(whole(random, 0, static_cast<int>(letters.size()) - 1))];
+    }
+}
+
+lens random_lens(Random& random) {
+    lens result{};
+    result.width_px = whole(random, 1, 4096);
+    result.height_px = whole(random, 1, 4096);
+    const double widest = std::max(result.width_px, result.height_px);
+    result.fx_px = widest * std::pow(10.0, uniform(random, -0.2, 1.5));
+    result.fy_px = result.fx_px * uniform(random, 0.9, 1.1);
+    result.cx_px = result.width_px * uniform(random, -0.1, 1.1);
+    result.cy_px = result.height_px * uniform(random, -0.1, 1.1);
+    // Radius of the farthest corner; distortion of some percent there.
+    const double r2 = std::pow(2.0 * widest / std::min(result.fx_px, result.fy_px), 2);
+    if (whole(random, 0, 7) == 0) {  // seldom: checking one takes long
+        result.k1 = uniform(random, -0.05, 0.1) / r2;
+        result.k2 = uniform(random, -0.01, 0.02) / (r2 * r2);
+        result.k3 = uniform(random, -0.005, 0.01) / (r2 * r2 * r2);
+        result.p1 = uniform(random, -0.005, 0.005) / std::sqrt(r2);
+        result.p2 = uniform(random, -0.005, 0.005) / std::sqrt(r2);
+    }
+    return result;
+}
+
+calibration random_calibration(Random& random) {
+    std::string printable, letters = "._-";
+    for (char c = ' '; c <= '~'; c++) {
+        printable += c;
+        if (std::isalnum(static_cast<unsigned char>(c)) != 0) {
+            letters += c;
+        }
+    }
+    calibration value{};
+    random_text(random, value.id, letters, 1);
+    random_text(random, value.note, printable, 0);
+    for (char& c : value.note) {
+        if (c == ' ' && (&c == value.note || (&c)[1] == '\0')) {
+            c = '_';
+        }
+    }
+    if (whole(random, 0, 1) != 0) {
+        std::snprintf(value.date, sizeof value.date, "%04d-%02d-%02d", whole(random, 0, 9999),
+                      whole(random, 1, 12), whole(random, 1, 28));
+    }
+    value.left = random_lens(random);
+    value.right = random_lens(random);
+    for (int i = 0; i < 3; i++) {
+        value.rotation_right_left_rad[i] = uniform(random, -1.8, 1.8);
+        value.translation_right_left_mm[i] =
+            uniform(random, -1, 1) * std::pow(10.0, uniform(random, -2, 4.7));
+    }
+    if (whole(random, 0, 1) != 0) {
+        value.depth_near_mm = std::pow(10.0, uniform(random, -2, 6));
+        value.depth_far_mm = value.depth_near_mm * uniform(random, 1.1, 1000) + 0.01;
+    }
+    value.rms_px = uniform(random, 0, 1000);
+    value.rectified = whole(random, 0, 3) == 0;
+    if (value.rectified) {
+        lens& left = value.left;
+        left.k1 = left.k2 = left.p1 = left.p2 = left.k3 = 0;
+        value.right = left;
+        value.right.cx_px = left.cx_px + uniform(random, -500, 500);
+        for (int i = 0; i < 3; i++) {
+            value.rotation_right_left_rad[i] = 0;
+        }
+        double* const t_mm = value.translation_right_left_mm;
+        t_mm[0] = -std::abs(t_mm[0]);
+        t_mm[1] = t_mm[2] = 0;
+    }
+    return value;
+}
+
+bool same_bits(const calibration& a, const calibration& b) {
+    // Through the printed text no padding byte counts.
+    int count;
+    const calibration_field* fields = calibration_grammar_fields(&count);
+    for (int i = 0; i < count; i++) {
+        const bool number = fields[i].kind == CALIBRATION_FIELD_INTEGERS ||
+                            fields[i].kind == CALIBRATION_FIELD_DECIMALS;
+        for (int j = 0; number && j < fields[i].count; j++) {
+            if (calibration_grammar_value(&fields[i], j, &a) !=
+                calibration_grammar_value(&fields[i], j, &b)) {
+                return false;
+            }
+        }
+    }
+    return std::strcmp(a.id, b.id) == 0 && std::strcmp(a.date, b.date) == 0 &&
+           std::strcmp(a.note, b.note) == 0 && a.rectified == b.rectified;
+}
+
+}  // namespace
+
+TEST_CASE("the text of an example is readable and exact") {
+    const std::string text = print(example());
+    CHECK(text.find("vergence-calibration 1\nid bench-2.rig_A\ndate 2024-02-29\n"
+                    "note unit assumed: mm\nrectified no\nleft_size_px 640 480\n"
+                    "left_focal_px 533.500000000 534.250000000\n") == 0);
+    CHECK(text.find("\nrotation_right_left_rad 0.006000000000 0.004700000000 -0.003600000000\n"
+                    "translation_right_left_mm -99.500000000 1.250000000 0.062500000\n"
+                    "depth_range_mm 250.000 900.500\nrms_px 0.325000\ncrc32 ") !=
+          std::string::npos);
+    calibration parsed;
+    REQUIRE(parse(text, &parsed) == ERROR_OK);
+    CHECK(same_bits(parsed, example()));
+    CHECK(print(parsed) == text);
+    CHECK(text == reseal(text));
+    char crc[16];
+    std::snprintf(crc, sizeof crc, "%08x", calibration_crc(&parsed));
+    CHECK(text.substr(text.size() - 9, 8) == crc);
+}
+
+TEST_CASE("random calibrations survive the text bit by bit") {
+    const uint64_t seed = synthetic::test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    Random random(seed);
+    int printed = 0, tried = 0;
+    while (printed < 100000) {
+        tried++;
+        REQUIRE(tried < 200000);
+        const calibration value = random_calibration(random);
+        char text[CALIBRATION_TEXT_MAX_BYTES];
+        const int length = calibration_print(&value, text, sizeof text);
+        if (length < 0) {
+            continue;  // e.g. an angle above pi
+        }
+        printed++;
+        calibration rounded = value, parsed;
+        const bool good =
+            calibration_round(&rounded) == ERROR_OK &&
+            calibration_parse(text, static_cast<size_t>(length), &parsed, nullptr) == ERROR_OK &&
+            same_bits(rounded, parsed);
+        char again[CALIBRATION_TEXT_MAX_BYTES];
+        const bool same = good && calibration_print(&parsed, again, sizeof again) == length &&
+                          std::memcmp(text, again, static_cast<size_t>(length) + 1) == 0;
+        if (!same) {
+            INFO("text ", text);
+            CHECK(good);
+            CHECK(same);
+        }
+    }
+    MESSAGE(printed, " of ", tried, " random calibrations were valid and went round");
+}
+
+TEST_CASE("mutated texts are refused or print back as they are") {
+    const uint64_t seed = synthetic::test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    Random random(seed);
+    const std::string tokens[] = {"nan",     "inf",
+                                  "-",       "+",
+                                  "0",       "9",
+                                  ".",       " ",
+                                  "\n",      "\r\n",
+                                  "\t",      std::string(1, '\0'),
+                                  "1e308",   "99999999999999999999",
+                                  "yes",     "no",
+                                  "unknown", "crc32",
+                                  "id",      "left_k1",
+                                  "\xff"};
+    const std::string start[] = {print(example()), print(rectified_example())};
+    int accepted = 0;
+    for (int i = 0; i < 50000; i++) {
+        std::string text = start[i % 2];
+        for (int n = whole(random, 1, 3); n > 0 && !text.empty(); n--) {
+            const size_t at =
+                static_cast<size_t>(whole(random, 0, static_cast<int>(text.size()) - 1));
+            switch (whole(random, 0, 7)) {
+                case 0:
+                    text[at] = static_cast<char>(whole(random, 0, 255));
+                    break;
+                case 1:
+                    text.insert(at, tokens[whole(random, 0, 20)]);
+                    break;
+                case 2:
+                    text.erase(at, static_cast<size_t>(whole(random, 1, 40)));
+                    break;
+                case 3:
+                    text.resize(at + 1);
+                    break;
+                case 4:
+                    text.insert(at, text.substr(at / 2, 60));
+                    break;
+                default:  // another digit
+                    if (std::isdigit(static_cast<unsigned char>(text[at])) != 0) {
+                        text[at] = static_cast<char>(whole(random, '0', '9'));
+                    }
+            }
+        }
+        const bool sealed = whole(random, 0, 3) != 0 && text.rfind("crc32 ") != std::string::npos;
+        if (sealed) {
+            text = reseal(text);
+        }
+        calibration parsed;
+        calibration_fault fault{};
+        const int code = parse(text, &parsed, &fault);
+        if (code == ERROR_OK) {
+            accepted++;
+            if (print(parsed) != text) {
+                CHECK(print(parsed) == text);
+            }
+        } else if (fault.line < 0 || fault.field == nullptr || fault.reason == nullptr) {
+            INFO("text ", text);
+            CHECK(fault.line >= 0);
+            CHECK(fault.field != nullptr);
+            CHECK(fault.reason != nullptr);
+        }
+    }
+    MESSAGE(accepted, " of 50000 mutated texts were still calibrations");
+    CHECK(accepted > 500);
+}
+
+TEST_CASE("every single changed bit is noticed") {
+    const std::string text = print(example());
+    int accepted = 0;
+    for (size_t i = 0; i < text.size(); i++) {
+        for (int bit = 0; bit < 8; bit++) {
+            std::string changed = text;
+            changed[i] = static_cast<char>(changed[i] ^ (1 << bit));
+            calibration parsed;
+            accepted += parse(changed, &parsed) == ERROR_OK ? 1 : 0;
+        }
+        calibration parsed;
+        accepted += parse(text.substr(0, i), &parsed) == ERROR_OK ? 1 : 0;
+    }
+    CHECK(accepted == 0);
+}
+
+TEST_CASE("each mistake is named with its line and field") {
+    const std::string good = print(example());
+    const struct {
+        std::string text;
+        int code, line;
+        const char* field;
+    } mistakes[] = {
+        {"", ERROR_SYNTAX, 1, ""},
+        {"hello\n", ERROR_SYNTAX, 1, ""},
+        {replace(good, "calibration 1", "calibration 2"), ERROR_VERSION, 1, ""},
+        {replace(good, "calibration 1", "calibration 1 "), ERROR_VERSION, 1, ""},
+        {replace(good, "calibration 1\n", "calibration 1\r\n"), ERROR_SYNTAX, 1, ""},
+        {replace(good, "640 480\nleft_f", "640 480\r\nleft_f"), ERROR_SYNTAX, 6, "left_size_px"},
+        {good.substr(0, good.size() - 1), ERROR_SYNTAX, 24, "crc32"},
+        {good.substr(0, good.rfind("crc32")), ERROR_MISSING, 24, "crc32"},
+        {good + "\n", ERROR_SYNTAX, 24, "crc32"},
+        {good + good, ERROR_SYNTAX, 24, "crc32"},
+        {reseal(replace(good, "date 2024-02-29\n", "")), ERROR_MISSING, 3, "date"},
+        {reseal(replace(good, "date 2024-02-29\n", "date 2024-02-29\nid x\n")), ERROR_DUPLICATE, 4,
+         "id"},
+        {reseal(replace(good, "rectified", "rectify")), ERROR_SYNTAX, 5, "rectified"},
+        {reseal(replace(good, "note unit", "colour red\nnote unit")), ERROR_SYNTAX, 4, "note"},
+        {reseal(replace(good, "left_size_px 640 480\n", "")), ERROR_MISSING, 6, "left_size_px"},
+        {replace(good, "rms_px 0.325000\n", ""), ERROR_MISSING, 23, "rms_px"},
+        {reseal(replace(good, "02-29", "02-30")), ERROR_SYNTAX, 3, "date"},
+        {reseal(replace(good, "2024-02-29", "2023-02-29")), ERROR_SYNTAX, 3, "date"},
+        {reseal(replace(good, "2024-02-29", "2024-13-01")), ERROR_SYNTAX, 3, "date"},
+        {reseal(replace(good, "2024-02-29", "")), ERROR_SYNTAX, 3, "date"},
+        {reseal(replace(good, "date 2024", "date  2024")), ERROR_SYNTAX, 3, "date"},
+        {reseal(replace(good, "id bench-2", "id bench 2")), ERROR_SYNTAX, 2, "id"},
+        {reseal(replace(good, "bench", std::string(40, 'x'))), ERROR_SYNTAX, 2, "id"},
+        {reseal(replace(good, ": mm\n", ": mm \n")), ERROR_SYNTAX, 4, "note"},
+        {reseal(replace(good, "note unit", "note " + std::string(240, 'x'))), ERROR_SYNTAX, 4,
+         "note"},
+        {reseal(replace(good, "unit assumed", "\xc2\xb5m")), ERROR_SYNTAX, 4, "note"},
+        {reseal(replace(good, "rectified no", "rectified No")), ERROR_SYNTAX, 5, "rectified"},
+        {reseal(replace(good, "rectified no", "rectified yes")), ERROR_RANGE, 5, "rectified"},
+        {reseal(replace(good, "640 480", "640")), ERROR_SYNTAX, 6, "left_size_px"},
+        {reseal(replace(good, "640 480", "640 480 1")), ERROR_SYNTAX, 6, "left_size_px"},
+        {reseal(replace(good, "640 480", "640 480 ")), ERROR_SYNTAX, 6, "left_size_px"},
+        {reseal(replace(good, "640 480", "0 480")), ERROR_RANGE, 6, "left_size_px"},
+        {reseal(replace(good, "640 480", "4097 480")), ERROR_RANGE, 6, "left_size_px"},
+        {reseal(replace(good, "533.500000000", "nan")), ERROR_SYNTAX, 7, "left_focal_px"},
+        {reseal(replace(good, "533.500000000", "0.000000000")), ERROR_RANGE, 7, "left_focal_px"},
+        {reseal(replace(good, "533.500000000", "-533.500000000")), ERROR_RANGE, 7, "left_focal_px"},
+        {reseal(replace(good, "533.500000000", "533.5")), ERROR_SYNTAX, 7, "left_focal_px"},
+        {reseal(replace(good, "533.500000000", "9999999999999999999999.000000000")), ERROR_RANGE, 7,
+         "left_focal_px"},
+        {reseal(replace(good, "left_k1 -0.280000000000", "left_k1 -9.000000000000")),
+         ERROR_DISTORTION, 0, "left"},
+        {reseal(replace(good, "-99.500000000 1.250000000 0.062500000",
+                        "0.000000000 0.000000000 0.000000000")),
+         ERROR_BASELINE, 21, "translation_right_left_mm"},
+        {reseal(replace(good, "0.006000000000 0.00", "3.100000000000 3.00")), ERROR_ROTATION, 20,
+         "rotation_right_left_rad"},
+        {reseal(replace(good, "250.000 900.500", "900.500 250.000")), ERROR_DEPTH_RANGE, 22,
+         "depth_range_mm"},
+        {reseal(replace(good, "250.000 900.500", "0.000 900.500")), ERROR_DEPTH_RANGE, 22,
+         "depth_range_mm"},
+        {replace(good, "900.500", "900.501"), ERROR_CRC, 24, "crc32"},
+        {replace(good, "crc32 ", "crc32  "), ERROR_SYNTAX, 24, "crc32"},
+    };
+    for (const auto& mistake : mistakes) {
+        const calibration before = rectified_example();
+        calibration result = before;
+        calibration_fault fault{-1, nullptr, nullptr, 0};
+        INFO("text ", mistake.text);
+        CHECK(parse(mistake.text, &result, &fault) == mistake.code);
+        CHECK(fault.line == mistake.line);
+        CHECK(std::string(fault.field) == mistake.field);
+        CHECK(same_bits(result, before));
+        CHECK(parse(mistake.text, &result) == mistake.code);  // the fault may be NULL
+    }
+}
+
+TEST_CASE("a wrong checksum comes with the right one") {
+    const std::string changed = replace(print(example()), "900.500", "901.500");
+    calibration parsed;
+    calibration_fault fault;
+    REQUIRE(parse(changed, &parsed, &fault) == ERROR_CRC);
+    char line[32];
+    std::snprintf(line, sizeof line, "crc32 %08x\n", fault.crc);
+    const std::string mended = changed.substr(0, changed.rfind("crc32 ")) + line;
+    CHECK(mended == reseal(changed));
+    CHECK(parse(mended, &parsed) == ERROR_OK);
+    CHECK(parsed.depth_far_mm == 901.5);
+}
+
+TEST_CASE("values are checked before they are printed") {
+    char text[CALIBRATION_TEXT_MAX_BYTES];
+    const auto code = [&](auto change) {
+        calibration value = example();
+        change(value);
+        const int printed = calibration_print(&value, text, sizeof text);
+        const int valid = calibration_validate(&value, nullptr);
+        CHECK((printed > 0 ? 0 : printed) == valid);
+        return valid;
+    };
+    const double nan = std::nan(""), infinite = std::numeric_limits<double>::infinity();
+    CHECK(code([](calibration&) {}) == ERROR_OK);
+    CHECK(code([&](calibration& c) { c.left.fx_px = nan; }) == ERROR_RANGE);
+    CHECK(code([&](calibration& c) { c.right.k3 = infinite; }) == ERROR_RANGE);
+    CHECK(code([&](calibration& c) { c.rotation_right_left_rad[1] = nan; }) == ERROR_RANGE);
+    CHECK(code([&](calibration& c) { c.translation_right_left_mm[2] = -infinite; }) == ERROR_RANGE);
+    CHECK(code([&](calibration& c) { c.rms_px = nan; }) == ERROR_RANGE);
+    CHECK(code([&](calibration& c) { c.depth_far_mm = infinite; }) == ERROR_RANGE);
+    CHECK(code([](calibration& c) { c.left.width_px = 0; }) == ERROR_RANGE);
+    CHECK(code([](calibration& c) { c.id[0] = '\0'; }) == ERROR_SYNTAX);
+    CHECK(code([](calibration& c) { std::memset(c.id, 'x', sizeof c.id); }) == ERROR_SYNTAX);
+    CHECK(code([](calibration& c) { std::memset(c.note, 'x', sizeof c.note); }) == ERROR_SYNTAX);
+    CHECK(code([](calibration& c) { std::memset(c.date, '1', sizeof c.date); }) == ERROR_SYNTAX);
+    CHECK(code([](calibration& c) { c.note[2] = '\n'; }) == ERROR_SYNTAX);
+    CHECK(code([](calibration& c) { c.rectified = true; }) == ERROR_RANGE);
+}
+
+TEST_CASE("print says when the buffer is too small and never writes beyond it") {
+    const calibration value = example();
+    const std::string text = print(value);
+    for (size_t size = 0; size <= text.size() + 1; size++) {
+        std::vector<char> buffer(size + 4, '#');
+        const int code = calibration_print(&value, buffer.data(), size);
+        CHECK(code == (size > text.size() ? static_cast<int>(text.size()) : ERROR_BUFFER));
+        CHECK(std::string(buffer.end() - 4, buffer.end()) == "####");
+    }
+}
+
+TEST_CASE("a rectified calibration is one in every respect") {
+    const calibration good = rectified_example();
+    CHECK(calibration_validate(&good, nullptr) == ERROR_OK);
+    const auto code = [](auto change) {
+        calibration value = rectified_example();
+        change(value);
+        calibration_fault fault;
+        const int result = calibration_validate(&value, &fault);
+        CHECK(std::string(fault.field) == "rectified");
+        return result;
+    };
+    CHECK(code([](calibration& c) { c.left.k1 = 1e-9; }) == ERROR_RANGE);
+    CHECK(code([](calibration& c) { c.right.p2 = 1e-9; }) == ERROR_RANGE);
+    CHECK(code([](calibration& c) { c.right.fx_px += 1e-6; }) == ERROR_RANGE);
+    CHECK(code([](calibration& c) { c.right.fy_px += 1e-6; }) == ERROR_RANGE);
+    CHECK(code([](calibration& c) { c.right.cy_px += 1e-6; }) == ERROR_RANGE);
+    CHECK(code([](calibration& c) { c.right.width_px += 1; }) == ERROR_RANGE);
+    CHECK(code([](calibration& c) { c.right.height_px += 1; }) == ERROR_RANGE);
+    CHECK(code([](calibration& c) { c.rotation_right_left_rad[2] = 1e-9; }) == ERROR_RANGE);
+    CHECK(code([](calibration& c) { c.translation_right_left_mm[1] = 1e-9; }) == ERROR_RANGE);
+    CHECK(code([](calibration& c) { c.translation_right_left_mm[0] = 193; }) == ERROR_RANGE);
+}
+
+TEST_CASE("baseline and vergence depth of a toed-in rig") {
+    // Two cameras 250 mm apart, both turned inwards so that the axes meet 1.8 m in front.
+    calibration value = example();
+    const double angle = std::atan2(125.0, 1800.0);
+    // p_left = R(-a) p_world and p_right = R(a) (p_world - (250, 0, 0)), turned about y.
+    const double turn_left[3] = {0, -angle, 0}, turn_right[3] = {0, angle, 0};
+    double R_left_world[9], R_right_world[9];
+    geometry_rotation_from_vector(turn_left, R_left_world);
+    geometry_rotation_from_vector(turn_right, R_right_world);
+    const double world_left[9] = {R_left_world[0], R_left_world[3], R_left_world[6],
+                                  R_left_world[1], R_left_world[4], R_left_world[7],
+                                  R_left_world[2], R_left_world[5], R_left_world[8]};
+    double R_right_left[9];
+    geometry_multiply(R_right_world, world_left, R_right_left);
+    REQUIRE(geometry_vector_from_rotation(R_right_left, value.rotation_right_left_rad) == ERROR_OK);
+    const double centre_mm[3] = {-250, 0, 0};
+    geometry_rotate(R_right_world, centre_mm, value.translation_right_left_mm);
+    CHECK(calibration_baseline_mm(&value) == doctest::Approx(250));
+    CHECK(calibration_vergence_depth_mm(&value) ==
+          doctest::Approx(std::sqrt(1800.0 * 1800.0 + 125.0 * 125.0)));
+    value.rotation_right_left_rad[1] = -value.rotation_right_left_rad[1];
+    CHECK(calibration_vergence_depth_mm(&value) < 0);  // looking apart
+    value.rotation_right_left_rad[1] = 0;
+    CHECK(calibration_vergence_depth_mm(&value) < 0);  // parallel
+}
+
+TEST_CASE("the grammar's list is the text's order and fits its numbers") {
+    int count;
+    const calibration_field* fields = calibration_grammar_fields(&count);
+    std::istringstream lines(print(example()));
+    std::string line;
+    std::getline(lines, line);
+    CHECK(line == CALIBRATION_GRAMMAR_FIRST_LINE);
+    for (int i = 0; i < count; i++) {
+        std::getline(lines, line);
+        CHECK(line.substr(0, line.find(' ')) == fields[i].name);
+        const double scale = std::pow(10.0, fields[i].decimals);
+        CHECK(static_cast<double>(fields[i].max) * scale <= std::pow(2.0, 50));
+        CHECK(static_cast<double>(fields[i].min) * scale >= -std::pow(2.0, 50));
+    }
+    std::getline(lines, line);
+    CHECK(line.substr(0, 6) == "crc32 ");
+}
+
+TEST_CASE("the grammar's table names every field") {
+    char table[8192];
+    const int length = calibration_grammar_describe(table, sizeof table);
+    REQUIRE(length > 0);
+    CHECK(static_cast<size_t>(length) == std::strlen(table));
+    int count;
+    const calibration_field* fields = calibration_grammar_fields(&count);
+    for (int i = 0; i < count; i++) {
+        CHECK(std::string(table).find("\n| `" + std::string(fields[i].name) + "` | ") !=
+              std::string::npos);
+    }
+    char few[64];
+    CHECK(calibration_grammar_describe(few, sizeof few) == ERROR_BUFFER);
+}
