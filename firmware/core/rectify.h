@@ -64,7 +64,8 @@ struct rectify_table {
     int step_log2;
     int width_px, height_px;          // of the rectified image
     int raw_width_px, raw_height_px;
-    bool identity;
+    bool identity;                    // no nodes: rectified (x, y) is raw (x, y) + offset
+    int offset_x_px, offset_y_px;     // of a region of an identity; else 0
 };
 
 /// Takes the nodes from `arena`. ERROR_MEMORY; ERROR_DISTORTION when a node cannot be computed.
