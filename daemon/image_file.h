@@ -2,8 +2,8 @@
 /// Readers of image files. A reader finds out size and depth, calls `image_file_begin`, which
 /// checks every limit before it allocates, and then hands over rows from top to bottom; shrinking
 /// and range checks happen there, in one place for all formats.
-#ifndef VERGENCE_DAEMON_IMAGE_FORMAT_H
-#define VERGENCE_DAEMON_IMAGE_FORMAT_H
+#ifndef VERGENCE_DAEMON_IMAGE_FILE_H
+#define VERGENCE_DAEMON_IMAGE_FILE_H
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -16,8 +16,8 @@
 extern "C" {
 #endif
 
-/// No file's image may be larger, even when it is to be shrunk.
-enum { IMAGE_FILE_MAX_SIDE_PX = 32768 };
+/// No file's image may be larger, even when it is to be shrunk. A probe sees this many first bytes.
+enum { IMAGE_FILE_MAX_SIDE_PX = 32768, IMAGE_FILE_HEAD_BYTES = 16 };
 
 enum image_bayer { IMAGE_BAYER_BY_FORMAT, IMAGE_BAYER_NONE, IMAGE_BAYER_GRBG };
 
@@ -53,9 +53,6 @@ struct image_format {
                 struct message* message);
 };
 
-/// Longest run of first bytes that a probe may look at.
-enum { IMAGE_FORMAT_HEAD_BYTES = 16 };
-
 /// Opens `path`, finds its format among `formats` and reads it. On success the caller frees `file`
 /// with `image_file_free`; on error nothing is left to free. ERROR_TOO_LARGE, ERROR_SYNTAX,
 /// ERROR_MEMORY, ERROR_RANGE, ERROR_ARGUMENT; `message` names the file.
@@ -70,6 +67,10 @@ int image_file_begin(struct image_file* file, int width_px, int height_px, int c
 
 /// For readers: the next row, width * channels values.
 int image_file_row(struct image_file* file, const uint16_t* values, struct message* message);
+
+/// For readers of whole files in memory: the file's bytes, to be freed by the caller, or NULL with
+/// `message` set (unreadable, or larger than any legal image).
+unsigned char* image_file_load(const char* path, size_t* length, struct message* message);
 
 /// Frees the pixels; harmless for a zeroed struct.
 void image_file_free(struct image_file* file);

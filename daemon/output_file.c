@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/output_file.h"
+
+#include <errno.h>
+#include <string.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/interrupt.h"
+
+static void remember_error(struct output_file* file) {
+    if (file->error_number == 0) {
+        file->error_number = errno != 0 ? errno : EIO;
+    }
+}
+
+void output_file_open(struct output_file* file, const char* path) {
+    *file = (struct output_file){.path = path};
+    file->stream = fopen(path, "wb");
+    if (file->stream == NULL) {
+        remember_error(file);
+    }
+}
+
+void output_file_write(struct output_file* file, const void* bytes, size_t length) {
+    if (file->error_number == 0 && !interrupt_requested() &&
+        fwrite(bytes, 1, length, file->stream) != length) {
+        remember_error(file);
+    }
+}
+
+void output_file_put_u32(unsigned char bytes[4], uint32_t value) {
+    for (int i = 0; i < 4; i++) {
+        bytes[i] = (unsigned char)(value >> (8 * i));
+    }
+}
+
+void output_file_put_f32(unsigned char bytes[4], float value) {
+    uint32_t bits = 0;
+    _Static_assert(sizeof bits == sizeof value, "a float has 32 bits");
+    memcpy(&bits, &value, sizeof bits);
+    output_file_put_u32(bytes, bits);
+}
+
+void output_file_u32(struct output_file* file, uint32_t value) {
+    unsigned char bytes[4];
+    output_file_put_u32(bytes, value);
+    output_file_write(file, bytes, sizeof bytes);
+}
+
+void output_file_f32(struct output_file* file, float value) {
+    unsigned char bytes[4];
+    output_file_put_f32(bytes, value);
+    output_file_write(file, bytes, sizeof bytes);
+}
+
+int output_file_close(struct output_file* file, struct message* message) {
+    INVARIANT(file->stream != NULL || file->error_number != 0);
+    if (file->stream != NULL) {
+        errno = 0;
+        if (fflush(file->stream) != 0 || ferror(file->stream) != 0) {
+            remember_error(file);
+        }
+        if (fclose(file->stream) != 0) {
+            remember_error(file);
+        }
+        file->stream = NULL;
+    }
+    if (file->error_number != 0) {
+        return message_set(message, ERROR_BUFFER, "writing %s failed: %s", file->path,
+                           strerror(file->error_number));
+    }
+    if (interrupt_requested()) {
+        return message_set(message, ERROR_CANCELLED, "interrupted");
+    }
+    return ERROR_OK;
+}
