@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: Apache-2.0
+# Writes OUTPUT, a C++ file that holds the report's sources of FOLDER as strings:
+#   cmake -DOUTPUT=... -DFOLDER=... "-DSCRIPTS=a.js b.js" -P embed.cmake
+# The scripts are joined in the given order, inside one function: nothing leaks into the page.
+function(append_string name text)
+  string(FIND "${text}" ")embedded\"" clash)
+  if(NOT clash EQUAL -1)
+    message(FATAL_ERROR "embed.cmake: ${name} holds the mark that ends a string")
+  endif()
+  file(APPEND ${OUTPUT}.new "const char *const ${name} = R\"embedded(${text})embedded\";\n")
+endfunction()
+
+file(WRITE ${OUTPUT}.new "// SPDX-License-Identifier: Apache-2.0\n// Made by tools/embed.cmake.\n"
+     "#include \"tools/host/report_sources.hpp\"\n\n")
+file(READ ${FOLDER}/report.html page)
+append_string(report_sources_page "${page}")
+file(READ ${FOLDER}/report.css style)
+append_string(report_sources_style "${style}")
+separate_arguments(scripts UNIX_COMMAND "${SCRIPTS}")
+set(joined "(() => {\n'use strict';\n")
+foreach(script IN LISTS scripts)
+  file(READ ${FOLDER}/${script} text)
+  string(APPEND joined "${text}")
+endforeach()
+append_string(report_sources_script "${joined}})();\n")
+file(RENAME ${OUTPUT}.new ${OUTPUT})

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+// Draws the surface. Camera: an orbit about `target`; vertical field of view `fov`.
+const VERTEX_SHADER = `
+attribute vec3 position; attribute vec3 normal; attribute vec2 place; attribute vec4 value;
+uniform mat4 toScreen;
+varying vec3 surfaceNormal; varying vec2 spot; varying vec2 measure;
+void main() {
+  surfaceNormal = normal; spot = place; measure = value.xy;
+  gl_Position = toScreen * vec4(position, 1.0);
+}`;
+const FRAGMENT_SHADER = `
+precision mediump float;
+uniform sampler2D photo; uniform sampler2D ramp; uniform float shade; uniform vec3 light; uniform vec4 ink;
+varying vec3 surfaceNormal; varying vec2 spot; varying vec2 measure;
+void main() {
+  vec3 n = normalize(surfaceNormal);
+  float lit = 0.32 + 0.68 * abs(dot(n, light));
+  vec3 colour = texture2D(photo, spot).rgb;
+  if (shade > 0.5) colour = vec3(0.80, 0.83, 0.82) * lit;
+  if (shade > 1.5) colour = 0.5 + 0.5 * n;
+  if (shade > 2.5) colour = texture2D(ramp, vec2(measure.x * 0.996 + 0.002, 0.5)).rgb * (0.5 + 0.5 * lit);
+  if (shade > 3.5) colour = texture2D(ramp, vec2(measure.y * 0.996 + 0.002, 0.5)).rgb * (0.5 + 0.5 * lit);
+  gl_FragColor = vec4(mix(colour, ink.rgb, ink.a), 1.0);
+}`;
+
+const view = {
+  canvas: element('view'), gl: null, mesh: null, shade: 0, wire: false,
+  yaw: 0, pitch: 0, distance: 1, target: [0, 0, 0], fov: 0.6, home: null,
+  matrix: new Float32Array(16), waiting: false, afterDraw: [],
+};
+
+function makeProgram(gl) {
+  const program = gl.createProgram();
+  for (const [kind, source] of [[gl.VERTEX_SHADER, VERTEX_SHADER], [gl.FRAGMENT_SHADER, FRAGMENT_SHADER]]) {
+    const shader = gl.createShader(kind);
+    gl.shaderSource(shader, source);
+    gl.compileShader(shader);
+    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
+    gl.attachShader(program, shader);
+  }
+  gl.linkProgram(program);
+  if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
+  return program;
+}
+
+function uploadAttribute(gl, name, data, size, type, normalised) {
+  const where = gl.getAttribLocation(view.program, name);
+  gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
+  gl.bufferData(gl.ARRAY_BUFFER, data, gl.STATIC_DRAW);
+  gl.enableVertexAttribArray(where);
+  gl.vertexAttribPointer(where, size, type, normalised, 0, 0);
+}
+
+function uploadTexture(gl, unit, source) {
+  gl.activeTexture(gl.TEXTURE0 + unit);
+  gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
+  if (source instanceof Uint8Array)
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB, 256, 1, 0, gl.RGB, gl.UNSIGNED_BYTE, source);
+  else gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB, gl.RGB, gl.UNSIGNED_BYTE, source);
+  for (const side of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, side, gl.CLAMP_TO_EDGE);
+  for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, filter, gl.LINEAR);
+}
+
+function uploadMesh(gl, mesh) {
+  uploadAttribute(gl, 'position', mesh.positions, 3, gl.FLOAT, false);
+  uploadAttribute(gl, 'normal', mesh.normals, 4, gl.BYTE, true);
+  uploadAttribute(gl, 'place', mesh.places, 2, gl.UNSIGNED_SHORT, true);
+  uploadAttribute(gl, 'value', mesh.values, 4, gl.UNSIGNED_BYTE, true);
+  view.triangleBuffer = gl.createBuffer();
+  gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, view.triangleBuffer);
+  gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, mesh.triangles, gl.STATIC_DRAW);
+}
+
+// Directions of the viewer's right, up and back in the drawing's frame.
+function viewerAxes() {
+  const cy = Math.cos(view.yaw), sy = Math.sin(view.yaw), cp = Math.cos(view.pitch), sp = Math.sin(view.pitch);
+  return { right: [cy, 0, -sy], up: [sy * sp, cp, cy * sp], back: [sy * cp, -sp, cy * cp] };
+}
+
+function updateMatrix() {
+  const { right, up, back } = viewerAxes();
+  const eye = view.target.map((t, i) => t + view.distance * back[i]);
+  const dot = (a) => a[0] * eye[0] + a[1] * eye[1] + a[2] * eye[2];
+  const aspect = view.canvas.width / view.canvas.height;
+  const g = 1 / Math.tan(view.fov / 2), near = view.distance / 100, far = view.distance * 100;
+  const rows = [right, up, back].map((a) => [...a, -dot(a)]);
+  const a = (far + near) / (near - far), b = 2 * far * near / (near - far);
+  for (let c = 0; c < 4; c++) {
+    view.matrix[4 * c] = g / aspect * rows[0][c];
+    view.matrix[4 * c + 1] = g * rows[1][c];
+    view.matrix[4 * c + 2] = a * rows[2][c] + (c === 3 ? b : 0);
+    view.matrix[4 * c + 3] = -rows[2][c];
+  }
+}
+
+function draw() {
+  view.waiting = false;
+  const { gl, canvas, mesh } = view;
+  const ratio = Math.min(2, window.devicePixelRatio || 1);
+  const width = Math.max(1, Math.round(canvas.clientWidth * ratio)), height = Math.max(1, Math.round(canvas.clientHeight * ratio));
+  if (canvas.width !== width || canvas.height !== height) { canvas.width = width; canvas.height = height; }
+  gl.viewport(0, 0, width, height);
+  gl.clearColor(0, 0, 0, 0);
+  gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+  updateMatrix();
+  const { right, up, back } = viewerAxes();
+  const light = [0, 1, 2].map((i) => 0.35 * up[i] - 0.3 * right[i] + 0.89 * back[i]);
+  gl.uniformMatrix4fv(view.uniform.toScreen, false, view.matrix);
+  gl.uniform3fv(view.uniform.light, light);
+  gl.uniform1f(view.uniform.shade, view.shade);
+  gl.uniform4f(view.uniform.ink, 0, 0, 0, 0);
+  gl.polygonOffset(1, 1);
+  gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, view.triangleBuffer);
+  gl.drawElements(gl.TRIANGLES, mesh.triangles.length, gl.UNSIGNED_INT, 0);
+  if (view.wire) drawWire(gl, mesh);
+  for (const after of view.afterDraw) after();
+}
+
+function drawWire(gl, mesh) {
+  if (!view.edgeBuffer) {
+    const edges = edgesOf(mesh.triangles);
+    view.edgeCount = edges.length;
+    view.edgeBuffer = gl.createBuffer();
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, view.edgeBuffer);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, edges, gl.STATIC_DRAW);
+  }
+  gl.uniform4f(view.uniform.ink, 0.02, 0.1, 0.11, 0.55);
+  gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, view.edgeBuffer);
+  gl.drawElements(gl.LINES, view.edgeCount, gl.UNSIGNED_INT, 0);
+}
+
+function redraw() {
+  if (!view.gl || view.waiting) return;
+  view.waiting = true;
+  requestAnimationFrame(draw);
+}
+
+// Screen place (CSS px) of a drawn point, or null behind the viewer.
+function screenOf(x, y, z) {
+  const m = view.matrix, w = m[3] * x + m[7] * y + m[11] * z + m[15];
+  if (w <= 0) return null;
+  return [(0.5 + (m[0] * x + m[4] * y + m[8] * z + m[12]) / w / 2) * view.canvas.clientWidth,
+          (0.5 - (m[1] * x + m[5] * y + m[9] * z + m[13]) / w / 2) * view.canvas.clientHeight, w];
+}
+
+// The vertex under a screen place: of those within a few pixels the nearest to the viewer.
+function vertexAt(x, y) {
+  const p = view.mesh.positions, reach = 7;
+  let best = -1, least = Infinity;
+  for (let i = 0; i < p.length; i += 3) {
+    const place = screenOf(p[i], p[i + 1], p[i + 2]);
+    if (!place) continue;
+    const away = Math.hypot(place[0] - x, place[1] - y);
+    if (away > reach) continue;
+    const rank = place[2] * (1 + 0.004 * away);
+    if (rank < least) { least = rank; best = i / 3; }
+  }
+  return best;
+}
+
+function setPose(name) {
+  const home = view.home;
+  view.target = home.target.slice();
+  view.distance = home.distance;
+  const poses = { camera: [0, 0], orbit: [0.42, -0.2], top: [0, -1.35], side: [1.35, -0.05] };
+  [view.yaw, view.pitch] = poses[name];
+  if (name !== 'camera') view.distance *= 1.06;
+  redraw();
+}
+
+// Looks from the left camera: the target lies on its axis at the median depth, so that the
+// picture equals the photograph and turning goes about the middle of the surface.
+function findHome() {
+  const depth = page.depth_median;
+  const R = page.R_left_rect;
+  const cx = (page.full_width / 2 - page.cx_left) / page.f, cy = (page.full_height / 2 - page.cy) / page.fy;
+  const rect = [cx * depth, cy * depth, depth];
+  const left = [0, 3, 6].map((k) => R[k] * rect[0] + R[k + 1] * rect[1] + R[k + 2] * rect[2]);
+  const high = page.full_height / page.fy, wide = page.full_width / page.f;
+  const aspect = view.canvas.clientWidth / Math.max(1, view.canvas.clientHeight);
+  view.fov = 2 * Math.atan(Math.max(high, wide / aspect) / 2 * 1.04);
+  view.home = { target: [left[0], -left[1], -left[2]], distance: Math.hypot(...left) };
+}
+
+function viewFailed(text) {
+  element('view-text').textContent = text;
+  element('view-text').hidden = false;
+  for (const tool of document.querySelectorAll('.viewer-tools')) tool.hidden = true;
+}
+
+function startView(photo) {
+  if (!page.has_surface) return viewFailed('No surface was found: there is nothing to draw.');
+  const options = { antialias: true, alpha: true, premultipliedAlpha: true };
+  let gl = view.canvas.getContext('webgl2', options);
+  if (!gl) {
+    gl = view.canvas.getContext('webgl', options);
+    if (gl && !gl.getExtension('OES_element_index_uint')) gl = null;
+  }
+  if (!gl) return viewFailed('This browser offers no WebGL, so the surface cannot be drawn here. Open mesh.glb in a 3D program instead.');
+  view.gl = gl;
+  view.program = makeProgram(gl);
+  gl.useProgram(view.program);
+  view.uniform = {};
+  for (const name of ['toScreen', 'photo', 'ramp', 'shade', 'light', 'ink']) view.uniform[name] = gl.getUniformLocation(view.program, name);
+  view.mesh = buildMesh();
+  uploadMesh(gl, view.mesh);
+  gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+  uploadTexture(gl, 0, photo);
+  uploadTexture(gl, 1, Uint8Array.from(atob(page.ramp), (c) => c.charCodeAt(0)));
+  gl.uniform1i(view.uniform.photo, 0);
+  gl.uniform1i(view.uniform.ramp, 1);
+  gl.enable(gl.DEPTH_TEST);
+  gl.enable(gl.POLYGON_OFFSET_FILL);
+  view.canvas.addEventListener('webglcontextlost', (event) => { event.preventDefault(); viewFailed('The graphics driver gave up. Reload the page to draw the surface again.'); });
+  element('view-text').hidden = true;
+  findHome();
+  startControls();
+  setPose('orbit');
+}
