@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bench/bench_pair.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "tools/host/evaluate.hpp"
+#include "tools/host/pfm.hpp"
+
+namespace fs = std::filesystem;
+
+namespace {
+
+bool fail(std::string* message, const std::string& what) {
+    *message = what;
+    return false;
+}
+
+// By OpenCV's conversion: each format's own reader weighs the colours differently.
+cv::Mat load_grey(const fs::path& path) {
+    const cv::Mat colour = cv::imread(path.string(), cv::IMREAD_COLOR);
+    cv::Mat grey;
+    if (!colour.empty()) {
+        cv::cvtColor(colour, grey, cv::COLOR_BGR2GRAY);
+    }
+    return grey;
+}
+
+bool load_meta(const fs::path& folder, bench_pair* pair, std::string* message) {
+    const fs::path path = folder / "meta.json";
+    std::ifstream file(path);
+    if (!file) {
+        return fail(message,
+                    path.string() + ": cannot be read; it must give disparity_search: [min, end]");
+    }
+    const nlohmann::json meta = nlohmann::json::parse(file, nullptr, false);
+    if (!meta.is_object() || !meta.contains("disparity_search") ||
+        !meta["disparity_search"].is_array() || meta["disparity_search"].size() != 2 ||
+        !meta["disparity_search"][0].is_number_integer() ||
+        !meta["disparity_search"][1].is_number_integer()) {
+        return fail(message, path.string() + ": no disparity_search: [min, end] in it");
+    }
+    const int begin = meta["disparity_search"][0];
+    const int end = meta["disparity_search"][1];
+    if (end <= begin || end - begin > 1024) {
+        return fail(message, path.string() + ": disparity_search must span 1 to 1024 disparities");
+    }
+    pair->disparity_min = begin;
+    pair->disparity_count = end - begin;
+    pair->round_disparity = meta.value("round_disparity", false);
+    return true;
+}
+
+bool load_truth(const fs::path& folder, bench_pair* pair, std::string* message) {
+    const fs::path path = folder / "disparity.pfm";
+    if (!fs::exists(path)) {
+        return true;
+    }
+    pfm_image truth;
+    if (!pfm_read(path.string(), &truth, message)) {
+        return false;
+    }
+    if (truth.width_px != pair->left.cols || truth.height_px != pair->left.rows) {
+        return fail(message, path.string() + ": differs in size from the images");
+    }
+    pair->truth_px = truth.values;
+    const fs::path mask_path = folder / "mask.png";
+    if (!fs::exists(mask_path)) {
+        pair->mask = bench_pair_mask(truth.width_px, truth.height_px, truth.values);
+        pair->mask_origin = "from the truth";
+        return true;
+    }
+    const cv::Mat mask = cv::imread(mask_path.string(), cv::IMREAD_GRAYSCALE);
+    if (mask.size() != pair->left.size()) {
+        return fail(message, mask_path.string() + ": no image, or differs in size");
+    }
+    pair->mask.assign(mask.begin<uint8_t>(), mask.end<uint8_t>());
+    pair->mask_origin = "mask.png";
+    return true;
+}
+
+}  // namespace
+
+std::vector<std::string> bench_pair_folders(const std::string& path) {
+    if (fs::exists(fs::path(path) / "left.png")) {
+        return {path};
+    }
+    std::vector<std::string> folders;
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(path, error)) {
+        if (fs::exists(entry.path() / "left.png")) {
+            folders.push_back(entry.path().string());
+        }
+    }
+    std::sort(folders.begin(), folders.end());
+    return folders;
+}
+
+bool bench_pair_load(const std::string& folder, bench_pair* pair, std::string* message) {
+    const fs::path path(folder);
+    bench_pair loaded;
+    loaded.name = fs::canonical(path).filename().string();
+    loaded.left = load_grey(path / "left.png");
+    loaded.right = load_grey(path / "right.png");
+    if (loaded.left.empty() || loaded.left.size() != loaded.right.size()) {
+        return fail(message, folder + ": left.png and right.png must be images of one size");
+    }
+    if (!load_meta(path, &loaded, message) || !load_truth(path, &loaded, message)) {
+        return false;
+    }
+    *pair = loaded;
+    return true;
+}
+
+std::vector<uint8_t> bench_pair_mask(int width, int height, const std::vector<float>& truth_px) {
+    std::vector<uint8_t> mask(truth_px.size(), EVALUATE_UNKNOWN);
+    std::vector<float> nearest(static_cast<size_t>(width));
+    for (int y = 0; y < height; y++) {
+        const size_t row = static_cast<size_t>(y) * static_cast<size_t>(width);
+        std::fill(nearest.begin(), nearest.end(), -std::numeric_limits<float>::infinity());
+        const auto right_column = [&](int x) {
+            return std::lround(static_cast<float>(x) - truth_px[row + static_cast<size_t>(x)]);
+        };
+        for (int x = 0; x < width; x++) {
+            const float truth = truth_px[row + static_cast<size_t>(x)];
+            if (std::isfinite(truth) && right_column(x) >= 0 && right_column(x) < width) {
+                float& there = nearest[static_cast<size_t>(right_column(x))];
+                there = std::max(there, truth);
+            }
+        }
+        for (int x = 0; x < width; x++) {
+            const size_t i = row + static_cast<size_t>(x);
+            if (!std::isfinite(truth_px[i])) {
+                continue;
+            }
+            const long column = right_column(x);
+            const bool seen = column >= 0 && column < width &&
+                              nearest[static_cast<size_t>(column)] <= truth_px[i] + 1;
+            mask[i] = seen ? EVALUATE_VISIBLE : EVALUATE_OCCLUDED;
+        }
+    }
+    return mask;
+}

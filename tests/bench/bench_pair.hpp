@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Rectified pairs with ground truth, as folders on the disk.
+#ifndef VERGENCE_TESTS_BENCH_BENCH_PAIR_HPP
+#define VERGENCE_TESTS_BENCH_BENCH_PAIR_HPP
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+struct bench_pair {
+    std::string name;
+    cv::Mat left, right;  // grey, 8 bit, continuous
+    int disparity_min = 0, disparity_count = 0;
+    bool round_disparity = false;  // truth in whole pixels: round before comparing
+    std::vector<float> truth_px;   // empty: none; not finite: unknown
+    std::vector<uint8_t> mask;  // enum of evaluate.hpp; made from the truth when there is no file
+    std::string mask_origin;    // "mask.png" or "from the truth"
+};
+
+/// The folders to load: `path` itself when it holds left.png, else its sub-folders that do, in
+/// order of their names. Empty when there is none.
+std::vector<std::string> bench_pair_folders(const std::string& path);
+
+/// Loads left.png, right.png, meta.json (disparity_search: [min, end], optional
+/// round_disparity) and, where they are, disparity.pfm and mask.png. On failure returns false
+/// and says why, with the file's name.
+bool bench_pair_load(const std::string& folder, bench_pair* pair, std::string* message);
+
+/// Mask from the truth alone. A pixel is hidden when its match lies outside the right image, or
+/// when another pixel of the row with more than 1 px more disparity falls on the same whole right
+/// column.
+std::vector<uint8_t> bench_pair_mask(int width, int height, const std::vector<float>& truth_px);
+
+#endif

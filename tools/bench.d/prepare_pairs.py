@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Makes the benchmark's two pairs from packages, as folders with left.png, right.png,
+disparity.pfm and meta.json. Does nothing for a folder that is there already.
+
+usage: prepare_pairs.py OUT OPENCV_SAMPLES WHEEL
+"""
+import io
+import json
+import os
+import sys
+import tempfile
+import zipfile
+
+import numpy
+from PIL import Image
+
+
+def write_pfm(path, values):
+    with open(path, "wb") as file:
+        height, width = values.shape
+        file.write(f"Pf\n{width} {height}\n-1\n".encode())
+        file.write(numpy.flipud(values).astype("<f4").tobytes())
+
+
+def write_pair(out, left, right, truth, disparities):
+    """All files into a temporary folder first: an interrupted run leaves no half a pair."""
+    os.makedirs(os.path.dirname(out), exist_ok=True)
+    folder = tempfile.mkdtemp(dir=os.path.dirname(out))
+    left.save(os.path.join(folder, "left.png"))
+    right.save(os.path.join(folder, "right.png"))
+    write_pfm(os.path.join(folder, "disparity.pfm"), truth)
+    with open(os.path.join(folder, "meta.json"), "w", encoding="ascii") as file:
+        json.dump({"disparity_search": [0, disparities]}, file)
+    os.chmod(folder, 0o755)
+    os.rename(folder, out)
+
+
+def aloe(out, samples):
+    """Full size; truth in whole pixels, 0 where unknown."""
+    truth = numpy.array(Image.open(os.path.join(samples, "aloeGT.png")).convert("L"), "f4")
+    truth[truth == 0] = numpy.inf
+    images = [Image.open(os.path.join(samples, f"aloe{side}.jpg")) for side in "LR"]
+    write_pair(out, images[0], images[1], truth, 224)
+
+
+def motorcycle(out, wheel):
+    """Middlebury 2014, a quarter of its size, as scikit-image carries it."""
+    with zipfile.ZipFile(wheel) as archive:
+        def content(name):
+            return io.BytesIO(archive.read("skimage/data/motorcycle_" + name))
+
+        with numpy.load(content("disp.npz")) as arrays:
+            truth = arrays[arrays.files[0]].astype("f4")
+        images = [Image.open(content(side + ".png")) for side in ("left", "right")]
+        truth[~numpy.isfinite(truth) | (truth <= 0)] = numpy.inf
+        write_pair(out, images[0], images[1], truth, 64)
+
+
+def main():
+    out, samples, wheel = sys.argv[1:]
+    for name, make, source in (("aloe", aloe, samples), ("motorcycle", motorcycle, wheel)):
+        folder = os.path.join(out, name)
+        if not os.path.exists(os.path.join(folder, "meta.json")):
+            make(folder, source)
+
+
+if __name__ == "__main__":
+    main()
