@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The rules that hold for the whole tree: licence lines, allowed arrows, sizes."""
+import os
+import re
+import subprocess
+import unittest
+
+ROOT = os.environ["VERGENCE_SOURCE"]
+
+# Folder -> folders it may include from. Tests and tools may use everything below them.
+ARROWS = {
+    "firmware/core": {"core"},
+    "firmware/rig": {"core", "rig"},
+    "daemon": {"core", "rig", "daemon"},
+    "tools/host": {"core", "rig", "daemon", "tools"},
+}
+COMMENTED = (".c", ".h", ".cpp", ".hpp", ".py", ".sh", ".cmake", ".js", ".css", ".html")
+LONGEST_FILE = 500
+
+
+def tracked():
+    """All files of the tree, as git knows them, or by walking where there is no git."""
+    try:
+        out = subprocess.run(["git", "-c", "safe.directory=*", "-C", ROOT, "ls-files", "-co",
+                              "--exclude-standard"], capture_output=True, text=True, check=True)
+        return [p for p in out.stdout.splitlines() if os.path.isfile(os.path.join(ROOT, p))]
+    except (OSError, subprocess.CalledProcessError):
+        return [os.path.relpath(os.path.join(d, f), ROOT)
+                for d, _, files in os.walk(ROOT) for f in files if "/.git/" not in d + "/"]
+
+
+def text_of(path):
+    with open(os.path.join(ROOT, path), encoding="utf-8", errors="replace") as file:
+        return file.read()
+
+
+def is_code(path):
+    name = os.path.basename(path)
+    if name == "CMakeLists.txt" or path.endswith(COMMENTED):
+        return True
+    return text_of(path).startswith("#!")
+
+
+class Ground(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.files = tracked()
+        assert len(cls.files) > 20, "no files found"
+
+    def test_every_file_names_its_licence(self):
+        code = [p for p in self.files if "/corpus/" not in p and is_code(p)]
+        missing = [p for p in code if "SPDX-License-Identifier: Apache-2.0" not in text_of(p)[:400]]
+        self.assertEqual(missing, [])
+
+    def test_includes_follow_the_allowed_arrows(self):
+        wrong = []
+        for path in self.files:
+            for folder, allowed in ARROWS.items():
+                if not path.startswith(folder + "/"):
+                    continue
+                for target in re.findall(r'#include "([a-z_]+)/', text_of(path)):
+                    if target not in allowed:
+                        wrong.append(f"{path} -> {target}")
+        self.assertEqual(wrong, [])
+
+    def test_core_includes_no_system_beyond_the_freestanding(self):
+        allowed = {"stdbool.h", "stddef.h", "stdint.h", "string.h", "math.h", "immintrin.h",
+                   "limits.h", "float.h", "arm_neon.h", "smmintrin.h"}
+        wrong = []
+        for path in self.files:
+            if path.startswith(("firmware/core/", "firmware/rig/")):
+                found = set(re.findall(r"#include <([^>]+)>", text_of(path)))
+                wrong += [f"{path}: {name}" for name in found - allowed]
+        self.assertEqual(wrong, [])
+
+    def test_no_left_over_marks(self):
+        marks = re.compile(r"\b(TO" r"DO|FIX" r"ME|XX" r"X|HA" r"CK)\b")
+        wrong = [p for p in self.files if "/corpus/" not in p and is_code(p)
+                 and marks.search(text_of(p))]
+        self.assertEqual(wrong, [])
+
+    def test_files_stay_readable(self):
+        long = [f"{p}: {text_of(p).count(chr(10))} lines" for p in self.files
+                if p.endswith((".c", ".h", ".cpp", ".hpp", ".py")) and
+                text_of(p).count("\n") > LONGEST_FILE]
+        self.assertEqual(long, [])
+
+    def test_core_asserts_its_invariants(self):
+        lines = asserts = 0
+        for path in self.files:
+            if path.startswith("firmware/core/") and path.endswith(".c"):
+                code = [l for l in text_of(path).splitlines()
+                        if l.strip() and not l.strip().startswith(("//", "#", "}"))]
+                lines += len(code)
+                asserts += sum(l.count("INVARIANT(") for l in code)
+        print(f"core: {asserts} invariants in {lines} lines = {100 * asserts / lines:.1f} %")
+        self.assertGreaterEqual(asserts / lines, 0.03)
+
+
+if __name__ == "__main__":
+    unittest.main()
