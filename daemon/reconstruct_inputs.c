@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/reconstruct_inputs.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "core/error.h"
+
+/// Assumed where nobody knows better: a field of view of 53 degrees, and a round number.
+static const double assumed_baseline_mm = 100.0;
+
+static int read_images(const struct reconstruct_request* request,
+                       const struct image_format* formats, int format_count,
+                       const struct image_request* image_request, struct reconstruct_inputs* inputs,
+                       struct message* message) {
+    int error = image_file_read(request->left_path, formats, format_count, image_request,
+                                &inputs->left, message);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = image_file_read(request->right_path, formats, format_count, image_request,
+                            &inputs->right, message);
+    if (error != ERROR_OK) {
+        image_file_free(&inputs->left);
+        return error;
+    }
+    const struct image_file *left = &inputs->left, *right = &inputs->right;
+    if (left->file_width_px != right->file_width_px ||
+        left->file_height_px != right->file_height_px) {
+        error = message_set(message, ERROR_SIZE_MISMATCH,
+                            "the images differ in size: %s is %dx%d, %s is %dx%d pixels",
+                            left->path, left->file_width_px, left->file_height_px, right->path,
+                            right->file_width_px, right->file_height_px);
+    } else if (left->image.width_px < MATCH_MIN_WIDTH_PX ||
+               left->image.height_px < MATCH_MIN_HEIGHT_PX) {
+        error = message_set(message, ERROR_TOO_SMALL,
+                            "%s: %dx%d pixels are too few to be matched; at least %dx%d are needed",
+                            left->path, left->image.width_px, left->image.height_px,
+                            MATCH_MIN_WIDTH_PX, MATCH_MIN_HEIGHT_PX);
+    }
+    if (error != ERROR_OK) {
+        reconstruct_inputs_free(inputs);
+    }
+    return error;
+}
+
+static void warn_if_dark(const struct image_file* file, struct reconstruct_context* context) {
+    const int bits = file->image.bits;
+    int used = 8;
+    while (used < bits && file->brightest >> used != 0) {
+        used++;
+    }
+    if (bits - used >= 3) {
+        reconstruct_context_warn(context,
+                                 "%s: the brightest of %d bit pixels is %d; if the data have only "
+                                 "%d significant bits, say so by --bits",
+                                 file->path, bits, file->brightest, used);
+    }
+}
+
+static struct lens shrunk_lens(struct lens lens, int factor, int width_px, int height_px) {
+    // Pixel centres: x' = (x + 1/2) / factor - 1/2.
+    lens.fx_px /= factor;
+    lens.fy_px /= factor;
+    lens.cx_px = (lens.cx_px + 0.5) / factor - 0.5;
+    lens.cy_px = (lens.cy_px + 0.5) / factor - 0.5;
+    lens.width_px = width_px;
+    lens.height_px = height_px;
+    return lens;
+}
+
+static bool lens_fits(const struct lens* lens, int width_px, int height_px) {
+    return lens->width_px == width_px && lens->height_px == height_px;
+}
+
+/// Makes the calibration one of the images in memory. One that was made for images of their present
+/// size is taken as it is.
+static int fit_calibration(const struct reconstruct_request* request,
+                           struct reconstruct_inputs* inputs, struct message* message) {
+    const struct image_file* file = &inputs->left;
+    struct calibration* calibration = &inputs->calibration;
+    const int width_px = file->image.width_px, height_px = file->image.height_px;
+    if (lens_fits(&calibration->left, width_px, height_px) &&
+        lens_fits(&calibration->right, width_px, height_px)) {
+        return ERROR_OK;
+    }
+    if (!lens_fits(&calibration->left, file->file_width_px, file->file_height_px) ||
+        !lens_fits(&calibration->right, file->file_width_px, file->file_height_px)) {
+        return message_set(message, ERROR_SIZE_MISMATCH,
+                           "the images are %dx%d pixels, but %s is for %dx%d (left) and %dx%d "
+                           "(right)",
+                           file->file_width_px, file->file_height_px, request->calibration_path,
+                           calibration->left.width_px, calibration->left.height_px,
+                           calibration->right.width_px, calibration->right.height_px);
+    }
+    calibration->left = shrunk_lens(calibration->left, file->shrink, width_px, height_px);
+    calibration->right = shrunk_lens(calibration->right, file->shrink, width_px, height_px);
+    const int error = calibration_round(calibration);
+    if (error != ERROR_OK) {
+        return message_set(message, error, "the calibration does not survive a shrink by %d: %s",
+                           file->shrink, error_text(error));
+    }
+    return ERROR_OK;
+}
+
+static int assume_calibration(const struct reconstruct_request* request,
+                              struct reconstruct_inputs* inputs,
+                              struct reconstruct_context* context, struct message* message) {
+    const struct image_file* file = &inputs->left;
+    const double focal_px = request->focal_px > 0 ? request->focal_px : file->file_width_px;
+    const double baseline_mm =
+        request->baseline_mm > 0 ? request->baseline_mm : assumed_baseline_mm;
+    const struct lens lens = {
+        .width_px = file->file_width_px,
+        .height_px = file->file_height_px,
+        .fx_px = focal_px,
+        .fy_px = focal_px,
+        .cx_px = (file->file_width_px - 1) / 2.0,
+        .cy_px = (file->file_height_px - 1) / 2.0,
+    };
+    struct calibration made = {
+        .id = "assumed",
+        .rectified = true,
+        .translation_right_left_mm = {-baseline_mm, 0, 0},
+    };
+    made.left = made.right =
+        shrunk_lens(lens, file->shrink, file->image.width_px, file->image.height_px);
+    inputs->metric = request->focal_px > 0 && request->baseline_mm > 0;
+    snprintf(made.note, sizeof made.note, "focal length %s, baseline %s, centres assumed",
+             request->focal_px > 0 ? "given" : "assumed",
+             request->baseline_mm > 0 ? "given" : "assumed");
+    int error = calibration_round(&made);
+    if (error == ERROR_OK) {
+        error = calibration_validate(&made, NULL);
+    }
+    if (error != ERROR_OK) {
+        return message_set(message, error, "--focal or --baseline cannot be used: %s",
+                           error_text(error));
+    }
+    inputs->calibration = made;
+    snprintf(inputs->calibration_format, sizeof inputs->calibration_format, "assumed");
+    if (inputs->metric) {
+        reconstruct_context_warn(
+            context, "principal points are assumed to stand in the middle of the images");
+    } else {
+        reconstruct_context_warn(
+            context,
+            "the geometry is assumed (focal length %.6g px, baseline %.6g mm): "
+            "shapes are right only up to a stretch in depth, lengths mean "
+            "nothing",
+            focal_px, baseline_mm);
+    }
+    return ERROR_OK;
+}
+
+static int load_calibration(const struct reconstruct_request* request, calibration_loader* load,
+                            struct reconstruct_inputs* inputs, struct reconstruct_context* context,
+                            struct message* message) {
+    const struct calibration_request wanted = {
+        .path = request->calibration_path,
+        .image_width_px = inputs->left.file_width_px,
+        .image_height_px = inputs->left.file_height_px,
+        .unit = reconstruct_request_unit(request),
+    };
+    const int error = load(&wanted, &inputs->calibration, inputs->calibration_format, message);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    inputs->metric = true;
+    if (inputs->calibration.note[0] != '\0') {
+        reconstruct_context_warn(context, "calibration: %s", inputs->calibration.note);
+    }
+    return fit_calibration(request, inputs, message);
+}
+
+int reconstruct_inputs_read(const struct reconstruct_request* request,
+                            const struct image_format* formats, int format_count,
+                            calibration_loader* load, struct reconstruct_inputs* inputs,
+                            struct reconstruct_context* context, struct message* message) {
+    const struct image_request image_request = {
+        .bits = request->bits,
+        .bayer = request->bayer < 0    ? IMAGE_BAYER_BY_FORMAT
+                 : request->bayer == 0 ? IMAGE_BAYER_NONE
+                                       : IMAGE_BAYER_GRBG,
+        .raw_width_px = request->raw_px[0],
+        .raw_height_px = request->raw_px[1],
+        .scale = request->scale,
+    };
+    memset(inputs, 0, sizeof *inputs);
+    int error = read_images(request, formats, format_count, &image_request, inputs, message);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    inputs->left.request = inputs->right.request = NULL;  // it ends with this call
+    if (request->calibration_path != NULL) {
+        error = load_calibration(request, load, inputs, context, message);
+    } else {
+        error = assume_calibration(request, inputs, context, message);
+    }
+    if (error != ERROR_OK) {
+        reconstruct_inputs_free(inputs);
+        return error;
+    }
+    warn_if_dark(&inputs->left, context);
+    warn_if_dark(&inputs->right, context);
+    if (inputs->left.shrink > 1) {
+        reconstruct_context_warn(context, "the images were shrunk by %d while reading",
+                                 inputs->left.shrink);
+    }
+    return ERROR_OK;
+}
+
+void reconstruct_inputs_free(struct reconstruct_inputs* inputs) {
+    image_file_free(&inputs->left);
+    image_file_free(&inputs->right);
+}

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/reconstruct_request.h"
+
+#include <math.h>
+#include <stdio.h>
+
+#include "core/image.h"
+#include "core/match.h"
+#include "daemon/client.h"
+#include "daemon/image_file.h"
+#include "daemon/options.h"
+#include "daemon/workers.h"
+
+#define FIELD(name) offsetof(struct reconstruct_request, name)
+
+// clang-format off
+static const struct option options[] = {
+    {.name = "calibration", .kind = OPTION_TEXT, .offset = FIELD(calibration_path), .value_name = "FILE",
+     .help = "The calibration of the pair: our own text, or a file of a kind that \"vergence info\" "
+             "lists (OpenCV, ROS, Middlebury, KITTI). Needed unless --rectified is given."},
+    {.name = "out", .kind = OPTION_TEXT, .offset = FIELD(out_path), .value_name = "DIR",
+     .help = "Directory for the results; created when missing. Files of an earlier run in it are "
+             "replaced. Needed."},
+    {.name = "depth", .kind = OPTION_REAL, .offset = FIELD(depth_mm), .value_name = "NEAR:FAR",
+     .minimum = 1e-3, .maximum = INFINITY, .count = 2, .separator = ':',
+     .help = "Depths to search, in mm before the left camera; FAR may be inf. Default: what the "
+             "calibration states, else around the point where the cameras' axes meet, else "
+             "disparities to a quarter of the width."},
+    {.name = "disparity", .kind = OPTION_INT, .offset = FIELD(disparity), .value_name = "MIN:COUNT",
+     .minimum = -MATCH_DISPARITY_LIMIT, .maximum = MATCH_DISPARITY_LIMIT, .count = 2, .separator = ':',
+     .help = "Disparities to search instead, in pixels of the rectified images: MIN to "
+             "MIN+COUNT-1. MIN may be negative."},
+    {.name = "region", .kind = OPTION_INT, .offset = FIELD(region_px), .value_name = "X,Y,W,H",
+     .minimum = 0, .maximum = IMAGE_MAX_SIDE_PX, .count = 4, .separator = ',',
+     .help = "Reconstruct only this window of the rectified left image, in its pixels."},
+    {.name = "scale", .kind = OPTION_REAL, .offset = FIELD(scale), .value_name = "S",
+     .minimum = 0.01, .maximum = 4,
+     .help = "Size of the rectified images against the raw ones. Default: 1. Images above the maximum of "
+             "4096 x 4096 pixels need one that makes them smaller."},
+    {.name = "threads", .kind = OPTION_INT, .offset = FIELD(threads), .value_name = "N",
+     .minimum = 1, .maximum = WORKERS_MAX_THREADS,
+     .help = "Threads to compute with; the result does not depend on it. Default: all processors."},
+    {.name = "rectified", .kind = OPTION_FLAG, .offset = FIELD(rectified),
+     .help = "The pair is rectified and has no calibration. Without --focal and --baseline the "
+             "geometry is assumed: shapes are then right only up to a stretch in depth, lengths mean "
+             "nothing, and the results say so."},
+    {.name = "focal", .kind = OPTION_REAL, .offset = FIELD(focal_px), .value_name = "PX",
+     .minimum = 1, .maximum = 1e6,
+     .help = "With --rectified: focal length in pixels of the images as they are in the files."},
+    {.name = "baseline", .kind = OPTION_REAL, .offset = FIELD(baseline_mm), .value_name = "MM",
+     .minimum = 1e-3, .maximum = 1e5,
+     .help = "With --rectified: distance between the cameras in mm."},
+    {.name = "unit", .kind = OPTION_CHOICE, .offset = FIELD(unit), .value_name = "UNIT",
+     .choices = "mm cm m",
+     .help = "Unit of length of an imported calibration whose format has none. Default: mm."},
+    {.name = "bayer", .kind = OPTION_CHOICE, .offset = FIELD(bayer), .value_name = "PATTERN",
+     .choices = "none grbg",
+     .help = "Whether grey images are mosaics of a colour sensor. Default: grbg for .raw files, "
+             "none for all others."},
+    {.name = "bits", .kind = OPTION_INT, .offset = FIELD(bits), .value_name = "N",
+     .minimum = 8, .maximum = 16,
+     .help = "Significant bits of a pixel. Default: what the file says; 10 for .raw files."},
+    {.name = "raw", .kind = OPTION_INT, .offset = FIELD(raw_px), .value_name = "WxH",
+     .minimum = 1, .maximum = IMAGE_FILE_MAX_SIDE_PX, .count = 2, .separator = 'x',
+     .help = "Size of .raw files (16 bit little-endian words without a header). Default: 2048x1536."},
+    {.name = "no-refine", .kind = OPTION_FLAG, .offset = FIELD(no_refine),
+     .help = "Leave out the sub-pixel refinement and the predicted deviation that comes with it."},
+    {.name = "keep-all", .kind = OPTION_FLAG, .offset = FIELD(keep_all),
+     .help = "Reject no match, however doubtful: for judging the matcher."},
+    {.name = "speckle", .kind = OPTION_INT, .offset = FIELD(speckle_px), .value_name = "N",
+     .minimum = 0, .maximum = 1000000,
+     .help = "Reject islands of fewer than N pixels. Default: see result.json."},
+    {.name = "ground-truth", .kind = OPTION_TEXT, .offset = FIELD(ground_truth_path), .value_name = "FILE",
+     .help = "True disparities of the rectified left image, for the error map of the report."},
+    {.name = "mask", .kind = OPTION_TEXT, .offset = FIELD(mask_path), .value_name = "FILE",
+     .help = "With --ground-truth: which pixels count (255 visible in both, 128 occluded, 0 unknown)."},
+    {.name = "ground-truth-scale", .kind = OPTION_REAL, .offset = FIELD(ground_truth_scale), .value_name = "S",
+     .minimum = 1e-3, .maximum = 1e6,
+     .help = "With --ground-truth: what the values of an 8 bit image were multiplied by."},
+    {.name = "json", .kind = OPTION_FLAG, .offset = FIELD(json),
+     .help = "Print result.json on standard output instead of the summary."},
+    {.name = "quiet", .kind = OPTION_FLAG, .offset = FIELD(quiet),
+     .help = "Print neither summary nor warnings nor progress."},
+};
+// clang-format on
+
+static const struct option_page page = {
+    .command = "vergence reconstruct",
+    .operands = "LEFT RIGHT",
+    .summary = "measure a surface from a pair of images",
+    .description =
+        "Rectifies the pair, finds the disparity of every pixel of the left image or the reason "
+        "why "
+        "it has none, and writes the surface in millimetres in the frame of the left camera (x "
+        "right, "
+        "y down, z forward): meshes, point cloud, disparity and depth maps, a page to look at "
+        "(report.html) and all figures (result.json).\n"
+        "The directory of results appears when everything is written; until then, and after any "
+        "failure, nothing of this run stands under its name. Ctrl-C stops within a second.",
+    .examples =
+        "  vergence reconstruct left.png right.png --calibration rig.txt --out result\n"
+        "  vergence reconstruct l.pgm r.pgm --calibration intrinsics.yml --depth 400:900 "
+        "--out result\n"
+        "  vergence reconstruct im0.png im1.png --rectified --disparity 0:128 --out result",
+    .options = options,
+    .option_count = sizeof options / sizeof options[0],
+    .operands_min = 2,
+    .operands_max = 2,
+};
+
+/// What the table cannot say about single options; NULL when the line makes sense.
+static const char* find_contradiction(const struct reconstruct_request* request) {
+    if (request->out_path == NULL) {
+        return "--out DIR is missing: where shall the results go?";
+    }
+    if (request->calibration_path == NULL && !request->rectified) {
+        return "--calibration FILE is missing (or --rectified for a rectified pair without one)";
+    }
+    if (request->calibration_path != NULL && request->rectified) {
+        return "--rectified is for pairs without a calibration; leave out one of the two";
+    }
+    if (!request->rectified && (request->focal_px > 0 || request->baseline_mm > 0)) {
+        return "--focal and --baseline belong to --rectified";
+    }
+    if (request->depth_mm[1] > 0 && !(request->depth_mm[0] < request->depth_mm[1])) {
+        return "--depth NEAR:FAR is empty: NEAR must be less than FAR";
+    }
+    if (request->depth_mm[1] > 0 && request->disparity[1] != 0) {
+        return "--depth and --disparity both say what to search; leave out one of the two";
+    }
+    if (request->disparity[1] < 0 || (request->disparity[0] != 0 && request->disparity[1] == 0)) {
+        return "--disparity MIN:COUNT is empty: COUNT must be 1 or more";
+    }
+    if (request->region_px[2] == 0 && request->region_px[3] != 0) {
+        return "--region X,Y,W,H is empty: W and H must be 1 or more";
+    }
+    if (request->ground_truth_path == NULL &&
+        (request->mask_path != NULL || request->ground_truth_scale > 0)) {
+        return "--mask and --ground-truth-scale belong to --ground-truth";
+    }
+    return NULL;
+}
+
+int reconstruct_request_parse(int argc, char** argv, struct reconstruct_request* request) {
+    *request = (struct reconstruct_request){.scale = 1, .unit = -1, .bayer = -1, .speckle_px = -1};
+    const char* operands[2] = {NULL, NULL};
+    int operand_count = 0;
+    const int exit_code = options_parse(&page, argc, argv, request, operands, &operand_count);
+    if (exit_code != OPTIONS_CONTINUE) {
+        return exit_code;
+    }
+    request->left_path = operands[0];
+    request->right_path = operands[1];
+    const char* contradiction = find_contradiction(request);
+    if (contradiction != NULL) {
+        fprintf(stderr, "vergence reconstruct: %s\n", contradiction);
+        return CLIENT_USAGE;
+    }
+    return OPTIONS_CONTINUE;
+}
+
+const char* reconstruct_request_unit(const struct reconstruct_request* request) {
+    static const char* const units[] = {"mm", "cm", "m"};
+    return request->unit >= 0 ? units[request->unit] : NULL;
+}

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The command line of `vergence reconstruct`.
+#ifndef VERGENCE_DAEMON_RECONSTRUCT_REQUEST_H
+#define VERGENCE_DAEMON_RECONSTRUCT_REQUEST_H
+
+#include <stdbool.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+struct reconstruct_request {
+    const char *left_path, *right_path;
+    const char *calibration_path, *out_path;
+    double depth_mm[2];  // near, far; 0 0: not given
+    int disparity[2];    // least, count; count 0: not given
+    int region_px[4];    // x, y, width, height; width 0: all
+    double scale;
+    int threads;  // 0: all processors
+    bool rectified;
+    double focal_px, baseline_mm;  // of a rectified pair without calibration; 0: not given
+    int unit;                      // place in "mm cm m"; -1: not given
+    int bayer;                     // place in "none grbg"; -1: not given
+    int bits;                      // 0: as the files say
+    int raw_px[2];                 // width, height; 0 0: not given
+    bool no_refine, keep_all;
+    int speckle_px;  // -1: not given
+    const char *ground_truth_path, *mask_path;
+    double ground_truth_scale;  // 0: not given
+    bool json, quiet;
+};
+
+/// Parses and checks the line. Returns OPTIONS_CONTINUE or the exit code to end with, see
+/// options.h.
+int reconstruct_request_parse(int argc, char** argv, struct reconstruct_request* request);
+
+/// "mm", "cm", "m", or NULL when --unit was not given.
+const char* reconstruct_request_unit(const struct reconstruct_request* request);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

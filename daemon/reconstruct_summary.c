@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/reconstruct_summary.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <string.h>
+
+#include "core/error.h"
+#include "daemon/result_json.h"
+
+static void print_search(const struct reconstruct_context* context, FILE* stream) {
+    const struct rectify_plan* plan = &context->result->plan;
+    fprintf(stream, "rectified   %d x %d px, f %.6g px, baseline %.6g mm\n", plan->width_px,
+            plan->height_px, plan->f_px, plan->baseline_mm);
+    fprintf(stream, "searched    disparities %d to %d px", plan->disparity_min,
+            plan->disparity_min + plan->disparity_count - 1);
+    if (context->metric) {
+        fprintf(stream, ", depths %.6g mm to ", plan->depth_near_mm);
+        if (isfinite(plan->depth_far_mm)) {
+            fprintf(stream, "%.6g mm", plan->depth_far_mm);
+        } else {
+            fputs("infinity", stream);
+        }
+    }
+    fprintf(stream, "%s\n", plan->depth_range_assumed ? " (assumed)" : "");
+}
+
+static void print_surface(const struct reconstruct_context* context, FILE* stream) {
+    const struct reconstruct_result* result = context->result;
+    fprintf(stream,
+            "surface     %" PRIu32 " points, %" PRIu32 " triangles, %.1f %% of the pixels\n",
+            result->vertex_count, result->triangle_count, result_json_density_percent(result));
+    if (context->metric) {
+        const struct result_json_bounds bounds = result_json_bounds(result);
+        fprintf(stream, "depth       %.6g mm to %.6g mm\n", bounds.least_mm[2],
+                bounds.greatest_mm[2]);
+    }
+    if (result->vertical.samples > 0) {
+        fprintf(stream, "rows        off by %.3f px (median), %.3f px (95 %%) in %d samples\n",
+                result->vertical.median_px, result->vertical.p95_px, result->vertical.samples);
+    }
+}
+
+void reconstruct_summary_print(const struct reconstruct_context* context, const char* out_path,
+                               FILE* stream) {
+    print_search(context, stream);
+    print_surface(context, stream);
+    fprintf(stream, "cost        %.2f s, %.0f MB, %d thread%s\n", (double)context->total_us / 1e6,
+            (double)context->rss_peak_bytes / 1e6, context->threads,
+            context->threads == 1 ? "" : "s");
+    fprintf(stream, "results     %s\n", out_path);
+}
+
+void reconstruct_summary_no_surface(const struct reconstruct_result* result,
+                                    struct message* message) {
+    double total = 0;
+    int main_reason = REASON_BORDER;
+    for (int reason = 0; reason < REASON_COUNT; reason++) {
+        total += result->reason_count[reason];
+        if (reason != REASON_VALID &&
+            result->reason_count[reason] > result->reason_count[main_reason]) {
+            main_reason = reason;
+        }
+    }
+    message_set(message, ERROR_NO_SURFACE,
+                "no surface was found: %.0f %% of the pixels are \"%s\"; do both images show the "
+                "same scene, and is it within the depths or disparities searched (%d to %d px)?",
+                total > 0 ? 100.0 * result->reason_count[main_reason] / total : 0.0,
+                reason_text(main_reason), result->plan.disparity_min,
+                result->plan.disparity_min + result->plan.disparity_count - 1);
+}
+
+void reconstruct_summary_no_plan(int error, const struct calibration* calibration,
+                                 const struct reconstruct_options* options,
+                                 struct message* message) {
+    const struct rectify_options* rectify = &options->rectify;
+    switch (error) {
+        case ERROR_DEPTH_RANGE:
+            message_set(
+                message, error, "the depth range %.6g:%.6g mm is empty; give --depth",
+                rectify->depth_near_mm > 0 ? rectify->depth_near_mm : calibration->depth_near_mm,
+                rectify->depth_near_mm > 0 ? rectify->depth_far_mm : calibration->depth_far_mm);
+            break;
+        case ERROR_DISPARITY_RANGE:
+            message_set(message, error,
+                        "the search needs disparities that are not between %d and %d px, or more "
+                        "than %d of them, or lies beyond infinity; narrow it by --depth, or make "
+                        "the images smaller by --scale",
+                        -MATCH_DISPARITY_LIMIT, MATCH_DISPARITY_LIMIT, MATCH_MAX_DISPARITIES);
+            break;
+        case ERROR_OVERLAP:
+            message_set(
+                message, error,
+                "the two cameras share no field of view in the depths searched; are left and "
+                "right swapped, or is --depth wrong?");
+            break;
+        case ERROR_TOO_LARGE:
+            message_set(
+                message, error,
+                "the rectified images would be larger than the maximum of %dx%d pixels; give "
+                "a --scale below %.3g",
+                IMAGE_MAX_SIDE_PX, IMAGE_MAX_SIDE_PX, rectify->scale);
+            break;
+        case ERROR_TOO_SMALL:
+            message_set(message, error,
+                        "what is left of the images is too small to be matched; at least %dx%d "
+                        "rectified pixels are needed",
+                        MATCH_MIN_WIDTH_PX, MATCH_MIN_HEIGHT_PX);
+            break;
+        case ERROR_ARGUMENT:
+            if (rectify->region_width_px > 0) {
+                message_set(message, error, "--region lies outside the rectified image");
+                break;
+            }
+            // fall through
+        default:
+            message_set(message, error, "the pair cannot be rectified: %s", error_text(error));
+    }
+}
