@@ -15,6 +15,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/root.h"
 
 static const int64_t LIMIT_UM = 2000000000;
 
@@ -113,38 +114,6 @@ static int64_t scale(int64_t value, int64_t factor, int bits) {
     return (high * factor + ((low * factor) >> 16)) >> (bits - 16);
 }
 
-// 2^30 / sqrt(m / 2^30) for m in [2^30, 2^32): Newton's iteration for the inverse square root from
-// the straight line that is off by 8.6 % at most; relative error below 2^-28.
-static int64_t inverse_root_q30(int64_t m_q30) {
-    INVARIANT(m_q30 >= (int64_t)1 << 30 && m_q30 < (int64_t)1 << 32);
-    int64_t r_q30 = 1145023540 - scale(m_q30, 163574791, 30);
-    for (int step = 0; step < 4; step++) {
-        const int64_t square_q30 = (r_q30 * r_q30) >> 30;
-        const int64_t product_q30 = (m_q30 * square_q30) >> 30;
-        r_q30 = (r_q30 * (((int64_t)3 << 30) - product_q30)) >> 31;
-    }
-    return r_q30;
-}
-
-// Brings value > 0 to [2^30, 2^32) by an even shift: value = m 2^-shift.
-static int64_t normalise(int64_t value, int* shift) {
-    INVARIANT(value > 0 && value < (int64_t)1 << 62);
-    *shift = (__builtin_clzll((unsigned long long)value) - 32) & ~1;
-    return *shift >= 0 ? value << *shift : value >> -*shift;
-}
-
-// Square root of a non-negative value, relative error below 2^-27.
-static int64_t root(int64_t value) {
-    if (value == 0) {
-        return 0;
-    }
-    int shift;
-    const int64_t m = normalise(value, &shift);
-    // sqrt(m 2^-shift) = (m / sqrt(m 2^-30)) 2^-15 2^-(shift / 2)
-    const int64_t root_q30 = (m * (inverse_root_q30(m) >> 2)) >> 28;
-    return root_q30 >> (15 + shift / 2);
-}
-
 // Where and how far apart the rays pass each other, relative to the plain B/D.
 struct passing {
     int64_t left_q26, right_q26;  // s and t as 1 + these
@@ -159,9 +128,9 @@ static struct passing find_passing(int64_t x_q27, int64_t y_q27, int64_t e_q27, 
     const int64_t k2_q26 = (k_q27 * k_q27) >> 28;
     const int64_t n_q26 = ((int64_t)1 << 26) + k2_q26 + ((q_q27 * q_q27) >> 28);
     int shift;
-    const int64_t m_q30 = normalise(n_q26, &shift);
+    const int64_t m_q30 = root_normalise(n_q26, &shift);
     // n = n_q26 2^-26 = m_q30 2^-30 2^(4 - shift)
-    const int64_t inverse_q30 = inverse_root_q30(m_q30) >> ((4 - shift) / 2);
+    const int64_t inverse_q30 = root_inverse_q30(m_q30) >> ((4 - shift) / 2);
     INVARIANT(shift <= 4 && inverse_q30 > 0);
     const int64_t inverse_n_q29 = (inverse_q30 * inverse_q30) >> 31;
     const int64_t qkx_q26 = (q_q27 * kx_q27) >> 28;
@@ -188,7 +157,7 @@ static uint32_t predict_sigma_um(const struct triangulate_plan* plan, int64_t x_
     const bool is_large = variance_q24 >= (int64_t)1 << 42;
     const int64_t product = (is_large ? variance_q24 >> 16 : variance_q24) * length2_q12;
     const int64_t most_q18 = (int64_t)1 << 31;
-    const int64_t deviation_q18 = is_large ? root(product) << 8 : root(product);
+    const int64_t deviation_q18 = is_large ? root_of(product) << 8 : root_of(product);
     INVARIANT(z_um >= 0 && z_um <= LIMIT_UM && deviation_q18 >= 0);
     const int64_t sigma_um_q2 =
         z_um * (deviation_q18 < most_q18 ? deviation_q18 : most_q18) / parallax_q16;
