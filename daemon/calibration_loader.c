@@ -50,10 +50,16 @@ int calibration_loader_own(const struct calibration_request* request,
         return message_set(message, ERROR_SYNTAX, "%s: the file is empty", path);
     }
     struct calibration_fault fault = {.line = 0, .field = ""};
-    const int error = calibration_parse(text, length, calibration, &fault);
+    struct calibration parsed;
+    const int error = calibration_parse(text, length, &parsed, &fault);
     if (error != ERROR_OK) {
         return describe_fault(path, error, &fault, message);
     }
+    if (request->rectified && !parsed.rectified) {
+        return message_set(message, ERROR_ARGUMENT,
+                           "%s is for images that are not rectified; leave out --rectified", path);
+    }
+    *calibration = parsed;
     snprintf(format, CALIBRATION_LOADER_FORMAT_BYTES, "vergence");
     return ERROR_OK;
 }

@@ -161,6 +161,8 @@ static int load_calibration(const struct reconstruct_request* request, calibrati
         .image_width_px = inputs->left.file_width_px,
         .image_height_px = inputs->left.file_height_px,
         .unit = reconstruct_request_unit(request),
+        .rectified = request->rectified,
+        .first_camera = request->first_camera,
     };
     const int error = load(&wanted, &inputs->calibration, inputs->calibration_format, message);
     if (error != ERROR_OK) {

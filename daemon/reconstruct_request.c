@@ -41,18 +41,22 @@ static const struct option options[] = {
      .minimum = 1, .maximum = WORKERS_MAX_THREADS,
      .help = "Threads to compute with; the result does not depend on it. Default: all processors."},
     {.name = "rectified", .kind = OPTION_FLAG, .offset = FIELD(rectified),
-     .help = "The pair is rectified and has no calibration. Without --focal and --baseline the "
-             "geometry is assumed: shapes are then right only up to a stretch in depth, lengths mean "
-             "nothing, and the results say so."},
+     .help = "The images are rectified already. With --calibration the file's rectified cameras are "
+             "taken. Without one the geometry comes from --focal and --baseline, or is assumed: "
+             "shapes are then right only up to a stretch in depth, lengths mean nothing, and the "
+             "results say so."},
     {.name = "focal", .kind = OPTION_REAL, .offset = FIELD(focal_px), .value_name = "PX",
      .minimum = 1, .maximum = 1e6,
-     .help = "With --rectified: focal length in pixels of the images as they are in the files."},
+     .help = "With --rectified and no calibration: focal length in pixels of the images as they are in the files."},
     {.name = "baseline", .kind = OPTION_REAL, .offset = FIELD(baseline_mm), .value_name = "MM",
      .minimum = 1e-3, .maximum = 1e5,
-     .help = "With --rectified: distance between the cameras in mm."},
+     .help = "With --rectified and no calibration: distance between the cameras in mm."},
     {.name = "unit", .kind = OPTION_CHOICE, .offset = FIELD(unit), .value_name = "UNIT",
      .choices = "mm cm m",
      .help = "Unit of length of an imported calibration whose format has none. Default: mm."},
+    {.name = "first-camera", .kind = OPTION_INT, .offset = FIELD(first_camera), .value_name = "N",
+     .minimum = 0, .maximum = 99,
+     .help = "Number of the left camera in a calibration of several pairs (KITTI: 0 grey, 2 colour)."},
     {.name = "bayer", .kind = OPTION_CHOICE, .offset = FIELD(bayer), .value_name = "PATTERN",
      .choices = "none grbg",
      .help = "Whether grey images are mosaics of a colour sensor. Default: grbg for .raw files, "
@@ -116,11 +120,12 @@ static const char* find_contradiction(const struct reconstruct_request* request)
     if (request->calibration_path == NULL && !request->rectified) {
         return "--calibration FILE is missing (or --rectified for a rectified pair without one)";
     }
-    if (request->calibration_path != NULL && request->rectified) {
-        return "--rectified is for pairs without a calibration; leave out one of the two";
+    if ((!request->rectified || request->calibration_path != NULL) &&
+        (request->focal_px > 0 || request->baseline_mm > 0)) {
+        return "--focal and --baseline are for --rectified without a calibration";
     }
-    if (!request->rectified && (request->focal_px > 0 || request->baseline_mm > 0)) {
-        return "--focal and --baseline belong to --rectified";
+    if (request->calibration_path == NULL && (request->unit >= 0 || request->first_camera >= 0)) {
+        return "--unit and --first-camera belong to --calibration";
     }
     if (request->depth_mm[1] > 0 && !(request->depth_mm[0] < request->depth_mm[1])) {
         return "--depth NEAR:FAR is empty: NEAR must be less than FAR";
@@ -142,7 +147,8 @@ static const char* find_contradiction(const struct reconstruct_request* request)
 }
 
 int reconstruct_request_parse(int argc, char** argv, struct reconstruct_request* request) {
-    *request = (struct reconstruct_request){.scale = 1, .unit = -1, .bayer = -1, .speckle_px = -1};
+    *request = (struct reconstruct_request){
+        .scale = 1, .unit = -1, .first_camera = -1, .bayer = -1, .speckle_px = -1};
     const char* operands[2] = {NULL, NULL};
     int operand_count = 0;
     const int exit_code = options_parse(&page, argc, argv, request, operands, &operand_count);

@@ -20,6 +20,7 @@ struct reconstruct_request {
     bool rectified;
     double focal_px, baseline_mm;  // of a rectified pair without calibration; 0: not given
     int unit;                      // place in "mm cm m"; -1: not given
+    int first_camera;              // -1: not given
     int bayer;                     // place in "none grbg"; -1: not given
     int bits;                      // 0: as the files say
     int raw_px[2];                 // width, height; 0 0: not given
