@@ -117,7 +117,7 @@ std::string make_page(const reconstruct_context& context) {
         {"pair", report_pictures_pair(context, grid)},
         {"raw_pair", report_pictures_raw(context)},
         {"maps", report_pictures_maps(context, figures, grid)},
-        {"accuracy", report_sections_accuracy(context, figures)},
+        {"accuracy", report_sections_accuracy(context, figures, grid)},
         {"histogram", report_sections_histogram(figures)},
         {"details", report_sections_details(context, figures)},
         {"footer",

@@ -50,8 +50,9 @@ struct tick {
 std::string scale(const colormap_table& table, const std::vector<tick>& ticks) {
     std::string html = report_text_format(
         "<div class=\"legend\"><div class=\"ramp\" style=\"background:%s\"></div>"
-        "<div class=\"ticks\">",
-        report_pictures_gradient(table).c_str());
+        "<div class=\"ticks%s\">",
+        report_pictures_gradient(table).c_str(),
+        ticks.front().text.find("<br>") != std::string::npos ? " double" : "");
     for (const tick& t : ticks)
         html += report_text_format("<span style=\"left:%.1f%%\">%s</span>", 100 * t.share,
                                    t.text.c_str());
@@ -104,7 +105,7 @@ std::string disparity_figure(const reconstruct_context& context, const report_fi
         const double shift = d - (plan.cx_left_px - plan.cx_right_px);
         std::string text = report_text_format("%.*f px", high_px - low_px < 8 ? 2 : 0, d);
         if (shift > 0)
-            text += " · " + report_text_length(plan.f_px * plan.baseline_mm / shift, figures.unit);
+            text += "<br>" + report_text_length(plan.f_px * plan.baseline_mm / shift, figures.unit);
         ticks.push_back({i / 4.0, text});
     }
     return figure(frame("map", "left", uri, "", "Map of disparities", ""),
@@ -155,21 +156,6 @@ std::string sigma_figure(const reconstruct_context& context, const report_grid& 
     return figure(
         frame("map", "left", uri, "", "Map of predicted sigma", ""),
         "<b>Predicted sigma</b> of the disparity." + scale(table, even_ticks(0, high_px, " px")));
-}
-
-std::string error_figure(const reconstruct_context& context, const report_figures& figures,
-                         const report_grid& grid) {
-    if (!figures.truth.given || !figures.truth.trouble.empty())
-        return "";
-    const double limit_px = 4;
-    const colormap_table table = colormap_diverging();
-    const std::string uri = report_encode_png(
-        grid.width_px, grid.height_px,
-        report_layers_error(*context.result, figures.truth, grid, limit_px), table);
-    const std::vector<tick> ticks = {
-        {0, "−4 px, too far"}, {0.25, "−2"}, {0.5, "0"}, {0.75, "+2"}, {1, "+4 px, too near"}};
-    return figure(frame("map", "left", uri, "", "Map of errors", ""),
-                  "<b>Error</b>: disparity − ground truth." + scale(table, ticks));
 }
 
 /// A raw image as 8-bit colour.
@@ -235,6 +221,18 @@ std::string report_pictures_raw(const reconstruct_context& context) {
 std::string report_pictures_maps(const reconstruct_context& context, const report_figures& figures,
                                  const report_grid& grid) {
     return disparity_figure(context, figures, grid) + reason_figure(context, figures, grid) +
-           error_figure(context, figures, grid) + confidence_figure(context, grid) +
-           sigma_figure(context, grid);
+           confidence_figure(context, grid) + sigma_figure(context, grid);
+}
+
+std::string report_pictures_error(const reconstruct_context& context, const report_figures& figures,
+                                  const report_grid& grid) {
+    const double limit_px = 4;
+    const colormap_table table = colormap_diverging();
+    const std::string uri = report_encode_png(
+        grid.width_px, grid.height_px,
+        report_layers_error(*context.result, figures.truth, grid, limit_px), table);
+    const std::vector<tick> ticks = {
+        {0, "−4 px, too far"}, {0.25, "−2"}, {0.5, "0"}, {0.75, "+2"}, {1, "+4 px, too near"}};
+    return figure(frame("map", "left", uri, "", "Map of errors", ""),
+                  "<b>Error</b>: disparity − ground truth." + scale(table, ticks));
 }

@@ -2,8 +2,9 @@
 #include "tools/host/report_sections.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <vector>
 
+#include "tools/host/report_pictures.hpp"
 #include "tools/host/report_text.hpp"
 
 namespace {
@@ -31,7 +32,35 @@ std::string rows_card(const reconstruct_context& context, const report_figures& 
                                   vertical.p95_px) +
                text;
     }
-    return card("Do the rows correspond?", value, text, figures.vertical.grade);
+    return card("Agreement of rows", value, text, figures.vertical.grade);
+}
+
+/// A column of the table of errors.
+struct scored {
+    const char* name;
+    const evaluate_score* score;
+};
+
+std::string score_table(const std::vector<scored>& sets) {
+    std::string html = "<table><thead><tr><th>pixels</th>";
+    for (const scored& set : sets)
+        html += report_text_format("<th>%s</th>", set.name);
+    html += "</tr></thead><tbody>\n<tr><th scope=\"row\">count</th>";
+    for (const scored& set : sets)
+        html += "<td>" + report_text_count(set.score->pixels) + "</td>";
+    for (int i = 0; i < EVALUATE_THRESHOLDS; i++) {
+        html += report_text_format("</tr>\n<tr><th scope=\"row\">bad-%g</th>",
+                                   evaluate_thresholds_px[i]);
+        for (const scored& set : sets)
+            html += report_text_format("<td>%.2f %%</td>", set.score->bad_percent[i]);
+    }
+    html += "</tr>\n<tr><th scope=\"row\">mean |error|</th>";
+    for (const scored& set : sets)
+        html += report_text_format("<td>%.3f px</td>", set.score->average_px);
+    html += "</tr>\n<tr><th scope=\"row\">rms error</th>";
+    for (const scored& set : sets)
+        html += report_text_format("<td>%.3f px</td>", set.score->rms_px);
+    return html + "</tr>\n</tbody></table>";
 }
 
 }  // namespace
@@ -41,7 +70,7 @@ std::string report_sections_cards(const reconstruct_context& context,
     const reconstruct_result& result = *context.result;
     std::string cards;
     cards += card("Surface", report_text_count(result.vertex_count) + " <small>points</small>",
-                  report_text_count(result.triangle_count) + " triangles");
+                  "joined by " + report_text_count(result.triangle_count) + " triangles");
     cards += card(
         "Measured", report_text_format("%.1f <small>%%</small>", figures.density_percent),
         report_text_format("of %d × %d pixels; %.1f %% of what both cameras see", result.left.width,
@@ -56,11 +85,11 @@ std::string report_sections_cards(const reconstruct_context& context,
                       "± " + report_text_length(figures.sigma_median_mm, figures.unit),
                       "median standard deviation along the ray");
     cards += rows_card(context, figures);
-    cards += card("Time", report_text_format("%.0f <small>ms</small>", figures.total_ms),
-                  report_text_format("%d thread%s; without reading and writing files",
-                                     context.threads, context.threads == 1 ? "" : "s"));
-    cards += card("Memory", report_text_bytes(result.arena_peak_bytes),
-                  "at its peak; " + report_text_bytes(result.match_peak_bytes) + " of it to match");
+    cards += card("Time and memory", report_text_format("%.0f <small>ms</small>", figures.total_ms),
+                  report_text_format("%d thread%s, files not counted; ", context.threads,
+                                     context.threads == 1 ? "" : "s") +
+                      report_text_bytes(result.arena_peak_bytes) + ", of it " +
+                      report_text_bytes(result.match_peak_bytes) + " to match");
     return cards;
 }
 
@@ -125,36 +154,28 @@ std::string report_sections_histogram(const report_figures& figures) {
 }
 
 std::string report_sections_accuracy(const reconstruct_context& context,
-                                     const report_figures& figures) {
+                                     const report_figures& figures, const report_grid& grid) {
     if (!figures.truth.given || !figures.truth.trouble.empty())
         return "";
     const evaluate_result& score = figures.truth.score;
     const bool masked = !figures.truth.mask.empty();
-    std::string rows;
-    const auto row = [&rows](const char* name, const evaluate_score& s) {
-        rows += report_text_format(
-            "<tr><th scope=\"row\">%s</th><td>%s</td><td>%.2f</td><td>%.2f</td><td>%.2f</td>"
-            "<td>%.2f</td><td>%.3f</td><td>%.3f</td></tr>\n",
-            name, report_text_count(s.pixels).c_str(), s.bad_percent[0], s.bad_percent[1],
-            s.bad_percent[2], s.bad_percent[3], s.average_px, s.rms_px);
-    };
+    std::vector<scored> sets;
     if (masked)
-        row("measured, seen by both cameras", score.kept_visible);
-    row("measured, all known", score.kept_all);
+        sets.push_back({"measured, seen by both", &score.kept_visible});
+    sets.push_back({"measured, all", &score.kept_all});
     if (masked)
-        row("filled, seen by both cameras", score.filled_visible);
-    row("filled, all known", score.filled_all);
+        sets.push_back({"filled, seen by both", &score.filled_visible});
+    sets.push_back({"filled, all", &score.filled_all});
     return report_text_format(
         "<section id=\"accuracy\" aria-labelledby=\"accuracy-title\">\n"
         "<h2 id=\"accuracy-title\">Against the ground truth</h2>\n"
         "<p class=\"lead\">Truth: %s%s. %.1f %% of the pixels with known truth were measured. "
+        "<b>Bad-t</b> is the share of pixels whose error is above t px. "
         "<b>Filled</b> gives every rejected pixel the smaller of its nearest measured neighbours' "
         "disparities in the row, so that rejecting gains nothing.</p>\n"
-        "<div class=\"panel\"><table><thead><tr><th>pixels</th><th>count</th>"
-        "<th>bad-0.5 %%</th><th>bad-1 %%</th><th>bad-2 %%</th><th>bad-4 %%</th>"
-        "<th>mean |error| px</th><th>rms px</th></tr></thead><tbody>\n%s</tbody></table></div>\n"
-        "</section>",
+        "<div class=\"grid two\">%s<div class=\"panel\">%s</div></div>\n</section>",
         report_text_escape(report_text_file_name(context.ground_truth_path)).c_str(),
-        masked ? "" : " (without a mask of occluded pixels: all known pixels count)",
-        score.density_all_percent, rows.c_str());
+        masked ? "" : " (no mask of occluded pixels: all known pixels count)",
+        score.density_all_percent, report_pictures_error(context, figures, grid).c_str(),
+        score_table(sets).c_str());
 }

@@ -17,9 +17,9 @@ std::string report_sections_notes(const reconstruct_context& context,
 
 std::string report_sections_histogram(const report_figures& figures);
 
-/// Table of errors against the ground truth, or why there is none; empty when none was given.
+/// Errors against the ground truth, as a map and a table; empty when there is none to compare with.
 std::string report_sections_accuracy(const reconstruct_context& context,
-                                     const report_figures& figures);
+                                     const report_figures& figures, const report_grid& grid);
 
 /// Tables: geometry, calibration, reasons, times and memory.
 std::string report_sections_details(const reconstruct_context& context,
