@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/lens.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "core/error.h"
+#include "core/image.h"
+#include "random_rig.hpp"
+#include "synthetic/seed.hpp"
+
+namespace {
+
+using random_rig::Random;
+using random_rig::uniform;
+
+lens plain_lens() {
+    lens made = {};
+    made.width_px = 640;
+    made.height_px = 480;
+    made.fx_px = 500;
+    made.fy_px = 510;
+    made.cx_px = 320;
+    made.cy_px = 240;
+    return made;
+}
+
+}  // namespace
+
+TEST_CASE("each coefficient moves a point as the published equations say") {
+    // x = 0.3, y = -0.4: r^2 = 0.25. The numbers are worked out by hand.
+    const double ideal[2] = {0.3, -0.4};
+    struct {
+        double lens::*coefficient;
+        double value, dx, dy;
+    } const cases[] = {
+        {&lens::k1, 0.1, 0.3 * 0.025, -0.4 * 0.025},
+        {&lens::k2, 0.1, 0.3 * 0.00625, -0.4 * 0.00625},
+        {&lens::k3, 0.1, 0.3 * 0.0015625, -0.4 * 0.0015625},
+        {&lens::p1, 0.1, 0.1 * 2 * 0.3 * -0.4, 0.1 * (0.25 + 2 * 0.16)},
+        {&lens::p2, 0.1, 0.1 * (0.25 + 2 * 0.09), 0.1 * 2 * 0.3 * -0.4},
+    };
+    for (const auto& one : cases) {
+        lens bent = plain_lens();
+        CHECK(lens_is_ideal(&bent));
+        bent.*one.coefficient = one.value;
+        CHECK_FALSE(lens_is_ideal(&bent));
+        double distorted[2];
+        lens_distort(&bent, ideal, distorted);
+        CHECK(distorted[0] - ideal[0] == doctest::Approx(one.dx));
+        CHECK(distorted[1] - ideal[1] == doctest::Approx(one.dy));
+    }
+}
+
+TEST_CASE("pixels come back through ray and projection") {
+    Random random(synthetic::test_seed());
+    INFO("seed " << synthetic::test_seed());
+    for (int i = 0; i < 300; i++) {
+        const double f_px = 500 * std::pow(54.0, uniform(random, 0, 1));
+        const lens bent = random_rig::make_lens(random, 2048, 1536, f_px);
+        for (int k = 0; k < 50; k++) {
+            const double pixel_px[2] = {uniform(random, 0, 2047), uniform(random, 0, 1535)};
+            double ray[3], again_px[2];
+            REQUIRE(lens_ray(&bent, pixel_px, ray));
+            REQUIRE(ray[2] == 1.0);
+            const double depth_mm = uniform(random, 1, 1e5);
+            const double point_mm[3] = {depth_mm * ray[0], depth_mm * ray[1], depth_mm};
+            REQUIRE(lens_project(&bent, point_mm, again_px));
+            REQUIRE(std::hypot(again_px[0] - pixel_px[0], again_px[1] - pixel_px[1]) < 1e-8);
+        }
+    }
+}
+
+TEST_CASE("nothing behind the camera is projected") {
+    const lens plain = plain_lens();
+    double pixel_px[2] = {1, 2};
+    for (double z_mm : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
+        const double point_mm[3] = {0, 0, z_mm};
+        CHECK_FALSE(lens_project(&plain, point_mm, pixel_px));
+    }
+    CHECK(pixel_px[0] == 1);
+}
+
+TEST_CASE("the fold is where the radial mapping stops growing") {
+    Random random(synthetic::test_seed());
+    INFO("seed " << synthetic::test_seed());
+    int folding = 0;
+    for (int i = 0; i < 2000; i++) {
+        lens bent = plain_lens();
+        bent.k1 = uniform(random, -0.5, 0.5);
+        bent.k2 = i % 3 == 0 ? 0 : uniform(random, -0.5, 0.5);
+        bent.k3 = i % 2 == 0 ? 0 : uniform(random, -0.5, 0.5);
+        const double fold = lens_fold_radius(&bent);
+        const auto grown = [&bent](double r) {
+            const double ideal[2] = {r, 0};
+            double distorted[2];
+            lens_distort(&bent, ideal, distorted);
+            return distorted[0];
+        };
+        double last = 0;
+        const double end = std::fmin(fold, 30);
+        for (int k = 1; k <= 1000; k++) {
+            const double now = grown(end * k / 1000);
+            REQUIRE(now >= last);
+            last = now;
+        }
+        if (fold < 30) {
+            folding++;
+            REQUIRE(grown(fold * 1.001) <= grown(fold));
+        }
+    }
+    CHECK(folding > 500);
+    const lens plain = plain_lens();
+    CHECK(std::isinf(lens_fold_radius(&plain)));
+}
+
+TEST_CASE("behind the fold there is no inverse") {
+    lens barrel = plain_lens();
+    barrel.k1 = -0.3;
+    const double fold = lens_fold_radius(&barrel);  // 1 / sqrt(0.9)
+    CHECK(fold == doctest::Approx(1.0540925533894598));
+    const double most = fold * (1 - 0.3 * fold * fold);
+    const double below[2] = {most * 0.999, 0}, above[2] = {most * 1.001, 0};
+    double ideal[2] = {9, 9};
+    CHECK_FALSE(lens_undistort(&barrel, above, ideal));
+    CHECK(ideal[0] == 9);
+    REQUIRE(lens_undistort(&barrel, below, ideal));
+    CHECK(ideal[0] < fold);
+    const double not_a_number[2] = {std::numeric_limits<double>::quiet_NaN(), 0};
+    CHECK_FALSE(lens_undistort(&barrel, not_a_number, ideal));
+}
+
+TEST_CASE("validation names what is wrong") {
+    const double bad = std::numeric_limits<double>::quiet_NaN();
+    lens good = plain_lens();
+    CHECK(lens_validate(&good) == ERROR_OK);
+    good.width_px = good.height_px = IMAGE_MAX_SIDE_PX;
+    CHECK(lens_validate(&good) == ERROR_OK);
+    good.width_px = IMAGE_MAX_SIDE_PX + 1;
+    CHECK(lens_validate(&good) == ERROR_TOO_LARGE);
+    good.width_px = 0;
+    CHECK(lens_validate(&good) == ERROR_RANGE);
+    for (double lens::*field : {&lens::fx_px, &lens::fy_px, &lens::cx_px, &lens::cy_px, &lens::k1,
+                                &lens::k2, &lens::p1, &lens::p2, &lens::k3}) {
+        for (double value : {bad, std::numeric_limits<double>::infinity(), -1e300}) {
+            lens broken = plain_lens();
+            broken.*field = value;
+            CHECK(lens_validate(&broken) == ERROR_RANGE);
+        }
+    }
+    for (double f_px : {0.0, -500.0, 2e6}) {
+        lens broken = plain_lens();
+        broken.fx_px = f_px;
+        CHECK(lens_validate(&broken) == ERROR_RANGE);
+    }
+    lens folded = plain_lens();
+    folded.k1 = -1.2;  // folds at radius 0.53; the corner lies at 0.79
+    CHECK(lens_validate(&folded) == ERROR_DISTORTION);
+}
