@@ -149,7 +149,7 @@ double math_exp(double x) {
     }
     // Two steps: 2^k alone leaves the range of a double before the result does.
     const int first = twos / 2;
-    return scale_by_power_of_2(scale_by_power_of_2(1.0 + (r + r * sum), first), twos - first);
+    return scale_by_power_of_2(scale_by_power_of_2(1.0 + (r + r * r * sum), first), twos - first);
 }
 
 double math_log(double x) {
