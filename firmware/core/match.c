@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/match_kernels.h"
 #include "core/match_state.h"
 #include "core/vet.h"
 
@@ -17,9 +18,9 @@ static int padded_lanes(int disparity_count) {
     return (disparity_count + MATCH_LANES - 1) / MATCH_LANES * MATCH_LANES;
 }
 
-static int check(const struct match_input *input, const struct match_options *options,
-                 const struct match_output *output) {
-    const struct image_u8 *left = &input->left;
+static int check(const struct match_input* input, const struct match_options* options,
+                 const struct match_output* output) {
+    const struct image_u8* left = &input->left;
     if (input->right.width != left->width || input->right.height != left->height ||
         output->disparity_q8.width != left->width || output->disparity_q8.height != left->height ||
         output->reason.width != left->width || output->reason.height != left->height ||
@@ -42,7 +43,7 @@ static int check(const struct match_input *input, const struct match_options *op
 
 // Weight of a neighbour across a grey step: 0.9 exp(-step / 14), in 1/4096; and the large penalty,
 // lowered where an edge makes a jump plausible.
-static void fill_tables(struct match_state *state) {
+static void fill_tables(struct match_state* state) {
     enum { LARGE_MAX = 120, LARGE_MIN = 40 };
     // exp(-1/14) as a fraction, applied step by step.
     const double decay = 0.93106277970408;
@@ -55,16 +56,32 @@ static void fill_tables(struct match_state *state) {
     }
 }
 
-static void *take_filled(struct arena *arena, size_t count, size_t element_bytes, int value) {
-    void *memory = arena_take(arena, count, element_bytes);
-    if (memory != NULL) {
-        memset(memory, value, count * element_bytes);
+static void fill_inverse_masses(struct match_state* state) {
+    for (int i = MATCH_MASS_ONE / MATCH_MASS_STEP; i < MATCH_MASS_STEPS; i++) {
+        const uint32_t middle = (uint32_t)(i * MATCH_MASS_STEP + MATCH_MASS_STEP / 2);
+        state->inverse_mass[i] =
+            (uint16_t)((uint32_t)MATCH_WEIGHT_ONE * MATCH_INVERSE_ONE / middle);
     }
-    return memory;
 }
 
-static bool take_scratch(const struct match_state *state, struct arena *arena,
-                         struct match_scratch *scratch) {
+static bool take_line(const struct match_state* state, struct arena* arena,
+                      struct match_line* line) {
+    const size_t width = (size_t)state->width;
+    const size_t lanes = (size_t)state->lanes;
+    line->cells = arena_take(arena, width * lanes, 1);
+    line->message[0] = arena_take(arena, lanes, 1);
+    line->message[1] = arena_take(arena, lanes, 1);
+    line->sum = arena_take(arena, lanes, sizeof *line->sum);
+    line->right_lowest = arena_take(arena, width, sizeof *line->right_lowest);
+    line->right_index = arena_take(arena, width, sizeof *line->right_index);
+    line->index = arena_take(arena, width, sizeof *line->index);
+    return line->cells != NULL && line->message[0] != NULL && line->message[1] != NULL &&
+           line->sum != NULL && line->right_lowest != NULL && line->right_index != NULL &&
+           line->index != NULL;
+}
+
+static bool take_scratch(const struct match_state* state, struct arena* arena,
+                         struct match_scratch* scratch) {
     const size_t width = (size_t)state->width;
     const size_t lanes = (size_t)state->lanes;
     const size_t padded = width + 2 * MATCH_CENSUS_RADIUS;
@@ -79,32 +96,26 @@ static bool take_scratch(const struct match_state *state, struct arena *arena,
     }
     taken = (scratch->left.gradient = arena_take(arena, width, 1)) != NULL && taken;
     taken = (scratch->right.gradient = arena_take(arena, right, 1)) != NULL && taken;
-    taken = (scratch->cost = arena_take(arena, width * lanes, 1)) != NULL && taken;
-    for (int i = 0; i < 2; i++) {
-        uint8_t *message = take_filled(arena, lanes + 2 * MATCH_LANES, 1, UINT8_MAX);
-        taken = message != NULL && taken;
-        scratch->message[i] = message == NULL ? NULL : message + MATCH_LANES;
+    taken = (scratch->weight = arena_take(arena, width + 1, sizeof(uint16_t))) != NULL && taken;
+    taken = (scratch->mass = arena_take(arena, width, sizeof(uint16_t))) != NULL && taken;
+    taken = (scratch->strip = arena_take(arena, lanes, MATCH_STRIP_COLUMNS)) != NULL && taken;
+    for (int r = 0; r < MATCH_ROWS_ABREAST; r++) {
+        taken = take_line(state, arena, &scratch->line[r]) && taken;
     }
-    taken = (scratch->sum = arena_take(arena, width * lanes, sizeof *scratch->sum)) != NULL && taken;
-    taken = (scratch->weight = arena_take(arena, width + 1, sizeof *scratch->weight)) != NULL && taken;
-    taken = (scratch->mass = arena_take(arena, width, sizeof *scratch->mass)) != NULL && taken;
-    taken = (scratch->column = arena_take(arena, lanes, 1)) != NULL && taken;
-    taken = (scratch->right_lowest = arena_take(arena, width, sizeof(uint16_t))) != NULL && taken;
-    taken = (scratch->right_index = arena_take(arena, width, sizeof(int16_t))) != NULL && taken;
-    taken = (scratch->index = arena_take(arena, width, sizeof(int16_t))) != NULL && taken;
+    // Costs are done with before messages from the left begin.
+    scratch->cells = scratch->line[0].cells;
     return taken;
 }
 
-static bool take_state(struct match_state *state, struct arena *arena) {
+static bool take_state(struct match_state* state, struct arena* arena) {
     const size_t width = (size_t)state->width;
     const size_t cells = width * (size_t)state->lanes;
-    const size_t messages = width * (size_t)state->message_stride + 1;
     bool taken = true;
     for (int i = 0; i < MATCH_RING_ROWS; i++) {
         taken = (state->ring[i] = arena_take(arena, cells, 1)) != NULL && taken;
     }
     for (int i = 0; i <= MATCH_BAND_ROWS; i++) {
-        state->from_above[i] = take_filled(arena, messages, 1, UINT8_MAX);
+        state->from_above[i] = arena_take(arena, cells, 1);
         taken = state->from_above[i] != NULL && taken;
     }
     taken = (state->above_lowest = arena_take(arena, width, 1)) != NULL && taken;
@@ -120,12 +131,11 @@ static bool take_state(struct match_state *state, struct arena *arena) {
     return taken;
 }
 
-static void set_geometry(struct match_state *state, int width, const struct match_options *options,
+static void set_geometry(struct match_state* state, int width, const struct match_options* options,
                          int threads) {
     state->options = *options;
     state->width = width;
     state->lanes = padded_lanes(options->disparity_count);
-    state->message_stride = state->lanes + 1;
     const int front = -options->disparity_min;
     const int behind = options->disparity_min + state->lanes;
     state->right_pad = front > 0 ? front : 0;
@@ -133,7 +143,7 @@ static void set_geometry(struct match_state *state, int width, const struct matc
     state->threads = threads < 1 ? 1 : (threads > MATCH_BAND_ROWS ? MATCH_BAND_ROWS : threads);
 }
 
-size_t match_need_bytes(int width, const struct match_options *options, int threads) {
+size_t match_need_bytes(int width, const struct match_options* options, int threads) {
     if (width < 1 || width > IMAGE_MAX_SIDE_PX || options->disparity_count < 1 ||
         options->disparity_count > MATCH_MAX_DISPARITIES || options->speckle_px < 0) {
         return 0;
@@ -142,92 +152,89 @@ size_t match_need_bytes(int width, const struct match_options *options, int thre
     set_geometry(&state, width, options, threads);
     const size_t pixels = (size_t)width;
     const size_t cells = arena_need_bytes(pixels * (size_t)state.lanes, 1);
-    const size_t messages = arena_need_bytes(pixels * (size_t)state.message_stride + 1, 1);
     const size_t right = arena_need_bytes(pixels + (size_t)state.right_pad_total, 1);
-    const size_t pads = arena_need_bytes((size_t)state.lanes + 2 * MATCH_LANES, 1);
+    const size_t lane_row = arena_need_bytes((size_t)state.lanes, sizeof(uint16_t));
     const size_t row_u16 = arena_need_bytes(pixels + 1, sizeof(uint16_t));
-    const size_t shared = (MATCH_RING_ROWS + 1) * cells + (MATCH_BAND_ROWS + 1) * messages +
-                          2 * row_u16 +
+    const size_t shared = (MATCH_RING_ROWS + MATCH_BAND_ROWS + 2) * cells + 2 * row_u16 +
                           arena_need_bytes((size_t)state.threads, sizeof(struct match_scratch));
     const size_t vetting = vet_need_bytes(options->speckle_px);
     const size_t a_thread = 9 * arena_need_bytes(pixels + 2 * MATCH_CENSUS_RADIUS, 1) + 4 * right +
-                            3 * cells + 3 * pads + 5 * row_u16;
+                            2 * row_u16 +
+                            arena_need_bytes((size_t)state.lanes, MATCH_STRIP_COLUMNS) +
+                            MATCH_ROWS_ABREAST * (cells + 3 * lane_row + 3 * row_u16);
     const size_t matching = shared + (size_t)state.threads * a_thread;
     return matching > vetting ? matching : vetting;
 }
 
 struct part_context {
-    struct match_state *state;
+    struct match_state* state;
+    const struct match_kernels* kernels;
     int begin, end;  // rows or columns to share out
     int parts;
 };
 
-static void part_range(const struct part_context *context, int index, int *begin, int *end) {
+static void part_range(const struct part_context* context, int index, int* begin, int* end) {
     const int total = context->end - context->begin;
     *begin = context->begin + total * index / context->parts;
     *end = context->begin + total * (index + 1) / context->parts;
 }
 
-static void cost_part(void *context_pointer, int index) {
-    struct part_context *context = context_pointer;
+static void cost_part(void* context_pointer, int index) {
+    struct part_context* context = context_pointer;
     int begin;
     int end;
     part_range(context, index, &begin, &end);
     for (int y = begin; y < end; y++) {
-        match_cost_row(context->state, &context->state->scratch[index], y);
+        context->kernels->cost_row(context->state, &context->state->scratch[index], y);
     }
 }
 
-static void column_part(void *context_pointer, int index) {
-    struct part_context *context = context_pointer;
+static void column_part(void* context_pointer, int index) {
+    struct part_context* context = context_pointer;
     int begin;
     int end;
     part_range(context, index, &begin, &end);
-    match_columns(context->state, &context->state->scratch[index], begin, end);
+    context->kernels->columns(context->state, &context->state->scratch[index], begin, end);
 }
 
-static void row_part(void *context_pointer, int index) {
-    struct part_context *context = context_pointer;
+static void row_part(void* context_pointer, int index) {
+    struct part_context* context = context_pointer;
     int begin;
     int end;
     part_range(context, index, &begin, &end);
-    for (int y = begin; y < end; y++) {
-        match_row(context->state, &context->state->scratch[index], y);
-    }
+    context->kernels->rows(context->state, &context->state->scratch[index], begin, end);
 }
 
-static void run_phase(struct match_state *state, const struct parallel *parallel,
-                      void (*part)(void *context, int index), int begin, int end) {
-    struct part_context context = {state, begin, end, state->threads};
+static void run_phase(struct match_state* state, const struct parallel* parallel,
+                      void (*part)(void* context, int index), int begin, int end) {
+    struct part_context context = {state, match_kernels_best(), begin, end, state->threads};
     parallel->run(parallel->self, part, &context, context.parts);
 }
 
-static void run_band(struct match_state *state, const struct parallel *parallel) {
+static void run_band(struct match_state* state, const struct parallel* parallel) {
     const int ahead = state->band_end + MATCH_AHEAD_ROWS;
     const int cost_end = ahead < state->height ? ahead : state->height;
     run_phase(state, parallel, cost_part, state->cost_end, cost_end);
     state->cost_end = cost_end;
     run_phase(state, parallel, column_part, 0, state->width);
     run_phase(state, parallel, row_part, state->band_begin, state->band_end);
-    uint8_t *last = state->from_above[state->band_end - state->band_begin];
+    uint8_t* last = state->from_above[state->band_end - state->band_begin];
     state->from_above[state->band_end - state->band_begin] = state->from_above[0];
     state->from_above[0] = last;
 }
 
-int match_run(const struct match_input *input, const struct match_options *options,
-              const struct parallel *parallel, match_progress *progress, void *progress_self,
-              struct arena *arena, struct match_output *output) {
+int match_run(const struct match_input* input, const struct match_options* options,
+              const struct parallel* parallel, match_progress* progress, void* progress_self,
+              struct arena* arena, struct match_output* output) {
     const int error = check(input, options, output);
     if (error != ERROR_OK) {
         return error;
     }
     const size_t mark = arena_mark(arena);
-    struct match_state state = {.input = input,
-                                .kernels = match_kernels_best(),
-                                .output = output,
-                                .height = input->left.height};
+    struct match_state state = {.input = input, .output = output, .height = input->left.height};
     set_geometry(&state, input->left.width, options, parallel->threads);
     fill_tables(&state);
+    fill_inverse_masses(&state);
     if (!take_state(&state, arena)) {
         arena_release(arena, mark);
         return ERROR_MEMORY;

@@ -1,13 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
+// For x86 processors with AVX2.
 #if defined(__x86_64__)
-#include "core/match_bodies.h"
+
+#include "core/match_kernels.h"
+#include "core/match_lanes_avx2.h"
+// The phases use the lanes_* operations included above.
+#include "core/match_column_phase.h"
+#include "core/match_cost_phase.h"
+#include "core/match_row_phase.h"
 
 const struct match_kernels match_avx2_kernels = {
     .name = "avx2",
-    .cost = cost_body,
-    .blend = blend_body,
-    .message = message_body,
-    .add = add_body,
-    .winner = winner_body,
+    .cost_row = cost_row,
+    .columns = columns,
+    .rows = rows,
 };
+
 #endif

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/match_bodies.h"
+// The definition.
+#include "core/match_kernels.h"
+#include "core/match_lanes_plain.h"
+// The phases use the lanes_* operations included above.
+#include "core/match_column_phase.h"
+#include "core/match_cost_phase.h"
+#include "core/match_row_phase.h"
 
 const struct match_kernels match_plain_kernels = {
     .name = "plain",
-    .cost = cost_body,
-    .blend = blend_body,
-    .message = message_body,
-    .add = add_body,
-    .winner = winner_body,
+    .cost_row = cost_row,
+    .columns = columns,
+    .rows = rows,
 };
