@@ -182,6 +182,11 @@ import_pair read_own(const import_file& file, const import_options& options) {
     if (code != ERROR_OK) {
         fail(code, file.path + ": " + calibration_file_explain(code, fault));
     }
+    if (options.rectified && !pair.value.rectified) {
+        fail(ERROR_ARGUMENT, file.path +
+                                 ": is the calibration of raw images, which are not "
+                                 "rectified: leave --rectified out");
+    }
     return pair;
 }
 
@@ -414,6 +419,8 @@ int calibration_file_loader(const calibration_request* request, calibration* val
         options.width_px = request->image_width_px;
         options.height_px = request->image_height_px;
         options.unit = request->unit != nullptr ? request->unit : "";
+        options.rectified = request->rectified;
+        options.first_camera = request->first_camera;
         calibration_file_report report;
         std::string text;
         const int code = calibration_file_load(request->path, options, value, &report, &text);

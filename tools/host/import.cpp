@@ -14,8 +14,10 @@ void import_fail(int code, const import_file& file, const std::string& what) {
 
 std::string import_format(double value, int digits) {
     char text[64];
+    const bool large = std::abs(value) >= std::pow(10.0, digits) && std::abs(value) < 1e15;
     const auto end =
-        std::to_chars(text, text + sizeof text, value, std::chars_format::general, digits);
+        large ? std::to_chars(text, text + sizeof text, value, std::chars_format::fixed, 0)
+              : std::to_chars(text, text + sizeof text, value, std::chars_format::general, digits);
     return std::string(text, end.ptr);
 }
 

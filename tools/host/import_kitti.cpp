@@ -128,7 +128,7 @@ void read_rectified(const kitti& from, const std::string& left, const std::strin
     }
     pair->value.left.width_px = pair->value.right.width_px = options.width_px;
     pair->value.left.height_px = pair->value.right.height_px = options.height_px;
-    pair->assumed.push_back("image size taken from the images");
+    pair->assumed.push_back("image size not stated: that of the images");
 }
 
 /// calib_time: 09-Jan-2012 13:57:47

@@ -283,7 +283,7 @@ void set_size(const import_file& file, const findings& from, const import_option
                         "this OpenCV file does not state the image size: give it, --size "
                         "WIDTHxHEIGHT");
         }
-        pair->assumed.push_back("image size taken from the images");
+        pair->assumed.push_back("image size not stated: that of the images");
     }
     for (lens* camera : {&pair->value.left, &pair->value.right}) {
         camera->width_px = width_px;

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+/// result.json, as people read it. Members that are missing (an older or newer version wrote the
+/// file) are left out.
+#include <fstream>
+
+#include "tools/host/info.hpp"
+
+namespace {
+
+using json = nlohmann::ordered_json;
+
+/// The value at a path such as "plan/f_px", or null.
+json find(const json& document, const std::string& path) {
+    return document.value(json::json_pointer("/" + path), json());
+}
+
+std::string text_of(const json& value, int digits) {
+    if (value.is_string()) {
+        return value.get<std::string>();
+    }
+    if (value.is_number_float()) {
+        return import_format(value.get<double>(), digits);
+    }
+    if (value.is_array()) {
+        std::string text;
+        for (const json& item : value) {
+            text += (text.empty() ? "" : " ") + text_of(item, digits);
+        }
+        return text;
+    }
+    return value.dump();
+}
+
+struct line {
+    const char* label;
+    // Words and members in turn: "{plan/f_px}" stands for the member's value.
+    const char* pattern;
+};
+
+/// Fills a pattern; "" when a member is missing.
+std::string fill(const json& document, const std::string& pattern) {
+    std::string text;
+    for (size_t at = 0; at < pattern.size();) {
+        const size_t open = std::min(pattern.find('{', at), pattern.size());
+        text += pattern.substr(at, open - at);
+        if (open == pattern.size()) {
+            break;
+        }
+        const size_t close = pattern.find('}', open);
+        const json value = find(document, pattern.substr(open + 1, close - open - 1));
+        if (value.is_null()) {
+            return "";
+        }
+        text += text_of(value, 6);
+        at = close + 1;
+    }
+    return text;
+}
+
+}  // namespace
+
+bool info_result(const std::string& path, info_page* page, std::string* message) {
+    std::ifstream stream(path, std::ios::binary);
+    const json document = json::parse(stream, nullptr, false);
+    if (document.is_discarded() || !document.is_object() ||
+        find(document, "program") != "vergence") {
+        *message = path + ": is no result of vergence reconstruct, or is damaged";
+        return false;
+    }
+    page->kind = "result of a reconstruction";
+    static const line lines[] = {
+        {"made by", "vergence {version}, build {build_id}"},
+        {"left", "{input/left}"},
+        {"right", "{input/right}"},
+        {"images", "{input/width_px} x {input/height_px} px, {input/bits} bit {input/layout}"},
+        {"calibration", "{calibration/id} ({calibration/format}), crc32 {calibration/crc32}"},
+        {"rectified",
+         "{plan/width_px} x {plan/height_px} px, focal length {plan/f_px} px, "
+         "baseline {plan/baseline_mm} mm"},
+        {"searched", "{plan/disparity_count} disparities from {plan/disparity_min} px on"},
+        {"", "depths from {plan/depth_near_mm} mm to {plan/depth_far_mm} mm"},
+        {"measured", "{density_percent} % of {counts/pixels} pixels"},
+        {"surface", "{counts/vertices} points, {counts/triangles} triangles"},
+        {"extent", "from {bounds_mm/least} mm"},
+        {"", "to {bounds_mm/greatest} mm (x y z)"},
+        {"vertical",
+         "median {vertical_disparity/median_px} px, p95 {vertical_disparity/p95_px} px "
+         "(health of the calibration)"},
+        {"time", "{time_ms/total} ms, {options/threads} threads"},
+        {"memory", "{memory_bytes/process_peak} bytes"},
+    };
+    for (const line& line : lines) {
+        const std::string text = fill(document, line.pattern);
+        if (!text.empty()) {
+            page->add("", line.label, text, nullptr);
+        }
+    }
+    const json reasons = find(document, "reasons");
+    if (reasons.is_object()) {
+        bool first = true;
+        for (const auto& reason : reasons.items()) {
+            page->add("", first ? "pixels" : "", reason.key() + " " + text_of(reason.value(), 6),
+                      nullptr);
+            first = false;
+        }
+    }
+    if (find(document, "metric") == false) {
+        page->add("", "not metric", "the geometry is assumed: lengths are no millimetres", nullptr);
+    }
+    const json warnings = find(document, "warnings");
+    if (warnings.is_array()) {
+        for (const json& warning : warnings) {
+            page->add("", "warning", text_of(warning, 6), nullptr);
+        }
+    }
+    page->add("result", "", "", document);
+    return true;
+}
