@@ -185,7 +185,7 @@ function chooseShade(button) {
   view.shade = Number(button.dataset.shade);
   for (const other of document.querySelectorAll('[data-shade]')) other.setAttribute('aria-checked', String(other === button));
   const legend = element('view-legend');
-  const range = { 3: [page.depth_low, page.depth_high], 4: [sigmaLengthOf(page.sigma_low_code), sigmaLengthOf(page.sigma_high_code)] }[view.shade];
+  const range = { 3: [page.depth_high, page.depth_low], 4: [sigmaLengthOf(page.sigma_low_code), sigmaLengthOf(page.sigma_high_code)] }[view.shade];
   legend.hidden = !range;
   if (range)
     legend.innerHTML = `<div class="ramp" style="background:${page.ramp_css}"></div><div class="ticks"><span style="left:0">${lengthText(range[0])}</span><span style="left:100%">${lengthText(range[1])}</span></div>`;

@@ -85,7 +85,7 @@ function buildMesh() {
     pointOf(pixel, positions, 3 * i);
     const depth = positions[3 * i + 2];
     const along = (depth - page.depth_low) / (page.depth_high - page.depth_low);
-    values[4 * i] = Math.round(255 * Math.min(1, Math.max(0, along)));
+    values[4 * i] = Math.round(255 * Math.min(1, Math.max(0, 1 - along)));  // near is bright, as in the map
     const code = measured.sigmaLength[pixel];
     const sigma = (code - page.sigma_low_code) / Math.max(1, page.sigma_high_code - page.sigma_low_code);
     values[4 * i + 1] = Math.round(255 * Math.min(1, Math.max(0, sigma)));
@@ -95,15 +95,19 @@ function buildMesh() {
     places[2 * i] = Math.round((column * page.step + 0.5) / page.full_width * 65535);
     places[2 * i + 1] = Math.round((row * page.step + 0.5) / page.full_height * 65535);
   });
-  return { pixels, positions, places, values, triangles, normals: vertexNormals(positions, triangles) };
+  return { step, pixels, positions, places, values, triangles, normals: vertexNormals(positions, triangles) };
 }
 
-function edgesOf(triangles) {
-  const lines = new Uint32Array(2 * triangles.length);
-  for (let t = 0, k = 0; t < triangles.length; t += 3)
-    for (const [a, b] of [[0, 1], [1, 2], [2, 0]]) {
-      lines[k++] = triangles[t + a];
-      lines[k++] = triangles[t + b];
+// Edges to draw as lines. Spacing 1: every edge; else those along each spacing-th row and column of
+// the mesh, so that from afar the surface shows a net and not a blot.
+function edgesOf(mesh, spacing) {
+  const lines = [], every = spacing * mesh.step;
+  for (let t = 0; t < mesh.triangles.length; t += 3)
+    for (let k = 0; k < 3; k++) {
+      const a = mesh.triangles[t + k], b = mesh.triangles[t + (k + 1) % 3];
+      const pa = mesh.pixels[a], pb = mesh.pixels[b];
+      const xa = pa % page.width, xb = pb % page.width, ya = (pa - xa) / page.width, yb = (pb - xb) / page.width;
+      if (spacing === 1 || xa === xb && xa % every === 0 || ya === yb && ya % every === 0) lines.push(a, b);
     }
-  return lines;
+  return new Uint32Array(lines);
 }

@@ -26,7 +26,7 @@ void main() {
 const view = {
   canvas: element('view'), gl: null, mesh: null, shade: 0, wire: false,
   yaw: 0, pitch: 0, distance: 1, target: [0, 0, 0], fov: 0.6, home: null,
-  matrix: new Float32Array(16), waiting: false, afterDraw: [],
+  matrix: new Float32Array(16), waiting: false, afterDraw: [], nets: new Map(),
 };
 
 function makeProgram(gl) {
@@ -82,6 +82,7 @@ function updateMatrix() {
   const eye = view.target.map((t, i) => t + view.distance * back[i]);
   const dot = (a) => a[0] * eye[0] + a[1] * eye[1] + a[2] * eye[2];
   const aspect = view.canvas.width / view.canvas.height;
+  view.fov = 2 * Math.atan(Math.max(page.full_height / page.fy, page.full_width / page.f / aspect) / 2 * 1.04);
   const g = 1 / Math.tan(view.fov / 2), near = view.distance / 100, far = view.distance * 100;
   const rows = [right, up, back].map((a) => [...a, -dot(a)]);
   const a = (far + near) / (near - far), b = 2 * far * near / (near - far);
@@ -116,17 +117,25 @@ function draw() {
   for (const after of view.afterDraw) after();
 }
 
+// Rows and columns between the lines of the net: about 7 screen pixels at the target.
+function netSpacing() {
+  const nodePixels = view.mesh.step * page.step * page.depth_median / page.f * view.canvas.clientHeight / (2 * Math.tan(view.fov / 2) * view.distance);
+  return nodePixels >= 5 ? 1 : 2 ** Math.ceil(Math.log2(7 / nodePixels));
+}
+
 function drawWire(gl, mesh) {
-  if (!view.edgeBuffer) {
-    const edges = edgesOf(mesh.triangles);
-    view.edgeCount = edges.length;
-    view.edgeBuffer = gl.createBuffer();
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, view.edgeBuffer);
+  const spacing = netSpacing();
+  if (!view.nets.has(spacing)) {
+    const edges = edgesOf(mesh, spacing);
+    const buffer = gl.createBuffer();
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, edges, gl.STATIC_DRAW);
+    view.nets.set(spacing, { buffer, count: edges.length });
   }
-  gl.uniform4f(view.uniform.ink, 0.02, 0.1, 0.11, 0.55);
-  gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, view.edgeBuffer);
-  gl.drawElements(gl.LINES, view.edgeCount, gl.UNSIGNED_INT, 0);
+  const net = view.nets.get(spacing);
+  gl.uniform4f(view.uniform.ink, 0.01, 0.08, 0.09, 0.8);
+  gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, net.buffer);
+  gl.drawElements(gl.LINES, net.count, gl.UNSIGNED_INT, 0);
 }
 
 function redraw() {
@@ -140,19 +149,23 @@ function screenOf(x, y, z) {
   const m = view.matrix, w = m[3] * x + m[7] * y + m[11] * z + m[15];
   if (w <= 0) return null;
   return [(0.5 + (m[0] * x + m[4] * y + m[8] * z + m[12]) / w / 2) * view.canvas.clientWidth,
-          (0.5 - (m[1] * x + m[5] * y + m[9] * z + m[13]) / w / 2) * view.canvas.clientHeight, w];
+          (0.5 - (m[1] * x + m[5] * y + m[9] * z + m[13]) / w / 2) * view.canvas.clientHeight];
 }
 
 // The vertex under a screen place: of those within a few pixels the nearest to the viewer.
 function vertexAt(x, y) {
-  const p = view.mesh.positions, reach = 7;
+  const p = view.mesh.positions, m = view.matrix, reach = 7;
+  const wide = view.canvas.clientWidth / 2, high = view.canvas.clientHeight / 2;
   let best = -1, least = Infinity;
   for (let i = 0; i < p.length; i += 3) {
-    const place = screenOf(p[i], p[i + 1], p[i + 2]);
-    if (!place) continue;
-    const away = Math.hypot(place[0] - x, place[1] - y);
-    if (away > reach) continue;
-    const rank = place[2] * (1 + 0.004 * away);
+    const px = p[i], py = p[i + 1], pz = p[i + 2];
+    const w = m[3] * px + m[7] * py + m[11] * pz + m[15];
+    if (w <= 0) continue;
+    const dx = (1 + (m[0] * px + m[4] * py + m[8] * pz + m[12]) / w) * wide - x;
+    const dy = (1 - (m[1] * px + m[5] * py + m[9] * pz + m[13]) / w) * high - y;
+    const away2 = dx * dx + dy * dy;
+    if (away2 > reach * reach) continue;
+    const rank = w * (1 + 0.004 * Math.sqrt(away2));
     if (rank < least) { least = rank; best = i / 3; }
   }
   return best;
@@ -176,9 +189,6 @@ function findHome() {
   const cx = (page.full_width / 2 - page.cx_left) / page.f, cy = (page.full_height / 2 - page.cy) / page.fy;
   const rect = [cx * depth, cy * depth, depth];
   const left = [0, 3, 6].map((k) => R[k] * rect[0] + R[k + 1] * rect[1] + R[k + 2] * rect[2]);
-  const high = page.full_height / page.fy, wide = page.full_width / page.f;
-  const aspect = view.canvas.clientWidth / Math.max(1, view.canvas.clientHeight);
-  view.fov = 2 * Math.atan(Math.max(high, wide / aspect) / 2 * 1.04);
   view.home = { target: [left[0], -left[1], -left[2]], distance: Math.hypot(...left) };
 }
 
