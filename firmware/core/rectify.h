@@ -24,27 +24,27 @@ extern "C" {
 #endif
 
 struct rectify_options {
-    double depth_near_mm, depth_far_mm;  // working range; 0 0: the calibration's, else a default
-    double scale;                        // 1 keeps the raw resolution; (0, 4]
-    int region_x_px, region_y_px;        // sub-window of the rectified image (after scaling);
+    double depth_near_mm, depth_far_mm;     // working range; 0 0: the calibration's, else a default
+    double scale;                           // 1 keeps the raw resolution; (0, 4]
+    int region_x_px, region_y_px;           // sub-window of the rectified image (after scaling);
     int region_width_px, region_height_px;  // width 0: all of it
-    int disparity_min;                   // with disparity_count > 0: overrides what the depth
-    int disparity_count;                 // range asks for
+    int disparity_min;                      // with disparity_count > 0: overrides what the depth
+    int disparity_count;                    // range asks for
 };
 
 /// Depth range when nothing states one: around the vergence depth for a verged pair, else
 /// disparities up to a quarter of the width. Both ends are in the plan.
 struct rectify_plan {
-    int width_px, height_px;          // of both rectified images
-    double f_px, fy_px;               // equal unless the input was rectified with fx != fy
+    int width_px, height_px;  // of both rectified images
+    double f_px, fy_px;       // equal unless the input was rectified with fx != fy
     double cx_left_px, cx_right_px, cy_px;
-    double baseline_mm;               // > 0
-    double R_rect_left[9];            // left camera frame -> rect frame
-    double R_rect_right[9];           // right camera frame -> rect frame
+    double baseline_mm;                  // > 0
+    double R_rect_left[9];               // left camera frame -> rect frame
+    double R_rect_right[9];              // right camera frame -> rect frame
     double depth_near_mm, depth_far_mm;  // rect depths that the search covers; far may be INFINITY
     int disparity_min, disparity_count;  // the disparities to search
-    bool identity;                    // images pass through pixel for pixel
-    bool depth_range_assumed;         // nobody stated a depth range
+    bool identity;                       // images pass through pixel for pixel
+    bool depth_range_assumed;            // nobody stated a depth range
 };
 
 /// Chooses the rectified frames for a valid calibration: the shared field of view over the depth
@@ -52,8 +52,8 @@ struct rectify_plan {
 /// the raw resolution at the centre of the shared view (times scale).
 /// ERROR_DEPTH_RANGE, ERROR_DISPARITY_RANGE (more than MATCH_MAX_DISPARITIES), ERROR_OVERLAP,
 /// ERROR_TOO_LARGE, ERROR_ARGUMENT. Verged pairs may give negative disparities.
-int rectify_plan_make(const struct calibration *calibration, const struct rectify_options *options,
-                      struct rectify_plan *plan);
+int rectify_plan_make(const struct calibration* calibration, const struct rectify_options* options,
+                      struct rectify_plan* plan);
 
 enum rectify_side { RECTIFY_LEFT, RECTIFY_RIGHT };
 
@@ -62,36 +62,36 @@ struct rectify_table {
     int32_t *x_q16, *y_q16;  // nodes, row-major, in the arena that made the table
     int columns, rows;       // node counts; node (i, j) stands at ((i - 1) step, (j - 1) step)
     int step_log2;
-    int width_px, height_px;          // of the rectified image
+    int width_px, height_px;  // of the rectified image
     int raw_width_px, raw_height_px;
-    bool identity;                    // no nodes: rectified (x, y) is raw (x, y) + offset
-    int offset_x_px, offset_y_px;     // of a region of an identity; else 0
+    bool identity;                 // no nodes: rectified (x, y) is raw (x, y) + offset
+    int offset_x_px, offset_y_px;  // of a region of an identity; else 0
 };
 
 /// Takes the nodes from `arena`. ERROR_MEMORY; ERROR_DISTORTION when a node cannot be computed.
-int rectify_table_make(const struct rectify_plan *plan, const struct calibration *calibration,
-                       enum rectify_side side, struct arena *arena, struct rectify_table *table);
-size_t rectify_table_need_bytes(const struct rectify_plan *plan);
+int rectify_table_make(const struct rectify_plan* plan, const struct calibration* calibration,
+                       enum rectify_side side, struct arena* arena, struct rectify_table* table);
+size_t rectify_table_need_bytes(const struct rectify_plan* plan);
 
 /// Raw coordinates of rectified row y, 0 <= y < height: `x_q16` and `y_q16` take width_px
 /// values each.
-void rectify_row_coordinates(const struct rectify_table *table, int y, int32_t *x_q16,
-                             int32_t *y_q16);
+void rectify_row_coordinates(const struct rectify_table* table, int y, int32_t* x_q16,
+                             int32_t* y_q16);
 
 /// Half-open range of columns [begin, end) of a row whose pixels come from inside the raw image.
-struct rectify_span {
+struct rectify_span {  // 0 0 when there is none
     int16_t begin, end;
 };
 
 /// One rectified row of a raw image (grey, 16 bit grey, colour). Pixels outside the span are 0.
 /// `row` takes width_px pixels; `work_q16` takes 2 * width_px values.
-struct rectify_span rectify_row_u8(const struct rectify_table *table, const struct image_u8 *raw,
-                                   int y, uint8_t *row, int32_t *work_q16);
-struct rectify_span rectify_row_u16(const struct rectify_table *table, const struct image_u16 *raw,
-                                    int y, uint16_t *row, int32_t *work_q16);
-struct rectify_span rectify_row_rgb8(const struct rectify_table *table,
-                                     const struct image_rgb8 *raw, int y, uint8_t *row,
-                                     int32_t *work_q16);
+struct rectify_span rectify_row_u8(const struct rectify_table* table, const struct image_u8* raw,
+                                   int y, uint8_t* row, int32_t* work_q16);
+struct rectify_span rectify_row_u16(const struct rectify_table* table, const struct image_u16* raw,
+                                    int y, uint16_t* row, int32_t* work_q16);
+struct rectify_span rectify_row_rgb8(const struct rectify_table* table,
+                                     const struct image_rgb8* raw, int y, uint8_t* row,
+                                     int32_t* work_q16);
 
 #ifdef __cplusplus
 }

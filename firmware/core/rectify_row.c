@@ -131,6 +131,9 @@ static struct rectify_span find_span(const struct rectify_table* table, const in
     while (begin < end && !is_inside(&inside, x_q16[begin], y_q16[begin])) {
         begin++;
     }
+    if (begin == end) {
+        return (struct rectify_span){0, 0};
+    }
     while (end > begin && !is_inside(&inside, x_q16[end - 1], y_q16[end - 1])) {
         end--;
     }

@@ -1,0 +1,441 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/rectify.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <vector>
+
+#include "core/error.h"
+#include "core/match.h"
+#include "random_rig.hpp"
+#include "synthetic/seed.hpp"
+
+namespace {
+
+using random_rig::Random;
+using random_rig::uniform;
+
+const rectify_options as_it_is = {0, 0, 1.0, 0, 0, 0, 0, 0, 0};
+
+// A table with its memory.
+struct Table {
+    std::vector<unsigned char> memory;
+    rectify_table table = {};
+
+    Table(const rectify_plan& plan, const calibration& rig, rectify_side side)
+        : memory(rectify_table_need_bytes(&plan)) {
+        arena memory_arena;
+        arena_init(&memory_arena, memory.data(), memory.size());
+        REQUIRE(rectify_table_make(&plan, &rig, side, &memory_arena, &table) == ERROR_OK);
+    }
+};
+
+const double* rotation(const rectify_plan& plan, rectify_side side) {
+    return side == RECTIFY_LEFT ? plan.R_rect_left : plan.R_rect_right;
+}
+
+// Where a rectified pixel comes from, in double arithmetic.
+bool exact_raw(const rectify_plan& plan, const calibration& rig, rectify_side side, double x,
+               double y, double raw_px[2]) {
+    const double cx_px = side == RECTIFY_LEFT ? plan.cx_left_px : plan.cx_right_px;
+    const double ray_rect[3] = {(x - cx_px) / plan.f_px, (y - plan.cy_px) / plan.fy_px, 1};
+    double ray[3];
+    geometry_rotate_back(rotation(plan, side), ray_rect, ray);
+    return lens_project(side == RECTIFY_LEFT ? &rig.left : &rig.right, ray, raw_px);
+}
+
+// Rectified pixel of a point of the left camera's frame.
+void project_rect(const rectify_plan& plan, const double point_left_mm[3], double left_px[2],
+                  double right_px[2]) {
+    double p[3];
+    geometry_rotate(plan.R_rect_left, point_left_mm, p);
+    left_px[0] = plan.cx_left_px + plan.f_px * p[0] / p[2];
+    right_px[0] = plan.cx_right_px + plan.f_px * (p[0] - plan.baseline_mm) / p[2];
+    left_px[1] = right_px[1] = plan.cy_px + plan.fy_px * p[1] / p[2];
+}
+
+calibration plain_rig(double vergence_rad = 0, double f_px = 600) {
+    calibration rig = {};
+    for (lens* one : {&rig.left, &rig.right}) {
+        one->width_px = 640;
+        one->height_px = 480;
+        one->fx_px = one->fy_px = f_px;
+        one->cx_px = 319.5;
+        one->cy_px = 239.5;
+    }
+    rig.rotation_right_left_rad[1] = vergence_rad;
+    const double centre_mm[3] = {100, 0, 0};
+    random_rig::set_right_centre(&rig, centre_mm);
+    return rig;
+}
+
+calibration rectified_rig() {
+    calibration rig = plain_rig();
+    rig.rectified = true;
+    rig.right.cx_px = 350.75;
+    return rig;
+}
+
+int make(const calibration& rig, const rectify_options& options, rectify_plan* plan) {
+    return rectify_plan_make(&rig, &options, plan);
+}
+
+template <typename Pixel>
+std::vector<Pixel> noise(Random& random, size_t count, int bits) {
+    std::vector<Pixel> pixels(count);
+    for (Pixel& pixel : pixels) {
+        pixel = static_cast<Pixel>(random() >> (64 - bits));
+    }
+    return pixels;
+}
+
+}  // namespace
+
+TEST_CASE("points lie on equal rows and at the promised disparity") {
+    Random random(synthetic::test_seed());
+    INFO("seed " << synthetic::test_seed());
+    for (int i = 0; i < 200; i++) {
+        const calibration rig = random_rig::make(random);
+        rectify_plan plan;
+        REQUIRE(make(rig, as_it_is, &plan) == ERROR_OK);
+        double R_right_left[9], chained[9];
+        geometry_rotation_from_vector(rig.rotation_right_left_rad, R_right_left);
+        geometry_multiply(plan.R_rect_right, R_right_left, chained);
+        for (int k = 0; k < 9; k++) {
+            REQUIRE(std::fabs(chained[k] - plan.R_rect_left[k]) < 1e-14);
+        }
+        REQUIRE(plan.f_px == plan.fy_px);
+        for (int k = 0; k < 50; k++) {
+            const double pixel_px[2] = {uniform(random, 0, rig.left.width_px - 1),
+                                        uniform(random, 0, rig.left.height_px - 1)};
+            double point_mm[3], right_mm[3], left_px[2], right_px[2];
+            REQUIRE(lens_ray(&rig.left, pixel_px, point_mm));
+            const double depth_mm = uniform(random, rig.depth_near_mm, rig.depth_far_mm);
+            for (double& c : point_mm) {
+                c *= depth_mm;
+            }
+            geometry_rotate(R_right_left, point_mm, right_mm);
+            for (int c = 0; c < 3; c++) {
+                right_mm[c] += rig.translation_right_left_mm[c];
+            }
+            project_rect(plan, point_mm, left_px, right_px);
+            // The working range, stated along the left axis, is searched.
+            const double disparity_px = left_px[0] - right_px[0];
+            REQUIRE(disparity_px >= plan.disparity_min);
+            REQUIRE(disparity_px <= plan.disparity_min + plan.disparity_count - 1);
+            // Both rectified pixels come from where the raw cameras see the point.
+            double raw_px[2], seen_px[2];
+            REQUIRE(exact_raw(plan, rig, RECTIFY_LEFT, left_px[0], left_px[1], raw_px));
+            REQUIRE(std::hypot(raw_px[0] - pixel_px[0], raw_px[1] - pixel_px[1]) < 1e-6);
+            REQUIRE(lens_project(&rig.right, right_mm, seen_px));
+            REQUIRE(exact_raw(plan, rig, RECTIFY_RIGHT, right_px[0], right_px[1], raw_px));
+            REQUIRE(std::hypot(raw_px[0] - seen_px[0], raw_px[1] - seen_px[1]) < 1e-6);
+        }
+    }
+}
+
+TEST_CASE("the shared field of view fills the image at the raw resolution") {
+    Random random(synthetic::test_seed());
+    INFO("seed " << synthetic::test_seed());
+    double least_filled = 1;
+    for (int i = 0; i < 100; i++) {
+        const calibration rig = random_rig::make(random);
+        rectify_plan plan;
+        REQUIRE(make(rig, as_it_is, &plan) == ERROR_OK);
+        const Table left(plan, rig, RECTIFY_LEFT), right(plan, rig, RECTIFY_RIGHT);
+        // Every side of the left window is touched by what both see.
+        std::vector<int32_t> x(static_cast<size_t>(plan.width_px)), y(x);
+        int inside = 0, low = plan.width_px, high = -1, top = plan.height_px, bottom = -1;
+        const auto shared = [&](int column, int row) {
+            double raw_px[2];
+            for (int d : {plan.disparity_min + 2, plan.disparity_min + plan.disparity_count / 2,
+                          plan.disparity_min + plan.disparity_count - 3}) {
+                if (exact_raw(plan, rig, RECTIFY_RIGHT, column - d, row, raw_px) &&
+                    raw_px[0] >= 0 && raw_px[0] <= rig.right.width_px - 1 && raw_px[1] >= 0 &&
+                    raw_px[1] <= rig.right.height_px - 1) {
+                    return true;
+                }
+            }
+            return false;
+        };
+        for (int row = 0; row < plan.height_px; row++) {
+            rectify_row_coordinates(&left.table, row, x.data(), y.data());
+            for (int column = 0; column < plan.width_px; column++) {
+                const double px = x[static_cast<size_t>(column)] / 65536.0;
+                const double py = y[static_cast<size_t>(column)] / 65536.0;
+                if (px < 0 || py < 0 || px > rig.left.width_px - 1 || py > rig.left.height_px - 1 ||
+                    !shared(column, row)) {
+                    continue;
+                }
+                inside++;
+                low = std::min(low, column);
+                high = std::max(high, column);
+                top = std::min(top, row);
+                bottom = std::max(bottom, row);
+            }
+        }
+        CAPTURE(i);
+        const int margin_px = 12;  // at the tips of rolled images
+        CHECK(low <= margin_px);
+        CHECK(high >= plan.width_px - 1 - margin_px);
+        CHECK(top <= margin_px);
+        CHECK(bottom >= plan.height_px - 1 - margin_px);
+        least_filled =
+            std::min(least_filled, static_cast<double>(inside) / plan.width_px / plan.height_px);
+        // A pixel at the centre is as large as a raw pixel (mean of both cameras, 5 %).
+        const double cx = plan.width_px / 2, cy = plan.height_px / 2;
+        double area = 0;
+        for (rectify_side side : {RECTIFY_LEFT, RECTIFY_RIGHT}) {
+            double a[2], b[2], c[2];
+            exact_raw(plan, rig, side, cx, cy, a);
+            exact_raw(plan, rig, side, cx + 1, cy, b);
+            exact_raw(plan, rig, side, cx, cy + 1, c);
+            area += 0.5 * std::fabs((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]));
+        }
+        CHECK(area == doctest::Approx(1).epsilon(0.05));
+    }
+    MESSAGE("least share of a window that both see: " << least_filled);
+    CHECK(least_filled > 0.6);
+}
+
+TEST_CASE("interpolated coordinates keep to 0.003 px of exact ones") {
+    Random random(synthetic::test_seed());
+    INFO("seed " << synthetic::test_seed());
+    double most_px = 0;
+    for (int i = 0; i < 200; i++) {
+        const calibration rig = random_rig::make(random, 2048, 1536);
+        rectify_plan plan;
+        REQUIRE(make(rig, as_it_is, &plan) == ERROR_OK);
+        for (rectify_side side : {RECTIFY_LEFT, RECTIFY_RIGHT}) {
+            const Table table(plan, rig, side);
+            std::vector<int32_t> x(static_cast<size_t>(plan.width_px)), y(x);
+            for (int k = 0; k < 12; k++) {
+                const int row = k == 0   ? 0
+                                : k == 1 ? plan.height_px - 1
+                                         : static_cast<int>(uniform(random, 0, plan.height_px));
+                rectify_row_coordinates(&table.table, row, x.data(), y.data());
+                for (int column = k % 5; column < plan.width_px; column += 5) {
+                    double raw_px[2];
+                    REQUIRE(exact_raw(plan, rig, side, column, row, raw_px));
+                    if (raw_px[0] < 0 || raw_px[1] < 0 || raw_px[0] > 2047 || raw_px[1] > 1535) {
+                        continue;
+                    }
+                    most_px = std::max(
+                        {most_px, std::fabs(x[static_cast<size_t>(column)] / 65536.0 - raw_px[0]),
+                         std::fabs(y[static_cast<size_t>(column)] / 65536.0 - raw_px[1])});
+                }
+            }
+        }
+    }
+    MESSAGE("worst error of a coordinate: " << most_px << " px");
+    CHECK(most_px < 0.003);
+}
+
+namespace {
+
+// Double-precision bilinear interpolation at the table's own coordinates.
+template <typename Pixel>
+double bilinear(const std::vector<Pixel>& raw, int width, int channels, int channel, int32_t x_q16,
+                int32_t y_q16) {
+    const double x = x_q16 / 65536.0, y = y_q16 / 65536.0;
+    const double fx = x - std::floor(x), fy = y - std::floor(y);
+    const auto at = [&](int dx, int dy) {
+        const size_t column = static_cast<size_t>(std::floor(x)) + static_cast<size_t>(dx);
+        const size_t row = static_cast<size_t>(std::floor(y)) + static_cast<size_t>(dy);
+        return static_cast<double>(
+            raw[(row * static_cast<size_t>(width) + column) * static_cast<size_t>(channels) +
+                static_cast<size_t>(channel)]);
+    };
+    return (at(0, 0) * (1 - fx) + at(1, 0) * fx) * (1 - fy) +
+           (at(0, 1) * (1 - fx) + at(1, 1) * fx) * fy;
+}
+
+// Longest run of columns whose four pixels lie inside, column by column.
+rectify_span slow_span(const rectify_table& table, const std::vector<int32_t>& x,
+                       const std::vector<int32_t>& y) {
+    int best_begin = 0, best_end = 0, begin = 0;
+    for (int column = 0; column <= table.width_px; column++) {
+        const size_t i = static_cast<size_t>(column);
+        const bool inside = column < table.width_px && x[i] >= 0 && y[i] >= 0 &&
+                            (x[i] >> 16) + 1 < table.raw_width_px &&
+                            (y[i] >> 16) + 1 < table.raw_height_px;
+        if (!inside) {
+            if (column - begin > best_end - best_begin) {
+                best_begin = begin;
+                best_end = column;
+            }
+            begin = column + 1;
+        }
+    }
+    return {static_cast<int16_t>(best_begin), static_cast<int16_t>(best_end)};
+}
+
+template <typename Pixel>
+void check_row(const std::vector<Pixel>& raw, const rectify_table& table, int channels,
+               const std::vector<Pixel>& row, rectify_span span, const std::vector<int32_t>& x,
+               const std::vector<int32_t>& y) {
+    const rectify_span expected = slow_span(table, x, y);
+    REQUIRE(span.begin == expected.begin);
+    REQUIRE(span.end == expected.end);
+    for (int column = 0; column < table.width_px; column++) {
+        const size_t i = static_cast<size_t>(column);
+        for (int channel = 0; channel < channels; channel++) {
+            const double pixel =
+                row[i * static_cast<size_t>(channels) + static_cast<size_t>(channel)];
+            if (column < span.begin || column >= span.end) {
+                REQUIRE(pixel == 0);
+                continue;
+            }
+            const double truth = bilinear(raw, table.raw_width_px, channels, channel, x[i], y[i]);
+            REQUIRE(std::fabs(pixel - truth) < 1.0);
+        }
+    }
+}
+
+}  // namespace
+
+TEST_CASE("pixels are within one grey level of exact bilinear interpolation") {
+    Random random(synthetic::test_seed());
+    INFO("seed " << synthetic::test_seed());
+    const int width = 160, height = 120;
+    const size_t count = static_cast<size_t>(width * height);
+    for (int i = 0; i < 60; i++) {
+        const calibration rig = random_rig::make(random, width, height);
+        rectify_options options = as_it_is;
+        options.scale = i % 3 == 0 ? 1 : i % 3 == 1 ? 0.7 : 1.8;
+        rectify_plan plan;
+        REQUIRE(make(rig, options, &plan) == ERROR_OK);
+        const Table table(plan, rig, i % 2 == 0 ? RECTIFY_LEFT : RECTIFY_RIGHT);
+        const size_t columns = static_cast<size_t>(plan.width_px);
+        auto u8 = noise<uint8_t>(random, count, 8), rgb = noise<uint8_t>(random, 3 * count, 8);
+        auto u16 = noise<uint16_t>(random, count, 8 + i % 9);
+        const image_u8 grey = {u8.data(), width, height, width};
+        const image_u16 deep = {u16.data(), width, height, width};
+        const image_rgb8 colour = {rgb.data(), width, height, 3 * width};
+        std::vector<int32_t> work(2 * columns), x(columns), y(columns);
+        std::vector<uint8_t> row8(columns, 99), row_rgb(3 * columns, 99);
+        std::vector<uint16_t> row16(columns, 99);
+        for (int row = 0; row < plan.height_px; row++) {
+            rectify_row_coordinates(&table.table, row, x.data(), y.data());
+            rectify_span span = rectify_row_u8(&table.table, &grey, row, row8.data(), work.data());
+            check_row(u8, table.table, 1, row8, span, x, y);
+            span = rectify_row_u16(&table.table, &deep, row, row16.data(), work.data());
+            check_row(u16, table.table, 1, row16, span, x, y);
+            span = rectify_row_rgb8(&table.table, &colour, row, row_rgb.data(), work.data());
+            check_row(rgb, table.table, 3, row_rgb, span, x, y);
+        }
+    }
+}
+
+TEST_CASE("a row that leaves the image and comes back keeps its longest run") {
+    // Columns 0..9 inside, 10..12 above the image, 13..39 inside: made by hand.
+    rectify_table table = {};
+    std::vector<int32_t> x_nodes, y_nodes;
+    table.columns = 6;
+    table.rows = 4;
+    table.step_log2 = 4;
+    table.width_px = 40;
+    table.height_px = 1;
+    table.raw_width_px = 100;
+    table.raw_height_px = 50;
+    const double heights[6] = {60, 8, -2.2, 8, 40, 90};
+    for (int j = 0; j < 4; j++) {
+        for (int i = 0; i < 6; i++) {
+            x_nodes.push_back((16 * (i - 1) + 20) * 65536);
+            y_nodes.push_back(static_cast<int32_t>(heights[i] * 65536));
+        }
+    }
+    table.x_q16 = x_nodes.data();
+    table.y_q16 = y_nodes.data();
+    std::vector<uint8_t> raw(100 * 50, 200), row(40);
+    std::vector<int32_t> work(80), x(40), y(40);
+    const image_u8 image = {raw.data(), 100, 50, 100};
+    rectify_row_coordinates(&table, 0, x.data(), y.data());
+    const rectify_span expected = slow_span(table, x, y);
+    const rectify_span span = rectify_row_u8(&table, &image, 0, row.data(), work.data());
+    CHECK(y[0] > 0);
+    CHECK(y[16] < 0);
+    CHECK(span.begin > 16);
+    CHECK(span.begin == expected.begin);
+    CHECK(span.end == expected.end);
+    CHECK(row[0] == 0);
+    CHECK(row[static_cast<size_t>(span.begin)] == 200);
+}
+
+TEST_CASE("a rectified pair passes through pixel for pixel") {
+    Random random(synthetic::test_seed());
+    INFO("seed " << synthetic::test_seed());
+    const calibration rig = rectified_rig();
+    auto raw = noise<uint8_t>(random, 640 * 480, 8), rgb = noise<uint8_t>(random, 3 * 640 * 480, 8);
+    auto deep = noise<uint16_t>(random, 640 * 480, 12);
+    rectify_options region = as_it_is;
+    region.region_x_px = 100;
+    region.region_y_px = 50;
+    region.region_width_px = 300;
+    region.region_height_px = 200;
+    for (const rectify_options& options : {as_it_is, region}) {
+        rectify_plan plan;
+        REQUIRE(make(rig, options, &plan) == ERROR_OK);
+        CHECK(plan.identity);
+        CHECK(rectify_table_need_bytes(&plan) == 0);
+        CHECK(plan.f_px == 600);
+        CHECK(plan.baseline_mm == doctest::Approx(100));
+        for (rectify_side side : {RECTIFY_LEFT, RECTIFY_RIGHT}) {
+            const Table table(plan, rig, side);
+            const bool is_left = side == RECTIFY_LEFT;
+            const int dx = static_cast<int>(std::lround(
+                is_left ? rig.left.cx_px - plan.cx_left_px : rig.right.cx_px - plan.cx_right_px));
+            const int dy = static_cast<int>(std::lround(rig.left.cy_px - plan.cy_px));
+            CHECK((is_left ? dx == options.region_x_px : dx >= 0));
+            CHECK(dy == options.region_y_px);
+            const size_t columns = static_cast<size_t>(plan.width_px);
+            std::vector<uint8_t> row(columns), row_rgb(3 * columns);
+            std::vector<uint16_t> row16(columns);
+            std::vector<int32_t> work(2 * columns), x(columns), y(columns);
+            const image_u8 grey = {raw.data(), 640, 480, 640};
+            const image_u16 image16 = {deep.data(), 640, 480, 640};
+            const image_rgb8 colour = {rgb.data(), 640, 480, 3 * 640};
+            for (int r = 0; r < plan.height_px; r++) {
+                const rectify_span span =
+                    rectify_row_u8(&table.table, &grey, r, row.data(), work.data());
+                REQUIRE(span.begin == 0);
+                REQUIRE(span.end == plan.width_px);
+                const size_t from = static_cast<size_t>((r + dy) * 640 + dx);
+                REQUIRE(std::memcmp(row.data(), &raw[from], columns) == 0);
+                rectify_row_u16(&table.table, &image16, r, row16.data(), work.data());
+                REQUIRE(std::memcmp(row16.data(), &deep[from], 2 * columns) == 0);
+                rectify_row_rgb8(&table.table, &colour, r, row_rgb.data(), work.data());
+                REQUIRE(std::memcmp(row_rgb.data(), &rgb[3 * from], 3 * columns) == 0);
+                rectify_row_coordinates(&table.table, r, x.data(), y.data());
+                REQUIRE(x[7] == (7 + dx) * 65536);
+                REQUIRE(y[7] == (r + dy) * 65536);
+            }
+        }
+    }
+}
+
+TEST_CASE("half the scale of a rectified pair averages four pixels") {
+    calibration rig = rectified_rig();
+    rectify_options options = as_it_is;
+    options.scale = 0.5;
+    rectify_plan plan;
+    REQUIRE(make(rig, options, &plan) == ERROR_OK);
+    CHECK_FALSE(plan.identity);
+    CHECK(plan.width_px == 320);
+    CHECK(plan.height_px == 240);
+    CHECK(plan.f_px == 300);
+    CHECK(plan.cx_left_px == doctest::Approx((319.5 + 0.5) * 0.5 - 0.5));
+    const Table table(plan, rig, RECTIFY_LEFT);
+    std::vector<int32_t> x(320), y(320);
+    for (int row : {0, 1, 100, 239}) {
+        rectify_row_coordinates(&table.table, row, x.data(), y.data());
+        for (int column = 0; column < 320; column++) {
+            REQUIRE(x[static_cast<size_t>(column)] == column * 131072 + 32768);
+            REQUIRE(y[static_cast<size_t>(column)] == row * 131072 + 32768);
+        }
+    }
+}
