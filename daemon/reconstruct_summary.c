@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "core/error.h"
-#include "daemon/result_json.h"
+#include "daemon/result_figures.h"
 
 static void print_search(const struct reconstruct_context* context, FILE* stream) {
     const struct rectify_plan* plan = &context->result->plan;
@@ -29,11 +29,15 @@ static void print_surface(const struct reconstruct_context* context, FILE* strea
     const struct reconstruct_result* result = context->result;
     fprintf(stream,
             "surface     %" PRIu32 " points, %" PRIu32 " triangles, %.1f %% of the pixels\n",
-            result->vertex_count, result->triangle_count, result_json_density_percent(result));
-    if (context->metric) {
-        const struct result_json_bounds bounds = result_json_bounds(result);
-        fprintf(stream, "depth       %.6g mm to %.6g mm\n", bounds.least_mm[2],
-                bounds.greatest_mm[2]);
+            result->vertex_count, result->triangle_count, result_figures_density_percent(result));
+    struct result_figures_spread spread;
+    if (context->metric && result->vertex_count > 0 && result_figures_spread(result, &spread)) {
+        fprintf(stream, "depth       %.6g mm (median), %.6g mm to %.6g mm (1 %% to 99 %%)\n",
+                spread.depth_mm[1], spread.depth_mm[0], spread.depth_mm[2]);
+        if (context->options->refine) {
+            fprintf(stream, "deviation   %.3g mm predicted (median), %.3g mm (95 %%)\n",
+                    spread.sigma_mm[1], spread.sigma_mm[2]);
+        }
     }
     if (result->vertical.samples > 0) {
         fprintf(stream, "rows        off by %.3f px (median), %.3f px (95 %%) in %d samples\n",

@@ -4,34 +4,10 @@
 #include <inttypes.h>
 #include <string.h>
 
-#include "core/invariant.h"
 #include "daemon/json.h"
+#include "daemon/result_figures.h"
 
 enum { KEY_BYTES = 48 };
-
-struct result_json_bounds result_json_bounds(const struct reconstruct_result* result) {
-    INVARIANT(result->vertex_count > 0);
-    struct result_json_bounds bounds;
-    for (uint32_t i = 0; i < result->vertex_count; i++) {
-        const struct triangulate_point* point = &result->points[i];
-        const int32_t um[3] = {point->x_um, point->y_um, point->z_um};
-        for (int axis = 0; axis < 3; axis++) {
-            const double mm = um[axis] / 1000.0;
-            if (i == 0 || mm < bounds.least_mm[axis]) {
-                bounds.least_mm[axis] = mm;
-            }
-            if (i == 0 || mm > bounds.greatest_mm[axis]) {
-                bounds.greatest_mm[axis] = mm;
-            }
-        }
-    }
-    return bounds;
-}
-
-double result_json_density_percent(const struct reconstruct_result* result) {
-    const double pixels = (double)result->plan.width_px * result->plan.height_px;
-    return 100.0 * result->reason_count[REASON_VALID] / pixels;
-}
 
 /// A text's words up to the first colon as a JSON key: "no texture: ..." gives "no_texture".
 static void make_key(const char* text, char key[KEY_BYTES]) {
@@ -113,7 +89,7 @@ static void print_counts(const struct reconstruct_context* context, struct json*
     json_integer(json, "vertices", result->vertex_count);
     json_integer(json, "triangles", result->triangle_count);
     json_close_object(json);
-    json_real(json, "density_percent", result_json_density_percent(result), 6);
+    json_real(json, "density_percent", result_figures_density_percent(result), 6);
     json_open_object(json, "reasons");
     for (int reason = 0; reason < REASON_COUNT; reason++) {
         char key[KEY_BYTES];
@@ -147,11 +123,27 @@ static void print_surface(const struct reconstruct_context* context, struct json
         json_null(json, "bounds_mm");
         return;
     }
-    const struct result_json_bounds bounds = result_json_bounds(result);
+    const struct result_figures_bounds bounds = result_figures_bounds(result);
     json_open_object(json, "bounds_mm");
     json_reals(json, "least", bounds.least_mm, 3, 9);
     json_reals(json, "greatest", bounds.greatest_mm, 3, 9);
     json_close_object(json);
+    struct result_figures_spread spread;
+    if (!result_figures_spread(result, &spread)) {
+        return;
+    }
+    json_open_object(json, "depth_mm");
+    json_real(json, "p1", spread.depth_mm[0], 9);
+    json_real(json, "median", spread.depth_mm[1], 9);
+    json_real(json, "p99", spread.depth_mm[2], 9);
+    json_close_object(json);
+    if (context->options->refine) {
+        json_open_object(json, "sigma_mm");
+        json_real(json, "p5", spread.sigma_mm[0], 6);
+        json_real(json, "median", spread.sigma_mm[1], 6);
+        json_real(json, "p95", spread.sigma_mm[2], 6);
+        json_close_object(json);
+    }
 }
 
 static void print_cost(const struct reconstruct_context* context, struct json* json) {
