@@ -18,9 +18,9 @@ static int padded_lanes(int disparity_count) {
     return (disparity_count + MATCH_LANES - 1) / MATCH_LANES * MATCH_LANES;
 }
 
-static int check(const struct match_input* input, const struct match_options* options,
-                 const struct match_output* output) {
-    const struct image_u8* left = &input->left;
+static int check(const struct match_input *input, const struct match_options *options,
+                 const struct match_output *output) {
+    const struct image_u8 *left = &input->left;
     if (input->right.width != left->width || input->right.height != left->height ||
         output->disparity_q8.width != left->width || output->disparity_q8.height != left->height ||
         output->reason.width != left->width || output->reason.height != left->height ||
@@ -43,7 +43,7 @@ static int check(const struct match_input* input, const struct match_options* op
 
 // Weight of a neighbour across a grey step: 0.9 exp(-step / 14), in 1/4096; and the large penalty,
 // lowered where an edge makes a jump plausible.
-static void fill_tables(struct match_state* state) {
+static void fill_tables(struct match_state *state) {
     enum { LARGE_MAX = 120, LARGE_MIN = 40 };
     // exp(-1/14) as a fraction, applied step by step.
     const double decay = 0.93106277970408;
@@ -56,7 +56,7 @@ static void fill_tables(struct match_state* state) {
     }
 }
 
-static void fill_inverse_masses(struct match_state* state) {
+static void fill_inverse_masses(struct match_state *state) {
     for (int i = MATCH_MASS_ONE / MATCH_MASS_STEP; i < MATCH_MASS_STEPS; i++) {
         const uint32_t middle = (uint32_t)(i * MATCH_MASS_STEP + MATCH_MASS_STEP / 2);
         state->inverse_mass[i] =
@@ -64,8 +64,8 @@ static void fill_inverse_masses(struct match_state* state) {
     }
 }
 
-static bool take_line(const struct match_state* state, struct arena* arena,
-                      struct match_line* line) {
+static bool take_line(const struct match_state *state, struct arena *arena,
+                      struct match_line *line) {
     const size_t width = (size_t)state->width;
     const size_t lanes = (size_t)state->lanes;
     line->cells = arena_take(arena, width * lanes, 1);
@@ -80,8 +80,8 @@ static bool take_line(const struct match_state* state, struct arena* arena,
            line->index != NULL;
 }
 
-static bool take_scratch(const struct match_state* state, struct arena* arena,
-                         struct match_scratch* scratch) {
+static bool take_scratch(const struct match_state *state, struct arena *arena,
+                         struct match_scratch *scratch) {
     const size_t width = (size_t)state->width;
     const size_t lanes = (size_t)state->lanes;
     const size_t padded = width + 2 * MATCH_CENSUS_RADIUS;
@@ -107,7 +107,7 @@ static bool take_scratch(const struct match_state* state, struct arena* arena,
     return taken;
 }
 
-static bool take_state(struct match_state* state, struct arena* arena) {
+static bool take_state(struct match_state *state, struct arena *arena) {
     const size_t width = (size_t)state->width;
     const size_t cells = width * (size_t)state->lanes;
     bool taken = true;
@@ -131,9 +131,12 @@ static bool take_state(struct match_state* state, struct arena* arena) {
     return taken;
 }
 
-static void set_geometry(struct match_state* state, int width, const struct match_options* options,
+static void set_geometry(struct match_state *state, int width, const struct match_options *options,
                          int threads) {
     state->options = *options;
+    if (options->kernels == NULL) {
+        state->options.kernels = match_kernels_best();
+    }
     state->width = width;
     state->lanes = padded_lanes(options->disparity_count);
     const int front = -options->disparity_min;
@@ -143,7 +146,7 @@ static void set_geometry(struct match_state* state, int width, const struct matc
     state->threads = threads < 1 ? 1 : (threads > MATCH_BAND_ROWS ? MATCH_BAND_ROWS : threads);
 }
 
-size_t match_need_bytes(int width, const struct match_options* options, int threads) {
+size_t match_need_bytes(int width, const struct match_options *options, int threads) {
     if (width < 1 || width > IMAGE_MAX_SIDE_PX || options->disparity_count < 1 ||
         options->disparity_count > MATCH_MAX_DISPARITIES || options->speckle_px < 0) {
         return 0;
@@ -167,20 +170,20 @@ size_t match_need_bytes(int width, const struct match_options* options, int thre
 }
 
 struct part_context {
-    struct match_state* state;
-    const struct match_kernels* kernels;
+    struct match_state *state;
+    const struct match_kernels *kernels;
     int begin, end;  // rows or columns to share out
     int parts;
 };
 
-static void part_range(const struct part_context* context, int index, int* begin, int* end) {
+static void part_range(const struct part_context *context, int index, int *begin, int *end) {
     const int total = context->end - context->begin;
     *begin = context->begin + total * index / context->parts;
     *end = context->begin + total * (index + 1) / context->parts;
 }
 
-static void cost_part(void* context_pointer, int index) {
-    struct part_context* context = context_pointer;
+static void cost_part(void *context_pointer, int index) {
+    struct part_context *context = context_pointer;
     int begin;
     int end;
     part_range(context, index, &begin, &end);
@@ -189,43 +192,43 @@ static void cost_part(void* context_pointer, int index) {
     }
 }
 
-static void column_part(void* context_pointer, int index) {
-    struct part_context* context = context_pointer;
+static void column_part(void *context_pointer, int index) {
+    struct part_context *context = context_pointer;
     int begin;
     int end;
     part_range(context, index, &begin, &end);
     context->kernels->columns(context->state, &context->state->scratch[index], begin, end);
 }
 
-static void row_part(void* context_pointer, int index) {
-    struct part_context* context = context_pointer;
+static void row_part(void *context_pointer, int index) {
+    struct part_context *context = context_pointer;
     int begin;
     int end;
     part_range(context, index, &begin, &end);
     context->kernels->rows(context->state, &context->state->scratch[index], begin, end);
 }
 
-static void run_phase(struct match_state* state, const struct parallel* parallel,
-                      void (*part)(void* context, int index), int begin, int end) {
-    struct part_context context = {state, match_kernels_best(), begin, end, state->threads};
+static void run_phase(struct match_state *state, const struct parallel *parallel,
+                      void (*part)(void *context, int index), int begin, int end) {
+    struct part_context context = {state, state->options.kernels, begin, end, state->threads};
     parallel->run(parallel->self, part, &context, context.parts);
 }
 
-static void run_band(struct match_state* state, const struct parallel* parallel) {
+static void run_band(struct match_state *state, const struct parallel *parallel) {
     const int ahead = state->band_end + MATCH_AHEAD_ROWS;
     const int cost_end = ahead < state->height ? ahead : state->height;
     run_phase(state, parallel, cost_part, state->cost_end, cost_end);
     state->cost_end = cost_end;
     run_phase(state, parallel, column_part, 0, state->width);
     run_phase(state, parallel, row_part, state->band_begin, state->band_end);
-    uint8_t* last = state->from_above[state->band_end - state->band_begin];
+    uint8_t *last = state->from_above[state->band_end - state->band_begin];
     state->from_above[state->band_end - state->band_begin] = state->from_above[0];
     state->from_above[0] = last;
 }
 
-int match_run(const struct match_input* input, const struct match_options* options,
-              const struct parallel* parallel, match_progress* progress, void* progress_self,
-              struct arena* arena, struct match_output* output) {
+int match_run(const struct match_input *input, const struct match_options *options,
+              const struct parallel *parallel, match_progress *progress, void *progress_self,
+              struct arena *arena, struct match_output *output) {
     const int error = check(input, options, output);
     if (error != ERROR_OK) {
         return error;

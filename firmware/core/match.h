@@ -24,10 +24,14 @@ enum {
     MATCH_DISPARITY_LIMIT = 1024,  // |disparity_min| and disparity_min + count stay within
 };
 
+/// A compiled set of inner loops, see match_kernels.h.
+struct match_kernels;
+
 struct match_options {
     int disparity_min, disparity_count;
     int speckle_px;  // islands below this area are rejected; 0: keep all
     bool keep_all;   // no rejection at all but border: for measuring the raw matcher
+    const struct match_kernels *kernels;  // NULL: the fastest; all give the same bytes
 };
 
 /// Rows of the pair to be matched: rectified grey images and their valid spans.
@@ -48,17 +52,17 @@ struct match_options match_default_options(int disparity_min, int disparity_coun
 
 /// Working memory that `match_run` takes with `threads` threads, in bytes: O(width x disparities),
 /// whatever the height. 0 when an argument is out of range.
-size_t match_need_bytes(int width, const struct match_options* options, int threads);
+size_t match_need_bytes(int width, const struct match_options *options, int threads);
 
 /// Called after each band of rows with the count of rows done; returns false to cancel.
-typedef bool match_progress(void* self, int rows_done, int rows);
+typedef bool match_progress(void *self, int rows_done, int rows);
 
 /// Matches a pair. `progress` may be NULL. The result does not depend on `parallel`.
 /// ERROR_TOO_SMALL, ERROR_TOO_LARGE, ERROR_SIZE_MISMATCH, ERROR_DISPARITY_RANGE, ERROR_MEMORY,
 /// ERROR_CANCELLED (outputs then hold the rows done).
-int match_run(const struct match_input* input, const struct match_options* options,
-              const struct parallel* parallel, match_progress* progress, void* progress_self,
-              struct arena* arena, struct match_output* output);
+int match_run(const struct match_input *input, const struct match_options *options,
+              const struct parallel *parallel, match_progress *progress, void *progress_self,
+              struct arena *arena, struct match_output *output);
 
 #ifdef __cplusplus
 }

@@ -18,7 +18,7 @@ static bool runs_plain(void) {
 
 // Fastest first.
 static const struct {
-    const struct match_kernels* kernels;
+    const struct match_kernels *kernels;
     bool (*runs)(void);
 } levels[] = {
 #if defined(__x86_64__)
@@ -28,7 +28,7 @@ static const struct {
     {&match_plain_kernels, runs_plain},
 };
 
-const struct match_kernels* match_kernels_best(void) {
+const struct match_kernels *match_kernels_best(void) {
     size_t i = 0;
     while (!levels[i].runs()) {
         i++;
@@ -36,7 +36,7 @@ const struct match_kernels* match_kernels_best(void) {
     return levels[i].kernels;
 }
 
-const struct match_kernels* match_kernels_named(const char* name) {
+const struct match_kernels *match_kernels_named(const char *name) {
     for (size_t i = 0; i < sizeof levels / sizeof *levels; i++) {
         if (strcmp(levels[i].kernels->name, name) == 0 && levels[i].runs()) {
             return levels[i].kernels;

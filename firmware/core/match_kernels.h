@@ -15,18 +15,18 @@ extern "C" {
 #endif
 
 struct match_kernels {
-    const char* name;
+    const char *name;
 
     /// Phase 1, row y: features, costs and their edge-aware average along the row, into the ring.
-    void (*cost_row)(struct match_state* state, struct match_scratch* scratch, int y);
+    void (*cost_row)(struct match_state *state, struct match_scratch *scratch, int y);
 
     /// Phase 2, columns [x_begin, x_end) of the band: averages along the columns, messages down.
-    void (*columns)(struct match_state* state, struct match_scratch* scratch, int x_begin,
+    void (*columns)(struct match_state *state, struct match_scratch *scratch, int x_begin,
                     int x_end);
 
     /// Phase 3, rows [y_begin, y_end) of the band: messages along the rows, winners and checks,
     /// into the output.
-    void (*rows)(struct match_state* state, struct match_scratch* scratch, int y_begin, int y_end);
+    void (*rows)(struct match_state *state, struct match_scratch *scratch, int y_begin, int y_end);
 };
 
 extern const struct match_kernels match_plain_kernels;
@@ -36,11 +36,11 @@ extern const struct match_kernels match_avx2_kernels;
 #endif
 
 /// The fastest set that this processor runs.
-const struct match_kernels* match_kernels_best(void);
+const struct match_kernels *match_kernels_best(void);
 
 /// The set of this name, for tests and measurements; NULL when there is none or the processor
 /// does not run it.
-const struct match_kernels* match_kernels_named(const char* name);
+const struct match_kernels *match_kernels_named(const char *name);
 
 #ifdef __cplusplus
 }

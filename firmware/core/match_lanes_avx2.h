@@ -11,29 +11,29 @@
 #include "core/invariant.h"
 #include "core/match_state.h"
 
-static inline __m128i load16(const void* from) {
-    return _mm_loadu_si128((const __m128i*)from);
+static inline __m128i load16(const void *from) {
+    return _mm_loadu_si128((const __m128i *)from);
 }
-static inline void store16(void* to, __m128i value) {
-    _mm_storeu_si128((__m128i*)to, value);
+static inline void store16(void *to, __m128i value) {
+    _mm_storeu_si128((__m128i *)to, value);
 }
-static inline __m256i load32(const void* from) {
-    return _mm256_loadu_si256((const __m256i*)from);
+static inline __m256i load32(const void *from) {
+    return _mm256_loadu_si256((const __m256i *)from);
 }
-static inline void store32(void* to, __m256i value) {
-    _mm256_storeu_si256((__m256i*)to, value);
+static inline void store32(void *to, __m256i value) {
+    _mm256_storeu_si256((__m256i *)to, value);
 }
 
 // 16 lanes in the lower half; the upper half is `fill`.
-static inline __m256i load16_filled(const void* from, __m256i fill) {
+static inline __m256i load16_filled(const void *from, __m256i fill) {
     return _mm256_inserti128_si256(fill, load16(from), 0);
 }
 
-static inline __m256i load_lanes(const uint8_t* from, int i, int count, __m256i fill) {
+static inline __m256i load_lanes(const uint8_t *from, int i, int count, __m256i fill) {
     return i + 32 <= count ? load32(from + i) : load16_filled(from + i, fill);
 }
 
-static inline void store_lanes(uint8_t* to, int i, int count, __m256i value) {
+static inline void store_lanes(uint8_t *to, int i, int count, __m256i value) {
     if (i + 32 <= count) {
         store32(to + i, value);
     } else {
@@ -73,19 +73,19 @@ static inline __m256i weighted_bits32(__m256i a, __m256i b, __m256i c) {
     return _mm256_add_epi8(ones_count, _mm256_add_epi8(twos_count, twos_count));
 }
 
-static inline void lanes_cost(const struct match_features* left, int x,
-                              const struct match_features* right, int right_index, int count,
-                              uint8_t* cost) {
+static inline void lanes_cost(const struct match_features *left, int x,
+                              const struct match_features *right, int right_index, int count,
+                              uint8_t *cost) {
     const __m256i left0 = _mm256_set1_epi8((char)left->census[0][x]);
     const __m256i left1 = _mm256_set1_epi8((char)left->census[1][x]);
     const __m256i left2 = _mm256_set1_epi8((char)left->census[2][x]);
     const __m256i gradient = _mm256_set1_epi8((char)left->gradient[x]);
     const __m256i truncation = _mm256_set1_epi8(MATCH_GRADIENT_TRUNCATION);
     const __m256i zero = _mm256_setzero_si256();
-    const uint8_t* right0 = right->census[0] + right_index;
-    const uint8_t* right1 = right->census[1] + right_index;
-    const uint8_t* right2 = right->census[2] + right_index;
-    const uint8_t* right_gradient = right->gradient + right_index;
+    const uint8_t *right0 = right->census[0] + right_index;
+    const uint8_t *right1 = right->census[1] + right_index;
+    const uint8_t *right2 = right->census[2] + right_index;
+    const uint8_t *right_gradient = right->gradient + right_index;
     for (int i = 0; i < count; i += 32) {
         const __m256i bits =
             weighted_bits32(_mm256_xor_si256(left0, load_lanes(right0, i, count, zero)),
@@ -98,8 +98,8 @@ static inline void lanes_cost(const struct match_features* left, int x,
     }
 }
 
-static inline void lanes_blend(const uint8_t* a, const uint8_t* b, int wa, int count,
-                               uint8_t* result) {
+static inline void lanes_blend(const uint8_t *a, const uint8_t *b, int wa, int count,
+                               uint8_t *result) {
     INVARIANT(wa > 0 && wa < MATCH_WEIGHT_ONE);
     const __m256i weights = _mm256_set1_epi16((short)(wa | (MATCH_WEIGHT_ONE - wa) << 8));
     const __m256i half = _mm256_set1_epi16(MATCH_WEIGHT_ONE / 2);
@@ -115,8 +115,8 @@ static inline void lanes_blend(const uint8_t* a, const uint8_t* b, int wa, int c
     }
 }
 
-static inline int lanes_message(const uint8_t* cost, const uint8_t* previous, int lowest,
-                                struct match_penalties penalties, int count, uint8_t* message) {
+static inline int lanes_message(const uint8_t *cost, const uint8_t *previous, int lowest,
+                                struct match_penalties penalties, int count, uint8_t *message) {
     INVARIANT(lowest <= MATCH_COST_MAX && penalties.large <= MATCH_PENALTY_MAX);
     const __m256i base = _mm256_set1_epi8((char)lowest);
     const __m256i small = _mm256_set1_epi8((char)penalties.small);
@@ -150,7 +150,7 @@ static inline int lanes_message(const uint8_t* cost, const uint8_t* previous, in
     return lowest32(smallest);
 }
 
-static inline int lanes_lowest(const uint8_t* values, int count) {
+static inline int lanes_lowest(const uint8_t *values, int count) {
     const __m256i infinite = _mm256_set1_epi8(-1);
     __m256i smallest = infinite;
     for (int i = 0; i < count; i += 32) {
@@ -159,7 +159,7 @@ static inline int lanes_lowest(const uint8_t* values, int count) {
     return lowest32(smallest);
 }
 
-static inline __m256i sum_of_16(const uint8_t* a, const uint8_t* b, const uint8_t* c) {
+static inline __m256i sum_of_16(const uint8_t *a, const uint8_t *b, const uint8_t *c) {
     return _mm256_add_epi16(
         _mm256_add_epi16(_mm256_cvtepu8_epi16(load16(a)), _mm256_cvtepu8_epi16(load16(b))),
         _mm256_cvtepu8_epi16(load16(c)));
@@ -169,8 +169,8 @@ static inline __m256i first_indices(void) {
     return _mm256_setr_epi16(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
 }
 
-static inline struct match_winner lanes_winner(const uint8_t* a, const uint8_t* b, const uint8_t* c,
-                                               int count, int begin, int end, uint16_t* sum) {
+static inline struct match_winner lanes_winner(const uint8_t *a, const uint8_t *b, const uint8_t *c,
+                                               int count, int begin, int end, uint16_t *sum) {
     INVARIANT(begin >= 0 && begin < end && end <= count);
     const __m256i sixteen = _mm256_set1_epi16(16);
     __m256i lowest = _mm256_set1_epi16(-1);

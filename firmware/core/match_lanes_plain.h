@@ -29,13 +29,13 @@ static inline uint8_t count_bits(uint8_t a, uint8_t b, uint8_t c) {
 
 // cost[i] of left pixel x against the right features at right_index + i:
 // MATCH_CENSUS_WEIGHT a differing census bit, and the truncated difference of the gradients.
-static inline void lanes_cost(const struct match_features* left, int x,
-                              const struct match_features* right, int right_index, int count,
-                              uint8_t* restrict cost) {
-    const uint8_t* restrict right0 = right->census[0] + right_index;
-    const uint8_t* restrict right1 = right->census[1] + right_index;
-    const uint8_t* restrict right2 = right->census[2] + right_index;
-    const uint8_t* restrict right_gradient = right->gradient + right_index;
+static inline void lanes_cost(const struct match_features *left, int x,
+                              const struct match_features *right, int right_index, int count,
+                              uint8_t *restrict cost) {
+    const uint8_t *restrict right0 = right->census[0] + right_index;
+    const uint8_t *restrict right1 = right->census[1] + right_index;
+    const uint8_t *restrict right2 = right->census[2] + right_index;
+    const uint8_t *restrict right_gradient = right->gradient + right_index;
     const uint8_t left0 = left->census[0][x];
     const uint8_t left1 = left->census[1][x];
     const uint8_t left2 = left->census[2][x];
@@ -53,8 +53,8 @@ static inline void lanes_cost(const struct match_features* left, int x,
 
 // result = (a wa + b (MATCH_WEIGHT_ONE - wa) + half) / MATCH_WEIGHT_ONE; `result` may be `a` or
 // `b`.
-static inline void lanes_blend(const uint8_t* a, const uint8_t* b, int wa, int count,
-                               uint8_t* result) {
+static inline void lanes_blend(const uint8_t *a, const uint8_t *b, int wa, int count,
+                               uint8_t *result) {
     INVARIANT(wa > 0 && wa < MATCH_WEIGHT_ONE);
     const uint16_t weight_a = (uint16_t)wa;
     const uint16_t weight_b = (uint16_t)(MATCH_WEIGHT_ONE - wa);
@@ -68,9 +68,9 @@ static inline void lanes_blend(const uint8_t* a, const uint8_t* b, int wa, int c
 // large) with p = previous - lowest, its lowest value; neighbours beyond the ends count as
 // infinite. Returns the lowest message. Source: H. Hirschmueller, "Stereo processing by semiglobal
 // matching and mutual information", PAMI 30(2), 2008, equation 13.
-static inline int lanes_message(const uint8_t* restrict cost, const uint8_t* restrict previous,
+static inline int lanes_message(const uint8_t *restrict cost, const uint8_t *restrict previous,
                                 int lowest, struct match_penalties penalties, int count,
-                                uint8_t* restrict message) {
+                                uint8_t *restrict message) {
     INVARIANT(lowest <= MATCH_COST_MAX && penalties.large <= MATCH_PENALTY_MAX);
     const uint8_t base = (uint8_t)lowest;
     const uint8_t small = penalties.small;
@@ -90,7 +90,7 @@ static inline int lanes_message(const uint8_t* restrict cost, const uint8_t* res
     return smallest;
 }
 
-static inline int lanes_lowest(const uint8_t* values, int count) {
+static inline int lanes_lowest(const uint8_t *values, int count) {
     uint8_t lowest = UINT8_MAX;
     for (int i = 0; i < count; i++) {
         lowest = lower_u8(lowest, values[i]);
@@ -99,9 +99,9 @@ static inline int lanes_lowest(const uint8_t* values, int count) {
 }
 
 // Sums a + b + c, and the winner among the indices [begin, end).
-static inline struct match_winner lanes_winner(const uint8_t* restrict a, const uint8_t* restrict b,
-                                               const uint8_t* restrict c, int count, int begin,
-                                               int end, uint16_t* restrict sum) {
+static inline struct match_winner lanes_winner(const uint8_t *restrict a, const uint8_t *restrict b,
+                                               const uint8_t *restrict c, int count, int begin,
+                                               int end, uint16_t *restrict sum) {
     INVARIANT(begin >= 0 && begin < end && end <= count);
     for (int i = 0; i < count; i++) {
         sum[i] = (uint16_t)(a[i] + b[i] + c[i]);

@@ -10,11 +10,11 @@
 #include "core/invariant.h"
 #include "core/match_state.h"
 
-static inline __m128i load16(const void* from) {
-    return _mm_loadu_si128((const __m128i*)from);
+static inline __m128i load16(const void *from) {
+    return _mm_loadu_si128((const __m128i *)from);
 }
-static inline void store16(void* to, __m128i value) {
-    _mm_storeu_si128((__m128i*)to, value);
+static inline void store16(void *to, __m128i value) {
+    _mm_storeu_si128((__m128i *)to, value);
 }
 
 // Lowest byte in the low 8 bits of the result.
@@ -41,9 +41,9 @@ static inline __m128i weighted_bits16(__m128i a, __m128i b, __m128i c) {
     return _mm_add_epi8(ones_count, _mm_add_epi8(twos_count, twos_count));
 }
 
-static inline void lanes_cost(const struct match_features* left, int x,
-                              const struct match_features* right, int right_index, int count,
-                              uint8_t* cost) {
+static inline void lanes_cost(const struct match_features *left, int x,
+                              const struct match_features *right, int right_index, int count,
+                              uint8_t *cost) {
     const __m128i left0 = _mm_set1_epi8((char)left->census[0][x]);
     const __m128i left1 = _mm_set1_epi8((char)left->census[1][x]);
     const __m128i left2 = _mm_set1_epi8((char)left->census[2][x]);
@@ -61,8 +61,8 @@ static inline void lanes_cost(const struct match_features* left, int x,
     }
 }
 
-static inline void lanes_blend(const uint8_t* a, const uint8_t* b, int wa, int count,
-                               uint8_t* result) {
+static inline void lanes_blend(const uint8_t *a, const uint8_t *b, int wa, int count,
+                               uint8_t *result) {
     INVARIANT(wa > 0 && wa < MATCH_WEIGHT_ONE);
     const __m128i weights = _mm_set1_epi16((short)(wa | (MATCH_WEIGHT_ONE - wa) << 8));
     const __m128i half = _mm_set1_epi16(MATCH_WEIGHT_ONE / 2);
@@ -76,8 +76,8 @@ static inline void lanes_blend(const uint8_t* a, const uint8_t* b, int wa, int c
     }
 }
 
-static inline int lanes_message(const uint8_t* cost, const uint8_t* previous, int lowest,
-                                struct match_penalties penalties, int count, uint8_t* message) {
+static inline int lanes_message(const uint8_t *cost, const uint8_t *previous, int lowest,
+                                struct match_penalties penalties, int count, uint8_t *message) {
     INVARIANT(lowest <= MATCH_COST_MAX && penalties.large <= MATCH_PENALTY_MAX);
     const __m128i base = _mm_set1_epi8((char)lowest);
     const __m128i small = _mm_set1_epi8((char)penalties.small);
@@ -104,7 +104,7 @@ static inline int lanes_message(const uint8_t* cost, const uint8_t* previous, in
     return lowest16(smallest);
 }
 
-static inline int lanes_lowest(const uint8_t* values, int count) {
+static inline int lanes_lowest(const uint8_t *values, int count) {
     __m128i smallest = load16(values);
     for (int i = 16; i < count; i += 16) {
         smallest = _mm_min_epu8(smallest, load16(values + i));
@@ -113,20 +113,20 @@ static inline int lanes_lowest(const uint8_t* values, int count) {
 }
 
 // Sums of 8 lanes; those outside [begin, end) become UINT16_MAX.
-static inline __m128i masked_sum8(const uint8_t* a, const uint8_t* b, const uint8_t* c,
+static inline __m128i masked_sum8(const uint8_t *a, const uint8_t *b, const uint8_t *c,
                                   __m128i index, __m128i begin, __m128i end) {
     const __m128i sum = _mm_add_epi16(
-        _mm_add_epi16(_mm_cvtepu8_epi16(_mm_loadl_epi64((const __m128i*)(const void*)a)),
-                      _mm_cvtepu8_epi16(_mm_loadl_epi64((const __m128i*)(const void*)b))),
-        _mm_cvtepu8_epi16(_mm_loadl_epi64((const __m128i*)(const void*)c)));
+        _mm_add_epi16(_mm_cvtepu8_epi16(_mm_loadl_epi64((const __m128i *)(const void *)a)),
+                      _mm_cvtepu8_epi16(_mm_loadl_epi64((const __m128i *)(const void *)b))),
+        _mm_cvtepu8_epi16(_mm_loadl_epi64((const __m128i *)(const void *)c)));
     const __m128i outside =
         _mm_or_si128(_mm_cmpgt_epi16(begin, index),
                      _mm_cmpgt_epi16(index, _mm_sub_epi16(end, _mm_set1_epi16(1))));
     return _mm_or_si128(sum, outside);
 }
 
-static inline struct match_winner lanes_winner(const uint8_t* a, const uint8_t* b, const uint8_t* c,
-                                               int count, int begin, int end, uint16_t* sum) {
+static inline struct match_winner lanes_winner(const uint8_t *a, const uint8_t *b, const uint8_t *c,
+                                               int count, int begin, int end, uint16_t *sum) {
     INVARIANT(begin >= 0 && begin < end && end <= count);
     const __m128i first = _mm_set1_epi16((short)begin);
     const __m128i beyond = _mm_set1_epi16((short)end);

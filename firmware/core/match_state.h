@@ -40,8 +40,8 @@ enum {
 
 /// Features of one row: 24 census bits in three byte planes, and the horizontal gradient.
 struct match_features {
-    uint8_t* census[MATCH_CENSUS_PLANES];
-    uint8_t* gradient;  // 128 + clipped gradient
+    uint8_t *census[MATCH_CENSUS_PLANES];
+    uint8_t *gradient;  // 128 + clipped gradient
 };
 
 struct match_penalties {
@@ -58,29 +58,29 @@ struct match_winner {
 
 /// Scratch of one row in phase 3.
 struct match_line {
-    uint8_t* cells;          // width x lanes: messages from the left
-    uint8_t* message[2];     // from the right: present and previous pixel, lanes each
-    uint16_t* sum;           // lanes: sums of one pixel
-    uint16_t* right_lowest;  // width: lowest sum that claims a right pixel
-    int16_t* right_index;    // width: its disparity index
-    int16_t* index;          // width: winners of the row
+    uint8_t *cells;          // width x lanes: messages from the left
+    uint8_t *message[2];     // from the right: present and previous pixel, lanes each
+    uint16_t *sum;           // lanes: sums of one pixel
+    uint16_t *right_lowest;  // width: lowest sum that claims a right pixel
+    int16_t *right_index;    // width: its disparity index
+    int16_t *index;          // width: winners of the row
 };
 
 /// Scratch of one thread.
 struct match_scratch {
-    uint8_t* window[2 * MATCH_CENSUS_RADIUS + 1];  // padded image rows
+    uint8_t *window[2 * MATCH_CENSUS_RADIUS + 1];  // padded image rows
     struct match_features left, right;             // right: reversed, padded on both sides
-    uint8_t* cells;                                // width x lanes: costs
-    uint16_t* weight;                              // width + 1, between x - 1 and x
-    uint16_t* mass;                                // width
-    uint8_t* strip;                                // running averages of MATCH_STRIP_COLUMNS
+    uint8_t *cells;                                // width x lanes: costs
+    uint16_t *weight;                              // width + 1, between x - 1 and x
+    uint16_t *mass;                                // width
+    uint8_t *strip;                                // running averages of MATCH_STRIP_COLUMNS
     struct match_line line[MATCH_ROWS_ABREAST];
 };
 
 struct match_state {
-    const struct match_input* input;
+    const struct match_input *input;
     struct match_options options;
-    struct match_output* output;
+    struct match_output *output;
     int width, height;
     int lanes;                 // disparities padded to a multiple of MATCH_LANES
     int right_pad;             // padding in front of the reversed right features
@@ -88,16 +88,16 @@ struct match_state {
     int band_begin, band_end;  // rows of the present band
     int cost_end;              // first row whose cost is not yet in the ring
 
-    uint8_t* ring[MATCH_RING_ROWS];            // aggregated cost, row y in slot y % MATCH_RING_ROWS
-    uint8_t* from_above[MATCH_BAND_ROWS + 1];  // [0]: last row of the band before
-    uint8_t* above_lowest;                     // per column: lowest message of the last row
-    uint8_t* down;                             // downward average
-    uint16_t* down_mass;
+    uint8_t *ring[MATCH_RING_ROWS];            // aggregated cost, row y in slot y % MATCH_RING_ROWS
+    uint8_t *from_above[MATCH_BAND_ROWS + 1];  // [0]: last row of the band before
+    uint8_t *above_lowest;                     // per column: lowest message of the last row
+    uint8_t *down;                             // downward average
+    uint16_t *down_mass;
     uint16_t weight_of_step[256];             // edge-aware weight by grey step, in 1/4096
     uint8_t large_of_step[256];               // large penalty by grey step
     uint16_t inverse_mass[MATCH_MASS_STEPS];  // MATCH_WEIGHT_ONE / mass, in 1/MATCH_INVERSE_ONE
     int threads;
-    struct match_scratch* scratch;  // one a thread
+    struct match_scratch *scratch;  // one a thread
 };
 
 /// Runs `call(N)` with the count of lanes as a constant where it is a common one, so that the loops
@@ -126,7 +126,7 @@ struct match_state {
 #define MATCH_INLINE static inline __attribute__((always_inline))
 
 /// Which share, in 1/128, the first of two masses (their sum >= MATCH_MASS_ONE) gets in a blend.
-static inline int match_share(const struct match_state* state, uint32_t mass_a, uint32_t mass_b) {
+static inline int match_share(const struct match_state *state, uint32_t mass_a, uint32_t mass_b) {
     const uint32_t inverse = state->inverse_mass[(mass_a + mass_b) / MATCH_MASS_STEP];
     const int share = (int)((mass_a * inverse + MATCH_INVERSE_ONE / 2) / MATCH_INVERSE_ONE);
     return share < 1 ? 1 : (share < MATCH_WEIGHT_ONE ? share : MATCH_WEIGHT_ONE - 1);

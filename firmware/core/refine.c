@@ -33,25 +33,25 @@ struct moments {
 };
 
 struct work {
-    const struct match_input* input;
-    struct match_output* output;
-    struct image_u16* sigma_q8;
-    int32_t* next_q8;         // width x height: disparities of the next step
-    struct moments* columns;  // a part: WINDOW_ROWS rows of width, then one row of column sums
+    const struct match_input *input;
+    struct match_output *output;
+    struct image_u16 *sigma_q8;
+    int32_t *next_q8;         // width x height: disparities of the next step
+    struct moments *columns;  // a part: WINDOW_ROWS rows of width, then one row of column sums
     int width, height, parts;
 };
 
-static const int32_t* disparity_row(const struct work* work, int y) {
+static const int32_t *disparity_row(const struct work *work, int y) {
     return image_i32_row(&work->output->disparity_q8, y);
 }
 
-static const uint8_t* reason_row(const struct work* work, int y) {
+static const uint8_t *reason_row(const struct work *work, int y) {
     return image_u8_row(&work->output->reason, y);
 }
 
 // Value of a row at x_q8 (1/256 px) by cubic convolution (R. G. Keys, 1981), in 1/16 grey
 // level. Ends are repeated.
-static int32_t sample_q4(const uint8_t* row, int width, int32_t x_q8) {
+static int32_t sample_q4(const uint8_t *row, int width, int32_t x_q8) {
     const int x = x_q8 >> 8;
     const int32_t t = x_q8 & 255;
     int32_t p[4];
@@ -66,16 +66,16 @@ static int32_t sample_q4(const uint8_t* row, int width, int32_t x_q8) {
     return p[1] * 16 + middle * t / (2 * 4096);
 }
 
-static int32_t slope_q1(const uint8_t* row, int width, int x) {
+static int32_t slope_q1(const uint8_t *row, int width, int x) {
     const int before = x > 0 ? x - 1 : 0;
     const int after = x + 1 < width ? x + 1 : width - 1;
     return row[after] - row[before];
 }
 
 // What one pixel at its present disparity says about the fit.
-static struct moments moments_at(const struct work* work, int x, int y) {
-    const uint8_t* left = image_u8_row(&work->input->left, y);
-    const uint8_t* right = image_u8_row(&work->input->right, y);
+static struct moments moments_at(const struct work *work, int x, int y) {
+    const uint8_t *left = image_u8_row(&work->input->left, y);
+    const uint8_t *right = image_u8_row(&work->input->right, y);
     const int32_t x_right_q8 = x * 256 - disparity_row(work, y)[x];
     const int whole = x_right_q8 >> 8;
     if (reason_row(work, y)[x] != REASON_VALID || whole < 1 || whole + 2 >= work->width) {
@@ -95,7 +95,7 @@ static struct moments moments_at(const struct work* work, int x, int y) {
                             difference * difference};
 }
 
-static void add_moments(struct moments* sum, const struct moments* term, int sign) {
+static void add_moments(struct moments *sum, const struct moments *term, int sign) {
     sum->count += sign * term->count;
     sum->gradient += sign * term->gradient;
     sum->difference += sign * term->difference;
@@ -122,7 +122,7 @@ struct fit {
 
 // Solves the window's normal equation with the prior that the present disparity is good to
 // PRIOR_SIGMA_Q8: where there is no texture nothing moves and sigma is the prior's.
-static struct fit solve(const struct moments* sum) {
+static struct fit solve(const struct moments *sum) {
     struct fit result = {0, PRIOR_SIGMA_Q8};
     const int64_t count = sum->count;
     if (count < WINDOW_ROWS) {
@@ -152,11 +152,11 @@ static struct fit solve(const struct moments* sum) {
     return result;
 }
 
-static void fit_row(const struct work* work, const struct moments* column_sums, int y) {
-    const uint8_t* reason = reason_row(work, y);
-    const int32_t* present_q8 = disparity_row(work, y);
-    int32_t* next_q8 = work->next_q8 + (ptrdiff_t)y * work->width;
-    uint16_t* sigma_q8 = image_u16_row(work->sigma_q8, y);
+static void fit_row(const struct work *work, const struct moments *column_sums, int y) {
+    const uint8_t *reason = reason_row(work, y);
+    const int32_t *present_q8 = disparity_row(work, y);
+    int32_t *next_q8 = work->next_q8 + (ptrdiff_t)y * work->width;
+    uint16_t *sigma_q8 = image_u16_row(work->sigma_q8, y);
     struct moments sum = {0};
     for (int x = 0; x < RADIUS && x < work->width; x++) {
         add_moments(&sum, &column_sums[x], 1);
@@ -178,17 +178,17 @@ static void fit_row(const struct work* work, const struct moments* column_sums, 
     }
 }
 
-static void part_rows(const struct work* work, int index, int* begin, int* end) {
+static void part_rows(const struct work *work, int index, int *begin, int *end) {
     *begin = index * BAND_ROWS;
     *end = *begin + BAND_ROWS < work->height ? *begin + BAND_ROWS : work->height;
 }
 
-static void fit_band(const struct work* work, struct moments* ring, int begin, int end) {
+static void fit_band(const struct work *work, struct moments *ring, int begin, int end) {
     const size_t width = (size_t)work->width;
-    struct moments* column_sums = ring + WINDOW_ROWS * width;
+    struct moments *column_sums = ring + WINDOW_ROWS * width;
     memset(ring, 0, (WINDOW_ROWS + 1) * width * sizeof *ring);
     for (int arriving = begin - RADIUS; arriving < end + RADIUS; arriving++) {
-        struct moments* row = ring + (size_t)((arriving + WINDOW_ROWS) % WINDOW_ROWS) * width;
+        struct moments *row = ring + (size_t)((arriving + WINDOW_ROWS) % WINDOW_ROWS) * width;
         for (int x = 0; x < work->width; x++) {
             add_moments(&column_sums[x], &row[x], -1);
             row[x] = arriving >= 0 && arriving < work->height ? moments_at(work, x, arriving)
@@ -201,7 +201,7 @@ static void fit_band(const struct work* work, struct moments* ring, int begin, i
     }
 }
 
-static bool agree(const struct work* work, int x, int y, int32_t here_q8, int32_t* value_q8) {
+static bool agree(const struct work *work, int x, int y, int32_t here_q8, int32_t *value_q8) {
     if (x < 0 || y < 0 || x >= work->width || y >= work->height ||
         reason_row(work, y)[x] != REASON_VALID) {
         return false;
@@ -212,7 +212,7 @@ static bool agree(const struct work* work, int x, int y, int32_t here_q8, int32_
 }
 
 // Mean over opposite pairs of neighbours: unbiased on any slope, also beside an edge.
-static int32_t smoothed_q8(const struct work* work, int x, int y) {
+static int32_t smoothed_q8(const struct work *work, int x, int y) {
     const int32_t here_q8 = disparity_row(work, y)[x];
     int32_t excess = 0;
     int32_t count = 1;
@@ -231,13 +231,13 @@ static int32_t smoothed_q8(const struct work* work, int x, int y) {
     return here_q8 + (excess + half) / count;
 }
 
-static void smooth_part(void* context, int index) {
-    const struct work* work = context;
+static void smooth_part(void *context, int index) {
+    const struct work *work = context;
     int begin;
     int end;
     part_rows(work, index, &begin, &end);
     for (int y = begin; y < end; y++) {
-        int32_t* next_q8 = work->next_q8 + (ptrdiff_t)y * work->width;
+        int32_t *next_q8 = work->next_q8 + (ptrdiff_t)y * work->width;
         for (int x = 0; x < work->width; x++) {
             next_q8[x] = reason_row(work, y)[x] == REASON_VALID ? smoothed_q8(work, x, y)
                                                                 : disparity_row(work, y)[x];
@@ -245,8 +245,8 @@ static void smooth_part(void* context, int index) {
     }
 }
 
-static void take_over_part(void* context, int index) {
-    const struct work* work = context;
+static void take_over_part(void *context, int index) {
+    const struct work *work = context;
     int begin;
     int end;
     part_rows(work, index, &begin, &end);
@@ -257,14 +257,14 @@ static void take_over_part(void* context, int index) {
 }
 
 struct fit_context {
-    const struct work* work;
+    const struct work *work;
     int groups;  // parts of the parallel work, each with a ring of its own
 };
 
-static void fit_part(void* context_pointer, int index) {
-    const struct fit_context* context = context_pointer;
-    const struct work* work = context->work;
-    struct moments* ring = work->columns + (size_t)index * (WINDOW_ROWS + 1) * (size_t)work->width;
+static void fit_part(void *context_pointer, int index) {
+    const struct fit_context *context = context_pointer;
+    const struct work *work = context->work;
+    struct moments *ring = work->columns + (size_t)index * (WINDOW_ROWS + 1) * (size_t)work->width;
     for (int band = index; band < work->parts; band += context->groups) {
         int begin;
         int end;
@@ -280,9 +280,9 @@ size_t refine_need_bytes(int width, int height, int threads) {
                             sizeof(struct moments));
 }
 
-int refine_disparities(const struct match_input* input, const struct parallel* parallel,
-                       struct arena* arena, struct match_output* output,
-                       struct image_u16* sigma_q8) {
+int refine_disparities(const struct match_input *input, const struct parallel *parallel,
+                       struct arena *arena, struct match_output *output,
+                       struct image_u16 *sigma_q8) {
     INVARIANT(parallel->threads >= 1);
     const size_t mark = arena_mark(arena);
     struct work work = {.input = input,

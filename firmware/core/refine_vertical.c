@@ -26,14 +26,14 @@ struct sample {
     float vertical_px;
 };
 
-static double value_at(const struct image_u8* image, double x, double y) {
+static double value_at(const struct image_u8 *image, double x, double y) {
     const int column = (int)x;
     const int row = (int)y;
     const double tx = x - column;
     const double ty = y - row;
     double rows[4];
     for (int j = 0; j < 4; j++) {
-        const uint8_t* p = image_u8_row(image, row - 1 + j) + column - 1;
+        const uint8_t *p = image_u8_row(image, row - 1 + j) + column - 1;
         const double a = p[1];
         rows[j] = a + 0.5 * tx *
                           (p[2] - p[0] +
@@ -46,13 +46,13 @@ static double value_at(const struct image_u8* image, double x, double y) {
                                 ty * (3.0 * (rows[1] - rows[2]) + rows[3] - rows[0])));
 }
 
-static int64_t squared_difference(const struct match_input* input, int x, int y, int x_right,
+static int64_t squared_difference(const struct match_input *input, int x, int y, int x_right,
                                   int y_right) {
     int64_t sum = 0;
     int64_t sum2 = 0;
     for (int j = -RADIUS; j <= RADIUS; j++) {
-        const uint8_t* left = image_u8_row(&input->left, y + j) + x;
-        const uint8_t* right = image_u8_row(&input->right, y_right + j) + x_right;
+        const uint8_t *left = image_u8_row(&input->left, y + j) + x;
+        const uint8_t *right = image_u8_row(&input->right, y_right + j) + x_right;
         for (int i = -RADIUS; i <= RADIUS; i++) {
             const int difference = left[i] - right[i];
             sum += difference;
@@ -63,14 +63,14 @@ static int64_t squared_difference(const struct match_input* input, int x, int y,
 }
 
 // Structure tensor of the left window, centred; false when either direction lacks texture.
-static bool textured(const struct match_input* input, int x, int y, double tensor[3]) {
+static bool textured(const struct match_input *input, int x, int y, double tensor[3]) {
     double xx = 0.0;
     double xy = 0.0;
     double yy = 0.0;
     for (int j = -RADIUS; j <= RADIUS; j++) {
-        const uint8_t* above = image_u8_row(&input->left, y + j - 1) + x;
-        const uint8_t* row = image_u8_row(&input->left, y + j) + x;
-        const uint8_t* below = image_u8_row(&input->left, y + j + 1) + x;
+        const uint8_t *above = image_u8_row(&input->left, y + j - 1) + x;
+        const uint8_t *row = image_u8_row(&input->left, y + j) + x;
+        const uint8_t *below = image_u8_row(&input->left, y + j + 1) + x;
         for (int i = -RADIUS; i <= RADIUS; i++) {
             const double gx = 0.5 * (row[i + 1] - row[i - 1]);
             const double gy = 0.5 * (below[i] - above[i]);
@@ -88,15 +88,15 @@ static bool textured(const struct match_input* input, int x, int y, double tenso
     return half_trace - spread > 4.0 * WINDOW;
 }
 
-static bool inside(const struct match_input* input, double x, double y) {
+static bool inside(const struct match_input *input, double x, double y) {
     return x >= MARGIN && y >= MARGIN && x < input->right.width - MARGIN &&
            y < input->right.height - MARGIN;
 }
 
 // Aligns the window at (x, y) with the right image near (x_right, y + start). The gradient is
 // that of the left window, so its tensor serves all steps. Returns false when it does not settle.
-static bool align(const struct match_input* input, int x, int y, double x_right, double start,
-                  const double tensor[3], double* vertical_px) {
+static bool align(const struct match_input *input, int x, int y, double x_right, double start,
+                  const double tensor[3], double *vertical_px) {
     const double determinant = tensor[0] * tensor[2] - tensor[1] * tensor[1];
     double dx = 0.0;
     double dy = start;
@@ -108,9 +108,9 @@ static bool align(const struct match_input* input, int x, int y, double x_right,
         double sum_x = 0.0;
         double sum_y = 0.0;
         for (int j = -RADIUS; j <= RADIUS; j++) {
-            const uint8_t* row = image_u8_row(&input->left, y + j) + x;
-            const uint8_t* above = image_u8_row(&input->left, y + j - 1) + x;
-            const uint8_t* below = image_u8_row(&input->left, y + j + 1) + x;
+            const uint8_t *row = image_u8_row(&input->left, y + j) + x;
+            const uint8_t *above = image_u8_row(&input->left, y + j - 1) + x;
+            const uint8_t *below = image_u8_row(&input->left, y + j + 1) + x;
             for (int i = -RADIUS; i <= RADIUS; i++) {
                 const double gx = 0.5 * (row[i + 1] - row[i - 1]);
                 const double gy = 0.5 * (below[i] - above[i]);
@@ -138,8 +138,8 @@ static bool align(const struct match_input* input, int x, int y, double x_right,
     return last < 0.01 * 0.01;
 }
 
-static bool measure(const struct match_input* input, const struct match_output* output, int x,
-                    int y, double* vertical_px) {
+static bool measure(const struct match_input *input, const struct match_output *output, int x,
+                    int y, double *vertical_px) {
     const double x_right = x - image_i32_row(&output->disparity_q8, y)[x] / 256.0;
     double tensor[3];
     if (!inside(input, x_right, y) || !inside(input, x, y) || !textured(input, x, y, tensor)) {
@@ -163,7 +163,7 @@ static bool measure(const struct match_input* input, const struct match_output* 
            *vertical_px < REACH;
 }
 
-static void sort(float* values, int count) {
+static void sort(float *values, int count) {
     // Heap sort: no recursion, no memory.
     for (int start = count / 2 - 1, end = count; end > 1;) {
         int root;
@@ -196,8 +196,8 @@ struct normal_equations {
 };
 
 // Solves a 3x3 symmetric system by Cramer's rule; false when it is close to singular.
-static bool solve(const struct normal_equations* n, double result[3]) {
-    const double* a = n->a;
+static bool solve(const struct normal_equations *n, double result[3]) {
+    const double *a = n->a;
     const double c0 = a[4] * a[8] - a[5] * a[7];
     const double c1 = a[5] * a[6] - a[3] * a[8];
     const double c2 = a[3] * a[7] - a[4] * a[6];
@@ -205,7 +205,7 @@ static bool solve(const struct normal_equations* n, double result[3]) {
     if (!(determinant > 1e-9 * a[0] * a[4] * a[8])) {
         return false;
     }
-    const double* b = n->b;
+    const double *b = n->b;
     result[0] =
         (b[0] * c0 + a[1] * (b[2] * a[5] - b[1] * a[8]) + a[2] * (b[1] * a[7] - b[2] * a[4])) /
         determinant;
@@ -218,20 +218,20 @@ static bool solve(const struct normal_equations* n, double result[3]) {
     return true;
 }
 
-static double residual(const struct sample* sample, const struct triangulate_vertical* vertical,
+static double residual(const struct sample *sample, const struct triangulate_vertical *vertical,
                        int width, int height) {
     return sample->vertical_px - vertical->offset_px - vertical->slope_x * (sample->x - width / 2) -
            vertical->slope_y * (sample->y - height / 2);
 }
 
-static float quantile(float* work, int count, double share) {
+static float quantile(float *work, int count, double share) {
     sort(work, count);
     return work[(int)(share * (count - 1))];
 }
 
 // Reweighted least squares with Cauchy weights; its scale is the residuals' median.
-static void fit(struct sample* samples, int count, int width, int height, float* work,
-                struct triangulate_vertical* vertical) {
+static void fit(struct sample *samples, int count, int width, int height, float *work,
+                struct triangulate_vertical *vertical) {
     for (int i = 0; i < count; i++) {
         work[i] = samples[i].vertical_px;
     }
@@ -267,13 +267,13 @@ static void fit(struct sample* samples, int count, int width, int height, float*
     vertical->rms_px = scale;
 }
 
-int refine_measure_vertical(const struct match_input* input, const struct match_output* output,
-                            struct arena* arena, struct triangulate_vertical* vertical) {
+int refine_measure_vertical(const struct match_input *input, const struct match_output *output,
+                            struct arena *arena, struct triangulate_vertical *vertical) {
     const int width = input->left.width;
     const int height = input->left.height;
     const size_t mark = arena_mark(arena);
-    struct sample* samples = arena_take(arena, SAMPLES_MAX, sizeof *samples);
-    float* work = arena_take(arena, SAMPLES_MAX, sizeof *work);
+    struct sample *samples = arena_take(arena, SAMPLES_MAX, sizeof *samples);
+    float *work = arena_take(arena, SAMPLES_MAX, sizeof *work);
     if (samples == NULL || work == NULL) {
         arena_release(arena, mark);
         return ERROR_MEMORY;

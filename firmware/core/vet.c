@@ -13,8 +13,8 @@ struct place {
 };
 
 struct island {
-    struct match_output* output;
-    struct place* queue;  // pixels of the island in the order they were found
+    struct match_output *output;
+    struct place *queue;  // pixels of the island in the order they were found
     int count, limit;
     bool large;  // touches pixels already known to belong to a large island
 };
@@ -23,12 +23,12 @@ size_t vet_need_bytes(int speckle_px) {
     return arena_need_bytes((size_t)speckle_px, sizeof(struct place));
 }
 
-static void visit(struct island* island, int32_t from_q8, int x, int y) {
-    struct match_output* output = island->output;
+static void visit(struct island *island, int32_t from_q8, int x, int y) {
+    struct match_output *output = island->output;
     if (x < 0 || y < 0 || x >= output->reason.width || y >= output->reason.height) {
         return;
     }
-    uint8_t* reason = image_u8_row(&output->reason, y) + x;
+    uint8_t *reason = image_u8_row(&output->reason, y) + x;
     const int32_t step_q8 = image_i32_row(&output->disparity_q8, y)[x] - from_q8;
     if (step_q8 > VET_ISLAND_STEP_Q8 || step_q8 < -VET_ISLAND_STEP_Q8) {
         return;
@@ -44,8 +44,8 @@ static void visit(struct island* island, int32_t from_q8, int x, int y) {
 // Grows the island around (x, y) until it ends, meets a large one or reaches the limit, and
 // marks its pixels. Stopping at the limit keeps the work per pixel constant: what was found is
 // marked as large, and whatever grows into it later is large as well.
-static void measure_island(struct island* island, int x, int y) {
-    struct match_output* output = island->output;
+static void measure_island(struct island *island, int x, int y) {
+    struct match_output *output = island->output;
     island->count = 0;
     island->large = false;
     visit(island, image_i32_row(&output->disparity_q8, y)[x], x, y);
@@ -64,7 +64,7 @@ static void measure_island(struct island* island, int x, int y) {
     }
 }
 
-int vet_speckles(int speckle_px, struct arena* arena, struct match_output* output) {
+int vet_speckles(int speckle_px, struct arena *arena, struct match_output *output) {
     INVARIANT(speckle_px >= 0);
     INVARIANT(output->reason.width <= IMAGE_MAX_SIDE_PX);
     if (speckle_px < 2) {
@@ -84,7 +84,7 @@ int vet_speckles(int speckle_px, struct arena* arena, struct match_output* outpu
         }
     }
     for (int y = 0; y < output->reason.height; y++) {
-        uint8_t* reason = image_u8_row(&output->reason, y);
+        uint8_t *reason = image_u8_row(&output->reason, y);
         for (int x = 0; x < output->reason.width; x++) {
             INVARIANT(reason[x] != MARK_QUEUED);
             if (reason[x] == MARK_LARGE) {

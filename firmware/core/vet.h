@@ -19,7 +19,7 @@ size_t vet_need_bytes(int speckle_px);
 /// Gives every valid pixel of an island (4-connected, neighbours within VET_ISLAND_STEP_Q8) of
 /// fewer than `speckle_px` pixels REASON_SPECKLE. Each pixel is visited a constant number of times.
 /// ERROR_MEMORY; nothing is changed then.
-int vet_speckles(int speckle_px, struct arena* arena, struct match_output* output);
+int vet_speckles(int speckle_px, struct arena *arena, struct match_output *output);
 
 #ifdef __cplusplus
 }

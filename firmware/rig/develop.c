@@ -8,12 +8,12 @@
 enum { CHANNELS = 3, DEBAYER_MARGIN = 4 };
 
 struct develop {
-    const struct reconstruct_image* raw;
-    struct image_u8* grey;
-    struct image_rgb8* colour;
-    uint8_t* tone;  // 8 bit value of each raw value
-    uint16_t* rgb;  // a part: 3 * width
-    int32_t* work;  // a part: 3 * (width + DEBAYER_MARGIN)
+    const struct reconstruct_image *raw;
+    struct image_u8 *grey;
+    struct image_rgb8 *colour;
+    uint8_t *tone;  // 8 bit value of each raw value
+    uint16_t *rgb;  // a part: 3 * width
+    int32_t *work;  // a part: 3 * (width + DEBAYER_MARGIN)
     int parts;
 };
 
@@ -35,7 +35,7 @@ static uint32_t rounded_root(uint32_t value) {
 }
 
 // UINT8_MAX * sqrt(value / largest) for light, UINT8_MAX * value / largest for encoded values.
-static void fill_tone(const struct reconstruct_image* raw, uint8_t* tone) {
+static void fill_tone(const struct reconstruct_image *raw, uint8_t *tone) {
     const uint32_t largest = (1U << raw->bits) - 1;
     for (uint32_t value = 0; value <= largest; value++) {
         const uint32_t toned =
@@ -48,18 +48,18 @@ static void fill_tone(const struct reconstruct_image* raw, uint8_t* tone) {
 }
 
 // Luma of ITU-R BT.601 in 1/256.
-static uint32_t luma(const uint16_t* rgb) {
+static uint32_t luma(const uint16_t *rgb) {
     return (77U * rgb[0] + 150U * rgb[1] + 29U * rgb[2] + 128U) >> 8;
 }
 
-static void develop_row(const struct develop* develop, int y, uint16_t* rgb, int32_t* work) {
-    const struct reconstruct_image* raw = develop->raw;
+static void develop_row(const struct develop *develop, int y, uint16_t *rgb, int32_t *work) {
+    const struct reconstruct_image *raw = develop->raw;
     const uint16_t largest = (uint16_t)((1U << raw->bits) - 1);
-    uint8_t* grey = image_u8_row(develop->grey, y);
-    uint8_t* colour = image_rgb8_row(develop->colour, y);
-    const uint16_t* row = raw->data + (ptrdiff_t)y * raw->stride;
+    uint8_t *grey = image_u8_row(develop->grey, y);
+    uint8_t *colour = image_rgb8_row(develop->colour, y);
+    const uint16_t *row = raw->data + (ptrdiff_t)y * raw->stride;
     if (raw->layout == PIXEL_BAYER_GRBG) {
-        const struct image_u16 mosaic = {(uint16_t*)(uintptr_t)raw->data, raw->width_px,
+        const struct image_u16 mosaic = {(uint16_t *)(uintptr_t)raw->data, raw->width_px,
                                          raw->height_px, raw->stride};
         debayer_row(&mosaic, raw->bits, y, rgb, work);
         row = rgb;
@@ -75,8 +75,8 @@ static void develop_row(const struct develop* develop, int y, uint16_t* rgb, int
     }
 }
 
-static void develop_part(void* context, int index) {
-    const struct develop* develop = context;
+static void develop_part(void *context, int index) {
+    const struct develop *develop = context;
     const size_t width = (size_t)develop->raw->width_px;
     const size_t part = (size_t)index;
     const int begin = (int)((int64_t)develop->raw->height_px * index / develop->parts);
@@ -87,8 +87,8 @@ static void develop_part(void* context, int index) {
     }
 }
 
-int develop_image(const struct reconstruct_image* raw, const struct parallel* parallel,
-                  struct arena* arena, struct image_u8* grey, struct image_rgb8* colour) {
+int develop_image(const struct reconstruct_image *raw, const struct parallel *parallel,
+                  struct arena *arena, struct image_u8 *grey, struct image_rgb8 *colour) {
     INVARIANT(grey->width == raw->width_px && grey->height == raw->height_px);
     INVARIANT(colour->width == raw->width_px && colour->height == raw->height_px);
     if (raw->bits < 8 || raw->bits > 16 ||

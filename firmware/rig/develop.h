@@ -19,8 +19,8 @@ size_t develop_need_bytes(int width_px, int bits, int threads);
 /// photon noise equal at all brightnesses, so dark regions keep their detail; other images are
 /// taken as already encoded for viewing and are scaled. ERROR_ARGUMENT for bits outside 8..16 or a
 /// mosaic smaller than 2x2; ERROR_MEMORY.
-int develop_image(const struct reconstruct_image* raw, const struct parallel* parallel,
-                  struct arena* arena, struct image_u8* grey, struct image_rgb8* colour);
+int develop_image(const struct reconstruct_image *raw, const struct parallel *parallel,
+                  struct arena *arena, struct image_u8 *grey, struct image_rgb8 *colour);
 
 #ifdef __cplusplus
 }

@@ -30,7 +30,7 @@ enum pixel_layout {
 
 /// One raw image as a reader or a camera delivers it. Never owns its pixels.
 struct reconstruct_image {
-    const uint16_t* data;
+    const uint16_t *data;
     int width_px, height_px;
     ptrdiff_t stride;  // values from one row to the next
     int bits;          // 8..16: values are 0..2^bits - 1
@@ -55,15 +55,15 @@ enum reconstruct_stage {
 };
 
 /// Name of a stage; static storage. `stage` must be one.
-const char* reconstruct_stage_text(enum reconstruct_stage stage);
+const char *reconstruct_stage_text(enum reconstruct_stage stage);
 
 /// What the surroundings provide. Any pointer may be NULL.
 struct reconstruct_environment {
-    const struct parallel* parallel;
-    uint64_t (*now_us)(void* self);  // monotonic; without it all stage times are 0
+    const struct parallel *parallel;
+    uint64_t (*now_us)(void *self);  // monotonic; without it all stage times are 0
     /// done out of total units of this stage; returns false to cancel
-    bool (*progress)(void* self, enum reconstruct_stage stage, int done, int total);
-    void* self;
+    bool (*progress)(void *self, enum reconstruct_stage stage, int done, int total);
+    void *self;
 };
 
 struct reconstruct_options {
@@ -92,8 +92,8 @@ struct reconstruct_result {
     struct triangulate_vertical vertical;
 
     uint32_t vertex_count;
-    struct triangulate_point* points;  // left camera frame
-    uint32_t* vertex_pixel;            // y * width + x in the rectified left image
+    struct triangulate_point *points;  // left camera frame
+    uint32_t *vertex_pixel;            // y * width + x in the rectified left image
     int16_t (*normals_q14)[3];
     uint32_t triangle_count;
     uint32_t (*triangles)[3];
@@ -106,17 +106,17 @@ struct reconstruct_result {
 };
 
 /// Upper bound of the memory `reconstruct_run` needs for raw images of this size under `plan`.
-size_t reconstruct_need_bytes(int raw_width_px, int raw_height_px, const struct rectify_plan* plan,
-                              const struct reconstruct_options* options, int threads);
+size_t reconstruct_need_bytes(int raw_width_px, int raw_height_px, const struct rectify_plan *plan,
+                              const struct reconstruct_options *options, int threads);
 
 /// Runs all stages. `plan` comes from `rectify_plan_make` with the same calibration.
 /// ERROR_SIZE_MISMATCH, ERROR_MEMORY, ERROR_CANCELLED, ERROR_NO_SURFACE (the result then holds
 /// images, disparities and reasons but no point), and what the stages return.
-int reconstruct_run(const struct reconstruct_image* left, const struct reconstruct_image* right,
-                    const struct calibration* calibration, const struct rectify_plan* plan,
-                    const struct reconstruct_options* options,
-                    const struct reconstruct_environment* environment, struct arena* arena,
-                    struct reconstruct_result* result);
+int reconstruct_run(const struct reconstruct_image *left, const struct reconstruct_image *right,
+                    const struct calibration *calibration, const struct rectify_plan *plan,
+                    const struct reconstruct_options *options,
+                    const struct reconstruct_environment *environment, struct arena *arena,
+                    struct reconstruct_result *result);
 
 #ifdef __cplusplus
 }

@@ -12,10 +12,10 @@
 enum { TRIANGLES_A_VERTEX = 2 };
 
 struct rows {
-    const struct triangulate_plan* plan;
-    struct reconstruct_result* result;
-    uint32_t* first;  // first vertex of each row, height + 1 values
-    uint32_t* kept;   // vertices that could be triangulated, per row
+    const struct triangulate_plan *plan;
+    struct reconstruct_result *result;
+    uint32_t *first;  // first vertex of each row, height + 1 values
+    uint32_t *kept;   // vertices that could be triangulated, per row
 };
 
 size_t surface_need_bytes(int width_px, int height_px, size_t valid) {
@@ -29,8 +29,8 @@ size_t surface_need_bytes(int width_px, int height_px, size_t valid) {
            2 * arena_need_bytes(width, sizeof(int64_t[3]));
 }
 
-static uint32_t count_valid(const struct image_u8* reason, int y) {
-    const uint8_t* row = image_u8_row(reason, y);
+static uint32_t count_valid(const struct image_u8 *reason, int y) {
+    const uint8_t *row = image_u8_row(reason, y);
     uint32_t count = 0;
     for (int x = 0; x < reason->width; x++) {
         count += row[x] == REASON_VALID;
@@ -38,13 +38,13 @@ static uint32_t count_valid(const struct image_u8* reason, int y) {
     return count;
 }
 
-static void triangulate_row(void* context, int y) {
-    const struct rows* rows = context;
-    struct reconstruct_result* result = rows->result;
+static void triangulate_row(void *context, int y) {
+    const struct rows *rows = context;
+    struct reconstruct_result *result = rows->result;
     const int width = result->plan.width_px;
-    const int32_t* disparity_q8 = image_i32_row(&result->match.disparity_q8, y);
-    const uint16_t* sigma_q8 = image_u16_row(&result->sigma_q8, y);
-    uint8_t* reason = image_u8_row(&result->match.reason, y);
+    const int32_t *disparity_q8 = image_i32_row(&result->match.disparity_q8, y);
+    const uint16_t *sigma_q8 = image_u16_row(&result->sigma_q8, y);
+    uint8_t *reason = image_u8_row(&result->match.reason, y);
     uint32_t vertex = rows->first[y];
     for (int x = 0; x < width; x++) {
         if (reason[x] != REASON_VALID) {
@@ -62,8 +62,8 @@ static void triangulate_row(void* context, int y) {
 }
 
 // Closes the gaps that matches without a point left behind.
-static uint32_t compact(const struct rows* rows, int height) {
-    struct reconstruct_result* result = rows->result;
+static uint32_t compact(const struct rows *rows, int height) {
+    struct reconstruct_result *result = rows->result;
     uint32_t total = 0;
     for (int y = 0; y < height; y++) {
         if (total != rows->first[y]) {
@@ -77,8 +77,8 @@ static uint32_t compact(const struct rows* rows, int height) {
     return total;
 }
 
-int surface_triangulate(const struct parallel* parallel, struct arena* arena,
-                        struct reconstruct_result* result) {
+int surface_triangulate(const struct parallel *parallel, struct arena *arena,
+                        struct reconstruct_result *result) {
     const int height = result->plan.height_px;
     struct triangulate_plan plan;
     const int error = triangulate_plan_make(&result->plan, &result->vertical, &plan);
@@ -111,29 +111,29 @@ int surface_triangulate(const struct parallel* parallel, struct arena* arena,
 
 // Two rows of vertices and the sums of the triangle normals around them.
 struct strip {
-    uint32_t* vertex[2];
+    uint32_t *vertex[2];
     int64_t (*normal[2])[3];
     uint32_t first[2];
     uint32_t count[2];
 };
 
-static void number_row(const struct reconstruct_result* result, int y, uint32_t first,
-                       uint32_t* vertex, uint32_t* count) {
-    const uint8_t* reason = image_u8_row(&result->match.reason, y);
+static void number_row(const struct reconstruct_result *result, int y, uint32_t first,
+                       uint32_t *vertex, uint32_t *count) {
+    const uint8_t *reason = image_u8_row(&result->match.reason, y);
     *count = 0;
     for (int x = 0; x < result->plan.width_px; x++) {
         vertex[x] = reason[x] == REASON_VALID ? first + (*count)++ : MESH_NO_VERTEX;
     }
 }
 
-static int64_t* normal_sum(struct strip* strip, uint32_t vertex) {
+static int64_t *normal_sum(struct strip *strip, uint32_t vertex) {
     const int row = vertex >= strip->first[1];
     INVARIANT(vertex - strip->first[row] < strip->count[row]);
     return strip->normal[row][vertex - strip->first[row]];
 }
 
-static void join(const struct mesh_options* options, struct reconstruct_result* result,
-                 struct strip* strip, int y) {
+static void join(const struct mesh_options *options, struct reconstruct_result *result,
+                 struct strip *strip, int y) {
     const struct mesh_row above = {
         .disparity_q8 = image_i32_row(&result->match.disparity_q8, y - 1),
         .vertex = strip->vertex[0]};
@@ -142,12 +142,12 @@ static void join(const struct mesh_options* options, struct reconstruct_result* 
     uint32_t(*triangles)[3] = result->triangles + result->triangle_count;
     const int count = mesh_join_rows(options, &above, &below, triangles);
     for (int i = 0; i < count; i++) {
-        const uint32_t* corner = triangles[i];
+        const uint32_t *corner = triangles[i];
         int64_t sum[3] = {0, 0, 0};
         mesh_accumulate_normal(&result->points[corner[0]], &result->points[corner[1]],
                                &result->points[corner[2]], sum);
         for (int j = 0; j < 3; j++) {
-            int64_t* at = normal_sum(strip, corner[j]);
+            int64_t *at = normal_sum(strip, corner[j]);
             for (int k = 0; k < 3; k++) {
                 at[k] += sum[k];
             }
@@ -156,14 +156,14 @@ static void join(const struct mesh_options* options, struct reconstruct_result* 
     result->triangle_count += (uint32_t)count;
 }
 
-static void finish_normals(struct reconstruct_result* result, const struct strip* strip) {
+static void finish_normals(struct reconstruct_result *result, const struct strip *strip) {
     for (uint32_t i = 0; i < strip->count[0]; i++) {
         mesh_normal_q14(strip->normal[0][i], result->normals_q14[strip->first[0] + i]);
     }
 }
 
-static void shift_strip(struct strip* strip) {
-    uint32_t* vertex = strip->vertex[0];
+static void shift_strip(struct strip *strip) {
+    uint32_t *vertex = strip->vertex[0];
     strip->vertex[0] = strip->vertex[1];
     strip->vertex[1] = vertex;
     int64_t(*normal)[3] = strip->normal[0];
@@ -173,7 +173,7 @@ static void shift_strip(struct strip* strip) {
     strip->count[0] = strip->count[1];
 }
 
-int surface_mesh(int32_t max_gap_q8, struct arena* arena, struct reconstruct_result* result) {
+int surface_mesh(int32_t max_gap_q8, struct arena *arena, struct reconstruct_result *result) {
     const size_t width = (size_t)result->plan.width_px;
     result->normals_q14 = arena_take(arena, result->vertex_count, sizeof *result->normals_q14);
     result->triangles = arena_take(arena, (size_t)result->vertex_count * TRIANGLES_A_VERTEX,
