@@ -10,7 +10,8 @@
 //
 // A standard deviation of D moves the point along the left ray by depth / D times the ray's
 // length. A scatter of e moves it too, but only where (q x + 2 k) / N is not small, that is in the
-// image's corners: d(s + t)/2 by de is -(B/D) (q x + 2 k) / (N D).
+// image's corners: the derivative of (s + t) / 2 by e is -(B/D) (q (x - D/2) + 2 k) / (N D), of
+// which D/2 is left out. Elsewhere e turns the rays past each other at the same depth.
 #include "core/triangulate.h"
 
 #include "core/error.h"
@@ -30,7 +31,7 @@ static int64_t fixed(double value, int bits) {
     return (int64_t)(scaled < 0 ? scaled - 0.5 : scaled + 0.5);
 }
 
-static bool fits(const struct rectify_plan* plan) {
+static bool fits(const struct rectify_plan *plan) {
     const double slope_left = -plan->cx_left_px / plan->f_px;
     const double slope_right = (plan->width_px - plan->cx_left_px) / plan->f_px;
     const double slope_top = -plan->cy_px / plan->fy_px;
@@ -44,9 +45,9 @@ static bool fits(const struct rectify_plan* plan) {
            is_within(plan->cx_left_px - plan->cx_right_px, 1e7);
 }
 
-static int add_vertical(const struct rectify_plan* plan,
-                        const struct triangulate_vertical* vertical,
-                        struct triangulate_plan* result) {
+static int add_vertical(const struct rectify_plan *plan,
+                        const struct triangulate_vertical *vertical,
+                        struct triangulate_plan *result) {
     if (!is_within(vertical->offset_px, 256) || !is_within(vertical->slope_x, 0.25) ||
         !is_within(vertical->slope_y, 0.25) ||
         !(vertical->rms_px >= 0 && vertical->rms_px <= 256)) {
@@ -70,9 +71,9 @@ static int add_vertical(const struct rectify_plan* plan,
     return ERROR_OK;
 }
 
-int triangulate_plan_make(const struct rectify_plan* plan,
-                          const struct triangulate_vertical* vertical,
-                          struct triangulate_plan* result) {
+int triangulate_plan_make(const struct rectify_plan *plan,
+                          const struct triangulate_vertical *vertical,
+                          struct triangulate_plan *result) {
     if (!fits(plan)) {
         return ERROR_RANGE;
     }
@@ -145,7 +146,7 @@ static struct passing find_passing(int64_t x_q27, int64_t y_q27, int64_t e_q27, 
 }
 
 // Standard deviation along the left ray for a depth and a parallax in pixels.
-static uint32_t predict_sigma_um(const struct triangulate_plan* plan, int64_t x_q27, int64_t y_q27,
+static uint32_t predict_sigma_um(const struct triangulate_plan *plan, int64_t x_q27, int64_t y_q27,
                                  int64_t z_um, int64_t parallax_q16, uint32_t sigma_q8,
                                  int64_t sensitivity_q16) {
     const int64_t along_q12 = (int64_t)(sigma_q8 < 65535 ? sigma_q8 : 65535) * 16;
@@ -177,9 +178,9 @@ struct meeting {
 };
 
 // With a residual vertical disparity. Returns false when the rays do not meet.
-static bool meet_off_row(const struct triangulate_plan* plan, int x, int y, int64_t x_q27,
+static bool meet_off_row(const struct triangulate_plan *plan, int x, int y, int64_t x_q27,
                          int64_t y_q27, int64_t plain_q8, int64_t parallax_q16,
-                         struct meeting* meeting) {
+                         struct meeting *meeting) {
     const int64_t e_q32 =
         plan->vertical_q32 + x * plan->vertical_slope_x_q32 + y * plan->vertical_slope_y_q32;
     const int64_t e_q16 = e_q32 >> 16;
@@ -206,8 +207,8 @@ static bool meet_off_row(const struct triangulate_plan* plan, int x, int y, int6
     return true;
 }
 
-bool triangulate_match(const struct triangulate_plan* plan, int x, int y, int32_t disparity_q8,
-                       uint32_t sigma_q8, struct triangulate_point* point) {
+bool triangulate_match(const struct triangulate_plan *plan, int x, int y, int32_t disparity_q8,
+                       uint32_t sigma_q8, struct triangulate_point *point) {
     INVARIANT(x >= 0 && x <= IMAGE_MAX_SIDE_PX && y >= 0 && y <= IMAGE_MAX_SIDE_PX);
     const int64_t parallax_q16 = (int64_t)disparity_q8 * 256 - plan->offset_q16;
     if (parallax_q16 <= 0) {
@@ -239,7 +240,7 @@ bool triangulate_match(const struct triangulate_plan* plan, int x, int y, int32_
     }
     int64_t left_um[3];
     for (int row = 0; row < 3; row++) {
-        const int32_t* R = plan->R_left_rect_q30 + 3 * row;
+        const int32_t *R = plan->R_left_rect_q30 + 3 * row;
         const int64_t sum_q8 =
             scale(rect_q8[0], R[0], 30) + scale(rect_q8[1], R[1], 30) + scale(rect_q8[2], R[2], 30);
         left_um[row] = (sum_q8 + 128) >> 8;
