@@ -14,7 +14,7 @@
 
 namespace {
 
-int parse(const std::string& text, int decimals, int64_t* scaled) {
+int parse(const std::string &text, int decimals, int64_t *scaled) {
     return decimal_parse(text.data(), text.size(), decimals, scaled);
 }
 
@@ -38,13 +38,13 @@ TEST_CASE("decimals are spelled in one way") {
 }
 
 TEST_CASE("any other spelling is refused") {
-    const char* const wrong[] = {"",       "-",      "+1.000", "1",      "1.00",    "1.0000",
+    const char *const wrong[] = {"",       "-",      "+1.000", "1",      "1.00",    "1.0000",
                                  "01.000", "-0.000", ".000",   "1.",     "1,000",   "1.0e0",
                                  "0x1.00", "nan",    "inf",    "1.000 ", " 1.000",  "--1.000",
                                  "1-.000", "1.0.0",  "1.-00",  "00.000", "-01.000", "1 000"};
-    for (const char* text : wrong) {
+    for (const char *text : wrong) {
         int64_t scaled = 77;
-        INFO("text '", text, "'");
+        INFO("text '", std::string(text), "'");
         CHECK(parse(text, 3, &scaled) == ERROR_SYNTAX);
         CHECK(scaled == 77);
     }

@@ -23,16 +23,16 @@ struct entry {
 
 /// The file's lines NAME: VALUES.
 struct kitti {
-    const import_file& file;
+    const import_file &file;
     std::map<std::string, entry> all;
 
-    bool has(const std::string& name) const { return all.count(name) != 0; }
+    bool has(const std::string &name) const { return all.count(name) != 0; }
 
-    std::string place(const std::string& name) const {
+    std::string place(const std::string &name) const {
         return "line " + std::to_string(all.at(name).line) + ", " + name;
     }
 
-    std::vector<double> numbers(const std::string& name, size_t count) const {
+    std::vector<double> numbers(const std::string &name, size_t count) const {
         if (!has(name)) {
             import_fail(ERROR_MISSING, file, name + ": is missing");
         }
@@ -40,9 +40,9 @@ struct kitti {
     }
 };
 
-kitti read(const import_file& file) {
+kitti read(const import_file &file) {
     kitti result{file, {}};
-    for (const import_line& line : import_lines(file.text)) {
+    for (const import_line &line : import_lines(file.text)) {
         if (line.text.find_first_not_of(" \t") == std::string::npos) {
             continue;
         }
@@ -59,7 +59,7 @@ kitti read(const import_file& file) {
     return result;
 }
 
-void set_size(const kitti& from, const std::string& name, lens* camera) {
+void set_size(const kitti &from, const std::string &name, lens *camera) {
     const std::vector<double> size_px = from.numbers(name, 2);
     for (const double side_px : size_px) {
         if (!(side_px >= 1 && side_px <= 100000 && side_px == std::floor(side_px))) {
@@ -71,7 +71,7 @@ void set_size(const kitti& from, const std::string& name, lens* camera) {
     camera->height_px = static_cast<int>(size_px[1]);
 }
 
-bool size_is(const kitti& from, const std::string& name, const import_options& options) {
+bool size_is(const kitti &from, const std::string &name, const import_options &options) {
     if (!from.has(name)) {
         return false;
     }
@@ -80,13 +80,13 @@ bool size_is(const kitti& from, const std::string& name, const import_options& o
 }
 
 /// Raw images of the recordings: both cameras are given relative to camera 0.
-void read_raw(const kitti& from, const std::string left, const std::string right,
-              import_pair* pair) {
+void read_raw(const kitti &from, const std::string left, const std::string right,
+              import_pair *pair) {
     double t_side_mm[2][3];
     std::vector<double> R_side[2];
-    lens* const lenses[2] = {&pair->value.left, &pair->value.right};
+    lens *const lenses[2] = {&pair->value.left, &pair->value.right};
     for (int side = 0; side < 2; side++) {
-        const std::string& camera = side == 0 ? left : right;
+        const std::string &camera = side == 0 ? left : right;
         set_size(from, "S_" + camera, lenses[side]);
         import_camera_matrix(from.file, "K_" + camera, from.numbers("K_" + camera, 9),
                              lenses[side]);
@@ -100,7 +100,7 @@ void read_raw(const kitti& from, const std::string left, const std::string right
     }
     // p_left = R_left p_0 + t_left and p_right = R_right p_0 + t_right, so that
     // p_right = R_right R_left^T (p_left - t_left) + t_right.
-    const std::vector<double>& L = R_side[0];
+    const std::vector<double> &L = R_side[0];
     const double R_0_left[9] = {L[0], L[3], L[6], L[1], L[4], L[7], L[2], L[5], L[8]};
     std::vector<double> R_right_left(9);
     geometry_multiply(R_side[1].data(), R_0_left, R_right_left.data());
@@ -112,11 +112,12 @@ void read_raw(const kitti& from, const std::string left, const std::string right
     import_pose(from.file, "R_" + left + " and R_" + right, R_right_left, t_mm, &pair->value);
 }
 
-void read_rectified(const kitti& from, const std::string& left, const std::string& right,
-                    const std::string& size_prefix, const import_options& options,
-                    import_pair* pair) {
-    import_projections(from.file, left + " and " + right, from.numbers(left, 12),
-                       from.numbers(right, 12), metre_mm, pair);
+void read_rectified(const kitti &from, const std::string &left, const std::string &right,
+                    const std::string &size_prefix, const import_options &options,
+                    import_pair *pair) {
+    const std::vector<double> P_left = from.numbers(left, 12);
+    const std::vector<double> P_right = from.numbers(right, 12);
+    import_projections(from.file, left + " and " + right, P_left, P_right, metre_mm, pair);
     if (!size_prefix.empty()) {
         set_size(from, size_prefix + left.substr(left.size() - 2), &pair->value.left);
         set_size(from, size_prefix + right.substr(right.size() - 2), &pair->value.right);
@@ -132,19 +133,19 @@ void read_rectified(const kitti& from, const std::string& left, const std::strin
 }
 
 /// calib_time: 09-Jan-2012 13:57:47
-void read_date(const kitti& from, calibration* value) {
+void read_date(const kitti &from, calibration *value) {
     static const char months[] = "JanFebMarAprMayJunJulAugSepOctNovDec";
     if (!from.has("calib_time")) {
         return;
     }
-    const std::string& text = from.all.at("calib_time").text;
+    const std::string &text = from.all.at("calib_time").text;
     const size_t begin = text.find_first_not_of(' ');
     if (begin == std::string::npos || text.size() < begin + 11 || text[begin + 2] != '-' ||
         text[begin + 6] != '-') {
         return;
     }
     const std::string name = text.substr(begin + 3, 3);
-    const char* const month = std::strstr(months, name.c_str());
+    const char *const month = std::strstr(months, name.c_str());
     if (month == nullptr || (month - months) % 3 != 0) {
         return;
     }
@@ -160,9 +161,9 @@ void read_date(const kitti& from, calibration* value) {
 
 }  // namespace
 
-bool import_kitti_matches(const std::string& text) {
-    for (const import_line& line : import_lines(text)) {
-        for (const char* name : {"P0:", "P2:", "P_rect_00:", "P_rect_02:", "K_00:", "K_02:"}) {
+bool import_kitti_matches(const std::string &text) {
+    for (const import_line &line : import_lines(text)) {
+        for (const char *name : {"P0:", "P2:", "P_rect_00:", "P_rect_02:", "K_00:", "K_02:"}) {
             if (line.text.compare(0, std::strlen(name), name) == 0) {
                 return true;
             }
@@ -171,7 +172,7 @@ bool import_kitti_matches(const std::string& text) {
     return false;
 }
 
-import_pair import_kitti(const import_file& file, const import_options& options) {
+import_pair import_kitti(const import_file &file, const import_options &options) {
     const kitti from = read(file);
     import_pair pair;
     pair.format = "KITTI";
