@@ -8,8 +8,8 @@
 
 #include "core/error.h"
 
-static int describe_fault(const char* path, int error, const struct calibration_fault* fault,
-                          struct message* message) {
+static int describe_fault(const char *path, int error, const struct calibration_fault *fault,
+                          struct message *message) {
     char place[96] = "";
     if (fault->line > 0) {
         snprintf(place, sizeof place, " line %d", fault->line);
@@ -20,23 +20,23 @@ static int describe_fault(const char* path, int error, const struct calibration_
                            "it stands it would be %08x)",
                            path, place, fault->crc);
     }
-    const char* reason =
+    const char *reason =
         fault->reason != NULL && fault->reason[0] != '\0' ? fault->reason : error_text(error);
-    const char* field = fault->field != NULL ? fault->field : "";
+    const char *field = fault->field != NULL ? fault->field : "";
     return message_set(message, error, "%s:%s%s%s: %s", path, place, field[0] != '\0' ? " " : "",
                        field, reason);
 }
 
-int calibration_loader_own(const struct calibration_request* request,
-                           struct calibration* calibration,
-                           char format[CALIBRATION_LOADER_FORMAT_BYTES], struct message* message) {
-    const char* path = request->path;
+int calibration_loader_own(const struct calibration_request *request,
+                           struct calibration *calibration,
+                           char format[CALIBRATION_LOADER_FORMAT_BYTES], struct message *message) {
+    const char *path = request->path;
     char text[CALIBRATION_TEXT_MAX_BYTES + 1];
     struct stat status;
     if (stat(path, &status) == 0 && S_ISDIR(status.st_mode)) {
         return message_set(message, ERROR_ARGUMENT, "%s is a directory, not a calibration", path);
     }
-    FILE* stream = fopen(path, "rb");
+    FILE *stream = fopen(path, "rb");
     if (stream == NULL) {
         return message_set(message, ERROR_ARGUMENT, "%s: %s", path, strerror(errno));
     }

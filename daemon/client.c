@@ -16,15 +16,15 @@
 
 enum { CLIENT_COMMANDS_MAX = 32, CLIENT_CLOSED_PIPE = 128 + SIGPIPE };
 
-const char* client_version(void) {
+const char *client_version(void) {
     return VERGENCE_VERSION;
 }
 
-const char* client_build_id(void) {
+const char *client_build_id(void) {
     return version_build_id();
 }
 
-static void print_help(FILE* file, const struct client_command* commands, int command_count) {
+static void print_help(FILE *file, const struct client_command *commands, int command_count) {
     fputs(
         "vergence - measures 3D surfaces with two cameras\n\n"
         "usage: vergence COMMAND [ARGUMENTS]\n"
@@ -47,19 +47,19 @@ static void print_help(FILE* file, const struct client_command* commands, int co
         file);
 }
 
-static const struct client_command* find_command(const char* name,
-                                                 const struct client_command* commands,
+static const struct client_command *find_command(const char *name,
+                                                 const struct client_command *commands,
                                                  int command_count) {
     for (int i = 0; i < command_count; i++) {
         if (strcmp(name, commands[i].name) == 0) {
             return &commands[i];
         }
     }
-    const char* names[CLIENT_COMMANDS_MAX];
+    const char *names[CLIENT_COMMANDS_MAX];
     for (int i = 0; i < command_count; i++) {
         names[i] = commands[i].name;
     }
-    const char* closest = options_closest(name, names, command_count);
+    const char *closest = options_closest(name, names, command_count);
     struct message line;
     if (closest != NULL) {
         message_set(&line, 0, "there is no command \"%s\"; did you mean \"%s\"?", name, closest);
@@ -70,22 +70,22 @@ static const struct client_command* find_command(const char* name,
     return NULL;
 }
 
-static int run_help(int argc, char** argv, const struct client_command* commands,
+static int run_help(int argc, char **argv, const struct client_command *commands,
                     int command_count) {
     if (argc < 3) {
         print_help(stdout, commands, command_count);
         return CLIENT_OK;
     }
-    const struct client_command* command = find_command(argv[2], commands, command_count);
+    const struct client_command *command = find_command(argv[2], commands, command_count);
     if (command == NULL) {
         return CLIENT_USAGE;
     }
     char help_option[] = "--help";
-    char* help_argv[] = {argv[2], help_option, NULL};
+    char *help_argv[] = {argv[2], help_option, NULL};
     return command->run(2, help_argv);
 }
 
-static int dispatch(int argc, char** argv, const struct client_command* commands,
+static int dispatch(int argc, char **argv, const struct client_command *commands,
                     int command_count) {
     if (argc < 2) {
         fputs("vergence: a command is missing; \"vergence --help\" lists them\n", stderr);
@@ -99,7 +99,7 @@ static int dispatch(int argc, char** argv, const struct client_command* commands
         printf("vergence %s (build %s)\n", client_version(), client_build_id());
         return CLIENT_OK;
     }
-    const struct client_command* command = find_command(argv[1], commands, command_count);
+    const struct client_command *command = find_command(argv[1], commands, command_count);
     return command != NULL ? command->run(argc - 1, argv + 1) : CLIENT_USAGE;
 }
 
@@ -127,7 +127,7 @@ static int finish_output(int exit_code) {
     return exit_code == CLIENT_OK ? CLIENT_FAILED : exit_code;
 }
 
-int client_main(int argc, char** argv, const struct client_command* commands, int command_count) {
+int client_main(int argc, char **argv, const struct client_command *commands, int command_count) {
     INVARIANT(command_count >= 1 && command_count <= CLIENT_COMMANDS_MAX);
     if (!occupy_standard_streams()) {
         return CLIENT_FAILED;

@@ -19,19 +19,19 @@ enum client_exit {
 };
 
 struct client_command {
-    const char* name;
-    const char* summary;                // one line, no full stop
-    int (*run)(int argc, char** argv);  // argv[0] is the command's name; knows --help itself
+    const char *name;
+    const char *summary;                // one line, no full stop
+    int (*run)(int argc, char **argv);  // argv[0] is the command's name; knows --help itself
 };
 
 /// Runs the command that `argv` names and returns the exit code for the process. Standard output
 /// is flushed and its errors are reported; a closed pipe ends quietly with 141.
-int client_main(int argc, char** argv, const struct client_command* commands, int command_count);
+int client_main(int argc, char **argv, const struct client_command *commands, int command_count);
 
 /// Version and build of this program; static storage. The build id is what `git describe` said
 /// when it was built, "unknown" outside a repository.
-const char* client_version(void);
-const char* client_build_id(void);
+const char *client_version(void);
+const char *client_build_id(void);
 
 #ifdef __cplusplus
 }

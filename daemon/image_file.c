@@ -27,8 +27,8 @@ static int choose_shrink(double scale) {
     return factor < 64.0 ? (int)factor : 64;
 }
 
-static int refuse_size(const struct image_file* file, int width_px, int height_px,
-                       struct message* message) {
+static int refuse_size(const struct image_file *file, int width_px, int height_px,
+                       struct message *message) {
     const int side = width_px > height_px ? width_px : height_px;
     const int needed = (side + IMAGE_MAX_SIDE_PX - 1) / IMAGE_MAX_SIDE_PX;
     return message_set(message, ERROR_TOO_LARGE,
@@ -38,8 +38,8 @@ static int refuse_size(const struct image_file* file, int width_px, int height_p
                        1.0 / needed);
 }
 
-static int choose_size(struct image_file* file, int width_px, int height_px, bool mosaic,
-                       struct message* message) {
+static int choose_size(struct image_file *file, int width_px, int height_px, bool mosaic,
+                       struct message *message) {
     if (width_px < 1 || height_px < 1 || width_px > IMAGE_FILE_MAX_SIDE_PX ||
         height_px > IMAGE_FILE_MAX_SIDE_PX) {
         return message_set(message, ERROR_TOO_LARGE,
@@ -72,11 +72,11 @@ static int choose_size(struct image_file* file, int width_px, int height_px, boo
     return ERROR_OK;
 }
 
-int image_file_begin(struct image_file* file, int width_px, int height_px, int channels, int bits,
-                     enum pixel_layout layout, struct message* message) {
-    INVARIANT(file->pixels == NULL && (channels == 1 || channels == 3));
+int image_file_begin(struct image_file *file, int width_px, int height_px, int channels, int bits,
+                     enum pixel_layout layout, struct message *message) {
+    INVARIANT(file->pixels == NULL && channels == (layout == PIXEL_RGB ? 3 : 1));
     INVARIANT(bits >= 8 && bits <= 16);
-    const struct image_request* request = file->request;
+    const struct image_request *request = file->request;
     if (channels == 1 && request->bayer != IMAGE_BAYER_BY_FORMAT) {
         layout = request->bayer == IMAGE_BAYER_GRBG ? PIXEL_BAYER_GRBG : PIXEL_GREY;
     }
@@ -104,7 +104,7 @@ int image_file_begin(struct image_file* file, int width_px, int height_px, int c
     return ERROR_OK;
 }
 
-static void shrink_row(struct image_file* file, const uint16_t* values) {
+static void shrink_row(struct image_file *file, const uint16_t *values) {
     const int factor = file->shrink;
     const int y = file->rows_done / factor;
     if (y >= file->image.height_px) {
@@ -120,7 +120,7 @@ static void shrink_row(struct image_file* file, const uint16_t* values) {
     }
     if (file->rows_done % factor == factor - 1) {
         const uint32_t area = (uint32_t)(factor * factor);
-        uint16_t* row = file->pixels + (ptrdiff_t)y * file->image.stride;
+        uint16_t *row = file->pixels + (ptrdiff_t)y * file->image.stride;
         for (ptrdiff_t i = 0; i < file->image.stride; i++) {
             row[i] = (uint16_t)((file->sums[i] + area / 2) / area);
             file->sums[i] = 0;
@@ -128,7 +128,7 @@ static void shrink_row(struct image_file* file, const uint16_t* values) {
     }
 }
 
-int image_file_row(struct image_file* file, const uint16_t* values, struct message* message) {
+int image_file_row(struct image_file *file, const uint16_t *values, struct message *message) {
     INVARIANT(file->pixels != NULL && file->rows_done < file->file_height_px);
     const size_t count = (size_t)file->file_width_px * (size_t)file->channels;
     uint16_t brightest = file->brightest;
@@ -152,15 +152,15 @@ int image_file_row(struct image_file* file, const uint16_t* values, struct messa
     return ERROR_OK;
 }
 
-void image_file_free(struct image_file* file) {
+void image_file_free(struct image_file *file) {
     free(file->pixels);
     free(file->sums);
     file->pixels = NULL;
     file->sums = NULL;
 }
 
-unsigned char* image_file_load(const char* path, size_t* length, struct message* message) {
-    FILE* stream = fopen(path, "rb");
+unsigned char *image_file_load(const char *path, size_t *length, struct message *message) {
+    FILE *stream = fopen(path, "rb");
     struct stat status;
     if (stream == NULL || fstat(fileno(stream), &status) != 0) {
         message_set(message, ERROR_ARGUMENT, "%s: %s", path, strerror(errno));
@@ -175,7 +175,7 @@ unsigned char* image_file_load(const char* path, size_t* length, struct message*
         return NULL;
     }
     const size_t size = (size_t)status.st_size;
-    unsigned char* bytes = malloc(size + 1);
+    unsigned char *bytes = malloc(size + 1);
     if (bytes == NULL) {
         message_set(message, ERROR_MEMORY, "%s: not enough memory to read it", path);
     } else if (fread(bytes, 1, size, stream) != size) {
@@ -189,13 +189,13 @@ unsigned char* image_file_load(const char* path, size_t* length, struct message*
     return bytes;
 }
 
-static bool has_extension(const char* path, const char* extensions) {
-    const char* dot = strrchr(path, '.');
+static bool has_extension(const char *path, const char *extensions) {
+    const char *dot = strrchr(path, '.');
     if (dot == NULL) {
         return false;
     }
     const size_t length = strlen(dot + 1);
-    for (const char* at = extensions; *at != '\0' && length > 0;) {
+    for (const char *at = extensions; *at != '\0' && length > 0;) {
         const size_t word = strcspn(at, " ");
         if (word == length && strncasecmp(at, dot + 1, length) == 0) {
             return true;
@@ -206,9 +206,9 @@ static bool has_extension(const char* path, const char* extensions) {
 }
 
 /// The contents decide; the name only for formats that have no mark of their own.
-static const struct image_format* find_format(const char* path, const unsigned char* head,
+static const struct image_format *find_format(const char *path, const unsigned char *head,
                                               size_t head_length,
-                                              const struct image_format* formats,
+                                              const struct image_format *formats,
                                               int format_count) {
     for (int i = 0; i < format_count; i++) {
         if (formats[i].probe != NULL && formats[i].probe(head, head_length)) {
@@ -223,8 +223,8 @@ static const struct image_format* find_format(const char* path, const unsigned c
     return NULL;
 }
 
-static int refuse_format(const char* path, const struct image_format* formats, int format_count,
-                         struct message* message) {
+static int refuse_format(const char *path, const struct image_format *formats, int format_count,
+                         struct message *message) {
     char names[128] = "";
     for (int i = 0; i < format_count; i++) {
         const size_t used = strlen(names);
@@ -233,8 +233,8 @@ static int refuse_format(const char* path, const struct image_format* formats, i
     return message_set(message, ERROR_SYNTAX, "%s is in no known image format (%s)", path, names);
 }
 
-static int read_head(const char* path, unsigned char head[IMAGE_FILE_HEAD_BYTES], size_t* length,
-                     struct message* message) {
+static int read_head(const char *path, unsigned char head[IMAGE_FILE_HEAD_BYTES], size_t *length,
+                     struct message *message) {
     struct stat status;
     if (stat(path, &status) != 0) {
         return message_set(message, ERROR_ARGUMENT, "%s: %s", path, strerror(errno));
@@ -243,7 +243,7 @@ static int read_head(const char* path, unsigned char head[IMAGE_FILE_HEAD_BYTES]
         return message_set(message, ERROR_ARGUMENT, "%s is %s, not an image file", path,
                            S_ISDIR(status.st_mode) ? "a directory" : "a device or pipe");
     }
-    FILE* stream = fopen(path, "rb");
+    FILE *stream = fopen(path, "rb");
     if (stream == NULL) {
         return message_set(message, ERROR_ARGUMENT, "%s: %s", path, strerror(errno));
     }
@@ -259,16 +259,16 @@ static int read_head(const char* path, unsigned char head[IMAGE_FILE_HEAD_BYTES]
     return ERROR_OK;
 }
 
-int image_file_read(const char* path, const struct image_format* formats, int format_count,
-                    const struct image_request* request, struct image_file* file,
-                    struct message* message) {
+int image_file_read(const char *path, const struct image_format *formats, int format_count,
+                    const struct image_request *request, struct image_file *file,
+                    struct message *message) {
     unsigned char head[IMAGE_FILE_HEAD_BYTES];
     size_t head_length = 0;
     int error = read_head(path, head, &head_length, message);
     if (error != ERROR_OK) {
         return error;
     }
-    const struct image_format* format = find_format(path, head, head_length, formats, format_count);
+    const struct image_format *format = find_format(path, head, head_length, formats, format_count);
     if (format == NULL) {
         return refuse_format(path, formats, format_count, message);
     }

@@ -32,48 +32,48 @@ struct image_request {
 /// An image in memory: owns its pixels.
 struct image_file {
     struct reconstruct_image image;  // points to `pixels`
-    uint16_t* pixels;                // NULL before image_file_begin
+    uint16_t *pixels;                // NULL before image_file_begin
     int file_width_px, file_height_px;
     int shrink;          // integer factor, 1: not shrunk
     uint16_t brightest;  // largest value seen in the file
 
-    const char* path;  // for messages
-    const struct image_request* request;
+    const char *path;  // for messages
+    const struct image_request *request;
     int channels, rows_done;
-    uint32_t* sums;  // one row of areas while shrinking
+    uint32_t *sums;  // one row of areas while shrinking
 };
 
 struct image_format {
-    const char* name;        // "PNG"
-    const char* extensions;  // lower case, separated by spaces, without dots
+    const char *name;        // "PNG"
+    const char *extensions;  // lower case, separated by spaces, without dots
     /// Whether a file that begins with these bytes is of this format; NULL: goes by extension only.
-    bool (*probe)(const unsigned char* head, size_t length);
+    bool (*probe)(const unsigned char *head, size_t length);
     /// Reads the whole file into `file`. Returns 0 or a negative error code with `message` set.
-    int (*read)(const char* path, const struct image_request* request, struct image_file* file,
-                struct message* message);
+    int (*read)(const char *path, const struct image_request *request, struct image_file *file,
+                struct message *message);
 };
 
 /// Opens `path`, finds its format among `formats` and reads it. On success the caller frees `file`
 /// with `image_file_free`; on error nothing is left to free. ERROR_TOO_LARGE, ERROR_SYNTAX,
 /// ERROR_MEMORY, ERROR_RANGE, ERROR_ARGUMENT; `message` names the file.
-int image_file_read(const char* path, const struct image_format* formats, int format_count,
-                    const struct image_request* request, struct image_file* file,
-                    struct message* message);
+int image_file_read(const char *path, const struct image_format *formats, int format_count,
+                    const struct image_request *request, struct image_file *file,
+                    struct message *message);
 
 /// For readers: announces the image. `channels` 1 (grey, or a mosaic when the request says so
 /// or `layout` does) or 3 (colour); `bits` of the values, 8..16. Checks limits and allocates.
-int image_file_begin(struct image_file* file, int width_px, int height_px, int channels, int bits,
-                     enum pixel_layout layout, struct message* message);
+int image_file_begin(struct image_file *file, int width_px, int height_px, int channels, int bits,
+                     enum pixel_layout layout, struct message *message);
 
 /// For readers: the next row, width * channels values.
-int image_file_row(struct image_file* file, const uint16_t* values, struct message* message);
+int image_file_row(struct image_file *file, const uint16_t *values, struct message *message);
 
 /// For readers of whole files in memory: the file's bytes, to be freed by the caller, or NULL with
 /// `message` set (unreadable, or larger than any legal image).
-unsigned char* image_file_load(const char* path, size_t* length, struct message* message);
+unsigned char *image_file_load(const char *path, size_t *length, struct message *message);
 
 /// Frees the pixels; harmless for a zeroed struct.
-void image_file_free(struct image_file* file);
+void image_file_free(struct image_file *file);
 
 #ifdef __cplusplus
 }

@@ -7,14 +7,14 @@
 #include "core/invariant.h"
 
 struct pnm {
-    const unsigned char* data;
+    const unsigned char *data;
     size_t length, at;
     bool plain;  // decimal text
     int channels, width_px, height_px;
     uint32_t maxval;
 };
 
-bool image_pnm_probe(const unsigned char* head, size_t length) {
+bool image_pnm_probe(const unsigned char *head, size_t length) {
     return length >= 3 && head[0] == 'P' &&
            (head[1] == '2' || head[1] == '3' || head[1] == '5' || head[1] == '6') &&
            (head[2] == ' ' || head[2] == '\t' || head[2] == '\n' || head[2] == '\r' ||
@@ -25,7 +25,7 @@ static bool is_space(unsigned char c) {
     return c == ' ' || (c >= '\t' && c <= '\r');
 }
 
-static void skip_space(struct pnm* pnm) {
+static void skip_space(struct pnm *pnm) {
     while (pnm->at < pnm->length) {
         if (pnm->data[pnm->at] == '#') {
             while (pnm->at < pnm->length && pnm->data[pnm->at] != '\n') {
@@ -40,7 +40,7 @@ static void skip_space(struct pnm* pnm) {
 }
 
 /// The next decimal number; false when there is none or it is above `maximum`.
-static bool next_number(struct pnm* pnm, uint32_t maximum, uint32_t* number) {
+static bool next_number(struct pnm *pnm, uint32_t maximum, uint32_t *number) {
     skip_space(pnm);
     const size_t begin = pnm->at;
     uint32_t value = 0;
@@ -55,7 +55,7 @@ static bool next_number(struct pnm* pnm, uint32_t maximum, uint32_t* number) {
     return pnm->at > begin;
 }
 
-static bool parse_header(struct pnm* pnm) {
+static bool parse_header(struct pnm *pnm) {
     if (!image_pnm_probe(pnm->data, pnm->length)) {
         return false;
     }
@@ -83,7 +83,7 @@ static int bits_of_maxval(uint32_t maxval) {
     return bits;
 }
 
-static bool next_row(struct pnm* pnm, uint16_t* row) {
+static bool next_row(struct pnm *pnm, uint16_t *row) {
     const size_t count = (size_t)pnm->width_px * (size_t)pnm->channels;
     const size_t value_bytes = pnm->maxval > 255 ? 2 : 1;
     if (!pnm->plain && pnm->length - pnm->at < count * value_bytes) {
@@ -109,7 +109,7 @@ static bool next_row(struct pnm* pnm, uint16_t* row) {
     return true;
 }
 
-static void stretch_row(uint16_t* row, size_t count, uint32_t maxval, int bits) {
+static void stretch_row(uint16_t *row, size_t count, uint32_t maxval, int bits) {
     const uint32_t full = (1u << bits) - 1;
     INVARIANT(maxval <= full && full <= 65535);
     for (size_t i = 0; i < count && maxval != full; i++) {
@@ -117,8 +117,8 @@ static void stretch_row(uint16_t* row, size_t count, uint32_t maxval, int bits) 
     }
 }
 
-int image_pnm_parse(const unsigned char* data, size_t length, struct image_file* file,
-                    struct message* message) {
+int image_pnm_parse(const unsigned char *data, size_t length, struct image_file *file,
+                    struct message *message) {
     struct pnm pnm = {.data = data, .length = length};
     if (!parse_header(&pnm)) {
         return message_set(message, ERROR_SYNTAX, "%s: the PNM header is damaged", file->path);
@@ -136,13 +136,13 @@ int image_pnm_parse(const unsigned char* data, size_t length, struct image_file*
                            "%s: truncated: %dx%d pixels need more than the file's %zu bytes",
                            file->path, pnm.width_px, pnm.height_px, length);
     }
-    int error = image_file_begin(file, pnm.width_px, pnm.height_px, pnm.channels, bits, PIXEL_GREY,
-                                 message);
+    int error = image_file_begin(file, pnm.width_px, pnm.height_px, pnm.channels, bits,
+                                 pnm.channels == 3 ? PIXEL_RGB : PIXEL_GREY, message);
     if (error != ERROR_OK) {
         return error;
     }
     const size_t count = (size_t)pnm.width_px * (size_t)pnm.channels;
-    uint16_t* row = malloc(count * sizeof *row);
+    uint16_t *row = malloc(count * sizeof *row);
     if (row == NULL) {
         return message_set(message, ERROR_MEMORY, "%s: not enough memory", file->path);
     }
@@ -159,11 +159,11 @@ int image_pnm_parse(const unsigned char* data, size_t length, struct image_file*
     return error;
 }
 
-int image_pnm_read(const char* path, const struct image_request* request, struct image_file* file,
-                   struct message* message) {
+int image_pnm_read(const char *path, const struct image_request *request, struct image_file *file,
+                   struct message *message) {
     (void)request;
     size_t length = 0;
-    unsigned char* bytes = image_file_load(path, &length, message);
+    unsigned char *bytes = image_file_load(path, &length, message);
     if (bytes == NULL) {
         return ERROR_ARGUMENT;
     }

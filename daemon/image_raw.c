@@ -5,9 +5,9 @@
 
 #include "core/error.h"
 
-int image_raw_parse(const unsigned char* data, size_t length, struct image_file* file,
-                    struct message* message) {
-    const struct image_request* request = file->request;
+int image_raw_parse(const unsigned char *data, size_t length, struct image_file *file,
+                    struct message *message) {
+    const struct image_request *request = file->request;
     const bool stated = request->raw_width_px > 0;
     const int width_px = stated ? request->raw_width_px : IMAGE_RAW_WIDTH_PX;
     const int height_px = stated ? request->raw_height_px : IMAGE_RAW_HEIGHT_PX;
@@ -23,12 +23,12 @@ int image_raw_parse(const unsigned char* data, size_t length, struct image_file*
     if (error != ERROR_OK) {
         return error;
     }
-    uint16_t* row = malloc((size_t)width_px * sizeof *row);
+    uint16_t *row = malloc((size_t)width_px * sizeof *row);
     if (row == NULL) {
         return message_set(message, ERROR_MEMORY, "%s: not enough memory", file->path);
     }
     for (int y = 0; y < height_px && error == ERROR_OK; y++) {
-        const unsigned char* words = data + 2 * (size_t)y * (size_t)width_px;
+        const unsigned char *words = data + 2 * (size_t)y * (size_t)width_px;
         for (int x = 0; x < width_px; x++) {
             row[x] = (uint16_t)(words[2 * x] | words[2 * x + 1] << 8);
         }
@@ -38,11 +38,11 @@ int image_raw_parse(const unsigned char* data, size_t length, struct image_file*
     return error;
 }
 
-int image_raw_read(const char* path, const struct image_request* request, struct image_file* file,
-                   struct message* message) {
+int image_raw_read(const char *path, const struct image_request *request, struct image_file *file,
+                   struct message *message) {
     (void)request;
     size_t length = 0;
-    unsigned char* bytes = image_file_load(path, &length, message);
+    unsigned char *bytes = image_file_load(path, &length, message);
     if (bytes == NULL) {
         return ERROR_ARGUMENT;
     }

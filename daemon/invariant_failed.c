@@ -6,7 +6,7 @@
 #include "core/invariant.h"
 #include "daemon/version.h"
 
-void invariant_failed(const char* file, int line, const char* condition) {
+void invariant_failed(const char *file, int line, const char *condition) {
     fprintf(stderr, "vergence: internal error at %s:%d: %s (build %s)\n", file, line, condition,
             version_build_id());
     abort();

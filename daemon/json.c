@@ -7,13 +7,13 @@
 
 #include "core/invariant.h"
 
-void json_begin(struct json* json, FILE* stream) {
+void json_begin(struct json *json, FILE *stream) {
     *json = (struct json){.stream = stream};
     json->first[0] = true;
 }
 
 /// Length of the well-formed UTF-8 sequence at `text`, 0 when there is none (RFC 3629).
-static int utf8_length(const unsigned char* text) {
+static int utf8_length(const unsigned char *text) {
     const unsigned char lead = text[0];
     if (lead < 0x80) {
         return 1;
@@ -33,9 +33,9 @@ static int utf8_length(const unsigned char* text) {
     return overlong || surrogate || beyond ? 0 : length;
 }
 
-static void put_text(FILE* stream, const char* text) {
+static void put_text(FILE *stream, const char *text) {
     fputc('"', stream);
-    for (const unsigned char* at = (const unsigned char*)text; *at != '\0';) {
+    for (const unsigned char *at = (const unsigned char *)text; *at != '\0';) {
         const int length = utf8_length(at);
         if (length == 0) {
             fputs("\\ufffd", stream);
@@ -52,7 +52,7 @@ static void put_text(FILE* stream, const char* text) {
 }
 
 /// What stands before a value: comma, line, indentation, name.
-static void put_lead(struct json* json, const char* name) {
+static void put_lead(struct json *json, const char *name) {
     const bool in_line = json->in_line[json->depth];
     if (!json->first[json->depth]) {
         fputs(in_line ? ", " : ",", json->stream);
@@ -67,7 +67,7 @@ static void put_lead(struct json* json, const char* name) {
     }
 }
 
-static void open_level(struct json* json, const char* name, char bracket, bool in_line) {
+static void open_level(struct json *json, const char *name, char bracket, bool in_line) {
     put_lead(json, name);
     INVARIANT(json->depth < JSON_MAX_DEPTH);
     fputc(bracket, json->stream);
@@ -76,7 +76,7 @@ static void open_level(struct json* json, const char* name, char bracket, bool i
     json->in_line[json->depth] = in_line;
 }
 
-static void close_level(struct json* json, char bracket) {
+static void close_level(struct json *json, char bracket) {
     INVARIANT(json->depth > 0);
     const bool empty = json->first[json->depth];
     const bool in_line = json->in_line[json->depth];
@@ -87,28 +87,28 @@ static void close_level(struct json* json, char bracket) {
     fputc(bracket, json->stream);
 }
 
-void json_open_object(struct json* json, const char* name) {
+void json_open_object(struct json *json, const char *name) {
     open_level(json, name, '{', false);
 }
 
-void json_close_object(struct json* json) {
+void json_close_object(struct json *json) {
     close_level(json, '}');
 }
 
-void json_open_array(struct json* json, const char* name) {
+void json_open_array(struct json *json, const char *name) {
     open_level(json, name, '[', false);
 }
 
-void json_close_array(struct json* json) {
+void json_close_array(struct json *json) {
     close_level(json, ']');
 }
 
-void json_null(struct json* json, const char* name) {
+void json_null(struct json *json, const char *name) {
     put_lead(json, name);
     fputs("null", json->stream);
 }
 
-void json_text(struct json* json, const char* name, const char* value) {
+void json_text(struct json *json, const char *name, const char *value) {
     if (value == NULL) {
         json_null(json, name);
         return;
@@ -117,17 +117,17 @@ void json_text(struct json* json, const char* name, const char* value) {
     put_text(json->stream, value);
 }
 
-void json_bool(struct json* json, const char* name, bool value) {
+void json_bool(struct json *json, const char *name, bool value) {
     put_lead(json, name);
     fputs(value ? "true" : "false", json->stream);
 }
 
-void json_integer(struct json* json, const char* name, int64_t value) {
+void json_integer(struct json *json, const char *name, int64_t value) {
     put_lead(json, name);
     fprintf(json->stream, "%" PRId64, value);
 }
 
-void json_real(struct json* json, const char* name, double value, int digits) {
+void json_real(struct json *json, const char *name, double value, int digits) {
     INVARIANT(digits >= 1 && digits <= 17);
     if (!isfinite(value)) {
         json_null(json, name);
@@ -137,7 +137,7 @@ void json_real(struct json* json, const char* name, double value, int digits) {
     fprintf(json->stream, "%.*g", digits, value);
 }
 
-void json_reals(struct json* json, const char* name, const double* values, int count, int digits) {
+void json_reals(struct json *json, const char *name, const double *values, int count, int digits) {
     open_level(json, name, '[', true);
     for (int i = 0; i < count; i++) {
         json_real(json, NULL, values[i], digits);
@@ -145,7 +145,7 @@ void json_reals(struct json* json, const char* name, const double* values, int c
     close_level(json, ']');
 }
 
-void json_end(struct json* json) {
+void json_end(struct json *json) {
     INVARIANT(json->depth == 0);
     fputc('\n', json->stream);
 }

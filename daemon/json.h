@@ -14,35 +14,35 @@ extern "C" {
 enum { JSON_MAX_DEPTH = 16 };
 
 struct json {
-    FILE* stream;  // its error indicator says whether all was written
+    FILE *stream;  // its error indicator says whether all was written
     int depth;
     bool first[JSON_MAX_DEPTH + 1];    // nothing written yet at this depth
     bool in_line[JSON_MAX_DEPTH + 1];  // this array stands on one line
 };
 
 /// Begins on a stream that the caller opened and will close.
-void json_begin(struct json* json, FILE* stream);
+void json_begin(struct json *json, FILE *stream);
 
 /// Objects and arrays. `name` is the member's name, or NULL inside an array and at the top.
-void json_open_object(struct json* json, const char* name);
-void json_close_object(struct json* json);
-void json_open_array(struct json* json, const char* name);
-void json_close_array(struct json* json);
+void json_open_object(struct json *json, const char *name);
+void json_close_object(struct json *json);
+void json_open_array(struct json *json, const char *name);
+void json_close_array(struct json *json);
 
 /// Values. Numbers that are not finite become null, as JSON has no word for them; bytes that are
 /// not UTF-8 become U+FFFD; a NULL text becomes null.
-void json_text(struct json* json, const char* name, const char* value);
-void json_bool(struct json* json, const char* name, bool value);
-void json_integer(struct json* json, const char* name, int64_t value);
+void json_text(struct json *json, const char *name, const char *value);
+void json_bool(struct json *json, const char *name, bool value);
+void json_integer(struct json *json, const char *name, int64_t value);
 /// With `digits` significant digits, 1..17.
-void json_real(struct json* json, const char* name, double value, int digits);
-void json_null(struct json* json, const char* name);
+void json_real(struct json *json, const char *name, double value, int digits);
+void json_null(struct json *json, const char *name);
 
 /// An array of numbers on one line.
-void json_reals(struct json* json, const char* name, const double* values, int count, int digits);
+void json_reals(struct json *json, const char *name, const double *values, int count, int digits);
 
 /// Ends the document with a line feed. All that was opened must be closed.
-void json_end(struct json* json);
+void json_end(struct json *json);
 
 #ifdef __cplusplus
 }

@@ -6,7 +6,7 @@
 #include "daemon/reconstruct_command.h"
 #include "daemon/write.h"
 
-static int run_reconstruct(int argc, char** argv) {
+static int run_reconstruct(int argc, char **argv) {
     static const struct image_format formats[] = {
         {"PGM/PPM", "pgm ppm pnm", image_pnm_probe, image_pnm_read},
         {"raw", "raw", NULL, image_raw_read},
@@ -26,7 +26,7 @@ static int run_reconstruct(int argc, char** argv) {
     return reconstruct_command_run(&abilities, argc, argv);
 }
 
-int main(int argc, char** argv) {
+int main(int argc, char **argv) {
     static const struct client_command commands[] = {
         {"reconstruct", "measure a surface from a pair of images", run_reconstruct},
     };

@@ -17,7 +17,7 @@ struct message {
 /// Sets the text as printf would and returns `code`, so that a function can end with
 /// `return message_set(message, ERROR_SYNTAX, ...)`. Control characters (a file's name may hold
 /// any) become '?', so that the message stays one line.
-int message_set(struct message* message, int code, const char* format, ...)
+int message_set(struct message *message, int code, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
 #ifdef __cplusplus

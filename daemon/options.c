@@ -17,12 +17,12 @@
 enum { OPTIONS_NAMES_MAX = 64, OPTIONS_WORD_MAX = 32, NUMBERS_MAX = 8, NUMBER_TEXT_MAX = 64 };
 
 /// Reports a mistake in one line and returns the exit code for it.
-static int refuse(const struct option_page* page, const struct message* mistake) {
+static int refuse(const struct option_page *page, const struct message *mistake) {
     fprintf(stderr, "%s: %s; see \"%s --help\"\n", page->command, mistake->text, page->command);
     return CLIENT_USAGE;
 }
 
-static int edit_distance(const char* a, const char* b) {
+static int edit_distance(const char *a, const char *b) {
     int row[OPTIONS_WORD_MAX + 1];
     const int length_b = (int)strlen(b);
     for (int j = 0; j <= length_b; j++) {
@@ -41,8 +41,8 @@ static int edit_distance(const char* a, const char* b) {
     return row[length_b];
 }
 
-const char* options_closest(const char* word, const char* const* words, int count) {
-    const char* closest = NULL;
+const char *options_closest(const char *word, const char *const *words, int count) {
+    const char *closest = NULL;
     int nearest = 3;  // more than two mistakes make another word
     const size_t length = strlen(word);
     if (length > OPTIONS_WORD_MAX) {
@@ -62,10 +62,10 @@ const char* options_closest(const char* word, const char* const* words, int coun
     return closest;
 }
 
-static const struct option* find_option(const struct option_page* page, const char* name,
+static const struct option *find_option(const struct option_page *page, const char *name,
                                         size_t length) {
     for (int i = 0; i < page->option_count; i++) {
-        const char* candidate = page->options[i].name;
+        const char *candidate = page->options[i].name;
         if (strlen(candidate) == length && strncmp(candidate, name, length) == 0) {
             return &page->options[i];
         }
@@ -78,8 +78,8 @@ static void format_number(char text[NUMBER_TEXT_MAX], double value) {
 }
 
 /// Reads one number and moves `*text` behind it.
-static bool scan_number(const struct option* option, const char** text, double* value) {
-    char* end = NULL;
+static bool scan_number(const struct option *option, const char **text, double *value) {
+    char *end = NULL;
     errno = 0;
     if (option->kind == OPTION_INT) {
         *value = (double)strtol(*text, &end, 10);
@@ -96,12 +96,12 @@ static bool scan_number(const struct option* option, const char** text, double* 
     return plain;
 }
 
-static int set_numbers(const struct option* option, const char* text, void* value,
-                       struct message* mistake) {
+static int set_numbers(const struct option *option, const char *text, void *value,
+                       struct message *mistake) {
     const int count = option->count > 0 ? option->count : 1;
     double numbers[NUMBERS_MAX];
     INVARIANT(count <= NUMBERS_MAX);
-    const char* at = text;
+    const char *at = text;
     bool good = true;
     for (int i = 0; i < count && good; i++) {
         good = scan_number(option, &at, &numbers[i]);
@@ -124,19 +124,19 @@ static int set_numbers(const struct option* option, const char* text, void* valu
     }
     for (int i = 0; i < count; i++) {
         if (option->kind == OPTION_INT) {
-            ((int*)value)[i] = (int)numbers[i];
+            ((int *)value)[i] = (int)numbers[i];
         } else {
-            ((double*)value)[i] = numbers[i];
+            ((double *)value)[i] = numbers[i];
         }
     }
     return OPTIONS_CONTINUE;
 }
 
-static int set_choice(const struct option* option, const char* text, int* value,
-                      struct message* mistake) {
+static int set_choice(const struct option *option, const char *text, int *value,
+                      struct message *mistake) {
     const size_t length = strlen(text);
     int place = 0;
-    for (const char* choice = option->choices; *choice != '\0'; place++) {
+    for (const char *choice = option->choices; *choice != '\0'; place++) {
         const size_t choice_length = strcspn(choice, " ");
         if (choice_length == length && strncmp(choice, text, length) == 0) {
             *value = place;
@@ -148,19 +148,19 @@ static int set_choice(const struct option* option, const char* text, int* value,
                        option->choices);
 }
 
-static int set_value(const struct option* option, const char* text, void* values,
-                     struct message* mistake) {
-    void* value = (char*)values + option->offset;
+static int set_value(const struct option *option, const char *text, void *values,
+                     struct message *mistake) {
+    void *value = (char *)values + option->offset;
     switch (option->kind) {
         case OPTION_FLAG:
-            *(bool*)value = true;
+            *(bool *)value = true;
             return OPTIONS_CONTINUE;
         case OPTION_TEXT:
             if (text[0] == '\0') {
                 return message_set(mistake, CLIENT_USAGE, "--%s needs a %s that is not empty",
                                    option->name, option->value_name);
             }
-            *(const char**)value = text;
+            *(const char **)value = text;
             return OPTIONS_CONTINUE;
         case OPTION_CHOICE:
             return set_choice(option, text, value, mistake);
@@ -171,15 +171,15 @@ static int set_value(const struct option* option, const char* text, void* values
     return set_numbers(option, text, value, mistake);
 }
 
-static int unknown_option(const struct option_page* page, const char* argument,
-                          struct message* mistake) {
-    const char* names[OPTIONS_NAMES_MAX];
+static int unknown_option(const struct option_page *page, const char *argument,
+                          struct message *mistake) {
+    const char *names[OPTIONS_NAMES_MAX];
     INVARIANT(page->option_count <= OPTIONS_NAMES_MAX);
     for (int i = 0; i < page->option_count; i++) {
         names[i] = page->options[i].name;
     }
-    const char* bare = argument + strspn(argument, "-");
-    const char* closest = options_closest(bare, names, page->option_count);
+    const char *bare = argument + strspn(argument, "-");
+    const char *closest = options_closest(bare, names, page->option_count);
     if (closest != NULL) {
         return message_set(mistake, CLIENT_USAGE, "there is no option \"%s\"; did you mean --%s?",
                            argument, closest);
@@ -188,15 +188,15 @@ static int unknown_option(const struct option_page* page, const char* argument,
 }
 
 /// Takes the option at argv[*at] and its value, and leaves `*at` on the last argument used.
-static int take_option(const struct option_page* page, int argc, char** argv, int* at, void* values,
-                       struct message* mistake) {
-    const char* argument = argv[*at];
+static int take_option(const struct option_page *page, int argc, char **argv, int *at, void *values,
+                       struct message *mistake) {
+    const char *argument = argv[*at];
     if (strncmp(argument, "--", 2) != 0) {
         return unknown_option(page, argument, mistake);
     }
-    const char* name = argument + 2;
+    const char *name = argument + 2;
     const size_t length = strcspn(name, "=");
-    const struct option* option = find_option(page, name, length);
+    const struct option *option = find_option(page, name, length);
     if (option == NULL) {
         return unknown_option(page, argument, mistake);
     }
@@ -218,8 +218,8 @@ static int take_option(const struct option_page* page, int argc, char** argv, in
     return set_value(option, argv[*at], values, mistake);
 }
 
-int options_parse(const struct option_page* page, int argc, char** argv, void* values,
-                  const char** operands, int* operand_count) {
+int options_parse(const struct option_page *page, int argc, char **argv, void *values,
+                  const char **operands, int *operand_count) {
     struct message mistake;
     int taken = 0;
     bool only_operands = false;

@@ -19,24 +19,24 @@ enum option_kind {
 };
 
 struct option {
-    const char* name;  // without the dashes
+    const char *name;  // without the dashes
     enum option_kind kind;
     size_t offset;            // of the value in the command's struct of values
-    const char* value_name;   // as help shows it, e.g. "NEAR:FAR"; NULL for a flag
-    const char* help;         // sentences: meaning, unit, default
+    const char *value_name;   // as help shows it, e.g. "NEAR:FAR"; NULL for a flag
+    const char *help;         // sentences: meaning, unit, default
     double minimum, maximum;  // of every number, inclusive
     int count;                // numbers in one value; 0 means 1
     char separator;           // between them
-    const char* choices;      // separated by spaces
+    const char *choices;      // separated by spaces
 };
 
 struct option_page {
-    const char* command;      // "vergence reconstruct"
-    const char* operands;     // as help shows them, e.g. "LEFT RIGHT"; "" for none
-    const char* summary;      // one line, no full stop
-    const char* description;  // paragraphs separated by one line feed; wrapped by the printer
-    const char* examples;     // lines printed as they are; NULL for none
-    const struct option* options;
+    const char *command;      // "vergence reconstruct"
+    const char *operands;     // as help shows them, e.g. "LEFT RIGHT"; "" for none
+    const char *summary;      // one line, no full stop
+    const char *description;  // paragraphs separated by one line feed; wrapped by the printer
+    const char *examples;     // lines printed as they are; NULL for none
+    const struct option *options;
     int option_count;
     int operands_min, operands_max;
 };
@@ -48,12 +48,12 @@ enum { OPTIONS_CONTINUE = -1 };
 /// and `operands` (room for operands_max). Knows --help, `--name VALUE`, `--name=VALUE` and `--`;
 /// the last of a repeated option counts. Returns OPTIONS_CONTINUE, or the exit code to end with: 0
 /// after --help, 2 after a mistake, which it has reported on standard error in one line.
-int options_parse(const struct option_page* page, int argc, char** argv, void* values,
-                  const char** operands, int* operand_count);
+int options_parse(const struct option_page *page, int argc, char **argv, void *values,
+                  const char **operands, int *operand_count);
 
 /// The word of `words` (count of them) closest to `word` by editing distance, or NULL when none is
 /// near. For "did you mean".
-const char* options_closest(const char* word, const char* const* words, int count);
+const char *options_closest(const char *word, const char *const *words, int count);
 
 #ifdef __cplusplus
 }

@@ -7,7 +7,7 @@
 
 enum { HELP_COLUMNS = 80, HELP_INDENT = 4, HELP_TEXT_INDENT = 8 };
 
-void options_help_print_wrapped(FILE* file, int indent, const char* text) {
+void options_help_print_wrapped(FILE *file, int indent, const char *text) {
     int column = 0;
     while (*text != '\0') {
         const int length = (int)strcspn(text, " \n");
@@ -34,7 +34,7 @@ void options_help_print_wrapped(FILE* file, int indent, const char* text) {
     fputc('\n', file);
 }
 
-static void print_limits(const struct option* option, FILE* file) {
+static void print_limits(const struct option *option, FILE *file) {
     const bool number = option->kind == OPTION_INT || option->kind == OPTION_REAL;
     if (number && isfinite(option->maximum)) {
         fprintf(file, "%*s(%.10g to %.10g)\n", HELP_TEXT_INDENT, "", option->minimum,
@@ -44,14 +44,14 @@ static void print_limits(const struct option* option, FILE* file) {
     }
 }
 
-void options_help_print(const struct option_page* page, FILE* file) {
+void options_help_print(const struct option_page *page, FILE *file) {
     fprintf(file, "%s - %s\n\nusage: %s%s%s%s\n\n", page->command, page->summary, page->command,
             page->operands[0] != '\0' ? " " : "", page->operands,
             page->option_count > 0 ? " [OPTIONS]" : "");
     options_help_print_wrapped(file, 0, page->description);
     fputs("\nOptions\n", file);
     for (int i = 0; i < page->option_count; i++) {
-        const struct option* option = &page->options[i];
+        const struct option *option = &page->options[i];
         fprintf(file, "%*s--%s%s%s\n", HELP_INDENT, "", option->name,
                 option->value_name != NULL ? " " : "",
                 option->value_name != NULL ? option->value_name : "");

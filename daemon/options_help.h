@@ -12,11 +12,11 @@ extern "C" {
 #endif
 
 /// Prints the whole page.
-void options_help_print(const struct option_page* page, FILE* file);
+void options_help_print(const struct option_page *page, FILE *file);
 
 /// Prints paragraphs (separated by one line feed) wrapped to 80 columns, each line indented by
 /// `indent` spaces.
-void options_help_print_wrapped(FILE* file, int indent, const char* text);
+void options_help_print_wrapped(FILE *file, int indent, const char *text);
 
 #ifdef __cplusplus
 }

@@ -19,12 +19,12 @@
 enum { ABANDONED_AFTER_S = 60, NAME_ROOM = 300 };
 
 /// Removes a directory of plain files; what is not a plain file stays, and the directory with it.
-static void remove_flat_directory(const char* path) {
-    DIR* stream = opendir(path);
+static void remove_flat_directory(const char *path) {
+    DIR *stream = opendir(path);
     if (stream == NULL) {
         return;
     }
-    for (struct dirent* entry; (entry = readdir(stream)) != NULL;) {
+    for (struct dirent *entry; (entry = readdir(stream)) != NULL;) {
         if (strcmp(entry->d_name, ".") != 0 && strcmp(entry->d_name, "..") != 0) {
             unlinkat(dirfd(stream), entry->d_name, 0);
         }
@@ -35,7 +35,7 @@ static void remove_flat_directory(const char* path) {
 
 /// Whether the hidden directory's process is gone: nobody holds its lock, and it is not one that
 /// another process has made this moment and is about to lock.
-static bool is_abandoned(const char* path) {
+static bool is_abandoned(const char *path) {
     struct stat status;
     const int fd = open(path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
     if (fd < 0) {
@@ -48,12 +48,12 @@ static bool is_abandoned(const char* path) {
     return abandoned;
 }
 
-static void remove_abandoned(const char* parent) {
-    DIR* stream = opendir(parent);
+static void remove_abandoned(const char *parent) {
+    DIR *stream = opendir(parent);
     if (stream == NULL) {
         return;
     }
-    for (struct dirent* entry; (entry = readdir(stream)) != NULL;) {
+    for (struct dirent *entry; (entry = readdir(stream)) != NULL;) {
         char path[OUTDIR_PATH_BYTES + NAME_ROOM];
         if (strncmp(entry->d_name, WORK_PREFIX, strlen(WORK_PREFIX)) == 0) {
             snprintf(path, sizeof path, "%s/%s", parent, entry->d_name);
@@ -65,8 +65,8 @@ static void remove_abandoned(const char* parent) {
     closedir(stream);
 }
 
-static void parent_of(const char* path, char parent[OUTDIR_PATH_BYTES]) {
-    const char* slash = strrchr(path, '/');
+static void parent_of(const char *path, char parent[OUTDIR_PATH_BYTES]) {
+    const char *slash = strrchr(path, '/');
     const size_t length = slash == NULL ? 0 : (size_t)(slash - path);
     if (slash == NULL) {
         strcpy(parent, ".");
@@ -78,7 +78,7 @@ static void parent_of(const char* path, char parent[OUTDIR_PATH_BYTES]) {
     }
 }
 
-static void remove_parents(const struct outdir* directory) {
+static void remove_parents(const struct outdir *directory) {
     char path[OUTDIR_PATH_BYTES], parent[OUTDIR_PATH_BYTES];
     parent_of(directory->final_path, path);
     for (int i = 0; i < directory->parents_created && rmdir(path) == 0; i++) {
@@ -88,9 +88,9 @@ static void remove_parents(const struct outdir* directory) {
 }
 
 /// Creates the missing directories above the final one, the highest first.
-static int create_parents(struct outdir* directory) {
+static int create_parents(struct outdir *directory) {
     char path[OUTDIR_PATH_BYTES];
-    for (char* slash = directory->final_path + 1; (slash = strchr(slash, '/')) != NULL; slash++) {
+    for (char *slash = directory->final_path + 1; (slash = strchr(slash, '/')) != NULL; slash++) {
         const size_t length = (size_t)(slash - directory->final_path);
         memcpy(path, directory->final_path, length);
         path[length] = '\0';
@@ -103,7 +103,7 @@ static int create_parents(struct outdir* directory) {
     return 0;
 }
 
-static int make_work_directory(struct outdir* directory) {
+static int make_work_directory(struct outdir *directory) {
     char parent[OUTDIR_PATH_BYTES];
     if (directory->exists) {
         strcpy(parent, directory->final_path);
@@ -125,7 +125,7 @@ static int make_work_directory(struct outdir* directory) {
     return 0;
 }
 
-int outdir_begin(struct outdir* directory, const char* path, struct message* message) {
+int outdir_begin(struct outdir *directory, const char *path, struct message *message) {
     *directory = (struct outdir){.lock_fd = -1};
     size_t length = strlen(path);
     while (length > 1 && path[length - 1] == '/') {
@@ -152,19 +152,19 @@ int outdir_begin(struct outdir* directory, const char* path, struct message* mes
     return ERROR_OK;
 }
 
-void outdir_file_path(const struct outdir* directory, const char* name, char* path) {
+void outdir_file_path(const struct outdir *directory, const char *name, char *path) {
     INVARIANT(strchr(name, '/') == NULL && directory->work_path[0] != '\0');
     snprintf(path, OUTDIR_PATH_BYTES, "%.*s/%.*s", OUTDIR_PATH_BYTES - NAME_ROOM,
              directory->work_path, NAME_ROOM - 2, name);
 }
 
-static void final_file_path(const struct outdir* directory, const char* name, char* path) {
+static void final_file_path(const struct outdir *directory, const char *name, char *path) {
     snprintf(path, OUTDIR_PATH_BYTES, "%.*s/%.*s", OUTDIR_PATH_BYTES - NAME_ROOM,
              directory->final_path, NAME_ROOM - 2, name);
 }
 
 /// Waits until the disk has the file or directory. Returns false when it will not.
-static bool sync_path(const char* path) {
+static bool sync_path(const char *path) {
     const int fd = open(path, O_RDONLY | O_CLOEXEC);
     if (fd < 0) {
         return false;
@@ -177,13 +177,13 @@ static bool sync_path(const char* path) {
     return good;
 }
 
-static bool file_exists(const char* path) {
+static bool file_exists(const char *path) {
     struct stat status;
     return lstat(path, &status) == 0;
 }
 
-static bool sync_files(const struct outdir* directory, const char* const* names, int count,
-                       const char** failed) {
+static bool sync_files(const struct outdir *directory, const char *const *names, int count,
+                       const char **failed) {
     char path[OUTDIR_PATH_BYTES];
     for (int i = 0; i < count; i++) {
         outdir_file_path(directory, names[i], path);
@@ -197,7 +197,7 @@ static bool sync_files(const struct outdir* directory, const char* const* names,
 }
 
 /// Renames one file into place, or removes its predecessor when there is no such file now.
-static bool move_file(const struct outdir* directory, const char* name) {
+static bool move_file(const struct outdir *directory, const char *name) {
     char from[OUTDIR_PATH_BYTES], to[OUTDIR_PATH_BYTES];
     outdir_file_path(directory, name, from);
     final_file_path(directory, name, to);
@@ -207,8 +207,8 @@ static bool move_file(const struct outdir* directory, const char* name) {
     return unlink(to) == 0 || errno == ENOENT;
 }
 
-static bool replace_files(const struct outdir* directory, const char* const* names, int count,
-                          const char* closing_name, const char** failed) {
+static bool replace_files(const struct outdir *directory, const char *const *names, int count,
+                          const char *closing_name, const char **failed) {
     char path[OUTDIR_PATH_BYTES];
     struct stat status;
     // A directory under a file's name cannot be replaced: found out before anything is touched.
@@ -236,16 +236,16 @@ static bool replace_files(const struct outdir* directory, const char* const* nam
 }
 
 /// Gives the hidden directory the permissions that a directory made by mkdir would have.
-static bool open_permissions(const char* path) {
+static bool open_permissions(const char *path) {
     const mode_t mask = umask(0);
     umask(mask);
     return chmod(path, 0777 & ~mask) == 0;
 }
 
-int outdir_commit(struct outdir* directory, const char* const* names, int count,
-                  const char* closing_name, struct message* message) {
+int outdir_commit(struct outdir *directory, const char *const *names, int count,
+                  const char *closing_name, struct message *message) {
     INVARIANT(directory->work_path[0] != '\0');
-    const char* failed = directory->final_path;
+    const char *failed = directory->final_path;
     char parent[OUTDIR_PATH_BYTES];
     parent_of(directory->final_path, parent);
     bool good = sync_files(directory, names, count, &failed);
@@ -271,7 +271,7 @@ int outdir_commit(struct outdir* directory, const char* const* names, int count,
     return ERROR_OK;
 }
 
-void outdir_abort(struct outdir* directory) {
+void outdir_abort(struct outdir *directory) {
     if (directory->work_path[0] == '\0') {
         return;
     }

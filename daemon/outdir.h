@@ -27,19 +27,19 @@ struct outdir {
 
 /// Makes the hidden directory (and missing parents). Returns 0, or ERROR_ARGUMENT with `message`
 /// saying why nothing can be written there; then nothing is left behind.
-int outdir_begin(struct outdir* directory, const char* path, struct message* message);
+int outdir_begin(struct outdir *directory, const char *path, struct message *message);
 
 /// Path of a file in the hidden directory, in `path` (OUTDIR_PATH_BYTES). `name` has no slash.
-void outdir_file_path(const struct outdir* directory, const char* name, char* path);
+void outdir_file_path(const struct outdir *directory, const char *name, char *path);
 
 /// Puts the files written so far in place. `names` (count of them) are all that a set may hold:
 /// those of an earlier set that this one lacks are removed; `closing_name` is one of them.
 /// Returns 0, or ERROR_BUFFER with `message` set; then the hidden directory is removed.
-int outdir_commit(struct outdir* directory, const char* const* names, int count,
-                  const char* closing_name, struct message* message);
+int outdir_commit(struct outdir *directory, const char *const *names, int count,
+                  const char *closing_name, struct message *message);
 
 /// Removes all that `outdir_begin` and the writers made. Harmless after commit.
-void outdir_abort(struct outdir* directory);
+void outdir_abort(struct outdir *directory);
 
 #ifdef __cplusplus
 }

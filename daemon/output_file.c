@@ -8,13 +8,13 @@
 #include "core/invariant.h"
 #include "daemon/interrupt.h"
 
-static void remember_error(struct output_file* file) {
+static void remember_error(struct output_file *file) {
     if (file->error_number == 0) {
         file->error_number = errno != 0 ? errno : EIO;
     }
 }
 
-void output_file_open(struct output_file* file, const char* path) {
+void output_file_open(struct output_file *file, const char *path) {
     *file = (struct output_file){.path = path};
     file->stream = fopen(path, "wb");
     if (file->stream == NULL) {
@@ -22,7 +22,7 @@ void output_file_open(struct output_file* file, const char* path) {
     }
 }
 
-void output_file_write(struct output_file* file, const void* bytes, size_t length) {
+void output_file_write(struct output_file *file, const void *bytes, size_t length) {
     if (file->error_number == 0 && !interrupt_requested() &&
         fwrite(bytes, 1, length, file->stream) != length) {
         remember_error(file);
@@ -42,19 +42,19 @@ void output_file_put_f32(unsigned char bytes[4], float value) {
     output_file_put_u32(bytes, bits);
 }
 
-void output_file_u32(struct output_file* file, uint32_t value) {
+void output_file_u32(struct output_file *file, uint32_t value) {
     unsigned char bytes[4];
     output_file_put_u32(bytes, value);
     output_file_write(file, bytes, sizeof bytes);
 }
 
-void output_file_f32(struct output_file* file, float value) {
+void output_file_f32(struct output_file *file, float value) {
     unsigned char bytes[4];
     output_file_put_f32(bytes, value);
     output_file_write(file, bytes, sizeof bytes);
 }
 
-int output_file_close(struct output_file* file, struct message* message) {
+int output_file_close(struct output_file *file, struct message *message) {
     INVARIANT(file->stream != NULL || file->error_number != 0);
     if (file->stream != NULL) {
         errno = 0;

@@ -15,23 +15,23 @@ extern "C" {
 #endif
 
 struct output_file {
-    FILE* stream;  // NULL when it could not be opened; writers may print to it
-    const char* path;
+    FILE *stream;  // NULL when it could not be opened; writers may print to it
+    const char *path;
     int error_number;  // errno of the first failure, 0 while all is well
 };
 
 /// Creates or empties the file. A failure is reported by `output_file_close`.
-void output_file_open(struct output_file* file, const char* path);
+void output_file_open(struct output_file *file, const char *path);
 
 /// Appends bytes; numbers in little-endian order. Nothing happens after a failure, and after an
 /// interrupt was requested.
-void output_file_write(struct output_file* file, const void* bytes, size_t length);
-void output_file_u32(struct output_file* file, uint32_t value);
-void output_file_f32(struct output_file* file, float value);
+void output_file_write(struct output_file *file, const void *bytes, size_t length);
+void output_file_u32(struct output_file *file, uint32_t value);
+void output_file_f32(struct output_file *file, float value);
 
 /// Flushes and closes (`outdir_commit` then sees to it that the disk has it). Returns 0, or
 /// ERROR_BUFFER with `message` naming the file and the reason, or ERROR_CANCELLED.
-int output_file_close(struct output_file* file, struct message* message);
+int output_file_close(struct output_file *file, struct message *message);
 
 /// Stores a float as 4 bytes, least significant first.
 void output_file_put_f32(unsigned char bytes[4], float value);

@@ -14,11 +14,11 @@ uint64_t progress_now_us(void) {
     return (uint64_t)now.tv_sec * 1000000u + (uint64_t)now.tv_nsec / 1000u;
 }
 
-void progress_begin(struct progress* progress, bool quiet) {
+void progress_begin(struct progress *progress, bool quiet) {
     *progress = (struct progress){.shown = !quiet && isatty(STDERR_FILENO) == 1};
 }
 
-void progress_show(struct progress* progress, const char* stage, int done, int total) {
+void progress_show(struct progress *progress, const char *stage, int done, int total) {
     if (!progress->shown || total <= 0) {
         return;
     }
@@ -37,7 +37,7 @@ void progress_show(struct progress* progress, const char* stage, int done, int t
     fflush(stderr);
 }
 
-void progress_end(struct progress* progress) {
+void progress_end(struct progress *progress) {
     if (progress->drawn) {
         fprintf(stderr, "\r%*s\r", BAR_CELLS + 24, "");
         fflush(stderr);

@@ -17,13 +17,13 @@ struct progress {
 };
 
 /// Begins; nothing is drawn when `quiet`.
-void progress_begin(struct progress* progress, bool quiet);
+void progress_begin(struct progress *progress, bool quiet);
 
 /// Draws the bar of a stage, at most ten times a second.
-void progress_show(struct progress* progress, const char* stage, int done, int total);
+void progress_show(struct progress *progress, const char *stage, int done, int total);
 
 /// Wipes the bar.
-void progress_end(struct progress* progress);
+void progress_end(struct progress *progress);
 
 /// Microseconds of the monotonic clock.
 uint64_t progress_now_us(void);

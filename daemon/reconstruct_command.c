@@ -23,7 +23,7 @@
 
 /// One run of the command.
 struct job {
-    const struct reconstruct_command_abilities* abilities;
+    const struct reconstruct_command_abilities *abilities;
     struct reconstruct_request request;
     struct reconstruct_inputs inputs;
     struct reconstruct_options options;
@@ -31,20 +31,20 @@ struct job {
     struct reconstruct_context context;
     struct progress progress;
     struct outdir directory;
-    struct workers* workers;
-    void* memory;
+    struct workers *workers;
+    void *memory;
     size_t memory_bytes;
     uint64_t start_us;
     struct message message;
 };
 
-static bool show_progress(void* self, enum reconstruct_stage stage, int done, int total) {
-    struct job* job = self;
+static bool show_progress(void *self, enum reconstruct_stage stage, int done, int total) {
+    struct job *job = self;
     progress_show(&job->progress, reconstruct_stage_text(stage), done, total);
     return !interrupt_requested();
 }
 
-static uint64_t now_us(void* self) {
+static uint64_t now_us(void *self) {
     (void)self;
     return progress_now_us();
 }
@@ -65,18 +65,20 @@ static int exit_code_of(int error) {
     }
 }
 
-static void choose_options(struct job* job) {
-    const struct reconstruct_request* request = &job->request;
-    struct reconstruct_options* options = &job->options;
+static void choose_options(struct job *job) {
+    const struct reconstruct_request *request = &job->request;
+    struct reconstruct_options *options = &job->options;
     *options = reconstruct_default_options();
     options->rectify.depth_near_mm = request->depth_mm[0];
     options->rectify.depth_far_mm = request->depth_mm[1];
     options->rectify.disparity_min = request->disparity[0];
     options->rectify.disparity_count = request->disparity[1];
-    options->rectify.region_x_px = request->region_px[0];
-    options->rectify.region_y_px = request->region_px[1];
-    options->rectify.region_width_px = request->region_px[2];
-    options->rectify.region_height_px = request->region_px[3];
+    if (request->region_px[2] > 0) {
+        options->rectify.region_x_px = request->region_px[0];
+        options->rectify.region_y_px = request->region_px[1];
+        options->rectify.region_width_px = request->region_px[2];
+        options->rectify.region_height_px = request->region_px[3];
+    }
     // The reader has done its part of the shrinking already.
     options->rectify.scale = request->scale * job->inputs.left.shrink;
     options->keep_all = request->keep_all;
@@ -86,8 +88,8 @@ static void choose_options(struct job* job) {
     }
 }
 
-static void fill_context(struct job* job) {
-    struct reconstruct_context* context = &job->context;
+static void fill_context(struct job *job) {
+    struct reconstruct_context *context = &job->context;
     context->result = &job->result;
     context->calibration = &job->inputs.calibration;
     context->options = &job->options;
@@ -107,15 +109,15 @@ static void fill_context(struct job* job) {
 }
 
 /// Files that are only needed at the end are missed before the work, not after it.
-static int check_readable(const char* path, struct message* message) {
+static int check_readable(const char *path, struct message *message) {
     if (path != NULL && access(path, R_OK) != 0) {
         return message_set(message, ERROR_ARGUMENT, "%s: %s", path, strerror(errno));
     }
     return ERROR_OK;
 }
 
-static int prepare(struct job* job) {
-    const struct reconstruct_command_abilities* abilities = job->abilities;
+static int prepare(struct job *job) {
+    const struct reconstruct_command_abilities *abilities = job->abilities;
     int error = check_readable(job->request.ground_truth_path, &job->message);
     if (error == ERROR_OK) {
         error = check_readable(job->request.mask_path, &job->message);
@@ -138,7 +140,7 @@ static int prepare(struct job* job) {
     return error;
 }
 
-static int allocate(struct job* job) {
+static int allocate(struct job *job) {
     job->workers = workers_create(job->request.threads);
     if (job->workers == NULL) {
         return message_set(&job->message, ERROR_MEMORY, "not enough memory for threads");
@@ -160,7 +162,7 @@ static int allocate(struct job* job) {
     return ERROR_OK;
 }
 
-static int compute(struct job* job) {
+static int compute(struct job *job) {
     const struct reconstruct_environment environment = {
         .parallel = workers_parallel(job->workers),
         .now_us = now_us,
@@ -187,8 +189,8 @@ static int compute(struct job* job) {
     return error;
 }
 
-static void note_doubts(struct job* job) {
-    const struct rectify_plan* plan = &job->result.plan;
+static void note_doubts(struct job *job) {
+    const struct rectify_plan *plan = &job->result.plan;
     if (plan->depth_range_assumed) {
         reconstruct_context_warn(&job->context,
                                  "no depth range was stated; disparities %d to %d px were searched "
@@ -196,7 +198,7 @@ static void note_doubts(struct job* job) {
                                  plan->disparity_min,
                                  plan->disparity_min + plan->disparity_count - 1);
     }
-    const struct triangulate_vertical* vertical = &job->result.vertical;
+    const struct triangulate_vertical *vertical = &job->result.vertical;
     if (vertical->samples > 0 && vertical->median_px > 0.5) {
         reconstruct_context_warn(&job->context,
                                  "the rows of the rectified images are %.2f px apart (median): the "
@@ -205,13 +207,13 @@ static void note_doubts(struct job* job) {
     }
 }
 
-static int write_results(struct job* job) {
-    const struct reconstruct_command_abilities* abilities = job->abilities;
-    const char* names[RECONSTRUCT_COMMAND_WRITERS_MAX];
+static int write_results(struct job *job) {
+    const struct reconstruct_command_abilities *abilities = job->abilities;
+    const char *names[RECONSTRUCT_COMMAND_WRITERS_MAX];
     INVARIANT(abilities->writer_count >= 1 &&
               abilities->writer_count <= RECONSTRUCT_COMMAND_WRITERS_MAX);
     for (int i = 0; i < abilities->writer_count; i++) {
-        const struct result_writer* writer = &abilities->writers[i];
+        const struct result_writer *writer = &abilities->writers[i];
         char path[OUTDIR_PATH_BYTES];
         names[i] = writer->file_name;
         progress_show(&job->progress, "write", i, abilities->writer_count);
@@ -231,7 +233,7 @@ static int write_results(struct job* job) {
                          names[abilities->writer_count - 1], &job->message);
 }
 
-static int run(struct job* job) {
+static int run(struct job *job) {
     int error = prepare(job);
     if (error == ERROR_OK) {
         error = outdir_begin(&job->directory, job->request.out_path, &job->message);
@@ -252,7 +254,7 @@ static int run(struct job* job) {
     return error;
 }
 
-static void print_outcome(struct job* job) {
+static void print_outcome(struct job *job) {
     for (int i = 0; i < job->context.warning_count && !job->request.quiet; i++) {
         fprintf(stderr, "vergence: note: %s\n", job->context.warnings[i].text);
     }
@@ -263,7 +265,7 @@ static void print_outcome(struct job* job) {
     }
 }
 
-static void clean_up(struct job* job) {
+static void clean_up(struct job *job) {
     outdir_abort(&job->directory);
     workers_destroy(job->workers);
     if (job->memory != NULL) {
@@ -272,8 +274,8 @@ static void clean_up(struct job* job) {
     reconstruct_inputs_free(&job->inputs);
 }
 
-int reconstruct_command_run(const struct reconstruct_command_abilities* abilities, int argc,
-                            char** argv) {
+int reconstruct_command_run(const struct reconstruct_command_abilities *abilities, int argc,
+                            char **argv) {
     struct job job = {.abilities = abilities, .directory = {.lock_fd = -1}};
     const int exit_code = reconstruct_request_parse(argc, argv, &job.request);
     if (exit_code != OPTIONS_CONTINUE) {

@@ -15,16 +15,16 @@ extern "C" {
 enum { RECONSTRUCT_COMMAND_WRITERS_MAX = 24 };
 
 struct reconstruct_command_abilities {
-    const struct image_format* formats;
+    const struct image_format *formats;
     int format_count;
-    calibration_loader* load_calibration;
-    const struct result_writer* writers;  // in this order; result.json must be the last
+    calibration_loader *load_calibration;
+    const struct result_writer *writers;  // in this order; result.json must be the last
     int writer_count;                     // 1..RECONSTRUCT_COMMAND_WRITERS_MAX
 };
 
 /// Runs the command and returns its exit code, see client.h.
-int reconstruct_command_run(const struct reconstruct_command_abilities* abilities, int argc,
-                            char** argv);
+int reconstruct_command_run(const struct reconstruct_command_abilities *abilities, int argc,
+                            char **argv);
 
 #ifdef __cplusplus
 }

@@ -4,7 +4,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 
-void reconstruct_context_warn(struct reconstruct_context* context, const char* format, ...) {
+void reconstruct_context_warn(struct reconstruct_context *context, const char *format, ...) {
     if (context->warning_count == RECONSTRUCT_CONTEXT_WARNINGS) {
         return;
     }

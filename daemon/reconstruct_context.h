@@ -18,16 +18,16 @@ extern "C" {
 enum { RECONSTRUCT_CONTEXT_WARNINGS = 16 };
 
 struct reconstruct_context {
-    const struct reconstruct_result* result;
-    const struct calibration* calibration;      // in force; of the shrunk images when `shrink` > 1
-    const struct reconstruct_options* options;  // in force
+    const struct reconstruct_result *result;
+    const struct calibration *calibration;      // in force; of the shrunk images when `shrink` > 1
+    const struct reconstruct_options *options;  // in force
     struct reconstruct_image left, right;       // raw images as the core got them
 
     const char *left_path, *right_path;
-    const char* calibration_path;    // NULL: none was given (--rectified)
-    const char* calibration_format;  // e.g. "vergence", "OpenCV", "assumed"; never NULL
-    const char* ground_truth_path;   // NULL: none
-    const char* mask_path;           // of the ground truth; NULL: none
+    const char *calibration_path;    // NULL: none was given (--rectified)
+    const char *calibration_format;  // e.g. "vergence", "OpenCV", "assumed"; never NULL
+    const char *ground_truth_path;   // NULL: none
+    const char *mask_path;           // of the ground truth; NULL: none
     double ground_truth_scale;       // disparity = value / scale in 8 bit truth; 0: not stated
 
     bool metric;  // false: focal length or baseline are assumed, lengths are not real millimetres
@@ -45,17 +45,17 @@ struct reconstruct_context {
 };
 
 /// Adds a warning as printf would; those beyond the last place are dropped.
-void reconstruct_context_warn(struct reconstruct_context* context, const char* format, ...)
+void reconstruct_context_warn(struct reconstruct_context *context, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
 /// One file of a result directory.
 struct result_writer {
-    const char* file_name;
+    const char *file_name;
     bool metric_only;  // left out when lengths are not real millimetres
     /// Writes the file; returns 0, or a negative error code with `message` set. May leave a partial
     /// file on failure: the directory it stands in is then removed as a whole.
-    int (*write)(const struct reconstruct_context* context, const char* path,
-                 struct message* message);
+    int (*write)(const struct reconstruct_context *context, const char *path,
+                 struct message *message);
 };
 
 #ifdef __cplusplus

@@ -9,10 +9,10 @@
 /// Assumed where nobody knows better: a field of view of 53 degrees, and a round number.
 static const double assumed_baseline_mm = 100.0;
 
-static int read_images(const struct reconstruct_request* request,
-                       const struct image_format* formats, int format_count,
-                       const struct image_request* image_request, struct reconstruct_inputs* inputs,
-                       struct message* message) {
+static int read_images(const struct reconstruct_request *request,
+                       const struct image_format *formats, int format_count,
+                       const struct image_request *image_request, struct reconstruct_inputs *inputs,
+                       struct message *message) {
     int error = image_file_read(request->left_path, formats, format_count, image_request,
                                 &inputs->left, message);
     if (error != ERROR_OK) {
@@ -44,7 +44,7 @@ static int read_images(const struct reconstruct_request* request,
     return error;
 }
 
-static void warn_if_dark(const struct image_file* file, struct reconstruct_context* context) {
+static void warn_if_dark(const struct image_file *file, struct reconstruct_context *context) {
     const int bits = file->image.bits;
     int used = 8;
     while (used < bits && file->brightest >> used != 0) {
@@ -69,16 +69,16 @@ static struct lens shrunk_lens(struct lens lens, int factor, int width_px, int h
     return lens;
 }
 
-static bool lens_fits(const struct lens* lens, int width_px, int height_px) {
+static bool lens_fits(const struct lens *lens, int width_px, int height_px) {
     return lens->width_px == width_px && lens->height_px == height_px;
 }
 
 /// Makes the calibration one of the images in memory. One that was made for images of their present
 /// size is taken as it is.
-static int fit_calibration(const struct reconstruct_request* request,
-                           struct reconstruct_inputs* inputs, struct message* message) {
-    const struct image_file* file = &inputs->left;
-    struct calibration* calibration = &inputs->calibration;
+static int fit_calibration(const struct reconstruct_request *request,
+                           struct reconstruct_inputs *inputs, struct message *message) {
+    const struct image_file *file = &inputs->left;
+    struct calibration *calibration = &inputs->calibration;
     const int width_px = file->image.width_px, height_px = file->image.height_px;
     if (lens_fits(&calibration->left, width_px, height_px) &&
         lens_fits(&calibration->right, width_px, height_px)) {
@@ -103,10 +103,10 @@ static int fit_calibration(const struct reconstruct_request* request,
     return ERROR_OK;
 }
 
-static int assume_calibration(const struct reconstruct_request* request,
-                              struct reconstruct_inputs* inputs,
-                              struct reconstruct_context* context, struct message* message) {
-    const struct image_file* file = &inputs->left;
+static int assume_calibration(const struct reconstruct_request *request,
+                              struct reconstruct_inputs *inputs,
+                              struct reconstruct_context *context, struct message *message) {
+    const struct image_file *file = &inputs->left;
     const double focal_px = request->focal_px > 0 ? request->focal_px : file->file_width_px;
     const double baseline_mm =
         request->baseline_mm > 0 ? request->baseline_mm : assumed_baseline_mm;
@@ -153,9 +153,9 @@ static int assume_calibration(const struct reconstruct_request* request,
     return ERROR_OK;
 }
 
-static int load_calibration(const struct reconstruct_request* request, calibration_loader* load,
-                            struct reconstruct_inputs* inputs, struct reconstruct_context* context,
-                            struct message* message) {
+static int load_calibration(const struct reconstruct_request *request, calibration_loader *load,
+                            struct reconstruct_inputs *inputs, struct reconstruct_context *context,
+                            struct message *message) {
     const struct calibration_request wanted = {
         .path = request->calibration_path,
         .image_width_px = inputs->left.file_width_px,
@@ -175,10 +175,10 @@ static int load_calibration(const struct reconstruct_request* request, calibrati
     return fit_calibration(request, inputs, message);
 }
 
-int reconstruct_inputs_read(const struct reconstruct_request* request,
-                            const struct image_format* formats, int format_count,
-                            calibration_loader* load, struct reconstruct_inputs* inputs,
-                            struct reconstruct_context* context, struct message* message) {
+int reconstruct_inputs_read(const struct reconstruct_request *request,
+                            const struct image_format *formats, int format_count,
+                            calibration_loader *load, struct reconstruct_inputs *inputs,
+                            struct reconstruct_context *context, struct message *message) {
     const struct image_request image_request = {
         .bits = request->bits,
         .bayer = request->bayer < 0    ? IMAGE_BAYER_BY_FORMAT
@@ -212,7 +212,7 @@ int reconstruct_inputs_read(const struct reconstruct_request* request,
     return ERROR_OK;
 }
 
-void reconstruct_inputs_free(struct reconstruct_inputs* inputs) {
+void reconstruct_inputs_free(struct reconstruct_inputs *inputs) {
     image_file_free(&inputs->left);
     image_file_free(&inputs->right);
 }

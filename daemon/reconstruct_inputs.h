@@ -21,12 +21,12 @@ struct reconstruct_inputs {
 
 /// Reads everything the request names. What is assumed or doubtful goes to the context's warnings.
 /// Returns 0, or a negative error code with `message` set and nothing left to free.
-int reconstruct_inputs_read(const struct reconstruct_request* request,
-                            const struct image_format* formats, int format_count,
-                            calibration_loader* load, struct reconstruct_inputs* inputs,
-                            struct reconstruct_context* context, struct message* message);
+int reconstruct_inputs_read(const struct reconstruct_request *request,
+                            const struct image_format *formats, int format_count,
+                            calibration_loader *load, struct reconstruct_inputs *inputs,
+                            struct reconstruct_context *context, struct message *message);
 
-void reconstruct_inputs_free(struct reconstruct_inputs* inputs);
+void reconstruct_inputs_free(struct reconstruct_inputs *inputs);
 
 #ifdef __cplusplus
 }

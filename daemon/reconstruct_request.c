@@ -113,7 +113,7 @@ static const struct option_page page = {
 };
 
 /// What the table cannot say about single options; NULL when the line makes sense.
-static const char* find_contradiction(const struct reconstruct_request* request) {
+static const char *find_contradiction(const struct reconstruct_request *request) {
     if (request->out_path == NULL) {
         return "--out DIR is missing: where shall the results go?";
     }
@@ -136,7 +136,7 @@ static const char* find_contradiction(const struct reconstruct_request* request)
     if (request->disparity[1] < 0 || (request->disparity[0] != 0 && request->disparity[1] == 0)) {
         return "--disparity MIN:COUNT is empty: COUNT must be 1 or more";
     }
-    if (request->region_px[2] == 0 && request->region_px[3] != 0) {
+    if (request->region_px[2] == 0 || request->region_px[3] == 0) {
         return "--region X,Y,W,H is empty: W and H must be 1 or more";
     }
     if (request->ground_truth_path == NULL &&
@@ -146,10 +146,14 @@ static const char* find_contradiction(const struct reconstruct_request* request)
     return NULL;
 }
 
-int reconstruct_request_parse(int argc, char** argv, struct reconstruct_request* request) {
-    *request = (struct reconstruct_request){
-        .scale = 1, .unit = -1, .first_camera = -1, .bayer = -1, .speckle_px = -1};
-    const char* operands[2] = {NULL, NULL};
+int reconstruct_request_parse(int argc, char **argv, struct reconstruct_request *request) {
+    *request = (struct reconstruct_request){.scale = 1,
+                                            .region_px = {0, 0, -1, -1},
+                                            .unit = -1,
+                                            .first_camera = -1,
+                                            .bayer = -1,
+                                            .speckle_px = -1};
+    const char *operands[2] = {NULL, NULL};
     int operand_count = 0;
     const int exit_code = options_parse(&page, argc, argv, request, operands, &operand_count);
     if (exit_code != OPTIONS_CONTINUE) {
@@ -157,7 +161,7 @@ int reconstruct_request_parse(int argc, char** argv, struct reconstruct_request*
     }
     request->left_path = operands[0];
     request->right_path = operands[1];
-    const char* contradiction = find_contradiction(request);
+    const char *contradiction = find_contradiction(request);
     if (contradiction != NULL) {
         fprintf(stderr, "vergence reconstruct: %s\n", contradiction);
         return CLIENT_USAGE;
@@ -165,7 +169,7 @@ int reconstruct_request_parse(int argc, char** argv, struct reconstruct_request*
     return OPTIONS_CONTINUE;
 }
 
-const char* reconstruct_request_unit(const struct reconstruct_request* request) {
-    static const char* const units[] = {"mm", "cm", "m"};
+const char *reconstruct_request_unit(const struct reconstruct_request *request) {
+    static const char *const units[] = {"mm", "cm", "m"};
     return request->unit >= 0 ? units[request->unit] : NULL;
 }

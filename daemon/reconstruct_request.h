@@ -14,7 +14,7 @@ struct reconstruct_request {
     const char *calibration_path, *out_path;
     double depth_mm[2];  // near, far; 0 0: not given
     int disparity[2];    // least, count; count 0: not given
-    int region_px[4];    // x, y, width, height; width 0: all
+    int region_px[4];    // x, y, width, height; width -1: not given
     double scale;
     int threads;  // 0: all processors
     bool rectified;
@@ -33,10 +33,10 @@ struct reconstruct_request {
 
 /// Parses and checks the line. Returns OPTIONS_CONTINUE or the exit code to end with, see
 /// options.h.
-int reconstruct_request_parse(int argc, char** argv, struct reconstruct_request* request);
+int reconstruct_request_parse(int argc, char **argv, struct reconstruct_request *request);
 
 /// "mm", "cm", "m", or NULL when --unit was not given.
-const char* reconstruct_request_unit(const struct reconstruct_request* request);
+const char *reconstruct_request_unit(const struct reconstruct_request *request);
 
 #ifdef __cplusplus
 }

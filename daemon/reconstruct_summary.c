@@ -8,8 +8,8 @@
 #include "core/error.h"
 #include "daemon/result_figures.h"
 
-static void print_search(const struct reconstruct_context* context, FILE* stream) {
-    const struct rectify_plan* plan = &context->result->plan;
+static void print_search(const struct reconstruct_context *context, FILE *stream) {
+    const struct rectify_plan *plan = &context->result->plan;
     fprintf(stream, "rectified   %d x %d px, f %.6g px, baseline %.6g mm\n", plan->width_px,
             plan->height_px, plan->f_px, plan->baseline_mm);
     fprintf(stream, "searched    disparities %d to %d px", plan->disparity_min,
@@ -25,8 +25,8 @@ static void print_search(const struct reconstruct_context* context, FILE* stream
     fprintf(stream, "%s\n", plan->depth_range_assumed ? " (assumed)" : "");
 }
 
-static void print_surface(const struct reconstruct_context* context, FILE* stream) {
-    const struct reconstruct_result* result = context->result;
+static void print_surface(const struct reconstruct_context *context, FILE *stream) {
+    const struct reconstruct_result *result = context->result;
     fprintf(stream,
             "surface     %" PRIu32 " points, %" PRIu32 " triangles, %.1f %% of the pixels\n",
             result->vertex_count, result->triangle_count, result_figures_density_percent(result));
@@ -45,8 +45,8 @@ static void print_surface(const struct reconstruct_context* context, FILE* strea
     }
 }
 
-void reconstruct_summary_print(const struct reconstruct_context* context, const char* out_path,
-                               FILE* stream) {
+void reconstruct_summary_print(const struct reconstruct_context *context, const char *out_path,
+                               FILE *stream) {
     print_search(context, stream);
     print_surface(context, stream);
     fprintf(stream, "cost        %.2f s, %.0f MB, %d thread%s\n", (double)context->total_us / 1e6,
@@ -55,8 +55,8 @@ void reconstruct_summary_print(const struct reconstruct_context* context, const 
     fprintf(stream, "results     %s\n", out_path);
 }
 
-void reconstruct_summary_no_surface(const struct reconstruct_result* result,
-                                    struct message* message) {
+void reconstruct_summary_no_surface(const struct reconstruct_result *result,
+                                    struct message *message) {
     double total = 0;
     int main_reason = REASON_BORDER;
     for (int reason = 0; reason < REASON_COUNT; reason++) {
@@ -74,10 +74,10 @@ void reconstruct_summary_no_surface(const struct reconstruct_result* result,
                 result->plan.disparity_min + result->plan.disparity_count - 1);
 }
 
-void reconstruct_summary_no_plan(int error, const struct calibration* calibration,
-                                 const struct reconstruct_options* options,
-                                 struct message* message) {
-    const struct rectify_options* rectify = &options->rectify;
+void reconstruct_summary_no_plan(int error, const struct calibration *calibration,
+                                 const struct reconstruct_options *options,
+                                 struct message *message) {
+    const struct rectify_options *rectify = &options->rectify;
     switch (error) {
         case ERROR_DEPTH_RANGE:
             message_set(

@@ -12,17 +12,17 @@ extern "C" {
 #endif
 
 /// Prints the main figures and where the results lie.
-void reconstruct_summary_print(const struct reconstruct_context* context, const char* out_path,
-                               FILE* stream);
+void reconstruct_summary_print(const struct reconstruct_context *context, const char *out_path,
+                               FILE *stream);
 
 /// One line that says why no surface was found.
-void reconstruct_summary_no_surface(const struct reconstruct_result* result,
-                                    struct message* message);
+void reconstruct_summary_no_surface(const struct reconstruct_result *result,
+                                    struct message *message);
 
 /// One line that says why no plan could be made: `error` is what rectify_plan_make returned.
-void reconstruct_summary_no_plan(int error, const struct calibration* calibration,
-                                 const struct reconstruct_options* options,
-                                 struct message* message);
+void reconstruct_summary_no_plan(int error, const struct calibration *calibration,
+                                 const struct reconstruct_options *options,
+                                 struct message *message);
 
 #ifdef __cplusplus
 }

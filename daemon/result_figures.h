@@ -15,10 +15,10 @@ extern "C" {
 struct result_figures_bounds {
     double least_mm[3], greatest_mm[3];
 };
-struct result_figures_bounds result_figures_bounds(const struct reconstruct_result* result);
+struct result_figures_bounds result_figures_bounds(const struct reconstruct_result *result);
 
 /// Pixels of the rectified left image that have a disparity, in percent of all.
-double result_figures_density_percent(const struct reconstruct_result* result);
+double result_figures_density_percent(const struct reconstruct_result *result);
 
 enum { RESULT_FIGURES_QUANTILES = 3 };
 
@@ -29,8 +29,8 @@ struct result_figures_spread {
 };
 
 /// Needs at least one point. Returns false (spread untouched) when memory runs out.
-bool result_figures_spread(const struct reconstruct_result* result,
-                           struct result_figures_spread* spread);
+bool result_figures_spread(const struct reconstruct_result *result,
+                           struct result_figures_spread *spread);
 
 #ifdef __cplusplus
 }

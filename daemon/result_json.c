@@ -10,7 +10,7 @@
 enum { KEY_BYTES = 48 };
 
 /// A text's words up to the first colon as a JSON key: "no texture: ..." gives "no_texture".
-static void make_key(const char* text, char key[KEY_BYTES]) {
+static void make_key(const char *text, char key[KEY_BYTES]) {
     size_t length = strcspn(text, ":");
     length = length < KEY_BYTES - 1 ? length : KEY_BYTES - 1;
     for (size_t i = 0; i < length; i++) {
@@ -19,8 +19,8 @@ static void make_key(const char* text, char key[KEY_BYTES]) {
     key[length] = '\0';
 }
 
-static void print_inputs(const struct reconstruct_context* context, struct json* json) {
-    static const char* const layouts[] = {"grey", "rgb", "bayer_grbg"};
+static void print_inputs(const struct reconstruct_context *context, struct json *json) {
+    static const char *const layouts[] = {"grey", "rgb", "bayer_grbg"};
     json_open_object(json, "input");
     json_text(json, "left", context->left_path);
     json_text(json, "right", context->right_path);
@@ -32,8 +32,8 @@ static void print_inputs(const struct reconstruct_context* context, struct json*
     json_close_object(json);
 }
 
-static void print_calibration(const struct reconstruct_context* context, struct json* json) {
-    const struct calibration* calibration = context->calibration;
+static void print_calibration(const struct reconstruct_context *context, struct json *json) {
+    const struct calibration *calibration = context->calibration;
     char crc[16];
     snprintf(crc, sizeof crc, "%08" PRIx32, context->result->calibration_crc);
     json_open_object(json, "calibration");
@@ -48,8 +48,8 @@ static void print_calibration(const struct reconstruct_context* context, struct 
     json_close_object(json);
 }
 
-static void print_plan(const struct reconstruct_context* context, struct json* json) {
-    const struct rectify_plan* plan = &context->result->plan;
+static void print_plan(const struct reconstruct_context *context, struct json *json) {
+    const struct rectify_plan *plan = &context->result->plan;
     json_open_object(json, "plan");
     json_integer(json, "width_px", plan->width_px);
     json_integer(json, "height_px", plan->height_px);
@@ -70,8 +70,8 @@ static void print_plan(const struct reconstruct_context* context, struct json* j
     json_close_object(json);
 }
 
-static void print_options(const struct reconstruct_context* context, struct json* json) {
-    const struct reconstruct_options* options = context->options;
+static void print_options(const struct reconstruct_context *context, struct json *json) {
+    const struct reconstruct_options *options = context->options;
     json_open_object(json, "options");
     json_real(json, "scale", options->rectify.scale, 10);
     json_integer(json, "speckle_px", options->speckle_px);
@@ -82,8 +82,8 @@ static void print_options(const struct reconstruct_context* context, struct json
     json_close_object(json);
 }
 
-static void print_counts(const struct reconstruct_context* context, struct json* json) {
-    const struct reconstruct_result* result = context->result;
+static void print_counts(const struct reconstruct_context *context, struct json *json) {
+    const struct reconstruct_result *result = context->result;
     json_open_object(json, "counts");
     json_integer(json, "pixels", (int64_t)result->plan.width_px * result->plan.height_px);
     json_integer(json, "vertices", result->vertex_count);
@@ -99,8 +99,8 @@ static void print_counts(const struct reconstruct_context* context, struct json*
     json_close_object(json);
 }
 
-static void print_vertical(const struct reconstruct_context* context, struct json* json) {
-    const struct triangulate_vertical* vertical = &context->result->vertical;
+static void print_vertical(const struct reconstruct_context *context, struct json *json) {
+    const struct triangulate_vertical *vertical = &context->result->vertical;
     if (vertical->samples == 0) {
         json_null(json, "vertical_disparity");
         return;
@@ -116,8 +116,8 @@ static void print_vertical(const struct reconstruct_context* context, struct jso
     json_close_object(json);
 }
 
-static void print_surface(const struct reconstruct_context* context, struct json* json) {
-    const struct reconstruct_result* result = context->result;
+static void print_surface(const struct reconstruct_context *context, struct json *json) {
+    const struct reconstruct_result *result = context->result;
     json_bool(json, "metric", context->metric);
     if (result->vertex_count == 0) {
         json_null(json, "bounds_mm");
@@ -146,8 +146,8 @@ static void print_surface(const struct reconstruct_context* context, struct json
     }
 }
 
-static void print_cost(const struct reconstruct_context* context, struct json* json) {
-    const struct reconstruct_result* result = context->result;
+static void print_cost(const struct reconstruct_context *context, struct json *json) {
+    const struct reconstruct_result *result = context->result;
     json_open_object(json, "time_ms");
     json_real(json, "read", (double)context->read_us / 1000.0, 6);
     for (int stage = 0; stage < RECONSTRUCT_STAGES; stage++) {
@@ -164,7 +164,7 @@ static void print_cost(const struct reconstruct_context* context, struct json* j
     json_close_object(json);
 }
 
-void result_json_print(const struct reconstruct_context* context, FILE* stream) {
+void result_json_print(const struct reconstruct_context *context, FILE *stream) {
     struct json json;
     json_begin(&json, stream);
     json_open_object(&json, NULL);

@@ -12,7 +12,7 @@ extern "C" {
 #endif
 
 /// Prints the document; the stream's error indicator says whether it arrived.
-void result_json_print(const struct reconstruct_context* context, FILE* stream);
+void result_json_print(const struct reconstruct_context *context, FILE *stream);
 
 #ifdef __cplusplus
 }

@@ -4,6 +4,6 @@
 // Written into the build directory by build_id.cmake.
 #include "build_id.h"
 
-const char* version_build_id(void) {
+const char *version_build_id(void) {
     return VERGENCE_BUILD_ID;
 }

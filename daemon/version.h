@@ -8,7 +8,7 @@ extern "C" {
 #endif
 
 /// What `git describe --always --dirty` said when the program was built, or "unknown".
-const char* version_build_id(void);
+const char *version_build_id(void);
 
 #ifdef __cplusplus
 }

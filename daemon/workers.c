@@ -23,8 +23,8 @@ struct workers {
 
     _Atomic uint64_t ticket;      // run number << 32 | parts not yet taken
     _Atomic uint32_t unfinished;  // parts taken or not, whose work is not done
-    void (*_Atomic part)(void* context, int index);
-    void* _Atomic context;
+    void (*_Atomic part)(void *context, int index);
+    void *_Atomic context;
     _Atomic uint32_t count;
 
     atomic_flag busy;
@@ -44,13 +44,13 @@ static void relax(void) {
 }
 
 /// Takes and does parts until none is left.
-static void do_parts(struct workers* workers) {
+static void do_parts(struct workers *workers) {
     uint64_t ticket = atomic_load(&workers->ticket);
     while ((uint32_t)ticket != 0) {
         // These three belong to the ticket's run: they change only after all its parts are taken,
         // and then the swap below fails.
-        void (*part)(void*, int) = atomic_load(&workers->part);
-        void* context = atomic_load(&workers->context);
+        void (*part)(void *, int) = atomic_load(&workers->part);
+        void *context = atomic_load(&workers->context);
         const uint32_t count = atomic_load(&workers->count);
         if (!atomic_compare_exchange_weak(&workers->ticket, &ticket, ticket - 1)) {
             continue;
@@ -67,11 +67,11 @@ static void do_parts(struct workers* workers) {
     }
 }
 
-static bool has_work(struct workers* workers) {
+static bool has_work(struct workers *workers) {
     return (uint32_t)atomic_load(&workers->ticket) != 0 || atomic_load(&workers->stop);
 }
 
-static void wait_for_work(struct workers* workers) {
+static void wait_for_work(struct workers *workers) {
     for (int i = 0; i < SPINS_BEFORE_SLEEP; i++) {
         if (has_work(workers)) {
             return;
@@ -87,8 +87,8 @@ static void wait_for_work(struct workers* workers) {
     pthread_mutex_unlock(&workers->mutex);
 }
 
-static void* thread_main(void* argument) {
-    struct workers* workers = argument;
+static void *thread_main(void *argument) {
+    struct workers *workers = argument;
     while (!atomic_load(&workers->stop)) {
         do_parts(workers);
         wait_for_work(workers);
@@ -96,7 +96,7 @@ static void* thread_main(void* argument) {
     return NULL;
 }
 
-static void wake_all(struct workers* workers) {
+static void wake_all(struct workers *workers) {
     if (atomic_load(&workers->sleepers) > 0) {
         pthread_mutex_lock(&workers->mutex);
         pthread_cond_broadcast(&workers->wake);
@@ -104,7 +104,7 @@ static void wake_all(struct workers* workers) {
     }
 }
 
-static void wait_for_others(struct workers* workers) {
+static void wait_for_others(struct workers *workers) {
     for (int i = 0; i < SPINS_BEFORE_SLEEP; i++) {
         if (atomic_load(&workers->unfinished) == 0) {
             return;
@@ -120,8 +120,8 @@ static void wait_for_others(struct workers* workers) {
     pthread_mutex_unlock(&workers->mutex);
 }
 
-static void run(void* self, void (*part)(void* context, int index), void* context, int count) {
-    struct workers* workers = self;
+static void run(void *self, void (*part)(void *context, int index), void *context, int count) {
+    struct workers *workers = self;
     INVARIANT(count >= 0);
     if (count <= 1 || workers->started == 0 || atomic_flag_test_and_set(&workers->busy)) {
         for (int index = 0; index < count; index++) {
@@ -147,9 +147,9 @@ static int usable_processors(void) {
     return sched_getaffinity(0, sizeof set, &set) == 0 ? CPU_COUNT(&set) : 1;
 }
 
-struct workers* workers_create(int threads) {
+struct workers *workers_create(int threads) {
     INVARIANT(threads >= 0);
-    struct workers* workers = calloc(1, sizeof *workers);
+    struct workers *workers = calloc(1, sizeof *workers);
     if (workers == NULL) {
         return NULL;
     }
@@ -168,7 +168,7 @@ struct workers* workers_create(int threads) {
     return workers;
 }
 
-void workers_destroy(struct workers* workers) {
+void workers_destroy(struct workers *workers) {
     if (workers == NULL) {
         return;
     }
@@ -185,6 +185,6 @@ void workers_destroy(struct workers* workers) {
     free(workers);
 }
 
-const struct parallel* workers_parallel(struct workers* workers) {
+const struct parallel *workers_parallel(struct workers *workers) {
     return &workers->parallel;
 }

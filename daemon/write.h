@@ -11,24 +11,24 @@ extern "C" {
 
 /// disparity.pfm: x_left - x_right in pixels of the rectified left image; +inf where rejected.
 /// Source: P. Debevec, "PFM Portable FloatMap Image Format".
-int write_pfm(const struct reconstruct_context* context, const char* path, struct message* message);
+int write_pfm(const struct reconstruct_context *context, const char *path, struct message *message);
 
 /// mesh.ply, binary little-endian: position in mm in the left camera's frame, normal, colour,
 /// predicted standard deviation along the ray (sigma) and distance of the rays (miss), both in mm.
 /// Source: G. Turk, "The PLY Polygon File Format", 1994.
-int write_ply(const struct reconstruct_context* context, const char* path, struct message* message);
+int write_ply(const struct reconstruct_context *context, const char *path, struct message *message);
 
 /// points.pcd, binary: x y z in mm, rgb packed as the Point Cloud Library does, sigma in mm.
 /// Source: Point Cloud Library, "The PCD file format", version 0.7.
-int write_pcd(const struct reconstruct_context* context, const char* path, struct message* message);
+int write_pcd(const struct reconstruct_context *context, const char *path, struct message *message);
 
 /// reasons.pgm: enum reason of every pixel of the rectified left image.
-int write_reasons(const struct reconstruct_context* context, const char* path,
-                  struct message* message);
+int write_reasons(const struct reconstruct_context *context, const char *path,
+                  struct message *message);
 
 /// result.json: all figures.
-int write_result(const struct reconstruct_context* context, const char* path,
-                 struct message* message);
+int write_result(const struct reconstruct_context *context, const char *path,
+                 struct message *message);
 
 #ifdef __cplusplus
 }

@@ -6,9 +6,9 @@
 
 enum { POINT_BYTES = 5 * 4 };
 
-int write_pcd(const struct reconstruct_context* context, const char* path,
-              struct message* message) {
-    const struct reconstruct_result* result = context->result;
+int write_pcd(const struct reconstruct_context *context, const char *path,
+              struct message *message) {
+    const struct reconstruct_result *result = context->result;
     const uint32_t width = (uint32_t)result->left_colour.width;
     struct output_file file;
     output_file_open(&file, path);
@@ -21,9 +21,9 @@ int write_pcd(const struct reconstruct_context* context, const char* path,
                 result->vertex_count, result->vertex_count);
     }
     for (uint32_t vertex = 0; vertex < result->vertex_count; vertex++) {
-        const struct triangulate_point* point = &result->points[vertex];
+        const struct triangulate_point *point = &result->points[vertex];
         const uint32_t pixel = result->vertex_pixel[vertex];
-        const uint8_t* rgb =
+        const uint8_t *rgb =
             image_rgb8_row(&result->left_colour, (int)(pixel / width)) + 3 * (pixel % width);
         unsigned char bytes[POINT_BYTES];
         output_file_put_f32(bytes, (float)point->x_um / 1000.0f);

@@ -7,8 +7,8 @@
 
 enum { VERTEX_BYTES = 6 * 4 + 3 + 2 * 4, FACE_BYTES = 1 + 3 * 4 };
 
-static void put_header(const struct reconstruct_context* context, FILE* stream) {
-    const struct reconstruct_result* result = context->result;
+static void put_header(const struct reconstruct_context *context, FILE *stream) {
+    const struct reconstruct_result *result = context->result;
     fputs("ply\nformat binary_little_endian 1.0\n", stream);
     fprintf(stream, "comment vergence %s build %s\n", context->version, context->build_id);
     fprintf(stream, "comment calibration %s crc %08" PRIx32 "\n", context->calibration->id,
@@ -26,13 +26,13 @@ static void put_header(const struct reconstruct_context* context, FILE* stream) 
     fputs("property list uchar int vertex_indices\nend_header\n", stream);
 }
 
-static void put_vertex(const struct reconstruct_result* result, uint32_t vertex,
+static void put_vertex(const struct reconstruct_result *result, uint32_t vertex,
                        unsigned char bytes[VERTEX_BYTES]) {
-    const struct triangulate_point* point = &result->points[vertex];
-    const int16_t* normal_q14 = result->normals_q14[vertex];
+    const struct triangulate_point *point = &result->points[vertex];
+    const int16_t *normal_q14 = result->normals_q14[vertex];
     const int width = result->left_colour.width;
     const uint32_t pixel = result->vertex_pixel[vertex];
-    const uint8_t* rgb = image_rgb8_row(&result->left_colour, (int)(pixel / (uint32_t)width)) +
+    const uint8_t *rgb = image_rgb8_row(&result->left_colour, (int)(pixel / (uint32_t)width)) +
                          3 * (pixel % (uint32_t)width);
     output_file_put_f32(bytes, (float)point->x_um / 1000.0f);
     output_file_put_f32(bytes + 4, (float)point->y_um / 1000.0f);
@@ -45,9 +45,9 @@ static void put_vertex(const struct reconstruct_result* result, uint32_t vertex,
     output_file_put_f32(bytes + 31, (float)point->miss_um / 1000.0f);
 }
 
-int write_ply(const struct reconstruct_context* context, const char* path,
-              struct message* message) {
-    const struct reconstruct_result* result = context->result;
+int write_ply(const struct reconstruct_context *context, const char *path,
+              struct message *message) {
+    const struct reconstruct_result *result = context->result;
     struct output_file file;
     output_file_open(&file, path);
     if (file.stream != NULL) {

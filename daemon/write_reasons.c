@@ -2,9 +2,9 @@
 #include "daemon/output_file.h"
 #include "daemon/write.h"
 
-int write_reasons(const struct reconstruct_context* context, const char* path,
-                  struct message* message) {
-    const struct image_u8* reason = &context->result->match.reason;
+int write_reasons(const struct reconstruct_context *context, const char *path,
+                  struct message *message) {
+    const struct image_u8 *reason = &context->result->match.reason;
     struct output_file file;
     output_file_open(&file, path);
     if (file.stream != NULL) {

@@ -3,8 +3,8 @@
 #include "daemon/result_json.h"
 #include "daemon/write.h"
 
-int write_result(const struct reconstruct_context* context, const char* path,
-                 struct message* message) {
+int write_result(const struct reconstruct_context *context, const char *path,
+                 struct message *message) {
     struct output_file file;
     output_file_open(&file, path);
     if (file.stream != NULL) {

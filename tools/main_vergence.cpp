@@ -38,7 +38,7 @@ const result_writer writers[] = {
     {"result.json", false, write_result},
 };
 
-int run_reconstruct(int argc, char** argv) {
+int run_reconstruct(int argc, char **argv) {
     reconstruct_command_abilities abilities{};
     abilities.formats = formats;
     abilities.format_count = sizeof formats / sizeof formats[0];
@@ -56,6 +56,6 @@ const client_command commands[] = {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char **argv) {
     return client_main(argc, argv, commands, sizeof commands / sizeof commands[0]);
 }

@@ -25,24 +25,24 @@ struct jpeg_job {
     jpeg_error_mgr manager;
     std::jmp_buf jump;
     jpeg_progress_mgr progress;
-    image_file* file;
-    message* text;
-    uint16_t* row;
-    unsigned char* bytes;
+    image_file *file;
+    message *text;
+    uint16_t *row;
+    unsigned char *bytes;
     int error;
 };
 
-jpeg_job* job_of(j_common_ptr jpeg) {
-    return reinterpret_cast<jpeg_job*>(jpeg->err);
+jpeg_job *job_of(j_common_ptr jpeg) {
+    return reinterpret_cast<jpeg_job *>(jpeg->err);
 }
 
-[[noreturn]] void give_up(jpeg_job* job, int error) {
+[[noreturn]] void give_up(jpeg_job *job, int error) {
     job->error = error;
     std::longjmp(job->jump, 1);
 }
 
 [[noreturn]] void on_error(j_common_ptr jpeg) {
-    jpeg_job* job = job_of(jpeg);
+    jpeg_job *job = job_of(jpeg);
     char what[JMSG_LENGTH_MAX];
     jpeg->err->format_message(jpeg, what);
     const bool memory = jpeg->err->msg_code == JERR_OUT_OF_MEMORY;
@@ -57,8 +57,8 @@ void on_message(j_common_ptr jpeg, int level) {
 }
 
 void on_progress(j_common_ptr jpeg) {
-    jpeg_job* job = job_of(jpeg);
-    const auto* decoder = reinterpret_cast<j_decompress_ptr>(jpeg);
+    jpeg_job *job = job_of(jpeg);
+    const auto *decoder = reinterpret_cast<j_decompress_ptr>(jpeg);
     if (decoder->input_scan_number > max_scans) {
         give_up(job, message_set(job->text, ERROR_SYNTAX, "%s: a JPEG of more than %d scans",
                                  job->file->path, max_scans));
@@ -67,14 +67,14 @@ void on_progress(j_common_ptr jpeg) {
         give_up(job, message_set(job->text, ERROR_CANCELLED, "interrupted; nothing was written"));
 }
 
-void set_up(jpeg_job* job) {
+void set_up(jpeg_job *job) {
     jpeg_std_error(&job->manager);
     job->manager.error_exit = on_error;
     job->manager.emit_message = on_message;
     job->progress.progress_monitor = on_progress;
 }
 
-void choose_colours(jpeg_decompress_struct* jpeg, jpeg_job* job) {
+void choose_colours(jpeg_decompress_struct *jpeg, jpeg_job *job) {
     switch (jpeg->jpeg_color_space) {
         case JCS_GRAYSCALE:
             jpeg->out_color_space = JCS_GRAYSCALE;
@@ -92,7 +92,7 @@ void choose_colours(jpeg_decompress_struct* jpeg, jpeg_job* job) {
     }
 }
 
-void read_rows(jpeg_decompress_struct* jpeg, jpeg_job* job) {
+void read_rows(jpeg_decompress_struct *jpeg, jpeg_job *job) {
     jpeg_read_header(jpeg, TRUE);
     choose_colours(jpeg, job);
     const int channels = jpeg->out_color_space == JCS_RGB ? 3 : 1;
@@ -102,8 +102,8 @@ void read_rows(jpeg_decompress_struct* jpeg, jpeg_job* job) {
     if (error != ERROR_OK)
         give_up(job, error);
     const size_t count = size_t{jpeg->image_width} * static_cast<size_t>(channels);
-    job->bytes = static_cast<unsigned char*>(std::malloc(count));
-    job->row = static_cast<uint16_t*>(std::malloc(count * sizeof *job->row));
+    job->bytes = static_cast<unsigned char *>(std::malloc(count));
+    job->row = static_cast<uint16_t *>(std::malloc(count * sizeof *job->row));
     if (job->bytes == nullptr || job->row == nullptr) {
         give_up(job,
                 message_set(job->text, ERROR_MEMORY, "%s: not enough memory", job->file->path));
@@ -123,11 +123,11 @@ void read_rows(jpeg_decompress_struct* jpeg, jpeg_job* job) {
 /// What the encoder must keep reachable across a jump.
 struct encoding {
     jpeg_job job;
-    unsigned char* bytes;
+    unsigned char *bytes;
     unsigned long length;
 };
 
-bool encode(const image_rgb8& image, int quality, encoding* work) {
+bool encode(const image_rgb8 &image, int quality, encoding *work) {
     jpeg_compress_struct jpeg{};
     set_up(&work->job);
     jpeg.err = &work->job.manager;
@@ -155,15 +155,15 @@ bool encode(const image_rgb8& image, int quality, encoding* work) {
 
 }  // namespace
 
-bool image_jpeg_probe(const unsigned char* head, size_t length) {
+bool image_jpeg_probe(const unsigned char *head, size_t length) {
     return length >= 3 && head[0] == 0xff && head[1] == 0xd8 && head[2] == 0xff;
 }
 
-int image_jpeg_read(const char* path, const image_request*, image_file* file, message* message) {
+int image_jpeg_read(const char *path, const image_request *, image_file *file, message *message) {
     jpeg_job job{};
     job.file = file;
     job.text = message;
-    FILE* stream = std::fopen(path, "rb");
+    FILE *stream = std::fopen(path, "rb");
     if (stream == nullptr)
         return message_set(message, ERROR_ARGUMENT, "%s: %s", path, std::strerror(errno));
     jpeg_decompress_struct jpeg{};
@@ -182,7 +182,7 @@ int image_jpeg_read(const char* path, const image_request*, image_file* file, me
     return job.error;
 }
 
-std::vector<unsigned char> image_jpeg_encode(const image_rgb8& image, int quality) {
+std::vector<unsigned char> image_jpeg_encode(const image_rgb8 &image, int quality) {
     image_file nameless{};
     nameless.path = "texture";
     message ignored{};

@@ -10,11 +10,11 @@
 #include "daemon/image_file.h"
 
 /// See struct image_format.
-bool image_jpeg_probe(const unsigned char* head, size_t length);
-int image_jpeg_read(const char* path, const image_request* request, image_file* file,
-                    message* message);
+bool image_jpeg_probe(const unsigned char *head, size_t length);
+int image_jpeg_read(const char *path, const image_request *request, image_file *file,
+                    message *message);
 
 /// A whole JPEG file in memory of `image` at `quality` 0..100; empty when memory runs out.
-std::vector<unsigned char> image_jpeg_encode(const image_rgb8& image, int quality);
+std::vector<unsigned char> image_jpeg_encode(const image_rgb8 &image, int quality);
 
 #endif

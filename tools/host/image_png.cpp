@@ -19,18 +19,18 @@ constexpr size_t interlaced_max_bytes = size_t{1} << 30;
 /// Everything that a jump out of libpng must leave reachable. Plain data only: a jump skips
 /// destructors.
 struct png_job {
-    image_file* file;
-    message* text;
-    FILE* stream;
+    image_file *file;
+    message *text;
+    FILE *stream;
     png_structp png;
     png_infop info;
-    unsigned char* bytes;  // one row, or all rows of an interlaced image
-    uint16_t* row;
+    unsigned char *bytes;  // one row, or all rows of an interlaced image
+    uint16_t *row;
     int error;
 };
 
 [[noreturn]] void on_error(png_structp png, png_const_charp what) {
-    auto* job = static_cast<png_job*>(png_get_error_ptr(png));
+    auto *job = static_cast<png_job *>(png_get_error_ptr(png));
     job->error = message_set(job->text, ERROR_SYNTAX, "%s: damaged or truncated PNG (%s)",
                              job->file->path, what);
     png_longjmp(png, 1);
@@ -38,13 +38,13 @@ struct png_job {
 
 void on_warning(png_structp, png_const_charp) {}
 
-[[noreturn]] void give_up(png_job* job, int error) {
+[[noreturn]] void give_up(png_job *job, int error) {
     job->error = error;
     png_longjmp(job->png, 1);
 }
 
 /// Makes libpng deliver 8 or 16 bit grey or colour without alpha, in this machine's byte order.
-void set_transformations(png_job* job) {
+void set_transformations(png_job *job) {
     const png_byte type = png_get_color_type(job->png, job->info);
     if (type == PNG_COLOR_TYPE_PALETTE) {
         png_set_palette_to_rgb(job->png);
@@ -59,7 +59,7 @@ void set_transformations(png_job* job) {
 #endif
 }
 
-void deliver(png_job* job, const unsigned char* bytes, size_t count, bool wide) {
+void deliver(png_job *job, const unsigned char *bytes, size_t count, bool wide) {
     if (wide) {
         std::memcpy(job->row, bytes, count * sizeof *job->row);
     } else {
@@ -71,22 +71,22 @@ void deliver(png_job* job, const unsigned char* bytes, size_t count, bool wide) 
         give_up(job, error);
 }
 
-void allocate(png_job* job, size_t row_bytes, size_t rows, size_t count) {
+void allocate(png_job *job, size_t row_bytes, size_t rows, size_t count) {
     if (rows > 1 && row_bytes > interlaced_max_bytes / rows) {
         give_up(job, message_set(job->text, ERROR_TOO_LARGE,
                                  "%s: an interlaced PNG of this size cannot be read; save it "
                                  "without interlacing",
                                  job->file->path));
     }
-    job->bytes = static_cast<unsigned char*>(std::calloc(rows, row_bytes));
-    job->row = static_cast<uint16_t*>(std::malloc(count * sizeof *job->row));
+    job->bytes = static_cast<unsigned char *>(std::calloc(rows, row_bytes));
+    job->row = static_cast<uint16_t *>(std::malloc(count * sizeof *job->row));
     if (job->bytes == nullptr || job->row == nullptr) {
         give_up(job,
                 message_set(job->text, ERROR_MEMORY, "%s: not enough memory", job->file->path));
     }
 }
 
-void read_rows(png_job* job) {
+void read_rows(png_job *job) {
     const png_uint_32 width = png_get_image_width(job->png, job->info);
     const png_uint_32 height = png_get_image_height(job->png, job->info);
     const bool interlaced = png_get_interlace_type(job->png, job->info) != PNG_INTERLACE_NONE;
@@ -108,14 +108,14 @@ void read_rows(png_job* job) {
             png_read_row(job->png, job->bytes + y * row_bytes, nullptr);
     }
     for (png_uint_32 y = 0; y < height; y++) {
-        unsigned char* bytes = job->bytes + (interlaced ? y * row_bytes : 0);
+        unsigned char *bytes = job->bytes + (interlaced ? y * row_bytes : 0);
         png_read_row(job->png, bytes, nullptr);
         deliver(job, bytes, count, wide);
     }
     png_read_end(job->png, nullptr);
 }
 
-void read_png(png_job* job) {
+void read_png(png_job *job) {
     job->png = png_create_read_struct(PNG_LIBPNG_VER_STRING, job, on_error, on_warning);
     job->info = job->png != nullptr ? png_create_info_struct(job->png) : nullptr;
     if (job->info == nullptr) {
@@ -133,11 +133,11 @@ void read_png(png_job* job) {
 
 }  // namespace
 
-bool image_png_probe(const unsigned char* head, size_t length) {
+bool image_png_probe(const unsigned char *head, size_t length) {
     return length >= 8 && png_sig_cmp(head, 0, 8) == 0;
 }
 
-int image_png_read(const char* path, const image_request*, image_file* file, message* message) {
+int image_png_read(const char *path, const image_request *, image_file *file, message *message) {
     png_job job{};
     job.file = file;
     job.text = message;

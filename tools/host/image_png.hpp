@@ -7,8 +7,8 @@
 #include "daemon/image_file.h"
 
 /// See struct image_format.
-bool image_png_probe(const unsigned char* head, size_t length);
-int image_png_read(const char* path, const image_request* request, image_file* file,
-                   message* message);
+bool image_png_probe(const unsigned char *head, size_t length);
+int image_png_read(const char *path, const image_request *request, image_file *file,
+                   message *message);
 
 #endif

@@ -18,14 +18,14 @@ namespace {
 constexpr uint64_t band_max_bytes = uint64_t{1} << 28;
 
 struct tiff_closer {
-    void operator()(TIFF* tiff) const { TIFFClose(tiff); }
+    void operator()(TIFF *tiff) const { TIFFClose(tiff); }
 };
 using tiff_handle = std::unique_ptr<TIFF, tiff_closer>;
 
 /// libtiff's handlers know no context, so its last complaint is kept here.
 char last_complaint[160];
 
-void on_error(const char*, const char* format, va_list arguments) {
+void on_error(const char *, const char *format, va_list arguments) {
     std::vsnprintf(last_complaint, sizeof last_complaint, format, arguments);
 }
 
@@ -36,13 +36,13 @@ struct layout {
     int channels = 1;
 };
 
-int damaged(const image_file* file, message* message) {
+int damaged(const image_file *file, message *message) {
     return message_set(message, ERROR_SYNTAX, "%s: damaged or truncated TIFF (%s)", file->path,
                        last_complaint[0] != '\0' ? last_complaint : "no reason given");
 }
 
 /// What keeps this file from being read; NULL when nothing does.
-const char* find_obstacle(const layout& image) {
+const char *find_obstacle(const layout &image) {
     if (image.format != SAMPLEFORMAT_UINT)
         return "its values are not unsigned integers";
     if (image.bits != 8 && image.bits != 16)
@@ -59,7 +59,7 @@ const char* find_obstacle(const layout& image) {
     return nullptr;
 }
 
-int read_layout(TIFF* tiff, const image_file* file, layout* image, message* message) {
+int read_layout(TIFF *tiff, const image_file *file, layout *image, message *message) {
     if (TIFFGetField(tiff, TIFFTAG_IMAGEWIDTH, &image->width) == 0 ||
         TIFFGetField(tiff, TIFFTAG_IMAGELENGTH, &image->height) == 0) {
         return damaged(file, message);
@@ -71,7 +71,7 @@ int read_layout(TIFF* tiff, const image_file* file, layout* image, message* mess
     TIFFGetFieldDefaulted(tiff, TIFFTAG_COMPRESSION, &image->compression);
     if (TIFFGetField(tiff, TIFFTAG_PHOTOMETRIC, &image->photometric) == 0)
         image->photometric = image->samples >= 3 ? PHOTOMETRIC_RGB : PHOTOMETRIC_MINISBLACK;
-    const char* obstacle = find_obstacle(*image);
+    const char *obstacle = find_obstacle(*image);
     if (obstacle != nullptr) {
         return message_set(message, ERROR_SYNTAX,
                            "%s: this kind of TIFF cannot be read: %s; save it as PNG", file->path,
@@ -86,7 +86,7 @@ int read_layout(TIFF* tiff, const image_file* file, layout* image, message* mess
 }
 
 /// Takes grey or colour out of `pixels` pixels as the file has them (with alpha, 8 or 16 bit).
-void unpack(const layout& image, const unsigned char* bytes, size_t pixels, uint16_t* row) {
+void unpack(const layout &image, const unsigned char *bytes, size_t pixels, uint16_t *row) {
     const bool inverted = image.photometric == PHOTOMETRIC_MINISWHITE;
     const uint16_t full = image.bits == 16 ? 65535 : 255;
     for (size_t x = 0; x < pixels; x++) {
@@ -101,7 +101,7 @@ void unpack(const layout& image, const unsigned char* bytes, size_t pixels, uint
     }
 }
 
-int read_strips(TIFF* tiff, const layout& image, image_file* file, message* message) {
+int read_strips(TIFF *tiff, const layout &image, image_file *file, message *message) {
     const tmsize_t line_bytes = TIFFScanlineSize(tiff);
     if (line_bytes <= 0 || TIFFStripSize64(tiff) > band_max_bytes)
         return damaged(file, message);
@@ -121,9 +121,9 @@ int read_strips(TIFF* tiff, const layout& image, image_file* file, message* mess
 }
 
 /// Reads the tiles of one band of rows into `band` (tile_height rows of `image.width` pixels).
-bool read_band(TIFF* tiff, const layout& image, uint32_t y, uint32_t tile_width,
-               uint32_t tile_height, std::vector<unsigned char>* tile,
-               std::vector<uint16_t>* band) {
+bool read_band(TIFF *tiff, const layout &image, uint32_t y, uint32_t tile_width,
+               uint32_t tile_height, std::vector<unsigned char> *tile,
+               std::vector<uint16_t> *band) {
     const size_t channels = static_cast<size_t>(image.channels);
     const size_t tile_row_bytes = size_t{tile_width} * image.samples * (image.bits / 8u);
     for (uint32_t x = 0; x < image.width; x += tile_width) {
@@ -138,7 +138,7 @@ bool read_band(TIFF* tiff, const layout& image, uint32_t y, uint32_t tile_width,
     return true;
 }
 
-int read_tiles(TIFF* tiff, const layout& image, image_file* file, message* message) {
+int read_tiles(TIFF *tiff, const layout &image, image_file *file, message *message) {
     uint32_t tile_width = 0, tile_height = 0;
     TIFFGetField(tiff, TIFFTAG_TILEWIDTH, &tile_width);
     TIFFGetField(tiff, TIFFTAG_TILELENGTH, &tile_height);
@@ -166,7 +166,7 @@ int read_tiles(TIFF* tiff, const layout& image, image_file* file, message* messa
     return ERROR_OK;
 }
 
-int read_tiff(const char* path, image_file* file, message* message) {
+int read_tiff(const char *path, image_file *file, message *message) {
     const tiff_handle tiff(TIFFOpen(path, "rm"));
     layout image;
     if (!tiff)
@@ -187,19 +187,19 @@ int read_tiff(const char* path, image_file* file, message* message) {
 
 }  // namespace
 
-bool image_tiff_probe(const unsigned char* head, size_t length) {
+bool image_tiff_probe(const unsigned char *head, size_t length) {
     return length >= 4 &&
            ((head[0] == 'I' && head[1] == 'I' && head[2] <= 43 && head[2] >= 42 && head[3] == 0) ||
             (head[0] == 'M' && head[1] == 'M' && head[2] == 0 && head[3] <= 43 && head[3] >= 42));
 }
 
-int image_tiff_read(const char* path, const image_request*, image_file* file, message* message) {
+int image_tiff_read(const char *path, const image_request *, image_file *file, message *message) {
     TIFFSetErrorHandler(on_error);
     TIFFSetWarningHandler(nullptr);
     last_complaint[0] = '\0';
     try {
         return read_tiff(path, file, message);
-    } catch (const std::bad_alloc&) {
+    } catch (const std::bad_alloc &) {
         return message_set(message, ERROR_MEMORY, "%s: not enough memory", path);
     }
 }

@@ -32,7 +32,7 @@ size_t padded(size_t bytes) {
     return (bytes + 3) / 4 * 4;
 }
 
-sections lay_out(const reconstruct_result& result, size_t texture_bytes) {
+sections lay_out(const reconstruct_result &result, size_t texture_bytes) {
     const size_t vertices = result.vertex_count;
     sections at{};
     at.positions = 0;
@@ -50,12 +50,12 @@ struct vertex_position {
 };
 
 /// From the left camera's frame to glTF's: half a turn about x.
-vertex_position position_of(const triangulate_point& point) {
+vertex_position position_of(const triangulate_point &point) {
     return {{static_cast<float>(point.x_um / 1e6), static_cast<float>(-point.y_um / 1e6),
              static_cast<float>(-point.z_um / 1e6)}};
 }
 
-void print_view(json* out, size_t offset, size_t length, int target) {
+void print_view(json *out, size_t offset, size_t length, int target) {
     json_open_object(out, nullptr);
     json_integer(out, "buffer", 0);
     json_integer(out, "byteOffset", static_cast<int64_t>(offset));
@@ -65,7 +65,7 @@ void print_view(json* out, size_t offset, size_t length, int target) {
     json_close_object(out);
 }
 
-void print_views(json* out, const sections& at) {
+void print_views(json *out, const sections &at) {
     json_open_array(out, "bufferViews");
     print_view(out, at.positions, at.normals - at.positions, target_vertices);
     print_view(out, at.normals, at.coordinates - at.normals, target_vertices);
@@ -75,7 +75,7 @@ void print_views(json* out, const sections& at) {
     json_close_array(out);
 }
 
-void open_accessor(json* out, int view, int component, int64_t count, const char* type) {
+void open_accessor(json *out, int view, int component, int64_t count, const char *type) {
     json_open_object(out, nullptr);
     json_integer(out, "bufferView", view);
     json_integer(out, "componentType", component);
@@ -83,7 +83,7 @@ void open_accessor(json* out, int view, int component, int64_t count, const char
     json_text(out, "type", type);
 }
 
-void print_accessors(json* out, const reconstruct_result& result) {
+void print_accessors(json *out, const reconstruct_result &result) {
     double least[3], greatest[3];
     for (int axis = 0; axis < 3; axis++) {
         least[axis] = std::numeric_limits<double>::infinity();
@@ -111,7 +111,7 @@ void print_accessors(json* out, const reconstruct_result& result) {
 }
 
 /// An array of one object with one index in it, as glTF's references mostly are.
-void print_reference(json* out, const char* array, const char* name, int64_t index) {
+void print_reference(json *out, const char *array, const char *name, int64_t index) {
     json_open_array(out, array);
     json_open_object(out, nullptr);
     json_integer(out, name, index);
@@ -119,7 +119,7 @@ void print_reference(json* out, const char* array, const char* name, int64_t ind
     json_close_array(out);
 }
 
-void print_material(json* out) {
+void print_material(json *out) {
     json_open_array(out, "materials");
     json_open_object(out, nullptr);
     json_text(out, "name", "photograph");
@@ -140,7 +140,7 @@ void print_material(json* out) {
     json_close_array(out);
 }
 
-void print_texture(json* out) {
+void print_texture(json *out) {
     json_open_array(out, "textures");
     json_open_object(out, nullptr);
     json_integer(out, "sampler", 0);
@@ -163,7 +163,7 @@ void print_texture(json* out) {
     json_close_array(out);
 }
 
-void print_scene(json* out) {
+void print_scene(json *out) {
     json_integer(out, "scene", 0);
     json_open_array(out, "scenes");
     json_open_object(out, nullptr);
@@ -194,7 +194,7 @@ void print_scene(json* out) {
     json_close_array(out);
 }
 
-void print_asset(json* out, const reconstruct_context& context) {
+void print_asset(json *out, const reconstruct_context &context) {
     char crc[16];
     std::snprintf(crc, sizeof crc, "%08x", context.result->calibration_crc);
     const std::string generator =
@@ -214,10 +214,10 @@ void print_asset(json* out, const reconstruct_context& context) {
 }
 
 /// The JSON chunk's text, padded with spaces; empty when memory runs out.
-std::string make_text(const reconstruct_context& context, const sections& at) {
-    char* text = nullptr;
+std::string make_text(const reconstruct_context &context, const sections &at) {
+    char *text = nullptr;
     size_t length = 0;
-    FILE* stream = open_memstream(&text, &length);
+    FILE *stream = open_memstream(&text, &length);
     if (stream == nullptr)
         return "";
     json out;
@@ -240,7 +240,7 @@ std::string make_text(const reconstruct_context& context, const sections& at) {
     return result;
 }
 
-void write_positions(const reconstruct_result& result, output_file* file) {
+void write_positions(const reconstruct_result &result, output_file *file) {
     for (uint32_t i = 0; i < result.vertex_count; i++) {
         const vertex_position position = position_of(result.points[i]);
         for (const float metres : position.metres)
@@ -248,7 +248,7 @@ void write_positions(const reconstruct_result& result, output_file* file) {
     }
 }
 
-void write_normals(const reconstruct_result& result, output_file* file) {
+void write_normals(const reconstruct_result &result, output_file *file) {
     for (uint32_t i = 0; i < result.vertex_count; i++) {
         const double x = result.normals_q14[i][0], y = -result.normals_q14[i][1],
                      z = -result.normals_q14[i][2];
@@ -260,7 +260,7 @@ void write_normals(const reconstruct_result& result, output_file* file) {
     }
 }
 
-void write_coordinates(const reconstruct_result& result, output_file* file) {
+void write_coordinates(const reconstruct_result &result, output_file *file) {
     const uint32_t width = static_cast<uint32_t>(result.left_colour.width);
     const double height = result.left_colour.height;
     for (uint32_t i = 0; i < result.vertex_count; i++) {
@@ -271,7 +271,7 @@ void write_coordinates(const reconstruct_result& result, output_file* file) {
     }
 }
 
-void write_indices(const reconstruct_result& result, output_file* file) {
+void write_indices(const reconstruct_result &result, output_file *file) {
     for (uint32_t i = 0; i < result.triangle_count; i++) {
         for (const uint32_t vertex : result.triangles[i])
             output_file_u32(file, vertex);
@@ -280,8 +280,8 @@ void write_indices(const reconstruct_result& result, output_file* file) {
 
 }  // namespace
 
-int write_glb(const reconstruct_context* context, const char* path, message* message) {
-    const reconstruct_result& result = *context->result;
+int write_glb(const reconstruct_context *context, const char *path, message *message) {
+    const reconstruct_result &result = *context->result;
     if (result.triangle_count == 0) {
         return message_set(message, ERROR_NO_SURFACE,
                            "no surface was found: the points have no neighbours to join");

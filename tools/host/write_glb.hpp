@@ -10,6 +10,6 @@
 #include "daemon/reconstruct_context.h"
 
 /// A `result_writer`'s function. Needs at least one triangle.
-int write_glb(const reconstruct_context* context, const char* path, message* message);
+int write_glb(const reconstruct_context *context, const char *path, message *message);
 
 #endif

@@ -20,7 +20,7 @@ struct png_shape {
 };
 
 /// Fills `row` with row y as the file has it (16 bit values most significant byte first).
-using row_source = std::function<void(int y, unsigned char* row)>;
+using row_source = std::function<void(int y, unsigned char *row)>;
 
 /// Of enum reason: valid pixels light, the others by what happened to them.
 const png_color reason_colours[REASON_COUNT] = {{235, 235, 235}, {40, 40, 40},   {70, 110, 180},
@@ -34,14 +34,14 @@ const png_color reason_colours[REASON_COUNT] = {{235, 235, 235}, {40, 40, 40},  
 void on_warning(png_structp, png_const_charp) {}
 
 void on_write(png_structp png, png_bytep bytes, size_t length) {
-    output_file_write(static_cast<output_file*>(png_get_io_ptr(png)), bytes, length);
+    output_file_write(static_cast<output_file *>(png_get_io_ptr(png)), bytes, length);
 }
 
 void on_flush(png_structp) {}
 
 /// Returns false when libpng itself fails, which only happens when memory runs out.
-bool encode(const png_shape& shape, const row_source& source, std::vector<unsigned char>* row,
-            output_file* file) {
+bool encode(const png_shape &shape, const row_source &source, std::vector<unsigned char> *row,
+            output_file *file) {
     png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, on_error, on_warning);
     png_infop info = png != nullptr ? png_create_info_struct(png) : nullptr;
     if (info == nullptr || setjmp(png_jmpbuf(png)) != 0) {
@@ -66,8 +66,8 @@ bool encode(const png_shape& shape, const row_source& source, std::vector<unsign
     return true;
 }
 
-int write_file(const png_shape& shape, const row_source& source, const char* path,
-               message* message) {
+int write_file(const png_shape &shape, const row_source &source, const char *path,
+               message *message) {
     const int channels = shape.colour_type == PNG_COLOR_TYPE_RGB ? 3 : 1;
     std::vector<unsigned char> row(static_cast<size_t>(shape.width_px) *
                                    static_cast<size_t>(channels * shape.bits / 8));
@@ -80,16 +80,16 @@ int write_file(const png_shape& shape, const row_source& source, const char* pat
     return error;
 }
 
-void put_u16(unsigned char* bytes, long value) {
+void put_u16(unsigned char *bytes, long value) {
     INVARIANT(value >= 0 && value <= 65535);
     bytes[0] = static_cast<unsigned char>(value >> 8);
     bytes[1] = static_cast<unsigned char>(value);
 }
 
-int write_colour(const image_rgb8& image, const char* path, message* message) {
+int write_colour(const image_rgb8 &image, const char *path, message *message) {
     return write_file(
         {image.width, image.height, PNG_COLOR_TYPE_RGB, 8},
-        [&](int y, unsigned char* row) {
+        [&](int y, unsigned char *row) {
             std::copy_n(image_rgb8_row(&image, y), 3 * image.width, row);
         },
         path, message);
@@ -97,14 +97,14 @@ int write_colour(const image_rgb8& image, const char* path, message* message) {
 
 }  // namespace
 
-int write_png_disparity(const reconstruct_context* context, const char* path, message* message) {
-    const match_output& match = context->result->match;
+int write_png_disparity(const reconstruct_context *context, const char *path, message *message) {
+    const match_output &match = context->result->match;
     const int width = match.reason.width;
     return write_file(
         {width, match.reason.height, PNG_COLOR_TYPE_GRAY, 16},
-        [&](int y, unsigned char* row) {
-            const int32_t* disparity_q8 = image_i32_row(&match.disparity_q8, y);
-            const uint8_t* reason = image_u8_row(&match.reason, y);
+        [&](int y, unsigned char *row) {
+            const int32_t *disparity_q8 = image_i32_row(&match.disparity_q8, y);
+            const uint8_t *reason = image_u8_row(&match.reason, y);
             for (int x = 0; x < width; x++) {
                 const bool valid =
                     reason[x] == REASON_VALID && disparity_q8[x] > 0 && disparity_q8[x] <= 65535;
@@ -114,13 +114,13 @@ int write_png_disparity(const reconstruct_context* context, const char* path, me
         path, message);
 }
 
-int write_png_depth(const reconstruct_context* context, const char* path, message* message) {
-    const reconstruct_result& result = *context->result;
+int write_png_depth(const reconstruct_context *context, const char *path, message *message) {
+    const reconstruct_result &result = *context->result;
     const int width = result.match.reason.width;
     uint32_t vertex = 0;  // vertices are in the order of their pixels
     return write_file(
         {width, result.match.reason.height, PNG_COLOR_TYPE_GRAY, 16},
-        [&](int y, unsigned char* row) {
+        [&](int y, unsigned char *row) {
             std::fill_n(row, 2 * width, static_cast<unsigned char>(0));
             const uint32_t begin = static_cast<uint32_t>(y * width);
             const uint32_t end = begin + static_cast<uint32_t>(width);
@@ -134,20 +134,20 @@ int write_png_depth(const reconstruct_context* context, const char* path, messag
         path, message);
 }
 
-int write_png_reasons(const reconstruct_context* context, const char* path, message* message) {
-    const image_u8& reason = context->result->match.reason;
+int write_png_reasons(const reconstruct_context *context, const char *path, message *message) {
+    const image_u8 &reason = context->result->match.reason;
     return write_file(
         {reason.width, reason.height, PNG_COLOR_TYPE_PALETTE, 8},
-        [&](int y, unsigned char* row) {
+        [&](int y, unsigned char *row) {
             std::copy_n(image_u8_row(&reason, y), reason.width, row);
         },
         path, message);
 }
 
-int write_png_left(const reconstruct_context* context, const char* path, message* message) {
+int write_png_left(const reconstruct_context *context, const char *path, message *message) {
     return write_colour(context->result->left_colour, path, message);
 }
 
-int write_png_right(const reconstruct_context* context, const char* path, message* message) {
+int write_png_right(const reconstruct_context *context, const char *path, message *message) {
     return write_colour(context->result->right_colour, path, message);
 }

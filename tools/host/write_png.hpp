@@ -8,16 +8,16 @@
 
 /// disparity.png: 16 bit, 256 (x_left - x_right), 0 where there is none (KITTI's scale). The format
 /// has no place for disparities of 0 and less: they are 0 as well; disparity.pfm has them.
-int write_png_disparity(const reconstruct_context* context, const char* path, message* message);
+int write_png_disparity(const reconstruct_context *context, const char *path, message *message);
 
 /// depth.png: 16 bit, z in the left camera's frame in mm, 0 where there is none or beyond 65535 mm.
-int write_png_depth(const reconstruct_context* context, const char* path, message* message);
+int write_png_depth(const reconstruct_context *context, const char *path, message *message);
 
 /// reasons.png: palette; the index is enum reason.
-int write_png_reasons(const reconstruct_context* context, const char* path, message* message);
+int write_png_reasons(const reconstruct_context *context, const char *path, message *message);
 
 /// left_rectified.png and right_rectified.png: 8 bit colour, black where the camera sees nothing.
-int write_png_left(const reconstruct_context* context, const char* path, message* message);
-int write_png_right(const reconstruct_context* context, const char* path, message* message);
+int write_png_left(const reconstruct_context *context, const char *path, message *message);
+int write_png_right(const reconstruct_context *context, const char *path, message *message);
 
 #endif

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+// The table-driven command line.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "daemon/client.h"
+#include "daemon/message.h"
+#include "daemon/options.h"
+#include "daemon/options_help.h"
+#include "daemon/reconstruct_request.h"
+
+namespace {
+
+struct values {
+    bool flag = false;
+    int number = 7;
+    int pair[2] = {0, 0};
+    double reals[2] = {0, 0};
+    const char *text = nullptr;
+    int choice = -1;
+};
+
+const option table[] = {
+    {"flag", OPTION_FLAG, offsetof(values, flag), nullptr, "A flag.", 0, 0, 0, 0, nullptr},
+    {"number", OPTION_INT, offsetof(values, number), "N", "A number.", -5, 10, 0, 0, nullptr},
+    {"size", OPTION_INT, offsetof(values, pair), "WxH", "A size.", 1, 100, 2, 'x', nullptr},
+    {"range", OPTION_REAL, offsetof(values, reals), "A:B", "A range.", -1, INFINITY, 2, ':',
+     nullptr},
+    {"text", OPTION_TEXT, offsetof(values, text), "FILE", "A file.", 0, 0, 0, 0, nullptr},
+    {"kind", OPTION_CHOICE, offsetof(values, choice), "KIND", "A kind.", 0, 0, 0, 0, "red green"},
+};
+
+option_page page_of(int operands_min, int operands_max) {
+    option_page page{};
+    page.command = "vergence test";
+    page.operands = "ONE TWO";
+    page.summary = "nothing";
+    page.description = "First paragraph.\nSecond paragraph.";
+    page.options = table;
+    page.option_count = sizeof table / sizeof table[0];
+    page.operands_min = operands_min;
+    page.operands_max = operands_max;
+    return page;
+}
+
+struct outcome {
+    int code;
+    values result;
+    std::vector<std::string> operands;
+};
+
+outcome parse(std::vector<std::string> words) {
+    const option_page page = page_of(0, 2);
+    words.insert(words.begin(), "test");
+    std::vector<char *> argv;
+    for (std::string &word : words)
+        argv.push_back(word.data());
+    const char *operands[2] = {nullptr, nullptr};
+    int count = 0;
+    outcome made{};
+    made.result = values();
+    made.code = options_parse(&page, static_cast<int>(argv.size()), argv.data(), &made.result,
+                              operands, &count);
+    for (int i = 0; i < count; i++)
+        made.operands.emplace_back(operands[i]);
+    return made;
+}
+
+int reconstruct_code(std::vector<std::string> words) {
+    words.insert(words.begin(), {"reconstruct", "l.png", "r.png"});
+    std::vector<char *> argv;
+    for (std::string &word : words)
+        argv.push_back(word.data());
+    reconstruct_request request;
+    return reconstruct_request_parse(static_cast<int>(argv.size()), argv.data(), &request);
+}
+
+}  // namespace
+
+TEST_CASE("values arrive in every spelling") {
+    const outcome made =
+        parse({"left", "--flag", "--number", "-5", "--size=3x4", "--range", "-0.5:inf", "--text",
+               "--odd name", "--kind", "green", "--", "--right"});
+    REQUIRE(made.code == OPTIONS_CONTINUE);
+    CHECK(made.result.flag);
+    CHECK(made.result.number == -5);
+    CHECK(made.result.pair[0] == 3);
+    CHECK(made.result.pair[1] == 4);
+    CHECK(made.result.reals[0] == -0.5);
+    CHECK(std::isinf(made.result.reals[1]));
+    CHECK(std::string(made.result.text) == "--odd name");
+    CHECK(made.result.choice == 1);
+    CHECK(made.operands == std::vector<std::string>{"left", "--right"});
+    CHECK(parse({"-"}).operands == std::vector<std::string>{"-"});
+}
+
+TEST_CASE("mistakes are refused and leave the value alone") {
+    const std::vector<std::vector<std::string>> wrong = {
+        {"--nothing"},           {"-f"},
+        {"--flag=yes"},          {"--number"},
+        {"--number", "11"},      {"--number", "-6"},
+        {"--number", ""},        {"--number", " 1"},
+        {"--number", "1.5"},     {"--number", "0x5"},
+        {"--number", "1 "},      {"--size", "3"},
+        {"--size", "3x"},        {"--size", "3x4x5"},
+        {"--size", "3,4"},       {"--range", "1:nan"},
+        {"--range", "1:0x8p1"},  {"--range", "infinity"},
+        {"--range", "-2:1"},     {"--text", ""},
+        {"--kind", "blue"},      {"--kind", "gre"},
+        {"--kind", "red green"}, {"--kind", ""},
+        {"one", "two", "three"}, {"--number", "99999999999999999999"},
+    };
+    for (const std::vector<std::string> &words : wrong) {
+        CAPTURE(words[0]);
+        CAPTURE(words.back());
+        const outcome made = parse(words);
+        CHECK(made.code == CLIENT_USAGE);
+        CHECK(made.result.number == 7);
+    }
+}
+
+TEST_CASE("close names are guessed, distant ones are not") {
+    const char *const words[] = {"reconstruct", "evaluate", "info"};
+    CHECK(std::string(options_closest("recnstruct", words, 3)) == "reconstruct");
+    CHECK(std::string(options_closest("eval", words, 3)) == "evaluate");
+    CHECK(std::string(options_closest("inof", words, 3)) == "info");
+    CHECK(options_closest("banana", words, 3) == nullptr);
+    CHECK(options_closest("x", words, 3) == nullptr);
+    CHECK(options_closest("", words, 3) == nullptr);
+    CHECK(options_closest(std::string(1000, 'r').c_str(), words, 3) == nullptr);
+}
+
+TEST_CASE("help names every option within 80 columns") {
+    char *text = nullptr;
+    size_t length = 0;
+    FILE *stream = open_memstream(&text, &length);
+    const option_page page = page_of(1, 2);
+    options_help_print(&page, stream);
+    REQUIRE(std::fclose(stream) == 0);
+    const std::string help(text, length);
+    std::free(text);
+    for (const option &entry : table)
+        CHECK(help.find(std::string("--") + entry.name) != std::string::npos);
+    CHECK(help.find("First paragraph.\n\nSecond paragraph.") != std::string::npos);
+    size_t begin = 0;
+    for (size_t end; (end = help.find('\n', begin)) != std::string::npos; begin = end + 1)
+        CHECK(end - begin <= 80);
+}
+
+TEST_CASE("reconstruct refuses what contradicts itself") {
+    const std::vector<std::string> good = {"--calibration", "c", "--out", "o"};
+    CHECK(reconstruct_code(good) == OPTIONS_CONTINUE);
+    const std::vector<std::vector<std::string>> additions = {
+        {"--depth", "5:5"},
+        {"--depth", "9:5"},
+        {"--depth", "5:9", "--disparity", "0:16"},
+        {"--disparity", "5:0"},
+        {"--disparity", "5:-3"},
+        {"--region", "1,1,0,5"},
+        {"--region", "1,1,5,0"},
+        {"--focal", "100"},
+        {"--mask", "m.png"},
+        {"--rectified", "--baseline", "5"},
+        {"--ground-truth-scale", "4"},
+    };
+    for (const std::vector<std::string> &addition : additions) {
+        CAPTURE(addition[0]);
+        std::vector<std::string> words = good;
+        words.insert(words.end(), addition.begin(), addition.end());
+        CHECK(reconstruct_code(words) == CLIENT_USAGE);
+    }
+    CHECK(reconstruct_code({"--out", "o"}) == CLIENT_USAGE);
+    CHECK(reconstruct_code({"--calibration", "c"}) == CLIENT_USAGE);
+    CHECK(reconstruct_code({"--rectified", "--unit", "m", "--out", "o"}) == CLIENT_USAGE);
+    CHECK(reconstruct_code({"--rectified", "--out", "o"}) == OPTIONS_CONTINUE);
+}
+
+TEST_CASE("a message is one line") {
+    message text;
+    CHECK(message_set(&text, -3, "%s is %d", "a\nb\tc\x7f", 5) == -3);
+    CHECK(std::string(text.text) == "a?b?c? is 5");
+    message_set(&text, 0, "%s", std::string(5000, 'x').c_str());
+    CHECK(std::string(text.text).size() == MESSAGE_BYTES - 1);
+}

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+// A directory of results appears as a whole or not at all.
+#include "daemon/outdir.h"
+
+#include <doctest/doctest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <utime.h>
+
+#include <cstdlib>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <string>
+
+#include "core/error.h"
+
+namespace fs = std::filesystem;
+
+namespace {
+
+const char *const names[] = {"a.txt", "b.txt", "end.txt"};
+
+/// An empty directory that goes away with the test.
+struct scratch {
+    fs::path path;
+    scratch() {
+        std::string text = (fs::temp_directory_path() / "vergence-outdir-XXXXXX").string();
+        REQUIRE(mkdtemp(text.data()) != nullptr);
+        path = text;
+    }
+    scratch(const scratch &) = delete;
+    scratch &operator=(const scratch &) = delete;
+    ~scratch() { fs::remove_all(path); }
+    std::string operator/(const char *name) const { return (path / name).string(); }
+};
+
+std::set<std::string> listing(const fs::path &path) {
+    std::set<std::string> result;
+    for (const fs::directory_entry &entry : fs::directory_iterator(path))
+        result.insert(entry.path().filename().string());
+    return result;
+}
+
+std::string contents(const fs::path &path) {
+    std::ostringstream text;
+    text << std::ifstream(path).rdbuf();
+    return text.str();
+}
+
+void put(const std::string &path, const char *text) {
+    std::ofstream(path) << text;
+}
+
+void put_work(const outdir &directory, const char *name, const char *text) {
+    char path[OUTDIR_PATH_BYTES];
+    outdir_file_path(&directory, name, path);
+    put(path, text);
+}
+
+}  // namespace
+
+TEST_CASE("a new directory appears complete") {
+    const scratch place;
+    outdir directory;
+    message text;
+    REQUIRE(outdir_begin(&directory, (place / "out/").c_str(), &text) == ERROR_OK);
+    put_work(directory, "a.txt", "1");
+    put_work(directory, "end.txt", "2");
+    CHECK_FALSE(fs::exists(place / "out"));
+    REQUIRE(outdir_commit(&directory, names, 3, "end.txt", &text) == ERROR_OK);
+    CHECK(listing(place.path) == std::set<std::string>{"out"});
+    CHECK(listing(place / "out") == std::set<std::string>{"a.txt", "end.txt"});
+    struct stat status;
+    REQUIRE(stat((place / "out").c_str(), &status) == 0);
+    const mode_t mask = umask(0);
+    umask(mask);
+    CHECK((status.st_mode & 0777) == (0777 & ~mask));
+    outdir_abort(&directory);
+    CHECK(fs::exists(place / "out/end.txt"));
+}
+
+TEST_CASE("missing parents come and, after a failure, go") {
+    const scratch place;
+    outdir directory;
+    message text;
+    REQUIRE(outdir_begin(&directory, (place / "x/y/out").c_str(), &text) == ERROR_OK);
+    put_work(directory, "a.txt", "1");
+    outdir_abort(&directory);
+    CHECK(listing(place.path).empty());
+    REQUIRE(outdir_begin(&directory, (place / "x/y/out").c_str(), &text) == ERROR_OK);
+    put_work(directory, "end.txt", "1");
+    REQUIRE(outdir_commit(&directory, names, 3, "end.txt", &text) == ERROR_OK);
+    CHECK(fs::exists(place / "x/y/out/end.txt"));
+}
+
+TEST_CASE("an earlier set is replaced, strangers stay") {
+    const scratch place;
+    fs::create_directory(place / "out");
+    for (const char *name : {"out/a.txt", "out/b.txt", "out/end.txt", "out/mine.txt"})
+        put(place / name, "old");
+    outdir directory;
+    message text;
+    REQUIRE(outdir_begin(&directory, (place / "out").c_str(), &text) == ERROR_OK);
+    put_work(directory, "a.txt", "new");
+    put_work(directory, "end.txt", "new");
+    CHECK(contents(place / "out/a.txt") == "old");
+    REQUIRE(outdir_commit(&directory, names, 3, "end.txt", &text) == ERROR_OK);
+    CHECK(listing(place / "out") == std::set<std::string>{"a.txt", "end.txt", "mine.txt"});
+    CHECK(contents(place / "out/a.txt") == "new");
+    CHECK(contents(place / "out/mine.txt") == "old");
+}
+
+TEST_CASE("a failure leaves the earlier set as it was") {
+    const scratch place;
+    fs::create_directories(place / "out/b.txt");  // a directory where a file belongs
+    put(place / "out/a.txt", "old");
+    put(place / "out/end.txt", "old");
+    outdir directory;
+    message text;
+    REQUIRE(outdir_begin(&directory, (place / "out").c_str(), &text) == ERROR_OK);
+    for (const char *name : names)
+        put_work(directory, name, "new");
+    CHECK(outdir_commit(&directory, names, 3, "end.txt", &text) == ERROR_BUFFER);
+    CHECK(std::string(text.text).find("b.txt") != std::string::npos);
+    CHECK(contents(place / "out/a.txt") == "old");
+    CHECK(contents(place / "out/end.txt") == "old");
+    CHECK(listing(place / "out") == std::set<std::string>{"a.txt", "b.txt", "end.txt"});
+}
+
+TEST_CASE("what cannot be a directory is refused") {
+    const scratch place;
+    put(place / "file", "x");
+    outdir directory;
+    message text;
+    CHECK(outdir_begin(&directory, (place / "file").c_str(), &text) < 0);
+    CHECK(outdir_begin(&directory, (place / "file/below").c_str(), &text) < 0);
+    CHECK(outdir_begin(&directory, "", &text) < 0);
+    CHECK(outdir_begin(&directory, std::string(5000, 'a').c_str(), &text) < 0);
+    CHECK(outdir_begin(&directory, "/proc/nowhere/out", &text) < 0);
+    CHECK(listing(place.path) == std::set<std::string>{"file"});
+}
+
+TEST_CASE("what a killed run left is removed, what a living one holds is not") {
+    const scratch place;
+    outdir living, next;
+    message text;
+    const utimbuf long_ago{time(nullptr) - 3600, time(nullptr) - 3600};
+    REQUIRE(outdir_begin(&living, (place / "one").c_str(), &text) == ERROR_OK);
+    fs::create_directory(place / ".vergence-killed");
+    put(place / ".vergence-killed/mesh.ply", "half");
+    fs::create_directory(place / ".vergence-young");
+    utime((place / ".vergence-killed").c_str(), &long_ago);
+    utime(living.work_path, &long_ago);
+    REQUIRE(outdir_begin(&next, (place / "two").c_str(), &text) == ERROR_OK);
+    CHECK_FALSE(fs::exists(place / ".vergence-killed"));
+    CHECK(fs::exists(place / ".vergence-young"));
+    CHECK(fs::exists(living.work_path));
+    outdir_abort(&living);
+    outdir_abort(&next);
+    CHECK(listing(place.path) == std::set<std::string>{".vergence-young"});
+}

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+// The readers of our own: PNM, raw, and the limits and shrinking that all formats share.
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "daemon/image_pnm.h"
+#include "daemon/image_raw.h"
+#include "synthetic/seed.hpp"
+
+namespace {
+
+using parser = int (*)(const unsigned char *, size_t, image_file *, message *);
+
+/// A file parsed from memory; frees itself.
+struct parsed {
+    image_file file{};
+    message text{};
+    image_request request{};
+    int error;
+
+    parsed(const std::string &bytes, const image_request &wanted, parser parse = image_pnm_parse)
+        : request(wanted) {
+        file.path = "test.pnm";
+        file.request = &request;
+        // A copy of exact size, so that a sanitizer sees a read beyond it.
+        std::vector<unsigned char> exact(bytes.begin(), bytes.end());
+        error = parse(exact.data(), exact.size(), &file, &text);
+    }
+    parsed(const parsed &) = delete;
+    parsed &operator=(const parsed &) = delete;
+    ~parsed() { image_file_free(&file); }
+
+    std::vector<int> values() const {
+        const reconstruct_image &image = file.image;
+        const int channels = image.layout == PIXEL_RGB ? 3 : 1;
+        std::vector<int> result;
+        for (int y = 0; y < image.height_px; y++) {
+            for (int x = 0; x < image.width_px * channels; x++)
+                result.push_back(image.data[y * image.stride + x]);
+        }
+        return result;
+    }
+};
+
+image_request plain() {
+    image_request request{};
+    request.scale = 1;
+    return request;
+}
+
+std::string be16(int value) {
+    return {static_cast<char>(value >> 8), static_cast<char>(value & 255)};
+}
+
+}  // namespace
+
+TEST_CASE("the four kinds of PNM say the same") {
+    const std::vector<int> grey = {0, 1, 2, 253, 254, 255};
+    const parsed text("P2\n# a comment\n3 2 # another\n255\n0 1 2\n253 254 255\n", plain());
+    const parsed binary(std::string("P5 3 2 255\n\0\1\2\xfd\xfe\xff", 17), plain());
+    REQUIRE(text.error == ERROR_OK);
+    REQUIRE(binary.error == ERROR_OK);
+    CHECK(text.values() == grey);
+    CHECK(binary.values() == grey);
+    CHECK(binary.file.image.bits == 8);
+    CHECK(binary.file.image.layout == PIXEL_GREY);
+
+    const parsed colour_text("P3 2 1 255 1 2 3 4 5 6", plain());
+    const parsed colour("P6\n2 1\n255\n\1\2\3\4\5\6", plain());
+    REQUIRE(colour_text.error == ERROR_OK);
+    REQUIRE(colour.error == ERROR_OK);
+    CHECK(colour.values() == std::vector<int>{1, 2, 3, 4, 5, 6});
+    CHECK(colour_text.values() == colour.values());
+    CHECK(colour.file.image.layout == PIXEL_RGB);
+}
+
+TEST_CASE("maxval says the bits") {
+    const parsed ten("P5 2 1 1023\n" + be16(0) + be16(1023), plain());
+    REQUIRE(ten.error == ERROR_OK);
+    CHECK(ten.file.image.bits == 10);
+    CHECK(ten.values() == std::vector<int>{0, 1023});
+    const parsed sixteen("P5 2 1 65535\n" + be16(258) + be16(65535), plain());
+    REQUIRE(sixteen.error == ERROR_OK);
+    CHECK(sixteen.file.image.bits == 16);
+    CHECK(sixteen.values() == std::vector<int>{258, 65535});
+    // Other ranges are stretched to the next one of whole bits.
+    const parsed bits("P2 4 1 3 0 1 2 3", plain());
+    REQUIRE(bits.error == ERROR_OK);
+    CHECK(bits.values() == std::vector<int>{0, 85, 170, 255});
+    const parsed thousand("P2 3 1 1000 0 500 1000", plain());
+    REQUIRE(thousand.error == ERROR_OK);
+    CHECK(thousand.file.image.bits == 10);
+    CHECK(thousand.values() == std::vector<int>{0, 512, 1023});
+}
+
+TEST_CASE("damaged PNM is refused") {
+    const char *wrong[] = {
+        "P5",
+        "P5 ",
+        "P5 2 2",
+        "P5 2 2 255",
+        "P5 2 2 0\n1234",
+        "P5 0 2 255\n",
+        "P5 2 0 255\n",
+        "P5 -2 2 255\n",
+        "P5 2 2 65536\n",
+        "P5 x 2 255\nabcd",
+        "P7 2 2 255\n",
+        "P5 2 2 255\nabc",
+        "P2 2 1 255 1",
+        "P2 2 1 255 1 256",
+        "P2 2 1 255 1 x",
+        "P5 2 99999999999999999999 255\nabcd",
+    };
+    for (const char *bytes : wrong) {
+        CAPTURE(bytes);
+        const parsed file(bytes, plain());
+        CHECK(file.error < 0);
+        CHECK(std::strlen(file.text.text) > 10);
+    }
+}
+
+TEST_CASE("a header cannot ask for memory that its file does not back") {
+    const parsed bomb("P6 32000 32000 65535\nabc", plain());
+    CHECK(bomb.error == ERROR_SYNTAX);
+    const parsed wide("P5 100000 100000 255\nabc", plain());
+    CHECK(wide.error == ERROR_TOO_LARGE);
+}
+
+TEST_CASE("what is too large names the limit and --scale") {
+    const std::string bytes = "P5 4097 2 255\n" + std::string(2 * 4097, 'a');
+    const parsed refused(bytes, plain());
+    CHECK(refused.error == ERROR_TOO_LARGE);
+    CHECK(std::strstr(refused.text.text, "4096") != nullptr);
+    CHECK(std::strstr(refused.text.text, "--scale 0.5") != nullptr);
+    image_request half = plain();
+    half.scale = 0.5;
+    const parsed shrunk(bytes, half);
+    REQUIRE(shrunk.error == ERROR_OK);
+    CHECK(shrunk.file.shrink == 2);
+    CHECK(shrunk.file.image.width_px == 2048);
+    CHECK(shrunk.file.image.height_px == 1);
+}
+
+TEST_CASE("shrinking averages whole blocks") {
+    const uint64_t seed = synthetic::test_seed();
+    INFO("seed " << seed);
+    std::mt19937 random(static_cast<unsigned>(seed));
+    const int width = 4100, height = 7, factor = 3;
+    std::string bytes = "P6 4100 7 255\n";
+    std::vector<int> raw;
+    for (int i = 0; i < 3 * width * height; i++) {
+        raw.push_back(static_cast<int>(random() % 256));
+        bytes.push_back(static_cast<char>(raw.back()));
+    }
+    image_request third = plain();
+    third.scale = 0.333;
+    const parsed file(bytes, third);
+    REQUIRE(file.error == ERROR_OK);
+    REQUIRE(file.file.shrink == factor);
+    const std::vector<int> values = file.values();
+    REQUIRE(values.size() == 3u * (width / factor) * (height / factor));
+    for (size_t at = 0; at < values.size(); at++) {
+        const int c = static_cast<int>(at % 3), x = static_cast<int>(at / 3) % (width / factor);
+        const int y = static_cast<int>(at / 3) / (width / factor);
+        double sum = 0;
+        for (int i = 0; i < factor * factor; i++) {
+            const int from_x = x * factor + i % factor, from_y = y * factor + i / factor;
+            sum += raw[static_cast<size_t>((from_y * width + from_x) * 3 + c)];
+        }
+        CHECK(values[at] ==
+              doctest::Approx(sum / (factor * factor)).epsilon(0.51 / 1000).scale(1000));
+    }
+}
+
+TEST_CASE("bits and mosaics are as the user says") {
+    image_request twelve = plain();
+    twelve.bits = 12;
+    const parsed stated("P5 2 1 65535\n" + be16(5) + be16(4095), twelve);
+    REQUIRE(stated.error == ERROR_OK);
+    CHECK(stated.file.image.bits == 12);
+    const parsed beyond("P5 2 1 65535\n" + be16(5) + be16(4096), twelve);
+    CHECK(beyond.error == ERROR_RANGE);
+    CHECK(std::strstr(beyond.text.text, "--bits") != nullptr);
+    image_request mosaic = plain();
+    mosaic.bayer = IMAGE_BAYER_GRBG;
+    const parsed grey("P5 2 2 255\nabcd", mosaic);
+    REQUIRE(grey.error == ERROR_OK);
+    CHECK(grey.file.image.layout == PIXEL_BAYER_GRBG);
+    const parsed colour("P6 1 1 255\nabc", mosaic);
+    CHECK(colour.error == ERROR_ARGUMENT);
+}
+
+TEST_CASE("raw frames are little-endian words of ten bits") {
+    image_request request = plain();
+    request.raw_width_px = 2;
+    request.raw_height_px = 1;
+    const parsed file(std::string("\x01\x02\xff\x03", 4), request, image_raw_parse);
+    REQUIRE(file.error == ERROR_OK);
+    CHECK(file.values() == std::vector<int>{0x201, 0x3ff});
+    CHECK(file.file.image.bits == 10);
+    CHECK(file.file.image.layout == PIXEL_BAYER_GRBG);
+    CHECK(parsed(std::string(3, 'a'), request, image_raw_parse).error == ERROR_SYNTAX);
+    CHECK(parsed(std::string(5, 'a'), request, image_raw_parse).error == ERROR_SYNTAX);
+    CHECK(parsed(std::string("\x01\x02\xff\x04", 4), request, image_raw_parse).error ==
+          ERROR_RANGE);
+    CHECK(parsed(std::string(), plain(), image_raw_parse).error == ERROR_SYNTAX);
+    const parsed sensor(std::string(2 * 2048 * 1536, '\1'), plain(), image_raw_parse);
+    REQUIRE(sensor.error == ERROR_OK);
+    CHECK(sensor.file.image.width_px == 2048);
+    CHECK(sensor.file.image.height_px == 1536);
+}

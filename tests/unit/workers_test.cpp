@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// The pool of threads: every part runs once, whoever takes it, also when runs follow each other
+// faster than threads wake up.
+#include "daemon/workers.h"
+
+#include <doctest/doctest.h>
+
+#include <atomic>
+#include <thread>
+#include <vector>
+
+namespace {
+
+struct tally {
+    std::vector<std::atomic<int>> runs;
+    explicit tally(size_t parts) : runs(parts) {}
+};
+
+void count_part(void *context, int index) {
+    static_cast<tally *>(context)->runs[static_cast<size_t>(index)]++;
+}
+
+struct pool {
+    workers *handle;
+    explicit pool(int threads) : handle(workers_create(threads)) { REQUIRE(handle != nullptr); }
+    pool(const pool &) = delete;
+    pool &operator=(const pool &) = delete;
+    ~pool() { workers_destroy(handle); }
+    void run(void (*part)(void *, int), void *context, int count) const {
+        const parallel *work = workers_parallel(handle);
+        work->run(work->self, part, context, count);
+    }
+};
+
+}  // namespace
+
+TEST_CASE("every part runs exactly once") {
+    for (const int threads : {1, 2, 3, 8}) {
+        const pool crew(threads);
+        CHECK(workers_parallel(crew.handle)->threads == threads);
+        for (const int count : {0, 1, 2, 7, 1000}) {
+            tally seen(static_cast<size_t>(count));
+            crew.run(count_part, &seen, count);
+            for (const std::atomic<int> &runs : seen.runs)
+                CHECK(runs == 1);
+        }
+    }
+}
+
+TEST_CASE("short runs in close succession lose and repeat nothing") {
+    const pool crew(4);
+    long wrong = 0;
+    for (int round = 0; round < 20000; round++) {
+        const int count = 2 + round % 5;
+        tally seen(5 + 2);
+        crew.run(count_part, &seen, count);
+        for (int i = 0; i < 7; i++)
+            wrong += seen.runs[static_cast<size_t>(i)] != (i < count ? 1 : 0);
+    }
+    CHECK(wrong == 0);
+}
+
+TEST_CASE("threads that went to sleep wake up") {
+    const pool crew(3);
+    for (int round = 0; round < 5; round++) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        tally seen(64);
+        crew.run(count_part, &seen, 64);
+        for (const std::atomic<int> &runs : seen.runs)
+            CHECK(runs == 1);
+    }
+}
+
+TEST_CASE("a part may ask for parts of its own") {
+    struct nested {
+        const pool *crew;
+        tally inner{40};
+    };
+    const pool crew(2);
+    nested context{&crew};
+    crew.run(
+        [](void *self, int) {
+            auto *outer = static_cast<nested *>(self);
+            outer->crew->run(count_part, &outer->inner, 40);
+        },
+        &context, 10);
+    for (const std::atomic<int> &runs : context.inner.runs)
+        CHECK(runs == 10);
+}
+
+TEST_CASE("all processors by default") {
+    const pool crew(0);
+    CHECK(workers_parallel(crew.handle)->threads >= 1);
+    CHECK(workers_parallel(crew.handle)->threads <= WORKERS_MAX_THREADS);
+}
