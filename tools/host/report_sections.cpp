@@ -9,21 +9,21 @@
 
 namespace {
 
-std::string card(const char* name, const std::string& value, const std::string& note,
-                 const char* grade = "") {
+std::string card(const char *name, const std::string &value, const std::string &note,
+                 const char *grade = "") {
     return report_text_format(
         "<div class=\"card\"><p class=\"name\">%s</p><p class=\"value %s\">%s</p>"
         "<p class=\"note\">%s</p></div>\n",
         name, grade, value.c_str(), note.c_str());
 }
 
-std::string note(const char* kind, const char* title, const std::string& text) {
+std::string note(const char *kind, const char *title, const std::string &text) {
     return report_text_format("<li class=\"%s\"><b>%s</b>%s</li>\n", kind, title,
                               report_text_escape(text).c_str());
 }
 
-std::string rows_card(const reconstruct_context& context, const report_figures& figures) {
-    const triangulate_vertical& vertical = context.result->vertical;
+std::string rows_card(const reconstruct_context &context, const report_figures &figures) {
+    const triangulate_vertical &vertical = context.result->vertical;
     std::string value = figures.vertical.word;
     std::string text = figures.vertical.sentence;
     if (vertical.samples > 0) {
@@ -37,37 +37,37 @@ std::string rows_card(const reconstruct_context& context, const report_figures& 
 
 /// A column of the table of errors.
 struct scored {
-    const char* name;
-    const evaluate_score* score;
+    const char *name;
+    const evaluate_score *score;
 };
 
-std::string score_table(const std::vector<scored>& sets) {
+std::string score_table(const std::vector<scored> &sets) {
     std::string html = "<table><thead><tr><th>pixels</th>";
-    for (const scored& set : sets)
+    for (const scored &set : sets)
         html += report_text_format("<th>%s</th>", set.name);
     html += "</tr></thead><tbody>\n<tr><th scope=\"row\">count</th>";
-    for (const scored& set : sets)
+    for (const scored &set : sets)
         html += "<td>" + report_text_count(set.score->pixels) + "</td>";
     for (int i = 0; i < EVALUATE_THRESHOLDS; i++) {
         html += report_text_format("</tr>\n<tr><th scope=\"row\">bad-%g</th>",
                                    evaluate_thresholds_px[i]);
-        for (const scored& set : sets)
+        for (const scored &set : sets)
             html += report_text_format("<td>%.2f %%</td>", set.score->bad_percent[i]);
     }
     html += "</tr>\n<tr><th scope=\"row\">mean |error|</th>";
-    for (const scored& set : sets)
+    for (const scored &set : sets)
         html += report_text_format("<td>%.3f px</td>", set.score->average_px);
     html += "</tr>\n<tr><th scope=\"row\">rms error</th>";
-    for (const scored& set : sets)
+    for (const scored &set : sets)
         html += report_text_format("<td>%.3f px</td>", set.score->rms_px);
     return html + "</tr>\n</tbody></table>";
 }
 
 }  // namespace
 
-std::string report_sections_cards(const reconstruct_context& context,
-                                  const report_figures& figures) {
-    const reconstruct_result& result = *context.result;
+std::string report_sections_cards(const reconstruct_context &context,
+                                  const report_figures &figures) {
+    const reconstruct_result &result = *context.result;
     std::string cards;
     cards += card("Surface", report_text_count(result.vertex_count) + " <small>points</small>",
                   "joined by " + report_text_count(result.triangle_count) + " triangles");
@@ -93,25 +93,30 @@ std::string report_sections_cards(const reconstruct_context& context,
     return cards;
 }
 
-std::string report_sections_notes(const reconstruct_context& context,
-                                  const report_figures& figures) {
+std::string report_sections_notes(const reconstruct_context &context,
+                                  const report_figures &figures) {
     std::string items;
-    for (int i = 0; i < context.warning_count; i++)
-        items += note("warning", "Note", context.warnings[i].text);
+    const std::string remark = context.calibration != nullptr ? context.calibration->note : "";
+    bool remark_shown = remark.empty();
+    for (int i = 0; i < context.warning_count; i++) {
+        const std::string text = context.warnings[i].text;
+        remark_shown = remark_shown || text.find(remark) != std::string::npos;
+        items += note("warning", "Note", text);
+    }
+    if (!remark_shown)
+        items += note("", "Calibration", remark);
     if (!figures.has_surface)
         items += note("warning", "No surface",
                       "No pixel could be measured. The map of reasons below says why.");
-    if (context.calibration != nullptr && context.calibration->note[0] != '\0')
-        items += note("", "Calibration", context.calibration->note);
     if (!figures.truth.trouble.empty())
         items += note("warning", "Ground truth not used", figures.truth.trouble);
     return items.empty() ? items : "<ul class=\"notes\">\n" + items + "</ul>";
 }
 
-std::string report_sections_histogram(const report_figures& figures) {
+std::string report_sections_histogram(const report_figures &figures) {
     if (!figures.has_surface)
         return "<p class=\"lead\">No point was measured.</p>";
-    const report_histogram& histogram = figures.histogram;
+    const report_histogram &histogram = figures.histogram;
     const std::size_t most = std::max<std::size_t>(
         1, *std::max_element(histogram.counts.begin(), histogram.counts.end()));
     const double width = 1200, height = 190, bins = static_cast<double>(histogram.counts.size());
@@ -153,11 +158,11 @@ std::string report_sections_histogram(const report_figures& figures) {
     return svg + "</div>";
 }
 
-std::string report_sections_accuracy(const reconstruct_context& context,
-                                     const report_figures& figures, const report_grid& grid) {
+std::string report_sections_accuracy(const reconstruct_context &context,
+                                     const report_figures &figures, const report_grid &grid) {
     if (!figures.truth.given || !figures.truth.trouble.empty())
         return "";
-    const evaluate_result& score = figures.truth.score;
+    const evaluate_result &score = figures.truth.score;
     const bool masked = !figures.truth.mask.empty();
     std::vector<scored> sets;
     if (masked)

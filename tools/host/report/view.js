@@ -175,7 +175,7 @@ function setPose(name) {
   const home = view.home;
   view.target = home.target.slice();
   view.distance = home.distance;
-  const poses = { camera: [0, 0], orbit: [0.42, -0.2], top: [0, -1.35], side: [1.35, -0.05] };
+  const poses = { camera: [0, 0], orbit: [0.36, -0.18], top: [0, -1.35], side: [1.35, -0.05] };
   [view.yaw, view.pitch] = poses[name];
   if (name !== 'camera') view.distance *= 1.06;
   redraw();
