@@ -35,7 +35,7 @@ static int check(const struct match_input *input, const struct match_options *op
     }
     if (options->disparity_count < 1 || options->disparity_count > MATCH_MAX_DISPARITIES ||
         options->disparity_min < -MATCH_DISPARITY_LIMIT ||
-        options->disparity_min + options->disparity_count > MATCH_DISPARITY_LIMIT) {
+        options->disparity_min > MATCH_DISPARITY_LIMIT - options->disparity_count) {
         return ERROR_DISPARITY_RANGE;
     }
     return options->speckle_px < 0 ? ERROR_ARGUMENT : ERROR_OK;
