@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Other people's readers of PLY, PCD and glTF, installed once into the user's cache.
+
+Versions are pinned, so that a test that passes today does not fail because of somebody's release.
+"""
+import fcntl
+import json
+import os
+import pathlib
+import subprocess
+import sys
+
+PYTHON_PACKAGES = ["plyfile==1.0.3", "pypcd4==1.5.1"]
+NODE_PACKAGES = ["gltf-validator@2.0.0-dev.3.10"]
+
+VALIDATE = """
+const validator = require('gltf-validator');
+const bytes = new Uint8Array(require('fs').readFileSync(process.argv[1]));
+validator.validateBytes(bytes, {maxIssues: 20}).then(
+    report => console.log(JSON.stringify(report)),
+    error => { console.error(error); process.exit(1); });
+"""
+
+
+def cache():
+    base = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    path = pathlib.Path(base) / "vergence"
+    path.mkdir(parents=True, exist_ok=True)
+    return path
+
+
+def install_once(folder, wanted, *commands):
+    """Runs `commands` unless `folder` says that `wanted` is there already. Tests run side by side:
+    the first takes the lock, the others wait for it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    stamp = folder / "installed"
+    with open(folder / "lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if stamp.exists() and stamp.read_text() == wanted:
+            return
+        print(f"installing {wanted} into {folder}", flush=True)
+        for command in commands:
+            done = subprocess.run(command, capture_output=True, text=True)
+            if done.returncode != 0:
+                raise RuntimeError(f"{' '.join(command)} failed:\n{done.stdout}{done.stderr}")
+        stamp.write_text(wanted)
+
+
+def python_readers():
+    """The modules plyfile and pypcd4."""
+    folder = cache() / "python-readers"
+    venv = folder / "venv"
+    # The environment sees the system's packages: numpy stays the one that OpenCV was built for.
+    install_once(folder, " ".join(PYTHON_PACKAGES),
+                 [sys.executable, "-m", "venv", "--clear", "--system-site-packages", str(venv)],
+                 [str(venv / "bin" / "python3"), "-m", "pip", "install", "--quiet",
+                  "--disable-pip-version-check", *PYTHON_PACKAGES])
+    version = f"python{sys.version_info.major}.{sys.version_info.minor}"
+    sys.path.append(str(venv / "lib" / version / "site-packages"))
+    import plyfile
+    import pypcd4
+    return plyfile, pypcd4
+
+
+def validate_gltf(path):
+    """The report of the Khronos validator on a .glb file, as a dictionary."""
+    folder = cache() / "npm"
+    install_once(folder, " ".join(NODE_PACKAGES),
+                 ["npm", "install", "--silent", "--no-fund", "--no-audit", "--prefix",
+                  str(folder), *NODE_PACKAGES])
+    done = subprocess.run(["node", "-e", VALIDATE, "--", str(path)], capture_output=True, text=True,
+                          env={**os.environ, "NODE_PATH": str(folder / "node_modules")})
+    if done.returncode != 0:
+        raise RuntimeError(f"the glTF validator failed: {done.stderr}")
+    return json.loads(done.stdout)

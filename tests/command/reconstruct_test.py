@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: Apache-2.0
+"""vergence reconstruct on pairs whose surface is known."""
+import json
+import os
+import unittest
+
+import cv2
+import numpy
+
+import pairs
+from pairs import BOARD, BASELINE_MM, FAR_PX, FOCAL_PX, NEAR_PX, RECTIFIED
+
+HOST_FILES = ["depth.png", "disparity.pfm", "disparity.png", "left_rectified.png", "mesh.glb",
+              "mesh.ply", "points.pcd", "reasons.png", "report.html", "result.json",
+              "right_rectified.png"]
+BOARD_FILES = ["disparity.pfm", "mesh.ply", "points.pcd", "reasons.pgm", "result.json"]
+
+
+class Reconstruct(pairs.Workshop):
+    def test_writes_all_files_and_finds_the_surface(self):
+        done = self.reconstruct()
+        self.assertEqual(sorted(os.listdir(self.out)), HOST_FILES)
+        self.assertIn("surface", done.stdout)
+        self.assertIn(str(self.out), done.stdout)
+        self.assert_near_truth()
+
+    def test_the_board_gives_the_same_surface(self):
+        rig = self.calibration_text()
+        grey_left = self.save("left.pgm", pairs.grey(self.left))
+        grey_right = self.save("right.pgm", pairs.grey(self.right))
+        arguments = ["--calibration", rig]
+        self.reconstruct(*arguments, program=BOARD, left=grey_left, right=grey_right)
+        self.assertEqual(sorted(os.listdir(self.out)), BOARD_FILES)
+        board = {name: (self.out / name).read_bytes() for name in BOARD_FILES[:3]}
+        reasons = cv2.imread(str(self.out / "reasons.pgm"), cv2.IMREAD_UNCHANGED)
+        self.reconstruct(*arguments, left=grey_left, right=grey_right)
+        for name, content in board.items():
+            self.assertEqual(content, (self.out / name).read_bytes(), name)
+        self.assertEqual((reasons == 0).sum(), numpy.isfinite(self.disparity()).sum())
+
+    def test_threads_do_not_change_the_result(self):
+        kept = None
+        for threads in (1, 2, 5):
+            self.reconstruct(*RECTIFIED, "--threads", threads)
+            files = {n: (self.out / n).read_bytes() for n in HOST_FILES
+                     if n not in ("result.json", "report.html")}
+            self.assertEqual(json.loads((self.out / "result.json").read_text())
+                             ["options"]["threads"], threads)
+            kept = kept or files
+            for name, content in files.items():
+                self.assertEqual(content, kept[name], f"{name} with {threads} threads")
+
+    def test_depth_is_metric(self):
+        self.reconstruct()
+        depth = cv2.imread(str(self.out / "depth.png"), cv2.IMREAD_UNCHANGED)
+        found = self.disparity()
+        box = numpy.zeros(depth.shape, bool)
+        box[70:100, 110:150] = True
+        for region, disparity in ((box, NEAR_PX), (numpy.arange(240)[None] > 190, FAR_PX)):
+            inside = numpy.broadcast_to(region, depth.shape) & (depth > 0)
+            self.assertGreater(inside.sum(), 500)
+            expected = FOCAL_PX * BASELINE_MM / disparity
+            self.assertAlmostEqual(numpy.median(depth[inside]), expected, delta=0.01 * expected)
+        valid = depth > 0
+        self.assertTrue(numpy.array_equal(valid, numpy.isfinite(found)))
+        self.assertLess(abs(depth[valid] - FOCAL_PX * BASELINE_MM / found[valid]).max(), 1.0)
+
+    def test_result_json_tells_the_truth(self):
+        done = self.reconstruct(*RECTIFIED, "--json")
+        result = json.loads(done.stdout)
+        self.assertEqual(result, json.loads((self.out / "result.json").read_text()))
+        self.assertEqual(sum(result["reasons"].values()), result["counts"]["pixels"])
+        valid = int(numpy.isfinite(self.disparity()).sum())
+        self.assertEqual(result["reasons"]["valid"], valid)
+        self.assertEqual(result["counts"]["vertices"], valid)
+        self.assertAlmostEqual(result["density_percent"], 100 * valid / (240 * 160), places=3)
+        self.assertEqual(result["plan"]["disparity_count"], 48)
+        self.assertAlmostEqual(result["plan"]["f_px"], FOCAL_PX)
+        self.assertTrue(result["metric"])
+        self.assertGreater(result["memory_bytes"]["matching_state"], 0)
+        self.assertLessEqual(result["memory_bytes"]["arena_peak"], result["memory_bytes"]["arena"])
+        self.assertGreater(result["memory_bytes"]["process_peak"], 0)
+        stages = [v for k, v in result["time_ms"].items() if k not in ("read", "total")]
+        self.assertEqual(len(stages), 7)
+        self.assertLessEqual(sum(stages), result["time_ms"]["total"])
+        self.assertNotEqual(result["build_id"], "")
+
+    def test_an_assumed_geometry_is_said(self):
+        done = self.reconstruct("--rectified", "--disparity", "0:48")
+        self.assertIn("assumed", done.stderr)
+        self.assertNotIn("depth.png", os.listdir(self.out))
+        result = json.loads((self.out / "result.json").read_text())
+        self.assertFalse(result["metric"])
+        self.assertTrue(any("assumed" in w for w in result["warnings"]))
+        self.assertIn(b"assumed", (self.out / "mesh.ply").read_bytes()[:600])
+        self.assert_near_truth()
+
+    def test_an_earlier_result_is_replaced_as_a_whole(self):
+        self.reconstruct()
+        (self.out / "mine.txt").write_text("keep me")
+        self.reconstruct("--rectified", "--disparity", "0:48")
+        expected = sorted(HOST_FILES + ["mine.txt"])
+        expected.remove("depth.png")  # of the earlier run; this one has no millimetres
+        self.assertEqual(sorted(os.listdir(self.out)), expected)
+
+    def test_region_cuts_a_window(self):
+        self.reconstruct(*RECTIFIED, "--region", "80,40,100,90")
+        found = self.disparity()
+        self.assertEqual(found.shape, (90, 100))
+        plan = json.loads((self.out / "result.json").read_text())["plan"]
+        # The window of the right image may stand elsewhere: what counts is the total disparity.
+        shift = plan["cx_left_px"] - plan["cx_right_px"]
+        truth = self.truth[40:130, 80:180] + shift
+        valid = numpy.isfinite(found)
+        self.assertGreater(valid.mean(), 0.5)
+        self.assertGreater((abs(found - truth)[valid] < 0.5).mean(), 0.97)
+
+    def test_scale_halves_the_result(self):
+        self.reconstruct(*RECTIFIED, "--scale", "0.5")
+        found = self.disparity()
+        self.assertEqual(found.shape, (80, 120))
+        valid = numpy.isfinite(found)
+        self.assertAlmostEqual(numpy.median(found[valid]), FAR_PX / 2, delta=0.1)
+
+    def test_keep_all_rejects_nothing_but_borders(self):
+        self.reconstruct(*RECTIFIED, "--keep-all", "--no-refine")
+        reasons = json.loads((self.out / "result.json").read_text())["reasons"]
+        for name in ("occluded", "no_texture", "ambiguous", "speckle"):
+            self.assertEqual(reasons[name], 0, reasons)
+
+    def test_quiet_is_quiet(self):
+        done = self.reconstruct(*RECTIFIED, "--quiet")
+        self.assertEqual(done.stdout + done.stderr, "")
+
+    def test_no_progress_bar_without_a_terminal(self):
+        self.assertNotIn("\r", self.reconstruct().stderr)
+
+    def test_larger_than_the_maximum_is_shrunk_by_scale(self):
+        big_left = self.save("bl.png", cv2.resize(self.left, (4800, 320),
+                                                  interpolation=cv2.INTER_NEAREST))
+        big_right = self.save("br.png", cv2.resize(self.right, (4800, 320),
+                                                   interpolation=cv2.INTER_NEAREST))
+        arguments = ["--rectified", "--focal", "1000", "--baseline", "10", "--disparity", "0:640"]
+        refused = pairs.run("reconstruct", big_left, big_right, *arguments, "--out", self.out)
+        self.assert_refused(refused, 3, "4096", "--scale 0.5")
+        self.reconstruct(*arguments, "--scale", "0.5", left=big_left, right=big_right)
+        result = json.loads((self.out / "result.json").read_text())
+        self.assertEqual((result["plan"]["width_px"], result["plan"]["height_px"]), (2400, 160))
+        self.assertAlmostEqual(result["plan"]["f_px"], 500)
+        self.assertEqual(result["input"]["shrunk_by"], 2)
+        self.assertAlmostEqual(result["plan"]["cx_left_px"], 1199.5)
+
+
+if __name__ == "__main__":
+    print(f"seed {pairs.SEED}")
+    unittest.main()
