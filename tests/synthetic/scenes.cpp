@@ -38,7 +38,7 @@ Texture Builder::constant(double mean) {
 }
 
 Surface Builder::plane(double at_centre_px, double slope_x, double slope_y,
-                       const Texture& texture) const {
+                       const Texture &texture) const {
     // Disparity is linear in the image where 1/z is linear in the viewing direction.
     const double baseline_mm = rig_.right.centre_mm.x;
     Surface surface;
@@ -56,14 +56,14 @@ Rectangle Builder::window(double disparity_px, double x, double y, double width,
 }
 
 Surface Builder::piece(double disparity_px, double x, double y, double width, double height,
-                       const Texture& texture) const {
+                       const Texture &texture) const {
     Surface surface = plane(disparity_px, 0, 0, texture);
     surface.bounds = window(disparity_px, x, y, width, height);
     return surface;
 }
 
 Surface Builder::sphere(double disparity_px, double x, double y, double radius_px,
-                        const Texture& texture) const {
+                        const Texture &texture) const {
     const double z = depth_mm(disparity_px);
     Surface surface;
     surface.kind = Surface::Kind::Sphere;
@@ -75,7 +75,7 @@ Surface Builder::sphere(double disparity_px, double x, double y, double radius_p
     return surface;
 }
 
-Scene everything(const Rig& rig, double nearest_px, const Look& look, uint64_t seed) {
+Scene everything(const Rig &rig, double nearest_px, const Look &look, uint64_t seed) {
     Builder builder(rig, seed);
     const double w = rig.left.width;
     const double h = rig.left.height;
@@ -103,16 +103,17 @@ Scene everything(const Rig& rig, double nearest_px, const Look& look, uint64_t s
     return scene;
 }
 
-Scene wall(const Rig& rig, double at_centre_px, double slope_x, double slope_y, const Look& look,
+Scene wall(const Rig &rig, double at_centre_px, double slope_x, double slope_y, const Look &look,
            uint64_t seed) {
-    Builder builder(rig, seed);
+    // Another stream than a caller's own builder has: its surfaces must not look alike.
+    Builder builder(rig, ~seed);
     Scene scene;
     scene.surfaces.push_back(builder.plane(
         at_centre_px, slope_x, slope_y, builder.noise(at_centre_px, look.cell_px, look.contrast)));
     return scene;
 }
 
-Scene step(const Rig& rig, double near_px, double far_px, const Look& look, uint64_t seed) {
+Scene step(const Rig &rig, double near_px, double far_px, const Look &look, uint64_t seed) {
     Builder builder(rig, seed);
     const double w = rig.left.width;
     const double h = rig.left.height;
