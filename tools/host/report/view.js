@@ -213,6 +213,7 @@ function startView(photo) {
   view.uniform = {};
   for (const name of ['toScreen', 'photo', 'ramp', 'shade', 'light', 'ink']) view.uniform[name] = gl.getUniformLocation(view.program, name);
   view.mesh = buildMesh();
+  view.canvas.dataset.triangles = view.mesh.triangles.length / 3;
   uploadMesh(gl, view.mesh);
   gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
   uploadTexture(gl, 0, photo);
