@@ -17,6 +17,8 @@ enum {
     RADIUS = 2,
     WINDOW_ROWS = 2 * RADIUS + 1,
     SMOOTH_RADIUS = 2,
+    SMOOTH_ROWS = 2 * SMOOTH_RADIUS + 1 + 2,  // a window and two rows of sums
+    UNUSED_Q8 = INT32_MIN / 2,                // disagrees with everything
     SMOOTH_STEP_Q8 = 192,  // neighbours further away in disparity belong to something else
     MOVE_MAX_Q8 = 128,     // a fit that wants more has lost its place
     PRIOR_SIGMA_Q8 = 40,   // of the disparities before the fit
@@ -37,8 +39,15 @@ struct work {
     struct match_output *output;
     struct image_u16 *sigma_q8;
     int32_t *next_q8;         // width x height: disparities of the next step
-    struct moments *columns;  // a part: WINDOW_ROWS rows of width, then one row of column sums
-    int width, height, parts;
+    int32_t *rows_q8;         // a group: SMOOTH_ROWS padded rows
+    struct moments *columns;  // a group: WINDOW_ROWS rows of width, then one row of column sums
+    int width, height, bands;
+};
+
+// Bands of rows are dealt out to groups; each group has scratch of its own.
+struct group_context {
+    const struct work *work;
+    int groups;
 };
 
 static const int32_t *disparity_row(const struct work *work, int y) {
@@ -104,15 +113,15 @@ static void add_moments(struct moments *sum, const struct moments *term, int sig
     sum->difference2 += sign * term->difference2;
 }
 
-static uint32_t root(uint64_t value) {
-    uint64_t result = 0;
-    for (uint64_t bit = (uint64_t)1 << 31; bit != 0; bit >>= 1) {
-        const uint64_t trial = result | bit;
-        if (trial * trial <= value) {
-            result = trial;
-        }
+// Square root, rounded down, of a variance below 64^2.
+static uint32_t root(uint32_t value) {
+    INVARIANT(value < 64 * 64);
+    uint32_t result = 0;
+    for (uint32_t bit = 32; bit != 0; bit >>= 1) {
+        const uint32_t trial = result | bit;
+        result = trial * trial <= value ? trial : result;
     }
-    return (uint32_t)result;
+    return result;
 }
 
 struct fit {
@@ -133,7 +142,8 @@ static struct fit solve(const struct moments *sum) {
     const int64_t gd = count * sum->product - (int64_t)sum->gradient * sum->difference;
     const int64_t dd = count * sum->difference2 - (int64_t)sum->difference * sum->difference;
     INVARIANT(gg >= 0 && dd >= 0);
-    const int64_t explained = gg > 0 ? gd / gg * gd + gd % gg * gd / gg : 0;
+    INVARIANT(gd < INT32_MAX && gd > -INT32_MAX);  // so that its square fits
+    const int64_t explained = gg > 0 ? gd * gd / gg : 0;
     const int64_t left_over = dd > explained ? dd - explained : 0;
     // Variance of a difference in 1/256 grey level^2, never below that of rounding to grey levels.
     const int64_t rounding = 43;
@@ -147,7 +157,7 @@ static struct fit solve(const struct moments *sum) {
         return result;
     }
     result.move_q8 = (int32_t)move_q8;
-    const uint64_t sigma2_q16 = (uint64_t)(count * variance * 1024 / information);
+    const uint32_t sigma2_q16 = (uint32_t)(count * variance * 1024 / information);
     result.sigma_q8 = root(sigma2_q16 + FLOOR_SIGMA_Q8 * FLOOR_SIGMA_Q8);
     return result;
 }
@@ -178,7 +188,7 @@ static void fit_row(const struct work *work, const struct moments *column_sums, 
     }
 }
 
-static void part_rows(const struct work *work, int index, int *begin, int *end) {
+static void band_rows(const struct work *work, int index, int *begin, int *end) {
     *begin = index * BAND_ROWS;
     *end = *begin + BAND_ROWS < work->height ? *begin + BAND_ROWS : work->height;
 }
@@ -201,46 +211,85 @@ static void fit_band(const struct work *work, struct moments *ring, int begin, i
     }
 }
 
-static bool agree(const struct work *work, int x, int y, int32_t here_q8, int32_t *value_q8) {
-    if (x < 0 || y < 0 || x >= work->width || y >= work->height ||
-        reason_row(work, y)[x] != REASON_VALID) {
-        return false;
+// Disparities of a row with UNUSED where there is none (and beyond the ends), from index
+// SMOOTH_RADIUS on.
+static void masked_row(const struct work *work, int y, int32_t *masked_q8) {
+    const int padded = work->width + 2 * SMOOTH_RADIUS;
+    for (int x = 0; x < padded; x++) {
+        masked_q8[x] = UNUSED_Q8;
     }
-    *value_q8 = disparity_row(work, y)[x];
-    const int32_t step_q8 = *value_q8 - here_q8;
-    return step_q8 <= SMOOTH_STEP_Q8 && step_q8 >= -SMOOTH_STEP_Q8;
+    if (y < 0 || y >= work->height) {
+        return;
+    }
+    const int32_t *disparity_q8 = disparity_row(work, y);
+    const uint8_t *reason = reason_row(work, y);
+    for (int x = 0; x < work->width; x++) {
+        masked_q8[x + SMOOTH_RADIUS] = reason[x] == REASON_VALID ? disparity_q8[x] : UNUSED_Q8;
+    }
+}
+
+// Adds one pair of opposite neighbours where both agree with the middle.
+static void add_pair(const int32_t *restrict middle_q8, const int32_t *restrict one_q8,
+                     const int32_t *restrict other_q8, int width, int32_t *restrict excess_q8,
+                     int32_t *restrict count) {
+    for (int x = 0; x < width; x++) {
+        const int32_t one = one_q8[x] - middle_q8[x];
+        const int32_t other = other_q8[x] - middle_q8[x];
+        const int32_t agree = one <= SMOOTH_STEP_Q8 && one >= -SMOOTH_STEP_Q8 &&
+                                      other <= SMOOTH_STEP_Q8 && other >= -SMOOTH_STEP_Q8
+                                  ? -1
+                                  : 0;
+        excess_q8[x] += (one + other) & agree;
+        count[x] -= 2 * agree;
+    }
 }
 
 // Mean over opposite pairs of neighbours: unbiased on any slope, also beside an edge.
-static int32_t smoothed_q8(const struct work *work, int x, int y) {
-    const int32_t here_q8 = disparity_row(work, y)[x];
-    int32_t excess = 0;
-    int32_t count = 1;
+static void smooth_row(int32_t *const window[], int width, int32_t *restrict excess_q8,
+                       int32_t *restrict count, int32_t *restrict next_q8) {
+    const int32_t *middle_q8 = window[SMOOTH_RADIUS] + SMOOTH_RADIUS;
+    for (int x = 0; x < width; x++) {
+        excess_q8[x] = 0;
+        count[x] = 1;
+    }
     for (int j = 0; j <= SMOOTH_RADIUS; j++) {
         for (int i = j == 0 ? 1 : -SMOOTH_RADIUS; i <= SMOOTH_RADIUS; i++) {
-            int32_t one_q8;
-            int32_t other_q8;
-            if (agree(work, x + i, y + j, here_q8, &one_q8) &&
-                agree(work, x - i, y - j, here_q8, &other_q8)) {
-                excess += one_q8 + other_q8 - 2 * here_q8;
-                count += 2;
-            }
+            add_pair(middle_q8, window[SMOOTH_RADIUS + j] + SMOOTH_RADIUS + i,
+                     window[SMOOTH_RADIUS - j] + SMOOTH_RADIUS - i, width, excess_q8, count);
         }
     }
-    const int32_t half = excess >= 0 ? count / 2 : -(count / 2);
-    return here_q8 + (excess + half) / count;
+    for (int x = 0; x < width; x++) {
+        next_q8[x] = middle_q8[x] + excess_q8[x] / count[x];
+    }
 }
 
-static void smooth_part(void *context, int index) {
-    const struct work *work = context;
-    int begin;
-    int end;
-    part_rows(work, index, &begin, &end);
-    for (int y = begin; y < end; y++) {
-        int32_t *next_q8 = work->next_q8 + (ptrdiff_t)y * work->width;
-        for (int x = 0; x < work->width; x++) {
-            next_q8[x] = reason_row(work, y)[x] == REASON_VALID ? smoothed_q8(work, x, y)
-                                                                : disparity_row(work, y)[x];
+static void smooth_part(void *context_pointer, int index) {
+    const struct group_context *context = context_pointer;
+    const struct work *work = context->work;
+    const size_t padded = (size_t)work->width + 2 * SMOOTH_RADIUS;
+    int32_t *scratch = work->rows_q8 + (size_t)index * SMOOTH_ROWS * padded;
+    int32_t *excess_q8 = scratch + (SMOOTH_ROWS - 2) * padded;
+    int32_t *count = scratch + (SMOOTH_ROWS - 1) * padded;
+    for (int band = index; band < work->bands; band += context->groups) {
+        int begin;
+        int end;
+        band_rows(work, band, &begin, &end);
+        int32_t *window[2 * SMOOTH_RADIUS + 1];
+        for (int j = 0; j <= 2 * SMOOTH_RADIUS; j++) {
+            window[j] = scratch + (size_t)j * padded;
+            masked_row(work, begin + j - SMOOTH_RADIUS, window[j]);
+        }
+        for (int y = begin; y < end; y++) {
+            int32_t *next_q8 = work->next_q8 + (ptrdiff_t)y * work->width;
+            smooth_row(window, work->width, excess_q8, count, next_q8);
+            const uint8_t *reason = reason_row(work, y);
+            for (int x = 0; x < work->width; x++) {
+                next_q8[x] = reason[x] == REASON_VALID ? next_q8[x] : disparity_row(work, y)[x];
+            }
+            int32_t *oldest = window[0];
+            memmove(window, window + 1, 2 * SMOOTH_RADIUS * sizeof *window);
+            window[2 * SMOOTH_RADIUS] = oldest;
+            masked_row(work, y + 1 + SMOOTH_RADIUS, oldest);
         }
     }
 }
@@ -249,26 +298,21 @@ static void take_over_part(void *context, int index) {
     const struct work *work = context;
     int begin;
     int end;
-    part_rows(work, index, &begin, &end);
+    band_rows(work, index, &begin, &end);
     for (int y = begin; y < end; y++) {
         memcpy(image_i32_row(&work->output->disparity_q8, y),
                work->next_q8 + (ptrdiff_t)y * work->width, (size_t)work->width * sizeof(int32_t));
     }
 }
 
-struct fit_context {
-    const struct work *work;
-    int groups;  // parts of the parallel work, each with a ring of its own
-};
-
 static void fit_part(void *context_pointer, int index) {
-    const struct fit_context *context = context_pointer;
+    const struct group_context *context = context_pointer;
     const struct work *work = context->work;
     struct moments *ring = work->columns + (size_t)index * (WINDOW_ROWS + 1) * (size_t)work->width;
-    for (int band = index; band < work->parts; band += context->groups) {
+    for (int band = index; band < work->bands; band += context->groups) {
         int begin;
         int end;
-        part_rows(work, band, &begin, &end);
+        band_rows(work, band, &begin, &end);
         fit_band(work, ring, begin, end);
     }
 }
@@ -277,7 +321,9 @@ size_t refine_need_bytes(int width, int height, int threads) {
     const size_t pixels = (size_t)width * (size_t)height;
     return arena_need_bytes(pixels, sizeof(int32_t)) +
            arena_need_bytes((size_t)threads * (WINDOW_ROWS + 1) * (size_t)width,
-                            sizeof(struct moments));
+                            sizeof(struct moments)) +
+           arena_need_bytes((size_t)threads * SMOOTH_ROWS * ((size_t)width + 2 * SMOOTH_RADIUS),
+                            sizeof(int32_t));
 }
 
 int refine_disparities(const struct match_input *input, const struct parallel *parallel,
@@ -294,16 +340,19 @@ int refine_disparities(const struct match_input *input, const struct parallel *p
     work.next_q8 = arena_take(arena, width * (size_t)work.height, sizeof *work.next_q8);
     work.columns = arena_take(arena, (size_t)parallel->threads * (WINDOW_ROWS + 1) * width,
                               sizeof *work.columns);
-    if (work.next_q8 == NULL || work.columns == NULL) {
+    work.rows_q8 =
+        arena_take(arena, (size_t)parallel->threads * SMOOTH_ROWS * (width + 2 * SMOOTH_RADIUS),
+                   sizeof *work.rows_q8);
+    if (work.next_q8 == NULL || work.columns == NULL || work.rows_q8 == NULL) {
         arena_release(arena, mark);
         return ERROR_MEMORY;
     }
-    work.parts = (work.height + BAND_ROWS - 1) / BAND_ROWS;
-    struct fit_context context = {&work, parallel->threads};
-    parallel->run(parallel->self, smooth_part, &work, work.parts);
-    parallel->run(parallel->self, take_over_part, &work, work.parts);
+    work.bands = (work.height + BAND_ROWS - 1) / BAND_ROWS;
+    struct group_context context = {&work, parallel->threads};
+    parallel->run(parallel->self, smooth_part, &context, context.groups);
+    parallel->run(parallel->self, take_over_part, &work, work.bands);
     parallel->run(parallel->self, fit_part, &context, context.groups);
-    parallel->run(parallel->self, take_over_part, &work, work.parts);
+    parallel->run(parallel->self, take_over_part, &work, work.bands);
     arena_release(arena, mark);
     return ERROR_OK;
 }
