@@ -40,62 +40,62 @@ struct import_failure {
 
 /// Files of `stereo_calib` or with the same or similar names, alone or spread over several:
 /// M1 D1 M2 D2 R T, image size where stated. Sides of files with one camera: in order of `files`.
-import_pair import_opencv(const std::vector<import_file>& files, const import_options& options);
+import_pair import_opencv(const std::vector<import_file> &files, const import_options &options);
 
 /// The pair of camera_info files, left first.
-import_pair import_ros(const std::vector<import_file>& files, const import_options& options);
+import_pair import_ros(const std::vector<import_file> &files, const import_options &options);
 
 /// Middlebury's calib.txt (2014 and later).
-import_pair import_middlebury(const import_file& file, const import_options& options);
+import_pair import_middlebury(const import_file &file, const import_options &options);
 
 /// KITTI's calib_cam_to_cam.txt, or the calib.txt of odometry and of the stereo benchmarks.
-import_pair import_kitti(const import_file& file, const import_options& options);
+import_pair import_kitti(const import_file &file, const import_options &options);
 
 /// Which of the text forms a file has, by its contents.
-bool import_opencv_matches(const std::string& text);
-bool import_ros_matches(const std::string& text);
-bool import_middlebury_matches(const std::string& text);
-bool import_kitti_matches(const std::string& text);
+bool import_opencv_matches(const std::string &text);
+bool import_ros_matches(const std::string &text);
+bool import_middlebury_matches(const std::string &text);
+bool import_kitti_matches(const std::string &text);
 
 // What importers share.
 
-[[noreturn]] void import_fail(int code, const import_file& file, const std::string& what);
+[[noreturn]] void import_fail(int code, const import_file &file, const std::string &what);
 
 /// All numbers of `text`, separated by blanks, commas or semicolons; exactly `count` of them,
 /// finite. `place` names line and field for the message.
-std::vector<double> import_numbers(const import_file& file, const std::string& place,
-                                   const std::string& text, size_t count);
+std::vector<double> import_numbers(const import_file &file, const std::string &place,
+                                   const std::string &text, size_t count);
 
 /// A text's lines with their numbers; a carriage return at the end of a line is dropped.
 struct import_line {
     int number;
     std::string text;
 };
-std::vector<import_line> import_lines(const std::string& text);
+std::vector<import_line> import_lines(const std::string &text);
 
 /// Focal lengths and principal point of a 3x3 camera matrix (row-major); refuses skew.
-void import_camera_matrix(const import_file& file, const std::string& field,
-                          const std::vector<double>& K, lens* camera);
+void import_camera_matrix(const import_file &file, const std::string &field,
+                          const std::vector<double> &K, lens *camera);
 
 /// Distortion coefficients in OpenCV's order (0, 4, 5, 8, 12 or 14 of them). The rational model
 /// (k4 k5 k6) is refitted by k1 k2 k3 over the image, whose size must be set, when the
-/// difference stays below 0.05 px; other terms are refused by name.
-void import_distortion(const import_file& file, const std::string& field,
-                       const std::vector<double>& D, lens* camera,
-                       std::vector<std::string>* assumed);
+/// difference stays below 0.25 px; other terms are refused by name.
+void import_distortion(const import_file &file, const std::string &field,
+                       const std::vector<double> &D, lens *camera,
+                       std::vector<std::string> *assumed);
 
 /// R_right_left (row-major) and translation; refuses what is no rotation.
-void import_pose(const import_file& file, const std::string& field, const std::vector<double>& R,
-                 const double translation_mm[3], calibration* value);
+void import_pose(const import_file &file, const std::string &field, const std::vector<double> &R,
+                 const double translation_mm[3], calibration *value);
 
 /// A rectified pair from two 3x4 projections (row-major; lengths in units of `unit_mm`) in a
 /// common frame. Sets `rectified`, lenses (but not the size) and pose.
-void import_projections(const import_file& file, const std::string& field,
-                        const std::vector<double>& P_left, const std::vector<double>& P_right,
-                        double unit_mm, import_pair* pair);
+void import_projections(const import_file &file, const std::string &field,
+                        const std::vector<double> &P_left, const std::vector<double> &P_right,
+                        double unit_mm, import_pair *pair);
 
 /// Millimetres of the unit that the options state, or 0 when they state none.
-double import_unit_mm(const import_options& options);
+double import_unit_mm(const import_options &options);
 
 /// A number for people: at most `digits` significant digits, but whole numbers up to 1e15 in full.
 std::string import_format(double value, int digits);

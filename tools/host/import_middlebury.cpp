@@ -16,13 +16,13 @@ struct entry {
 };
 using entries = std::map<std::string, entry>;
 
-std::string place(const entries& all, const std::string& name) {
+std::string place(const entries &all, const std::string &name) {
     return "line " + std::to_string(all.at(name).line) + ", " + name;
 }
 
-entries read_entries(const import_file& file) {
+entries read_entries(const import_file &file) {
     entries all;
-    for (const import_line& line : import_lines(file.text)) {
+    for (const import_line &line : import_lines(file.text)) {
         if (line.text.find_first_not_of(" \t") == std::string::npos) {
             continue;
         }
@@ -39,7 +39,7 @@ entries read_entries(const import_file& file) {
     return all;
 }
 
-const entry& required(const import_file& file, const entries& all, const std::string& name) {
+const entry &required(const import_file &file, const entries &all, const std::string &name) {
     const auto found = all.find(name);
     if (found == all.end()) {
         import_fail(ERROR_MISSING, file, name + "= is missing");
@@ -47,12 +47,12 @@ const entry& required(const import_file& file, const entries& all, const std::st
     return found->second;
 }
 
-double number(const import_file& file, const entries& all, const std::string& name) {
-    const entry& found = required(file, all, name);
+double number(const import_file &file, const entries &all, const std::string &name) {
+    const entry &found = required(file, all, name);
     return import_numbers(file, place(all, name), found.text, 1)[0];
 }
 
-int size_px(const import_file& file, const entries& all, const std::string& name) {
+int size_px(const import_file &file, const entries &all, const std::string &name) {
     const double value = number(file, all, name);
     if (!(value >= 1 && value <= 100000 && value == std::floor(value))) {
         import_fail(ERROR_RANGE, file, place(all, name) + ": must be a whole number of pixels");
@@ -60,8 +60,8 @@ int size_px(const import_file& file, const entries& all, const std::string& name
     return static_cast<int>(value);
 }
 
-void read_camera(const import_file& file, const entries& all, const std::string& name,
-                 lens* camera) {
+void read_camera(const import_file &file, const entries &all, const std::string &name,
+                 lens *camera) {
     std::string text = required(file, all, name).text;
     std::replace(text.begin(), text.end(), '[', ' ');
     std::replace(text.begin(), text.end(), ']', ' ');
@@ -71,8 +71,8 @@ void read_camera(const import_file& file, const entries& all, const std::string&
 
 /// Disparities that the file announces, as a range of depths. A depth farther than the grammar's
 /// limit (1000 km) is infinity for all purposes.
-void read_depth_range(const import_file& file, const entries& all, double doffs_px,
-                      calibration* value) {
+void read_depth_range(const import_file &file, const entries &all, double doffs_px,
+                      calibration *value) {
     double low_px, high_px;
     if (all.count("vmin") != 0 && all.count("vmax") != 0) {
         low_px = number(file, all, "vmin");
@@ -101,8 +101,8 @@ void read_depth_range(const import_file& file, const entries& all, double doffs_
 
 }  // namespace
 
-bool import_middlebury_matches(const std::string& text) {
-    for (const import_line& line : import_lines(text)) {
+bool import_middlebury_matches(const std::string &text) {
+    for (const import_line &line : import_lines(text)) {
         if (line.text.compare(0, 5, "cam0=") == 0) {
             return true;
         }
@@ -110,12 +110,12 @@ bool import_middlebury_matches(const std::string& text) {
     return false;
 }
 
-import_pair import_middlebury(const import_file& file, const import_options&) {
+import_pair import_middlebury(const import_file &file, const import_options &) {
     const entries all = read_entries(file);
     import_pair pair;
     pair.format = "Middlebury";
     pair.tag = "middlebury";
-    calibration& value = pair.value;
+    calibration &value = pair.value;
     read_camera(file, all, "cam0", &value.left);
     read_camera(file, all, "cam1", &value.right);
     if (value.left.fx_px != value.right.fx_px || value.left.fy_px != value.right.fy_px ||

@@ -8,10 +8,10 @@
 #include <cmath>
 #include <cstring>
 #include <map>
-#include <opencv2/core.hpp>
 
 #include "core/error.h"
 #include "tools/host/import.hpp"
+#include "tools/host/import_storage.hpp"
 
 namespace {
 
@@ -19,7 +19,7 @@ enum role { MATRIX, DISTORTION, PROJECTION, ROTATION, TRANSLATION };
 
 /// Where a role's values were found; `side` 0 left, 1 right, 2 neither said.
 struct finding {
-    const import_file* file;
+    const import_file *file;
     std::string name;
     std::vector<double> values;
     int rows, columns;
@@ -30,21 +30,14 @@ struct findings {
     int width_px = 0, height_px = 0;
     double rms_px = 0;
 
-    const finding* find(role what, int side) const {
+    const finding *find(role what, int side) const {
         const auto found = all.find({what, side});
         return found == all.end() ? nullptr : &found->second;
     }
 };
 
-/// OpenCV prints every error to standard error unless somebody takes it.
-struct quiet_errors {
-    static int take(int, const char*, const char*, const char*, int, void*) { return 0; }
-    quiet_errors() { cv::redirectError(take); }
-    ~quiet_errors() { cv::redirectError(nullptr); }
-};
-
 /// Lower case, letters and digits alone: cameraMatrix1, camera_matrix_1 and Camera-Matrix-1 agree.
-std::string plain_name(const std::string& name) {
+std::string plain_name(const std::string &name) {
     std::string plain;
     for (const char c : name) {
         if (std::isalnum(static_cast<unsigned char>(c)) != 0) {
@@ -54,19 +47,19 @@ std::string plain_name(const std::string& name) {
     return plain;
 }
 
-bool is_one_of(const std::string& name, std::initializer_list<const char*> names) {
+bool is_one_of(const std::string &name, std::initializer_list<const char *> names) {
     return std::find(names.begin(), names.end(), name) != names.end();
 }
 
 /// Cuts a word for the side off either end of a plain name.
-int cut_side(std::string* name) {
+int cut_side(std::string *name) {
     static const struct {
-        const char* word;
+        const char *word;
         int side;
         bool in_front;  // may also stand in front
     } words[] = {{"left", 0, true}, {"right", 1, true}, {"1", 0, false},
                  {"2", 1, false},   {"l", 0, false},    {"r", 1, false}};
-    for (const auto& word : words) {
+    for (const auto &word : words) {
         const size_t length = std::strlen(word.word);
         if (name->size() <= length) {
             continue;
@@ -83,7 +76,7 @@ int cut_side(std::string* name) {
     return 2;
 }
 
-bool role_of(const std::string& name, role* what, int* side) {
+bool role_of(const std::string &name, role *what, int *side) {
     std::string plain = plain_name(name);
     *side = 2;
     if (is_one_of(plain, {"r", "rotation", "rotationmatrix", "rmat", "stereor"})) {
@@ -94,16 +87,16 @@ bool role_of(const std::string& name, role* what, int* side) {
         *what = TRANSLATION;
         return true;
     }
-    static const std::initializer_list<const char*> matrix = {
+    static const std::initializer_list<const char *> matrix = {
         "m", "k", "cameramatrix", "cammatrix", "mtx", "intrinsic", "intrinsics", "intrinsicmatrix"};
-    static const std::initializer_list<const char*> distortion = {"d",
-                                                                  "dist",
-                                                                  "distortion",
-                                                                  "distcoeffs",
-                                                                  "distcoeff",
-                                                                  "distcoefs",
-                                                                  "distortioncoefficients",
-                                                                  "distortioncoeffs"};
+    static const std::initializer_list<const char *> distortion = {"d",
+                                                                   "dist",
+                                                                   "distortion",
+                                                                   "distcoeffs",
+                                                                   "distcoeff",
+                                                                   "distcoefs",
+                                                                   "distortioncoefficients",
+                                                                   "distortioncoeffs"};
     // "dist" and "mtx..." end in letters that could be a side: the whole name comes first.
     if (is_one_of(plain, matrix) || is_one_of(plain, distortion)) {
         *what = is_one_of(plain, matrix) ? MATRIX : DISTORTION;
@@ -125,38 +118,21 @@ bool role_of(const std::string& name, role* what, int* side) {
     return true;
 }
 
-void collect_numbers(const cv::FileNode& node, std::vector<double>* values) {
-    for (const cv::FileNode& child : node) {
-        if (child.isSeq()) {
-            collect_numbers(child, values);
-        } else if (child.isInt() || child.isReal()) {
-            values->push_back(static_cast<double>(child));
-        } else {
-            values->push_back(std::nan(""));
-        }
-    }
-}
-
 /// A matrix, or a list of numbers in its place. Returns false for anything else.
-bool read_values(const import_file& file, const cv::FileNode& node, finding* found) {
-    if (node.isSeq()) {
-        collect_numbers(node, &found->values);
-        found->rows = static_cast<int>(node.size());
-        found->columns =
-            found->rows == 0 ? 0 : static_cast<int>(found->values.size()) / found->rows;
-    } else if (node.isMap()) {
-        cv::Mat matrix, doubles;
-        node >> matrix;
-        if (matrix.dims > 2 || matrix.channels() != 1) {
-            import_fail(ERROR_SYNTAX, file, found->name + ": must be a plain matrix");
+bool read_values(const import_file &file, const import_storage_entry &entry, finding *found) {
+    if (entry.kind == import_storage_kind::matrix) {
+        if (entry.channels != 1) {
+            import_fail(ERROR_SYNTAX, file, entry.name + ": must be a plain matrix");
         }
-        matrix.convertTo(doubles, CV_64F);
-        found->values.assign(doubles.begin<double>(), doubles.end<double>());
-        found->rows = matrix.rows;
-        found->columns = matrix.cols;
+        found->rows = entry.rows;
+        found->columns = entry.columns;
+    } else if (entry.kind == import_storage_kind::list) {
+        found->rows = static_cast<int>(entry.numbers.size());
+        found->columns = 1;
     } else {
         return false;
     }
+    found->values = entry.numbers;
     for (const double value : found->values) {
         if (!std::isfinite(value)) {
             import_fail(ERROR_RANGE, file,
@@ -166,49 +142,44 @@ bool read_values(const import_file& file, const cv::FileNode& node, finding* fou
     return true;
 }
 
+bool is_side_px(double value) {
+    return value >= 1 && value <= 100000;
+}
+
 /// Image size and rms under the names that are met.
-void read_extras(const cv::FileNode& node, const std::string& plain, findings* result) {
-    const bool number = node.isInt() || node.isReal();
-    const double value = number ? static_cast<double>(node) : 0;
-    const bool side = value >= 1 && value <= 100000;
-    if (side && is_one_of(plain, {"imagewidth", "width"})) {
-        result->width_px = static_cast<int>(value);
-    } else if (side && is_one_of(plain, {"imageheight", "height"})) {
-        result->height_px = static_cast<int>(value);
-    } else if (node.isSeq() && node.size() == 2 &&
+void read_extras(const import_storage_entry &entry, const std::string &plain, findings *result) {
+    const std::vector<double> &numbers = entry.numbers;
+    const bool one = entry.kind == import_storage_kind::number;
+    const bool two = entry.kind == import_storage_kind::list && numbers.size() == 2;
+    if (one && is_side_px(numbers[0]) && is_one_of(plain, {"imagewidth", "width"})) {
+        result->width_px = static_cast<int>(numbers[0]);
+    } else if (one && is_side_px(numbers[0]) && is_one_of(plain, {"imageheight", "height"})) {
+        result->height_px = static_cast<int>(numbers[0]);
+    } else if (two && is_side_px(numbers[0]) && is_side_px(numbers[1]) &&
                is_one_of(plain, {"imagesize", "imgsize", "size"})) {
-        std::vector<double> size_px;
-        collect_numbers(node, &size_px);
-        if (size_px.size() == 2 && size_px[0] >= 1 && size_px[0] <= 100000 && size_px[1] >= 1 &&
-            size_px[1] <= 100000) {
-            result->width_px = static_cast<int>(size_px[0]);
-            result->height_px = static_cast<int>(size_px[1]);
-        }
-    } else if (number && value > 0 && value < 1000 &&
+        result->width_px = static_cast<int>(numbers[0]);
+        result->height_px = static_cast<int>(numbers[1]);
+    } else if (one && numbers[0] > 0 && numbers[0] < 1000 &&
                is_one_of(plain, {"rms", "stereorms", "rmserror", "reprojectionerror"})) {
-        result->rms_px = value;
+        result->rms_px = numbers[0];
     }
 }
 
-void read_file(const import_file& file, int file_side, findings* result) {
-    const cv::FileStorage storage(file.text, cv::FileStorage::READ | cv::FileStorage::MEMORY);
-    if (!storage.isOpened() || !storage.root().isMap()) {
-        import_fail(ERROR_SYNTAX, file, "is no file of OpenCV's FileStorage");
-    }
-    for (const cv::FileNode& node : storage.root()) {
-        const std::string name = node.name(), plain = plain_name(name);
-        if (plain.find("fisheye") != std::string::npos &&
-            !(node.isInt() && static_cast<int>(node) == 0)) {
+void read_file(const import_file &file, int file_side, findings *result) {
+    for (const import_storage_entry &entry : import_storage_read(file)) {
+        const std::string plain = plain_name(entry.name);
+        const bool zero = entry.kind == import_storage_kind::number && entry.numbers[0] == 0;
+        if (plain.find("fisheye") != std::string::npos && !zero) {
             import_fail(ERROR_DISTORTION, file,
-                        name +
+                        entry.name +
                             ": the fisheye model is not supported: calibrate with "
                             "stereoCalibrate and the standard model");
         }
         role what;
         int side;
-        finding found{&file, name, {}, 0, 0};
-        if (!role_of(name, &what, &side) || !read_values(file, node, &found)) {
-            read_extras(node, plain, result);
+        finding found{&file, entry.name, {}, 0, 0};
+        if (!role_of(entry.name, &what, &side) || !read_values(file, entry, &found)) {
+            read_extras(entry, plain, result);
             continue;
         }
         if (side == 2 && (what == MATRIX || what == DISTORTION)) {
@@ -217,15 +188,15 @@ void read_file(const import_file& file, int file_side, findings* result) {
         const auto added = result->all.insert({{what, side}, found});
         if (!added.second) {
             import_fail(ERROR_DUPLICATE, file,
-                        name + ": is the same as " + added.first->second.name + " in " +
+                        entry.name + ": is the same as " + added.first->second.name + " in " +
                             added.first->second.file->path);
         }
     }
 }
 
-const finding& required(const import_file& file, const findings& from, role what, int side,
-                        const std::string& usual_name) {
-    const finding* found = from.find(what, side);
+const finding &required(const import_file &file, const findings &from, role what, int side,
+                        const std::string &usual_name) {
+    const finding *found = from.find(what, side);
     if (found == nullptr && from.find(MATRIX, 2) != nullptr) {
         import_fail(ERROR_MISSING, file,
                     "holds one camera only (" + from.find(MATRIX, 2)->name +
@@ -240,7 +211,7 @@ const finding& required(const import_file& file, const findings& from, role what
     return *found;
 }
 
-void check_shape(const finding& found, int rows, int columns) {
+void check_shape(const finding &found, int rows, int columns) {
     const bool flat = found.rows * found.columns == rows * columns &&
                       (found.rows == 1 || found.columns == 1) && (rows == 1 || columns == 1);
     // A list of numbers has lost its shape.
@@ -254,7 +225,7 @@ void check_shape(const finding& found, int rows, int columns) {
 }
 
 /// Rotation matrix of a role that may also hold a rotation vector.
-std::vector<double> rotation(const finding& found) {
+std::vector<double> rotation(const finding &found) {
     if (found.values.size() != 3) {
         check_shape(found, 3, 3);
         return found.values;
@@ -272,8 +243,8 @@ std::vector<double> rotation(const finding& found) {
             v * a[0] * a[2] - s * a[1], v * a[1] * a[2] + s * a[0], c + v * a[2] * a[2]};
 }
 
-void set_size(const import_file& file, const findings& from, const import_options& options,
-              import_pair* pair) {
+void set_size(const import_file &file, const findings &from, const import_options &options,
+              import_pair *pair) {
     int width_px = from.width_px, height_px = from.height_px;
     if (width_px <= 0 || height_px <= 0) {
         width_px = options.width_px;
@@ -285,14 +256,14 @@ void set_size(const import_file& file, const findings& from, const import_option
         }
         pair->assumed.push_back("image size not stated: that of the images");
     }
-    for (lens* camera : {&pair->value.left, &pair->value.right}) {
+    for (lens *camera : {&pair->value.left, &pair->value.right}) {
         camera->width_px = width_px;
         camera->height_px = height_px;
     }
 }
 
-double unit_mm(const finding& translation, double length, const import_options& options,
-               import_pair* pair) {
+double unit_mm(const finding &translation, double length, const import_options &options,
+               import_pair *pair) {
     const double stated = import_unit_mm(options);
     if (stated > 0) {
         return stated;
@@ -307,20 +278,20 @@ double unit_mm(const finding& translation, double length, const import_options& 
     return 1;
 }
 
-void read_raw(const import_file& file, const findings& from, const import_options& options,
-              import_pair* pair) {
-    lens* const lenses[2] = {&pair->value.left, &pair->value.right};
+void read_raw(const import_file &file, const findings &from, const import_options &options,
+              import_pair *pair) {
+    lens *const lenses[2] = {&pair->value.left, &pair->value.right};
     for (int side = 0; side < 2; side++) {
         const std::string digit = side == 0 ? "1" : "2";
-        const finding& K = required(file, from, MATRIX, side, "M" + digit);
-        const finding& D = required(file, from, DISTORTION, side, "D" + digit);
+        const finding &K = required(file, from, MATRIX, side, "M" + digit);
+        const finding &D = required(file, from, DISTORTION, side, "D" + digit);
         check_shape(K, 3, 3);
         check_shape(D, 1, static_cast<int>(D.values.size()));
         import_camera_matrix(*K.file, K.name, K.values, lenses[side]);
         import_distortion(*D.file, D.name, D.values, lenses[side], &pair->assumed);
     }
-    const finding& R = required(file, from, ROTATION, 2, "R");
-    const finding& T = required(file, from, TRANSLATION, 2, "T");
+    const finding &R = required(file, from, ROTATION, 2, "R");
+    const finding &T = required(file, from, TRANSLATION, 2, "T");
     check_shape(T, 3, 1);
     const double unit =
         unit_mm(T, std::hypot(T.values[0], T.values[1], T.values[2]), options, pair);
@@ -328,10 +299,10 @@ void read_raw(const import_file& file, const findings& from, const import_option
     import_pose(*R.file, R.name, rotation(R), t_mm, &pair->value);
 }
 
-void read_rectified(const import_file& file, const findings& from, const import_options& options,
-                    import_pair* pair) {
-    const finding& P1 = required(file, from, PROJECTION, 0, "P1");
-    const finding& P2 = required(file, from, PROJECTION, 1, "P2");
+void read_rectified(const import_file &file, const findings &from, const import_options &options,
+                    import_pair *pair) {
+    const finding &P1 = required(file, from, PROJECTION, 0, "P1");
+    const finding &P2 = required(file, from, PROJECTION, 1, "P2");
     check_shape(P1, 3, 4);
     check_shape(P2, 3, 4);
     const double length = std::hypot(P2.values[3], P2.values[7]) / P2.values[0];
@@ -342,30 +313,21 @@ void read_rectified(const import_file& file, const findings& from, const import_
 
 }  // namespace
 
-bool import_opencv_matches(const std::string& text) {
+bool import_opencv_matches(const std::string &text) {
     return text.find("opencv-matrix") != std::string::npos ||
            text.find("<opencv_storage") != std::string::npos || text.compare(0, 5, "%YAML") == 0;
 }
 
-import_pair import_opencv(const std::vector<import_file>& files, const import_options& options) {
-    const quiet_errors quiet;
+import_pair import_opencv(const std::vector<import_file> &files, const import_options &options) {
     import_pair pair;
     pair.format = "OpenCV";
     pair.tag = "opencv";
     findings from;
-    const import_file* reading = &files[0];
-    try {
-        // Files of one camera each are told apart by their order only.
-        for (size_t i = 0; i < files.size(); i++) {
-            reading = &files[i];
-            read_file(files[i], files.size() > 1 && i < 2 ? static_cast<int>(i) : 2, &from);
-        }
-    } catch (const cv::Exception& error) {
-        std::string reason = error.err;
-        std::replace(reason.begin(), reason.end(), '\n', ' ');
-        import_fail(ERROR_SYNTAX, *reading, "OpenCV cannot read it: " + reason);
+    // Files of one camera each are told apart by their order only.
+    for (size_t i = 0; i < files.size(); i++) {
+        read_file(files[i], files.size() > 1 && i < 2 ? static_cast<int>(i) : 2, &from);
     }
-    const import_file& named = files[0];
+    const import_file &named = files[0];
     set_size(named, from, options, &pair);
     if (options.rectified) {
         read_rectified(named, from, options, &pair);

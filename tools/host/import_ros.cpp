@@ -21,8 +21,8 @@ struct camera_info {
     bool ideal;  // no distortion, R is the identity, P holds the same camera as K
 };
 
-YAML::Node child(const YAML::Node& root, std::initializer_list<const char*> names) {
-    for (const char* name : names) {
+YAML::Node child(const YAML::Node &root, std::initializer_list<const char *> names) {
+    for (const char *name : names) {
         const YAML::Node node = root[name];
         if (node) {
             return node;
@@ -31,8 +31,8 @@ YAML::Node child(const YAML::Node& root, std::initializer_list<const char*> name
     return YAML::Node(YAML::NodeType::Undefined);
 }
 
-std::vector<double> numbers(const import_file& file, const YAML::Node& root,
-                            std::initializer_list<const char*> names) {
+std::vector<double> numbers(const import_file &file, const YAML::Node &root,
+                            std::initializer_list<const char *> names) {
     const std::string field = *names.begin();
     YAML::Node node = child(root, names);
     if (!node) {
@@ -45,14 +45,14 @@ std::vector<double> numbers(const import_file& file, const YAML::Node& root,
         import_fail(ERROR_SYNTAX, file, field + ": must hold a list of numbers");
     }
     std::string text;
-    for (const YAML::Node& value : node) {
+    for (const YAML::Node &value : node) {
         text += (value.IsScalar() ? value.Scalar() : std::string("?")) + " ";
     }
     return import_numbers(file, field, text, node.size());
 }
 
-std::vector<double> matrix(const import_file& file, const YAML::Node& root,
-                           std::initializer_list<const char*> names, size_t count) {
+std::vector<double> matrix(const import_file &file, const YAML::Node &root,
+                           std::initializer_list<const char *> names, size_t count) {
     const std::vector<double> values = numbers(file, root, names);
     if (values.size() != count) {
         import_fail(ERROR_SYNTAX, file,
@@ -62,8 +62,8 @@ std::vector<double> matrix(const import_file& file, const YAML::Node& root,
     return values;
 }
 
-int whole(const import_file& file, const YAML::Node& root, std::initializer_list<const char*> names,
-          int missing) {
+int whole(const import_file &file, const YAML::Node &root,
+          std::initializer_list<const char *> names, int missing) {
     const YAML::Node node = child(root, names);
     if (!node) {
         if (missing < 0) {
@@ -78,7 +78,7 @@ int whole(const import_file& file, const YAML::Node& root, std::initializer_list
     return value;
 }
 
-void refuse_binning(const import_file& file, const YAML::Node& root) {
+void refuse_binning(const import_file &file, const YAML::Node &root) {
     if (whole(file, root, {"binning_x"}, 0) > 1 || whole(file, root, {"binning_y"}, 0) > 1) {
         import_fail(ERROR_RANGE, file, "binning_x, binning_y: binned images are not supported");
     }
@@ -90,7 +90,7 @@ void refuse_binning(const import_file& file, const YAML::Node& root) {
 }
 
 /// The distortion model by name; the coefficients themselves are judged by import_distortion.
-void check_model(const import_file& file, const YAML::Node& root, const std::vector<double>& D) {
+void check_model(const import_file &file, const YAML::Node &root, const std::vector<double> &D) {
     const YAML::Node node = child(root, {"distortion_model"});
     const std::string model = node && node.IsScalar() ? node.Scalar() : "";
     const bool named = model == "plumb_bob" || model == "rational_polynomial";
@@ -102,7 +102,7 @@ void check_model(const import_file& file, const YAML::Node& root, const std::vec
     }
 }
 
-camera_info read_info(const import_file& file, std::vector<std::string>* assumed) {
+camera_info read_info(const import_file &file, std::vector<std::string> *assumed) {
     const YAML::Node root = YAML::Load(file.text);
     if (!root.IsMap()) {
         import_fail(ERROR_SYNTAX, file, "must be a YAML map, as camera_info files are");
@@ -118,7 +118,7 @@ camera_info read_info(const import_file& file, std::vector<std::string>* assumed
     import_distortion(file, "distortion_coefficients", info.D, &info.camera, assumed);
     info.R = matrix(file, root, {"rectification_matrix", "R", "r"}, 9);
     info.P = matrix(file, root, {"projection_matrix", "P", "p"}, 12);
-    const std::vector<double>& P = info.P;
+    const std::vector<double> &P = info.P;
     info.ideal = lens_is_ideal(&info.camera) &&
                  info.R == std::vector<double>{1, 0, 0, 0, 1, 0, 0, 0, 1} &&
                  K == std::vector<double>{P[0], P[1], P[2], P[4], P[5], P[6], P[8], P[9], P[10]};
@@ -127,9 +127,9 @@ camera_info read_info(const import_file& file, std::vector<std::string>* assumed
 
 /// Pose of raw cameras: with T the right P's translation over its focal lengths,
 /// R_right p_right = R_left p_left + T.
-void set_raw_pose(const import_file& file, const camera_info& left, const camera_info& right,
-                  import_pair* pair) {
-    const std::vector<double>&P = right.P, &P0 = left.P;
+void set_raw_pose(const import_file &file, const camera_info &left, const camera_info &right,
+                  import_pair *pair) {
+    const std::vector<double> &P = right.P, &P0 = left.P;
     if (!(P[0] > 0) || !(P[5] > 0) || !(P0[0] > 0) || !(P0[5] > 0)) {
         import_fail(ERROR_RANGE, file, "projection_matrix: focal lengths must be above 0");
     }
@@ -146,13 +146,13 @@ void set_raw_pose(const import_file& file, const camera_info& left, const camera
                     "files swapped?");
     }
     double checked[3];
-    for (const camera_info* info : {&left, &right}) {
+    for (const camera_info *info : {&left, &right}) {
         if (geometry_vector_from_rotation(info->R.data(), checked) != ERROR_OK) {
             import_fail(ERROR_ROTATION, file,
                         "rectification_matrix (of it or its partner) is not a rotation");
         }
     }
-    const std::vector<double>& R = right.R;
+    const std::vector<double> &R = right.R;
     const double R_right_rect[9] = {R[0], R[3], R[6], R[1], R[4], R[7], R[2], R[5], R[8]};
     std::vector<double> R_right_left(9);
     double t_mm[3];
@@ -163,16 +163,16 @@ void set_raw_pose(const import_file& file, const camera_info& left, const camera
 
 }  // namespace
 
-bool import_ros_matches(const std::string& text) {
+bool import_ros_matches(const std::string &text) {
     return text.find("distortion_model:") != std::string::npos ||
            text.find("projection_matrix:") != std::string::npos;
 }
 
-import_pair import_ros(const std::vector<import_file>& files, const import_options& options) {
+import_pair import_ros(const std::vector<import_file> &files, const import_options &options) {
     import_pair pair;
     pair.format = "ROS camera_info";
     pair.tag = "ros";
-    const import_file* reading = &files[0];
+    const import_file *reading = &files[0];
     try {
         const camera_info left = read_info(files[0], &pair.assumed);
         reading = &files[1];
@@ -190,7 +190,7 @@ import_pair import_ros(const std::vector<import_file>& files, const import_optio
         pair.value.left.height_px = left.camera.height_px;
         pair.value.right.width_px = right.camera.width_px;
         pair.value.right.height_px = right.camera.height_px;
-    } catch (const YAML::Exception& error) {
+    } catch (const YAML::Exception &error) {
         import_fail(ERROR_SYNTAX, *reading,
                     "line " + std::to_string(error.mark.line + 1) + ": is no YAML: " + error.msg);
     }
