@@ -16,12 +16,12 @@ namespace random_rig {
 
 using Random = std::mt19937_64;
 
-inline double uniform(Random& random, double low, double high) {
+inline double uniform(Random &random, double low, double high) {
     return low + (high - low) * std::uniform_real_distribution<double>(0, 1)(random);
 }
 
 /// Translation that puts the right camera's centre at `centre_mm` of the left frame.
-inline void set_right_centre(calibration* rig, const double centre_mm[3]) {
+inline void set_right_centre(calibration *rig, const double centre_mm[3]) {
     double R_right_left[9], t_mm[3];
     geometry_rotation_from_vector(rig->rotation_right_left_rad, R_right_left);
     geometry_rotate(R_right_left, centre_mm, t_mm);
@@ -31,7 +31,7 @@ inline void set_right_centre(calibration* rig, const double centre_mm[3]) {
 }
 
 /// A valid lens whose distortion moves a corner by up to some 10 % of its radius.
-inline lens make_lens(Random& random, int width_px, int height_px, double f_px) {
+inline lens make_lens(Random &random, int width_px, int height_px, double f_px) {
     for (;;) {
         lens made = {};
         made.width_px = width_px;
@@ -53,7 +53,7 @@ inline lens make_lens(Random& random, int width_px, int height_px, double f_px) 
 }
 
 /// A rig that sees a working range around where its axes meet.
-inline calibration make(Random& random, int width_px = 1024, int height_px = 768) {
+inline calibration make(Random &random, int width_px = 1024, int height_px = 768) {
     calibration rig = {};
     const double f_px = 500 * std::pow(54.0, uniform(random, 0, 1)) * width_px / 2048;
     rig.left = make_lens(random, width_px, height_px, f_px);

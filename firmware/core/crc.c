@@ -9,9 +9,9 @@ static const uint32_t remainder_of_nibble[16] = {
     0xedb88320, 0xf00f9344, 0xd6d6a3e8, 0xcb61b38c, 0x9b64c2b0, 0x86d3d2d4, 0xa00ae278, 0xbdbdf21c,
 };
 
-uint32_t crc_update(uint32_t crc, const void* data, size_t length) {
+uint32_t crc_update(uint32_t crc, const void *data, size_t length) {
     INVARIANT(data != NULL || length == 0);
-    const unsigned char* bytes = data;
+    const unsigned char *bytes = data;
     uint32_t state = ~crc;
     for (size_t i = 0; i < length; i++) {
         state ^= bytes[i];

@@ -19,7 +19,7 @@ static int mirror(int i, int size) {
     return j < size ? j : period - j;
 }
 
-static const uint16_t* row_at(const struct image_u16* raw, int y) {
+static const uint16_t *row_at(const struct image_u16 *raw, int y) {
     return image_u16_row(raw, mirror(y, raw->height));
 }
 
@@ -41,7 +41,7 @@ static int32_t estimate_green(int32_t middle, int32_t left2, int32_t left, int32
 }
 
 // Green of the columns -1..width of row y into green[x + PAD]: measured, or estimated.
-static void fill_green(const struct image_u16* raw, int y, int32_t* green) {
+static void fill_green(const struct image_u16 *raw, int y, int32_t *green) {
     const uint16_t *up2 = row_at(raw, y - 2), *up = row_at(raw, y - 1), *here = row_at(raw, y);
     const uint16_t *down = row_at(raw, y + 1), *down2 = row_at(raw, y + 2);
     const int width = raw->width;
@@ -77,7 +77,7 @@ struct context {
 
 // The colour that the rows above and below have, where this row has its own: from the diagonal
 // that changes less.
-static int32_t estimate_other(const struct context* c, int x, int left, int right) {
+static int32_t estimate_other(const struct context *c, int x, int left, int right) {
     const int32_t *up = c->green_up + PAD + x, *down = c->green_down + PAD + x;
     const int32_t here2 = 2 * c->green[PAD + x];
     const int32_t falling_bend = here2 - up[-1] - down[1];
@@ -93,8 +93,8 @@ static int32_t estimate_other(const struct context* c, int x, int left, int righ
 }
 
 // A pixel whose own colour (the red of even rows, the blue of odd ones) was measured.
-static void fill_site(const struct context* c, int x, int left, int right, int own, int32_t largest,
-                      uint16_t* rgb) {
+static void fill_site(const struct context *c, int x, int left, int right, int own, int32_t largest,
+                      uint16_t *rgb) {
     rgb[own] = clamp(c->here[x], largest);
     rgb[1] = clamp(c->green[PAD + x], largest);
     rgb[2 - own] = clamp(estimate_other(c, x, left, right), largest);
@@ -102,9 +102,9 @@ static void fill_site(const struct context* c, int x, int left, int right, int o
 
 // A pixel whose green was measured: its row's colour from left and right, the other one from above
 // and below, both as differences to green.
-static void fill_green_site(const struct context* c, int x, int left, int right, int own,
-                            int32_t largest, uint16_t* rgb) {
-    const int32_t* green = c->green + PAD + x;
+static void fill_green_site(const struct context *c, int x, int left, int right, int own,
+                            int32_t largest, uint16_t *rgb) {
+    const int32_t *green = c->green + PAD + x;
     const int32_t beside_q1 = c->here[left] - green[-1] + c->here[right] - green[1];
     const int32_t above_q1 = c->up[x] - c->green_up[PAD + x] + c->down[x] - c->green_down[PAD + x];
     rgb[own] = clamp(green[0] + ((beside_q1 + 1) >> 1), largest);
@@ -112,13 +112,13 @@ static void fill_green_site(const struct context* c, int x, int left, int right,
     rgb[2 - own] = clamp(green[0] + ((above_q1 + 1) >> 1), largest);
 }
 
-void debayer_row(const struct image_u16* raw, int bits, int y, uint16_t* rgb, int32_t* work) {
+void debayer_row(const struct image_u16 *raw, int bits, int y, uint16_t *rgb, int32_t *work) {
     INVARIANT(raw->width >= 2 && raw->height >= 2);
     INVARIANT(bits >= 8 && bits <= 16 && y >= 0 && y < raw->height);
     const int width = raw->width;
-    int32_t* green_up = work;
-    int32_t* green = green_up + width + 2 * PAD;
-    int32_t* green_down = green + width + 2 * PAD;
+    int32_t *green_up = work;
+    int32_t *green = green_up + width + 2 * PAD;
+    int32_t *green_down = green + width + 2 * PAD;
     fill_green(raw, mirror(y - 1, raw->height), green_up);
     fill_green(raw, y, green);
     fill_green(raw, mirror(y + 1, raw->height), green_down);

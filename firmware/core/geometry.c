@@ -145,7 +145,7 @@ int geometry_vector_from_rotation(const double R[9], double r_rad[3]) {
 
 bool geometry_rays_midpoint(const double origin_a_mm[3], const double direction_a[3],
                             const double origin_b_mm[3], const double direction_b[3],
-                            struct geometry_midpoint* result) {
+                            struct geometry_midpoint *result) {
     double normal[3];
     geometry_cross(direction_a, direction_b, normal);
     const double normal2 = geometry_dot(normal, normal);

@@ -10,11 +10,11 @@
 // Squared radius beyond which nothing is a camera's view any more (89.9 degrees off the axis).
 static const double RADIUS2_MAX = 1e6;
 
-bool lens_is_ideal(const struct lens* lens) {
+bool lens_is_ideal(const struct lens *lens) {
     return lens->k1 == 0 && lens->k2 == 0 && lens->p1 == 0 && lens->p2 == 0 && lens->k3 == 0;
 }
 
-void lens_distort(const struct lens* lens, const double ideal[2], double distorted[2]) {
+void lens_distort(const struct lens *lens, const double ideal[2], double distorted[2]) {
     const double x = ideal[0], y = ideal[1];
     const double r2 = x * x + y * y;
     const double radial = 1.0 + r2 * (lens->k1 + r2 * (lens->k2 + r2 * lens->k3));
@@ -23,7 +23,7 @@ void lens_distort(const struct lens* lens, const double ideal[2], double distort
 }
 
 // Partial derivatives of `lens_distort`: {dx/dx, dx/dy, dy/dx, dy/dy}; dx/dy equals dy/dx.
-static void jacobian(const struct lens* lens, const double ideal[2], double J[4]) {
+static void jacobian(const struct lens *lens, const double ideal[2], double J[4]) {
     const double x = ideal[0], y = ideal[1];
     const double r2 = x * x + y * y;
     const double radial = 1.0 + r2 * (lens->k1 + r2 * (lens->k2 + r2 * lens->k3));
@@ -35,12 +35,12 @@ static void jacobian(const struct lens* lens, const double ideal[2], double J[4]
 }
 
 // Derivative of the radial mapping r (1 + k1 r^2 + k2 r^4 + k3 r^6) at r^2 = u.
-static double radial_slope(const struct lens* lens, double u) {
+static double radial_slope(const struct lens *lens, double u) {
     return 1.0 + u * (3.0 * lens->k1 + u * (5.0 * lens->k2 + u * 7.0 * lens->k3));
 }
 
 // Where the derivative of `radial_slope` is 0 at u > 0, ascending; returns how many (0..2).
-static int radial_turns(const struct lens* lens, double turns[2]) {
+static int radial_turns(const struct lens *lens, double turns[2]) {
     const double a = 21.0 * lens->k3, b = 10.0 * lens->k2, c = 3.0 * lens->k1;
     double root[2];
     int roots = 0;
@@ -74,7 +74,7 @@ static int radial_turns(const struct lens* lens, double turns[2]) {
 }
 
 // True when the radial mapping grows all the way from the centre to r^2 = u.
-static bool grows_up_to(const struct lens* lens, double u) {
+static bool grows_up_to(const struct lens *lens, double u) {
     double turns[2];
     const int count = radial_turns(lens, turns);
     for (int i = 0; i < count; i++) {
@@ -85,7 +85,7 @@ static bool grows_up_to(const struct lens* lens, double u) {
     return u <= RADIUS2_MAX && radial_slope(lens, u) > 0;
 }
 
-double lens_fold_radius(const struct lens* lens) {
+double lens_fold_radius(const struct lens *lens) {
     double ends[3];
     int count = radial_turns(lens, ends);
     ends[count++] = RADIUS2_MAX;
@@ -118,7 +118,7 @@ static double norm2(const double a[2]) {
 }
 
 // How far `ideal` is from being the inverse of `distorted`.
-static double residual(const struct lens* lens, const double ideal[2], const double distorted[2],
+static double residual(const struct lens *lens, const double ideal[2], const double distorted[2],
                        double rest[2]) {
     double there[2];
     lens_distort(lens, ideal, there);
@@ -129,8 +129,8 @@ static double residual(const struct lens* lens, const double ideal[2], const dou
 
 // One Newton step, shortened until it stays before the fold and brings the residual down.
 // Returns false when no step does.
-static bool newton_step(const struct lens* lens, const double distorted[2], double ideal[2],
-                        double rest[2], double* error) {
+static bool newton_step(const struct lens *lens, const double distorted[2], double ideal[2],
+                        double rest[2], double *error) {
     double J[4];
     jacobian(lens, ideal, J);
     const double determinant = J[0] * J[3] - J[1] * J[2];
@@ -156,7 +156,7 @@ static bool newton_step(const struct lens* lens, const double distorted[2], doub
     return false;
 }
 
-bool lens_undistort(const struct lens* lens, const double distorted[2], double ideal[2]) {
+bool lens_undistort(const struct lens *lens, const double distorted[2], double ideal[2]) {
     const double size2 = norm2(distorted);
     if (!(size2 <= RADIUS2_MAX)) {  // also refuses a NaN
         return false;
@@ -190,7 +190,7 @@ bool lens_undistort(const struct lens* lens, const double distorted[2], double i
     return true;
 }
 
-bool lens_project(const struct lens* lens, const double point_mm[3], double pixel_px[2]) {
+bool lens_project(const struct lens *lens, const double point_mm[3], double pixel_px[2]) {
     if (!(point_mm[2] > 0)) {
         return false;
     }
@@ -202,7 +202,7 @@ bool lens_project(const struct lens* lens, const double point_mm[3], double pixe
     return true;
 }
 
-bool lens_ray(const struct lens* lens, const double pixel_px[2], double direction[3]) {
+bool lens_ray(const struct lens *lens, const double pixel_px[2], double direction[3]) {
     const double distorted[2] = {(pixel_px[0] - lens->cx_px) / lens->fx_px,
                                  (pixel_px[1] - lens->cy_px) / lens->fy_px};
     double ideal[2];
@@ -221,7 +221,7 @@ static bool within(double value, double low, double high) {
 
 // The distortion is one to one over the image when every pixel has an inverse on the first
 // branch. The border and a coarse grid are looked at: the model is smooth.
-static bool is_one_to_one(const struct lens* lens) {
+static bool is_one_to_one(const struct lens *lens) {
     enum { STEPS = 32 };
     for (int j = 0; j <= STEPS; j++) {
         const bool dense = j == 0 || j == STEPS || j % 4 == 0;
@@ -238,7 +238,7 @@ static bool is_one_to_one(const struct lens* lens) {
     return true;
 }
 
-int lens_validate(const struct lens* lens) {
+int lens_validate(const struct lens *lens) {
     if (lens->width_px < 1 || lens->height_px < 1) {
         return ERROR_RANGE;
     }

@@ -25,29 +25,29 @@ struct lens {
 };
 
 /// True when all five distortion coefficients are exactly 0.
-bool lens_is_ideal(const struct lens* lens);
+bool lens_is_ideal(const struct lens *lens);
 
 /// Distorted normalised coordinates of the ideal ones (x/z, y/z).
-void lens_distort(const struct lens* lens, const double ideal[2], double distorted[2]);
+void lens_distort(const struct lens *lens, const double ideal[2], double distorted[2]);
 
 /// Inverse of `lens_distort` by Newton's method. Returns false (output untouched) when no
 /// solution within 1e-12 is found, e.g. outside the region where the model is one to one.
-bool lens_undistort(const struct lens* lens, const double distorted[2], double ideal[2]);
+bool lens_undistort(const struct lens *lens, const double distorted[2], double ideal[2]);
 
 /// Radius sqrt(x^2 + y^2) of ideal coordinates at which the radial distortion stops growing and
 /// folds back; INFINITY when it never does. Beyond it `lens_distort` means nothing.
-double lens_fold_radius(const struct lens* lens);
+double lens_fold_radius(const struct lens *lens);
 
 /// Pixel of a point in the camera's frame. Returns false when z <= 0.
-bool lens_project(const struct lens* lens, const double point_mm[3], double pixel_px[2]);
+bool lens_project(const struct lens *lens, const double point_mm[3], double pixel_px[2]);
 
 /// Direction (x, y, 1) in the camera's frame of a pixel. Returns false where
 /// `lens_undistort` does.
-bool lens_ray(const struct lens* lens, const double pixel_px[2], double direction[3]);
+bool lens_ray(const struct lens *lens, const double pixel_px[2], double direction[3]);
 
 /// Checks ranges (sizes 1..IMAGE_MAX_SIDE_PX, the limits above, everything finite) and that
 /// the distortion is one to one over the image. ERROR_RANGE, ERROR_TOO_LARGE or ERROR_DISTORTION.
-int lens_validate(const struct lens* lens);
+int lens_validate(const struct lens *lens);
 
 #ifdef __cplusplus
 }

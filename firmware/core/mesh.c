@@ -16,18 +16,18 @@ struct corner {
     int32_t disparity_q8;
 };
 
-static struct corner corner_at(const struct mesh_row* row, int x) {
+static struct corner corner_at(const struct mesh_row *row, int x) {
     const uint32_t vertex = row->vertex[x];
     return (struct corner){vertex, vertex == MESH_NO_VERTEX ? 0 : row->disparity_q8[x]};
 }
 
-static int64_t gap_q8(const struct corner* a, const struct corner* b) {
+static int64_t gap_q8(const struct corner *a, const struct corner *b) {
     const int64_t gap = (int64_t)a->disparity_q8 - b->disparity_q8;
     return gap < 0 ? -gap : gap;
 }
 
 // Adds the triangle when it has three vertices and no gap. Returns how many were added.
-static int join(const struct corner* a, const struct corner* b, const struct corner* c,
+static int join(const struct corner *a, const struct corner *b, const struct corner *c,
                 int64_t max_gap_q8, uint32_t triangle[3]) {
     if (a->vertex == MESH_NO_VERTEX || b->vertex == MESH_NO_VERTEX || c->vertex == MESH_NO_VERTEX ||
         gap_q8(a, b) > max_gap_q8 || gap_q8(b, c) > max_gap_q8 || gap_q8(c, a) > max_gap_q8) {
@@ -39,8 +39,8 @@ static int join(const struct corner* a, const struct corner* b, const struct cor
     return 1;
 }
 
-int mesh_join_rows(const struct mesh_options* options, const struct mesh_row* above,
-                   const struct mesh_row* below, uint32_t (*triangles)[3]) {
+int mesh_join_rows(const struct mesh_options *options, const struct mesh_row *above,
+                   const struct mesh_row *below, uint32_t (*triangles)[3]) {
     INVARIANT(options->width_px >= 1 && options->max_gap_q8 >= 0);
     const int64_t max_gap_q8 = options->max_gap_q8;
     int count = 0;
@@ -65,7 +65,7 @@ int mesh_join_rows(const struct mesh_options* options, const struct mesh_row* ab
     return count;
 }
 
-static void edge_between(const struct triangulate_point* a, const struct triangulate_point* b,
+static void edge_between(const struct triangulate_point *a, const struct triangulate_point *b,
                          int64_t edge_um[3]) {
     edge_um[0] = (int64_t)b->x_um - a->x_um;
     edge_um[1] = (int64_t)b->y_um - a->y_um;
@@ -81,8 +81,8 @@ static uint64_t magnitude(const int64_t v[3]) {
     return bits;
 }
 
-void mesh_accumulate_normal(const struct triangulate_point* a, const struct triangulate_point* b,
-                            const struct triangulate_point* c, int64_t sum[3]) {
+void mesh_accumulate_normal(const struct triangulate_point *a, const struct triangulate_point *b,
+                            const struct triangulate_point *c, int64_t sum[3]) {
     int64_t u[3], v[3];
     edge_between(a, b, u);
     edge_between(a, c, v);

@@ -52,8 +52,8 @@ struct rectify_plan {
 /// the raw resolution at the centre of the shared view (times scale).
 /// ERROR_DEPTH_RANGE, ERROR_DISPARITY_RANGE (more than MATCH_MAX_DISPARITIES), ERROR_OVERLAP,
 /// ERROR_TOO_LARGE, ERROR_ARGUMENT. Verged pairs may give negative disparities.
-int rectify_plan_make(const struct calibration* calibration, const struct rectify_options* options,
-                      struct rectify_plan* plan);
+int rectify_plan_make(const struct calibration *calibration, const struct rectify_options *options,
+                      struct rectify_plan *plan);
 
 enum rectify_side { RECTIFY_LEFT, RECTIFY_RIGHT };
 
@@ -69,14 +69,14 @@ struct rectify_table {
 };
 
 /// Takes the nodes from `arena`. ERROR_MEMORY; ERROR_DISTORTION when a node cannot be computed.
-int rectify_table_make(const struct rectify_plan* plan, const struct calibration* calibration,
-                       enum rectify_side side, struct arena* arena, struct rectify_table* table);
-size_t rectify_table_need_bytes(const struct rectify_plan* plan);
+int rectify_table_make(const struct rectify_plan *plan, const struct calibration *calibration,
+                       enum rectify_side side, struct arena *arena, struct rectify_table *table);
+size_t rectify_table_need_bytes(const struct rectify_plan *plan);
 
 /// Raw coordinates of rectified row y, 0 <= y < height: `x_q16` and `y_q16` take width_px
 /// values each.
-void rectify_row_coordinates(const struct rectify_table* table, int y, int32_t* x_q16,
-                             int32_t* y_q16);
+void rectify_row_coordinates(const struct rectify_table *table, int y, int32_t *x_q16,
+                             int32_t *y_q16);
 
 /// Half-open range of columns [begin, end) of a row whose pixels come from inside the raw image.
 struct rectify_span {  // 0 0 when there is none
@@ -85,13 +85,13 @@ struct rectify_span {  // 0 0 when there is none
 
 /// One rectified row of a raw image (grey, 16 bit grey, colour). Pixels outside the span are 0.
 /// `row` takes width_px pixels; `work_q16` takes 2 * width_px values.
-struct rectify_span rectify_row_u8(const struct rectify_table* table, const struct image_u8* raw,
-                                   int y, uint8_t* row, int32_t* work_q16);
-struct rectify_span rectify_row_u16(const struct rectify_table* table, const struct image_u16* raw,
-                                    int y, uint16_t* row, int32_t* work_q16);
-struct rectify_span rectify_row_rgb8(const struct rectify_table* table,
-                                     const struct image_rgb8* raw, int y, uint8_t* row,
-                                     int32_t* work_q16);
+struct rectify_span rectify_row_u8(const struct rectify_table *table, const struct image_u8 *raw,
+                                   int y, uint8_t *row, int32_t *work_q16);
+struct rectify_span rectify_row_u16(const struct rectify_table *table, const struct image_u16 *raw,
+                                    int y, uint16_t *row, int32_t *work_q16);
+struct rectify_span rectify_row_rgb8(const struct rectify_table *table,
+                                     const struct image_rgb8 *raw, int y, uint8_t *row,
+                                     int32_t *work_q16);
 
 #ifdef __cplusplus
 }

@@ -53,7 +53,7 @@ static bool is_stated(double near_mm, double far_mm) {
 }
 
 // Orientation: x along the baseline, z the mean of both optical axes made orthogonal to it.
-static int orient(const struct calibration* calibration, struct rectify_plan* plan) {
+static int orient(const struct calibration *calibration, struct rectify_plan *plan) {
     double R_right_left[9], axis_x[3], axis_y[3], right_axis[3];
     geometry_rotation_from_vector(calibration->rotation_right_left_rad, R_right_left);
     geometry_rotate_back(R_right_left, calibration->translation_right_left_mm, axis_x);
@@ -92,7 +92,7 @@ static int orient(const struct calibration* calibration, struct rectify_plan* pl
 }
 
 // Pixel number i of the outline of an image, clockwise from the top left.
-static void outline_pixel(const struct lens* lens, int i, double pixel_px[2]) {
+static void outline_pixel(const struct lens *lens, int i, double pixel_px[2]) {
     const double right = lens->width_px - 1, bottom = lens->height_px - 1;
     const double share = (double)(i % SIDE_SAMPLES) / SIDE_SAMPLES;
     switch (i / SIDE_SAMPLES) {
@@ -111,8 +111,8 @@ static void outline_pixel(const struct lens* lens, int i, double pixel_px[2]) {
     }
 }
 
-static int trace_outline(const struct lens* lens, const double R_rect_camera[9],
-                         struct outline* outline) {
+static int trace_outline(const struct lens *lens, const double R_rect_camera[9],
+                         struct outline *outline) {
     outline->depth_ratio_min = INFINITY;
     outline->depth_ratio_max = 0;
     for (int i = 0; i < OUTLINE_POINTS; i++) {
@@ -135,12 +135,12 @@ static int trace_outline(const struct lens* lens, const double R_rect_camera[9],
 }
 
 // Interval of an outline at height y; empty (low > high) where it does not reach.
-static void cut_outline(const struct outline* outline, double y, double* low, double* high) {
+static void cut_outline(const struct outline *outline, double y, double *low, double *high) {
     *low = INFINITY;
     *high = -INFINITY;
     for (int i = 0; i < OUTLINE_POINTS; i++) {
-        const double* a = outline->slope[i];
-        const double* b = outline->slope[(i + 1) % OUTLINE_POINTS];
+        const double *a = outline->slope[i];
+        const double *b = outline->slope[(i + 1) % OUTLINE_POINTS];
         if (y < smaller(a[1], b[1]) || y > larger(a[1], b[1])) {
             continue;
         }
@@ -153,10 +153,10 @@ static void cut_outline(const struct outline* outline, double y, double* low, do
 
 // What is seen by both at some depth of the range. A point at left slope x has right slope
 // x - parallax. Returns false when there is nothing.
-static bool find_window(const struct outline* left, const struct outline* right,
-                        const struct parallax* parallax, struct window* window) {
+static bool find_window(const struct outline *left, const struct outline *right,
+                        const struct parallax *parallax, struct window *window) {
     double top = -INFINITY, bottom = INFINITY;
-    const struct outline* both[2] = {left, right};
+    const struct outline *both[2] = {left, right};
     for (int side = 0; side < 2; side++) {
         double low = INFINITY, high = -INFINITY;
         for (int i = 0; i < OUTLINE_POINTS; i++) {
@@ -191,7 +191,7 @@ static bool find_window(const struct outline* left, const struct outline* right,
 }
 
 // Raw pixels per slope around a point of the rectified plane: root of the area's magnification.
-static double raw_resolution_px(const struct lens* lens, const double R_rect_camera[9], double x,
+static double raw_resolution_px(const struct lens *lens, const double R_rect_camera[9], double x,
                                 double y) {
     const double step = 1e-4;
     double corner_px[4][2];
@@ -216,9 +216,9 @@ static double raw_resolution_px(const struct lens* lens, const double R_rect_cam
 }
 
 // The working range: stated by the options, else by the calibration, else assumed.
-static int choose_parallax(const struct calibration* calibration,
-                           const struct rectify_options* options, const struct rectify_plan* plan,
-                           const struct outline* left, struct parallax* parallax) {
+static int choose_parallax(const struct calibration *calibration,
+                           const struct rectify_options *options, const struct rectify_plan *plan,
+                           const struct outline *left, struct parallax *parallax) {
     double near_mm = options->depth_near_mm, far_mm = options->depth_far_mm;
     if (!is_stated(near_mm, far_mm)) {
         near_mm = calibration->depth_near_mm;
@@ -235,7 +235,7 @@ static int choose_parallax(const struct calibration* calibration,
         parallax->far = plan->baseline_mm / (far_mm * left->depth_ratio_max);
         return ERROR_OK;
     }
-    const struct lens* lens = &calibration->left;
+    const struct lens *lens = &calibration->left;
     const double verged_mm = calibration_vergence_depth_mm(calibration);
     const double verged_px = lens->fx_px * plan->baseline_mm / verged_mm;
     if (!calibration->rectified && verged_mm > 0 && verged_px >= lens->width_px / 16.0) {
@@ -250,7 +250,7 @@ static int choose_parallax(const struct calibration* calibration,
 }
 
 // An assumed range gives way to what can be searched; a stated one does not.
-static void limit_assumed(struct parallax* parallax, double f_px) {
+static void limit_assumed(struct parallax *parallax, double f_px) {
     const double span = ASSUMED_MAX_PX / f_px;
     if (!parallax->assumed || parallax->near - parallax->far <= span) {
         return;
@@ -262,9 +262,9 @@ static void limit_assumed(struct parallax* parallax, double f_px) {
 }
 
 // Frames of a pair that has to be rectified.
-static int frame_rotated(const struct calibration* calibration,
-                         const struct rectify_options* options, struct rectify_plan* plan,
-                         struct parallax* parallax) {
+static int frame_rotated(const struct calibration *calibration,
+                         const struct rectify_options *options, struct rectify_plan *plan,
+                         struct parallax *parallax) {
     struct outline left, right;
     int error = orient(calibration, plan);
     if (error == ERROR_OK) {
@@ -313,9 +313,9 @@ static int frame_rotated(const struct calibration* calibration,
 }
 
 // Frames of a pair whose rows correspond already: the images as they are, times scale.
-static int frame_rectified(const struct calibration* calibration,
-                           const struct rectify_options* options, struct rectify_plan* plan,
-                           struct parallax* parallax) {
+static int frame_rectified(const struct calibration *calibration,
+                           const struct rectify_options *options, struct rectify_plan *plan,
+                           struct parallax *parallax) {
     static const double UNIT[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     static const struct outline UNROTATED = {.depth_ratio_min = 1.0, .depth_ratio_max = 1.0};
     for (int i = 0; i < 9; i++) {
@@ -326,7 +326,7 @@ static int frame_rectified(const struct calibration* calibration,
     if (error != ERROR_OK) {
         return error;
     }
-    const struct lens* lens = &calibration->left;
+    const struct lens *lens = &calibration->left;
     const double scale = options->scale;
     if (parallax->assumed) {  // published rectified pairs count from disparity 0
         const double offset = (lens->cx_px - calibration->right.cx_px) / lens->fx_px;
@@ -353,8 +353,8 @@ static int floor_int(double x) {
 }
 
 // The disparities of the full image that the parallax asks for.
-static int choose_disparities(const struct rectify_options* options,
-                              const struct parallax* parallax, struct rectify_plan* plan) {
+static int choose_disparities(const struct rectify_options *options,
+                              const struct parallax *parallax, struct rectify_plan *plan) {
     if (options->disparity_count != 0) {
         plan->disparity_min = options->disparity_min;
         plan->disparity_count = options->disparity_count;
@@ -380,7 +380,7 @@ static int choose_disparities(const struct rectify_options* options,
 
 // Crops both images to the region. The right crop is moved by whole pixels to where the region's
 // matches lie, and the disparities with it.
-static int crop(const struct rectify_options* options, struct rectify_plan* plan) {
+static int crop(const struct rectify_options *options, struct rectify_plan *plan) {
     const int x = options->region_x_px, y = options->region_y_px;
     const int width = options->region_width_px, height = options->region_height_px;
     if (width == 0) {
@@ -412,8 +412,8 @@ static int crop(const struct rectify_options* options, struct rectify_plan* plan
 }
 
 // What is left must be something that can be matched.
-static int check_limits(const struct calibration* calibration,
-                        const struct rectify_options* options, const struct rectify_plan* plan) {
+static int check_limits(const struct calibration *calibration,
+                        const struct rectify_options *options, const struct rectify_plan *plan) {
     if (plan->width_px > IMAGE_MAX_SIDE_PX || plan->height_px > IMAGE_MAX_SIDE_PX) {
         return ERROR_TOO_LARGE;
     }
@@ -432,8 +432,8 @@ static int check_limits(const struct calibration* calibration,
     return ERROR_OK;
 }
 
-int rectify_plan_make(const struct calibration* calibration, const struct rectify_options* options,
-                      struct rectify_plan* plan) {
+int rectify_plan_make(const struct calibration *calibration, const struct rectify_options *options,
+                      struct rectify_plan *plan) {
     if (!(options->scale > 0 && options->scale <= 4)) {
         return ERROR_ARGUMENT;
     }

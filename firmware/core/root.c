@@ -16,7 +16,7 @@ int64_t root_inverse_q30(int64_t m_q30) {
     return r_q30;
 }
 
-int64_t root_normalise(int64_t value, int* shift) {
+int64_t root_normalise(int64_t value, int *shift) {
     INVARIANT(value > 0 && value < (int64_t)1 << 62);
     const int zeros = __builtin_clzll((unsigned long long)value);
     *shift = zeros - 32 - (zeros & 1);

@@ -55,16 +55,16 @@ struct triangulate_plan {
 /// ERROR_RANGE when a value does not fit (baseline above 100 m, focal length outside 1..1e6 px,
 /// slopes above TRIANGULATE_SLOPE_MAX, vertical offset above 256 px, vertical slope or the largest
 /// vertical disparity over the focal length above 1/4).
-int triangulate_plan_make(const struct rectify_plan* plan,
-                          const struct triangulate_vertical* vertical,
-                          struct triangulate_plan* result);
+int triangulate_plan_make(const struct rectify_plan *plan,
+                          const struct triangulate_vertical *vertical,
+                          struct triangulate_plan *result);
 
 /// Triangulates one match: left pixel (x, y), disparity_q8 = 256 (x_left - x_right), sigma_q8 its
 /// predicted standard deviation in 1/256 px. Returns false (point untouched) when the rays
 /// meet at infinity, behind the cameras, or beyond 2000 m in a coordinate, or when the residual
 /// vertical disparity is larger than the parallax (such rays do not meet in any useful sense).
-bool triangulate_match(const struct triangulate_plan* plan, int x, int y, int32_t disparity_q8,
-                       uint32_t sigma_q8, struct triangulate_point* point);
+bool triangulate_match(const struct triangulate_plan *plan, int x, int y, int32_t disparity_q8,
+                       uint32_t sigma_q8, struct triangulate_point *point);
 
 #ifdef __cplusplus
 }

@@ -21,7 +21,7 @@ TEST_CASE("any split gives the same sum, any flipped bit another one") {
     std::mt19937_64 random(synthetic::test_seed());
     INFO("seed " << synthetic::test_seed());
     std::string text(257, '\0');
-    for (char& c : text) {
+    for (char &c : text) {
         c = static_cast<char>(random());
     }
     const uint32_t whole = crc_update(0, text.data(), text.size());

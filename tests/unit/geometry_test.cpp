@@ -18,7 +18,7 @@ using random_rig::uniform;
 
 const double UNIT[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
-void random_vector(Random& random, double length, double v[3]) {
+void random_vector(Random &random, double length, double v[3]) {
     double norm = 0;
     do {
         for (int i = 0; i < 3; i++) {
@@ -112,7 +112,7 @@ TEST_CASE("what is not a rotation is refused and leaves the output alone") {
     const double zero[9] = {};
     double broken[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     broken[5] = std::numeric_limits<double>::quiet_NaN();
-    for (const double* R : {mirror, scaled, skewed, zero, static_cast<const double*>(broken)}) {
+    for (const double *R : {mirror, scaled, skewed, zero, static_cast<const double *>(broken)}) {
         double r_rad[3] = {7, 7, 7};
         CHECK(geometry_vector_from_rotation(R, r_rad) == ERROR_ROTATION);
         CHECK(r_rad[0] == 7);

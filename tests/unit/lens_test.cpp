@@ -42,7 +42,7 @@ TEST_CASE("each coefficient moves a point as the published equations say") {
         {&lens::p1, 0.1, 0.1 * 2 * 0.3 * -0.4, 0.1 * (0.25 + 2 * 0.16)},
         {&lens::p2, 0.1, 0.1 * (0.25 + 2 * 0.09), 0.1 * 2 * 0.3 * -0.4},
     };
-    for (const auto& one : cases) {
+    for (const auto &one : cases) {
         lens bent = plain_lens();
         CHECK(lens_is_ideal(&bent));
         bent.*one.coefficient = one.value;

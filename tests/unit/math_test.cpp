@@ -26,7 +26,7 @@ double worst(uint64_t seed, int count, Draw draw, Error error) {
     return most;
 }
 
-double between(std::mt19937_64& random, double low, double high) {
+double between(std::mt19937_64 &random, double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);
 }
 
@@ -39,7 +39,7 @@ TEST_CASE("sine and cosine are right to 4e-16 up to a million radians") {
     const uint64_t seed = synthetic::test_seed();
     INFO("seed " << seed);
     for (double range : {1e-3, 4.0, 1e3, 1e6}) {
-        const auto draw = [range](std::mt19937_64& random) {
+        const auto draw = [range](std::mt19937_64 &random) {
             return between(random, -range, range);
         };
         CHECK(worst(seed, 200000, draw, [](double a) {
@@ -99,19 +99,19 @@ TEST_CASE("exp and log are right to 1e-15") {
     const uint64_t seed = synthetic::test_seed();
     INFO("seed " << seed);
     CHECK(worst(
-              seed, 300000, [](std::mt19937_64& random) { return between(random, -708, 709.7); },
+              seed, 300000, [](std::mt19937_64 &random) { return between(random, -708, 709.7); },
               [](double x) {
                   return std::fabs(math_exp(x) / std::exp(static_cast<long double>(x)) - 1);
               }) <= 1e-15);
     CHECK(worst(
               seed, 300000,
-              [](std::mt19937_64& random) { return std::pow(10, between(random, -307, 308)); },
+              [](std::mt19937_64 &random) { return std::pow(10, between(random, -307, 308)); },
               [](double x) {
                   const long double truth = std::log(static_cast<long double>(x));
                   return std::fabs(math_log(x) - truth) / std::max(1.0L, std::fabs(truth));
               }) <= 1e-15);
     CHECK(worst(
-              seed, 300000, [](std::mt19937_64& random) { return between(random, 0.9, 1.1); },
+              seed, 300000, [](std::mt19937_64 &random) { return between(random, 0.9, 1.1); },
               [](double x) {
                   return std::fabs(math_log(x) - std::log(static_cast<long double>(x)));
               }) <= 2e-16);

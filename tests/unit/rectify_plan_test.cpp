@@ -24,7 +24,7 @@ const double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 calibration plain_rig(double vergence_rad = 0, double f_px = 600, double baseline_mm = 100) {
     calibration rig = {};
-    for (lens* one : {&rig.left, &rig.right}) {
+    for (lens *one : {&rig.left, &rig.right}) {
         one->width_px = 640;
         one->height_px = 480;
         one->fx_px = one->fy_px = f_px;
@@ -37,11 +37,11 @@ calibration plain_rig(double vergence_rad = 0, double f_px = 600, double baselin
     return rig;
 }
 
-int make(const calibration& rig, const rectify_options& options, rectify_plan* plan) {
+int make(const calibration &rig, const rectify_options &options, rectify_plan *plan) {
     return rectify_plan_make(&rig, &options, plan);
 }
 
-double disparity_of(const rectify_plan& plan, double depth_mm) {
+double disparity_of(const rectify_plan &plan, double depth_mm) {
     return plan.f_px * plan.baseline_mm / depth_mm + plan.cx_left_px - plan.cx_right_px;
 }
 
@@ -203,7 +203,7 @@ TEST_CASE("any orientation of the baseline is a legal rig") {
                        {{0, 100, 0}, {0, 1, 0}},
                        {{0, -100, 0}, {0, -1, 0}},
                        {{-100, 0, 0}, {-1, 0, 0}}};  // swapped: both images turned by 180 degrees
-    for (const auto& one : cases) {
+    for (const auto &one : cases) {
         calibration rig = plain_rig();
         random_rig::set_right_centre(&rig, one.centre_mm);
         rectify_plan plan;
@@ -220,7 +220,7 @@ TEST_CASE("any orientation of the baseline is a legal rig") {
 }
 
 TEST_CASE("what cannot be rectified is refused, with the output untouched") {
-    const auto refused = [](const calibration& rig, const rectify_options& options) {
+    const auto refused = [](const calibration &rig, const rectify_options &options) {
         rectify_plan plan = {};
         plan.width_px = -77;
         const int error = make(rig, options, &plan);
@@ -237,7 +237,7 @@ TEST_CASE("what cannot be rectified is refused, with the output untouched") {
         double near_mm, far_mm;
     } const depths[] = {{500, 500}, {500, 400},          {-1, 500},           {0, 500},
                         {500, 0},   {not_a_number, 500}, {500, not_a_number}, {infinity, infinity}};
-    for (const auto& depth : depths) {
+    for (const auto &depth : depths) {
         rectify_options options = as_it_is;
         options.depth_near_mm = depth.near_mm;
         options.depth_far_mm = depth.far_mm;

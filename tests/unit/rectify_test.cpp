@@ -26,7 +26,7 @@ struct Table {
     std::vector<unsigned char> memory;
     rectify_table table = {};
 
-    Table(const rectify_plan& plan, const calibration& rig, rectify_side side)
+    Table(const rectify_plan &plan, const calibration &rig, rectify_side side)
         : memory(rectify_table_need_bytes(&plan)) {
         arena memory_arena;
         arena_init(&memory_arena, memory.data(), memory.size());
@@ -34,12 +34,12 @@ struct Table {
     }
 };
 
-const double* rotation(const rectify_plan& plan, rectify_side side) {
+const double *rotation(const rectify_plan &plan, rectify_side side) {
     return side == RECTIFY_LEFT ? plan.R_rect_left : plan.R_rect_right;
 }
 
 // Where a rectified pixel comes from, in double arithmetic.
-bool exact_raw(const rectify_plan& plan, const calibration& rig, rectify_side side, double x,
+bool exact_raw(const rectify_plan &plan, const calibration &rig, rectify_side side, double x,
                double y, double raw_px[2]) {
     const double cx_px = side == RECTIFY_LEFT ? plan.cx_left_px : plan.cx_right_px;
     const double ray_rect[3] = {(x - cx_px) / plan.f_px, (y - plan.cy_px) / plan.fy_px, 1};
@@ -49,7 +49,7 @@ bool exact_raw(const rectify_plan& plan, const calibration& rig, rectify_side si
 }
 
 // Rectified pixel of a point of the left camera's frame.
-void project_rect(const rectify_plan& plan, const double point_left_mm[3], double left_px[2],
+void project_rect(const rectify_plan &plan, const double point_left_mm[3], double left_px[2],
                   double right_px[2]) {
     double p[3];
     geometry_rotate(plan.R_rect_left, point_left_mm, p);
@@ -60,7 +60,7 @@ void project_rect(const rectify_plan& plan, const double point_left_mm[3], doubl
 
 calibration plain_rig(double vergence_rad = 0, double f_px = 600) {
     calibration rig = {};
-    for (lens* one : {&rig.left, &rig.right}) {
+    for (lens *one : {&rig.left, &rig.right}) {
         one->width_px = 640;
         one->height_px = 480;
         one->fx_px = one->fy_px = f_px;
@@ -80,14 +80,14 @@ calibration rectified_rig() {
     return rig;
 }
 
-int make(const calibration& rig, const rectify_options& options, rectify_plan* plan) {
+int make(const calibration &rig, const rectify_options &options, rectify_plan *plan) {
     return rectify_plan_make(&rig, &options, plan);
 }
 
 template <typename Pixel>
-std::vector<Pixel> noise(Random& random, size_t count, int bits) {
+std::vector<Pixel> noise(Random &random, size_t count, int bits) {
     std::vector<Pixel> pixels(count);
-    for (Pixel& pixel : pixels) {
+    for (Pixel &pixel : pixels) {
         pixel = static_cast<Pixel>(random() >> (64 - bits));
     }
     return pixels;
@@ -115,7 +115,7 @@ TEST_CASE("points lie on equal rows and at the promised disparity") {
             double point_mm[3], right_mm[3], left_px[2], right_px[2];
             REQUIRE(lens_ray(&rig.left, pixel_px, point_mm));
             const double depth_mm = uniform(random, rig.depth_near_mm, rig.depth_far_mm);
-            for (double& c : point_mm) {
+            for (double &c : point_mm) {
                 c *= depth_mm;
             }
             geometry_rotate(R_right_left, point_mm, right_mm);
@@ -239,7 +239,7 @@ namespace {
 
 // Double-precision bilinear interpolation at the table's own coordinates.
 template <typename Pixel>
-double bilinear(const std::vector<Pixel>& raw, int width, int channels, int channel, int32_t x_q16,
+double bilinear(const std::vector<Pixel> &raw, int width, int channels, int channel, int32_t x_q16,
                 int32_t y_q16) {
     const double x = x_q16 / 65536.0, y = y_q16 / 65536.0;
     const double fx = x - std::floor(x), fy = y - std::floor(y);
@@ -255,8 +255,8 @@ double bilinear(const std::vector<Pixel>& raw, int width, int channels, int chan
 }
 
 // Longest run of columns whose four pixels lie inside, column by column.
-rectify_span slow_span(const rectify_table& table, const std::vector<int32_t>& x,
-                       const std::vector<int32_t>& y) {
+rectify_span slow_span(const rectify_table &table, const std::vector<int32_t> &x,
+                       const std::vector<int32_t> &y) {
     int best_begin = 0, best_end = 0, begin = 0;
     for (int column = 0; column <= table.width_px; column++) {
         const size_t i = static_cast<size_t>(column);
@@ -275,9 +275,9 @@ rectify_span slow_span(const rectify_table& table, const std::vector<int32_t>& x
 }
 
 template <typename Pixel>
-void check_row(const std::vector<Pixel>& raw, const rectify_table& table, int channels,
-               const std::vector<Pixel>& row, rectify_span span, const std::vector<int32_t>& x,
-               const std::vector<int32_t>& y) {
+void check_row(const std::vector<Pixel> &raw, const rectify_table &table, int channels,
+               const std::vector<Pixel> &row, rectify_span span, const std::vector<int32_t> &x,
+               const std::vector<int32_t> &y) {
     const rectify_span expected = slow_span(table, x, y);
     REQUIRE(span.begin == expected.begin);
     REQUIRE(span.end == expected.end);
@@ -377,7 +377,7 @@ TEST_CASE("a rectified pair passes through pixel for pixel") {
     region.region_y_px = 50;
     region.region_width_px = 300;
     region.region_height_px = 200;
-    for (const rectify_options& options : {as_it_is, region}) {
+    for (const rectify_options &options : {as_it_is, region}) {
         rectify_plan plan;
         REQUIRE(make(rig, options, &plan) == ERROR_OK);
         CHECK(plan.identity);
