@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: Apache-2.0
+"""tools/demo and tools/install_packages as a newcomer runs them."""
+import glob
+import json
+import os
+import re
+import subprocess
+import tempfile
+import unittest
+
+ROOT = os.environ["VERGENCE_SOURCE"]
+CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "vergence")
+
+
+def run(tool, *arguments, timeout_s=900):
+    return subprocess.run([os.path.join(ROOT, "tools", tool), *arguments], capture_output=True,
+                          text=True, timeout=timeout_s)
+
+
+def load(*parts):
+    with open(os.path.join(*parts), encoding="utf-8") as file:
+        return json.load(file)
+
+
+class Demo(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory(prefix="vergence-demo-")
+        cls.addClassCleanup(cls.folder.cleanup)
+        cls.first = run("demo", "--out", cls.folder.name)
+
+    def test_says_where_to_look(self):
+        self.assertEqual(self.first.returncode, 0, self.first.stdout + self.first.stderr)
+        for name in ("motorcycle", "aloe", "chessboard"):
+            report = os.path.join(self.folder.name, name, "report.html")
+            self.assertIn(report, self.first.stdout)
+            self.assertGreater(os.path.getsize(report), 100_000)
+            self.assertLess(os.path.getsize(report), 8_000_000)
+        self.assertTrue(all(len(line) <= 120 for line in self.first.stdout.splitlines()))
+
+    def test_motorcycle_is_where_the_truth_says(self):
+        score = load(self.folder.name, "motorcycle", "evaluation.json")
+        self.assertLess(score["measured_all"]["bad_2_percent"], 6)
+        self.assertGreater(score["measured_all"]["density_percent"], 70)
+        result = load(self.folder.name, "motorcycle", "result.json")
+        self.assertTrue(result["metric"])
+        # The truth holds disparities of 7.2 to 59.9 px: f B / (d + doffs).
+        near, far = (994.978 * 193.001 / (d + 31.086) for d in (59.9, 7.2))
+        self.assertGreater(result["bounds_mm"]["least"][2], 0.85 * near)
+        self.assertLess(result["bounds_mm"]["greatest"][2], 1.25 * far)
+
+    def test_aloe_says_what_is_assumed(self):
+        score = load(self.folder.name, "aloe", "evaluation.json")
+        self.assertLess(score["measured_all"]["bad_2_percent"], 5)
+        with open(os.path.join(self.folder.name, "aloe", "report.html"), encoding="utf-8") as file:
+            self.assertIn("cropped by 270 px", file.read())
+
+    def test_chessboard_has_its_true_size(self):
+        board = load(self.folder.name, "chessboard", "board.json")
+        self.assertAlmostEqual(board["square_mm"], board["true_square_mm"], delta=0.2)
+        self.assertLess(board["plane_rms_mm"], 1.0)
+        self.assertLess(board["off_plane"], 0.1 * board["corners"])
+        self.assertFalse(load(self.folder.name, "chessboard", "result.json")["plan"]["identity"])
+
+    def test_second_run_does_no_needless_work(self):
+        second = run("demo", "--quick", "--out", self.folder.name)
+        self.assertEqual(second.returncode, 0, second.stderr)
+        self.assertNotRegex(second.stdout + second.stderr, "installing [0-9]|downloading")
+        logs = glob.glob(os.path.join(CACHE, "demo", "build-*", "build.log"))
+        newest = max(logs, key=os.path.getmtime)
+        with open(newest, encoding="utf-8") as file:
+            compiled = re.findall(r"Building \S+ object", file.read())
+        self.assertEqual(compiled, [])
+
+    def test_wrong_usage(self):
+        for tool in ("demo", "install_packages"):
+            wrong = run(tool, "--no-such-thing")
+            self.assertEqual((wrong.returncode, wrong.stdout), (2, ""))
+            self.assertEqual(wrong.stderr.count("\n"), 1)
+            self.assertEqual(run(tool, "--help").returncode, 0)
+
+    def test_packages_have_reasons_and_no_double(self):
+        lines = run("install_packages", "test", "--list").stdout.splitlines()
+        names = [line.split(":")[0] for line in lines]
+        self.assertEqual(len(names), len(set(names)))
+        self.assertTrue(all(re.fullmatch(r"[a-z0-9.+-]+: .+", line) for line in lines))
+        self.assertTrue(set(run("install_packages", "--list").stdout.splitlines()) < set(lines))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+// The parts that the page is made of. The page as a whole: tests/command/report_test.py.
+#include "tools/host/report.hpp"
+
+#include <doctest/doctest.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <random>
+#include <sstream>
+#include <vector>
+
+#include "core/error.h"
+#include "tools/host/colormap.hpp"
+#include "tools/host/report_encode.hpp"
+#include "tools/host/report_figures.hpp"
+#include "tools/host/report_layers.hpp"
+#include "tools/host/report_text.hpp"
+
+namespace {
+
+unsigned seed_of_run() {
+    const char *text = std::getenv("VERGENCE_SEED");
+    return text != nullptr ? static_cast<unsigned>(std::strtoul(text, nullptr, 10)) : 20240817U;
+}
+
+/// Relative luminance of an sRGB colour (IEC 61966-2-1).
+double luminance(const colormap_rgb &colour) {
+    const double weights[3] = {0.2126, 0.7152, 0.0722};
+    double sum = 0;
+    for (std::size_t i = 0; i < 3; i++) {
+        const double v = colour[i] / 255.0;
+        sum += weights[i] * (v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
+    }
+    return sum;
+}
+
+/// A flat grey pair: nothing in it can be measured.
+struct flat_run {
+    std::vector<std::uint16_t> pixels = std::vector<std::uint16_t>(96 * 64, 128);
+    calibration camera{};
+    reconstruct_options options = reconstruct_default_options();
+    reconstruct_result result{};
+    std::vector<unsigned char> memory;
+    arena lent{};
+    int error = 0;
+
+    flat_run() {
+        std::snprintf(camera.id, sizeof camera.id, "flat");
+        camera.rectified = true;
+        camera.left = camera.right = {96, 64, 100, 100, 47.5, 31.5, 0, 0, 0, 0, 0};
+        camera.translation_right_left_mm[0] = -50;
+        options.rectify.disparity_count = 16;
+        rectify_plan plan;
+        REQUIRE(rectify_plan_make(&camera, &options.rectify, &plan) == ERROR_OK);
+        memory.resize(reconstruct_need_bytes(96, 64, &plan, &options, 1));
+        arena_init(&lent, memory.data(), memory.size());
+        const reconstruct_image image = {pixels.data(), 96, 64, 96, 8, PIXEL_GREY};
+        const reconstruct_environment nothing{};
+        error = reconstruct_run(&image, &image, &camera, &plan, &options, &nothing, &lent, &result);
+    }
+};
+
+}  // namespace
+
+TEST_CASE("text from outside cannot become markup") {
+    CHECK(report_text_escape("<a href=\"x\">'&") == "&lt;a href=&quot;x&quot;&gt;&#39;&amp;");
+    CHECK(report_text_escape("caf\xC3\xA9 \x01\n") == "caf\xC3\xA9   ");
+    CHECK(report_text_escape("bad\xFF\xC3") == "bad\xEF\xBF\xBD\xEF\xBF\xBD");
+    CHECK(report_text_json("</script>\"\\\n") == "\"\\u003c/script\\u003e\\\"\\\\\\u000a\"");
+}
+
+TEST_CASE("numbers read as people write them") {
+    CHECK(report_text_count(0) == "0");
+    CHECK(report_text_count(999) == "999");
+    CHECK(report_text_count(1234567) ==
+          "1\xE2\x80\xAF"
+          "234\xE2\x80\xAF"
+          "567");
+    CHECK(report_text_length(0.0421, "mm") == "0.042 mm");
+    CHECK(report_text_length(812.44, "mm") == "812.4 mm");
+    CHECK(report_text_length(12345, "mm") == "12.35 m");
+    CHECK(report_text_length(12345, "units") == "12345 units");
+    CHECK(report_text_bytes(1500000) == "1.5 MB");
+    CHECK(report_text_file_name("/a/b/c.png") == "c.png");
+    CHECK(report_text_file_name("c.png") == "c.png");
+    CHECK(report_text_file_name("/a/b/") == "b");
+}
+
+TEST_CASE("a page takes its parts by name") {
+    CHECK(report_text_fill("a {{x}} b {{y}}{{x}}", {{"x", "1"}, {"y", "{{x}}"}}) == "a 1 b {{x}}1");
+    CHECK(report_text_fill("nothing {{ open", {}) == "nothing {{ open");
+}
+
+TEST_CASE("base64 follows the examples of RFC 4648") {
+    const auto encode = [](const std::string &text) {
+        return report_encode_base64(report_bytes(text.begin(), text.end()));
+    };
+    CHECK(encode("") == "");
+    CHECK(encode("f") == "Zg==");
+    CHECK(encode("fo") == "Zm8=");
+    CHECK(encode("foo") == "Zm9v");
+    CHECK(encode("foobar") == "Zm9vYmFy");
+    CHECK(encode("\xFB\xFF") == "+/8=");
+}
+
+TEST_CASE("packed bytes unpack") {
+    const unsigned seed = seed_of_run();
+    INFO("seed ", seed);
+    std::mt19937 random(seed);
+    report_bytes bytes(100000);
+    for (unsigned char &b : bytes)
+        b = static_cast<unsigned char>(random() % 7);
+    const report_bytes packed = report_encode_deflate(bytes);
+    CHECK(packed.size() < bytes.size() / 2);
+    report_bytes back(bytes.size());
+    uLongf size = back.size();
+    REQUIRE(uncompress(back.data(), &size, packed.data(), packed.size()) == Z_OK);
+    CHECK(back == bytes);
+}
+
+TEST_CASE("the sequential scale brightens in steps that look equal") {
+    const colormap_table table = colormap_sequential();
+    double least = 1e9, most = 0;
+    for (std::size_t i = 8; i < table.size(); i += 8) {
+        CHECK(luminance(table[i]) > luminance(table[i - 8]));
+        // CIE lightness is another model of equal steps than the one the scale was made with.
+        const double step = 116 * (std::cbrt(luminance(table[i]) + 0.002) -
+                                   std::cbrt(luminance(table[i - 8]) + 0.002));
+        least = std::fmin(least, step);
+        most = std::fmax(most, step);
+    }
+    CHECK(most < 4 * least);
+}
+
+TEST_CASE("the diverging scale is lightest in the middle and symmetric in lightness") {
+    const colormap_table table = colormap_diverging();
+    for (std::size_t i = 8; i < 128; i += 8) {
+        CHECK(luminance(table[i]) > luminance(table[i - 8]));
+        CHECK(luminance(table[255 - i]) > luminance(table[263 - i]));
+        CHECK(std::cbrt(luminance(table[i])) ==
+              doctest::Approx(std::cbrt(luminance(table[255 - i]))).epsilon(0.12));
+    }
+    CHECK(table[0][2] > table[0][0]);
+    CHECK(table[255][0] > table[255][2]);
+}
+
+TEST_CASE("sigma codes come back within their step") {
+    CHECK(report_layers_sigma_code(0) == 0);
+    CHECK(report_layers_sigma_code(-1) == 0);
+    for (double sigma_mm = 0.002; sigma_mm < 5000; sigma_mm *= 1.37) {
+        const int code = report_layers_sigma_code(sigma_mm);
+        const double back =
+            report_layers_sigma_first_mm * std::pow(report_layers_sigma_ratio, code - 1);
+        CHECK(back == doctest::Approx(sigma_mm).epsilon(0.034));
+    }
+    CHECK(report_layers_sigma_code(1e-9) == 1);
+    CHECK(report_layers_sigma_code(1e9) == 255);
+}
+
+TEST_CASE("rows are judged in plain words") {
+    CHECK(std::string(report_figures_judge_rows(0, 0).word) == "not measured");
+    CHECK(std::string(report_figures_judge_rows(0.05, 500).grade) == "good");
+    CHECK(std::string(report_figures_judge_rows(0.5, 500).grade) == "fair");
+    CHECK(std::string(report_figures_judge_rows(2.5, 500).word) == "poor");
+}
+
+TEST_CASE("a pair without a surface still gets its page") {
+    flat_run run;
+    REQUIRE(run.error == ERROR_NO_SURFACE);
+    reconstruct_context context{};
+    context.result = &run.result;
+    context.calibration = &run.camera;
+    context.options = &run.options;
+    context.left_path = "l.png";
+    context.right_path = "r.png";
+    context.calibration_format = "vergence";
+    context.metric = true;
+    context.shrink = 1;
+    context.version = context.build_id = "test";
+    char folder[] = "/tmp/vergence-report-XXXXXX";
+    REQUIRE(mkdtemp(folder) != nullptr);
+    const std::string path = std::string(folder) + "/report.html";
+    struct message message {};
+    REQUIRE(report_write(&context, path.c_str(), &message) == ERROR_OK);
+    std::ifstream file(path);
+    std::stringstream text;
+    text << file.rdbuf();
+    CHECK(text.str().find("No surface") != std::string::npos);
+    CHECK(text.str().find("{{") == std::string::npos);
+    CHECK(text.str().find("nan") == std::string::npos);
+    std::remove(path.c_str());
+    CHECK(report_write(&context, (std::string(folder) + "/no/report.html").c_str(), &message) < 0);
+    CHECK(std::string(message.text).find("/no/report.html") != std::string::npos);
+    rmdir(folder);
+}
