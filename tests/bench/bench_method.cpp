@@ -13,8 +13,8 @@ namespace {
 
 class opencv_method : public bench_method {
   public:
-    opencv_method(const bench_pair& pair, const bench_setting& setting,
-                  const std::function<cv::Ptr<cv::StereoMatcher>(int count)>& make)
+    opencv_method(const bench_pair &pair, const bench_setting &setting,
+                  const std::function<cv::Ptr<cv::StereoMatcher>(int count)> &make)
         : setting_(setting),
           disparity_min_(pair.disparity_min),
           width_(pair.left.cols),
@@ -37,7 +37,7 @@ class opencv_method : public bench_method {
     std::vector<float> disparity_px() const override {
         std::vector<float> result;
         for (int y = 0; y < disparity_.rows; y++) {
-            const int16_t* row = disparity_.ptr<int16_t>(y) + before_;
+            const int16_t *row = disparity_.ptr<int16_t>(y) + before_;
             for (int x = 0; x < width_; x++) {
                 const bool valid = row[x] >= disparity_min_ * cv::StereoMatcher::DISP_SCALE;
                 result.push_back(valid ? static_cast<float>(row[x]) / cv::StereoMatcher::DISP_SCALE
@@ -57,7 +57,7 @@ class opencv_method : public bench_method {
 // Settings under which each does well on Middlebury's pairs: left-right check on, no uniqueness
 // margin for SGBM; for StereoBM its default margin does better than none.
 template <int mode>
-std::unique_ptr<bench_method> make_sgbm(const bench_pair& pair, const bench_setting& setting) {
+std::unique_ptr<bench_method> make_sgbm(const bench_pair &pair, const bench_setting &setting) {
     return std::make_unique<opencv_method>(pair, setting, [](int count) {
         constexpr int block = 3;
         return cv::StereoSGBM::create(0, count, block, 8 * block * block, 32 * block * block, 1, 63,
@@ -66,7 +66,7 @@ std::unique_ptr<bench_method> make_sgbm(const bench_pair& pair, const bench_sett
 }
 
 template <int block>
-std::unique_ptr<bench_method> make_bm(const bench_pair& pair, const bench_setting& setting) {
+std::unique_ptr<bench_method> make_bm(const bench_pair &pair, const bench_setting &setting) {
     return std::make_unique<opencv_method>(pair, setting, [](int count) {
         cv::Ptr<cv::StereoBM> matcher = cv::StereoBM::create(count, block);
         matcher->setDisp12MaxDiff(1);
@@ -77,7 +77,7 @@ std::unique_ptr<bench_method> make_bm(const bench_pair& pair, const bench_settin
 
 }  // namespace
 
-const std::vector<bench_method_entry>& bench_methods() {
+const std::vector<bench_method_entry> &bench_methods() {
     static const std::vector<bench_method_entry> methods = {
         {"vergence match", "defaults, speckles below 60 px removed", true, bench_make_match},
         {"vergence match+refine", "the same, then sub-pixel refinement and sigma", true,

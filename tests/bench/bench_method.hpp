@@ -33,14 +33,14 @@ class bench_method {
 };
 
 struct bench_method_entry {
-    const char* name;
-    const char* settings;
+    const char *name;
+    const char *settings;
     bool is_ours;
-    std::unique_ptr<bench_method> (*make)(const bench_pair& pair, const bench_setting& setting);
+    std::unique_ptr<bench_method> (*make)(const bench_pair &pair, const bench_setting &setting);
 };
 
 /// Ours first, then OpenCV's. Name of the one that all times are compared with.
-const std::vector<bench_method_entry>& bench_methods();
-constexpr const char* bench_reference = "SGBM 3-way";
+const std::vector<bench_method_entry> &bench_methods();
+constexpr const char *bench_reference = "SGBM 3-way";
 
 #endif

@@ -16,7 +16,7 @@ namespace {
 
 class our_method : public bench_method {
   public:
-    our_method(const bench_pair& pair, const bench_setting& setting, bool refine)
+    our_method(const bench_pair &pair, const bench_setting &setting, bool refine)
         : pair_(pair),
           refine_(refine),
           options_(match_default_options(pair.disparity_min, pair.disparity_count)),
@@ -45,8 +45,8 @@ class our_method : public bench_method {
         output_.confidence = {confidence_.data(), width, height, width};
         sigma_ = {sigma_q8_.data(), width, height, width};
     }
-    our_method(const our_method&) = delete;
-    our_method& operator=(const our_method&) = delete;
+    our_method(const our_method &) = delete;
+    our_method &operator=(const our_method &) = delete;
     ~our_method() override { ::operator delete (memory_, std::align_val_t{ARENA_ALIGNMENT}); }
 
     void run() override {
@@ -84,26 +84,26 @@ class our_method : public bench_method {
     bench_pair pair_;  // shares the pixels
     bool refine_;
     match_options options_;
-    workers* workers_;
-    const struct parallel* parallel_;
+    workers *workers_;
+    const struct parallel *parallel_;
     std::vector<int32_t> disparity_q8_;
     std::vector<uint8_t> reason_, confidence_;
     std::vector<uint16_t> sigma_q8_;
     match_input input_;
     match_output output_;
     image_u16 sigma_;
-    void* memory_;
+    void *memory_;
     std::size_t size_bytes_, peak_bytes_ = 0;
 };
 
 }  // namespace
 
-std::unique_ptr<bench_method> bench_make_match(const bench_pair& pair,
-                                               const bench_setting& setting) {
+std::unique_ptr<bench_method> bench_make_match(const bench_pair &pair,
+                                               const bench_setting &setting) {
     return std::make_unique<our_method>(pair, setting, false);
 }
 
-std::unique_ptr<bench_method> bench_make_refined(const bench_pair& pair,
-                                                 const bench_setting& setting) {
+std::unique_ptr<bench_method> bench_make_refined(const bench_pair &pair,
+                                                 const bench_setting &setting) {
     return std::make_unique<our_method>(pair, setting, true);
 }

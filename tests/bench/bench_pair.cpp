@@ -17,13 +17,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
-bool fail(std::string* message, const std::string& what) {
+bool fail(std::string *message, const std::string &what) {
     *message = what;
     return false;
 }
 
 // By OpenCV's conversion: each format's own reader weighs the colours differently.
-cv::Mat load_grey(const fs::path& path) {
+cv::Mat load_grey(const fs::path &path) {
     const cv::Mat colour = cv::imread(path.string(), cv::IMREAD_COLOR);
     cv::Mat grey;
     if (!colour.empty()) {
@@ -32,7 +32,7 @@ cv::Mat load_grey(const fs::path& path) {
     return grey;
 }
 
-bool load_meta(const fs::path& folder, bench_pair* pair, std::string* message) {
+bool load_meta(const fs::path &folder, bench_pair *pair, std::string *message) {
     const fs::path path = folder / "meta.json";
     std::ifstream file(path);
     if (!file) {
@@ -57,7 +57,7 @@ bool load_meta(const fs::path& folder, bench_pair* pair, std::string* message) {
     return true;
 }
 
-bool load_truth(const fs::path& folder, bench_pair* pair, std::string* message) {
+bool load_truth(const fs::path &folder, bench_pair *pair, std::string *message) {
     const fs::path path = folder / "disparity.pfm";
     if (!fs::exists(path)) {
         return true;
@@ -87,13 +87,13 @@ bool load_truth(const fs::path& folder, bench_pair* pair, std::string* message) 
 
 }  // namespace
 
-std::vector<std::string> bench_pair_folders(const std::string& path) {
+std::vector<std::string> bench_pair_folders(const std::string &path) {
     if (fs::exists(fs::path(path) / "left.png")) {
         return {path};
     }
     std::vector<std::string> folders;
     std::error_code error;
-    for (const auto& entry : fs::directory_iterator(path, error)) {
+    for (const auto &entry : fs::directory_iterator(path, error)) {
         if (fs::exists(entry.path() / "left.png")) {
             folders.push_back(entry.path().string());
         }
@@ -102,7 +102,7 @@ std::vector<std::string> bench_pair_folders(const std::string& path) {
     return folders;
 }
 
-bool bench_pair_load(const std::string& folder, bench_pair* pair, std::string* message) {
+bool bench_pair_load(const std::string &folder, bench_pair *pair, std::string *message) {
     const fs::path path(folder);
     bench_pair loaded;
     loaded.name = fs::canonical(path).filename().string();
@@ -118,7 +118,7 @@ bool bench_pair_load(const std::string& folder, bench_pair* pair, std::string* m
     return true;
 }
 
-std::vector<uint8_t> bench_pair_mask(int width, int height, const std::vector<float>& truth_px) {
+std::vector<uint8_t> bench_pair_mask(int width, int height, const std::vector<float> &truth_px) {
     std::vector<uint8_t> mask(truth_px.size(), EVALUATE_UNKNOWN);
     std::vector<float> nearest(static_cast<size_t>(width));
     for (int y = 0; y < height; y++) {
@@ -130,7 +130,7 @@ std::vector<uint8_t> bench_pair_mask(int width, int height, const std::vector<fl
         for (int x = 0; x < width; x++) {
             const float truth = truth_px[row + static_cast<size_t>(x)];
             if (std::isfinite(truth) && right_column(x) >= 0 && right_column(x) < width) {
-                float& there = nearest[static_cast<size_t>(right_column(x))];
+                float &there = nearest[static_cast<size_t>(right_column(x))];
                 there = std::max(there, truth);
             }
         }

@@ -20,16 +20,16 @@ struct bench_pair {
 
 /// The folders to load: `path` itself when it holds left.png, else its sub-folders that do, in
 /// order of their names. Empty when there is none.
-std::vector<std::string> bench_pair_folders(const std::string& path);
+std::vector<std::string> bench_pair_folders(const std::string &path);
 
 /// Loads left.png, right.png, meta.json (disparity_search: [min, end], optional
 /// round_disparity) and, where they are, disparity.pfm and mask.png. On failure returns false
 /// and says why, with the file's name.
-bool bench_pair_load(const std::string& folder, bench_pair* pair, std::string* message);
+bool bench_pair_load(const std::string &folder, bench_pair *pair, std::string *message);
 
 /// Mask from the truth alone. A pixel is hidden when its match lies outside the right image, or
 /// when another pixel of the row with more than 1 px more disparity falls on the same whole right
 /// column.
-std::vector<uint8_t> bench_pair_mask(int width, int height, const std::vector<float>& truth_px);
+std::vector<uint8_t> bench_pair_mask(int width, int height, const std::vector<float> &truth_px);
 
 #endif

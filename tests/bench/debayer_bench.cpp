@@ -23,7 +23,7 @@ constexpr int kBits = 10;
 constexpr double kGreyToRaw = 1023.0 / 255;
 
 // GRBG as the sensor gives it: even rows G R, odd rows B G.
-cv::Mat mosaic_of(const cv::Mat& bgr) {
+cv::Mat mosaic_of(const cv::Mat &bgr) {
     cv::Mat raw(bgr.size(), CV_16U);
     for (int y = 0; y < bgr.rows; y++) {
         for (int x = 0; x < bgr.cols; x++) {
@@ -35,7 +35,7 @@ cv::Mat mosaic_of(const cv::Mat& bgr) {
     return raw;
 }
 
-cv::Mat ours(const cv::Mat& raw) {
+cv::Mat ours(const cv::Mat &raw) {
     cv::Mat rgb(raw.size(), CV_16UC3);
     cv::Mat held = raw;
     const image_u16 view = {held.ptr<uint16_t>(), raw.cols, raw.rows, raw.cols};
@@ -47,13 +47,13 @@ cv::Mat ours(const cv::Mat& raw) {
 }
 
 // OpenCV names the pattern by the second row's second and third pixel: GRBG is its GB.
-cv::Mat opencvs(const cv::Mat& raw) {
+cv::Mat opencvs(const cv::Mat &raw) {
     cv::Mat rgb;
     cv::demosaicing(raw, rgb, cv::COLOR_BayerGB2RGB_EA);
     return rgb;
 }
 
-double peak_signal_to_noise_db(const cv::Mat& rgb, const cv::Mat& bgr) {
+double peak_signal_to_noise_db(const cv::Mat &rgb, const cv::Mat &bgr) {
     double squares = 0;
     double count = 0;
     for (int y = 4; y < rgb.rows - 4; y++) {
@@ -69,7 +69,7 @@ double peak_signal_to_noise_db(const cv::Mat& rgb, const cv::Mat& bgr) {
     return 10 * std::log10(255 * 255 * count / squares);
 }
 
-double timed_ms(const std::function<void()>& work) {
+double timed_ms(const std::function<void()> &work) {
     const auto begin = std::chrono::steady_clock::now();
     work();
     const std::chrono::duration<double, std::milli> taken =
@@ -77,7 +77,7 @@ double timed_ms(const std::function<void()>& work) {
     return taken.count();
 }
 
-int run(const char* path) {
+int run(const char *path) {
     const cv::Mat bgr = cv::imread(path, cv::IMREAD_COLOR);
     if (bgr.cols < 16 || bgr.rows < 16) {
         std::fprintf(stderr, "debayer_bench: %s: no image of at least 16x16\n", path);
@@ -107,14 +107,14 @@ int run(const char* path) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char **argv) {
     if (argc != 2) {
         std::fprintf(stderr, "usage: debayer_bench COLOUR_IMAGE\n");
         return 2;
     }
     try {
         return run(argv[1]);
-    } catch (const std::exception& error) {
+    } catch (const std::exception &error) {
         std::fprintf(stderr, "debayer_bench: %s\n", error.what());
         return 1;
     }

@@ -20,7 +20,7 @@ std::atomic<std::ptrdiff_t> peak_bytes{0};
 std::ptrdiff_t begin_bytes = 0;
 
 #if COUNTS
-void count_in(void* memory) {
+void count_in(void *memory) {
     if (memory == nullptr) {
         return;
     }
@@ -31,7 +31,7 @@ void count_in(void* memory) {
     }
 }
 
-void count_out(void* memory) {
+void count_out(void *memory) {
     if (memory != nullptr) {
         now_bytes.fetch_sub(static_cast<std::ptrdiff_t>(malloc_usable_size(memory)),
                             std::memory_order_relaxed);
@@ -44,27 +44,27 @@ void count_out(void* memory) {
 #if COUNTS
 // The GNU C library offers its allocator under these names to whoever replaces the usual ones.
 extern "C" {
-void* __libc_malloc(size_t size);
-void* __libc_calloc(size_t count, size_t size);
-void* __libc_realloc(void* memory, size_t size);
-void* __libc_memalign(size_t alignment, size_t size);
-void __libc_free(void* memory);
+void *__libc_malloc(size_t size);
+void *__libc_calloc(size_t count, size_t size);
+void *__libc_realloc(void *memory, size_t size);
+void *__libc_memalign(size_t alignment, size_t size);
+void __libc_free(void *memory);
 
-void* malloc(size_t size) {
-    void* memory = __libc_malloc(size);
+void *malloc(size_t size) {
+    void *memory = __libc_malloc(size);
     count_in(memory);
     return memory;
 }
 
-void* calloc(size_t count, size_t size) {
-    void* memory = __libc_calloc(count, size);
+void *calloc(size_t count, size_t size) {
+    void *memory = __libc_calloc(count, size);
     count_in(memory);
     return memory;
 }
 
-void* realloc(void* old, size_t size) {
+void *realloc(void *old, size_t size) {
     count_out(old);
-    void* memory = __libc_realloc(old, size);
+    void *memory = __libc_realloc(old, size);
     if (memory == nullptr && size > 0) {
         count_in(old);  // still there
     }
@@ -72,18 +72,18 @@ void* realloc(void* old, size_t size) {
     return memory;
 }
 
-void* memalign(size_t alignment, size_t size) {
-    void* memory = __libc_memalign(alignment, size);
+void *memalign(size_t alignment, size_t size) {
+    void *memory = __libc_memalign(alignment, size);
     count_in(memory);
     return memory;
 }
 
-void* aligned_alloc(size_t alignment, size_t size) {
+void *aligned_alloc(size_t alignment, size_t size) {
     return memalign(alignment, size);
 }
 
-int posix_memalign(void** memory, size_t alignment, size_t size) {
-    void* taken = memalign(alignment, size);
+int posix_memalign(void **memory, size_t alignment, size_t size) {
+    void *taken = memalign(alignment, size);
     if (taken == nullptr) {
         return ENOMEM;
     }
@@ -91,7 +91,7 @@ int posix_memalign(void** memory, size_t alignment, size_t size) {
     return 0;
 }
 
-void free(void* memory) {
+void free(void *memory) {
     count_out(memory);
     __libc_free(memory);
 }

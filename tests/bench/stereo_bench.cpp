@@ -42,7 +42,7 @@ struct outcome {
     std::map<int, timing> timing_by_threads;
 };
 
-void usage(FILE* stream) {
+void usage(FILE *stream) {
     std::fputs(
         "usage: stereo_bench [options] DIR...\n"
         "  DIR            a folder with left.png right.png meta.json and, for the errors,\n"
@@ -58,7 +58,7 @@ void usage(FILE* stream) {
         stream);
 }
 
-bool parse_arguments(int argc, char** argv, arguments* result) {
+bool parse_arguments(int argc, char **argv, arguments *result) {
     for (int i = 1; i < argc; i++) {
         const std::string word = argv[i];
         if (word == "--help" || word == "-h") {
@@ -75,7 +75,7 @@ bool parse_arguments(int argc, char** argv, arguments* result) {
         } else if (word == "--only" && i + 1 < argc) {
             result->only = argv[++i];
         } else if (word == "--rounds" && i + 1 < argc) {
-            char* end = nullptr;
+            char *end = nullptr;
             const long rounds = std::strtol(argv[++i], &end, 10);
             if (*end != '\0' || rounds < 1 || rounds > 10000) {
                 std::fprintf(stderr, "stereo_bench: --rounds wants a number from 1 to 10000\n");
@@ -96,7 +96,7 @@ bool parse_arguments(int argc, char** argv, arguments* result) {
     return true;
 }
 
-double run_ms(bench_method& method) {
+double run_ms(bench_method &method) {
     const auto begin = std::chrono::steady_clock::now();
     method.run();
     const std::chrono::duration<double, std::milli> taken =
@@ -112,13 +112,13 @@ double quantile(std::vector<double> values, double share) {
     return values[low] + (at - static_cast<double>(low)) * (values[high] - values[low]);
 }
 
-bool wanted(const bench_method_entry& entry, const arguments& args) {
+bool wanted(const bench_method_entry &entry, const arguments &args) {
     return args.only.empty() || std::strcmp(entry.name, bench_reference) == 0 ||
            std::string(entry.name).find(args.only) != std::string::npos;
 }
 
 // One run of a fresh method: its result against the truth, and its memory.
-outcome run_once(const bench_method_entry& entry, const bench_pair& pair, const arguments& args) {
+outcome run_once(const bench_method_entry &entry, const bench_pair &pair, const arguments &args) {
     outcome result;
     result.pair = pair.name;
     result.method = entry.name;
@@ -153,12 +153,12 @@ outcome run_once(const bench_method_entry& entry, const bench_pair& pair, const 
 }
 
 // Interleaved rounds: a slow spell of the computer meets all methods alike.
-void time_rounds(const bench_pair& pair, const arguments& args, int threads,
-                 std::vector<outcome>& outcomes) {
+void time_rounds(const bench_pair &pair, const arguments &args, int threads,
+                 std::vector<outcome> &outcomes) {
     std::vector<std::unique_ptr<bench_method>> methods;
     std::vector<std::vector<double>> times;
     std::size_t reference = 0;
-    for (const bench_method_entry& entry : bench_methods()) {
+    for (const bench_method_entry &entry : bench_methods()) {
         if (wanted(entry, args)) {
             if (std::strcmp(entry.name, bench_reference) == 0) {
                 reference = methods.size();
@@ -183,9 +183,9 @@ void time_rounds(const bench_pair& pair, const arguments& args, int threads,
     }
 }
 
-std::vector<outcome> run_pair(const bench_pair& pair, const arguments& args, int all_threads) {
+std::vector<outcome> run_pair(const bench_pair &pair, const arguments &args, int all_threads) {
     std::vector<outcome> outcomes;
-    for (const bench_method_entry& entry : bench_methods()) {
+    for (const bench_method_entry &entry : bench_methods()) {
         if (wanted(entry, args)) {
             outcomes.push_back(run_once(entry, pair, args));
         }
@@ -199,7 +199,7 @@ std::vector<outcome> run_pair(const bench_pair& pair, const arguments& args, int
     return outcomes;
 }
 
-void print_table(const bench_pair& pair, const std::vector<outcome>& outcomes) {
+void print_table(const bench_pair &pair, const std::vector<outcome> &outcomes) {
     std::printf(
         "\n%s  %dx%d, %d disparities%s%s\n", pair.name.c_str(), pair.left.cols, pair.left.rows,
         pair.disparity_count,
@@ -207,13 +207,13 @@ void print_table(const bench_pair& pair, const std::vector<outcome>& outcomes) {
         pair.round_disparity ? ", rounded (truth in whole pixels)" : "");
     std::printf("  %-22s %7s %7s %7s %9s %9s", "", "bad-1.0", "bad-2.0", "avg px", "density",
                 "memory MB");
-    for (const auto& [threads, unused] : outcomes.front().timing_by_threads) {
+    for (const auto &[threads, unused] : outcomes.front().timing_by_threads) {
         (void)unused;
         std::printf("   %d thread%s: ms  ratio (spread)   ", threads, threads == 1 ? "" : "s");
     }
     std::printf("\n");
-    for (const outcome& one : outcomes) {
-        const evaluate_score& score = one.errors.filled_visible;
+    for (const outcome &one : outcomes) {
+        const evaluate_score &score = one.errors.filled_visible;
         std::printf("  %-22s", one.method.c_str());
         if (one.has_truth) {
             std::printf(" %7.2f %7.2f %7.3f", score.bad_percent[1], score.bad_percent[2],
@@ -223,7 +223,7 @@ void print_table(const bench_pair& pair, const std::vector<outcome>& outcomes) {
         }
         std::printf(" %8.1f%% %9.2f", one.density_percent,
                     static_cast<double>(one.memory_bytes) / 1e6);
-        for (const auto& [threads, timing] : one.timing_by_threads) {
+        for (const auto &[threads, timing] : one.timing_by_threads) {
             (void)threads;
             std::printf("  %9.1f  %5.2f (%.2f-%.2f)     ", timing.best_ms, timing.ratio,
                         timing.ratio_low, timing.ratio_high);
@@ -233,18 +233,18 @@ void print_table(const bench_pair& pair, const std::vector<outcome>& outcomes) {
     std::fflush(stdout);
 }
 
-void print_means(const std::vector<outcome>& all) {
+void print_means(const std::vector<outcome> &all) {
     struct mean {
         double bad1 = 0, bad2 = 0, log_ratio = 0;
         int with_truth = 0, timed = 0;
     };
     std::vector<std::string> order;
     std::map<std::string, mean> means;
-    for (const outcome& one : all) {
+    for (const outcome &one : all) {
         if (means.find(one.method) == means.end()) {
             order.push_back(one.method);
         }
-        mean& sum = means[one.method];
+        mean &sum = means[one.method];
         if (one.has_truth) {
             sum.bad1 += one.errors.filled_visible.bad_percent[1];
             sum.bad2 += one.errors.filled_visible.bad_percent[2];
@@ -260,8 +260,8 @@ void print_means(const std::vector<outcome>& all) {
         "\nmean of all pairs (filled, non-occluded; time: geometric mean of the ratios to %s "
         "on 1 thread)\n",
         bench_reference);
-    for (const std::string& name : order) {
-        const mean& sum = means[name];
+    for (const std::string &name : order) {
+        const mean &sum = means[name];
         std::printf("  %-22s", name.c_str());
         if (sum.with_truth > 0) {
             std::printf(" bad-1.0 %5.2f  bad-2.0 %5.2f", sum.bad1 / sum.with_truth,
@@ -274,7 +274,7 @@ void print_means(const std::vector<outcome>& all) {
     }
 }
 
-nlohmann::json as_json(const outcome& one) {
+nlohmann::json as_json(const outcome &one) {
     nlohmann::json json = {{"pair", one.pair},
                            {"method", one.method},
                            {"width", one.width},
@@ -283,7 +283,7 @@ nlohmann::json as_json(const outcome& one) {
                            {"density_percent", one.density_percent},
                            {"memory_bytes", one.memory_bytes}};
     if (one.has_truth) {
-        const evaluate_score& score = one.errors.filled_visible;
+        const evaluate_score &score = one.errors.filled_visible;
         for (int i = 0; i < EVALUATE_THRESHOLDS; i++) {
             char key[32];
             std::snprintf(key, sizeof key, "bad_%.1f_percent", evaluate_thresholds_px[i]);
@@ -292,7 +292,7 @@ nlohmann::json as_json(const outcome& one) {
         json["average_px"] = score.average_px;
         json["kept_bad_1.0_percent"] = one.errors.kept_visible.bad_percent[1];
     }
-    for (const auto& [threads, timing] : one.timing_by_threads) {
+    for (const auto &[threads, timing] : one.timing_by_threads) {
         json["time"].push_back({{"threads", threads},
                                 {"best_ms", timing.best_ms},
                                 {"ratio", timing.ratio},
@@ -301,9 +301,9 @@ nlohmann::json as_json(const outcome& one) {
     return json;
 }
 
-int run(const arguments& args) {
+int run(const arguments &args) {
     std::vector<std::string> folders;
-    for (const std::string& path : args.paths) {
+    for (const std::string &path : args.paths) {
         const std::vector<std::string> found = bench_pair_folders(path);
         if (found.empty()) {
             std::fprintf(stderr, "stereo_bench: %s: no left.png in it or in its sub-folders\n",
@@ -314,7 +314,7 @@ int run(const arguments& args) {
     }
     const auto all_threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
     std::vector<outcome> all;
-    for (const std::string& folder : folders) {
+    for (const std::string &folder : folders) {
         bench_pair pair;
         std::string message;
         if (!bench_pair_load(folder, &pair, &message)) {
@@ -332,7 +332,7 @@ int run(const arguments& args) {
                                {"reference", bench_reference},
                                {"rounds", args.rounds},
                                {"padded", args.padded}};
-        for (const outcome& one : all) {
+        for (const outcome &one : all) {
             json["results"].push_back(as_json(one));
         }
         std::printf("%s\n", json.dump(2).c_str());
@@ -344,14 +344,14 @@ int run(const arguments& args) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char **argv) {
     arguments args;
     if (!parse_arguments(argc, argv, &args)) {
         return 2;
     }
     try {
         return run(args);
-    } catch (const std::exception& error) {
+    } catch (const std::exception &error) {
         std::fprintf(stderr, "stereo_bench: %s\n", error.what());
         return 1;
     }

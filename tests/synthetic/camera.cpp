@@ -6,7 +6,7 @@
 
 namespace synthetic {
 
-Matrix rotation_from_vector(const Vector& rotation_rad) {
+Matrix rotation_from_vector(const Vector &rotation_rad) {
     const double angle = norm(rotation_rad);
     if (angle == 0) {
         return {1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -20,16 +20,16 @@ Matrix rotation_from_vector(const Vector& rotation_rad) {
             k.z * k.x * v - k.y * s, k.z * k.y * v + k.x * s, c + k.z * k.z * v};
 }
 
-Vector operator*(const Matrix& m, const Vector& a) {
+Vector operator*(const Matrix &m, const Vector &a) {
     return {m[0] * a.x + m[1] * a.y + m[2] * a.z, m[3] * a.x + m[4] * a.y + m[5] * a.z,
             m[6] * a.x + m[7] * a.y + m[8] * a.z};
 }
 
-Matrix transpose(const Matrix& m) {
+Matrix transpose(const Matrix &m) {
     return {m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]};
 }
 
-Pixel distort(const Camera& camera, const Pixel& ideal) {
+Pixel distort(const Camera &camera, const Pixel &ideal) {
     const double x = ideal.x;
     const double y = ideal.y;
     const double r2 = x * x + y * y;
@@ -38,7 +38,7 @@ Pixel distort(const Camera& camera, const Pixel& ideal) {
             y * radial + camera.p1 * (r2 + 2 * y * y) + 2 * camera.p2 * x * y};
 }
 
-Pixel undistort(const Camera& camera, const Pixel& distorted) {
+Pixel undistort(const Camera &camera, const Pixel &distorted) {
     // Fixed-point iteration: contracts for the mild lenses used here, and the self-test of
     // the generator checks that it did.
     Pixel ideal = distorted;
@@ -53,7 +53,7 @@ Pixel undistort(const Camera& camera, const Pixel& distorted) {
     return ideal;
 }
 
-Vector Camera::direction(const Pixel& pixel) const {
+Vector Camera::direction(const Pixel &pixel) const {
     const double y = (pixel.y - vertical.offset_px - vertical.slope_x * (pixel.x - width / 2.0) +
                       vertical.slope_y * height / 2.0) /
                      (1 + vertical.slope_y);
@@ -61,7 +61,7 @@ Vector Camera::direction(const Pixel& pixel) const {
     return transpose(R_camera_world) * Vector{ideal.x, ideal.y, 1};
 }
 
-std::optional<Pixel> Camera::project(const Vector& point_mm) const {
+std::optional<Pixel> Camera::project(const Vector &point_mm) const {
     const Vector in_camera = R_camera_world * (point_mm - centre_mm);
     if (in_camera.z <= 0) {
         return std::nullopt;
@@ -88,19 +88,19 @@ Rig rectified_rig(int width, int height, double f_px, double baseline_mm,
     return rig;
 }
 
-Rig posed_rig(const Camera& left_lens, const Camera& right_lens, const Vector& rotation_rad,
-              const Vector& translation_mm) {
+Rig posed_rig(const Camera &left_lens, const Camera &right_lens, const Vector &rotation_rad,
+              const Vector &translation_mm) {
     Rig rig{left_lens, right_lens};
     rig.right.R_camera_world = rotation_from_vector(rotation_rad);
     rig.right.centre_mm = -1.0 * (transpose(rig.right.R_camera_world) * translation_mm);
     return rig;
 }
 
-calibration calibration_of(const Rig& rig, const Vector& rotation_rad,
-                           const Vector& translation_mm) {
+calibration calibration_of(const Rig &rig, const Vector &rotation_rad,
+                           const Vector &translation_mm) {
     calibration result{};
     std::strcpy(result.id, "synthetic");
-    const auto lens_of = [](const Camera& camera) {
+    const auto lens_of = [](const Camera &camera) {
         return lens{camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy,
                     camera.k1,    camera.k2,     camera.p1, camera.p2, camera.k3};
     };

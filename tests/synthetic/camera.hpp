@@ -14,9 +14,9 @@ namespace synthetic {
 
 using Matrix = std::array<double, 9>;  // row-major
 
-Matrix rotation_from_vector(const Vector& rotation_rad);
-Vector operator*(const Matrix& m, const Vector& a);
-Matrix transpose(const Matrix& m);
+Matrix rotation_from_vector(const Vector &rotation_rad);
+Vector operator*(const Matrix &m, const Vector &a);
+Matrix transpose(const Matrix &m);
 
 struct Pixel {
     double x, y;
@@ -36,13 +36,13 @@ struct Camera {
     Vector centre_mm;  // in the world
     VerticalShift vertical;
 
-    Vector direction(const Pixel& pixel) const;                  // in the world, of any length
-    std::optional<Pixel> project(const Vector& point_mm) const;  // none behind the camera
+    Vector direction(const Pixel &pixel) const;                  // in the world, of any length
+    std::optional<Pixel> project(const Vector &point_mm) const;  // none behind the camera
 };
 
 /// Brown-Conrady and its inverse, for normalised coordinates.
-Pixel distort(const Camera& camera, const Pixel& ideal);
-Pixel undistort(const Camera& camera, const Pixel& distorted);
+Pixel distort(const Camera &camera, const Pixel &ideal);
+Pixel undistort(const Camera &camera, const Pixel &distorted);
 
 /// Two cameras. The world is the left camera's frame.
 struct Rig {
@@ -55,13 +55,13 @@ Rig rectified_rig(int width, int height, double f_px, double baseline_mm,
 
 /// A rig as it stands on a table: lenses as given, right camera turned by a rotation vector,
 /// point_right = R point_left + t.
-Rig posed_rig(const Camera& left_lens, const Camera& right_lens, const Vector& rotation_rad,
-              const Vector& translation_mm);
+Rig posed_rig(const Camera &left_lens, const Camera &right_lens, const Vector &rotation_rad,
+              const Vector &translation_mm);
 
 /// The calibration that a perfect calibrator would find. `rotation_rad` and `translation_mm` as in
 /// `posed_rig`.
-calibration calibration_of(const Rig& rig, const Vector& rotation_rad,
-                           const Vector& translation_mm);
+calibration calibration_of(const Rig &rig, const Vector &rotation_rad,
+                           const Vector &translation_mm);
 
 }  // namespace synthetic
 

@@ -15,13 +15,21 @@ Memory::~Memory() {
     ::operator delete (data_, std::align_val_t{ARENA_ALIGNMENT});
 }
 
+void Matched::bind() {
+    input.left.data = left.data();
+    input.right.data = right.data();
+    output.disparity_q8.data = disparity_q8.data();
+    output.reason.data = reason.data();
+    output.confidence.data = confidence.data();
+}
+
 double Matched::share(int of_reason) const {
     const auto count = std::count(reason.begin(), reason.end(), static_cast<uint8_t>(of_reason));
     return static_cast<double>(count) / static_cast<double>(reason.size());
 }
 
-Matched run_match(const std::vector<uint8_t>& left, const std::vector<uint8_t>& right, int width,
-                  int height, const match_options& options, const MatchSetting& setting) {
+Matched run_match(const std::vector<uint8_t> &left, const std::vector<uint8_t> &right, int width,
+                  int height, const match_options &options, const MatchSetting &setting) {
     Matched m;
     m.width = width;
     m.height = height;
@@ -42,8 +50,8 @@ Matched run_match(const std::vector<uint8_t>& left, const std::vector<uint8_t>& 
     const Memory memory(setting.memory_bytes > 0 ? setting.memory_bytes : m.need_bytes);
     arena arena;
     arena_init(&arena, memory.data(), memory.size());
-    auto progress = [](void* self, int rows_done, int rows) {
-        return (*static_cast<const std::function<bool(int, int)>*>(self))(rows_done, rows);
+    auto progress = [](void *self, int rows_done, int rows) {
+        return (*static_cast<const std::function<bool(int, int)> *>(self))(rows_done, rows);
     };
     std::function<bool(int, int)> called = setting.progress;
     m.status = match_run(&m.input, &options, setting.parallel, called ? +progress : nullptr,
@@ -52,15 +60,15 @@ Matched run_match(const std::vector<uint8_t>& left, const std::vector<uint8_t>& 
     return m;
 }
 
-Matched run_match(const Pair& pair, const match_options& options, const MatchSetting& setting) {
+Matched run_match(const Pair &pair, const match_options &options, const MatchSetting &setting) {
     const int stride = pair.width + setting.stride_extra;
     return run_match(as_u8(pair.left, pair.width, pair.height, pair.bits, stride),
                      as_u8(pair.right, pair.width, pair.height, pair.bits, stride), pair.width,
                      pair.height, options, setting);
 }
 
-Comparison compare(const Matched& matched, const ViewTruth& truth,
-                   const std::function<bool(int x, int y)>& counts) {
+Comparison compare(const Matched &matched, const ViewTruth &truth,
+                   const std::function<bool(int x, int y)> &counts) {
     Comparison result;
     double sum = 0;
     double squares = 0;
@@ -91,7 +99,7 @@ Comparison compare(const Matched& matched, const ViewTruth& truth,
     return result;
 }
 
-std::vector<bool> clear_pixels(const Pair& pair, int radius, int border) {
+std::vector<bool> clear_pixels(const Pair &pair, int radius, int border) {
     std::vector<bool> clear = inner_pixels(pair, pair.left_truth, radius);
     for (int y = 0; y < pair.height; y++) {
         for (int x = 0; x < pair.width; x++) {

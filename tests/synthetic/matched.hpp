@@ -18,13 +18,13 @@ class Memory {
   public:
     explicit Memory(size_t size_bytes);
     ~Memory();
-    Memory(const Memory&) = delete;
-    Memory& operator=(const Memory&) = delete;
-    void* data() const { return data_; }
+    Memory(const Memory &) = delete;
+    Memory &operator=(const Memory &) = delete;
+    void *data() const { return data_; }
     size_t size() const { return size_bytes_; }
 
   private:
-    void* data_;
+    void *data_;
     size_t size_bytes_;
 };
 
@@ -45,19 +45,22 @@ struct Matched {
     double disparity_px(size_t i) const { return disparity_q8[i] / 256.0; }
     bool valid(size_t i) const { return reason[i] == REASON_VALID; }
     double share(int of_reason) const;  // of all pixels
+
+    /// Lets the views look at this object's own vectors: to be called on a copy.
+    void bind();
 };
 
 struct MatchSetting {
-    const struct parallel* parallel = &parallel_serial;
+    const struct parallel *parallel = &parallel_serial;
     int stride_extra = 0;
     std::function<bool(int rows_done, int rows)> progress;
     size_t memory_bytes = 0;  // 0: what match_need_bytes asks for
 };
 
 /// Matches; the caller looks at `status`. The arena is exactly as large as the matcher asked.
-Matched run_match(const Pair& pair, const match_options& options, const MatchSetting& setting = {});
-Matched run_match(const std::vector<uint8_t>& left, const std::vector<uint8_t>& right, int width,
-                  int height, const match_options& options, const MatchSetting& setting = {});
+Matched run_match(const Pair &pair, const match_options &options, const MatchSetting &setting = {});
+Matched run_match(const std::vector<uint8_t> &left, const std::vector<uint8_t> &right, int width,
+                  int height, const match_options &options, const MatchSetting &setting = {});
 
 /// How an answer compares with the truth, over the pixels chosen by `counts(x, y)`.
 struct Comparison {
@@ -69,12 +72,12 @@ struct Comparison {
     double bad_1px_share() const { return valid > 0 ? static_cast<double>(bad_1px) / valid : 0; }
     double bad_2px_share() const { return valid > 0 ? static_cast<double>(bad_2px) / valid : 0; }
 };
-Comparison compare(const Matched& matched, const ViewTruth& truth,
-                   const std::function<bool(int x, int y)>& counts);
+Comparison compare(const Matched &matched, const ViewTruth &truth,
+                   const std::function<bool(int x, int y)> &counts);
 
 /// Seen by both cameras, at least `border` px from the image's border, and no other surface within
 /// `radius` px.
-std::vector<bool> clear_pixels(const Pair& pair, int radius, int border);
+std::vector<bool> clear_pixels(const Pair &pair, int radius, int border);
 
 }  // namespace synthetic
 

@@ -9,7 +9,7 @@ namespace synthetic {
 
 namespace {
 
-uint16_t expose(double reflectance, const Sensor& sensor, Random& random) {
+uint16_t expose(double reflectance, const Sensor &sensor, Random &random) {
     const double full_scale = static_cast<double>((1 << sensor.bits) - 1);
     double signal =
         sensor.gain * std::pow(std::max(reflectance, 0.0), sensor.gamma) + sensor.offset;
@@ -23,13 +23,13 @@ uint16_t expose(double reflectance, const Sensor& sensor, Random& random) {
     return static_cast<uint16_t>(std::lround(std::clamp(signal, 0.0, 1.0) * full_scale));
 }
 
-bool inside(const Camera& camera, const Pixel& pixel) {
+bool inside(const Camera &camera, const Pixel &pixel) {
     return pixel.x >= 0 && pixel.x <= camera.width - 1 && pixel.y >= 0 &&
            pixel.y <= camera.height - 1;
 }
 
-Visibility visibility_of(const Scene& scene, const Camera& other, const Vector& point,
-                         const std::optional<Pixel>& there) {
+Visibility visibility_of(const Scene &scene, const Camera &other, const Vector &point,
+                         const std::optional<Pixel> &there) {
     if (!there || !inside(other, *there)) {
         return Visibility::Outside;
     }
@@ -37,7 +37,7 @@ Visibility visibility_of(const Scene& scene, const Camera& other, const Vector& 
     return first && first->t < 1 - 1e-6 ? Visibility::Occluded : Visibility::Visible;
 }
 
-ViewTruth mirrored_truth(const ViewTruth& truth, int width, int height) {
+ViewTruth mirrored_truth(const ViewTruth &truth, int width, int height) {
     ViewTruth result = truth;
     for (int y = 0; y < height; y++) {
         for (int x = 0; x < width; x++) {
@@ -54,7 +54,7 @@ ViewTruth mirrored_truth(const ViewTruth& truth, int width, int height) {
     return result;
 }
 
-std::vector<uint16_t> mirrored_image(const std::vector<uint16_t>& image, int width) {
+std::vector<uint16_t> mirrored_image(const std::vector<uint16_t> &image, int width) {
     std::vector<uint16_t> result = image;
     for (auto row = result.begin(); row != result.end(); row += width) {
         std::reverse(row, row + width);
@@ -64,7 +64,7 @@ std::vector<uint16_t> mirrored_image(const std::vector<uint16_t>& image, int wid
 
 }  // namespace
 
-std::vector<uint16_t> render_view(const Scene& scene, const Camera& camera, const Sensor& sensor,
+std::vector<uint16_t> render_view(const Scene &scene, const Camera &camera, const Sensor &sensor,
                                   int samples, uint64_t seed) {
     std::vector<uint16_t> image;
     image.reserve(static_cast<size_t>(camera.width) * static_cast<size_t>(camera.height));
@@ -85,7 +85,7 @@ std::vector<uint16_t> render_view(const Scene& scene, const Camera& camera, cons
     return image;
 }
 
-ViewTruth truth_of(const Scene& scene, const Camera& camera, const Camera& other, bool is_left) {
+ViewTruth truth_of(const Scene &scene, const Camera &camera, const Camera &other, bool is_left) {
     const size_t count = static_cast<size_t>(camera.width) * static_cast<size_t>(camera.height);
     const double unknown = std::numeric_limits<double>::quiet_NaN();
     ViewTruth truth;
@@ -114,7 +114,7 @@ ViewTruth truth_of(const Scene& scene, const Camera& camera, const Camera& other
     return truth;
 }
 
-Pair render(const Scene& scene, const Rig& rig, const RenderOptions& options) {
+Pair render(const Scene &scene, const Rig &rig, const RenderOptions &options) {
     Pair pair;
     pair.rig = rig;
     pair.width = rig.left.width;
@@ -128,7 +128,7 @@ Pair render(const Scene& scene, const Rig& rig, const RenderOptions& options) {
     return pair;
 }
 
-std::vector<bool> inner_pixels(const Pair& pair, const ViewTruth& truth, int radius) {
+std::vector<bool> inner_pixels(const Pair &pair, const ViewTruth &truth, int radius) {
     std::vector<bool> inner(truth.surface.size(), true);
     for (int y = 0; y < pair.height; y++) {
         for (int x = 0; x < pair.width; x++) {
@@ -147,7 +147,7 @@ std::vector<bool> inner_pixels(const Pair& pair, const ViewTruth& truth, int rad
     return inner;
 }
 
-std::vector<uint8_t> as_u8(const std::vector<uint16_t>& image, int width, int height, int bits,
+std::vector<uint8_t> as_u8(const std::vector<uint16_t> &image, int width, int height, int bits,
                            int stride) {
     std::vector<uint8_t> result(static_cast<size_t>(stride) * static_cast<size_t>(height));
     for (size_t i = 0; i < result.size(); i++) {
@@ -166,7 +166,7 @@ std::vector<uint8_t> as_u8(const std::vector<uint16_t>& image, int width, int he
     return result;
 }
 
-Pair mirrored(const Pair& pair) {
+Pair mirrored(const Pair &pair) {
     Pair result = pair;
     result.left = mirrored_image(pair.right, pair.width);
     result.right = mirrored_image(pair.left, pair.width);

@@ -56,25 +56,25 @@ struct Pair {
 };
 
 /// Renders both views and their truth. Both cameras must have the same size.
-Pair render(const Scene& scene, const Rig& rig, const RenderOptions& options);
+Pair render(const Scene &scene, const Rig &rig, const RenderOptions &options);
 
 /// The image a camera sees (no truth).
-std::vector<uint16_t> render_view(const Scene& scene, const Camera& camera, const Sensor& sensor,
+std::vector<uint16_t> render_view(const Scene &scene, const Camera &camera, const Sensor &sensor,
                                   int samples, uint64_t seed);
 
 /// Truth of `camera` against the `other` one; `is_left` gives the disparity its sign.
-ViewTruth truth_of(const Scene& scene, const Camera& camera, const Camera& other, bool is_left);
+ViewTruth truth_of(const Scene &scene, const Camera &camera, const Camera &other, bool is_left);
 
 /// True where no pixel within `radius` (square window, inside the image) shows another surface.
-std::vector<bool> inner_pixels(const Pair& pair, const ViewTruth& truth, int radius);
+std::vector<bool> inner_pixels(const Pair &pair, const ViewTruth &truth, int radius);
 
 /// 8 bit copy of an image of `bits` bits, with rows of `stride` >= width values; the gap is filled
 /// with a pattern that no algorithm should read.
-std::vector<uint8_t> as_u8(const std::vector<uint16_t>& image, int width, int height, int bits,
+std::vector<uint8_t> as_u8(const std::vector<uint16_t> &image, int width, int height, int bits,
                            int stride);
 
 /// Swaps the views and flips both left to right: the same surface seen in a mirror.
-Pair mirrored(const Pair& pair);
+Pair mirrored(const Pair &pair);
 
 }  // namespace synthetic
 

@@ -21,16 +21,16 @@ void spline_weights(double fraction, double weights[4]) {
     weights[3] = fraction * fraction * fraction / 6;
 }
 
-bool plane_holds(const Surface& surface, const Vector& point) {
+bool plane_holds(const Surface &surface, const Vector &point) {
     if (surface.bounds && !surface.bounds->contains(point.x, point.y)) {
         return false;
     }
     return std::none_of(surface.holes.begin(), surface.holes.end(),
-                        [&](const Rectangle& hole) { return hole.contains(point.x, point.y); });
+                        [&](const Rectangle &hole) { return hole.contains(point.x, point.y); });
 }
 
-std::optional<double> cast_plane(const Surface& surface, const Vector& origin,
-                                 const Vector& direction) {
+std::optional<double> cast_plane(const Surface &surface, const Vector &origin,
+                                 const Vector &direction) {
     const double slope = dot(surface.normal, direction);
     if (slope == 0) {
         return std::nullopt;
@@ -42,8 +42,8 @@ std::optional<double> cast_plane(const Surface& surface, const Vector& origin,
     return t;
 }
 
-std::optional<double> cast_sphere(const Surface& surface, const Vector& origin,
-                                  const Vector& direction) {
+std::optional<double> cast_sphere(const Surface &surface, const Vector &origin,
+                                  const Vector &direction) {
     const Vector from_centre = origin - surface.centre;
     const double a = dot(direction, direction);
     const double half_b = dot(from_centre, direction);
@@ -58,7 +58,7 @@ std::optional<double> cast_sphere(const Surface& surface, const Vector& origin,
 
 }  // namespace
 
-double norm(const Vector& a) {
+double norm(const Vector &a) {
     return std::sqrt(dot(a, a));
 }
 
@@ -88,7 +88,7 @@ double Random::normal() {
 
 Noise::Noise(uint64_t seed) : coefficients_(kCells * kCells) {
     Random random(seed);
-    for (float& coefficient : coefficients_) {
+    for (float &coefficient : coefficients_) {
         coefficient = static_cast<float>(std::clamp(random.normal(), -2.5, 2.5) / kSplinePower);
     }
 }
@@ -133,7 +133,7 @@ double Texture::at(double x_mm, double y_mm) const {
     return mean + contrast * value;
 }
 
-std::optional<Hit> Scene::cast(const Vector& origin, const Vector& direction) const {
+std::optional<Hit> Scene::cast(const Vector &origin, const Vector &direction) const {
     std::optional<Hit> nearest;
     for (size_t i = 0; i < surfaces.size(); i++) {
         const std::optional<double> t = surfaces[i].kind == Surface::Kind::Plane
@@ -146,7 +146,7 @@ std::optional<Hit> Scene::cast(const Vector& origin, const Vector& direction) co
     return nearest;
 }
 
-double Scene::reflectance(const Hit& hit) const {
+double Scene::reflectance(const Hit &hit) const {
     return surfaces[static_cast<size_t>(hit.surface)].texture.at(hit.point.x, hit.point.y);
 }
 

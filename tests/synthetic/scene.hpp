@@ -15,19 +15,19 @@ struct Vector {
     double x = 0, y = 0, z = 0;
 };
 
-inline Vector operator+(const Vector& a, const Vector& b) {
+inline Vector operator+(const Vector &a, const Vector &b) {
     return {a.x + b.x, a.y + b.y, a.z + b.z};
 }
-inline Vector operator-(const Vector& a, const Vector& b) {
+inline Vector operator-(const Vector &a, const Vector &b) {
     return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
-inline Vector operator*(double s, const Vector& a) {
+inline Vector operator*(double s, const Vector &a) {
     return {s * a.x, s * a.y, s * a.z};
 }
-inline double dot(const Vector& a, const Vector& b) {
+inline double dot(const Vector &a, const Vector &b) {
     return a.x * b.x + a.y * b.y + a.z * b.z;
 }
-double norm(const Vector& a);
+double norm(const Vector &a);
 
 /// Uniform and normal numbers that are the same on every platform for a seed.
 class Random {
@@ -98,8 +98,8 @@ struct Scene {
     std::vector<Surface> surfaces;
 
     /// Nearest surface along a ray, t > 1e-9; the direction needs no unit length.
-    std::optional<Hit> cast(const Vector& origin, const Vector& direction) const;
-    double reflectance(const Hit& hit) const;
+    std::optional<Hit> cast(const Vector &origin, const Vector &direction) const;
+    double reflectance(const Hit &hit) const;
 };
 
 }  // namespace synthetic

@@ -10,7 +10,7 @@
 namespace synthetic {
 
 inline uint64_t test_seed() {
-    const char* text = std::getenv("VERGENCE_SEED");
+    const char *text = std::getenv("VERGENCE_SEED");
     return text != nullptr ? std::strtoull(text, nullptr, 0) : 20090915;
 }
 

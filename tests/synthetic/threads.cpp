@@ -12,8 +12,8 @@ namespace synthetic {
 
 Threads::Threads(int threads, uint64_t seed) : parallel_{run, this, threads}, seed_(seed) {}
 
-void Threads::run(void* self, void (*part)(void* context, int index), void* context, int count) {
-    auto* threads = static_cast<Threads*>(self);
+void Threads::run(void *self, void (*part)(void *context, int index), void *context, int count) {
+    auto *threads = static_cast<Threads *>(self);
     Random random(threads->seed_ + static_cast<uint64_t>(threads->calls_++));
     std::vector<int> order(static_cast<size_t>(count));
     std::iota(order.begin(), order.end(), 0);
@@ -31,7 +31,7 @@ void Threads::run(void* self, void (*part)(void* context, int index), void* cont
         helpers.emplace_back(work);
     }
     work();
-    for (std::thread& helper : helpers) {
+    for (std::thread &helper : helpers) {
         helper.join();
     }
 }

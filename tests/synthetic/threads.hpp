@@ -14,14 +14,14 @@ namespace synthetic {
 class Threads {
   public:
     explicit Threads(int threads, uint64_t seed = 1);
-    Threads(const Threads&) = delete;
-    Threads& operator=(const Threads&) = delete;
+    Threads(const Threads &) = delete;
+    Threads &operator=(const Threads &) = delete;
 
-    const struct parallel* parallel() const { return &parallel_; }
+    const struct parallel *parallel() const { return &parallel_; }
     int calls() const { return calls_; }
 
   private:
-    static void run(void* self, void (*part)(void* context, int index), void* context, int count);
+    static void run(void *self, void (*part)(void *context, int index), void *context, int count);
 
     struct parallel parallel_;
     uint64_t seed_;

@@ -27,21 +27,21 @@ Pair small_pair(int width, int height, uint64_t seed) {
     return render(step(rig, 9, 5, {3, 0.15}, seed), rig, options);
 }
 
-bool same_answer(const Matched& a, const Matched& b) {
+bool same_answer(const Matched &a, const Matched &b) {
     return a.status == b.status && a.disparity_q8 == b.disparity_q8 && a.reason == b.reason &&
            a.confidence == b.confidence;
 }
 
-std::vector<uint8_t> random_image(int width, int height, Random& random) {
+std::vector<uint8_t> random_image(int width, int height, Random &random) {
     std::vector<uint8_t> image(static_cast<size_t>(width) * static_cast<size_t>(height));
-    for (uint8_t& value : image) {
+    for (uint8_t &value : image) {
         value = static_cast<uint8_t>(random.bits());
     }
     return image;
 }
 
 // What holds for every answer, whatever the images.
-void check_sane(const Matched& matched, const match_options& options) {
+void check_sane(const Matched &matched, const match_options &options) {
     int wrong = 0;
     for (size_t i = 0; i < matched.reason.size(); i++) {
         const bool known_reason = matched.reason[i] < REASON_COUNT;
@@ -200,7 +200,7 @@ TEST_CASE("any size, count and range gives an answer that makes sense") {
         {100, 50, -20, 31},
         {100, 50, 95, 20},
     };
-    for (const Shape& shape : shapes) {
+    for (const Shape &shape : shapes) {
         CAPTURE(shape.width);
         CAPTURE(shape.height);
         CAPTURE(shape.disparity_min);
@@ -233,8 +233,8 @@ TEST_CASE("random shapes and extreme pixels") {
         std::vector<uint8_t> left = random_image(width, height, random);
         std::vector<uint8_t> right = random_image(width, height, random);
         if (round % 2 == 0) {
-            for (auto* image : {&left, &right}) {
-                for (uint8_t& value : *image) {
+            for (auto *image : {&left, &right}) {
+                for (uint8_t &value : *image) {
                     value = value < 128 ? 0 : 255;
                 }
             }
@@ -385,7 +385,7 @@ TEST_CASE("images and outputs of differing sizes are refused") {
         return match_run(&m.input, &options, &parallel_serial, nullptr, nullptr, &arena, &m.output);
     };
     REQUIRE(status() == ERROR_OK);
-    for (int* size : {&m.input.right.width, &m.input.right.height, &m.output.reason.width,
+    for (int *size : {&m.input.right.width, &m.input.right.height, &m.output.reason.width,
                       &m.output.disparity_q8.height, &m.output.confidence.width}) {
         (*size)--;
         CHECK(status() == ERROR_SIZE_MISMATCH);

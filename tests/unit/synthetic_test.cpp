@@ -18,7 +18,7 @@ constexpr double kPi = 3.14159265358979323846;
 
 // Row value between pixels by a Lanczos filter of 12 taps: better than 0.1 % for noise cells of
 // 3 px and more, and no code of ours.
-double interpolate(const uint16_t* row, int width, double x) {
+double interpolate(const uint16_t *row, int width, double x) {
     const int first = static_cast<int>(std::floor(x)) - 5;
     double sum = 0;
     double weights = 0;
@@ -39,13 +39,13 @@ struct Warp {
     double bias_px;  // disparity error that best explains the difference
 };
 
-Warp warp_right_to_left(const Pair& pair, double disparity_error_px) {
+Warp warp_right_to_left(const Pair &pair, double disparity_error_px) {
     const std::vector<bool> inner = inner_pixels(pair, pair.left_truth, 1);
     const std::vector<bool> inner_right = inner_pixels(pair, pair.right_truth, 7);
     Warp result{0, 0, 0};
     double squares = 0, own = 0, own_sum = 0, slope_error = 0, slope_slope = 0;
     for (int y = 0; y < pair.height; y++) {
-        const uint16_t* right = &pair.right[pair.index(0, y)];
+        const uint16_t *right = &pair.right[pair.index(0, y)];
         for (int x = 0; x < pair.width; x++) {
             const size_t i = pair.index(x, y);
             const double there = x - pair.left_truth.disparity_px[i] + disparity_error_px;
@@ -74,12 +74,12 @@ Warp warp_right_to_left(const Pair& pair, double disparity_error_px) {
 // Which of the left row's points the right camera sees, by a buffer of fractions of right pixels
 // instead of rays: everything in the world's slice along the row, from both cameras' points of
 // view, competes for its fraction, and the largest disparity wins.
-std::vector<bool> seen_by_buffer(const Scene& scene, const Pair& pair, int y) {
+std::vector<bool> seen_by_buffer(const Scene &scene, const Pair &pair, int y) {
     constexpr int kFractions = 16;
     const int margin = 64;
     const int bins = (pair.width + 2 * margin) * kFractions;
     std::vector<double> nearest(static_cast<size_t>(bins), -1e9);
-    const auto enter = [&](const Camera& camera, double x) {
+    const auto enter = [&](const Camera &camera, double x) {
         const auto hit =
             scene.cast(camera.centre_mm, camera.direction({x, static_cast<double>(y)}));
         if (!hit) {
@@ -89,7 +89,7 @@ std::vector<bool> seen_by_buffer(const Scene& scene, const Pair& pair, int y) {
         const double x_right = pair.rig.right.project(hit->point)->x;
         const auto bin = static_cast<int>(std::lround((x_right + margin) * kFractions));
         if (bin >= 0 && bin < bins) {
-            double& there = nearest[static_cast<size_t>(bin)];
+            double &there = nearest[static_cast<size_t>(bin)];
             there = std::max(there, x_left - x_right);
         }
     };
@@ -109,7 +109,7 @@ std::vector<bool> seen_by_buffer(const Scene& scene, const Pair& pair, int y) {
     return seen;
 }
 
-Pair rendered(const Scene& scene, const Rig& rig, int bits, int samples, uint64_t seed) {
+Pair rendered(const Scene &scene, const Rig &rig, int bits, int samples, uint64_t seed) {
     RenderOptions options;
     options.left.bits = options.right.bits = bits;
     options.samples = samples;
@@ -117,7 +117,7 @@ Pair rendered(const Scene& scene, const Rig& rig, int bits, int samples, uint64_
     return render(scene, rig, options);
 }
 
-double scatter_of(const std::vector<uint16_t>& image, double& mean) {
+double scatter_of(const std::vector<uint16_t> &image, double &mean) {
     double sum = 0, squares = 0;
     for (const uint16_t value : image) {
         sum += value;
@@ -288,7 +288,7 @@ TEST_CASE("the sensor's gain, offset, gamma, noise and saturation are what they 
     Builder builder(rig, seed);
     Scene flat;
     flat.surfaces.push_back(builder.plane(10, 0, 0, Builder::constant(0.5)));
-    const auto measured = [&](const Sensor& sensor, double& mean) {
+    const auto measured = [&](const Sensor &sensor, double &mean) {
         return scatter_of(render_view(flat, rig.left, sensor, 1, seed), mean);
     };
     double mean = 0;

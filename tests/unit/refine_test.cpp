@@ -1,0 +1,359 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sub-pixel refinement, the sigma that it predicts and the residual vertical disparity, on
+// synthetic pairs with exact truth.
+#include "core/refine.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "synthetic/matched.hpp"
+#include "synthetic/scenes.hpp"
+#include "synthetic/seed.hpp"
+#include "synthetic/threads.hpp"
+
+using namespace synthetic;
+
+namespace {
+
+struct Refined {
+    Matched matched;
+    std::vector<uint16_t> sigma_q8;
+    int status;
+    size_t peak_bytes, need_bytes;
+};
+
+Pair noisy_pair(const Scene &scene, const Rig &rig, double noise_grey, uint64_t seed) {
+    RenderOptions options;
+    options.seed = seed;
+    options.left.noise_grey = options.right.noise_grey = noise_grey;
+    return render(scene, rig, options);
+}
+
+Refined refine(Matched matched, const parallel *parallel = &parallel_serial,
+               size_t memory_bytes = 0) {
+    Refined result{std::move(matched), {}, 0, 0, 0};
+    Matched &m = result.matched;
+    m.bind();
+    result.sigma_q8.assign(m.reason.size(), 12345);
+    image_u16 sigma = {result.sigma_q8.data(), m.width, m.height, m.width};
+    result.need_bytes = refine_need_bytes(m.width, m.height, parallel->threads);
+    const Memory memory(memory_bytes > 0 ? memory_bytes : result.need_bytes);
+    arena arena;
+    arena_init(&arena, memory.data(), memory.size());
+    result.status = refine_disparities(&m.input, parallel, &arena, &m.output, &sigma);
+    result.peak_bytes = arena.peak_bytes;
+    return result;
+}
+
+// Errors over sigma, of pixels further from an edge than all windows reach and not grossly wrong
+// (that is the matcher's affair).
+struct Scores {
+    double squares = 0;
+    int count = 0, beyond_three = 0;
+
+    double rms() const { return std::sqrt(squares / count); }
+    void add(double z) {
+        squares += z * z;
+        count++;
+        beyond_three += std::abs(z) > 3;
+    }
+};
+
+Scores scores_of(const Refined &refined, const Pair &pair) {
+    const std::vector<bool> clear = clear_pixels(pair, 8, 10);
+    Scores scores;
+    for (size_t i = 0; i < clear.size(); i++) {
+        const double error = refined.matched.disparity_px(i) - pair.left_truth.disparity_px[i];
+        if (clear[i] && refined.matched.valid(i) && std::abs(error) < 1) {
+            scores.add(error / (refined.sigma_q8[i] / 256.0));
+        }
+    }
+    return scores;
+}
+
+Comparison compare_clear(const Matched &matched, const Pair &pair) {
+    const std::vector<bool> clear = clear_pixels(pair, 8, 10);
+    return compare(matched, pair.left_truth, [&](int x, int y) { return clear[pair.index(x, y)]; });
+}
+
+triangulate_vertical measure_vertical(const Matched &matched, int *status = nullptr) {
+    const Memory memory(refine_vertical_need_bytes());
+    arena arena;
+    arena_init(&arena, memory.data(), memory.size());
+    triangulate_vertical vertical{};
+    const int code = refine_measure_vertical(&matched.input, &matched.output, &arena, &vertical);
+    CHECK(arena.peak_bytes <= memory.size());
+    if (status != nullptr) {
+        *status = code;
+    } else {
+        CHECK(code == ERROR_OK);
+    }
+    return vertical;
+}
+
+}  // namespace
+
+TEST_CASE("refinement takes out the matcher's pull towards whole disparities") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    const Rig rig = rectified_rig(256, 160, 800, 100, -60);
+    for (const double disparity : {5.0, 5.2, 5.3, 5.5, 5.8}) {
+        const Pair pair = noisy_pair(wall(rig, disparity, 0, 0, {3, 0.15}, seed), rig, 1, seed);
+        const Matched raw = run_match(pair, match_default_options(-20, 48));
+        REQUIRE(raw.status == ERROR_OK);
+        const Comparison before = compare_clear(raw, pair);
+        const Refined refined = refine(raw);
+        REQUIRE(refined.status == ERROR_OK);
+        const Comparison after = compare_clear(refined.matched, pair);
+        CAPTURE(disparity);
+        CAPTURE(before.bias_px);
+        CAPTURE(before.rms_px);
+        CAPTURE(after.bias_px);
+        CAPTURE(after.rms_px);
+        // The bound of Cramer and Rao for a window of 25 pixels here is 0.03 px.
+        CHECK(std::abs(after.bias_px) < 0.03);
+        CHECK(after.rms_px < 0.07);
+        CHECK(after.rms_px < before.rms_px + 0.01);
+        CHECK(after.valid == before.valid);
+    }
+}
+
+TEST_CASE("the predicted sigma is what is found") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    const Rig rig = rectified_rig(256, 160, 800, 100, -60);
+    Scores all;
+    for (const double noise : {1.0, 2.0, 4.0}) {
+        for (const double contrast : {0.08, 0.15}) {
+            for (const double cell : {2.2, 3.0, 4.0}) {
+                for (const double slant : {0.0, 0.12}) {
+                    const Pair pair =
+                        noisy_pair(wall(rig, 5.3, slant, -slant / 2, {cell, contrast}, seed), rig,
+                                   noise, seed);
+                    const Refined refined = refine(run_match(pair, match_default_options(-32, 72)));
+                    REQUIRE(refined.status == ERROR_OK);
+                    const Scores scores = scores_of(refined, pair);
+                    INFO("noise ", noise, " contrast ", contrast, " cell ", cell, " slant ", slant);
+                    CAPTURE(scores.rms());
+                    REQUIRE(scores.count > 20000);
+                    CHECK(scores.rms() > 0.6);
+                    CHECK(scores.rms() < 1.5);
+                    CHECK(scores.beyond_three < 0.04 * scores.count);
+                    all.squares += scores.squares;
+                    all.count += scores.count;
+                    all.beyond_three += scores.beyond_three;
+                }
+            }
+        }
+    }
+    MESSAGE("rms of (error / sigma) ", all.rms(), ", beyond three sigma ",
+            static_cast<double>(all.beyond_three) / all.count);
+    CHECK(all.rms() > 0.8);
+    CHECK(all.rms() < 1.25);
+    CHECK(all.beyond_three < 0.02 * all.count);
+}
+
+TEST_CASE("more noise, weaker texture: larger sigma") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    const Rig rig = rectified_rig(160, 120, 800, 100);
+    const auto mean_sigma = [&](double noise, double contrast) {
+        const Pair pair = noisy_pair(wall(rig, 20.3, 0, 0, {3, contrast}, seed), rig, noise, seed);
+        const Refined refined = refine(run_match(pair, match_default_options(0, 32)));
+        double sum = 0;
+        int count = 0;
+        for (size_t i = 0; i < refined.sigma_q8.size(); i++) {
+            if (refined.matched.valid(i)) {
+                sum += refined.sigma_q8[i] / 256.0;
+                count++;
+            }
+        }
+        REQUIRE(count > 5000);
+        return sum / count;
+    };
+    CHECK(mean_sigma(3, 0.15) > 1.5 * mean_sigma(1, 0.15));
+    CHECK(mean_sigma(2, 0.06) > 1.5 * mean_sigma(2, 0.15));
+}
+
+TEST_CASE("a scene of planes, sphere, steps and bars gets better, its edges no worse") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    const Rig rig = rectified_rig(320, 240, 800, 100);
+    const Pair pair = noisy_pair(everything(rig, 40, {3, 0.15}, seed), rig, 1, seed);
+    const Matched raw = run_match(pair, match_default_options(0, 48));
+    REQUIRE(raw.status == ERROR_OK);
+    const Refined refined = refine(raw);
+    const auto seen = [&](int x, int y) {
+        return pair.left_truth.visibility[pair.index(x, y)] == Visibility::Visible;
+    };
+    const Comparison before = compare(raw, pair.left_truth, seen);
+    const Comparison after = compare(refined.matched, pair.left_truth, seen);
+    CAPTURE(before.rms_px);
+    CAPTURE(after.rms_px);
+    CHECK(after.rms_px < 0.8 * before.rms_px);
+    CHECK(after.bad_1px <= before.bad_1px * 1.1 + 20);
+    CHECK(std::abs(compare_clear(refined.matched, pair).bias_px) < 0.02);
+}
+
+TEST_CASE("only valid pixels change, by a pixel at most, and only they have a sigma") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    const Rig rig = rectified_rig(160, 120, 800, 100);
+    const Pair pair = noisy_pair(everything(rig, 40, {3, 0.15}, seed), rig, 2, seed);
+    const Matched raw = run_match(pair, match_default_options(0, 48));
+    const Refined refined = refine(raw);
+    REQUIRE(refined.status == ERROR_OK);
+    int wrong = 0, moved = 0;
+    for (size_t i = 0; i < raw.reason.size(); i++) {
+        const int32_t step_q8 = refined.matched.disparity_q8[i] - raw.disparity_q8[i];
+        moved += step_q8 != 0;
+        wrong += step_q8 > 256 || step_q8 < -256;
+        wrong += !raw.valid(i) && (step_q8 != 0 || refined.sigma_q8[i] != 0);
+        wrong += raw.valid(i) && refined.sigma_q8[i] == 0;
+    }
+    CHECK(wrong == 0);
+    CHECK(moved > 1000);
+    CHECK(refined.matched.reason == raw.reason);
+    CHECK(refined.matched.confidence == raw.confidence);
+}
+
+TEST_CASE("refinement is the same for any number of threads, in the memory promised") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    const Rig rig = rectified_rig(160, 130, 800, 100);
+    const Pair pair = noisy_pair(everything(rig, 40, {3, 0.15}, seed), rig, 2, seed);
+    const Matched raw = run_match(pair, match_default_options(0, 48));
+    const Refined serial = refine(raw);
+    REQUIRE(serial.status == ERROR_OK);
+    CHECK(serial.peak_bytes <= serial.need_bytes);
+    for (int threads = 2; threads <= 8; threads += 3) {
+        const Threads pool(threads, seed);
+        const Refined refined = refine(raw, pool.parallel());
+        CHECK(refined.status == ERROR_OK);
+        CHECK(refined.matched.disparity_q8 == serial.matched.disparity_q8);
+        CHECK(refined.sigma_q8 == serial.sigma_q8);
+        CHECK(refined.peak_bytes <= refined.need_bytes);
+    }
+    CHECK(refine(raw, &parallel_serial, serial.peak_bytes - 64).status == ERROR_MEMORY);
+}
+
+TEST_CASE("extreme pixels and nothing valid are survived") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    Random random(seed);
+    for (int round = 0; round < 12; round++) {
+        const int width = static_cast<int>(random.uniform(16, 90));
+        const int height = static_cast<int>(random.uniform(8, 40));
+        const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
+        std::vector<uint8_t> left(pixels), right(pixels);
+        for (size_t i = 0; i < pixels; i++) {
+            left[i] = random.bits() & 1 ? 255 : 0;
+            right[i] = round % 3 == 0 ? 0 : (random.bits() & 1 ? 255 : 0);
+        }
+        match_options options = match_default_options(round - 6, 24);
+        options.keep_all = round % 2 == 0;
+        CAPTURE(width);
+        CAPTURE(height);
+        const Refined refined = refine(run_match(left, right, width, height, options));
+        CHECK(refined.status == ERROR_OK);
+        int status = -99;
+        measure_vertical(refined.matched, &status);
+        CHECK(status == ERROR_OK);
+    }
+}
+
+TEST_CASE("residual vertical disparity is measured to a twentieth of a pixel") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    const VerticalShift shifts[] = {{0, 0, 0},          {0.3, 0, 0},      {-1.2, 0, 0},
+                                    {0.5, 0.004, 0},    {-0.4, 0, 0.003}, {0.2, -0.002, 0.002},
+                                    {1.6, 0.002, 0.001}};
+    for (const VerticalShift &shift : shifts) {
+        CAPTURE(shift.offset_px);
+        CAPTURE(shift.slope_x);
+        CAPTURE(shift.slope_y);
+        Rig rig = rectified_rig(256, 192, 800, 100, -60);
+        rig.right.vertical = shift;
+        const Pair pair = noisy_pair(wall(rig, 5.3, 0.03, 0.02, {3, 0.15}, seed), rig, 1, seed);
+        const Matched matched = run_match(pair, match_default_options(-20, 48));
+        REQUIRE(matched.status == ERROR_OK);
+        const triangulate_vertical vertical = measure_vertical(matched);
+        REQUIRE(vertical.samples >= 50);
+        double worst = 0;
+        for (int y = 12; y < pair.height - 12; y += 12) {
+            for (int x = 24; x < pair.width - 12; x += 12) {
+                const size_t i = pair.index(x, y);
+                if (pair.left_truth.visibility[i] != Visibility::Visible) {
+                    continue;
+                }
+                const double fitted = vertical.offset_px + vertical.slope_x * (x - pair.width / 2) +
+                                      vertical.slope_y * (y - pair.height / 2);
+                worst = std::max(worst, std::abs(fitted - pair.left_truth.vertical_px[i]));
+            }
+        }
+        CAPTURE(worst);
+        CHECK(worst < 0.05);
+        CHECK(vertical.rms_px < 0.1);
+    }
+}
+
+TEST_CASE("a good calibration looks good also on slanted surfaces and behind steps") {
+    // The health number must not rise because the scene is steep.
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    const Rig rig = rectified_rig(256, 192, 800, 100, -60);
+    for (const double slope_y : {0.0, 0.1}) {
+        const Pair pair = noisy_pair(wall(rig, 5.3, 0.1, slope_y, {3, 0.15}, seed), rig, 1, seed);
+        const Matched matched = run_match(pair, match_default_options(-32, 72));
+        const triangulate_vertical vertical = measure_vertical(matched);
+        CAPTURE(slope_y);
+        REQUIRE(vertical.samples >= 50);
+        CHECK(std::abs(vertical.offset_px) < 0.02);
+        CHECK(vertical.median_px < 0.1);
+    }
+    const Rig straight = rectified_rig(256, 192, 800, 100);
+    const Pair pair = noisy_pair(everything(straight, 40, {3, 0.15}, seed), straight, 1, seed);
+    const triangulate_vertical vertical =
+        measure_vertical(run_match(pair, match_default_options(0, 48)));
+    REQUIRE(vertical.samples >= 50);
+    CHECK(std::abs(vertical.offset_px) < 0.02);
+    CHECK(vertical.median_px < 0.05);
+}
+
+TEST_CASE("without texture the vertical disparity is called unmeasured") {
+    const Rig rig = rectified_rig(160, 120, 800, 100);
+    Builder builder(rig, 1);
+    Scene flat;
+    flat.surfaces.push_back(builder.plane(20, 0, 0, Builder::constant(0.4)));
+    const triangulate_vertical vertical =
+        measure_vertical(run_match(render(flat, rig, {}), match_default_options(0, 32)));
+    CHECK(vertical.samples == 0);
+    CHECK(vertical.offset_px == 0);
+    CHECK(vertical.median_px == 0);
+}
+
+TEST_CASE("stripes along x tell nothing about the rows") {
+    const Rig rig = rectified_rig(160, 120, 800, 100);
+    Builder builder(rig, 1);
+    Scene scene;
+    scene.surfaces.push_back(builder.plane(20, 0, 0, builder.stripes(20, 37, 0.3)));
+    match_options options = match_default_options(0, 32);
+    options.keep_all = true;
+    CHECK(measure_vertical(run_match(render(scene, rig, {}), options)).samples == 0);
+}
+
+TEST_CASE("too little memory is refused by both") {
+    const uint64_t seed = test_seed();
+    const Rig rig = rectified_rig(96, 64, 800, 100);
+    const Pair pair = noisy_pair(wall(rig, 10, 0, 0, {3, 0.15}, seed), rig, 1, seed);
+    const Matched matched = run_match(pair, match_default_options(0, 16));
+    const Memory memory(64);
+    arena arena;
+    arena_init(&arena, memory.data(), memory.size());
+    triangulate_vertical vertical{};
+    CHECK(refine_measure_vertical(&matched.input, &matched.output, &arena, &vertical) ==
+          ERROR_MEMORY);
+}
