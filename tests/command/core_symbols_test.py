@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The core needs nothing but itself: no allocation, no input or output, no libm but sqrt.
+
+Every source of firmware/core is compiled by itself and its undefined symbols are looked at, for
+the processor at hand and for 32-bit ARM (where the compiler's own helpers show as well).
+"""
+import glob
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+ROOT = os.environ["VERGENCE_SOURCE"]
+FLAGS = ["-std=c11", "-O2", "-ffp-contract=off", "-fno-pic", "-I",
+         os.path.join(ROOT, "firmware"), "-c"]
+EXPORTED = "TDBRVWC"
+ALLOWED = {
+    "sqrt",  # correctly rounded everywhere, so it gives the same bytes
+    "memcpy", "memset", "memmove", "memcmp", "memchr",
+    "strlen", "strcmp", "strncmp", "strchr", "strspn", "strcspn",
+}
+# What a compiler adds by itself: position-independent code, its own library of 64-bit division,
+# counts of zeros and floating point, processor detection.
+COMPILER = re.compile(r"^(_GLOBAL_OFFSET_TABLE_|__aeabi_\w+|__(u|)(div|mod)\w*|__c[lt]z\w+|"
+                      r"__(u|)float\w+|__fix\w+|__cpu_model|__cpu_indicator_init|__popcount\w+)$")
+
+
+def sources():
+    return sorted(glob.glob(os.path.join(ROOT, "firmware", "core", "*.c")))
+
+
+def extra_flags(compiler, source):
+    levels = {"match_sse41.c": ["-msse4.1"], "match_avx2.c": ["-mavx2"]}
+    return levels.get(os.path.basename(source), []) if compiler == "gcc" else []
+
+
+class Listing:
+    """What nm says of every object of the core, by compiler: compiled once for all tests."""
+    known = {}
+
+    @classmethod
+    def of(cls, compiler):
+        if compiler not in cls.known:
+            cls.known[compiler] = cls.compile(compiler)
+        return cls.known[compiler]
+
+    @staticmethod
+    def compile(compiler):
+        """Source's name -> list of (kind, symbol)."""
+        result = {}
+        with tempfile.TemporaryDirectory() as folder:
+            for source in sources():
+                target = os.path.join(folder, "one.o")
+                flags = extra_flags(compiler, source) if os.uname().machine == "x86_64" else []
+                subprocess.run([compiler, *FLAGS, *flags, source, "-o", target], check=True)
+                text = subprocess.run(["nm", target], check=True, capture_output=True,
+                                      text=True).stdout
+                result[os.path.basename(source)] = [tuple(line.split()[-2:])
+                                                    for line in text.splitlines()]
+        return result
+
+
+class CoreSymbols(unittest.TestCase):
+    def check(self, compiler):
+        self.assertIsNotNone(shutil.which(compiler), f"to install: {compiler}")
+        needed, defined = {}, set()
+        for source, listing in Listing.of(compiler).items():
+            for kind, name in listing:
+                if kind == "U":
+                    needed.setdefault(name, []).append(source)
+                elif kind in EXPORTED:
+                    defined.add(name)
+        self.assertIn("rectify_row_u8", defined)
+        strangers = {name: files for name, files in needed.items()
+                     if name not in defined | ALLOWED and not COMPILER.match(name)}
+        self.assertEqual(strangers, {}, "symbols from outside the core, and who needs them")
+
+    def test_this_processor(self):
+        self.check("gcc")
+
+    def test_arm(self):
+        self.check("arm-linux-gnueabihf-gcc")
+
+    def test_the_check_can_fail(self):
+        with tempfile.TemporaryDirectory() as folder:
+            source, target = os.path.join(folder, "bad.c"), os.path.join(folder, "bad.o")
+            with open(source, "w", encoding="ascii") as file:
+                file.write("#include <math.h>\n#include <stdlib.h>\n"
+                           "void *f(double x) { return malloc((unsigned)sin(x)); }\n")
+            subprocess.run(["gcc", "-c", source, "-o", target], check=True)
+            listing = subprocess.run(["nm", "-u", target], check=True, capture_output=True,
+                                     text=True).stdout
+        for name in ("sin", "malloc"):
+            self.assertIn(name, listing)
+            self.assertNotIn(name, ALLOWED)
+            self.assertIsNone(COMPILER.match(name))
+
+    def test_exports_carry_their_file_name(self):
+        """foo.c exports only foo_*, so that a name says where it lives."""
+        for source, listing in Listing.of("gcc").items():
+            # A module of several files shares its first word.
+            stem = source.removesuffix(".c").split("_")[0] + "_"
+            with self.subTest(source):
+                self.assertEqual([name for kind, name in listing
+                                  if kind in EXPORTED and not name.startswith(stem)], [])
+
+    def test_no_mutable_statics(self):
+        """Nothing in the core's data or bss: it runs on any thread, from read-only memory."""
+        for source, listing in Listing.of("gcc").items():
+            with self.subTest(source):
+                self.assertEqual([name for kind, name in listing if kind in "bBdDcC"], [])
+
+
+if __name__ == "__main__":
+    unittest.main()

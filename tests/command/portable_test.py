@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The core computes the same bytes on every processor, with every compiler and optimisation.
+
+tests/portable/core_digest.c prints one line of checksums. It is built for x86-64, 32-bit ARM and
+64-bit RISC-V (run by qemu's user-mode emulation), at -O0 and -O2 and more, and every line must be
+equal to the first.
+"""
+import concurrent.futures
+import glob
+import os
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+ROOT = os.environ["VERGENCE_SOURCE"]
+DIGEST = os.path.join(ROOT, "tests", "portable", "core_digest.c")
+FLAGS = ["-std=c11", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", "-I",
+         os.path.join(ROOT, "firmware")]
+# Modules that the digest does not call: they need not be compiled.
+LEFT_OUT = ("match", "refine", "vet")
+
+# Name -> compiler, flags, what runs the program.
+TARGETS = {
+    "x86-64 gcc -O2": ("gcc", ["-O2"], []),
+    "x86-64 gcc -O0": ("gcc", ["-O0"], []),
+    "x86-64 gcc -O3 -mavx2 -mfma": ("gcc", ["-O3", "-mavx2", "-mfma"], []),
+    "x86-64 clang -O2": ("clang", ["-O2"], []),
+    "arm gcc -O2": ("arm-linux-gnueabihf-gcc", ["-O2", "-static"], ["qemu-arm"]),
+    "arm gcc -O0": ("arm-linux-gnueabihf-gcc", ["-O0", "-static"], ["qemu-arm"]),
+    "riscv64 gcc -O2": ("riscv64-linux-gnu-gcc", ["-O2", "-static"], ["qemu-riscv64"]),
+    "riscv64 gcc -O0": ("riscv64-linux-gnu-gcc", ["-O0", "-static"], ["qemu-riscv64"]),
+}
+PACKAGES = {
+    "gcc": "gcc", "clang": "clang", "qemu-arm": "qemu-user", "qemu-riscv64": "qemu-user",
+    "arm-linux-gnueabihf-gcc": "gcc-arm-linux-gnueabihf",
+    "riscv64-linux-gnu-gcc": "gcc-riscv64-linux-gnu",
+}
+
+
+def sources():
+    names = sorted(glob.glob(os.path.join(ROOT, "firmware", "core", "*.c")))
+    return [n for n in names if not os.path.basename(n).startswith(LEFT_OUT)] + [DIGEST]
+
+
+def processor_allows(flags):
+    """False for instructions that the machine at hand does not have."""
+    if "-mfma" not in flags:
+        return True
+    with open("/proc/cpuinfo", encoding="ascii", errors="replace") as info:
+        return {"avx2", "fma"} <= set(info.read().split())
+
+
+def digest(target, folder):
+    compiler, flags, runner = TARGETS[target]
+    program = os.path.join(folder, target.replace(" ", "_"))
+    subprocess.run([compiler, *FLAGS, *flags, *sources(), "-lm", "-o", program], check=True)
+    done = subprocess.run([*runner, program], check=True, capture_output=True, text=True)
+    return done.stdout.strip()
+
+
+class Portable(unittest.TestCase):
+    def test_all_targets_print_the_same_line(self):
+        missing = sorted({PACKAGES[p] for c, _, r in TARGETS.values() for p in [c, *r]
+                          if shutil.which(p) is None})
+        self.assertEqual(missing, [], "packages to install: " + " ".join(missing))
+        targets = [t for t in TARGETS if processor_allows(TARGETS[t][1])]
+        for absent in set(TARGETS) - set(targets):
+            print(f"not run, this processor lacks its instructions: {absent}")
+        with tempfile.TemporaryDirectory() as folder, \
+                concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+            lines = list(pool.map(lambda t: digest(t, folder), targets))
+        for target, line in zip(targets, lines):
+            print(f"{target:30} {line}")
+            with self.subTest(target):
+                self.assertRegex(lines[0], r"^math [0-9a-f]{8}  ")
+                self.assertEqual(line, lines[0])
+
+
+if __name__ == "__main__":
+    unittest.main()
