@@ -23,10 +23,14 @@
 extern "C" {
 #endif
 
+/// A stated disparity range is one of the full image's; it changes what is searched, never the
+/// frames. A region crops the left image; the right crop stands, by whole pixels, where the
+/// region's matches lie, and `disparity_min` of the plan moves with it.
 struct rectify_options {
-    double depth_near_mm, depth_far_mm;     // working range; 0 0: the calibration's, else a default
-    double scale;                           // 1 keeps the raw resolution; (0, 4]
-    int region_x_px, region_y_px;           // sub-window of the rectified image (after scaling);
+    double depth_near_mm, depth_far_mm;  // working range of left z, far may be INFINITY; 0 0: the
+                                         // calibration's, else a default
+    double scale;                        // 1 keeps the raw resolution; (0, 4]
+    int region_x_px, region_y_px;        // sub-window of the rectified image (after scaling);
     int region_width_px, region_height_px;  // width 0: all of it
     int disparity_min;                      // with disparity_count > 0: overrides what the depth
     int disparity_count;                    // range asks for
@@ -51,7 +55,10 @@ struct rectify_plan {
 /// range fills the image, the depth range falls into the disparities. The focal length keeps
 /// the raw resolution at the centre of the shared view (times scale).
 /// ERROR_DEPTH_RANGE, ERROR_DISPARITY_RANGE (more than MATCH_MAX_DISPARITIES), ERROR_OVERLAP,
-/// ERROR_TOO_LARGE, ERROR_ARGUMENT. Verged pairs may give negative disparities.
+/// ERROR_TOO_LARGE, ERROR_TOO_SMALL, ERROR_ARGUMENT (scale, region). Verged pairs may give negative
+/// disparities. The x axis always points from the left to the right camera's centre: with a camera
+/// above the other the rectified images are turned by 90 degrees, with swapped cameras by 180;
+/// points are in the left camera's frame all the same.
 int rectify_plan_make(const struct calibration *calibration, const struct rectify_options *options,
                       struct rectify_plan *plan);
 

@@ -8,17 +8,22 @@
 #include "core/invariant.h"
 #include "core/match.h"
 #include "core/rectify.h"
+#include "core/rectify_window.h"
 
 enum {
-    SIDE_SAMPLES = 48,  // of each of the four sides of an image
-    OUTLINE_POINTS = 4 * SIDE_SAMPLES,
-    ROW_LEVELS = 256,
     COUNT_STEP = 16,       // disparities are searched in vectors of this many
     ASSUMED_MAX_PX = 960,  // disparities searched when nobody stated a depth range
 };
 
 // A rectified plane this far from facing the cameras would be stretched beyond use.
 static const double FACING_MIN = 0.2;
+
+static double smaller(double a, double b) {
+    return a < b ? a : b;
+}
+static double larger(double a, double b) {
+    return a > b ? a : b;
+}
 
 // Parallax of the working range.
 struct parallax {
@@ -27,26 +32,6 @@ struct parallax {
     double margin_px;  // searched beyond a stated range, so that its ends can be refined
     bool assumed;
 };
-
-// What one camera sees, on the rectified plane: a closed polygon.
-struct outline {
-    double slope[OUTLINE_POINTS][2];
-    double depth_ratio_min, depth_ratio_max;  // rect z / camera z over the view
-};
-
-// What both see, in slopes.
-struct window {
-    double left_low, left_high;
-    double right_low, right_high;
-    double top, bottom;
-};
-
-static double smaller(double a, double b) {
-    return a < b ? a : b;
-}
-static double larger(double a, double b) {
-    return a > b ? a : b;
-}
 
 static bool is_stated(double near_mm, double far_mm) {
     return near_mm != 0 || far_mm != 0;
@@ -87,107 +72,9 @@ static int orient(const struct calibration *calibration, struct rectify_plan *pl
     for (int row = 0; row < 3; row++) {  // R_rect_right = R_rect_left R_left_right
         geometry_rotate(R_right_left, plan->R_rect_left + 3 * row, plan->R_rect_right + 3 * row);
     }
+    INVARIANT(geometry_dot(axis_x, axis_z) < 1e-9 && geometry_dot(axis_x, axis_z) > -1e-9);
     plan->baseline_mm = baseline_mm;
     return ERROR_OK;
-}
-
-// Pixel number i of the outline of an image, clockwise from the top left.
-static void outline_pixel(const struct lens *lens, int i, double pixel_px[2]) {
-    const double right = lens->width_px - 1, bottom = lens->height_px - 1;
-    const double share = (double)(i % SIDE_SAMPLES) / SIDE_SAMPLES;
-    switch (i / SIDE_SAMPLES) {
-        case 0:
-            pixel_px[0] = share * right, pixel_px[1] = 0;
-            break;
-        case 1:
-            pixel_px[0] = right, pixel_px[1] = share * bottom;
-            break;
-        case 2:
-            pixel_px[0] = (1.0 - share) * right, pixel_px[1] = bottom;
-            break;
-        default:
-            pixel_px[0] = 0, pixel_px[1] = (1.0 - share) * bottom;
-            break;
-    }
-}
-
-static int trace_outline(const struct lens *lens, const double R_rect_camera[9],
-                         struct outline *outline) {
-    outline->depth_ratio_min = INFINITY;
-    outline->depth_ratio_max = 0;
-    for (int i = 0; i < OUTLINE_POINTS; i++) {
-        double pixel_px[2], ray_camera[3], ray_rect[3];
-        outline_pixel(lens, i, pixel_px);
-        if (!lens_ray(lens, pixel_px, ray_camera)) {
-            return ERROR_DISTORTION;
-        }
-        geometry_rotate(R_rect_camera, ray_camera, ray_rect);
-        if (!(ray_rect[2] > 0.5 * FACING_MIN * geometry_norm(ray_camera))) {
-            return ERROR_OVERLAP;
-        }
-        outline->slope[i][0] = ray_rect[0] / ray_rect[2];
-        outline->slope[i][1] = ray_rect[1] / ray_rect[2];
-        outline->depth_ratio_min = smaller(outline->depth_ratio_min, ray_rect[2]);
-        outline->depth_ratio_max = larger(outline->depth_ratio_max, ray_rect[2]);
-    }
-    INVARIANT(outline->depth_ratio_min > 0);
-    return ERROR_OK;
-}
-
-// Interval of an outline at height y; empty (low > high) where it does not reach.
-static void cut_outline(const struct outline *outline, double y, double *low, double *high) {
-    *low = INFINITY;
-    *high = -INFINITY;
-    for (int i = 0; i < OUTLINE_POINTS; i++) {
-        const double *a = outline->slope[i];
-        const double *b = outline->slope[(i + 1) % OUTLINE_POINTS];
-        if (y < smaller(a[1], b[1]) || y > larger(a[1], b[1])) {
-            continue;
-        }
-        const double share = a[1] == b[1] ? 0 : (y - a[1]) / (b[1] - a[1]);
-        const double x = a[0] + share * (b[0] - a[0]);
-        *low = smaller(*low, x);
-        *high = larger(*high, x);
-    }
-}
-
-// What is seen by both at some depth of the range. A point at left slope x has right slope
-// x - parallax. Returns false when there is nothing.
-static bool find_window(const struct outline *left, const struct outline *right,
-                        const struct parallax *parallax, struct window *window) {
-    double top = -INFINITY, bottom = INFINITY;
-    const struct outline *both[2] = {left, right};
-    for (int side = 0; side < 2; side++) {
-        double low = INFINITY, high = -INFINITY;
-        for (int i = 0; i < OUTLINE_POINTS; i++) {
-            low = smaller(low, both[side]->slope[i][1]);
-            high = larger(high, both[side]->slope[i][1]);
-        }
-        top = larger(top, low);
-        bottom = smaller(bottom, high);
-    }
-    *window = (struct window){INFINITY, -INFINITY, INFINITY, -INFINITY, INFINITY, -INFINITY};
-    if (!(top < bottom)) {
-        return false;
-    }
-    for (int level = 0; level <= ROW_LEVELS; level++) {
-        const double y = top + (bottom - top) * level / ROW_LEVELS;
-        double left_low, left_high, right_low, right_high;
-        cut_outline(left, y, &left_low, &left_high);
-        cut_outline(right, y, &right_low, &right_high);
-        const double low = larger(left_low, right_low + parallax->far);
-        const double high = smaller(left_high, right_high + parallax->near);
-        if (!(low < high)) {
-            continue;
-        }
-        window->left_low = smaller(window->left_low, low);
-        window->left_high = larger(window->left_high, high);
-        window->right_low = smaller(window->right_low, larger(right_low, low - parallax->near));
-        window->right_high = larger(window->right_high, smaller(right_high, high - parallax->far));
-        window->top = smaller(window->top, y);
-        window->bottom = larger(window->bottom, y);
-    }
-    return window->left_low < window->left_high && window->top < window->bottom;
 }
 
 // Raw pixels per slope around a point of the rectified plane: root of the area's magnification.
@@ -218,7 +105,7 @@ static double raw_resolution_px(const struct lens *lens, const double R_rect_cam
 // The working range: stated by the options, else by the calibration, else assumed.
 static int choose_parallax(const struct calibration *calibration,
                            const struct rectify_options *options, const struct rectify_plan *plan,
-                           const struct outline *left, struct parallax *parallax) {
+                           const struct rectify_depth_ratio *ratio, struct parallax *parallax) {
     double near_mm = options->depth_near_mm, far_mm = options->depth_far_mm;
     if (!is_stated(near_mm, far_mm)) {
         near_mm = calibration->depth_near_mm;
@@ -231,8 +118,8 @@ static int choose_parallax(const struct calibration *calibration,
         }
         parallax->margin_px = 1.0;
         // Stated along the left axis, needed along the rectified one.
-        parallax->near = plan->baseline_mm / (near_mm * left->depth_ratio_min);
-        parallax->far = plan->baseline_mm / (far_mm * left->depth_ratio_max);
+        parallax->near = plan->baseline_mm / (near_mm * ratio->min);
+        parallax->far = plan->baseline_mm / (far_mm * ratio->max);
         return ERROR_OK;
     }
     const struct lens *lens = &calibration->left;
@@ -252,6 +139,7 @@ static int choose_parallax(const struct calibration *calibration,
 // An assumed range gives way to what can be searched; a stated one does not.
 static void limit_assumed(struct parallax *parallax, double f_px) {
     const double span = ASSUMED_MAX_PX / f_px;
+    INVARIANT(f_px > 0);
     if (!parallax->assumed || parallax->near - parallax->far <= span) {
         return;
     }
@@ -265,24 +153,24 @@ static void limit_assumed(struct parallax *parallax, double f_px) {
 static int frame_rotated(const struct calibration *calibration,
                          const struct rectify_options *options, struct rectify_plan *plan,
                          struct parallax *parallax) {
-    struct outline left, right;
+    struct rectify_outline left, right;
     int error = orient(calibration, plan);
     if (error == ERROR_OK) {
-        error = trace_outline(&calibration->left, plan->R_rect_left, &left);
+        error = rectify_window_trace(&calibration->left, plan->R_rect_left, &left);
     }
     if (error == ERROR_OK) {
-        error = trace_outline(&calibration->right, plan->R_rect_right, &right);
+        error = rectify_window_trace(&calibration->right, plan->R_rect_right, &right);
     }
     if (error == ERROR_OK) {
-        error = choose_parallax(calibration, options, plan, &left, parallax);
+        error = choose_parallax(calibration, options, plan, &left.depth_ratio, parallax);
     }
     if (error != ERROR_OK) {
         return error;
     }
-    struct window window;
+    struct rectify_window window;
     double f_px = 0;
     for (int pass = 0; pass < 2; pass++) {  // limiting an assumed range moves the window a little
-        if (!find_window(&left, &right, parallax, &window)) {
+        if (!rectify_window_find(&left, &right, parallax->far, parallax->near, &window)) {
             return ERROR_OVERLAP;
         }
         const double y = 0.5 * (window.top + window.bottom);
@@ -296,6 +184,7 @@ static int frame_rotated(const struct calibration *calibration,
         }
         limit_assumed(parallax, f_px);
     }
+    INVARIANT(parallax->near > parallax->far && parallax->far >= 0);
     const double width = f_px * (window.left_high - window.left_low);
     const double height = f_px * (window.bottom - window.top);
     if (!(width < 8.0 * IMAGE_MAX_SIDE_PX && height < 8.0 * IMAGE_MAX_SIDE_PX)) {
@@ -317,7 +206,7 @@ static int frame_rectified(const struct calibration *calibration,
                            const struct rectify_options *options, struct rectify_plan *plan,
                            struct parallax *parallax) {
     static const double UNIT[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-    static const struct outline UNROTATED = {.depth_ratio_min = 1.0, .depth_ratio_max = 1.0};
+    static const struct rectify_depth_ratio UNROTATED = {1.0, 1.0};
     for (int i = 0; i < 9; i++) {
         plan->R_rect_left[i] = plan->R_rect_right[i] = UNIT[i];
     }
@@ -334,6 +223,7 @@ static int frame_rectified(const struct calibration *calibration,
         parallax->near = larger(parallax->far, parallax->near - offset);
         limit_assumed(parallax, lens->fx_px * scale);
     }
+    INVARIANT(plan->baseline_mm > 0);
     plan->identity = scale == 1.0;
     plan->width_px = (int)(lens->width_px * scale + 0.5);
     plan->height_px = (int)(lens->height_px * scale + 0.5);
@@ -348,6 +238,7 @@ static int frame_rectified(const struct calibration *calibration,
 }
 
 static int floor_int(double x) {
+    INVARIANT(x > -1e9 && x < 1e9);
     const int towards_zero = (int)x;
     return towards_zero - (x < towards_zero);
 }
@@ -469,6 +360,8 @@ int rectify_plan_make(const struct calibration *calibration, const struct rectif
     made.depth_near_mm = f_baseline / nearest_px;
     made.depth_far_mm = farthest_px > 0 ? f_baseline / farthest_px : INFINITY;
     made.depth_range_assumed = parallax.assumed && options->disparity_count == 0;
+    INVARIANT(made.depth_near_mm > 0 && made.depth_near_mm <= made.depth_far_mm);
+    INVARIANT(made.f_px > 0 && made.fy_px > 0);
     *plan = made;
     return ERROR_OK;
 }
