@@ -15,8 +15,8 @@ static const double baseline_min_mm = 1e-3;
 static const double baseline_max_mm = 1e5;           // what triangulation's fixed point holds
 static const double angle_max_rad = MATH_PI + 1e-9;  // pi, as rounded to the text's decimals
 
-static int refuse(struct calibration_fault* fault, int code, const char* field,
-                  const char* reason) {
+static int refuse(struct calibration_fault *fault, int code, const char *field,
+                  const char *reason) {
     INVARIANT(code < 0 && field != NULL && reason != NULL);
     if (fault != NULL) {
         *fault = (struct calibration_fault){.field = field, .reason = reason};
@@ -25,7 +25,7 @@ static int refuse(struct calibration_fault* fault, int code, const char* field,
 }
 
 // Length of a text that ends within `size` bytes, else `size`.
-static size_t text_length(const char* text, size_t size) {
+static size_t text_length(const char *text, size_t size) {
     size_t length = 0;
     while (length < size && text[length] != '\0') {
         length++;
@@ -37,7 +37,7 @@ static bool is_digit(char c) {
     return c >= '0' && c <= '9';
 }
 
-static bool id_is_legal(const char* id) {
+static bool id_is_legal(const char *id) {
     const size_t length = text_length(id, CALIBRATION_ID_BYTES);
     if (length == 0 || length == CALIBRATION_ID_BYTES) {
         return false;
@@ -52,7 +52,7 @@ static bool id_is_legal(const char* id) {
     return true;
 }
 
-static bool date_is_legal(const char* date, size_t size) {
+static bool date_is_legal(const char *date, size_t size) {
     const size_t length = text_length(date, size);
     if (length == 0) {
         return true;
@@ -77,7 +77,7 @@ static bool date_is_legal(const char* date, size_t size) {
     return day >= 1 && day <= days_of_month[month - 1] + (leap && month == 2 ? 1 : 0);
 }
 
-static bool note_is_legal(const char* note) {
+static bool note_is_legal(const char *note) {
     const size_t length = text_length(note, CALIBRATION_NOTE_BYTES);
     if (length == CALIBRATION_NOTE_BYTES) {
         return false;
@@ -91,7 +91,7 @@ static bool note_is_legal(const char* note) {
     return length == 0 || (note[0] != ' ' && note[length - 1] != ' ');
 }
 
-static int validate_texts(const struct calibration* calibration, struct calibration_fault* fault) {
+static int validate_texts(const struct calibration *calibration, struct calibration_fault *fault) {
     if (!id_is_legal(calibration->id)) {
         return refuse(fault, ERROR_SYNTAX, "id",
                       "must be 1 to 47 letters, digits, dots, underlines or hyphens");
@@ -106,11 +106,11 @@ static int validate_texts(const struct calibration* calibration, struct calibrat
     return ERROR_OK;
 }
 
-static int validate_ranges(const struct calibration* calibration, struct calibration_fault* fault) {
+static int validate_ranges(const struct calibration *calibration, struct calibration_fault *fault) {
     int count;
-    const struct calibration_field* fields = calibration_grammar_fields(&count);
+    const struct calibration_field *fields = calibration_grammar_fields(&count);
     for (int i = 0; i < count; i++) {
-        const struct calibration_field* field = &fields[i];
+        const struct calibration_field *field = &fields[i];
         if (field->kind != CALIBRATION_FIELD_INTEGERS &&
             field->kind != CALIBRATION_FIELD_DECIMALS) {
             continue;
@@ -126,7 +126,7 @@ static int validate_ranges(const struct calibration* calibration, struct calibra
     return ERROR_OK;
 }
 
-static int validate_pose(const struct calibration* calibration, struct calibration_fault* fault) {
+static int validate_pose(const struct calibration *calibration, struct calibration_fault *fault) {
     if (geometry_norm(calibration->rotation_right_left_rad) > angle_max_rad) {
         return refuse(fault, ERROR_ROTATION, "rotation_right_left_rad",
                       "the angle must not be above pi");
@@ -147,8 +147,8 @@ static int validate_pose(const struct calibration* calibration, struct calibrati
     return ERROR_OK;
 }
 
-static int validate_rectified(const struct calibration* calibration,
-                              struct calibration_fault* fault) {
+static int validate_rectified(const struct calibration *calibration,
+                              struct calibration_fault *fault) {
     const struct lens *left = &calibration->left, *right = &calibration->right;
     if (!lens_is_ideal(left) || !lens_is_ideal(right)) {
         return refuse(fault, ERROR_RANGE, "rectified",
@@ -159,8 +159,8 @@ static int validate_rectified(const struct calibration* calibration,
         return refuse(fault, ERROR_RANGE, "rectified",
                       "the cameras of a rectified pair must agree in size, fx, fy and cy");
     }
-    const double* r_rad = calibration->rotation_right_left_rad;
-    const double* t_mm = calibration->translation_right_left_mm;
+    const double *r_rad = calibration->rotation_right_left_rad;
+    const double *t_mm = calibration->translation_right_left_mm;
     if (r_rad[0] != 0 || r_rad[1] != 0 || r_rad[2] != 0 || t_mm[1] != 0 || t_mm[2] != 0 ||
         t_mm[0] > 0) {
         return refuse(fault, ERROR_RANGE, "rectified",
@@ -169,7 +169,7 @@ static int validate_rectified(const struct calibration* calibration,
     return ERROR_OK;
 }
 
-int calibration_validate(const struct calibration* calibration, struct calibration_fault* fault) {
+int calibration_validate(const struct calibration *calibration, struct calibration_fault *fault) {
     int code = validate_texts(calibration, fault);
     if (code == ERROR_OK) {
         code = validate_ranges(calibration, fault);
@@ -191,13 +191,13 @@ int calibration_validate(const struct calibration* calibration, struct calibrati
     return calibration->rectified ? validate_rectified(calibration, fault) : ERROR_OK;
 }
 
-int calibration_round(struct calibration* calibration) {
+int calibration_round(struct calibration *calibration) {
     const int code = validate_ranges(calibration, NULL);
     if (code != ERROR_OK) {
         return code;
     }
     int count;
-    const struct calibration_field* fields = calibration_grammar_fields(&count);
+    const struct calibration_field *fields = calibration_grammar_fields(&count);
     for (int i = 0; i < count; i++) {
         for (int j = 0; fields[i].kind == CALIBRATION_FIELD_DECIMALS && j < fields[i].count; j++) {
             const double value = calibration_grammar_value(&fields[i], j, calibration);
@@ -211,7 +211,7 @@ int calibration_round(struct calibration* calibration) {
     return ERROR_OK;
 }
 
-uint32_t calibration_crc(const struct calibration* calibration) {
+uint32_t calibration_crc(const struct calibration *calibration) {
     char text[CALIBRATION_TEXT_MAX_BYTES];
     const int length = calibration_print(calibration, text, sizeof text);
     static const size_t crc_line_bytes = sizeof CALIBRATION_GRAMMAR_CRC " 01234567\n" - 1;
@@ -219,11 +219,11 @@ uint32_t calibration_crc(const struct calibration* calibration) {
     return crc_update(0, text, (size_t)length - crc_line_bytes);
 }
 
-double calibration_baseline_mm(const struct calibration* calibration) {
+double calibration_baseline_mm(const struct calibration *calibration) {
     return geometry_norm(calibration->translation_right_left_mm);
 }
 
-double calibration_vergence_depth_mm(const struct calibration* calibration) {
+double calibration_vergence_depth_mm(const struct calibration *calibration) {
     double R_right_left[9];
     geometry_rotation_from_vector(calibration->rotation_right_left_rad, R_right_left);
     // Both axes in the left frame: p_left = R^T (p_right - t).

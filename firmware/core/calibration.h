@@ -37,8 +37,8 @@ struct calibration {
 /// Where and why a text was refused.
 struct calibration_fault {
     int line;            // 1-based; 0 when it is not about one line
-    const char* field;   // name of the field in question, static storage; "" when none
-    const char* reason;  // what is wrong, static storage; "" when the code says it all
+    const char *field;   // name of the field in question, static storage; "" when none
+    const char *reason;  // what is wrong, static storage; "" when the code says it all
     uint32_t crc;        // with ERROR_CRC: the checksum that the text as it stands should state
 };
 
@@ -46,35 +46,35 @@ struct calibration_fault {
 /// (may be NULL) and leaves `result` untouched. The result is validated.
 /// ERROR_VERSION, ERROR_SYNTAX, ERROR_MISSING, ERROR_DUPLICATE, ERROR_RANGE, ERROR_CRC, and what
 /// `calibration_validate` returns.
-int calibration_parse(const char* text, size_t length, struct calibration* result,
-                      struct calibration_fault* fault);
+int calibration_parse(const char *text, size_t length, struct calibration *result,
+                      struct calibration_fault *fault);
 
 /// Prints the canonical text with its CRC line into `text` (zero-terminated). Returns the
 /// length without the zero, or ERROR_BUFFER, or what `calibration_validate` returns. Values are
 /// rounded to the decimals of the grammar first; the rounded ones are what is validated, so
 /// that every printed text can be parsed.
-int calibration_print(const struct calibration* calibration, char* text, size_t size_bytes);
+int calibration_print(const struct calibration *calibration, char *text, size_t size_bytes);
 
 /// Rounds every number to the decimals of the grammar, as a print followed by a parse would.
 /// ERROR_RANGE for values outside their ranges (NaN among them); `calibration` is then untouched.
-int calibration_round(struct calibration* calibration);
+int calibration_round(struct calibration *calibration);
 
 /// Checks all values: texts, finite, ranges, baseline 1e-3 mm..1e5 mm, rotation of at most pi,
 /// lens validity, equal ideal cameras with equal rows when `rectified`. `fault` may be NULL.
 /// ERROR_SYNTAX (texts), ERROR_RANGE, ERROR_BASELINE, ERROR_ROTATION, ERROR_DEPTH_RANGE and what
 /// `lens_validate` returns.
-int calibration_validate(const struct calibration* calibration, struct calibration_fault* fault);
+int calibration_validate(const struct calibration *calibration, struct calibration_fault *fault);
 
 /// CRC-32 of the canonical text before its CRC line, the same number as on that line: the
 /// calibration's identity. The calibration must be valid.
-uint32_t calibration_crc(const struct calibration* calibration);
+uint32_t calibration_crc(const struct calibration *calibration);
 
 /// Length of the baseline in mm.
-double calibration_baseline_mm(const struct calibration* calibration);
+double calibration_baseline_mm(const struct calibration *calibration);
 
 /// Left-frame depth at which the two optical axes pass closest, or a negative number when they do
 /// not converge in front of the cameras.
-double calibration_vergence_depth_mm(const struct calibration* calibration);
+double calibration_vergence_depth_mm(const struct calibration *calibration);
 
 #ifdef __cplusplus
 }

@@ -81,20 +81,20 @@ static const struct calibration_field fields[] = {
 
 enum { FIELD_COUNT = sizeof fields / sizeof fields[0] };
 
-const struct calibration_field* calibration_grammar_fields(int* count) {
+const struct calibration_field *calibration_grammar_fields(int *count) {
     *count = FIELD_COUNT;
     return fields;
 }
 
-static size_t value_offset(const struct calibration_field* field, int i) {
+static size_t value_offset(const struct calibration_field *field, int i) {
     INVARIANT(i >= 0 && i < field->count && field->count <= CALIBRATION_FIELD_MAX_COUNT);
     INVARIANT(field->offset[i] + sizeof(int) <= sizeof(struct calibration));
     return field->offset[i];
 }
 
-double calibration_grammar_value(const struct calibration_field* field, int i,
-                                 const struct calibration* calibration) {
-    const char* source = (const char*)calibration + value_offset(field, i);
+double calibration_grammar_value(const struct calibration_field *field, int i,
+                                 const struct calibration *calibration) {
+    const char *source = (const char *)calibration + value_offset(field, i);
     if (field->kind == CALIBRATION_FIELD_INTEGERS) {
         int whole;
         memcpy(&whole, source, sizeof whole);
@@ -106,9 +106,9 @@ double calibration_grammar_value(const struct calibration_field* field, int i,
     return value;
 }
 
-void calibration_grammar_set(const struct calibration_field* field, int i, double value,
-                             struct calibration* calibration) {
-    char* target = (char*)calibration + value_offset(field, i);
+void calibration_grammar_set(const struct calibration_field *field, int i, double value,
+                             struct calibration *calibration) {
+    char *target = (char *)calibration + value_offset(field, i);
     if (field->kind == CALIBRATION_FIELD_INTEGERS) {
         const int whole = (int)value;
         INVARIANT(whole == value);
@@ -120,11 +120,11 @@ void calibration_grammar_set(const struct calibration_field* field, int i, doubl
 }
 
 struct writer {
-    char* text;
+    char *text;
     size_t size, length;  // `length` counts on when the text is full
 };
 
-static void put(struct writer* writer, const char* word) {
+static void put(struct writer *writer, const char *word) {
     const size_t length = strlen(word);
     if (writer->length + length < writer->size) {
         memcpy(writer->text + writer->length, word, length + 1);
@@ -132,13 +132,13 @@ static void put(struct writer* writer, const char* word) {
     writer->length += length;
 }
 
-static void put_number(struct writer* writer, int64_t value) {
+static void put_number(struct writer *writer, int64_t value) {
     char text[DECIMAL_TEXT_BYTES];
     decimal_print(value, 0, text);
     put(writer, text);
 }
 
-static void put_row(struct writer* writer, const struct calibration_field* field) {
+static void put_row(struct writer *writer, const struct calibration_field *field) {
     const bool number = field->max > field->min;
     INVARIANT(number == (field->kind == CALIBRATION_FIELD_INTEGERS ||
                          field->kind == CALIBRATION_FIELD_DECIMALS));
@@ -163,7 +163,7 @@ static void put_row(struct writer* writer, const struct calibration_field* field
     put(writer, " |\n");
 }
 
-int calibration_grammar_describe(char* text, size_t size_bytes) {
+int calibration_grammar_describe(char *text, size_t size_bytes) {
     struct writer writer = {text, size_bytes, 0};
     put(&writer, "| field | values | decimals | range | unit | meaning |\n");
     put(&writer, "|---|---|---|---|---|---|\n");

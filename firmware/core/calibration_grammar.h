@@ -32,29 +32,29 @@ enum calibration_field_kind {
 enum { CALIBRATION_FIELD_MAX_COUNT = 3 };
 
 struct calibration_field {
-    const char* name;
+    const char *name;
     enum calibration_field_kind kind;
     int count;         // values
     int decimals;      // exactly that many after the point
     int64_t min, max;  // legal range of each value, in whole units, both ends included
-    const char* unit;  // "" when it has none
-    const char* meaning;
+    const char *unit;  // "" when it has none
+    const char *meaning;
     size_t offset[CALIBRATION_FIELD_MAX_COUNT];  // of each value in struct calibration
 };
 
 /// All fields in the order of the text; static storage. `count` takes how many.
-const struct calibration_field* calibration_grammar_fields(int* count);
+const struct calibration_field *calibration_grammar_fields(int *count);
 
 /// Value i, 0 <= i < count, of a number field.
-double calibration_grammar_value(const struct calibration_field* field, int i,
-                                 const struct calibration* calibration);
+double calibration_grammar_value(const struct calibration_field *field, int i,
+                                 const struct calibration *calibration);
 /// Stores value i of a number field; an integer field takes whole numbers only.
-void calibration_grammar_set(const struct calibration_field* field, int i, double value,
-                             struct calibration* calibration);
+void calibration_grammar_set(const struct calibration_field *field, int i, double value,
+                             struct calibration *calibration);
 
 /// Writes the field list as a Markdown table (zero-terminated). Returns the length without the
 /// zero, or ERROR_BUFFER.
-int calibration_grammar_describe(char* text, size_t size_bytes);
+int calibration_grammar_describe(char *text, size_t size_bytes);
 
 #ifdef __cplusplus
 }

@@ -10,18 +10,18 @@
 
 // A run of bytes inside the text; never zero-terminated.
 struct span {
-    const char* text;
+    const char *text;
     size_t length;
 };
 
 struct parser {
-    const char* text;
+    const char *text;
     size_t length, position;  // start of the next line
     int line;                 // number of the current one
     struct calibration_fault fault;
 };
 
-static int refuse(struct parser* parser, int code, const char* field, const char* reason) {
+static int refuse(struct parser *parser, int code, const char *field, const char *reason) {
     INVARIANT(code < 0 && field != NULL && reason != NULL);
     parser->fault.line = parser->line;
     parser->fault.field = field;
@@ -29,15 +29,15 @@ static int refuse(struct parser* parser, int code, const char* field, const char
     return code;
 }
 
-static bool span_is(struct span span, const char* word) {
+static bool span_is(struct span span, const char *word) {
     return span.length == strlen(word) && memcmp(span.text, word, span.length) == 0;
 }
 
 // Next line without its line feed.
-static int next_line(struct parser* parser, struct span* line) {
+static int next_line(struct parser *parser, struct span *line) {
     INVARIANT(parser->position <= parser->length);
     parser->line++;
-    const char* begin = parser->text + parser->position;
+    const char *begin = parser->text + parser->position;
     const size_t left = parser->length - parser->position;
     if (left == 0) {
         return refuse(parser, ERROR_MISSING, "", "the text ends here");
@@ -63,7 +63,7 @@ static int next_line(struct parser* parser, struct span* line) {
 
 // Cuts the first word and the blank after it off `rest`. A blank with nothing behind it leaves
 // `more` true, so that it is seen as an empty value.
-static struct span cut_word(struct span* rest, bool* more) {
+static struct span cut_word(struct span *rest, bool *more) {
     size_t length = 0;
     while (length < rest->length && rest->text[length] != ' ') {
         length++;
@@ -77,9 +77,9 @@ static struct span cut_word(struct span* rest, bool* more) {
 }
 
 // The line bears another name than the expected one: says which mistake that most likely is.
-static int refuse_name(struct parser* parser, struct span name, const char* expected) {
+static int refuse_name(struct parser *parser, struct span name, const char *expected) {
     int count;
-    const struct calibration_field* fields = calibration_grammar_fields(&count);
+    const struct calibration_field *fields = calibration_grammar_fields(&count);
     bool before = true;  // until the expected field is met
     for (int i = 0; i < count; i++) {
         if (strcmp(fields[i].name, expected) == 0) {
@@ -99,7 +99,7 @@ static int refuse_name(struct parser* parser, struct span name, const char* expe
                   "another name stands where this field is expected");
 }
 
-static int copy_text(struct parser* parser, const char* field, struct span value, char* target,
+static int copy_text(struct parser *parser, const char *field, struct span value, char *target,
                      size_t size) {
     if (value.length >= size) {
         return refuse(parser, ERROR_SYNTAX, field, "the text is too long");
@@ -109,8 +109,8 @@ static int copy_text(struct parser* parser, const char* field, struct span value
     return ERROR_OK;
 }
 
-static int parse_numbers(struct parser* parser, const struct calibration_field* field,
-                         struct span rest, bool more, struct calibration* result) {
+static int parse_numbers(struct parser *parser, const struct calibration_field *field,
+                         struct span rest, bool more, struct calibration *result) {
     for (int i = 0; i < field->count; i++) {
         if (!more) {
             return refuse(parser, ERROR_SYNTAX, field->name, "too few values");
@@ -134,8 +134,8 @@ static int parse_numbers(struct parser* parser, const struct calibration_field* 
     return more ? refuse(parser, ERROR_SYNTAX, field->name, "too many values") : ERROR_OK;
 }
 
-static int parse_word(struct parser* parser, const struct calibration_field* field,
-                      struct span rest, bool more, struct calibration* result) {
+static int parse_word(struct parser *parser, const struct calibration_field *field,
+                      struct span rest, bool more, struct calibration *result) {
     if (!more || rest.length == 0) {
         return refuse(parser, ERROR_SYNTAX, field->name, "the value is missing");
     }
@@ -159,8 +159,8 @@ static int parse_word(struct parser* parser, const struct calibration_field* fie
     }
 }
 
-static int parse_field(struct parser* parser, const struct calibration_field* field,
-                       struct calibration* result) {
+static int parse_field(struct parser *parser, const struct calibration_field *field,
+                       struct calibration *result) {
     struct span rest;
     const int code = next_line(parser, &rest);
     if (code != ERROR_OK) {
@@ -183,7 +183,7 @@ static int parse_field(struct parser* parser, const struct calibration_field* fi
 }
 
 // Eight lower-case hexadecimal digits.
-static bool parse_hex(struct span word, uint32_t* value) {
+static bool parse_hex(struct span word, uint32_t *value) {
     if (word.length != 8) {
         return false;
     }
@@ -202,7 +202,7 @@ static bool parse_hex(struct span word, uint32_t* value) {
     return true;
 }
 
-static int parse_crc(struct parser* parser) {
+static int parse_crc(struct parser *parser) {
     const uint32_t crc = crc_update(0, parser->text, parser->position);
     struct span rest;
     const int code = next_line(parser, &rest);
@@ -231,7 +231,7 @@ static int parse_crc(struct parser* parser) {
     return ERROR_OK;
 }
 
-static int parse_first_line(struct parser* parser) {
+static int parse_first_line(struct parser *parser) {
     static const size_t magic_length = sizeof CALIBRATION_GRAMMAR_MAGIC - 1;
     if (parser->length < magic_length ||
         memcmp(parser->text, CALIBRATION_GRAMMAR_MAGIC, magic_length) != 0) {
@@ -247,10 +247,10 @@ static int parse_first_line(struct parser* parser) {
     return code;
 }
 
-static int parse_all(struct parser* parser, struct calibration* result) {
+static int parse_all(struct parser *parser, struct calibration *result) {
     int code = parse_first_line(parser);
     int count;
-    const struct calibration_field* fields = calibration_grammar_fields(&count);
+    const struct calibration_field *fields = calibration_grammar_fields(&count);
     for (int i = 0; i < count && code == ERROR_OK; i++) {
         code = parse_field(parser, &fields[i], result);
     }
@@ -269,8 +269,8 @@ static int parse_all(struct parser* parser, struct calibration* result) {
     return code;
 }
 
-int calibration_parse(const char* text, size_t length, struct calibration* result,
-                      struct calibration_fault* fault) {
+int calibration_parse(const char *text, size_t length, struct calibration *result,
+                      struct calibration_fault *fault) {
     struct parser parser = {.text = text, .length = length, .fault = {.field = "", .reason = ""}};
     struct calibration parsed;
     memset(&parsed, 0, sizeof parsed);

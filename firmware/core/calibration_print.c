@@ -9,11 +9,11 @@
 #include "core/invariant.h"
 
 struct writer {
-    char* text;
+    char *text;
     size_t size, length;  // `length` counts on when the text is full
 };
 
-static void put(struct writer* writer, const char* word) {
+static void put(struct writer *writer, const char *word) {
     const size_t length = strlen(word);
     if (writer->length + length < writer->size) {
         memcpy(writer->text + writer->length, word, length + 1);
@@ -21,13 +21,13 @@ static void put(struct writer* writer, const char* word) {
     writer->length += length;
 }
 
-static void put_value(struct writer* writer, const char* word) {
+static void put_value(struct writer *writer, const char *word) {
     put(writer, " ");
     put(writer, word);
 }
 
-static void put_numbers(struct writer* writer, const struct calibration_field* field,
-                        const struct calibration* calibration) {
+static void put_numbers(struct writer *writer, const struct calibration_field *field,
+                        const struct calibration *calibration) {
     for (int i = 0; i < field->count; i++) {
         const double value = calibration_grammar_value(field, i, calibration);
         int64_t scaled;
@@ -39,8 +39,8 @@ static void put_numbers(struct writer* writer, const struct calibration_field* f
     }
 }
 
-static void put_field(struct writer* writer, const struct calibration_field* field,
-                      const struct calibration* calibration) {
+static void put_field(struct writer *writer, const struct calibration_field *field,
+                      const struct calibration *calibration) {
     put(writer, field->name);
     switch (field->kind) {
         case CALIBRATION_FIELD_ID:
@@ -66,7 +66,7 @@ static void put_field(struct writer* writer, const struct calibration_field* fie
     put(writer, "\n");
 }
 
-int calibration_print(const struct calibration* calibration, char* text, size_t size_bytes) {
+int calibration_print(const struct calibration *calibration, char *text, size_t size_bytes) {
     struct calibration rounded = *calibration;
     int code = calibration_round(&rounded);
     if (code == ERROR_OK) {
@@ -78,7 +78,7 @@ int calibration_print(const struct calibration* calibration, char* text, size_t 
     struct writer writer = {text, size_bytes, 0};
     put(&writer, CALIBRATION_GRAMMAR_FIRST_LINE "\n");
     int count;
-    const struct calibration_field* fields = calibration_grammar_fields(&count);
+    const struct calibration_field *fields = calibration_grammar_fields(&count);
     for (int i = 0; i < count; i++) {
         put_field(&writer, &fields[i], &rounded);
     }

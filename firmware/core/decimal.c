@@ -20,7 +20,7 @@ static bool is_digit(char c) {
     return c >= '0' && c <= '9';
 }
 
-int decimal_parse(const char* text, size_t length, int decimals, int64_t* scaled) {
+int decimal_parse(const char *text, size_t length, int decimals, int64_t *scaled) {
     INVARIANT(decimals >= 0 && decimals <= DECIMAL_MAX_DECIMALS);
     const bool negative = length > 0 && text[0] == '-';
     const size_t begin = negative ? 1 : 0;
@@ -88,7 +88,7 @@ double decimal_to_double(int64_t scaled, int decimals) {
     return (double)scaled / (double)power_of_ten(decimals);
 }
 
-int decimal_from_double(double value, int decimals, int64_t* scaled) {
+int decimal_from_double(double value, int decimals, int64_t *scaled) {
     const double product = value * (double)power_of_ten(decimals);
     // Written so that a NaN fails as well.
     if (!(product >= -(double)DECIMAL_MAX && product <= (double)DECIMAL_MAX)) {

@@ -25,7 +25,7 @@ enum {
 /// Reads all of `length` bytes as one number in its canonical spelling. ERROR_SYNTAX for any other
 /// spelling, ERROR_RANGE beyond DECIMAL_MAX; `scaled` is then untouched.
 /// `decimals` is 0..DECIMAL_MAX_DECIMALS.
-int decimal_parse(const char* text, size_t length, int decimals, int64_t* scaled);
+int decimal_parse(const char *text, size_t length, int decimals, int64_t *scaled);
 
 /// Writes the canonical spelling, zero-terminated; returns its length without the zero.
 /// |scaled| <= DECIMAL_MAX.
@@ -36,7 +36,7 @@ double decimal_to_double(int64_t scaled, int decimals);
 
 /// The nearest number with that many decimals. ERROR_RANGE for a NaN or beyond DECIMAL_MAX;
 /// `scaled` is then untouched.
-int decimal_from_double(double value, int decimals, int64_t* scaled);
+int decimal_from_double(double value, int decimals, int64_t *scaled);
 
 #ifdef __cplusplus
 }

@@ -24,15 +24,15 @@ namespace {
 
 using Random = std::mt19937_64;
 
-double uniform(Random& random, double low, double high) {
+double uniform(Random &random, double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);
 }
 
-int whole(Random& random, int low, int high) {
+int whole(Random &random, int low, int high) {
     return std::uniform_int_distribution<int>(low, high)(random);
 }
 
-std::string print(const calibration& value) {
+std::string print(const calibration &value) {
     char text[CALIBRATION_TEXT_MAX_BYTES];
     const int length = calibration_print(&value, text, sizeof text);
     REQUIRE(length > 0);
@@ -40,21 +40,21 @@ std::string print(const calibration& value) {
     return std::string(text, static_cast<size_t>(length));
 }
 
-int parse(const std::string& text, calibration* result, calibration_fault* fault = nullptr) {
+int parse(const std::string &text, calibration *result, calibration_fault *fault = nullptr) {
     // A copy of exactly this size, so that the address sanitizer sees a read beyond the end.
     const std::vector<char> bytes(text.begin(), text.end());
     return calibration_parse(bytes.data(), bytes.size(), result, fault);
 }
 
 /// Puts the right checksum on a text whose lines above it were changed.
-std::string reseal(const std::string& text) {
+std::string reseal(const std::string &text) {
     const std::string body = text.substr(0, text.rfind("crc32 "));
     char line[32];
     std::snprintf(line, sizeof line, "crc32 %08x\n", crc_update(0, body.data(), body.size()));
     return body + line;
 }
 
-std::string replace(std::string text, const std::string& from, const std::string& to) {
+std::string replace(std::string text, const std::string &from, const std::string &to) {
     const size_t at = text.find(from);
     REQUIRE(at != std::string::npos);
     return text.replace(at, from.size(), to);
@@ -91,7 +91,7 @@ calibration rectified_example() {
 }
 
 template <size_t Size>
-void random_text(Random& random, char (&text)[Size], const std::string& letters, int least) {
+void random_text(Random &random, char (&text)[Size], const std::string &letters, int least) {
     const int length = whole(random, least, static_cast<int>(Size) - 1);
     std::memset(text, 0, Size);
     for (int i = 0; i < length; i++) {
@@ -100,7 +100,7 @@ void random_text(Random& random, char (&text)[Size], const std::string& letters,
     }
 }
 
-lens random_lens(Random& random) {
+lens random_lens(Random &random) {
     lens result{};
     result.width_px = whole(random, 1, 4096);
     result.height_px = whole(random, 1, 4096);
@@ -121,7 +121,7 @@ lens random_lens(Random& random) {
     return result;
 }
 
-calibration random_calibration(Random& random) {
+calibration random_calibration(Random &random) {
     std::string printable, letters = "._-";
     for (char c = ' '; c <= '~'; c++) {
         printable += c;
@@ -132,7 +132,7 @@ calibration random_calibration(Random& random) {
     calibration value{};
     random_text(random, value.id, letters, 1);
     random_text(random, value.note, printable, 0);
-    for (char& c : value.note) {
+    for (char &c : value.note) {
         if (c == ' ' && (&c == value.note || (&c)[1] == '\0')) {
             c = '_';
         }
@@ -155,24 +155,24 @@ calibration random_calibration(Random& random) {
     value.rms_px = uniform(random, 0, 1000);
     value.rectified = whole(random, 0, 3) == 0;
     if (value.rectified) {
-        lens& left = value.left;
+        lens &left = value.left;
         left.k1 = left.k2 = left.p1 = left.p2 = left.k3 = 0;
         value.right = left;
         value.right.cx_px = left.cx_px + uniform(random, -500, 500);
         for (int i = 0; i < 3; i++) {
             value.rotation_right_left_rad[i] = 0;
         }
-        double* const t_mm = value.translation_right_left_mm;
+        double *const t_mm = value.translation_right_left_mm;
         t_mm[0] = -std::abs(t_mm[0]);
         t_mm[1] = t_mm[2] = 0;
     }
     return value;
 }
 
-bool same_bits(const calibration& a, const calibration& b) {
+bool same_bits(const calibration &a, const calibration &b) {
     // Through the printed text no padding byte counts.
     int count;
-    const calibration_field* fields = calibration_grammar_fields(&count);
+    const calibration_field *fields = calibration_grammar_fields(&count);
     for (int i = 0; i < count; i++) {
         const bool number = fields[i].kind == CALIBRATION_FIELD_INTEGERS ||
                             fields[i].kind == CALIBRATION_FIELD_DECIMALS;
@@ -328,7 +328,7 @@ TEST_CASE("each mistake is named with its line and field") {
     const struct {
         std::string text;
         int code, line;
-        const char* field;
+        const char *field;
     } mistakes[] = {
         {"", ERROR_SYNTAX, 1, ""},
         {"hello\n", ERROR_SYNTAX, 1, ""},
@@ -385,7 +385,7 @@ TEST_CASE("each mistake is named with its line and field") {
         {replace(good, "900.500", "900.501"), ERROR_CRC, 24, "crc32"},
         {replace(good, "crc32 ", "crc32  "), ERROR_SYNTAX, 24, "crc32"},
     };
-    for (const auto& mistake : mistakes) {
+    for (const auto &mistake : mistakes) {
         const calibration before = rectified_example();
         calibration result = before;
         calibration_fault fault{-1, nullptr, nullptr, 0};
@@ -422,20 +422,20 @@ TEST_CASE("values are checked before they are printed") {
         return valid;
     };
     const double nan = std::nan(""), infinite = std::numeric_limits<double>::infinity();
-    CHECK(code([](calibration&) {}) == ERROR_OK);
-    CHECK(code([&](calibration& c) { c.left.fx_px = nan; }) == ERROR_RANGE);
-    CHECK(code([&](calibration& c) { c.right.k3 = infinite; }) == ERROR_RANGE);
-    CHECK(code([&](calibration& c) { c.rotation_right_left_rad[1] = nan; }) == ERROR_RANGE);
-    CHECK(code([&](calibration& c) { c.translation_right_left_mm[2] = -infinite; }) == ERROR_RANGE);
-    CHECK(code([&](calibration& c) { c.rms_px = nan; }) == ERROR_RANGE);
-    CHECK(code([&](calibration& c) { c.depth_far_mm = infinite; }) == ERROR_RANGE);
-    CHECK(code([](calibration& c) { c.left.width_px = 0; }) == ERROR_RANGE);
-    CHECK(code([](calibration& c) { c.id[0] = '\0'; }) == ERROR_SYNTAX);
-    CHECK(code([](calibration& c) { std::memset(c.id, 'x', sizeof c.id); }) == ERROR_SYNTAX);
-    CHECK(code([](calibration& c) { std::memset(c.note, 'x', sizeof c.note); }) == ERROR_SYNTAX);
-    CHECK(code([](calibration& c) { std::memset(c.date, '1', sizeof c.date); }) == ERROR_SYNTAX);
-    CHECK(code([](calibration& c) { c.note[2] = '\n'; }) == ERROR_SYNTAX);
-    CHECK(code([](calibration& c) { c.rectified = true; }) == ERROR_RANGE);
+    CHECK(code([](calibration &) {}) == ERROR_OK);
+    CHECK(code([&](calibration &c) { c.left.fx_px = nan; }) == ERROR_RANGE);
+    CHECK(code([&](calibration &c) { c.right.k3 = infinite; }) == ERROR_RANGE);
+    CHECK(code([&](calibration &c) { c.rotation_right_left_rad[1] = nan; }) == ERROR_RANGE);
+    CHECK(code([&](calibration &c) { c.translation_right_left_mm[2] = -infinite; }) == ERROR_RANGE);
+    CHECK(code([&](calibration &c) { c.rms_px = nan; }) == ERROR_RANGE);
+    CHECK(code([&](calibration &c) { c.depth_far_mm = infinite; }) == ERROR_RANGE);
+    CHECK(code([](calibration &c) { c.left.width_px = 0; }) == ERROR_RANGE);
+    CHECK(code([](calibration &c) { c.id[0] = '\0'; }) == ERROR_SYNTAX);
+    CHECK(code([](calibration &c) { std::memset(c.id, 'x', sizeof c.id); }) == ERROR_SYNTAX);
+    CHECK(code([](calibration &c) { std::memset(c.note, 'x', sizeof c.note); }) == ERROR_SYNTAX);
+    CHECK(code([](calibration &c) { std::memset(c.date, '1', sizeof c.date); }) == ERROR_SYNTAX);
+    CHECK(code([](calibration &c) { c.note[2] = '\n'; }) == ERROR_SYNTAX);
+    CHECK(code([](calibration &c) { c.rectified = true; }) == ERROR_RANGE);
 }
 
 TEST_CASE("print says when the buffer is too small and never writes beyond it") {
@@ -460,16 +460,16 @@ TEST_CASE("a rectified calibration is one in every respect") {
         CHECK(std::string(fault.field) == "rectified");
         return result;
     };
-    CHECK(code([](calibration& c) { c.left.k1 = 1e-9; }) == ERROR_RANGE);
-    CHECK(code([](calibration& c) { c.right.p2 = 1e-9; }) == ERROR_RANGE);
-    CHECK(code([](calibration& c) { c.right.fx_px += 1e-6; }) == ERROR_RANGE);
-    CHECK(code([](calibration& c) { c.right.fy_px += 1e-6; }) == ERROR_RANGE);
-    CHECK(code([](calibration& c) { c.right.cy_px += 1e-6; }) == ERROR_RANGE);
-    CHECK(code([](calibration& c) { c.right.width_px += 1; }) == ERROR_RANGE);
-    CHECK(code([](calibration& c) { c.right.height_px += 1; }) == ERROR_RANGE);
-    CHECK(code([](calibration& c) { c.rotation_right_left_rad[2] = 1e-9; }) == ERROR_RANGE);
-    CHECK(code([](calibration& c) { c.translation_right_left_mm[1] = 1e-9; }) == ERROR_RANGE);
-    CHECK(code([](calibration& c) { c.translation_right_left_mm[0] = 193; }) == ERROR_RANGE);
+    CHECK(code([](calibration &c) { c.left.k1 = 1e-9; }) == ERROR_RANGE);
+    CHECK(code([](calibration &c) { c.right.p2 = 1e-9; }) == ERROR_RANGE);
+    CHECK(code([](calibration &c) { c.right.fx_px += 1e-6; }) == ERROR_RANGE);
+    CHECK(code([](calibration &c) { c.right.fy_px += 1e-6; }) == ERROR_RANGE);
+    CHECK(code([](calibration &c) { c.right.cy_px += 1e-6; }) == ERROR_RANGE);
+    CHECK(code([](calibration &c) { c.right.width_px += 1; }) == ERROR_RANGE);
+    CHECK(code([](calibration &c) { c.right.height_px += 1; }) == ERROR_RANGE);
+    CHECK(code([](calibration &c) { c.rotation_right_left_rad[2] = 1e-9; }) == ERROR_RANGE);
+    CHECK(code([](calibration &c) { c.translation_right_left_mm[1] = 1e-9; }) == ERROR_RANGE);
+    CHECK(code([](calibration &c) { c.translation_right_left_mm[0] = 193; }) == ERROR_RANGE);
 }
 
 TEST_CASE("baseline and vergence depth of a toed-in rig") {
@@ -500,7 +500,7 @@ TEST_CASE("baseline and vergence depth of a toed-in rig") {
 
 TEST_CASE("the grammar's list is the text's order and fits its numbers") {
     int count;
-    const calibration_field* fields = calibration_grammar_fields(&count);
+    const calibration_field *fields = calibration_grammar_fields(&count);
     std::istringstream lines(print(example()));
     std::string line;
     std::getline(lines, line);
@@ -522,7 +522,7 @@ TEST_CASE("the grammar's table names every field") {
     REQUIRE(length > 0);
     CHECK(static_cast<size_t>(length) == std::strlen(table));
     int count;
-    const calibration_field* fields = calibration_grammar_fields(&count);
+    const calibration_field *fields = calibration_grammar_fields(&count);
     for (int i = 0; i < count; i++) {
         CHECK(std::string(table).find("\n| `" + std::string(fields[i].name) + "` | ") !=
               std::string::npos);

@@ -19,21 +19,22 @@ namespace {
 
 const size_t file_limit_bytes = 16u << 20;
 
-bool is_directory(const std::string& path) {
+bool is_directory(const std::string &path) {
     struct stat status;
     return stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode);
 }
 
-bool exists(const std::string& path) {
+bool exists(const std::string &path) {
     return access(path.c_str(), F_OK) == 0;
 }
 
-[[noreturn]] void fail(int code, const std::string& message) {
+[[noreturn]] void fail(int code, const std::string &message) {
     throw import_failure{code, message};
 }
 
-import_file read_file(const std::string& path) {
-    const std::unique_ptr<FILE, int (*)(FILE*)> stream(std::fopen(path.c_str(), "rb"), std::fclose);
+import_file read_file(const std::string &path) {
+    const std::unique_ptr<FILE, int (*)(FILE *)> stream(std::fopen(path.c_str(), "rb"),
+                                                        std::fclose);
     if (stream == nullptr) {
         fail(ERROR_ARGUMENT, path + ": cannot be opened: " + std::strerror(errno));
     }
@@ -59,13 +60,13 @@ import_file read_file(const std::string& path) {
     return file;
 }
 
-std::string directory_of(const std::string& path) {
+std::string directory_of(const std::string &path) {
     const size_t slash = path.rfind('/');
     return slash == std::string::npos ? "" : path.substr(0, slash + 1);
 }
 
 /// `path` with the last `from` in its file name replaced by `to`, or "" when it has none.
-std::string partner_name(const std::string& path, const std::string& from, const std::string& to) {
+std::string partner_name(const std::string &path, const std::string &from, const std::string &to) {
     const std::string directory = directory_of(path);
     std::string name = path.substr(directory.size());
     const size_t at = name.rfind(from);
@@ -73,9 +74,9 @@ std::string partner_name(const std::string& path, const std::string& from, const
 }
 
 /// The first existing file whose name differs from `path` by one of the swaps.
-std::string find_partner(const std::string& path,
-                         std::initializer_list<std::pair<const char*, const char*>> swaps) {
-    for (const auto& swap : swaps) {
+std::string find_partner(const std::string &path,
+                         std::initializer_list<std::pair<const char *, const char *>> swaps) {
+    for (const auto &swap : swaps) {
         const std::string name = partner_name(path, swap.first, swap.second);
         if (name.empty()) {
             continue;
@@ -84,7 +85,7 @@ std::string find_partner(const std::string& path,
             return name;
         }
         const std::string stem = name.substr(0, name.rfind('.'));
-        for (const char* extension : {".yml", ".yaml", ".xml", ".json"}) {
+        for (const char *extension : {".yml", ".yaml", ".xml", ".json"}) {
             if (name.rfind('.') != std::string::npos && exists(stem + extension)) {
                 return stem + extension;
             }
@@ -98,7 +99,7 @@ std::vector<std::string> files_in(std::string directory) {
     if (directory.back() != '/') {
         directory += '/';
     }
-    static const std::vector<std::vector<const char*>> usual = {
+    static const std::vector<std::vector<const char *>> usual = {
         {"calibration.txt"},
         {"intrinsics.yml", "extrinsics.yml"},
         {"intrinsics.yaml", "extrinsics.yaml"},
@@ -110,9 +111,9 @@ std::vector<std::string> files_in(std::string directory) {
         {"calib_cam_to_cam.txt"},
     };
     std::vector<std::string> found;
-    for (const auto& names : usual) {
+    for (const auto &names : usual) {
         const bool all = std::all_of(names.begin(), names.end(),
-                                     [&](const char* name) { return exists(directory + name); });
+                                     [&](const char *name) { return exists(directory + name); });
         if (!all) {
             continue;
         }
@@ -120,7 +121,7 @@ std::vector<std::string> files_in(std::string directory) {
             fail(ERROR_ARGUMENT, directory + ": holds more than one calibration (" + found[0] +
                                      " and " + directory + names[0] + "): name the one to use");
         }
-        for (const char* name : names) {
+        for (const char *name : names) {
             found.push_back(directory + name);
         }
     }
@@ -134,7 +135,7 @@ std::vector<std::string> files_in(std::string directory) {
     return found;
 }
 
-std::vector<std::string> split(const std::string& text, char separator) {
+std::vector<std::string> split(const std::string &text, char separator) {
     std::vector<std::string> parts;
     for (size_t begin = 0; begin <= text.size();) {
         const size_t end = std::min(text.find(separator, begin), text.size());
@@ -144,7 +145,7 @@ std::vector<std::string> split(const std::string& text, char separator) {
     return parts;
 }
 
-std::vector<import_file> read_files(const std::string& path) {
+std::vector<import_file> read_files(const std::string &path) {
     std::vector<std::string> paths = {path};
     if (is_directory(path)) {
         paths = files_in(path);
@@ -155,13 +156,13 @@ std::vector<import_file> read_files(const std::string& path) {
         fail(ERROR_ARGUMENT, path + ": no calibration has more than three files");
     }
     std::vector<import_file> files;
-    for (const std::string& name : paths) {
+    for (const std::string &name : paths) {
         files.push_back(read_file(name));
     }
     return files;
 }
 
-import_pair read_own(const import_file& file, const import_options& options) {
+import_pair read_own(const import_file &file, const import_options &options) {
     import_pair pair;
     pair.format = "vergence";
     std::string text = file.text;
@@ -191,10 +192,10 @@ import_pair read_own(const import_file& file, const import_options& options) {
 }
 
 /// OpenCV's files may be halves: the other one stands beside the one that the user named.
-import_pair read_opencv(std::vector<import_file>* files, const import_options& options) {
+import_pair read_opencv(std::vector<import_file> *files, const import_options &options) {
     try {
         return import_opencv(*files, options);
-    } catch (const import_failure& failure) {
+    } catch (const import_failure &failure) {
         const std::string partner =
             files->size() == 1 ? find_partner(files->front().path, {{"intrinsic", "extrinsic"},
                                                                     {"extrinsic", "intrinsic"},
@@ -209,7 +210,7 @@ import_pair read_opencv(std::vector<import_file>* files, const import_options& o
     }
 }
 
-import_pair read_ros(std::vector<import_file>* files, const import_options& options) {
+import_pair read_ros(std::vector<import_file> *files, const import_options &options) {
     if (files->size() == 1) {
         const std::string path = files->front().path;
         const std::string right = find_partner(path, {{"left", "right"}, {"LEFT", "RIGHT"}});
@@ -225,7 +226,7 @@ import_pair read_ros(std::vector<import_file>* files, const import_options& opti
     if (files->size() != 2) {
         fail(ERROR_ARGUMENT, files->front().path + ": a camera_info pair is two files, LEFT,RIGHT");
     }
-    for (const import_file& file : *files) {
+    for (const import_file &file : *files) {
         if (!import_ros_matches(file.text)) {
             fail(ERROR_SYNTAX, file.path + ": is no camera_info file");
         }
@@ -233,8 +234,8 @@ import_pair read_ros(std::vector<import_file>* files, const import_options& opti
     return import_ros(*files, options);
 }
 
-import_pair read_any(std::vector<import_file>* files, const import_options& options) {
-    const import_file& first = files->front();
+import_pair read_any(std::vector<import_file> *files, const import_options &options) {
+    const import_file &first = files->front();
     const std::string magic = CALIBRATION_GRAMMAR_MAGIC;
     const bool single = files->size() == 1;
     if (single && first.text.compare(0, magic.size(), magic) == 0) {
@@ -262,16 +263,16 @@ import_pair read_any(std::vector<import_file>* files, const import_options& opti
 
 /// Printable ASCII without anything that our text does not take.
 std::string plain_text(std::string text) {
-    for (char& c : text) {
+    for (char &c : text) {
         c = c < ' ' || c > '~' ? '?' : c;
     }
     return text;
 }
 
 /// What is assumed goes into the note, whole sentences only.
-void write_note(import_pair* pair) {
+void write_note(import_pair *pair) {
     std::string note;
-    for (const std::string& sentence : pair->assumed) {
+    for (const std::string &sentence : pair->assumed) {
         const std::string more = (note.empty() ? "" : "; ") + plain_text(sentence);
         if (note.size() + more.size() < CALIBRATION_NOTE_BYTES) {
             note += more;
@@ -281,16 +282,16 @@ void write_note(import_pair* pair) {
 }
 
 /// The id comes from the contents: the same files are the same calibration wherever they lie.
-void set_id(const std::vector<import_file>& files, import_pair* pair) {
+void set_id(const std::vector<import_file> &files, import_pair *pair) {
     uint32_t crc = 0;
-    for (const import_file& file : files) {
+    for (const import_file &file : files) {
         crc = crc_update(crc, file.text.data(), file.text.size());
     }
     std::snprintf(pair->value.id, sizeof pair->value.id, "%s-%08x", pair->tag.c_str(), crc);
 }
 
 /// Rounds, validates, and notices a pair that is rectified without saying so.
-void finish_import(const std::string& path, import_pair* pair) {
+void finish_import(const std::string &path, import_pair *pair) {
     calibration_fault fault;
     int code = calibration_round(&pair->value);
     const int valid = calibration_validate(&pair->value, &fault);
@@ -310,7 +311,7 @@ void finish_import(const std::string& path, import_pair* pair) {
 
 }  // namespace
 
-std::string calibration_file_explain(int code, const calibration_fault& fault) {
+std::string calibration_file_explain(int code, const calibration_fault &fault) {
     std::string text;
     if (fault.line > 0) {
         text += "line " + std::to_string(fault.line);
@@ -327,7 +328,7 @@ std::string calibration_file_explain(int code, const calibration_fault& fault) {
     }
     text += *fault.reason != '\0' ? fault.reason : error_text(code);
     int count;
-    const calibration_field* fields = calibration_grammar_fields(&count);
+    const calibration_field *fields = calibration_grammar_fields(&count);
     for (int i = 0; i < count; i++) {
         if (code == ERROR_RANGE && *fault.reason == '\0' && field == fields[i].name) {
             text += ", which is " + std::to_string(fields[i].min) + ".." +
@@ -338,9 +339,9 @@ std::string calibration_file_explain(int code, const calibration_fault& fault) {
     return text;
 }
 
-int calibration_file_load(const std::string& path, const import_options& options,
-                          calibration* value, calibration_file_report* report,
-                          std::string* message) {
+int calibration_file_load(const std::string &path, const import_options &options,
+                          calibration *value, calibration_file_report *report,
+                          std::string *message) {
     try {
         std::vector<import_file> files = read_files(path);
         import_pair pair = read_any(&files, options);
@@ -354,31 +355,31 @@ int calibration_file_load(const std::string& path, const import_options& options
             report->format = pair.format;
             report->assumed = pair.assumed;
             report->files.clear();
-            for (const import_file& file : files) {
+            for (const import_file &file : files) {
                 report->files.push_back(file.path);
             }
         }
         return ERROR_OK;
-    } catch (const import_failure& failure) {
+    } catch (const import_failure &failure) {
         *message = failure.message;
         return failure.code;
-    } catch (const std::bad_alloc&) {
+    } catch (const std::bad_alloc &) {
         throw;
-    } catch (const std::exception& error) {
+    } catch (const std::exception &error) {
         *message = path + ": cannot be read: " + error.what();
         return ERROR_SYNTAX;
     }
 }
 
-int calibration_file_write(const std::string& path, const calibration& value,
-                           std::string* message) {
+int calibration_file_write(const std::string &path, const calibration &value,
+                           std::string *message) {
     char text[CALIBRATION_TEXT_MAX_BYTES];
     const int length = calibration_print(&value, text, sizeof text);
     if (length < 0) {
         *message = path + ": not written: " + error_text(length);
         return length;
     }
-    const auto failed = [&](const std::string& temporary) {
+    const auto failed = [&](const std::string &temporary) {
         *message = path + ": cannot be written: " + std::strerror(errno);
         if (!temporary.empty()) {
             unlink(temporary.c_str());
@@ -412,8 +413,8 @@ int calibration_file_write(const std::string& path, const calibration& value,
     return ERROR_OK;
 }
 
-int calibration_file_loader(const calibration_request* request, calibration* value,
-                            char format[CALIBRATION_LOADER_FORMAT_BYTES], message* reason) {
+int calibration_file_loader(const calibration_request *request, calibration *value,
+                            char format[CALIBRATION_LOADER_FORMAT_BYTES], message *reason) {
     try {
         import_options options;
         options.width_px = request->image_width_px;
@@ -429,7 +430,7 @@ int calibration_file_loader(const calibration_request* request, calibration* val
         }
         std::snprintf(format, CALIBRATION_LOADER_FORMAT_BYTES, "%s", report.format.c_str());
         return ERROR_OK;
-    } catch (const std::bad_alloc&) {  // the caller is C: nothing may pass through it
+    } catch (const std::bad_alloc &) {  // the caller is C: nothing may pass through it
         return message_set(reason, ERROR_MEMORY, "%s: no memory", request->path);
     }
 }

@@ -28,18 +28,18 @@ struct calibration_file_report {
 /// calibration's size is for the caller to check. Returns 0, or a negative error code with
 /// `message` set to one line that names file and field and says what to do; `value` and `report`
 /// (which may be null) are then untouched. Throws nothing but std::bad_alloc.
-int calibration_file_load(const std::string& path, const import_options& options,
-                          calibration* value, calibration_file_report* report,
-                          std::string* message);
+int calibration_file_load(const std::string &path, const import_options &options,
+                          calibration *value, calibration_file_report *report,
+                          std::string *message);
 
 /// Writes the canonical text, atomically: a partial file never stands under the name. Returns 0 or
 /// a negative error code with `message` set.
-int calibration_file_write(const std::string& path, const calibration& value, std::string* message);
+int calibration_file_write(const std::string &path, const calibration &value, std::string *message);
 
 /// The same as `calibration_file_load` for the client (C).
 extern "C" calibration_loader calibration_file_loader;
 
 /// The sentence that says why our own text was refused, without the file's name.
-std::string calibration_file_explain(int code, const calibration_fault& fault);
+std::string calibration_file_explain(int code, const calibration_fault &fault);
 
 #endif

@@ -19,7 +19,7 @@ using json = nlohmann::ordered_json;
 
 struct request {
     bool json = false, grammar = false, accept_edits = false, rectified = false;
-    const char* convert = nullptr;
+    const char *convert = nullptr;
     int size_px[2] = {0, 0};
     int unit = -1, first_camera = -1;
 };
@@ -73,22 +73,22 @@ const option_page page_of_command = {
     0,
     files_max};
 
-bool is_directory(const std::string& path) {
+bool is_directory(const std::string &path) {
     struct stat status;
     return stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode);
 }
 
-bool exists(const std::string& path) {
+bool exists(const std::string &path) {
     struct stat status;
     return stat(path.c_str(), &status) == 0;
 }
 
-using reader = bool (*)(const std::string&, info_page*, std::string*);
+using reader = bool (*)(const std::string &, info_page *, std::string *);
 
 /// The reader for a result file, by its first bytes; null: it must be a calibration.
-reader reader_for(const std::string& path) {
+reader reader_for(const std::string &path) {
     const std::string head = info_head(path);
-    const auto begins = [&](const char* with) {
+    const auto begins = [&](const char *with) {
         return head.compare(0, std::strlen(with), with) == 0;
     };
     if (begins("ply\n") || begins("ply\r")) {
@@ -113,9 +113,9 @@ reader reader_for(const std::string& path) {
     return nullptr;
 }
 
-bool read_calibration(const std::string& path, const request& asked, info_page* page,
-                      std::string* message) {
-    static const char* const units[] = {"mm", "cm", "m"};
+bool read_calibration(const std::string &path, const request &asked, info_page *page,
+                      std::string *message) {
+    static const char *const units[] = {"mm", "cm", "m"};
     import_options import;
     import.width_px = asked.size_px[0];
     import.height_px = asked.size_px[1];
@@ -139,8 +139,8 @@ bool read_calibration(const std::string& path, const request& asked, info_page* 
     return true;
 }
 
-bool read_page(const std::string& path, const request& asked, info_page* page,
-               std::string* message) {
+bool read_page(const std::string &path, const request &asked, info_page *page,
+               std::string *message) {
     const reader read = is_directory(path) ? nullptr : reader_for(path);
     if (read == nullptr) {
         return read_calibration(path, asked, page, message);
@@ -152,20 +152,20 @@ bool read_page(const std::string& path, const request& asked, info_page* page,
     page->path = path;
     try {
         return read(path, page, message);
-    } catch (const json::exception&) {
+    } catch (const json::exception &) {
         *message = path + ": is damaged";
         return false;
     }
 }
 
 /// A result directory stands for the files in it.
-std::vector<std::string> expand(const std::string& path) {
+std::vector<std::string> expand(const std::string &path) {
     if (!is_directory(path) || !exists(path + "/result.json")) {
         return {path};
     }
     const std::string folder = path.back() == '/' ? path : path + "/";
     std::vector<std::string> files;
-    for (const char* name : {"result.json", "disparity.pfm", "disparity.png", "depth.png",
+    for (const char *name : {"result.json", "disparity.pfm", "disparity.png", "depth.png",
                              "reasons.png", "reasons.pgm", "mesh.ply", "mesh.glb", "points.pcd"}) {
         if (exists(folder + name)) {
             files.push_back(folder + name);
@@ -174,13 +174,13 @@ std::vector<std::string> expand(const std::string& path) {
     return files;
 }
 
-void print_text(const info_page& page) {
+void print_text(const info_page &page) {
     size_t width = 0;
-    for (const info_row& row : page.rows) {
+    for (const info_row &row : page.rows) {
         width = std::max(width, row.label.size());
     }
     std::cout << page.path << ": " << page.kind << "\n";
-    for (const info_row& row : page.rows) {
+    for (const info_row &row : page.rows) {
         if (!row.label.empty() || !row.text.empty()) {
             std::cout << "  " << row.label << std::string(width - row.label.size() + 2, ' ')
                       << row.text << "\n";
@@ -188,9 +188,9 @@ void print_text(const info_page& page) {
     }
 }
 
-json to_json(const info_page& page) {
+json to_json(const info_page &page) {
     json object = {{"path", page.path}, {"kind", page.kind}};
-    for (const info_row& row : page.rows) {
+    for (const info_row &row : page.rows) {
         if (!row.key.empty()) {
             object[row.key] = row.value;
         }
@@ -208,16 +208,16 @@ int print_grammar() {
     return CLIENT_OK;
 }
 
-int refuse(const std::string& mistake) {
+int refuse(const std::string &mistake) {
     std::fprintf(stderr, "vergence info: %s; see \"vergence info --help\"\n", mistake.c_str());
     return CLIENT_USAGE;
 }
 
-int explain_all(const std::vector<std::string>& paths, const request& asked) {
+int explain_all(const std::vector<std::string> &paths, const request &asked) {
     int result = CLIENT_OK;
     json list = json::array();
     bool first = true;
-    for (const std::string& path : paths) {
+    for (const std::string &path : paths) {
         info_page page;
         std::string message;
         if (!read_page(path, asked, &page, &message)) {
@@ -243,9 +243,9 @@ int explain_all(const std::vector<std::string>& paths, const request& asked) {
 
 }  // namespace
 
-int command_info(int argc, char** argv) {
+int command_info(int argc, char **argv) {
     request asked;
-    std::vector<const char*> operands(files_max);
+    std::vector<const char *> operands(files_max);
     int count = 0;
     const int code = options_parse(&page_of_command, argc, argv, &asked, operands.data(), &count);
     if (code != OPTIONS_CONTINUE) {

@@ -5,13 +5,14 @@
 #include <cstdio>
 #include <memory>
 
-void info_page::add_number(const std::string& key, const std::string& label, double number,
-                           int digits, const std::string& unit) {
+void info_page::add_number(const std::string &key, const std::string &label, double number,
+                           int digits, const std::string &unit) {
     add(key, label, import_format(number, digits) + (unit.empty() ? "" : " " + unit), number);
 }
 
-std::string info_head(const std::string& path) {
-    const std::unique_ptr<FILE, int (*)(FILE*)> stream(std::fopen(path.c_str(), "rb"), std::fclose);
+std::string info_head(const std::string &path) {
+    const std::unique_ptr<FILE, int (*)(FILE *)> stream(std::fopen(path.c_str(), "rb"),
+                                                        std::fclose);
     char head[64];
     return stream == nullptr ? std::string()
                              : std::string(head, std::fread(head, 1, sizeof head, stream.get()));
@@ -25,8 +26,8 @@ void info_bounds::take(const double point[3]) {
     count++;
 }
 
-void info_bounds::add_to(info_page* page, const std::string& unit) const {
-    static const char* const axes[] = {"x", "y", "z"};
+void info_bounds::add_to(info_page *page, const std::string &unit) const {
+    static const char *const axes[] = {"x", "y", "z"};
     for (int axis = 0; axis < 3 && count > 0; axis++) {
         page->add(std::string("bounds_") + axes[axis], axis == 0 ? "extent" : "",
                   std::string(axes[axis]) + " " + import_format(least[axis], 6) + ".." +

@@ -17,12 +17,12 @@ std::string number(double value, int digits) {
     return import_format(value, digits);
 }
 
-std::string pair_text(double a, double b, int digits, const char* between) {
+std::string pair_text(double a, double b, int digits, const char *between) {
     return number(a, digits) + between + number(b, digits);
 }
 
 /// Angle between the rays through two pixels, in degrees; negative where there is no ray.
-double angle_deg(const lens& camera, double x0, double y0, double x1, double y1) {
+double angle_deg(const lens &camera, double x0, double y0, double x1, double y1) {
     const double from_px[2] = {x0, y0}, to_px[2] = {x1, y1};
     double from[3], to[3], normal[3];
     if (!lens_ray(&camera, from_px, from) || !lens_ray(&camera, to_px, to)) {
@@ -32,7 +32,7 @@ double angle_deg(const lens& camera, double x0, double y0, double x1, double y1)
     return degree * std::atan2(geometry_norm(normal), geometry_dot(from, to));
 }
 
-json lens_json(const lens& camera, double across_deg, double down_deg) {
+json lens_json(const lens &camera, double across_deg, double down_deg) {
     return {{"size_px", {camera.width_px, camera.height_px}},
             {"focal_px", {camera.fx_px, camera.fy_px}},
             {"centre_px", {camera.cx_px, camera.cy_px}},
@@ -40,7 +40,7 @@ json lens_json(const lens& camera, double across_deg, double down_deg) {
             {"field_of_view_deg", {across_deg, down_deg}}};
 }
 
-void add_lens(const std::string& key, const lens& camera, info_page* page) {
+void add_lens(const std::string &key, const lens &camera, info_page *page) {
     const double middle_x = (camera.width_px - 1) / 2.0, middle_y = (camera.height_px - 1) / 2.0;
     const double across_deg = angle_deg(camera, -0.5, middle_y, camera.width_px - 0.5, middle_y);
     const double down_deg = angle_deg(camera, middle_x, -0.5, middle_x, camera.height_px - 0.5);
@@ -61,9 +61,9 @@ void add_lens(const std::string& key, const lens& camera, info_page* page) {
     }
 }
 
-void add_pose(const calibration& value, info_page* page) {
-    const double* r_rad = value.rotation_right_left_rad;
-    const double* t_mm = value.translation_right_left_mm;
+void add_pose(const calibration &value, info_page *page) {
+    const double *r_rad = value.rotation_right_left_rad;
+    const double *t_mm = value.translation_right_left_mm;
     page->add_number("baseline_mm", "baseline", calibration_baseline_mm(&value), 7, "mm");
     page->add("translation_right_left_mm", "  translation",
               number(t_mm[0], 7) + " " + number(t_mm[1], 6) + " " + number(t_mm[2], 6) +
@@ -81,7 +81,7 @@ void add_pose(const calibration& value, info_page* page) {
 }
 
 /// Depth of one pixel of disparity: dz/dd = z^2 / (f B).
-void add_depth_steps(const calibration& value, const rectify_plan& plan, info_page* page) {
+void add_depth_steps(const calibration &value, const rectify_plan &plan, info_page *page) {
     const double vergence_mm = calibration_vergence_depth_mm(&value);
     std::vector<double> depths_mm;
     if (value.depth_far_mm > 0) {
@@ -106,7 +106,7 @@ void add_depth_steps(const calibration& value, const rectify_plan& plan, info_pa
     page->add("depth_per_pixel", "", "", list);
 }
 
-void add_plan(const calibration& value, info_page* page) {
+void add_plan(const calibration &value, info_page *page) {
     rectify_options options{};
     options.scale = 1;
     rectify_plan plan;
@@ -143,8 +143,8 @@ void add_plan(const calibration& value, info_page* page) {
 
 }  // namespace
 
-info_page info_calibration(const std::string& path, const calibration& value,
-                           const calibration_file_report& report) {
+info_page info_calibration(const std::string &path, const calibration &value,
+                           const calibration_file_report &report) {
     info_page page;
     page.path = path;
     page.kind = "calibration (" + report.format + ")";
@@ -152,7 +152,7 @@ info_page info_calibration(const std::string& path, const calibration& value,
     std::snprintf(crc, sizeof crc, "%08x", calibration_crc(&value));
     page.add("format", "format", report.format, report.format);
     std::string files;
-    for (const std::string& file : report.files) {
+    for (const std::string &file : report.files) {
         files += (files.empty() ? "" : ", ") + file;
     }
     if (report.files.size() > 1) {
@@ -164,7 +164,7 @@ info_page info_calibration(const std::string& path, const calibration& value,
              *value.date != '\0' ? json(value.date) : json(nullptr));
     page.add("note", "note", *value.note != '\0' ? value.note : "-", value.note);
     bool first = true;
-    for (const std::string& sentence : report.assumed) {
+    for (const std::string &sentence : report.assumed) {
         page.add("", first ? "assumed" : "", sentence, nullptr);
         first = false;
     }

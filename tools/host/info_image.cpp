@@ -19,14 +19,14 @@ std::string percent(double part, double whole) {
     return import_format(whole > 0 ? 100 * part / whole : 0, 4) + " %";
 }
 
-void add_size(int width_px, int height_px, info_page* page) {
+void add_size(int width_px, int height_px, info_page *page) {
     page->add("size_px", "size",
               std::to_string(width_px) + " x " + std::to_string(height_px) + " px",
               json::array({width_px, height_px}));
 }
 
-void add_range(const std::string& label, double least, double greatest, const std::string& unit,
-               info_page* page) {
+void add_range(const std::string &label, double least, double greatest, const std::string &unit,
+               info_page *page) {
     page->add("range", label,
               import_format(least, 6) + ".." + import_format(greatest, 6) +
                   (unit.empty() ? "" : " " + unit),
@@ -35,19 +35,19 @@ void add_range(const std::string& label, double least, double greatest, const st
 
 /// Results under their names: one unit of the image is 1 / scale of `unit`, 0 means no value.
 struct meaning {
-    const char* name;
-    const char* kind;
+    const char *name;
+    const char *kind;
     double scale;
-    const char* unit;
+    const char *unit;
 };
 
-const meaning* meaning_of(const std::string& path) {
+const meaning *meaning_of(const std::string &path) {
     static const meaning meanings[] = {
         {"disparity.png", "disparity map (16 bit, 256 = 1 px, 0 = none)", 256, "px"},
         {"depth.png", "depth map (16 bit, 1 = 1 mm, 0 = none)", 1, "mm"},
     };
     const std::string name = path.substr(path.rfind('/') + 1);
-    for (const meaning& candidate : meanings) {
+    for (const meaning &candidate : meanings) {
         if (name == candidate.name) {
             return &candidate;
         }
@@ -55,16 +55,16 @@ const meaning* meaning_of(const std::string& path) {
     return nullptr;
 }
 
-bool is_reason_map(const std::string& path) {
+bool is_reason_map(const std::string &path) {
     const std::string name = path.substr(path.rfind('/') + 1);
     return name == "reasons.pgm" || name == "reasons.png";
 }
 
-void add_values(const reconstruct_image& image, const meaning& what, info_page* page) {
+void add_values(const reconstruct_image &image, const meaning &what, info_page *page) {
     std::uint64_t known = 0;
     unsigned least = 0xffff, greatest = 0;
     for (int y = 0; y < image.height_px; y++) {
-        const std::uint16_t* row = image.data + y * image.stride;
+        const std::uint16_t *row = image.data + y * image.stride;
         for (int x = 0; x < image.width_px; x++) {
             const unsigned value = row[x];
             known += value != 0;
@@ -82,10 +82,10 @@ void add_values(const reconstruct_image& image, const meaning& what, info_page* 
     }
 }
 
-void add_reasons(const reconstruct_image& image, info_page* page) {
+void add_reasons(const reconstruct_image &image, info_page *page) {
     std::uint64_t counts[REASON_COUNT + 1] = {};
     for (int y = 0; y < image.height_px; y++) {
-        const std::uint16_t* row = image.data + y * image.stride;
+        const std::uint16_t *row = image.data + y * image.stride;
         for (int x = 0; x < image.width_px; x++) {
             counts[std::min<int>(row[x], REASON_COUNT)]++;
         }
@@ -106,7 +106,7 @@ void add_reasons(const reconstruct_image& image, info_page* page) {
 
 }  // namespace
 
-bool info_map(const std::string& path, info_page* page, std::string* message) {
+bool info_map(const std::string &path, info_page *page, std::string *message) {
     pfm_image map;
     if (!pfm_read(path, &map, message)) {
         return false;
@@ -134,7 +134,7 @@ bool info_map(const std::string& path, info_page* page, std::string* message) {
     return true;
 }
 
-bool info_image(const std::string& path, info_page* page, std::string* message) {
+bool info_image(const std::string &path, info_page *page, std::string *message) {
     static const image_format formats[] = {
         {"PNG", "png", image_png_probe, image_png_read},
         {"PNM", "pgm ppm pnm", image_pnm_probe, image_pnm_read},
@@ -147,8 +147,8 @@ bool info_image(const std::string& path, info_page* page, std::string* message) 
         *message = reason.text;
         return false;
     }
-    const reconstruct_image& image = file.image;
-    const meaning* what = meaning_of(path);
+    const reconstruct_image &image = file.image;
+    const meaning *what = meaning_of(path);
     const bool grey = image.layout == PIXEL_GREY;
     page->kind = what != nullptr && grey       ? what->kind
                  : is_reason_map(path) && grey ? "reason map"

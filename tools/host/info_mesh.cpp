@@ -12,12 +12,12 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-bool damaged(const std::string& path, const std::string& what, std::string* message) {
+bool damaged(const std::string &path, const std::string &what, std::string *message) {
     *message = path + ": " + what;
     return false;
 }
 
-std::vector<std::string> words_of(const std::string& line) {
+std::vector<std::string> words_of(const std::string &line) {
     std::istringstream stream(line);
     std::vector<std::string> words;
     for (std::string word; stream >> word;) {
@@ -27,7 +27,7 @@ std::vector<std::string> words_of(const std::string& line) {
 }
 
 /// One header line without its line end; false at the end of the file or for an absurd line.
-bool header_line(std::ifstream* stream, std::string* line) {
+bool header_line(std::ifstream *stream, std::string *line) {
     line->clear();
     for (char c; stream->get(c);) {
         if (c == '\n') {
@@ -45,7 +45,7 @@ bool header_line(std::ifstream* stream, std::string* line) {
 }
 
 /// A count in a header: digits only, at most 2^32.
-bool parse_count(const std::string& text, std::uint64_t* count) {
+bool parse_count(const std::string &text, std::uint64_t *count) {
     if (text.empty() || text.size() > 10 ||
         text.find_first_not_of("0123456789") != std::string::npos) {
         return false;
@@ -54,7 +54,7 @@ bool parse_count(const std::string& text, std::uint64_t* count) {
     return true;
 }
 
-double float_at(const char* bytes) {  // hosts are little-endian, like the files
+double float_at(const char *bytes) {  // hosts are little-endian, like the files
     float value;
     std::memcpy(&value, bytes, sizeof value);
     return static_cast<double>(value);
@@ -71,15 +71,15 @@ struct element {
     std::vector<property> properties;
 };
 
-size_t type_bytes(const std::string& type) {
+size_t type_bytes(const std::string &type) {
     static const struct {
-        const char* name;
+        const char *name;
         size_t bytes;
     } types[] = {{"char", 1},  {"uchar", 1},   {"int8", 1},   {"uint8", 1},
                  {"short", 2}, {"ushort", 2},  {"int16", 2},  {"uint16", 2},
                  {"int", 4},   {"uint", 4},    {"int32", 4},  {"uint32", 4},
                  {"float", 4}, {"float32", 4}, {"double", 8}, {"float64", 8}};
-    for (const auto& candidate : types) {
+    for (const auto &candidate : types) {
         if (type == candidate.name) {
             return candidate.bytes;
         }
@@ -93,7 +93,7 @@ struct ply {
     std::vector<element> elements;
 };
 
-bool ply_header(std::ifstream* stream, ply* result) {
+bool ply_header(std::ifstream *stream, ply *result) {
     std::string line;
     if (!header_line(stream, &line) || line != "ply") {
         return false;
@@ -119,7 +119,7 @@ bool ply_header(std::ifstream* stream, ply* result) {
             added.type = words[list && words.size() == 5 ? 3 : 1];
             added.count_type = list ? words[2] : "";
             added.bytes = type_bytes(added.type);
-            std::vector<property>& all = result->elements.back().properties;
+            std::vector<property> &all = result->elements.back().properties;
             added.offset = all.empty() ? 0 : all.back().offset + all.back().bytes;
             if (added.bytes == 0 || (list && type_bytes(added.count_type) != 1)) {
                 return false;
@@ -131,9 +131,9 @@ bool ply_header(std::ifstream* stream, ply* result) {
 }
 
 /// Reads the vertices; false when the file ends too early.
-bool ply_vertices(std::ifstream* stream, const element& vertex, info_bounds* bounds) {
-    const property* axes[3] = {};
-    for (const property& candidate : vertex.properties) {
+bool ply_vertices(std::ifstream *stream, const element &vertex, info_bounds *bounds) {
+    const property *axes[3] = {};
+    for (const property &candidate : vertex.properties) {
         if (!candidate.count_type.empty()) {
             return true;  // nothing of ours: counts are all that is said
         }
@@ -161,7 +161,7 @@ bool ply_vertices(std::ifstream* stream, const element& vertex, info_bounds* bou
 }
 
 /// Walks over elements of one list each; false when the file ends too early.
-bool ply_lists(std::ifstream* stream, const element& face) {
+bool ply_lists(std::ifstream *stream, const element &face) {
     if (face.properties.size() != 1 || face.properties[0].count_type.empty()) {
         return true;
     }
@@ -179,8 +179,8 @@ bool ply_lists(std::ifstream* stream, const element& face) {
 }
 
 /// The coordinates of a PCD record: FIELDS must begin with x y z as floats.
-bool pcd_has_float_points(const json& header) {
-    const auto starts = [&](const char* key, const std::vector<std::string>& expected) {
+bool pcd_has_float_points(const json &header) {
+    const auto starts = [&](const char *key, const std::vector<std::string> &expected) {
         if (!header.contains(key) || header[key].size() < 3) {
             return false;
         }
@@ -195,27 +195,27 @@ bool pcd_has_float_points(const json& header) {
            starts("TYPE", {"F", "F", "F"});
 }
 
-std::uint32_t u32_at(const std::string& bytes, size_t at) {
+std::uint32_t u32_at(const std::string &bytes, size_t at) {
     std::uint32_t value;
     std::memcpy(&value, bytes.data() + at, sizeof value);
     return value;
 }
 
 /// Adds what the primitives of a glTF document hold.
-void glb_primitives(const json& document, info_page* page) {
+void glb_primitives(const json &document, info_page *page) {
     std::uint64_t vertices = 0, triangles = 0;
     info_bounds bounds;
-    for (const json& mesh : document.at("meshes")) {
-        for (const json& primitive : mesh.at("primitives")) {
-            const json& accessors = document.at("accessors");
-            const json& position =
+    for (const json &mesh : document.at("meshes")) {
+        for (const json &primitive : mesh.at("primitives")) {
+            const json &accessors = document.at("accessors");
+            const json &position =
                 accessors.at(primitive.at("attributes").at("POSITION").get<size_t>());
             vertices += position.at("count").get<std::uint64_t>();
             if (primitive.contains("indices")) {
-                const json& indices = accessors.at(primitive.at("indices").get<size_t>());
+                const json &indices = accessors.at(primitive.at("indices").get<size_t>());
                 triangles += indices.at("count").get<std::uint64_t>() / 3;
             }
-            for (const char* end : {"min", "max"}) {
+            for (const char *end : {"min", "max"}) {
                 const std::vector<double> corner = position.at(end).get<std::vector<double>>();
                 if (corner.size() == 3) {
                     bounds.take(corner.data());
@@ -232,7 +232,7 @@ void glb_primitives(const json& document, info_page* page) {
 
 }  // namespace
 
-bool info_ply(const std::string& path, info_page* page, std::string* message) {
+bool info_ply(const std::string &path, info_page *page, std::string *message) {
     std::ifstream stream(path, std::ios::binary);
     ply header;
     if (!ply_header(&stream, &header)) {
@@ -241,16 +241,16 @@ bool info_ply(const std::string& path, info_page* page, std::string* message) {
     page->kind = "mesh (PLY)";
     page->add("format", "format", header.format, header.format);
     info_bounds bounds;
-    for (const element& element : header.elements) {
+    for (const element &element : header.elements) {
         page->add(element.name, element.name, std::to_string(element.count), element.count);
         std::string names;
-        for (const property& property : element.properties) {
+        for (const property &property : element.properties) {
             names += (names.empty() ? "" : " ") + property.name;
         }
         page->add("", "  properties", names, nullptr);
     }
     bool whole = true;
-    for (const element& element : header.elements) {
+    for (const element &element : header.elements) {
         if (header.format != "binary_little_endian" || element.properties.empty()) {
             break;
         }
@@ -261,14 +261,14 @@ bool info_ply(const std::string& path, info_page* page, std::string* message) {
         return damaged(path, "is cut off: it ends before all its vertices and faces", message);
     }
     bounds.add_to(page, "");
-    for (const std::string& comment : header.comments) {
+    for (const std::string &comment : header.comments) {
         page->add("", "comment", comment, nullptr);
     }
     page->add("comments", "", "", header.comments);
     return true;
 }
 
-bool info_pcd(const std::string& path, info_page* page, std::string* message) {
+bool info_pcd(const std::string &path, info_page *page, std::string *message) {
     std::ifstream stream(path, std::ios::binary);
     json header;
     std::string line;
@@ -319,7 +319,7 @@ bool info_pcd(const std::string& path, info_page* page, std::string* message) {
     return true;
 }
 
-bool info_glb(const std::string& path, info_page* page, std::string* message) {
+bool info_glb(const std::string &path, info_page *page, std::string *message) {
     std::ifstream stream(path, std::ios::binary);
     const std::string bytes((std::istreambuf_iterator<char>(stream)),
                             std::istreambuf_iterator<char>());
@@ -335,7 +335,7 @@ bool info_glb(const std::string& path, info_page* page, std::string* message) {
         page->add("version", "version", version, version);
         page->add("bytes", "size", std::to_string(bytes.size()) + " bytes", bytes.size());
         glb_primitives(document, page);
-    } catch (const json::exception&) {
+    } catch (const json::exception &) {
         return damaged(path, "the glTF description in it is damaged", message);
     }
     return true;

@@ -10,11 +10,11 @@ namespace {
 using json = nlohmann::ordered_json;
 
 /// The value at a path such as "plan/f_px", or null.
-json find(const json& document, const std::string& path) {
+json find(const json &document, const std::string &path) {
     return document.value(json::json_pointer("/" + path), json());
 }
 
-std::string text_of(const json& value, int digits) {
+std::string text_of(const json &value, int digits) {
     if (value.is_string()) {
         return value.get<std::string>();
     }
@@ -23,7 +23,7 @@ std::string text_of(const json& value, int digits) {
     }
     if (value.is_array()) {
         std::string text;
-        for (const json& item : value) {
+        for (const json &item : value) {
             text += (text.empty() ? "" : " ") + text_of(item, digits);
         }
         return text;
@@ -32,13 +32,13 @@ std::string text_of(const json& value, int digits) {
 }
 
 struct line {
-    const char* label;
+    const char *label;
     // Words and members in turn: "{plan/f_px}" stands for the member's value.
-    const char* pattern;
+    const char *pattern;
 };
 
 /// Fills a pattern; "" when a member is missing.
-std::string fill(const json& document, const std::string& pattern) {
+std::string fill(const json &document, const std::string &pattern) {
     std::string text;
     for (size_t at = 0; at < pattern.size();) {
         const size_t open = std::min(pattern.find('{', at), pattern.size());
@@ -59,7 +59,7 @@ std::string fill(const json& document, const std::string& pattern) {
 
 }  // namespace
 
-bool info_result(const std::string& path, info_page* page, std::string* message) {
+bool info_result(const std::string &path, info_page *page, std::string *message) {
     std::ifstream stream(path, std::ios::binary);
     const json document = json::parse(stream, nullptr, false);
     if (document.is_discarded() || !document.is_object() ||
@@ -89,7 +89,7 @@ bool info_result(const std::string& path, info_page* page, std::string* message)
         {"time", "{time_ms/total} ms, {options/threads} threads"},
         {"memory", "{memory_bytes/process_peak} bytes"},
     };
-    for (const line& line : lines) {
+    for (const line &line : lines) {
         const std::string text = fill(document, line.pattern);
         if (!text.empty()) {
             page->add("", line.label, text, nullptr);
@@ -98,7 +98,7 @@ bool info_result(const std::string& path, info_page* page, std::string* message)
     const json reasons = find(document, "reasons");
     if (reasons.is_object()) {
         bool first = true;
-        for (const auto& reason : reasons.items()) {
+        for (const auto &reason : reasons.items()) {
             page->add("", first ? "pixels" : "", reason.key() + " " + text_of(reason.value(), 6),
                       nullptr);
             first = false;
@@ -109,7 +109,7 @@ bool info_result(const std::string& path, info_page* page, std::string* message)
     }
     const json warnings = find(document, "warnings");
     if (warnings.is_array()) {
-        for (const json& warning : warnings) {
+        for (const json &warning : warnings) {
             page->add("", "warning", text_of(warning, 6), nullptr);
         }
     }
