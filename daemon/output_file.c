@@ -15,18 +15,33 @@ static void remember_error(struct output_file *file) {
 }
 
 void output_file_open(struct output_file *file, const char *path) {
-    *file = (struct output_file){.path = path};
+    file->path = path;
+    file->error_number = 0;
+    file->filled = 0;
     file->stream = fopen(path, "wb");
     if (file->stream == NULL) {
         remember_error(file);
     }
 }
 
-void output_file_write(struct output_file *file, const void *bytes, size_t length) {
+static void pass_on(struct output_file *file, const void *bytes, size_t length) {
     if (file->error_number == 0 && !interrupt_requested() &&
         fwrite(bytes, 1, length, file->stream) != length) {
         remember_error(file);
     }
+}
+
+void output_file_write(struct output_file *file, const void *bytes, size_t length) {
+    if (length > OUTPUT_FILE_BUFFER_BYTES - file->filled) {
+        pass_on(file, file->buffer, file->filled);
+        file->filled = 0;
+    }
+    if (length > OUTPUT_FILE_BUFFER_BYTES) {
+        pass_on(file, bytes, length);
+        return;
+    }
+    memcpy(file->buffer + file->filled, bytes, length);
+    file->filled += length;
 }
 
 void output_file_put_u32(unsigned char bytes[4], uint32_t value) {
@@ -57,6 +72,7 @@ void output_file_f32(struct output_file *file, float value) {
 int output_file_close(struct output_file *file, struct message *message) {
     INVARIANT(file->stream != NULL || file->error_number != 0);
     if (file->stream != NULL) {
+        pass_on(file, file->buffer, file->filled);
         errno = 0;
         if (fflush(file->stream) != 0 || ferror(file->stream) != 0) {
             remember_error(file);

@@ -14,17 +14,21 @@
 extern "C" {
 #endif
 
+enum { OUTPUT_FILE_BUFFER_BYTES = 8192 };
+
 struct output_file {
-    FILE *stream;  // NULL when it could not be opened; writers may print to it
+    FILE *stream;  // NULL when it could not be opened; writers may print to it before they write
     const char *path;
     int error_number;  // errno of the first failure, 0 while all is well
+    size_t filled;     // bytes waiting in the buffer
+    unsigned char buffer[OUTPUT_FILE_BUFFER_BYTES];  // points come in pieces of a few bytes
 };
 
 /// Creates or empties the file. A failure is reported by `output_file_close`.
 void output_file_open(struct output_file *file, const char *path);
 
-/// Appends bytes; numbers in little-endian order. Nothing happens after a failure, and after an
-/// interrupt was requested.
+/// Appends bytes; numbers in little-endian order. Nothing is written any more after a failure, or
+/// after an interrupt was requested.
 void output_file_write(struct output_file *file, const void *bytes, size_t length);
 void output_file_u32(struct output_file *file, uint32_t value);
 void output_file_f32(struct output_file *file, float value);

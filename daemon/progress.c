@@ -23,9 +23,11 @@ void progress_show(struct progress *progress, const char *stage, int done, int t
         return;
     }
     const uint64_t now_us = progress_now_us();
-    if (progress->drawn && now_us - progress->last_us < REDRAW_US && done < total) {
+    const bool begins = progress->stage == NULL || strcmp(progress->stage, stage) != 0;
+    if (!begins && now_us - progress->last_us < REDRAW_US && done < total) {
         return;
     }
+    progress->stage = stage;
     progress->last_us = now_us;
     progress->drawn = true;
     const int filled = (int)((int64_t)BAR_CELLS * done / total);

@@ -8,9 +8,9 @@
 
 enum { DIGIT_BITS = 16, DIGIT_VALUES = 1 << DIGIT_BITS };
 
-struct result_figures_bounds result_figures_bounds(const struct reconstruct_result *result) {
+struct result_figures_box result_figures_bounds(const struct reconstruct_result *result) {
     INVARIANT(result->vertex_count > 0);
-    struct result_figures_bounds bounds;
+    struct result_figures_box bounds;
     for (uint32_t i = 0; i < result->vertex_count; i++) {
         const struct triangulate_point *point = &result->points[i];
         const int32_t um[3] = {point->x_um, point->y_um, point->z_um};
@@ -74,7 +74,7 @@ static double quantile_mm(const struct reconstruct_result *result, point_value *
 }
 
 bool result_figures_spread(const struct reconstruct_result *result,
-                           struct result_figures_spread *spread) {
+                           struct result_figures_quantiles *spread) {
     static const int depth_percent[RESULT_FIGURES_QUANTILES] = {1, 50, 99};
     static const int sigma_percent[RESULT_FIGURES_QUANTILES] = {5, 50, 95};
     INVARIANT(result->vertex_count > 0);

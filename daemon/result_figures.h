@@ -12,10 +12,10 @@ extern "C" {
 #endif
 
 /// Smallest box around the points in mm, left camera frame. Needs at least one point.
-struct result_figures_bounds {
+struct result_figures_box {
     double least_mm[3], greatest_mm[3];
 };
-struct result_figures_bounds result_figures_bounds(const struct reconstruct_result *result);
+struct result_figures_box result_figures_bounds(const struct reconstruct_result *result);
 
 /// Pixels of the rectified left image that have a disparity, in percent of all.
 double result_figures_density_percent(const struct reconstruct_result *result);
@@ -23,14 +23,14 @@ double result_figures_density_percent(const struct reconstruct_result *result);
 enum { RESULT_FIGURES_QUANTILES = 3 };
 
 /// Quantiles of depth and sigma: single points at the ends of the range say little about the rest.
-struct result_figures_spread {
+struct result_figures_quantiles {
     double depth_mm[RESULT_FIGURES_QUANTILES];  // of 1 %, 50 % and 99 % of the points
     double sigma_mm[RESULT_FIGURES_QUANTILES];  // of 5 %, 50 % and 95 %
 };
 
 /// Needs at least one point. Returns false (spread untouched) when memory runs out.
 bool result_figures_spread(const struct reconstruct_result *result,
-                           struct result_figures_spread *spread);
+                           struct result_figures_quantiles *spread);
 
 #ifdef __cplusplus
 }

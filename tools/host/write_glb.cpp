@@ -273,8 +273,10 @@ void write_coordinates(const reconstruct_result &result, output_file *file) {
 
 void write_indices(const reconstruct_result &result, output_file *file) {
     for (uint32_t i = 0; i < result.triangle_count; i++) {
-        for (const uint32_t vertex : result.triangles[i])
-            output_file_u32(file, vertex);
+        unsigned char bytes[12];
+        for (int corner = 0; corner < 3; corner++)
+            output_file_put_u32(bytes + 4 * corner, result.triangles[i][corner]);
+        output_file_write(file, bytes, sizeof bytes);
     }
 }
 

@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/interrupt.h"
 #include "daemon/output_file.h"
 
 namespace {
@@ -34,6 +35,9 @@ const png_color reason_colours[REASON_COUNT] = {{235, 235, 235}, {40, 40, 40},  
 void on_warning(png_structp, png_const_charp) {}
 
 void on_write(png_structp png, png_bytep bytes, size_t length) {
+    // Compressing what nobody will read would only make Ctrl-C slow.
+    if (interrupt_requested())
+        png_error(png, "interrupted");
     output_file_write(static_cast<output_file *>(png_get_io_ptr(png)), bytes, length);
 }
 

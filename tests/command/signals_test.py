@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Ctrl-C, kill and the terminal."""
+import fcntl
+import json
+import os
+import pty
+import random
+import re
+import signal
+import struct
+import subprocess
+import termios
+import time
+import unittest
+
+import numpy
+
+import pairs
+from pairs import VERGENCE
+
+
+class Signals(pairs.Workshop):
+    """On a pair that takes about a second, so that a signal meets every stage."""
+
+    @classmethod
+    def setUpClass(cls):
+        left, right, _ = pairs.make_pair(width=1200, height=800)
+        cls.large = left, right
+        cls.delays = random.Random(pairs.SEED)
+
+    def setUp(self):
+        super().setUp()
+        self.large_left, self.large_right = (self.save(name, image) for name, image in
+                                             zip(("ll.ppm", "lr.ppm"), self.large))
+        self.command = [VERGENCE, "reconstruct", str(self.large_left), str(self.large_right),
+                        "--rectified", "--focal", "500", "--baseline", "100", "--disparity",
+                        "0:256", "--out", str(self.out)]
+
+    def measure(self):
+        """Seconds that an undisturbed run takes."""
+        begin = time.monotonic()
+        subprocess.run(self.command, check=True, capture_output=True)
+        return time.monotonic() - begin
+
+    def traces(self):
+        return [n for n in self.names() if n not in ("ll.ppm", "lr.ppm")]
+
+    def test_interrupts_stop_within_a_second_and_leave_nothing(self):
+        whole = self.measure()
+        self.assertGreater(whole, 0.4, "too short to be interrupted")
+        subprocess.run(["rm", "-r", str(self.out)], check=True)
+        interrupted = 0
+        for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)):
+            for _ in range(3):
+                delay = self.delays.uniform(0.05, 0.95) * whole
+                process = subprocess.Popen(self.command, stdout=subprocess.PIPE,
+                                           stderr=subprocess.PIPE, text=True)
+                time.sleep(delay)
+                process.send_signal(number)
+                sent = time.monotonic()
+                _, complaint = process.communicate(timeout=30)
+                waited = time.monotonic() - sent
+                if process.returncode == 0:  # it was faster
+                    subprocess.run(["rm", "-r", str(self.out)], check=True)
+                    continue
+                if process.returncode == -number:  # before the program took over
+                    self.assertEqual(self.traces(), [])
+                    continue
+                interrupted += 1
+                self.assertEqual(process.returncode, code)
+                self.assertIn("interrupted", complaint)
+                self.assertEqual(complaint.count("\n"), 1, complaint)
+                # One second, and more only where a crowded machine makes everything slow.
+                self.assertLess(waited, max(1.0, whole / 2), f"after {delay:.2f} s")
+                self.assertEqual(self.traces(), [], f"after {delay:.2f} s")
+        self.assertGreater(interrupted, 3)
+
+    def test_kill_leaves_all_or_nothing(self):
+        whole = self.measure()
+        reference = set(os.listdir(self.out))
+        self.assertIn("result.json", reference)
+        subprocess.run(["rm", "-r", str(self.out)], check=True)
+        killed = 0
+        for _ in range(6):
+            process = subprocess.Popen(self.command, stdout=subprocess.DEVNULL,
+                                       stderr=subprocess.DEVNULL)
+            # Mostly while the files are being written.
+            time.sleep(self.delays.uniform(0.2, 1.0) * whole)
+            process.kill()
+            killed += process.wait() == -signal.SIGKILL
+            if self.out.exists():
+                self.assertEqual(set(os.listdir(self.out)), reference)
+                json.loads((self.out / "result.json").read_text())
+                subprocess.run(["rm", "-r", str(self.out)], check=True)
+        self.assertGreater(killed, 1)
+
+    def test_kill_while_replacing_never_shows_half_a_file(self):
+        whole = self.measure()
+        sizes = {n: (self.out / n).stat().st_size for n in os.listdir(self.out)}
+        for _ in range(5):
+            process = subprocess.Popen(self.command, stdout=subprocess.DEVNULL,
+                                       stderr=subprocess.DEVNULL)
+            time.sleep(self.delays.uniform(0.4, 1.05) * whole)
+            process.kill()
+            process.wait()
+            for name, size in sizes.items():
+                path = self.out / name
+                if path.exists() and name not in ("result.json", "report.html"):
+                    self.assertEqual(path.stat().st_size, size, name)
+            if (self.out / "result.json").exists():
+                json.loads((self.out / "result.json").read_text())
+
+
+class Terminal(pairs.Workshop):
+    def on_terminal(self, *arguments, interrupt_after=None):
+        """Runs with standard error on a terminal of its own; what it shows, and the exit code."""
+        master, slave = pty.openpty()
+        fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
+        process = subprocess.Popen([VERGENCE, *map(str, arguments)], stdin=slave,
+                                   stdout=subprocess.DEVNULL, stderr=slave, start_new_session=True,
+                                   preexec_fn=lambda: fcntl.ioctl(slave, termios.TIOCSCTTY, 0))
+        os.close(slave)
+        if interrupt_after is not None:
+            time.sleep(interrupt_after)
+            os.write(master, b"\x03")  # the key itself
+        shown = b""
+        while True:
+            try:
+                part = os.read(master, 4096)
+            except OSError:  # Linux says EIO when the other side is gone
+                break
+            if not part:
+                break
+            shown += part
+        os.close(master)
+        return process.wait(timeout=30), shown.decode()
+
+    def test_a_bar_shows_the_stages_and_goes_away(self):
+        code, shown = self.on_terminal("reconstruct", self.left_path, self.right_path,
+                                       *pairs.RECTIFIED, "--out", self.out)
+        self.assertEqual(code, 0)
+        stages = re.findall(r"\r(\w+) +\[[#.]{40}\] +\d+ %", shown)
+        for stage in ("match", "write"):
+            self.assertIn(stage, stages)
+        bars = [part for part in shown.split("\r") if "[" in part]
+        self.assertLessEqual(max(map(len, bars)), 79)
+        # The last thing drawn wipes the bar; what follows are whole lines.
+        self.assertNotIn("[#", shown.rsplit("\r ", 1)[-1])
+        self.assertIn("note: ", shown)
+
+    def test_quiet_shows_nothing(self):
+        code, shown = self.on_terminal("reconstruct", self.left_path, self.right_path,
+                                       *pairs.RECTIFIED, "--out", self.out, "--quiet")
+        self.assertEqual((code, shown), (0, ""))
+
+    def test_the_key_interrupts(self):
+        left, right = (self.save(name, numpy.tile(image, (9, 8, 1))[:1400, :1800]) for name, image
+                       in (("tl.ppm", self.left), ("tr.ppm", self.right)))
+        code, shown = self.on_terminal("reconstruct", left, right, "--rectified", "--disparity",
+                                       "0:512", "--threads", "1", "--out", self.out,
+                                       interrupt_after=0.4)
+        self.assertEqual(code, 130, shown)
+        self.assertIn("interrupted", shown)
+        self.assertFalse(self.out.exists())
+
+
+if __name__ == "__main__":
+    print(f"seed {pairs.SEED}")
+    unittest.main()
