@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/geometry.h"
+#include "core/lens.h"
 #include "synthetic/pair.hpp"
 #include "synthetic/scenes.hpp"
 #include "synthetic/seed.hpp"
@@ -337,6 +339,50 @@ TEST_CASE("the same seed gives the same pixels, another one others") {
     CHECK(render(wall(rig, 9, 0, 0, {}, seed + 1), rig, options).left != first.left);
     options.seed = seed + 1;
     CHECK(render(wall(rig, 9, 0, 0, {}, seed), rig, options).left != first.left);
+}
+
+TEST_CASE("two lens models written apart agree") {
+    // The generator's own equations and the product's: a mistake would have to be made twice.
+    Camera camera;
+    camera.width = 640;
+    camera.height = 480;
+    camera.fx = 700;
+    camera.fy = 710;
+    camera.cx = 325;
+    camera.cy = 236;
+    camera.k1 = -0.28;
+    camera.k2 = 0.09;
+    camera.p1 = 0.0012;
+    camera.p2 = -0.0007;
+    camera.k3 = -0.01;
+    const struct lens lens = {640,       480,       700,       710,       325,      236,
+                              camera.k1, camera.k2, camera.p1, camera.p2, camera.k3};
+    double worst_px = 0, worst_direction = 0;
+    for (int y = 0; y < 480; y += 31) {
+        for (int x = 0; x < 640; x += 31) {
+            const Pixel pixel{static_cast<double>(x), static_cast<double>(y)};
+            const Vector ours = camera.direction(pixel);
+            const double at[2] = {pixel.x, pixel.y};
+            double theirs[3];
+            REQUIRE(lens_ray(&lens, at, theirs));
+            worst_direction =
+                std::max(worst_direction, norm(ours - Vector{theirs[0], theirs[1], theirs[2]}));
+            const double point[3] = {300 * ours.x, 300 * ours.y, 300 * ours.z};
+            double back[2];
+            REQUIRE(lens_project(&lens, point, back));
+            worst_px = std::max({worst_px, std::abs(back[0] - x), std::abs(back[1] - y)});
+        }
+    }
+    CHECK(worst_direction < 1e-11);
+    CHECK(worst_px < 1e-8);
+    const Vector rotation{0.3, -0.5, 0.2};
+    const double vector[3] = {rotation.x, rotation.y, rotation.z};
+    double R[9];
+    geometry_rotation_from_vector(vector, R);
+    const Matrix ours = rotation_from_vector(rotation);
+    for (size_t i = 0; i < 9; i++) {
+        CHECK(std::abs(R[i] - ours[i]) < 1e-14);
+    }
 }
 
 TEST_CASE("lens and pose go there and back") {
