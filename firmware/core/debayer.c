@@ -15,6 +15,7 @@ static int32_t absolute(int32_t v) {
 // Mirrors an index about the first and last element; the colour pattern continues.
 static int mirror(int i, int size) {
     const int period = 2 * (size - 1);
+    INVARIANT(size >= 2);
     const int j = i % period + (i < 0 && i % period != 0 ? period : 0);
     return j < size ? j : period - j;
 }
@@ -125,6 +126,7 @@ void debayer_row(const struct image_u16 *raw, int bits, int y, uint16_t *rgb, in
     const struct context context = {row_at(raw, y - 1), row_at(raw, y), row_at(raw, y + 1),
                                     green_up,           green,          green_down};
     const int32_t largest = (1 << bits) - 1;
+    INVARIANT(rgb != NULL && work != NULL);
     const int own = 2 * (y & 1);  // red or blue
     const int first = 1 - (y & 1);
     for (int x = 0; x < width; x++) {
