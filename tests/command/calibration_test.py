@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Calibrations on the command line: import, conversion, hand edits, and what happens to bad ones."""
+import json
+import os
+import pathlib
+import shutil
+import stat
+import subprocess
+import tempfile
+import unittest
+
+import cv2
+import numpy
+
+VERGENCE = os.environ["VERGENCE"]
+SOURCE = pathlib.Path(os.environ["VERGENCE_SOURCE"])
+
+MIDDLEBURY = """cam0=[994.978 0 311.193; 0 994.978 254.877; 0 0 1]
+cam1=[994.978 0 342.279; 0 994.978 254.877; 0 0 1]
+doffs=31.086
+baseline=193.001
+width=741
+height=497
+ndisp=70
+"""
+
+
+class Calibration(unittest.TestCase):
+    def setUp(self):
+        self.here = pathlib.Path(tempfile.mkdtemp(prefix="vergence-calibration-"))
+        self.addCleanup(shutil.rmtree, self.here)
+
+    def write(self, name, content):
+        path = self.here / name
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return path
+
+    def info(self, *arguments, **options):
+        return subprocess.run([VERGENCE, "info", *map(str, arguments)], capture_output=True,
+                              text=True, timeout=60, **options)
+
+    def explain(self, *arguments):
+        done = self.info(*arguments, "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return json.loads(done.stdout)[0]
+
+    def assert_refused(self, done, *words, code=3):
+        """One line, no traceback, the words in it, nothing on standard output."""
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+        self.assertEqual(done.stdout, "")
+        for word in words:
+            self.assertIn(str(word), done.stderr)
+
+    def write_opencv(self, unit=1.0):
+        """The files of OpenCV's stereo_calib, written by OpenCV."""
+        camera = numpy.array([[533.5, 0, 341.5], [0, 534.25, 234.5], [0, 0, 1]])
+        distortion = numpy.array([[-0.28, 0.09, 0.001, -0.0002, 0]])
+        rotation, _ = cv2.Rodrigues(numpy.array([0.006, 0.0047, -0.0036]))
+        shift = numpy.array([[-99.5], [1.25], [0.0625]]) * unit
+        for name, values in (("intrinsics", {"M1": camera, "D1": distortion, "M2": camera,
+                                             "D2": distortion}),
+                             ("extrinsics", {"R": rotation, "T": shift})):
+            storage = cv2.FileStorage(str(self.here / f"{name}.yml"), cv2.FileStorage_WRITE)
+            for key, value in values.items():
+                storage.write(key, value)
+            storage.release()
+        return self.here / "intrinsics.yml"
+
+    def test_opencv_pair_converts_and_converts_no_further(self):
+        files = self.write_opencv()
+        self.assert_refused(self.info(files), files, "--size")
+        rig = self.here / "rig.txt"
+        page = self.explain(files, "--size", "640x480", "--convert", rig)
+        self.assertEqual(page["format"], "OpenCV")
+        self.assertEqual(page["left"]["focal_px"], [533.5, 534.25])
+        self.assertAlmostEqual(page["baseline_mm"], numpy.linalg.norm([99.5, 1.25, 0.0625]), 8)
+        self.assertTrue(any("mm" in line for line in page["assumed"]), page["assumed"])
+        again = self.here / "again.txt"
+        own = self.explain(rig, "--convert", again)
+        self.assertEqual(own["format"], "vergence")
+        self.assertEqual(own["crc32"], page["crc32"])
+        self.assertEqual(rig.read_bytes(), again.read_bytes())
+        self.assertTrue(rig.read_text().endswith(f"crc32 {page['crc32']}\n"))
+        self.assertEqual(stat.S_IMODE(rig.stat().st_mode) & 0o600, 0o600)
+
+    def test_lengths_in_metres_need_their_unit(self):
+        files = self.write_opencv(unit=1e-3)
+        self.assert_refused(self.info(files, "--size", "640x480"), "T", "--unit")
+        page = self.explain(files, "--size", "640x480", "--unit", "m")
+        self.assertAlmostEqual(page["translation_right_left_mm"][0], -99.5, 8)
+
+    def test_derived_figures(self):
+        page = self.explain(self.write("calib.txt", MIDDLEBURY))
+        self.assertTrue(page["rectified"])
+        self.assertIsNone(page["vergence_depth_mm"])
+        across = 2 * numpy.degrees(numpy.arctan(741 / 2 / 994.978))
+        self.assertAlmostEqual(page["left"]["field_of_view_deg"][0], across, delta=1)
+        for step in page["depth_per_pixel"]:
+            expected = step["depth_mm"] ** 2 / (994.978 * 193.001)
+            self.assertAlmostEqual(step["mm_per_px"], expected, places=6)
+        plan = page["rectified_pair"]
+        self.assertEqual(plan["size_px"], [741, 497])
+        self.assertTrue(plan["identity"])
+        self.assertLessEqual(plan["disparity_min_px"], 0)
+        self.assertGreaterEqual(plan["disparity_max_px"], 69)
+
+    def test_an_edited_file_is_refused_until_the_edit_is_accepted(self):
+        rig = self.here / "rig.txt"
+        self.explain(self.write("calib.txt", MIDDLEBURY), "--convert", rig)
+        edited = self.write("edited.txt", rig.read_text().replace("-193.001", "-200.001"))
+        self.assert_refused(self.info(edited), edited, "line 24", "crc32", "--accept-edits")
+        mended = self.here / "mended.txt"
+        page = self.explain(edited, "--accept-edits", "--convert", mended)
+        self.assertEqual(page["translation_right_left_mm"][0], -200.001)
+        self.assertEqual(self.explain(mended)["translation_right_left_mm"][0], -200.001)
+        wrong = self.write("wrong.txt", rig.read_text().replace("-193.001", "193.001"))
+        self.assert_refused(self.info(wrong, "--accept-edits"), "rectified")
+
+    def test_bad_files_are_refused_in_one_line(self):
+        rig = self.here / "rig.txt"
+        self.explain(self.write("calib.txt", MIDDLEBURY), "--convert", rig)
+        good = rig.read_text()
+        focal = "left_focal_px 994.978000000"
+        bad = {
+            "nan.txt": (good.replace(focal, "left_focal_px nan"), "line 7", "left_focal_px"),
+            "crlf.txt": (good.replace("\n", "\r\n"), "line 1", "CR LF"),
+            "cut.txt": (good[:300], "line"),
+            "zero.txt": (good.replace("-193.001000000", "0.000000000"), "line 24", "crc32"),
+            "version.txt": (good.replace("calibration 1", "calibration 9"), "line 1", "version"),
+            "empty.txt": ("", "empty"),
+            "image.png": (b"\x89PNG\r\n\x1a\n" + bytes(20), "image.png"),
+            "words.txt": ("some words\n", "no calibration"),
+        }
+        for name, (content, *words) in bad.items():
+            with self.subTest(name):
+                path = self.write(name, content)
+                self.assert_refused(self.info(path), path, *words)
+        self.assert_refused(self.info(self.here / "none.txt"), "none.txt")
+        self.assert_refused(self.info("/"), "/")
+
+    def test_nothing_is_written_where_nothing_can_be(self):
+        source = self.write("calib.txt", MIDDLEBURY)
+        before = sorted(os.listdir(self.here))
+        for target in (self.here, self.here / "no" / "rig.txt", "/dev/full/rig.txt"):
+            done = self.info(source, "--convert", target)
+            self.assert_refused(done, target)
+        self.assertEqual(sorted(os.listdir(self.here)), before)
+
+    def test_the_documented_grammar_is_the_one_in_force(self):
+        done = self.info("--grammar")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        document = (SOURCE / "firmware/core/calibration.md").read_text()
+        self.assertIn(done.stdout, document)
+
+
+if __name__ == "__main__":
+    unittest.main()
