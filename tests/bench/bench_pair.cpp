@@ -4,9 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -34,26 +32,30 @@ cv::Mat load_grey(const fs::path &path) {
 
 bool load_meta(const fs::path &folder, bench_pair *pair, std::string *message) {
     const fs::path path = folder / "meta.json";
-    std::ifstream file(path);
-    if (!file) {
-        return fail(message,
-                    path.string() + ": cannot be read; it must give disparity_search: [min, end]");
+    const std::string wanted = "; it must give disparity_search: [min, end]";
+    if (!fs::exists(path)) {
+        return fail(message, path.string() + ": is not there" + wanted);
     }
-    const nlohmann::json meta = nlohmann::json::parse(file, nullptr, false);
-    if (!meta.is_object() || !meta.contains("disparity_search") ||
-        !meta["disparity_search"].is_array() || meta["disparity_search"].size() != 2 ||
-        !meta["disparity_search"][0].is_number_integer() ||
-        !meta["disparity_search"][1].is_number_integer()) {
-        return fail(message, path.string() + ": no disparity_search: [min, end] in it");
+    int begin = 0;
+    int end = 0;
+    try {
+        const cv::FileStorage meta(path.string(), cv::FileStorage::READ);
+        const cv::FileNode search = meta["disparity_search"];
+        if (!search.isSeq() || search.size() != 2 || !search[0].isInt() || !search[1].isInt()) {
+            return fail(message, path.string() + ": has no range" + wanted);
+        }
+        begin = static_cast<int>(search[0]);
+        end = static_cast<int>(search[1]);
+        const cv::FileNode round = meta["round_disparity"];
+        pair->round_disparity = round.isInt() && static_cast<int>(round) != 0;
+    } catch (const cv::Exception &) {
+        return fail(message, path.string() + ": is not valid JSON" + wanted);
     }
-    const int begin = meta["disparity_search"][0];
-    const int end = meta["disparity_search"][1];
     if (end <= begin || end - begin > 1024) {
         return fail(message, path.string() + ": disparity_search must span 1 to 1024 disparities");
     }
     pair->disparity_min = begin;
     pair->disparity_count = end - begin;
-    pair->round_disparity = meta.value("round_disparity", false);
     return true;
 }
 

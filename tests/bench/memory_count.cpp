@@ -7,9 +7,15 @@
 #include <cerrno>
 #include <cstdlib>
 
+// gcc says it with a macro, clang with a feature.
 #if defined(__SANITIZE_ADDRESS__)
 #define COUNTS 0
-#else
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define COUNTS 0
+#endif
+#endif
+#ifndef COUNTS
 #define COUNTS 1
 #endif
 

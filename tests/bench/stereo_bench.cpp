@@ -7,11 +7,10 @@
 #include <cstdlib>
 #include <cstring>
 #include <exception>
-#include <map>
-#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "bench/bench_method.hpp"
+#include "bench/bench_report.hpp"
 #include "bench/memory_count.hpp"
 #include "tools/host/evaluate.hpp"
 
@@ -24,22 +23,6 @@ struct arguments {
     bool padded = true;
     bool errors_only = false;
     std::string only;  // part of a method's name
-};
-
-struct timing {
-    double best_ms = 0;
-    double ratio = 0, ratio_low = 0, ratio_high = 0;  // to the reference: median, quartiles
-};
-
-struct outcome {
-    std::string pair, method;
-    bool is_ours = false;
-    int width = 0, height = 0, disparities = 0;
-    bool has_truth = false;
-    evaluate_result errors;
-    double density_percent = 0;
-    std::size_t memory_bytes = 0;
-    std::map<int, timing> timing_by_threads;
 };
 
 void usage(FILE *stream) {
@@ -118,8 +101,9 @@ bool wanted(const bench_method_entry &entry, const arguments &args) {
 }
 
 // One run of a fresh method: its result against the truth, and its memory.
-outcome run_once(const bench_method_entry &entry, const bench_pair &pair, const arguments &args) {
-    outcome result;
+bench_outcome run_once(const bench_method_entry &entry, const bench_pair &pair,
+                       const arguments &args) {
+    bench_outcome result;
     result.pair = pair.name;
     result.method = entry.name;
     result.is_ours = entry.is_ours;
@@ -154,7 +138,7 @@ outcome run_once(const bench_method_entry &entry, const bench_pair &pair, const 
 
 // Interleaved rounds: a slow spell of the computer meets all methods alike.
 void time_rounds(const bench_pair &pair, const arguments &args, int threads,
-                 std::vector<outcome> &outcomes) {
+                 std::vector<bench_outcome> &outcomes) {
     std::vector<std::unique_ptr<bench_method>> methods;
     std::vector<std::vector<double>> times;
     std::size_t reference = 0;
@@ -183,8 +167,9 @@ void time_rounds(const bench_pair &pair, const arguments &args, int threads,
     }
 }
 
-std::vector<outcome> run_pair(const bench_pair &pair, const arguments &args, int all_threads) {
-    std::vector<outcome> outcomes;
+std::vector<bench_outcome> run_pair(const bench_pair &pair, const arguments &args,
+                                    int all_threads) {
+    std::vector<bench_outcome> outcomes;
     for (const bench_method_entry &entry : bench_methods()) {
         if (wanted(entry, args)) {
             outcomes.push_back(run_once(entry, pair, args));
@@ -199,108 +184,6 @@ std::vector<outcome> run_pair(const bench_pair &pair, const arguments &args, int
     return outcomes;
 }
 
-void print_table(const bench_pair &pair, const std::vector<outcome> &outcomes) {
-    std::printf(
-        "\n%s  %dx%d, %d disparities%s%s\n", pair.name.c_str(), pair.left.cols, pair.left.rows,
-        pair.disparity_count,
-        pair.truth_px.empty() ? ", no ground truth" : (", occlusions " + pair.mask_origin).c_str(),
-        pair.round_disparity ? ", rounded (truth in whole pixels)" : "");
-    std::printf("  %-22s %7s %7s %7s %9s %9s", "", "bad-1.0", "bad-2.0", "avg px", "density",
-                "memory MB");
-    for (const auto &[threads, unused] : outcomes.front().timing_by_threads) {
-        (void)unused;
-        std::printf("   %d thread%s: ms  ratio (spread)   ", threads, threads == 1 ? "" : "s");
-    }
-    std::printf("\n");
-    for (const outcome &one : outcomes) {
-        const evaluate_score &score = one.errors.filled_visible;
-        std::printf("  %-22s", one.method.c_str());
-        if (one.has_truth) {
-            std::printf(" %7.2f %7.2f %7.3f", score.bad_percent[1], score.bad_percent[2],
-                        score.average_px);
-        } else {
-            std::printf(" %7s %7s %7s", "-", "-", "-");
-        }
-        std::printf(" %8.1f%% %9.2f", one.density_percent,
-                    static_cast<double>(one.memory_bytes) / 1e6);
-        for (const auto &[threads, timing] : one.timing_by_threads) {
-            (void)threads;
-            std::printf("  %9.1f  %5.2f (%.2f-%.2f)     ", timing.best_ms, timing.ratio,
-                        timing.ratio_low, timing.ratio_high);
-        }
-        std::printf("\n");
-    }
-    std::fflush(stdout);
-}
-
-void print_means(const std::vector<outcome> &all) {
-    struct mean {
-        double bad1 = 0, bad2 = 0, log_ratio = 0;
-        int with_truth = 0, timed = 0;
-    };
-    std::vector<std::string> order;
-    std::map<std::string, mean> means;
-    for (const outcome &one : all) {
-        if (means.find(one.method) == means.end()) {
-            order.push_back(one.method);
-        }
-        mean &sum = means[one.method];
-        if (one.has_truth) {
-            sum.bad1 += one.errors.filled_visible.bad_percent[1];
-            sum.bad2 += one.errors.filled_visible.bad_percent[2];
-            sum.with_truth++;
-        }
-        const auto single = one.timing_by_threads.find(1);
-        if (single != one.timing_by_threads.end()) {
-            sum.log_ratio += std::log(single->second.ratio);
-            sum.timed++;
-        }
-    }
-    std::printf(
-        "\nmean of all pairs (filled, non-occluded; time: geometric mean of the ratios to %s "
-        "on 1 thread)\n",
-        bench_reference);
-    for (const std::string &name : order) {
-        const mean &sum = means[name];
-        std::printf("  %-22s", name.c_str());
-        if (sum.with_truth > 0) {
-            std::printf(" bad-1.0 %5.2f  bad-2.0 %5.2f", sum.bad1 / sum.with_truth,
-                        sum.bad2 / sum.with_truth);
-        }
-        if (sum.timed > 0) {
-            std::printf("  time %.2f", std::exp(sum.log_ratio / sum.timed));
-        }
-        std::printf("\n");
-    }
-}
-
-nlohmann::json as_json(const outcome &one) {
-    nlohmann::json json = {{"pair", one.pair},
-                           {"method", one.method},
-                           {"width", one.width},
-                           {"height", one.height},
-                           {"disparities", one.disparities},
-                           {"density_percent", one.density_percent},
-                           {"memory_bytes", one.memory_bytes}};
-    if (one.has_truth) {
-        const evaluate_score &score = one.errors.filled_visible;
-        for (int i = 0; i < EVALUATE_THRESHOLDS; i++) {
-            char key[32];
-            std::snprintf(key, sizeof key, "bad_%.1f_percent", evaluate_thresholds_px[i]);
-            json[key] = score.bad_percent[i];
-        }
-        json["average_px"] = score.average_px;
-        json["kept_bad_1.0_percent"] = one.errors.kept_visible.bad_percent[1];
-    }
-    for (const auto &[threads, timing] : one.timing_by_threads) {
-        json["time"].push_back({{"threads", threads},
-                                {"best_ms", timing.best_ms},
-                                {"ratio", timing.ratio},
-                                {"ratio_quartiles", {timing.ratio_low, timing.ratio_high}}});
-    }
-    return json;
-}
-
 int run(const arguments &args) {
     std::vector<std::string> folders;
     for (const std::string &path : args.paths) {
@@ -313,7 +196,7 @@ int run(const arguments &args) {
         folders.insert(folders.end(), found.begin(), found.end());
     }
     const auto all_threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-    std::vector<outcome> all;
+    std::vector<bench_outcome> all;
     for (const std::string &folder : folders) {
         bench_pair pair;
         std::string message;
@@ -321,23 +204,16 @@ int run(const arguments &args) {
             std::fprintf(stderr, "stereo_bench: %s\n", message.c_str());
             return 1;
         }
-        const std::vector<outcome> outcomes = run_pair(pair, args, all_threads);
+        const std::vector<bench_outcome> outcomes = run_pair(pair, args, all_threads);
         if (!args.json) {
-            print_table(pair, outcomes);
+            bench_print_table(pair, outcomes);
         }
         all.insert(all.end(), outcomes.begin(), outcomes.end());
     }
     if (args.json) {
-        nlohmann::json json = {{"opencv", CV_VERSION},
-                               {"reference", bench_reference},
-                               {"rounds", args.rounds},
-                               {"padded", args.padded}};
-        for (const outcome &one : all) {
-            json["results"].push_back(as_json(one));
-        }
-        std::printf("%s\n", json.dump(2).c_str());
+        bench_print_json(all, args.rounds, args.padded);
     } else if (folders.size() > 1) {
-        print_means(all);
+        bench_print_means(all);
     }
     return 0;
 }

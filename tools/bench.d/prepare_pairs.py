@@ -4,15 +4,14 @@ disparity.pfm and meta.json. Does nothing for a folder that is there already.
 
 usage: prepare_pairs.py OUT OPENCV_SAMPLES WHEEL
 """
-import io
 import json
 import os
 import sys
 import tempfile
 import zipfile
 
+import cv2
 import numpy
-from PIL import Image
 
 
 def write_pfm(path, values):
@@ -26,8 +25,8 @@ def write_pair(out, left, right, truth, disparities):
     """All files into a temporary folder first: an interrupted run leaves no half a pair."""
     os.makedirs(os.path.dirname(out), exist_ok=True)
     folder = tempfile.mkdtemp(dir=os.path.dirname(out))
-    left.save(os.path.join(folder, "left.png"))
-    right.save(os.path.join(folder, "right.png"))
+    cv2.imwrite(os.path.join(folder, "left.png"), left)
+    cv2.imwrite(os.path.join(folder, "right.png"), right)
     write_pfm(os.path.join(folder, "disparity.pfm"), truth)
     with open(os.path.join(folder, "meta.json"), "w", encoding="ascii") as file:
         json.dump({"disparity_search": [0, disparities]}, file)
@@ -37,23 +36,23 @@ def write_pair(out, left, right, truth, disparities):
 
 def aloe(out, samples):
     """Full size; truth in whole pixels, 0 where unknown."""
-    truth = numpy.array(Image.open(os.path.join(samples, "aloeGT.png")).convert("L"), "f4")
+    truth = cv2.imread(os.path.join(samples, "aloeGT.png"), cv2.IMREAD_GRAYSCALE).astype("f4")
     truth[truth == 0] = numpy.inf
-    images = [Image.open(os.path.join(samples, f"aloe{side}.jpg")) for side in "LR"]
-    write_pair(out, images[0], images[1], truth, 224)
+    left, right = (cv2.imread(os.path.join(samples, f"aloe{side}.jpg")) for side in "LR")
+    write_pair(out, left, right, truth, 224)
 
 
 def motorcycle(out, wheel):
     """Middlebury 2014, a quarter of its size, as scikit-image carries it."""
     with zipfile.ZipFile(wheel) as archive:
-        def content(name):
-            return io.BytesIO(archive.read("skimage/data/motorcycle_" + name))
+        def image(side):
+            content = archive.read(f"skimage/data/motorcycle_{side}.png")
+            return cv2.imdecode(numpy.frombuffer(content, "u1"), cv2.IMREAD_COLOR)
 
-        with numpy.load(content("disp.npz")) as arrays:
+        with archive.open("skimage/data/motorcycle_disp.npz") as file, numpy.load(file) as arrays:
             truth = arrays[arrays.files[0]].astype("f4")
-        images = [Image.open(content(side + ".png")) for side in ("left", "right")]
         truth[~numpy.isfinite(truth) | (truth <= 0)] = numpy.inf
-        write_pair(out, images[0], images[1], truth, 64)
+        write_pair(out, image("left"), image("right"), truth, 64)
 
 
 def main():
