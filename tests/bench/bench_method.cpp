@@ -11,6 +11,8 @@
 
 namespace {
 
+constexpr int kScale = cv::StereoMatcher::DISP_SCALE;
+
 class opencv_method : public bench_method {
   public:
     opencv_method(const bench_pair &pair, const bench_setting &setting,
@@ -39,8 +41,8 @@ class opencv_method : public bench_method {
         for (int y = 0; y < disparity_.rows; y++) {
             const int16_t *row = disparity_.ptr<int16_t>(y) + before_;
             for (int x = 0; x < width_; x++) {
-                const bool valid = row[x] >= disparity_min_ * cv::StereoMatcher::DISP_SCALE;
-                result.push_back(valid ? static_cast<float>(row[x]) / cv::StereoMatcher::DISP_SCALE
+                const bool valid = row[x] >= disparity_min_ * kScale;
+                result.push_back(valid ? static_cast<float>(row[x]) / kScale
                                        : std::numeric_limits<float>::quiet_NaN());
             }
         }
