@@ -25,7 +25,8 @@ using tiff_handle = std::unique_ptr<TIFF, tiff_closer>;
 /// libtiff's handlers know no context, so its last complaint is kept here.
 char last_complaint[160];
 
-void on_error(const char *, const char *format, va_list arguments) {
+__attribute__((format(printf, 2, 0))) void on_error(const char *, const char *format,
+                                                    va_list arguments) {
     std::vsnprintf(last_complaint, sizeof last_complaint, format, arguments);
 }
 
