@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "daemon/client.h"
@@ -52,17 +53,19 @@ struct outcome {
     int code;
     values result;
     std::vector<std::string> operands;
+    std::vector<std::string> words;  // the result's text points into them
 };
 
 outcome parse(std::vector<std::string> words) {
     const option_page page = page_of(0, 2);
     words.insert(words.begin(), "test");
+    outcome made{};
+    made.words = std::move(words);
     std::vector<char *> argv;
-    for (std::string &word : words)
+    for (std::string &word : made.words)
         argv.push_back(word.data());
     const char *operands[2] = {nullptr, nullptr};
     int count = 0;
-    outcome made{};
     made.result = values();
     made.code = options_parse(&page, static_cast<int>(argv.size()), argv.data(), &made.result,
                               operands, &count);
