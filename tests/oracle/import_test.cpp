@@ -3,7 +3,6 @@
 #include "tools/host/import.hpp"
 
 #include <doctest/doctest.h>
-#include <stdlib.h>
 
 #include <cmath>
 #include <filesystem>
@@ -15,22 +14,13 @@
 
 #include "core/error.h"
 #include "core/geometry.h"
+#include "import_files.hpp"
 #include "synthetic/seed.hpp"
 #include "tools/host/calibration_file.hpp"
 
-namespace {
+using import_files::folder;
 
-struct folder {
-    std::string path;
-    folder() {
-        char name[] = "/tmp/vergence-import-XXXXXX";
-        REQUIRE(mkdtemp(name) != nullptr);
-        path = name;
-    }
-    ~folder() { std::filesystem::remove_all(path); }
-    folder(const folder &) = delete;
-    folder &operator=(const folder &) = delete;
-};
+namespace {
 
 struct rig {
     cv::Mat M1, D1, M2, D2, R, T, R1, R2, P1, P2, Q;

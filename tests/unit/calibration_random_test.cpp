@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <random>
+#include <string>
+
+#include "calibration_examples.hpp"
+#include "core/calibration.h"
+#include "core/error.h"
+#include "synthetic/seed.hpp"
+
+using namespace calibration_examples;
+
+namespace {
+
+template <size_t Size>
+void random_text(Random &random, char (&text)[Size], const std::string &letters, int least) {
+    const int length = whole(random, least, static_cast<int>(Size) - 1);
+    std::memset(text, 0, Size);
+    for (int i = 0; i < length; i++) {
+        text[i] =
+            letters[static_cast<size_t>(whole(random, 0, static_cast<int>(letters.size()) - 1))];
+    }
+}
+
+lens random_lens(Random &random) {
+    lens result{};
+    result.width_px = whole(random, 1, 4096);
+    result.height_px = whole(random, 1, 4096);
+    const double widest = std::max(result.width_px, result.height_px);
+    result.fx_px = widest * std::pow(10.0, uniform(random, -0.2, 1.5));
+    result.fy_px = result.fx_px * uniform(random, 0.9, 1.1);
+    result.cx_px = result.width_px * uniform(random, -0.1, 1.1);
+    result.cy_px = result.height_px * uniform(random, -0.1, 1.1);
+    // Radius of the farthest corner; distortion of some percent there.
+    const double r2 = std::pow(2.0 * widest / std::min(result.fx_px, result.fy_px), 2);
+    if (whole(random, 0, 7) == 0) {  // seldom: checking one takes long
+        result.k1 = uniform(random, -0.05, 0.1) / r2;
+        result.k2 = uniform(random, -0.01, 0.02) / (r2 * r2);
+        result.k3 = uniform(random, -0.005, 0.01) / (r2 * r2 * r2);
+        result.p1 = uniform(random, -0.005, 0.005) / std::sqrt(r2);
+        result.p2 = uniform(random, -0.005, 0.005) / std::sqrt(r2);
+    }
+    return result;
+}
+
+calibration random_calibration(Random &random) {
+    std::string printable, letters = "._-";
+    for (char c = ' '; c <= '~'; c++) {
+        printable += c;
+        if (std::isalnum(static_cast<unsigned char>(c)) != 0) {
+            letters += c;
+        }
+    }
+    calibration value{};
+    random_text(random, value.id, letters, 1);
+    random_text(random, value.note, printable, 0);
+    for (char &c : value.note) {
+        if (c == ' ' && (&c == value.note || (&c)[1] == '\0')) {
+            c = '_';
+        }
+    }
+    if (whole(random, 0, 1) != 0) {
+        std::snprintf(value.date, sizeof value.date, "%04d-%02d-%02d", whole(random, 0, 9999),
+                      whole(random, 1, 12), whole(random, 1, 28));
+    }
+    value.left = random_lens(random);
+    value.right = random_lens(random);
+    for (int i = 0; i < 3; i++) {
+        value.rotation_right_left_rad[i] = uniform(random, -1.8, 1.8);
+        value.translation_right_left_mm[i] =
+            uniform(random, -1, 1) * std::pow(10.0, uniform(random, -2, 4.7));
+    }
+    if (whole(random, 0, 1) != 0) {
+        value.depth_near_mm = std::pow(10.0, uniform(random, -2, 6));
+        value.depth_far_mm = value.depth_near_mm * uniform(random, 1.1, 1000) + 0.01;
+    }
+    value.rms_px = uniform(random, 0, 1000);
+    value.rectified = whole(random, 0, 3) == 0;
+    if (value.rectified) {
+        lens &left = value.left;
+        left.k1 = left.k2 = left.p1 = left.p2 = left.k3 = 0;
+        value.right = left;
+        value.right.cx_px = left.cx_px + uniform(random, -500, 500);
+        for (int i = 0; i < 3; i++) {
+            value.rotation_right_left_rad[i] = 0;
+        }
+        double *const t_mm = value.translation_right_left_mm;
+        t_mm[0] = -std::abs(t_mm[0]);
+        t_mm[1] = t_mm[2] = 0;
+    }
+    return value;
+}
+
+}  // namespace
+
+TEST_CASE("random calibrations survive the text bit by bit") {
+    const uint64_t seed = synthetic::test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    Random random(seed);
+    int printed = 0, tried = 0;
+    while (printed < 100000) {
+        tried++;
+        REQUIRE(tried < 200000);
+        const calibration value = random_calibration(random);
+        char text[CALIBRATION_TEXT_MAX_BYTES];
+        const int length = calibration_print(&value, text, sizeof text);
+        if (length < 0) {
+            continue;  // e.g. an angle above pi
+        }
+        printed++;
+        calibration rounded = value, parsed;
+        const bool good =
+            calibration_round(&rounded) == ERROR_OK &&
+            calibration_parse(text, static_cast<size_t>(length), &parsed, nullptr) == ERROR_OK &&
+            same_bits(rounded, parsed);
+        char again[CALIBRATION_TEXT_MAX_BYTES];
+        const bool same = good && calibration_print(&parsed, again, sizeof again) == length &&
+                          std::memcmp(text, again, static_cast<size_t>(length) + 1) == 0;
+        if (!same) {
+            INFO("text ", text);
+            CHECK(good);
+            CHECK(same);
+        }
+    }
+    MESSAGE(printed, " of ", tried, " random calibrations were valid and went round");
+}
+
+TEST_CASE("mutated texts are refused or print back as they are") {
+    const uint64_t seed = synthetic::test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    Random random(seed);
+    const std::string tokens[] = {"nan",     "inf",
+                                  "-",       "+",
+                                  "0",       "9",
+                                  ".",       " ",
+                                  "\n",      "\r\n",
+                                  "\t",      std::string(1, '\0'),
+                                  "1e308",   "99999999999999999999",
+                                  "yes",     "no",
+                                  "unknown", "crc32",
+                                  "id",      "left_k1",
+                                  "\xff"};
+    const std::string start[] = {print(example()), print(rectified_example())};
+    int accepted = 0;
+    for (int i = 0; i < 50000; i++) {
+        std::string text = start[i % 2];
+        for (int n = whole(random, 1, 3); n > 0 && !text.empty(); n--) {
+            const size_t at =
+                static_cast<size_t>(whole(random, 0, static_cast<int>(text.size()) - 1));
+            switch (whole(random, 0, 7)) {
+                case 0:
+                    text[at] = static_cast<char>(whole(random, 0, 255));
+                    break;
+                case 1:
+                    text.insert(at, tokens[whole(random, 0, 20)]);
+                    break;
+                case 2:
+                    text.erase(at, static_cast<size_t>(whole(random, 1, 40)));
+                    break;
+                case 3:
+                    text.resize(at + 1);
+                    break;
+                case 4:
+                    text.insert(at, text.substr(at / 2, 60));
+                    break;
+                default:  // another digit
+                    if (std::isdigit(static_cast<unsigned char>(text[at])) != 0) {
+                        text[at] = static_cast<char>(whole(random, '0', '9'));
+                    }
+            }
+        }
+        const bool sealed = whole(random, 0, 3) != 0 && text.rfind("crc32 ") != std::string::npos;
+        if (sealed) {
+            text = reseal(text);
+        }
+        calibration parsed;
+        calibration_fault fault{};
+        const int code = parse(text, &parsed, &fault);
+        if (code == ERROR_OK) {
+            accepted++;
+            if (print(parsed) != text) {
+                CHECK(print(parsed) == text);
+            }
+        } else if (fault.line < 0 || fault.field == nullptr || fault.reason == nullptr) {
+            INFO("text ", text);
+            CHECK(fault.line >= 0);
+            CHECK(fault.field != nullptr);
+            CHECK(fault.reason != nullptr);
+        }
+    }
+    MESSAGE(accepted, " of 50000 mutated texts were still calibrations");
+    CHECK(accepted > 500);
+}

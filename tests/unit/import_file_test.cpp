@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+// ROS camera_info, our own text, and files that are none or damaged.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <string>
+
+#include "import_files.hpp"
+#include "synthetic/seed.hpp"
+#include "tools/host/import.hpp"
+
+using namespace import_files;
+
+namespace {
+
+std::string camera_info(const std::string &name, const std::string &R, const std::string &P) {
+    return "image_width: 640\nimage_height: 480\ncamera_name: " + name +
+           "\ncamera_matrix:\n  rows: 3\n  cols: 3\n  data: [530, 0, 320, 0, 531, 240, 0, 0, 1]\n"
+           "distortion_model: plumb_bob\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n"
+           "  data: [-0.28, 0.08, 0.001, -0.0002, 0]\nrectification_matrix:\n  rows: 3\n  cols: 3\n"
+           "  data: [" +
+           R + "]\nprojection_matrix:\n  rows: 3\n  cols: 4\n  data: [" + P + "]\n";
+}
+
+const char *const identity = "1, 0, 0, 0, 1, 0, 0, 0, 1";
+const char *const P_left = "500, 0, 325, 0, 0, 500, 244, 0, 0, 0, 1, 0";
+const char *const P_right = "500, 0, 325, -60, 0, 500, 244, 0, 0, 0, 1, 0";
+
+}  // namespace
+
+TEST_CASE("ROS: a raw pair") {
+    const folder here;
+    const std::string left = here.write("left.yaml", camera_info("left", identity, P_left));
+    // The right camera is turned by asin(0.6) about y against the rectified frame.
+    const std::string right = here.write(
+        "right.yaml", camera_info("right", "0.8, 0, 0.6, 0, 1, 0, -0.6, 0, 0.8", P_right));
+    for (const std::string &path : {left, right, here.path, left + "," + right}) {
+        const loaded result = load(path);
+        INFO(result.message);
+        REQUIRE(result.code == ERROR_OK);
+        const calibration &value = result.value;
+        CHECK(result.report.format == "ROS camera_info");
+        CHECK(result.report.files[0] == left);
+        CHECK_FALSE(value.rectified);
+        CHECK(value.left.fx_px == 530);
+        CHECK(value.right.fy_px == 531);
+        CHECK(value.left.k1 == -0.28);
+        CHECK(value.left.p2 == -0.0002);
+        // R_right_left = R_right^T, the rotation by -asin(0.6) about y;
+        // t = R_right^T (-60 / 500 m, 0, 0) = (0.8, 0, 0.6) * -120 mm.
+        CHECK(value.rotation_right_left_rad[1] == doctest::Approx(-std::asin(0.6)));
+        CHECK(value.rotation_right_left_rad[0] == 0);
+        CHECK(value.translation_right_left_mm[0] == doctest::Approx(-96));
+        CHECK(value.translation_right_left_mm[1] == 0);
+        CHECK(value.translation_right_left_mm[2] == doctest::Approx(-72));
+    }
+    import_options options;
+    options.rectified = true;
+    const loaded result = load(left, options);
+    REQUIRE(result.code == ERROR_OK);
+    CHECK(result.value.rectified);
+    CHECK(result.value.left.fx_px == 500);
+    CHECK(result.value.right.cy_px == 244);
+    CHECK(result.value.translation_right_left_mm[0] == -120);
+}
+
+TEST_CASE("ROS: an echoed message and an ideal pair") {
+    const folder here;
+    const auto message = [](const std::string &tx) {
+        return "header:\n  frame_id: camera\nheight: 400\nwidth: 600\ndistortion_model: plumb_bob\n"
+               "d: [0, 0, 0, 0, 0]\nk: [450, 0, 300, 0, 450, 200, 0, 0, 1]\n"
+               "r: [1, 0, 0, 0, 1, 0, 0, 0, 1]\np: [450, 0, 300, " +
+               tx +
+               ", 0, 450, 200, 0, 0, 0, 1, 0]\nbinning_x: 0\nbinning_y: 0\nroi:\n  x_offset: 0\n"
+               "  y_offset: 0\n  height: 0\n  width: 0\n  do_rectify: false\n---\n";
+    };
+    const std::string left = here.write("left.yaml", message("0.0"));
+    here.write("right.yaml", message("-31.5"));
+    const loaded result = load(left);
+    INFO(result.message);
+    REQUIRE(result.code == ERROR_OK);
+    CHECK(result.value.rectified);
+    CHECK(result.value.left.height_px == 400);
+    CHECK(result.value.translation_right_left_mm[0] == -70);
+}
+
+TEST_CASE("ROS: mistakes are named") {
+    const folder here;
+    const std::string good_left = camera_info("left", identity, P_left);
+    const std::string good_right = camera_info("right", identity, P_right);
+    const auto refused = [&](const std::string &from, const std::string &to, int code,
+                             std::initializer_list<const char *> words) {
+        here.write("left.yaml", good_left);
+        check_refused(here.write("right.yaml", replace(good_right, from, to)), {}, code, words);
+    };
+    refused("plumb_bob", "equidistant", ERROR_DISTORTION, {"equidistant", "plumb_bob"});
+    refused("-60", "60", ERROR_BASELINE, {"swapped"});
+    refused("-60", "0", ERROR_BASELINE, {"baseline"});
+    refused("-60", ".nan", ERROR_SYNTAX, {"projection_matrix"});
+    refused("image_width: 640\n", "", ERROR_MISSING, {"image_width"});
+    refused("image_width: 640", "image_width: wide", ERROR_SYNTAX, {"image_width"});
+    refused("[530, 0,", "[530, 1,", ERROR_RANGE, {"camera_matrix", "skew"});
+    refused("[1, 0, 0, 0, 1", "[1, 0, 1, 0, 1", ERROR_ROTATION, {"rectification_matrix"});
+    refused("  data: [1, 0, 0, 0, 1, 0, 0, 0, 1]", "  data: [1, 0", ERROR_SYNTAX, {"line"});
+    refused("camera_name: right", "binning_x: 2", ERROR_RANGE, {"binning"});
+    const std::string alone = here.write("front.yaml", good_left);
+    check_refused(alone, {}, ERROR_MISSING, {"pair"});
+    check_refused(alone + "," + alone + "," + alone, {}, ERROR_ARGUMENT, {"two"});
+    here.write("left.yaml", good_right);
+    check_refused(here.write("right.yaml", good_left), {}, ERROR_BASELINE, {"swapped"});
+}
+
+TEST_CASE("our own text is loaded, and edits are taken when told so") {
+    const folder here;
+    calibration value = load(here.write("calib.txt", middlebury)).value;
+    std::string message;
+    const std::string path = here.path + "/rig.txt";
+    REQUIRE(calibration_file_write(path, value, &message) == ERROR_OK);
+    const loaded again = load(path);
+    REQUIRE(again.code == ERROR_OK);
+    CHECK(again.report.format == "vergence");
+    CHECK(calibration_crc(&again.value) == calibration_crc(&value));
+    std::ifstream stream(path);
+    const std::string text((std::istreambuf_iterator<char>(stream)),
+                           std::istreambuf_iterator<char>());
+    const std::string edited = here.write("edited.txt", replace(text, "-193.001", "-194.001"));
+    check_refused(edited, {}, ERROR_CRC, {"checksum", "--accept-edits"});
+    import_options options;
+    options.accept_edits = true;
+    const loaded accepted = load(edited, options);
+    REQUIRE(accepted.code == ERROR_OK);
+    CHECK(accepted.value.translation_right_left_mm[0] == -194.001);
+    check_refused(here.write("range.txt", replace(text, "rms_px 0.000000", "rms_px 1000.000001")),
+                  {}, ERROR_RANGE, {"line 23", "rms_px", "0..1000 px"});
+}
+
+TEST_CASE("what is no calibration is refused in one line") {
+    const folder here;
+    check_refused(here.path, {}, ERROR_ARGUMENT, {"calibration"});
+    check_refused(here.path + "/none.txt", {}, ERROR_ARGUMENT, {"cannot be opened"});
+    check_refused(here.write("empty", ""), {}, ERROR_SYNTAX, {"empty"});
+    check_refused(here.write("text", "hello\n"), {}, ERROR_SYNTAX, {"no calibration"});
+    check_refused(here.write("nul", std::string("cam0=\0", 6)), {}, ERROR_SYNTAX, {"no text"});
+    check_refused(here.write("large", std::string(20 << 20, ' ')), {}, ERROR_TOO_LARGE, {"16 MiB"});
+    const std::string calib = here.write("calib.txt", middlebury);
+    here.write("calibration.txt", "x");
+    check_refused(here.path, {}, ERROR_ARGUMENT, {"more than one"});
+    check_refused(calib + "," + calib, {}, ERROR_SYNTAX, {"no calibration"});
+    const loaded half = load(calib + ",/none");
+    CHECK(half.code == ERROR_ARGUMENT);
+    CHECK(half.message.find("/none: cannot be opened") == 0);
+}
+
+TEST_CASE("writing leaves no partial file") {
+    const folder here;
+    const calibration value = load(here.write("calib.txt", middlebury)).value;
+    std::string message;
+    CHECK(calibration_file_write(here.path + "/no/rig.txt", value, &message) == ERROR_BUFFER);
+    CHECK(message.find("/no/rig.txt: cannot be written") != std::string::npos);
+    CHECK(calibration_file_write(here.path, value, &message) == ERROR_BUFFER);
+    calibration wrong = value;
+    wrong.left.fx_px = std::nan("");
+    CHECK(calibration_file_write(here.path + "/rig.txt", wrong, &message) == ERROR_RANGE);
+    size_t files = 0;
+    for (const auto &entry : std::filesystem::directory_iterator(here.path)) {
+        files += entry.path().filename() == "calib.txt" ? 0 : 1;
+    }
+    CHECK(files == 0);
+}
+
+TEST_CASE("mutated files never pass as something invalid") {
+    const uint64_t seed = synthetic::test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    std::mt19937_64 random(seed);
+    const auto whole = [&](size_t low, size_t high) {
+        return std::uniform_int_distribution<size_t>(low, high)(random);
+    };
+    import_options options;
+    options.width_px = 1241;
+    options.height_px = 376;
+    const std::string starts[] = {middlebury, kitti_raw, kitti_odometry,
+                                  camera_info("left", identity, P_left)};
+    int taken = 0;
+    for (int i = 0; i < 20000; i++) {
+        import_file file{"file", starts[i % 4]};
+        for (size_t n = whole(1, 3); n > 0 && !file.text.empty(); n--) {
+            const size_t at = whole(0, file.text.size() - 1);
+            switch (whole(0, 3)) {
+                case 0:
+                    file.text[at] = static_cast<char>(whole(0, 255));
+                    break;
+                case 1:
+                    file.text.erase(at, whole(1, 30));
+                    break;
+                case 2:
+                    file.text.insert(at, file.text.substr(at / 2, whole(1, 60)));
+                    break;
+                default:
+                    file.text[at] = static_cast<char>(whole('-', '9'));
+            }
+        }
+        const import_file other{"other", camera_info("right", identity, P_right)};
+        try {
+            import_pair pair = i % 4 == 0   ? import_middlebury(file, options)
+                               : i % 4 == 3 ? import_ros({file, other}, options)
+                                            : import_kitti(file, options);
+            taken++;
+            std::strcpy(pair.value.id, "x");
+            char text[CALIBRATION_TEXT_MAX_BYTES];
+            const int length = calibration_print(&pair.value, text, sizeof text);
+            const bool good = length < 0 || calibration_parse(text, static_cast<size_t>(length),
+                                                              &pair.value, nullptr) == ERROR_OK;
+            if (!good) {
+                CHECK(good);
+            }
+        } catch (const import_failure &failure) {
+            if (failure.code >= 0 || failure.message.empty()) {
+                INFO("text ", file.text);
+                CHECK(failure.code < 0);
+                CHECK_FALSE(failure.message.empty());
+            }
+        }
+    }
+    MESSAGE(taken, " of 20000 mutated files were still read");
+    CHECK(taken > 1000);
+}
