@@ -152,6 +152,8 @@ class Calibration(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         document = (SOURCE / "firmware/core/calibration.md").read_text()
         self.assertIn(done.stdout, document)
+        example = self.write("example.txt", document.split("```\n")[1])
+        self.assertEqual(self.explain(example)["format"], "vergence")
 
 
 if __name__ == "__main__":

@@ -80,7 +80,7 @@ bool size_is(const kitti &from, const std::string &name, const import_options &o
 }
 
 /// Raw images of the recordings: both cameras are given relative to camera 0.
-void read_raw(const kitti &from, const std::string left, const std::string right,
+void read_raw(const kitti &from, const std::string &left, const std::string &right,
               import_pair *pair) {
     double t_side_mm[2][3];
     std::vector<double> R_side[2];

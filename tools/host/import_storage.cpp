@@ -104,7 +104,9 @@ std::vector<import_storage_entry> read_yaml(const import_file &file) {
             }
         }
     } catch (const YAML::Exception &error) {
-        fail(file, "line " + std::to_string(error.mark.line + 1) + ": " + error.msg);
+        // The library has no words for a text that is nested too deeply for it.
+        const std::string why = error.msg == "bad file" ? "nested too deeply" : error.msg;
+        fail(file, "line " + std::to_string(error.mark.line + 1) + ": " + why);
     }
     return entries;
 }
