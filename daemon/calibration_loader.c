@@ -33,8 +33,9 @@ int calibration_loader_own(const struct calibration_request *request,
     const char *path = request->path;
     char text[CALIBRATION_TEXT_MAX_BYTES + 1];
     struct stat status;
-    if (stat(path, &status) == 0 && S_ISDIR(status.st_mode)) {
-        return message_set(message, ERROR_ARGUMENT, "%s is a directory, not a calibration", path);
+    // Before it is opened: opening a pipe would wait for its other end.
+    if (stat(path, &status) == 0 && !S_ISREG(status.st_mode)) {
+        return message_set(message, ERROR_ARGUMENT, "%s is not a file", path);
     }
     FILE *stream = fopen(path, "rb");
     if (stream == NULL) {

@@ -242,26 +242,52 @@ static bool open_permissions(const char *path) {
     return chmod(path, 0777 & ~mask) == 0;
 }
 
+/// Two runs into one directory at a time: the lock makes one whole set replace the other.
+static bool replace_alone(const struct outdir *directory, const char *const *names, int count,
+                          const char *closing_name, const char **failed) {
+    const int fd = open(directory->final_path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (fd < 0) {
+        return false;
+    }
+    flock(fd, LOCK_EX);
+    const bool good = replace_files(directory, names, count, closing_name, failed);
+    const int error_number = errno;
+    close(fd);
+    errno = error_number;
+    return good;
+}
+
+/// Moves the synced files to their place; `directory->exists` says afterwards by which way.
+static bool put_in_place(struct outdir *directory, const char *const *names, int count,
+                         const char *closing_name, const char **failed) {
+    if (!directory->exists) {
+        if (!open_permissions(directory->work_path)) {
+            return false;
+        }
+        if (rename(directory->work_path, directory->final_path) == 0) {
+            return true;
+        }
+        // Another run was faster.
+        directory->exists = errno == ENOTEMPTY || errno == EEXIST;
+    }
+    return directory->exists && replace_alone(directory, names, count, closing_name, failed);
+}
+
 int outdir_commit(struct outdir *directory, const char *const *names, int count,
                   const char *closing_name, struct message *message) {
     INVARIANT(directory->work_path[0] != '\0');
     const char *failed = directory->final_path;
+    if (!sync_files(directory, names, count, &failed) ||
+        !put_in_place(directory, names, count, closing_name, &failed)) {
+        const int error_number = errno;
+        const bool whole = failed == directory->final_path;
+        message_set(message, ERROR_BUFFER, "writing %s%s%s failed: %s", directory->final_path,
+                    whole ? "" : "/", whole ? "" : failed, strerror(error_number));
+        outdir_abort(directory);
+        return ERROR_BUFFER;
+    }
     char parent[OUTDIR_PATH_BYTES];
     parent_of(directory->final_path, parent);
-    bool good = sync_files(directory, names, count, &failed);
-    if (good && directory->exists) {
-        good = replace_files(directory, names, count, closing_name, &failed);
-    } else if (good) {
-        good = open_permissions(directory->work_path) &&
-               rename(directory->work_path, directory->final_path) == 0;
-    }
-    if (!good) {
-        const int error_number = errno;
-        outdir_abort(directory);
-        return message_set(message, ERROR_BUFFER, "writing %s%s%s failed: %s",
-                           directory->final_path, failed == directory->final_path ? "" : "/",
-                           failed == directory->final_path ? "" : failed, strerror(error_number));
-    }
     if (directory->exists) {
         remove_flat_directory(directory->work_path);
     }

@@ -6,6 +6,7 @@
 #include <string.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "core/error.h"
@@ -112,6 +113,10 @@ static void fill_context(struct job *job) {
 static int check_readable(const char *path, struct message *message) {
     if (path != NULL && access(path, R_OK) != 0) {
         return message_set(message, ERROR_ARGUMENT, "%s: %s", path, strerror(errno));
+    }
+    struct stat status;
+    if (path != NULL && (stat(path, &status) != 0 || !S_ISREG(status.st_mode))) {
+        return message_set(message, ERROR_ARGUMENT, "%s is not a file", path);
     }
     return ERROR_OK;
 }

@@ -3,6 +3,7 @@
 
 #include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "core/error.h"
 
@@ -164,6 +165,12 @@ static int load_calibration(const struct reconstruct_request *request, calibrati
         .rectified = request->rectified,
         .first_camera = request->first_camera,
     };
+    // A pipe would make whoever opens it wait for its other end; lists of files are no path.
+    struct stat status;
+    if (stat(wanted.path, &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)) {
+        return message_set(message, ERROR_ARGUMENT, "%s is neither a file nor a directory",
+                           wanted.path);
+    }
     const int error = load(&wanted, &inputs->calibration, inputs->calibration_format, message);
     if (error != ERROR_OK) {
         return error;

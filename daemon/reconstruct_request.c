@@ -73,7 +73,7 @@ static const struct option options[] = {
      .help = "Reject no match, however doubtful: for judging the matcher."},
     {.name = "speckle", .kind = OPTION_INT, .offset = FIELD(speckle_px), .value_name = "N",
      .minimum = 0, .maximum = 1000000,
-     .help = "Reject islands of fewer than N pixels. Default: see result.json."},
+     .help = "Reject islands of fewer than N pixels. Default: 60."},
     {.name = "ground-truth", .kind = OPTION_TEXT, .offset = FIELD(ground_truth_path), .value_name = "FILE",
      .help = "True disparities of the rectified left image, for the error map of the report."},
     {.name = "mask", .kind = OPTION_TEXT, .offset = FIELD(mask_path), .value_name = "FILE",

@@ -14,6 +14,7 @@
 #include "daemon/options.h"
 #include "daemon/options_help.h"
 #include "daemon/reconstruct_request.h"
+#include "rig/reconstruct.h"
 
 namespace {
 
@@ -181,6 +182,20 @@ TEST_CASE("reconstruct refuses what contradicts itself") {
     CHECK(reconstruct_code({"--calibration", "c"}) == CLIENT_USAGE);
     CHECK(reconstruct_code({"--rectified", "--unit", "m", "--out", "o"}) == CLIENT_USAGE);
     CHECK(reconstruct_code({"--rectified", "--out", "o"}) == OPTIONS_CONTINUE);
+}
+
+TEST_CASE("help states the defaults that hold") {
+    const reconstruct_options defaults = reconstruct_default_options();
+    reconstruct_request request;
+    char name[] = "reconstruct", left[] = "l", right[] = "r", out[] = "--out", directory[] = "o";
+    char rectified[] = "--rectified";
+    char *argv[] = {name, left, right, out, directory, rectified};
+    REQUIRE(reconstruct_request_parse(6, argv, &request) == OPTIONS_CONTINUE);
+    CHECK(request.scale == defaults.rectify.scale);
+    CHECK(request.speckle_px == -1);
+    CHECK(defaults.speckle_px == 60);
+    CHECK(defaults.refine);
+    CHECK_FALSE(defaults.keep_all);
 }
 
 TEST_CASE("a message is one line") {

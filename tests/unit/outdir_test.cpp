@@ -130,6 +130,25 @@ TEST_CASE("a failure leaves the earlier set as it was") {
     CHECK(listing(place / "out") == std::set<std::string>{"a.txt", "b.txt", "end.txt"});
 }
 
+TEST_CASE("of two runs at a time the later one's set stands, whole") {
+    const scratch place;
+    outdir first, second;
+    message text;
+    REQUIRE(outdir_begin(&first, (place / "out").c_str(), &text) == ERROR_OK);
+    REQUIRE(outdir_begin(&second, (place / "out").c_str(), &text) == ERROR_OK);
+    put_work(first, "a.txt", "first");
+    put_work(first, "b.txt", "first");
+    put_work(first, "end.txt", "first");
+    put_work(second, "a.txt", "second");
+    put_work(second, "end.txt", "second");
+    REQUIRE(outdir_commit(&first, names, 3, "end.txt", &text) == ERROR_OK);
+    REQUIRE(outdir_commit(&second, names, 3, "end.txt", &text) == ERROR_OK);
+    CHECK(listing(place.path) == std::set<std::string>{"out"});
+    CHECK(listing(place / "out") == std::set<std::string>{"a.txt", "end.txt"});
+    CHECK(contents(place / "out/a.txt") == "second");
+    CHECK(contents(place / "out/end.txt") == "second");
+}
+
 TEST_CASE("what cannot be a directory is refused") {
     const scratch place;
     put(place / "file", "x");
