@@ -10,7 +10,10 @@ import pathlib
 import subprocess
 import sys
 
-PYTHON_PACKAGES = ["plyfile==1.0.3", "pypcd4==1.5.1"]
+# All that the two readers need but numpy, which stays the one that the system's OpenCV was built for.
+PYTHON_PACKAGES = ["plyfile==1.0.3", "pypcd4==1.5.1", "pydantic==2.14.3", "pydantic-core==2.50.4",
+                   "annotated-types==0.8.0", "typing-extensions==4.16.0",
+                   "typing-inspection==0.4.5", "python-neo-lzf==0.3.5"]
 NODE_PACKAGES = ["gltf-validator@2.0.0-dev.3.10"]
 
 VALIDATE = """
@@ -49,14 +52,12 @@ def install_once(folder, wanted, *commands):
 def python_readers():
     """The modules plyfile and pypcd4."""
     folder = cache() / "python-readers"
-    venv = folder / "venv"
-    # The environment sees the system's packages: numpy stays the one that OpenCV was built for.
     install_once(folder, " ".join(PYTHON_PACKAGES),
-                 [sys.executable, "-m", "venv", "--clear", "--system-site-packages", str(venv)],
-                 [str(venv / "bin" / "python3"), "-m", "pip", "install", "--quiet",
-                  "--disable-pip-version-check", *PYTHON_PACKAGES])
-    version = f"python{sys.version_info.major}.{sys.version_info.minor}"
-    sys.path.append(str(venv / "lib" / version / "site-packages"))
+                 ["rm", "-rf", str(folder / "lib")],
+                 [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check",
+                  "--no-deps", "--target", str(folder / "lib"), *PYTHON_PACKAGES])
+    # Before the system's: an older typing_extensions there would not do.
+    sys.path.insert(0, str(folder / "lib"))
     import plyfile
     import pypcd4
     return plyfile, pypcd4
