@@ -2,6 +2,8 @@
 """vergence reconstruct on pairs whose surface is known."""
 import json
 import os
+import pathlib
+import re
 import unittest
 
 import cv2
@@ -37,6 +39,24 @@ class Reconstruct(pairs.Workshop):
         for name, content in board.items():
             self.assertEqual(content, (self.out / name).read_bytes(), name)
         self.assertEqual((reasons == 0).sum(), numpy.isfinite(self.disparity()).sum())
+
+    def test_the_page_on_results_is_right(self):
+        page = pathlib.Path(os.environ["VERGENCE_SOURCE"], "daemon", "results.md").read_text()
+        rows = [[cell.strip() for cell in line.strip("|").split("|")]
+                for line in page.splitlines() if line.startswith("|")]
+        named = {name for row in rows for name in re.findall(r"`(\w+\.\w+)`", row[0])}
+        self.assertEqual(named, set(HOST_FILES) | set(BOARD_FILES))
+        board = {row[0] for row in rows if len(row) == 3 and row[2] == "yes"}
+        self.assertEqual({n for n in named if any(f"`{n}`" in cell for cell in board)},
+                         set(BOARD_FILES) | {"reasons.png"})
+        grey = [self.save(n, pairs.grey(i)) for n, i in (("l.pgm", self.left),
+                                                         ("r.pgm", self.right))]
+        self.reconstruct("--calibration", self.calibration_text(), program=BOARD, left=grey[0],
+                         right=grey[1])
+        written = re.findall(rb"^# (\d+) (.*)$", (self.out / "reasons.pgm").read_bytes()[:1000],
+                             re.MULTILINE)
+        stated = [(row[0].encode(), row[1].encode()) for row in rows if row[0].isdigit()]
+        self.assertEqual(stated, written)
 
     def test_threads_do_not_change_the_result(self):
         kept = None
