@@ -19,8 +19,13 @@
 #include "daemon/reconstruct_inputs.h"
 #include "daemon/reconstruct_request.h"
 #include "daemon/reconstruct_summary.h"
+#include "daemon/result_figures.h"
 #include "daemon/result_json.h"
 #include "daemon/workers.h"
+
+/// A pair whose calibration fits gives more than this, short of blank walls; one whose rows are
+/// some pixels apart does not.
+static const double sparse_percent = 25;
 
 /// One run of the command.
 struct job {
@@ -203,7 +208,20 @@ static void note_doubts(struct job *job) {
                                  plan->disparity_min,
                                  plan->disparity_min + plan->disparity_count - 1);
     }
+    const double density_percent = result_figures_density_percent(&job->result);
+    if (density_percent < sparse_percent) {
+        reconstruct_context_warn(&job->context,
+                                 "only %.0f %% of the pixels could be measured: does the "
+                                 "calibration belong to these images, and is the scene within the "
+                                 "search?",
+                                 density_percent);
+    }
     const struct triangulate_vertical *vertical = &job->result.vertical;
+    if (vertical->samples == 0) {
+        reconstruct_context_warn(&job->context,
+                                 "too few textured matches to check that the rows of the rectified "
+                                 "images correspond");
+    }
     if (vertical->samples > 0 && vertical->median_px > 0.5) {
         reconstruct_context_warn(&job->context,
                                  "the rows of the rectified images are %.2f px apart (median): the "

@@ -115,6 +115,13 @@ class Reconstruct(pairs.Workshop):
         self.assertIn(b"assumed", (self.out / "mesh.ply").read_bytes()[:600])
         self.assert_near_truth()
 
+    def test_a_calibration_that_does_not_fit_is_suspected(self):
+        shifted = self.save("shifted.png", numpy.roll(self.right, 7, axis=0))
+        done = pairs.run("reconstruct", self.left_path, shifted, *RECTIFIED, "--speckle", "0",
+                         "--out", self.out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("calibration belong to these images", done.stderr)
+
     def test_an_earlier_result_is_replaced_as_a_whole(self):
         self.reconstruct()
         (self.out / "mine.txt").write_text("keep me")
