@@ -38,6 +38,7 @@ struct match_options {
 struct match_input {
     struct image_u8 left, right;
     const struct rectify_span *left_span, *right_span;  // per row; NULL: all of every row
+    bool resampled;  // the rows were interpolated from raw images, not taken over as they were
 };
 
 /// All of the size of the left image. Owned by the caller.

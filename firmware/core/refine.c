@@ -18,20 +18,27 @@ enum {
     WINDOW_ROWS = 2 * RADIUS + 1,
     SMOOTH_RADIUS = 2,
     SMOOTH_ROWS = 2 * SMOOTH_RADIUS + 1 + 2,  // a window and two rows of sums
-    UNUSED_Q8 = INT32_MIN / 2,                // disagrees with everything
+    UNUSED_Q8 = INT32_MIN / 4,                // disagrees with everything
     SMOOTH_STEP_Q8 = 192,  // neighbours further away in disparity belong to something else
     MOVE_MAX_Q8 = 128,     // a fit that wants more has lost its place
-    PRIOR_SIGMA_Q8 = 40,   // of the disparities before the fit
+    PRIOR_SIGMA_Q8 = 50,   // of the disparities before the fit
     // The residuals of a window are neither independent nor pure noise (interpolation, aliasing,
     // reflections): they count this many times (measured on pairs with ground truth).
     MISFIT = 8,
-    FLOOR_SIGMA_Q8 = 8,  // what interpolation and sampling leave in the best texture
-    BAND_ROWS = 32,      // rows that one part of the parallel work takes
+    CORRELATION = 1,
+    // What sampling leaves in the best texture, and what rectification adds: it blurs the two
+    // images differently.
+    FLOOR_SIGMA_Q8 = 6,
+    RESAMPLED_SIGMA_Q8 = 13,
+    SIGMA_MAX_Q8 = 256,         // the messages hold what has no texture of its own to a pixel
+    ROUNDING_VARIANCE_Q8 = 43,  // of the difference of two rounded grey levels, 1/256
+    BAND_ROWS = 32,             // rows that one part of the parallel work takes
 };
 
 // Sums over the window; gradient in 1/2 grey level a pixel, difference (right - left) in 1/16.
 struct moments {
     int32_t count, gradient, difference, gradient2, product, difference2;
+    int32_t neighbours;  // difference times that of the pixel to the left
 };
 
 struct work {
@@ -101,7 +108,8 @@ static struct moments moments_at(const struct work *work, int x, int y) {
                             difference,
                             gradient * gradient,
                             gradient * difference,
-                            difference * difference};
+                            difference * difference,
+                            0};
 }
 
 static void add_moments(struct moments *sum, const struct moments *term, int sign) {
@@ -111,13 +119,14 @@ static void add_moments(struct moments *sum, const struct moments *term, int sig
     sum->gradient2 += sign * term->gradient2;
     sum->product += sign * term->product;
     sum->difference2 += sign * term->difference2;
+    sum->neighbours += sign * term->neighbours;
 }
 
-// Square root, rounded down, of a variance below 64^2.
+// Square root, rounded down, of a variance below SIGMA_MAX_Q8^2.
 static uint32_t root(uint32_t value) {
-    INVARIANT(value < 64 * 64);
+    INVARIANT(value < SIGMA_MAX_Q8 * SIGMA_MAX_Q8);
     uint32_t result = 0;
-    for (uint32_t bit = 32; bit != 0; bit >>= 1) {
+    for (uint32_t bit = SIGMA_MAX_Q8 / 2; bit != 0; bit >>= 1) {
         const uint32_t trial = result | bit;
         result = trial * trial <= value ? trial : result;
     }
@@ -130,9 +139,10 @@ struct fit {
 };
 
 // Solves the window's normal equation with the prior that the present disparity is good to
-// PRIOR_SIGMA_Q8: where there is no texture nothing moves and sigma is the prior's.
-static struct fit solve(const struct moments *sum) {
-    struct fit result = {0, PRIOR_SIGMA_Q8};
+// PRIOR_SIGMA_Q8: where there is no texture nothing moves. Sigma is the bound without the prior,
+// which shares its noise with the window.
+static struct fit solve(const struct moments *sum, int64_t floor2_q16) {
+    struct fit result = {0, SIGMA_MAX_Q8};
     const int64_t count = sum->count;
     if (count < WINDOW_ROWS) {
         return result;
@@ -146,23 +156,30 @@ static struct fit solve(const struct moments *sum) {
     const int64_t explained = gg > 0 ? gd * gd / gg : 0;
     const int64_t left_over = dd > explained ? dd - explained : 0;
     // Variance of a difference in 1/256 grey level^2, never below that of rounding to grey levels.
-    const int64_t rounding = 43;
-    const int64_t variance = MISFIT * left_over / (count * (count - 2)) + rounding;
-    // Information of the window and of the prior, both as 1/4 (grey level / px)^2, times count.
-    const int64_t prior = count * variance * 1024 / (PRIOR_SIGMA_Q8 * PRIOR_SIGMA_Q8);
-    const int64_t information = gg + prior;
-    INVARIANT(information > 0);
-    const int64_t move_q8 = 32 * gd / information;
-    if (move_q8 > MOVE_MAX_Q8 || move_q8 < -MOVE_MAX_Q8) {
-        return result;
+    // Differences that go together (noise that rectification has blurred, a surface that the window
+    // does not follow) tell less than their number: with CORRELATION times their covariance added,
+    // the variance is what so many independent ones would need.
+    const int64_t together = count * sum->neighbours - (int64_t)sum->difference * sum->difference;
+    const int64_t spread = left_over + (together > 0 ? CORRELATION * together : 0);
+    int64_t variance = spread / (count * (count - 2));
+    variance = variance > ROUNDING_VARIANCE_Q8 ? variance : ROUNDING_VARIANCE_Q8;
+    // Cramer-Rao bound of the window in (1/256 px)^2; the matches around, which smoothing has taken
+    // in, lower it to three quarters (measured on synthetic pairs).
+    const int64_t noise = count * variance * 1024;
+    const int64_t bound_q16 = gg > 0 ? 3 * noise / (4 * gg) : SIGMA_MAX_Q8 * SIGMA_MAX_Q8;
+    const int64_t sigma2_q16 = bound_q16 + floor2_q16;
+    result.sigma_q8 =
+        sigma2_q16 < SIGMA_MAX_Q8 * SIGMA_MAX_Q8 ? root((uint32_t)sigma2_q16) : SIGMA_MAX_Q8;
+    const int64_t prior = MISFIT * noise / (PRIOR_SIGMA_Q8 * PRIOR_SIGMA_Q8);
+    const int64_t move_q8 = 32 * gd / (gg + prior);
+    if (move_q8 <= MOVE_MAX_Q8 && move_q8 >= -MOVE_MAX_Q8) {
+        result.move_q8 = (int32_t)move_q8;
     }
-    result.move_q8 = (int32_t)move_q8;
-    const uint32_t sigma2_q16 = (uint32_t)(count * variance * 1024 / information);
-    result.sigma_q8 = root(sigma2_q16 + FLOOR_SIGMA_Q8 * FLOOR_SIGMA_Q8);
     return result;
 }
 
 static void fit_row(const struct work *work, const struct moments *column_sums, int y) {
+    const int64_t floor_q8 = work->input->resampled ? RESAMPLED_SIGMA_Q8 : FLOOR_SIGMA_Q8;
     const uint8_t *reason = reason_row(work, y);
     const int32_t *present_q8 = disparity_row(work, y);
     int32_t *next_q8 = work->next_q8 + (ptrdiff_t)y * work->width;
@@ -181,7 +198,7 @@ static void fit_row(const struct work *work, const struct moments *column_sums, 
         next_q8[x] = present_q8[x];
         sigma_q8[x] = 0;
         if (reason[x] == REASON_VALID) {
-            const struct fit fit = solve(&sum);
+            const struct fit fit = solve(&sum, floor_q8 * floor_q8);
             next_q8[x] += fit.move_q8;
             sigma_q8[x] = (uint16_t)fit.sigma_q8;
         }
@@ -203,6 +220,7 @@ static void fit_band(const struct work *work, struct moments *ring, int begin, i
             add_moments(&column_sums[x], &row[x], -1);
             row[x] = arriving >= 0 && arriving < work->height ? moments_at(work, x, arriving)
                                                               : (struct moments){0};
+            row[x].neighbours = x > 0 ? row[x].difference * row[x - 1].difference : 0;
             add_moments(&column_sums[x], &row[x], 1);
         }
         if (arriving - RADIUS >= begin) {

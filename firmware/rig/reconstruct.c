@@ -204,7 +204,8 @@ static struct match_input match_input_of(const struct reconstruct_result *result
     return (struct match_input){.left = result->left,
                                 .right = result->right,
                                 .left_span = result->left_span,
-                                .right_span = result->right_span};
+                                .right_span = result->right_span,
+                                .resampled = !result->plan.identity};
 }
 
 static bool match_band_done(void *self, int rows_done, int rows) {

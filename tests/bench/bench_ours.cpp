@@ -89,7 +89,7 @@ class our_method : public bench_method {
     std::vector<int32_t> disparity_q8_;
     std::vector<uint8_t> reason_, confidence_;
     std::vector<uint16_t> sigma_q8_;
-    match_input input_;
+    match_input input_{};
     match_output output_;
     image_u16 sigma_;
     void *memory_;

@@ -32,7 +32,7 @@ class Memory {
 struct Matched {
     int width, height;
     std::vector<uint8_t> left, right;  // with their strides
-    match_input input;
+    match_input input{};
     std::vector<int32_t> disparity_q8;
     std::vector<uint8_t> reason, confidence;
     match_output output;

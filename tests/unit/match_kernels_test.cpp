@@ -62,7 +62,8 @@ Planes match(Images &images, match_options options, const match_kernels *kernels
     const match_input input{{images.left.data(), images.width, images.height, stride},
                             {images.right.data(), images.width, images.height, stride},
                             nullptr,
-                            nullptr};
+                            nullptr,
+                            false};
     match_output output{{planes.disparity_q8.data(), images.width, images.height, stride},
                         {planes.reason.data(), images.width, images.height, stride},
                         {planes.confidence.data(), images.width, images.height, stride}};
