@@ -33,7 +33,7 @@ struct Images {
 
 Images random_images(std::mt19937 &random, int width, int height, int smoothness) {
     Images images{width, height, {}, {}};
-    images.left.resize(static_cast<size_t>(width) * height);
+    images.left.resize(static_cast<size_t>(width) * static_cast<size_t>(height));
     images.right.resize(images.left.size());
     for (auto *image : {&images.left, &images.right}) {
         int value = 128;
