@@ -87,7 +87,16 @@ unsigned char palette_index(double share) {
 
 /// The same in steps that the eye still sees as smooth: noisy maps pack twice as well.
 unsigned char coarse_index(double share) {
-    return static_cast<unsigned char>(4 * (palette_index(share) / 4) + (share < 0.5 ? 0 : 2));
+    return static_cast<unsigned char>(8 * (palette_index(share) / 8) + (share < 0.5 ? 0 : 6));
+}
+
+/// A value to its three leading bits, at most 255: what its own uncertainty justifies.
+unsigned char leading_bits(unsigned value) {
+    unsigned shift = 0;
+    while (value >> shift > 7)
+        shift++;
+    const unsigned rounded = (value + (1u << shift) / 2) >> shift << shift;
+    return static_cast<unsigned char>(std::min(255u, rounded));
 }
 
 }  // namespace
@@ -122,10 +131,9 @@ std::string report_layers_pack(const reconstruct_result& result, const report_tr
             static_cast<unsigned char>(report_layers_sigma_code(1e-3 * result.points[i].sigma_um));
     for_each_sample(grid, [&](const sample& s) {
         reason[s.at] = image_u8_row(&result.match.reason, s.y)[s.x];
-        const int level = image_u8_row(&result.match.confidence, s.y)[s.x] / 8;
-        confidence[s.at] = static_cast<unsigned char>(level * 255 / 31);
-        const std::uint16_t sigma_q8 = image_u16_row(&result.sigma_q8, s.y)[s.x];
-        sigma[s.at] = static_cast<unsigned char>(sigma_q8 < 255 ? sigma_q8 : 255);
+        const int level = image_u8_row(&result.match.confidence, s.y)[s.x] / 16;
+        confidence[s.at] = static_cast<unsigned char>(level * 17);
+        sigma[s.at] = leading_bits(image_u16_row(&result.sigma_q8, s.y)[s.x]);
         reach[s.at] = sigma_code[pixel_of(result, s)];
     });
     for (const report_bytes* plane : {&reason, &confidence, &sigma, &reach})

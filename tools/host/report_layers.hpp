@@ -20,9 +20,10 @@ report_grid report_layers_grid(const reconstruct_result& result);
 /// Base64 of a zlib stream of the layers, each a plane of width x height bytes from the top row:
 /// disparity (three planes: low, middle, high byte of the difference from the pixel to the left,
 /// 24 bits, 1/256 px; a pixel that is not valid repeats its left neighbour), reason, confidence (in
-/// 32 steps: the rest is noise that would fill the file),
-/// sigma of the disparity (1/256 px, 255 and more as 255), sigma along the ray
-/// (`report_layers_sigma_code`), and with truth its disparity (three planes; 0x7fffff: unknown).
+/// 16 steps: the rest is noise that would fill the file),
+/// sigma of the disparity (1/256 px to three leading bits, for the same reason; 255 and more as
+/// 255), sigma along the ray (`report_layers_sigma_code`), and with truth its disparity (three
+/// planes; 0x7fffff: unknown).
 /// Empty when memory is short.
 std::string report_layers_pack(const reconstruct_result& result, const report_truth& truth,
                                const report_grid& grid);
