@@ -35,7 +35,9 @@ void *arena_take(struct arena *arena, size_t count, size_t element_bytes) {
     return result;
 }
 
-size_t arena_mark(const struct arena *arena) { return arena->used_bytes; }
+size_t arena_mark(const struct arena *arena) {
+    return arena->used_bytes;
+}
 
 void arena_release(struct arena *arena, size_t mark) {
     INVARIANT(mark <= arena->used_bytes);

@@ -4,8 +4,6 @@
 #ifndef VERGENCE_CORE_PARALLEL_H
 #define VERGENCE_CORE_PARALLEL_H
 
-
-
 #ifdef __cplusplus
 extern "C" {
 #endif

@@ -19,21 +19,21 @@ namespace {
 const float none = std::numeric_limits<float>::infinity();
 
 unsigned seed_of_run() {
-    const char* text = std::getenv("VERGENCE_SEED");
+    const char *text = std::getenv("VERGENCE_SEED");
     return text != nullptr ? static_cast<unsigned>(std::strtoul(text, nullptr, 10)) : 20240817U;
 }
 
-std::vector<float> random_map(std::mt19937* random, std::size_t pixels, double missing) {
+std::vector<float> random_map(std::mt19937 *random, std::size_t pixels, double missing) {
     std::uniform_real_distribution<float> value(-40.0F, 60.0F);
     std::bernoulli_distribution is_missing(missing);
     std::vector<float> map(pixels);
-    for (float& v : map)
+    for (float &v : map)
         v = is_missing(*random) ? none : value(*random);
     return map;
 }
 
 /// The filling rule read pixel by pixel: what `evaluate_fill` does gap by gap.
-float filled_pixel(const float* row, int width, int x) {
+float filled_pixel(const float *row, int width, int x) {
     if (std::isfinite(row[x]))
         return row[x];
     int left = x, right = x;
@@ -50,7 +50,7 @@ float filled_pixel(const float* row, int width, int x) {
     return std::fmin(row[left], row[right]);
 }
 
-std::vector<unsigned char> bytes_of(const std::string& header, const std::vector<float>& values,
+std::vector<unsigned char> bytes_of(const std::string &header, const std::vector<float> &values,
                                     bool big_endian) {
     std::vector<unsigned char> bytes(header.begin(), header.end());
     for (const float value : values) {
@@ -191,8 +191,8 @@ TEST_CASE("both byte orders are read, rows from the bottom") {
 
 TEST_CASE("bad float maps are refused with a reason") {
     const struct {
-        const char* header;
-        const char* says;
+        const char *header;
+        const char *says;
     } table[] = {
         {"", "Pf"},
         {"P5\n2 2\n255\n", "Pf"},
@@ -207,7 +207,7 @@ TEST_CASE("bad float maps are refused with a reason") {
         {"Pf\n2 3\n-1.0\n", "truncated"},
         {"Pf\n16384 16384\n-1.0\n", "truncated"},
     };
-    for (const auto& bad : table) {
+    for (const auto &bad : table) {
         CAPTURE(bad.header);
         const std::vector<unsigned char> bytes = bytes_of(bad.header, {1, 2, 3, 4}, false);
         pfm_image image;

@@ -17,7 +17,7 @@ struct linear_rgb {
     double red, green, blue;
 };
 
-linear_rgb rgb_of_lab(const lab& colour) {
+linear_rgb rgb_of_lab(const lab &colour) {
     const double l = colour.lightness + 0.3963377774 * colour.a + 0.2158037573 * colour.b;
     const double m = colour.lightness - 0.1055613458 * colour.a - 0.0638541728 * colour.b;
     const double s = colour.lightness - 0.0894841775 * colour.a - 1.2914855480 * colour.b;
@@ -27,7 +27,7 @@ linear_rgb rgb_of_lab(const lab& colour) {
             -0.0041960863 * l3 - 0.7034186147 * m3 + 1.7076147010 * s3};
 }
 
-bool in_gamut(const linear_rgb& c) {
+bool in_gamut(const linear_rgb &c) {
     return c.red >= 0 && c.red <= 1 && c.green >= 0 && c.green <= 1 && c.blue >= 0 && c.blue <= 1;
 }
 
@@ -48,7 +48,7 @@ struct wish {
     double lightness, chroma, hue_degrees;
 };
 
-double chroma_in_gamut(const wish& wished) {
+double chroma_in_gamut(const wish &wished) {
     double chroma = wished.chroma;
     while (chroma > 0 && !in_gamut(rgb_of_lab(polar(wished.lightness, chroma, wished.hue_degrees))))
         chroma -= 0.001;
@@ -56,7 +56,7 @@ double chroma_in_gamut(const wish& wished) {
 }
 
 /// Smallest or mean value of each window of 2 half + 1 values, cut at the ends.
-std::vector<double> over_windows(const std::vector<double>& values, std::size_t half, bool mean) {
+std::vector<double> over_windows(const std::vector<double> &values, std::size_t half, bool mean) {
     std::vector<double> result(values.size());
     for (std::size_t i = 0; i < values.size(); i++) {
         const std::size_t begin = i < half ? 0 : i - half;
@@ -73,9 +73,9 @@ std::vector<double> over_windows(const std::vector<double>& values, std::size_t 
 
 /// Fits the chroma smoothly: following the corners of the gamut would show as false edges. The mean
 /// of window minima never exceeds the limit itself.
-std::vector<lab> fit_gamut(const std::vector<wish>& wishes, std::size_t half_window) {
+std::vector<lab> fit_gamut(const std::vector<wish> &wishes, std::size_t half_window) {
     std::vector<double> chroma;
-    for (const wish& wished : wishes)
+    for (const wish &wished : wishes)
         chroma.push_back(chroma_in_gamut(wished));
     chroma = over_windows(over_windows(chroma, half_window, false), half_window, true);
     std::vector<lab> path;
@@ -84,13 +84,13 @@ std::vector<lab> fit_gamut(const std::vector<wish>& wishes, std::size_t half_win
     return path;
 }
 
-double distance(const lab& p, const lab& q) {
+double distance(const lab &p, const lab &q) {
     return std::sqrt((p.lightness - q.lightness) * (p.lightness - q.lightness) +
                      (p.a - q.a) * (p.a - q.a) + (p.b - q.b) * (p.b - q.b));
 }
 
 /// 256 colours at equal distances along a finely sampled path.
-colormap_table walk(const std::vector<lab>& path) {
+colormap_table walk(const std::vector<lab> &path) {
     std::vector<double> length(path.size(), 0.0);
     for (std::size_t i = 1; i < path.size(); i++)
         length[i] = length[i - 1] + distance(path[i - 1], path[i]);

@@ -16,8 +16,8 @@
 namespace {
 
 struct request {
-    const char* truth_path;
-    const char* mask_path;
+    const char *truth_path;
+    const char *mask_path;
     double truth_scale;
     bool round;
     bool json;
@@ -59,12 +59,12 @@ const option_page page = {
     1,
 };
 
-int refuse(int code, const std::string& text) {
+int refuse(int code, const std::string &text) {
     std::fprintf(stderr, "vergence evaluate: %s\n", text.c_str());
     return code;
 }
 
-bool is_directory(const std::string& path) {
+bool is_directory(const std::string &path) {
     struct stat status;
     return stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode);
 }
@@ -72,15 +72,15 @@ bool is_directory(const std::string& path) {
 /// One row of the table, one object of the JSON.
 struct named_score {
     const char *text, *json_name;
-    const evaluate_score* score;
-    const double* density_percent;  // NULL where every pixel has a value
+    const evaluate_score *score;
+    const double *density_percent;  // NULL where every pixel has a value
 };
 
-void print_table(const named_score* rows, std::size_t count) {
+void print_table(const named_score *rows, std::size_t count) {
     std::printf("%-28s %9s %8s %7s %7s %7s %7s %9s %9s\n", "", "pixels", "density", "bad-0.5",
                 "bad-1", "bad-2", "bad-4", "average", "rms");
     for (std::size_t i = 0; i < count; i++) {
-        const evaluate_score& s = *rows[i].score;
+        const evaluate_score &s = *rows[i].score;
         std::printf("%-28s %9zu %6.2f %% %7.2f %7.2f %7.2f %7.2f %6.3f px %6.3f px\n", rows[i].text,
                     s.pixels, rows[i].density_percent != nullptr ? *rows[i].density_percent : 100.0,
                     s.bad_percent[0], s.bad_percent[1], s.bad_percent[2], s.bad_percent[3],
@@ -88,7 +88,7 @@ void print_table(const named_score* rows, std::size_t count) {
     }
 }
 
-void print_json(const named_score* rows, std::size_t count, const request& asked) {
+void print_json(const named_score *rows, std::size_t count, const request &asked) {
     struct json out;
     json_begin(&out, stdout);
     json_open_object(&out, nullptr);
@@ -96,12 +96,12 @@ void print_json(const named_score* rows, std::size_t count, const request& asked
     json_text(&out, "mask", asked.mask_path);
     json_bool(&out, "rounded", asked.round);
     for (std::size_t i = 0; i < count; i++) {
-        const evaluate_score& s = *rows[i].score;
+        const evaluate_score &s = *rows[i].score;
         json_open_object(&out, rows[i].json_name);
         json_integer(&out, "pixels", static_cast<std::int64_t>(s.pixels));
         json_real(&out, "density_percent",
                   rows[i].density_percent != nullptr ? *rows[i].density_percent : 100.0, 6);
-        static const char* const names[EVALUATE_THRESHOLDS] = {"bad_0_5_percent", "bad_1_percent",
+        static const char *const names[EVALUATE_THRESHOLDS] = {"bad_0_5_percent", "bad_1_percent",
                                                                "bad_2_percent", "bad_4_percent"};
         for (int k = 0; k < EVALUATE_THRESHOLDS; k++)
             json_real(&out, names[k], s.bad_percent[k], 6);
@@ -113,7 +113,7 @@ void print_json(const named_score* rows, std::size_t count, const request& asked
     json_end(&out);
 }
 
-void print_result(const evaluate_result& result, const request& asked) {
+void print_result(const evaluate_result &result, const request &asked) {
     const named_score rows[] = {
         {"filled, all known", "filled_all", &result.filled_all, nullptr},
         {"measured, all known", "measured_all", &result.kept_all, &result.density_all_percent},
@@ -130,9 +130,9 @@ void print_result(const evaluate_result& result, const request& asked) {
 
 }  // namespace
 
-int command_evaluate(int argc, char** argv) {
+int command_evaluate(int argc, char **argv) {
     request asked{};
-    const char* operand = nullptr;
+    const char *operand = nullptr;
     int operand_count = 0;
     const int parsed = options_parse(&page, argc, argv, &asked, &operand, &operand_count);
     if (parsed != OPTIONS_CONTINUE)

@@ -5,9 +5,9 @@
 #define VERGENCE_TOOLS_HOST_COMMANDS_HPP
 
 /// `vergence evaluate`: how far a result is from the ground truth.
-int command_evaluate(int argc, char** argv);
+int command_evaluate(int argc, char **argv);
 
 /// `vergence info`: explains a calibration or a result.
-int command_info(int argc, char** argv);
+int command_info(int argc, char **argv);
 
 #endif

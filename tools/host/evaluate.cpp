@@ -40,7 +40,7 @@ double percent(std::size_t part, std::size_t whole) {
 }
 
 /// Fills row[begin, end), all rejected, from its kept neighbours.
-void fill_gap(float* row, int width_px, int begin, int end) {
+void fill_gap(float *row, int width_px, int begin, int end) {
     float value = 0;
     if (begin > 0 && end < width_px)
         value = row[begin - 1] < row[end] ? row[begin - 1] : row[end];
@@ -54,10 +54,10 @@ void fill_gap(float* row, int width_px, int begin, int end) {
 
 }  // namespace
 
-void evaluate_fill(int width_px, int height_px, float* disparity_px) {
+void evaluate_fill(int width_px, int height_px, float *disparity_px) {
     INVARIANT(width_px >= 0 && height_px >= 0);
     for (int y = 0; y < height_px; y++) {
-        float* row =
+        float *row =
             disparity_px + static_cast<std::size_t>(y) * static_cast<std::size_t>(width_px);
         for (int x = 0; x < width_px; x++) {
             if (std::isfinite(row[x]))
@@ -71,14 +71,14 @@ void evaluate_fill(int width_px, int height_px, float* disparity_px) {
     }
 }
 
-evaluate_result evaluate_disparity(const evaluate_input& input) {
+evaluate_result evaluate_disparity(const evaluate_input &input) {
     INVARIANT(input.width_px > 0 && input.height_px > 0);
     INVARIANT(input.disparity_px != nullptr && input.truth_px != nullptr);
     const std::size_t pixels =
         static_cast<std::size_t>(input.width_px) * static_cast<std::size_t>(input.height_px);
     std::vector<float> filled(input.disparity_px, input.disparity_px + pixels);
     if (input.round_disparity)
-        for (float& value : filled)
+        for (float &value : filled)
             value = std::floor(value + 0.5F);
     evaluate_fill(input.width_px, input.height_px, filled.data());
 

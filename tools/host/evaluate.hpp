@@ -21,9 +21,9 @@ constexpr double evaluate_thresholds_px[EVALUATE_THRESHOLDS] = {0.5, 1.0, 2.0, 4
 /// Maps of width x height, rows from the top, all of the same size; never owned.
 struct evaluate_input {
     int width_px = 0, height_px = 0;
-    const float* disparity_px = nullptr;  // x_left - x_right; not finite: rejected
-    const float* truth_px = nullptr;      // not finite: unknown
-    const std::uint8_t* mask = nullptr;   // of the values above, or NULL: all known are visible
+    const float *disparity_px = nullptr;  // x_left - x_right; not finite: rejected
+    const float *truth_px = nullptr;      // not finite: unknown
+    const std::uint8_t *mask = nullptr;   // of the values above, or NULL: all known are visible
     bool round_disparity = false;         // to whole pixels, for truth in whole pixels
 };
 
@@ -45,10 +45,10 @@ struct evaluate_result {
 /// Fills rejected pixels: the smaller of the nearest kept disparities to the left and to the right
 /// in the same row (the farther surface continues behind the nearer one), the only one at the
 /// borders, 0 in an empty row. `disparity_px` takes and keeps width x height values.
-void evaluate_fill(int width_px, int height_px, float* disparity_px);
+void evaluate_fill(int width_px, int height_px, float *disparity_px);
 
 /// Compares a map with the truth. A pixel is known when its truth is finite and its mask is not
 /// EVALUATE_UNKNOWN; visible when it is known and its mask is EVALUATE_VISIBLE or there is none.
-evaluate_result evaluate_disparity(const evaluate_input& input);
+evaluate_result evaluate_disparity(const evaluate_input &input);
 
 #endif

@@ -21,11 +21,11 @@ struct grey_png {
     image_file file{};
 
     grey_png() = default;
-    grey_png(const grey_png&) = delete;
-    grey_png& operator=(const grey_png&) = delete;
+    grey_png(const grey_png &) = delete;
+    grey_png &operator=(const grey_png &) = delete;
     ~grey_png() { image_file_free(&file); }
 
-    bool read(const std::string& path, std::string* message) {
+    bool read(const std::string &path, std::string *message) {
         const image_format png = {"PNG", "png", image_png_probe, image_png_read};
         image_request request{};
         request.scale = 1;
@@ -53,9 +53,9 @@ struct grey_png {
     }
 };
 
-bool is_png(const std::string& path) {
+bool is_png(const std::string &path) {
     unsigned char head[8] = {0};
-    std::FILE* file = std::fopen(path.c_str(), "rb");
+    std::FILE *file = std::fopen(path.c_str(), "rb");
     if (file == nullptr)
         return false;
     const std::size_t got = std::fread(head, 1, sizeof head, file);
@@ -63,7 +63,7 @@ bool is_png(const std::string& path) {
     return got == sizeof head && image_png_probe(head, got);
 }
 
-bool load_png(const std::string& path, double scale, evaluate_truth* truth, std::string* message) {
+bool load_png(const std::string &path, double scale, evaluate_truth *truth, std::string *message) {
     grey_png png;
     if (!png.read(path, message))
         return false;
@@ -82,7 +82,7 @@ bool load_png(const std::string& path, double scale, evaluate_truth* truth, std:
     return true;
 }
 
-bool load_pfm(const std::string& path, evaluate_truth* truth, std::string* message) {
+bool load_pfm(const std::string &path, evaluate_truth *truth, std::string *message) {
     pfm_image image;
     if (!pfm_read(path, &image, message))
         return false;
@@ -92,7 +92,7 @@ bool load_pfm(const std::string& path, evaluate_truth* truth, std::string* messa
     return true;
 }
 
-bool load_mask(const std::string& path, evaluate_truth* truth, std::string* message) {
+bool load_mask(const std::string &path, evaluate_truth *truth, std::string *message) {
     grey_png png;
     if (!png.read(path, message))
         return false;
@@ -119,8 +119,8 @@ bool load_mask(const std::string& path, evaluate_truth* truth, std::string* mess
 
 }  // namespace
 
-bool evaluate_truth_load(const std::string& path, const std::string& mask_path, double scale,
-                         evaluate_truth* truth, std::string* message) {
+bool evaluate_truth_load(const std::string &path, const std::string &mask_path, double scale,
+                         evaluate_truth *truth, std::string *message) {
     evaluate_truth loaded;
     if (!(is_png(path) ? load_png(path, scale, &loaded, message)
                        : load_pfm(path, &loaded, message)))

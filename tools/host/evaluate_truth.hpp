@@ -18,7 +18,7 @@ struct evaluate_truth {
 /// 8-bit grey PNG (`scale` = 1 px, 0 unknown; `scale` <= 0: not stated, refused). A `scale` > 0
 /// also replaces KITTI's 256. On failure returns false with one line in `message` that names the
 /// file and leaves `truth` untouched.
-bool evaluate_truth_load(const std::string& path, const std::string& mask_path, double scale,
-                         evaluate_truth* truth, std::string* message);
+bool evaluate_truth_load(const std::string &path, const std::string &mask_path, double scale,
+                         evaluate_truth *truth, std::string *message);
 
 #endif

@@ -11,7 +11,7 @@
 namespace {
 
 struct cursor {
-    const unsigned char* data;
+    const unsigned char *data;
     std::size_t length;
     std::size_t at;
 };
@@ -21,7 +21,7 @@ bool is_space(unsigned char c) {
 }
 
 /// The next word of the header; empty at the end or when it is longer than any legal one.
-std::string next_word(cursor* in) {
+std::string next_word(cursor *in) {
     while (in->at < in->length && is_space(in->data[in->at]))
         in->at++;
     std::string word;
@@ -30,7 +30,7 @@ std::string next_word(cursor* in) {
     return word;
 }
 
-bool parse_side(const std::string& word, int* side) {
+bool parse_side(const std::string &word, int *side) {
     if (word.empty() || word.size() > 5)
         return false;
     int value = 0;
@@ -43,14 +43,14 @@ bool parse_side(const std::string& word, int* side) {
     return value >= 1 && value <= PFM_MAX_SIDE_PX;
 }
 
-bool parse_scale(const std::string& word, bool* little_endian) {
-    char* end = nullptr;
+bool parse_scale(const std::string &word, bool *little_endian) {
+    char *end = nullptr;
     const double scale = std::strtod(word.c_str(), &end);
     *little_endian = scale < 0;
     return !word.empty() && *end == '\0' && scale != 0 && scale == scale;
 }
 
-float float_of_bytes(const unsigned char* bytes, bool little_endian) {
+float float_of_bytes(const unsigned char *bytes, bool little_endian) {
     const std::uint32_t b0 = bytes[0], b1 = bytes[1], b2 = bytes[2], b3 = bytes[3];
     const std::uint32_t bits =
         little_endian ? b0 | b1 << 8 | b2 << 16 | b3 << 24 : b3 | b2 << 8 | b1 << 16 | b0 << 24;
@@ -67,14 +67,14 @@ void bytes_of_float(float value, unsigned char bytes[4]) {
 }
 
 struct file_closer {
-    void operator()(std::FILE* file) const { std::fclose(file); }
+    void operator()(std::FILE *file) const { std::fclose(file); }
 };
 using file_handle = std::unique_ptr<std::FILE, file_closer>;
 
 }  // namespace
 
-bool pfm_parse(const unsigned char* data, std::size_t length, pfm_image* image,
-               std::string* message) {
+bool pfm_parse(const unsigned char *data, std::size_t length, pfm_image *image,
+               std::string *message) {
     cursor in{data, length, 0};
     const std::string magic = next_word(&in);
     if (magic != "Pf") {
@@ -105,7 +105,7 @@ bool pfm_parse(const unsigned char* data, std::size_t length, pfm_image* image,
     std::vector<float> values(pixels);
     const std::size_t row = static_cast<std::size_t>(width_px);
     for (std::size_t y = 0; y < static_cast<std::size_t>(height_px); y++) {
-        const unsigned char* from =
+        const unsigned char *from =
             data + in.at + 4 * row * (static_cast<std::size_t>(height_px) - 1 - y);
         for (std::size_t x = 0; x < row; x++)
             values[y * row + x] = float_of_bytes(from + 4 * x, little_endian);
@@ -116,7 +116,7 @@ bool pfm_parse(const unsigned char* data, std::size_t length, pfm_image* image,
     return true;
 }
 
-bool pfm_read(const std::string& path, pfm_image* image, std::string* message) {
+bool pfm_read(const std::string &path, pfm_image *image, std::string *message) {
     const file_handle file(std::fopen(path.c_str(), "rb"));
     if (!file) {
         *message = path + ": " + std::strerror(errno);
@@ -144,7 +144,7 @@ bool pfm_read(const std::string& path, pfm_image* image, std::string* message) {
     return true;
 }
 
-bool pfm_write(const std::string& path, const pfm_image& image, std::string* message) {
+bool pfm_write(const std::string &path, const pfm_image &image, std::string *message) {
     file_handle file(std::fopen(path.c_str(), "wb"));
     if (!file) {
         *message = path + ": " + std::strerror(errno);

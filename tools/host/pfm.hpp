@@ -21,13 +21,13 @@ struct pfm_image {
 /// Parses a grey map ("Pf") of either byte order. Values are taken as they are: the scale factor of
 /// the header says the byte order only, as Middlebury's and OpenCV's readers have it. On failure
 /// returns false, says in `message` what is wrong (no file name) and leaves `image` untouched.
-bool pfm_parse(const unsigned char* data, std::size_t length, pfm_image* image,
-               std::string* message);
+bool pfm_parse(const unsigned char *data, std::size_t length, pfm_image *image,
+               std::string *message);
 
 /// Reads a file; `message` then names it.
-bool pfm_read(const std::string& path, pfm_image* image, std::string* message);
+bool pfm_read(const std::string &path, pfm_image *image, std::string *message);
 
 /// Writes a little-endian map; `message` names the file. A partial file is removed.
-bool pfm_write(const std::string& path, const pfm_image& image, std::string* message);
+bool pfm_write(const std::string &path, const pfm_image &image, std::string *message);
 
 #endif

@@ -23,9 +23,9 @@ std::string json_number(double value) {
     return report_text_format("%.17g", value);
 }
 
-std::string ramp_base64(const colormap_table& table) {
+std::string ramp_base64(const colormap_table &table) {
     report_bytes bytes;
-    for (const colormap_rgb& colour : table)
+    for (const colormap_rgb &colour : table)
         bytes.insert(bytes.end(), colour.begin(), colour.end());
     return report_encode_base64(bytes);
 }
@@ -40,9 +40,9 @@ std::string json_rotation(const double R_rect_left[9]) {
 }
 
 /// What the scripts need to know beside the layers.
-std::string page_data(const reconstruct_context& context, const report_figures& figures,
-                      const report_grid& grid) {
-    const rectify_plan& plan = context.result->plan;
+std::string page_data(const reconstruct_context &context, const report_figures &figures,
+                      const report_grid &grid) {
+    const rectify_plan &plan = context.result->plan;
     const colormap_table ramp = colormap_sequential();
     std::map<std::string, std::string> fields = {
         {"width", std::to_string(grid.width_px)},
@@ -76,17 +76,17 @@ std::string page_data(const reconstruct_context& context, const report_figures& 
     for (int i = 0; i < REASON_COUNT; i++)
         reasons += (i > 0 ? "," : "") + report_text_json(reason_text(i));
     std::string json = "{\"reasons\":[" + reasons + "]";
-    for (const auto& field : fields)
+    for (const auto &field : fields)
         json += ",\"" + field.first + "\":" + field.second;
     return json + "}";
 }
 
-std::string title_of(const reconstruct_context& context) {
+std::string title_of(const reconstruct_context &context) {
     return "Surface of " + report_text_escape(report_text_file_name(context.left_path)) + " and " +
            report_text_escape(report_text_file_name(context.right_path));
 }
 
-std::string meta_of(const reconstruct_context& context) {
+std::string meta_of(const reconstruct_context &context) {
     std::string text = "Calibration ";
     if (context.calibration != nullptr)
         text += report_text_escape(context.calibration->id) +
@@ -97,7 +97,7 @@ std::string meta_of(const reconstruct_context& context) {
            report_text_escape(context.build_id);
 }
 
-std::string make_page(const reconstruct_context& context) {
+std::string make_page(const reconstruct_context &context) {
     const report_figures figures = report_figures_collect(context);
     const report_grid grid = report_layers_grid(*context.result);
     const std::map<std::string, std::string> parts = {
@@ -131,10 +131,10 @@ std::string make_page(const reconstruct_context& context) {
 
 }  // namespace
 
-int report_write(const struct reconstruct_context* context, const char* path,
-                 struct message* message) {
+int report_write(const struct reconstruct_context *context, const char *path,
+                 struct message *message) {
     const std::string page = make_page(*context);
-    std::FILE* file = std::fopen(path, "wb");
+    std::FILE *file = std::fopen(path, "wb");
     if (file == nullptr)
         return message_set(message, ERROR_ARGUMENT, "%s: %s", path, std::strerror(errno));
     const bool written = std::fwrite(page.data(), 1, page.size(), file) == page.size();

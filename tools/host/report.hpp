@@ -9,7 +9,7 @@
 /// Writes the page to `path` (a `result_writer`). Returns 0, or a negative error code with
 /// `message` set; a partial file may then be left. A result without points (ERROR_NO_SURFACE) gives
 /// a page without a surface. Ground truth that cannot be used is said in the page, not an error.
-int report_write(const struct reconstruct_context* context, const char* path,
-                 struct message* message);
+int report_write(const struct reconstruct_context *context, const char *path,
+                 struct message *message);
 
 #endif

@@ -8,19 +8,19 @@
 
 namespace {
 
-std::string row(const char* name, const std::string& value) {
+std::string row(const char *name, const std::string &value) {
     return report_text_format("<tr><th scope=\"row\">%s</th><td>%s</td></tr>\n", name,
                               value.c_str());
 }
 
-std::string table(const char* title, const std::string& rows) {
+std::string table(const char *title, const std::string &rows) {
     return report_text_format(
         "<div class=\"panel\"><h3>%s</h3><table><tbody>\n%s</tbody></table></div>\n", title,
         rows.c_str());
 }
 
-std::string geometry_table(const reconstruct_context& context, const report_figures& figures) {
-    const rectify_plan& plan = context.result->plan;
+std::string geometry_table(const reconstruct_context &context, const report_figures &figures) {
+    const rectify_plan &plan = context.result->plan;
     std::string rows;
     rows += row("rectified size", report_text_format("%d × %d px", plan.width_px, plan.height_px));
     rows += row("images", plan.identity ? "rectified already: used pixel for pixel"
@@ -51,8 +51,8 @@ std::string geometry_table(const reconstruct_context& context, const report_figu
     return table("Geometry", rows);
 }
 
-std::string calibration_table(const reconstruct_context& context, const report_figures& figures) {
-    const calibration* c = context.calibration;
+std::string calibration_table(const reconstruct_context &context, const report_figures &figures) {
+    const calibration *c = context.calibration;
     std::string rows;
     rows += row("file", context.calibration_path != nullptr
                             ? report_text_escape(report_text_file_name(context.calibration_path))
@@ -65,15 +65,15 @@ std::string calibration_table(const reconstruct_context& context, const report_f
         rows += row("checksum", report_text_format("%08x", context.result->calibration_crc));
         if (c->rms_px > 0)
             rows += row("reprojection rms", report_text_format("%.3f px", c->rms_px));
-        const double* r = c->rotation_right_left_rad;
+        const double *r = c->rotation_right_left_rad;
         const double turn_rad = std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
         rows += row("turn between the cameras",
                     report_text_format("%.3f°", turn_rad * 57.29577951308232));
-        const double* t = c->translation_right_left_mm;
+        const double *t = c->translation_right_left_mm;
         rows += row("left camera from the right one",
                     report_text_format("%.2f, %.2f, %.2f %s", t[0], t[1], t[2], figures.unit));
     }
-    const triangulate_vertical& vertical = context.result->vertical;
+    const triangulate_vertical &vertical = context.result->vertical;
     if (vertical.samples > 0) {
         rows += row("vertical disparity, matches measured",
                     report_text_count(static_cast<std::size_t>(vertical.samples)));
@@ -85,16 +85,16 @@ std::string calibration_table(const reconstruct_context& context, const report_f
     return table("Calibration", rows);
 }
 
-std::string bar_row(const char* name, double share, const std::string& value) {
+std::string bar_row(const char *name, double share, const std::string &value) {
     return report_text_format(
         "<tr><th scope=\"row\">%s</th><td class=\"bar\"><i style=\"width:%.1f%%\"></i></td>"
         "<td>%s</td></tr>\n",
         name, 100 * share, value.c_str());
 }
 
-std::string cost_table(const reconstruct_context& context, const report_figures& figures) {
+std::string cost_table(const reconstruct_context &context, const report_figures &figures) {
     std::string rows;
-    const std::uint64_t* stage_us = context.result->stage_us;
+    const std::uint64_t *stage_us = context.result->stage_us;
     const double most_us = static_cast<double>(
         std::max<std::uint64_t>(1, *std::max_element(stage_us, stage_us + RECONSTRUCT_STAGES)));
     for (int i = 0; i < RECONSTRUCT_STAGES; i++)
@@ -112,8 +112,8 @@ std::string cost_table(const reconstruct_context& context, const report_figures&
 
 }  // namespace
 
-std::string report_sections_details(const reconstruct_context& context,
-                                    const report_figures& figures) {
+std::string report_sections_details(const reconstruct_context &context,
+                                    const report_figures &figures) {
     return geometry_table(context, figures) + calibration_table(context, figures) +
            cost_table(context, figures);
 }

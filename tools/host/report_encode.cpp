@@ -19,14 +19,14 @@ struct jpeg_failure {
 };
 
 void jpeg_give_up(j_common_ptr info) {
-    std::longjmp(reinterpret_cast<jpeg_failure*>(info->err)->where, 1);
+    std::longjmp(reinterpret_cast<jpeg_failure *>(info->err)->where, 1);
 }
 
 void jpeg_be_quiet(j_common_ptr) {}
 
 /// Encodes into memory that the caller frees; false on failure. Plain C objects only: an error
 /// leaves by longjmp.
-bool encode_jpeg(const image_rgb8& image, int quality, unsigned char** data, unsigned long* size) {
+bool encode_jpeg(const image_rgb8 &image, int quality, unsigned char **data, unsigned long *size) {
     jpeg_compress_struct compress;
     jpeg_failure failure;
     compress.err = jpeg_std_error(&failure.manager);
@@ -55,14 +55,14 @@ bool encode_jpeg(const image_rgb8& image, int quality, unsigned char** data, uns
 }
 
 void append_png_bytes(png_structp png, png_bytep data, png_size_t length) {
-    auto* bytes = static_cast<report_bytes*>(png_get_io_ptr(png));
+    auto *bytes = static_cast<report_bytes *>(png_get_io_ptr(png));
     bytes->insert(bytes->end(), data, data + length);
 }
 
 void flush_nothing(png_structp) {}
 
-bool encode_png(int width_px, int height_px, const report_bytes& indices,
-                const colormap_table& palette, report_bytes* bytes) {
+bool encode_png(int width_px, int height_px, const report_bytes &indices,
+                const colormap_table &palette, report_bytes *bytes) {
     png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
     png_infop info = png != nullptr ? png_create_info_struct(png) : nullptr;
     if (info == nullptr || setjmp(png_jmpbuf(png)) != 0) {
@@ -91,7 +91,7 @@ bool encode_png(int width_px, int height_px, const report_bytes& indices,
 
 }  // namespace
 
-std::string report_encode_base64(const report_bytes& bytes) {
+std::string report_encode_base64(const report_bytes &bytes) {
     static const char letters[] =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     std::string text;
@@ -109,7 +109,7 @@ std::string report_encode_base64(const report_bytes& bytes) {
     return text;
 }
 
-report_bytes report_encode_deflate(const report_bytes& bytes) {
+report_bytes report_encode_deflate(const report_bytes &bytes) {
     uLongf size = compressBound(static_cast<uLong>(bytes.size()));
     report_bytes packed(size);
     if (compress2(packed.data(), &size, bytes.data(), static_cast<uLong>(bytes.size()), 6) != Z_OK)
@@ -118,16 +118,16 @@ report_bytes report_encode_deflate(const report_bytes& bytes) {
     return packed;
 }
 
-std::string report_encode_png(int width_px, int height_px, const report_bytes& indices,
-                              const colormap_table& palette) {
+std::string report_encode_png(int width_px, int height_px, const report_bytes &indices,
+                              const colormap_table &palette) {
     report_bytes bytes;
     if (!encode_png(width_px, height_px, indices, palette, &bytes))
         return {};
     return "data:image/png;base64," + report_encode_base64(bytes);
 }
 
-std::string report_encode_jpeg(const image_rgb8& image, int quality) {
-    unsigned char* data = nullptr;
+std::string report_encode_jpeg(const image_rgb8 &image, int quality) {
+    unsigned char *data = nullptr;
     unsigned long size = 0;
     std::string uri;
     if (encode_jpeg(image, quality, &data, &size))

@@ -9,14 +9,14 @@
 namespace {
 
 /// The value below which `share` of the sorted values lie.
-double quantile(const std::vector<double>& sorted, double share) {
+double quantile(const std::vector<double> &sorted, double share) {
     if (sorted.empty())
         return 0;
     const double place = share * static_cast<double>(sorted.size() - 1);
     return sorted[static_cast<std::size_t>(std::lround(place))];
 }
 
-report_histogram histogram_of(const std::vector<double>& sorted_mm, std::size_t bins) {
+report_histogram histogram_of(const std::vector<double> &sorted_mm, std::size_t bins) {
     report_histogram histogram;
     // The middle 99 % with a margin: a few stray points must not squeeze the rest together.
     const double low = quantile(sorted_mm, 0.005), high = quantile(sorted_mm, 0.995);
@@ -37,7 +37,7 @@ report_histogram histogram_of(const std::vector<double>& sorted_mm, std::size_t 
     return histogram;
 }
 
-void collect_lengths(const reconstruct_result& result, report_figures* figures) {
+void collect_lengths(const reconstruct_result &result, report_figures *figures) {
     std::vector<double> depths_mm, sigmas_mm;
     for (std::uint32_t i = 0; i < result.vertex_count; i++) {
         depths_mm.push_back(1e-3 * result.points[i].z_um);
@@ -58,11 +58,11 @@ void collect_lengths(const reconstruct_result& result, report_figures* figures) 
     figures->histogram = histogram_of(depths_mm, 120);
 }
 
-void compare_with_truth(const reconstruct_context& context, report_truth* truth) {
+void compare_with_truth(const reconstruct_context &context, report_truth *truth) {
     truth->given = context.ground_truth_path != nullptr;
     if (!truth->given)
         return;
-    const reconstruct_result& result = *context.result;
+    const reconstruct_result &result = *context.result;
     const int width = result.left.width, height = result.left.height;
     evaluate_truth loaded;
     if (!evaluate_truth_load(context.ground_truth_path,
@@ -79,8 +79,8 @@ void compare_with_truth(const reconstruct_context& context, report_truth* truth)
     truth->mask.swap(loaded.mask);
     std::vector<float> disparity_px(truth->disparity_px.size());
     for (int y = 0; y < height; y++) {
-        const std::int32_t* row = image_i32_row(&result.match.disparity_q8, y);
-        const std::uint8_t* reason = image_u8_row(&result.match.reason, y);
+        const std::int32_t *row = image_i32_row(&result.match.disparity_q8, y);
+        const std::uint8_t *reason = image_u8_row(&result.match.reason, y);
         for (int x = 0; x < width; x++)
             disparity_px[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
                          static_cast<std::size_t>(x)] =
@@ -111,8 +111,8 @@ report_verdict report_figures_judge_rows(double median_px, int samples) {
     return {"poor", "bad", "The calibration does not fit these images: calibrate again."};
 }
 
-report_figures report_figures_collect(const reconstruct_context& context) {
-    const reconstruct_result& result = *context.result;
+report_figures report_figures_collect(const reconstruct_context &context) {
+    const reconstruct_result &result = *context.result;
     report_figures figures;
     figures.unit = context.metric ? "mm" : "units";
     figures.pixels =

@@ -13,9 +13,9 @@
 
 /// Plain-language judgement of a figure.
 struct report_verdict {
-    const char* word;      // "very good"
-    const char* grade;     // CSS class: good, fair, bad or ""
-    const char* sentence;  // what to do about it
+    const char *word;      // "very good"
+    const char *grade;     // CSS class: good, fair, bad or ""
+    const char *sentence;  // what to do about it
 };
 
 /// Depths from low to high in equal steps, counts of points a step.
@@ -45,10 +45,10 @@ struct report_figures {
     report_histogram histogram;
     report_verdict vertical;
     report_truth truth;
-    const char* unit = "mm";  // of lengths; "units" when focal length or baseline are assumed
+    const char *unit = "mm";  // of lengths; "units" when focal length or baseline are assumed
 };
 
-report_figures report_figures_collect(const reconstruct_context& context);
+report_figures report_figures_collect(const reconstruct_context &context);
 
 /// Judges the median |vertical disparity| of the matches, in px. `samples` 0: not measured.
 report_verdict report_figures_judge_rows(double median_px, int samples);

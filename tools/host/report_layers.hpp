@@ -15,7 +15,7 @@ struct report_grid {
     int step, width_px, height_px;
 };
 
-report_grid report_layers_grid(const reconstruct_result& result);
+report_grid report_layers_grid(const reconstruct_result &result);
 
 /// Base64 of a zlib stream of the layers, each a plane of width x height bytes from the top row:
 /// disparity (three planes: low, middle, high byte of the difference from the pixel to the left,
@@ -25,8 +25,8 @@ report_grid report_layers_grid(const reconstruct_result& result);
 /// 255), sigma along the ray (`report_layers_sigma_code`), and with truth its disparity (three
 /// planes; 0x7fffff: unknown).
 /// Empty when memory is short.
-std::string report_layers_pack(const reconstruct_result& result, const report_truth& truth,
-                               const report_grid& grid);
+std::string report_layers_pack(const reconstruct_result &result, const report_truth &truth,
+                               const report_grid &grid);
 
 /// Logarithmic code of a length: 0 for 0, else first * ratio^(code - 1).
 constexpr double report_layers_sigma_first_mm = 1e-3;
@@ -34,16 +34,16 @@ constexpr double report_layers_sigma_ratio = 1.0655;
 int report_layers_sigma_code(double sigma_mm);
 
 /// A colour picture as a JPEG `data:` URI, thinned by the mean of areas of step x step pixels.
-std::string report_layers_photo(const image_rgb8& image, int step);
+std::string report_layers_photo(const image_rgb8 &image, int step);
 
 /// Palette indices of the page's pixels, from what each picture shows.
-report_bytes report_layers_disparity(const reconstruct_result& result, const report_grid& grid,
+report_bytes report_layers_disparity(const reconstruct_result &result, const report_grid &grid,
                                      double low_px, double high_px);
-report_bytes report_layers_reason(const reconstruct_result& result, const report_grid& grid);
-report_bytes report_layers_confidence(const reconstruct_result& result, const report_grid& grid);
-report_bytes report_layers_sigma(const reconstruct_result& result, const report_grid& grid,
+report_bytes report_layers_reason(const reconstruct_result &result, const report_grid &grid);
+report_bytes report_layers_confidence(const reconstruct_result &result, const report_grid &grid);
+report_bytes report_layers_sigma(const reconstruct_result &result, const report_grid &grid,
                                  double high_px);
-report_bytes report_layers_error(const reconstruct_result& result, const report_truth& truth,
-                                 const report_grid& grid, double limit_px);
+report_bytes report_layers_error(const reconstruct_result &result, const report_truth &truth,
+                                 const report_grid &grid, double limit_px);
 
 #endif

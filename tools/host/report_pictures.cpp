@@ -14,20 +14,20 @@ constexpr colormap_rgb reason_colours[REASON_COUNT] = {
     {0xdc, 0xe6, 0xe4}, {0x8a, 0x93, 0x98}, {0x00, 0x72, 0xb2}, {0xe6, 0x9f, 0x00},
     {0xcc, 0x79, 0xa7}, {0xd5, 0x5e, 0x00}, {0x3a, 0x30, 0x8a}};
 
-std::string css_colour(const colormap_rgb& c) {
+std::string css_colour(const colormap_rgb &c) {
     return report_text_format("#%02x%02x%02x", c[0], c[1], c[2]);
 }
 
 /// The frame that scripts hang their marks into. `content` goes above the picture.
-std::string frame(const char* classes, const char* side, const std::string& uri, const char* id,
-                  const std::string& label, const std::string& content) {
+std::string frame(const char *classes, const char *side, const std::string &uri, const char *id,
+                  const std::string &label, const std::string &content) {
     return report_text_format(
         "<div class=\"frame %s\" data-side=\"%s\" tabindex=\"0\"><img %s src=\"%s\" alt=\"%s\">%s"
         "</div>",
         classes, side, id, uri.c_str(), report_text_escape(label).c_str(), content.c_str());
 }
 
-std::string figure(const std::string& picture, const std::string& caption) {
+std::string figure(const std::string &picture, const std::string &caption) {
     return "<figure>" + picture + "<figcaption>" + caption + "</figcaption></figure>\n";
 }
 
@@ -47,19 +47,19 @@ struct tick {
     std::string text;
 };
 
-std::string scale(const colormap_table& table, const std::vector<tick>& ticks) {
+std::string scale(const colormap_table &table, const std::vector<tick> &ticks) {
     std::string html = report_text_format(
         "<div class=\"legend\"><div class=\"ramp\" style=\"background:%s\"></div>"
         "<div class=\"ticks%s\">",
         report_pictures_gradient(table).c_str(),
         ticks.front().text.find("<br>") != std::string::npos ? " double" : "");
-    for (const tick& t : ticks)
+    for (const tick &t : ticks)
         html += report_text_format("<span style=\"left:%.1f%%\">%s</span>", 100 * t.share,
                                    t.text.c_str());
     return html + "</div></div>";
 }
 
-std::vector<tick> even_ticks(double low, double high, const char* format) {
+std::vector<tick> even_ticks(double low, double high, const char *format) {
     std::vector<tick> ticks;
     for (int i = 0; i <= 4; i++) {
         char text[48];
@@ -72,7 +72,7 @@ std::vector<tick> even_ticks(double low, double high, const char* format) {
 }
 
 /// The 1 % and 99 % quantiles of the valid disparities, in px.
-void disparity_range(const reconstruct_result& result, double* low_px, double* high_px) {
+void disparity_range(const reconstruct_result &result, double *low_px, double *high_px) {
     std::vector<std::int32_t> values;
     for (int y = 0; y < result.left.height; y++)
         for (int x = 0; x < result.left.width; x++)
@@ -88,9 +88,9 @@ void disparity_range(const reconstruct_result& result, double* low_px, double* h
         std::max(*low_px + 1, std::ceil(values[values.size() - 1 - values.size() / 100] / 256.0));
 }
 
-std::string disparity_figure(const reconstruct_context& context, const report_figures& figures,
-                             const report_grid& grid) {
-    const reconstruct_result& result = *context.result;
+std::string disparity_figure(const reconstruct_context &context, const report_figures &figures,
+                             const report_grid &grid) {
+    const reconstruct_result &result = *context.result;
     double low_px = 0, high_px = 0;
     disparity_range(result, &low_px, &high_px);
     const colormap_table table = colormap_sequential();
@@ -99,7 +99,7 @@ std::string disparity_figure(const reconstruct_context& context, const report_fi
                           report_layers_disparity(result, grid, low_px, high_px), table);
     std::string caption = "<b>Disparity</b>, x left − x right; bright is near.";
     std::vector<tick> ticks;
-    const rectify_plan& plan = result.plan;
+    const rectify_plan &plan = result.plan;
     for (int i = 0; i <= 4; i++) {
         const double d = low_px + (high_px - low_px) * i / 4;
         const double shift = d - (plan.cx_left_px - plan.cx_right_px);
@@ -112,8 +112,8 @@ std::string disparity_figure(const reconstruct_context& context, const report_fi
                   caption + scale(table, ticks));
 }
 
-std::string reason_figure(const reconstruct_context& context, const report_figures& figures,
-                          const report_grid& grid) {
+std::string reason_figure(const reconstruct_context &context, const report_figures &figures,
+                          const report_grid &grid) {
     colormap_table table{};
     std::copy(std::begin(reason_colours), std::end(reason_colours), table.begin());
     const std::string uri = report_encode_png(grid.width_px, grid.height_px,
@@ -130,7 +130,7 @@ std::string reason_figure(const reconstruct_context& context, const report_figur
                   "<b>Why a pixel has no value</b>" + keys + "</ul>");
 }
 
-std::string confidence_figure(const reconstruct_context& context, const report_grid& grid) {
+std::string confidence_figure(const reconstruct_context &context, const report_grid &grid) {
     const colormap_table table = colormap_sequential();
     const std::string uri = report_encode_png(
         grid.width_px, grid.height_px, report_layers_confidence(*context.result, grid), table);
@@ -139,8 +139,8 @@ std::string confidence_figure(const reconstruct_context& context, const report_g
                       scale(table, even_ticks(0, 100, " %")));
 }
 
-std::string sigma_figure(const reconstruct_context& context, const report_grid& grid) {
-    const reconstruct_result& result = *context.result;
+std::string sigma_figure(const reconstruct_context &context, const report_grid &grid) {
+    const reconstruct_result &result = *context.result;
     std::vector<std::uint16_t> values;
     for (int y = 0; y < result.left.height; y++)
         for (int x = 0; x < result.left.width; x++)
@@ -159,14 +159,14 @@ std::string sigma_figure(const reconstruct_context& context, const report_grid& 
 }
 
 /// A raw image as 8-bit colour.
-std::vector<std::uint8_t> raw_to_rgb(const reconstruct_image& raw, int step, int width,
+std::vector<std::uint8_t> raw_to_rgb(const reconstruct_image &raw, int step, int width,
                                      int height) {
     std::vector<std::uint8_t> rgb;
     rgb.reserve(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
     const int channels = raw.layout == PIXEL_RGB ? 3 : 1;
     for (int y = 0; y < height; y++)
         for (int x = 0; x < width; x++) {
-            const std::uint16_t* pixel =
+            const std::uint16_t *pixel =
                 raw.data + static_cast<std::ptrdiff_t>(y) * step * raw.stride + x * step * channels;
             for (int c = 0; c < 3; c++)
                 rgb.push_back(
@@ -175,7 +175,7 @@ std::vector<std::uint8_t> raw_to_rgb(const reconstruct_image& raw, int step, int
     return rgb;
 }
 
-std::string raw_figure(const reconstruct_image& raw, const char* path, const char* side) {
+std::string raw_figure(const reconstruct_image &raw, const char *path, const char *side) {
     int step = 1;
     while (raw.width_px / step > 900)
         step++;
@@ -192,15 +192,15 @@ std::string raw_figure(const reconstruct_image& raw, const char* path, const cha
 
 }  // namespace
 
-std::string report_pictures_gradient(const colormap_table& table) {
+std::string report_pictures_gradient(const colormap_table &table) {
     std::string css = "linear-gradient(90deg";
     for (std::size_t i = 0; i <= 254; i += 127 / 8)
         css += "," + css_colour(table[i]);
     return css + "," + css_colour(table[254]) + ")";
 }
 
-std::string report_pictures_pair(const reconstruct_context& context, const report_grid& grid) {
-    const reconstruct_result& result = *context.result;
+std::string report_pictures_pair(const reconstruct_context &context, const report_grid &grid) {
+    const reconstruct_result &result = *context.result;
     const std::string left = report_layers_photo(result.left_colour, grid.step);
     const std::string right = report_layers_photo(result.right_colour, grid.step);
     return figure(
@@ -210,7 +210,7 @@ std::string report_pictures_pair(const reconstruct_context& context, const repor
                   "<b>Right</b> " + report_text_escape(report_text_file_name(context.right_path)));
 }
 
-std::string report_pictures_raw(const reconstruct_context& context) {
+std::string report_pictures_raw(const reconstruct_context &context) {
     if (context.result->plan.identity || context.left.data == nullptr)
         return "";
     return "<h3 style=\"margin-top:22px\">Before rectification</h3>\n<div class=\"grid two\">\n" +
@@ -218,14 +218,14 @@ std::string report_pictures_raw(const reconstruct_context& context) {
            raw_figure(context.right, context.right_path, "Right") + "</div>";
 }
 
-std::string report_pictures_maps(const reconstruct_context& context, const report_figures& figures,
-                                 const report_grid& grid) {
+std::string report_pictures_maps(const reconstruct_context &context, const report_figures &figures,
+                                 const report_grid &grid) {
     return disparity_figure(context, figures, grid) + reason_figure(context, figures, grid) +
            confidence_figure(context, grid) + sigma_figure(context, grid);
 }
 
-std::string report_pictures_error(const reconstruct_context& context, const report_figures& figures,
-                                  const report_grid& grid) {
+std::string report_pictures_error(const reconstruct_context &context, const report_figures &figures,
+                                  const report_grid &grid) {
     const double limit_px = 4;
     const colormap_table table = colormap_diverging();
     const std::string uri = report_encode_png(

@@ -8,21 +8,21 @@
 #include "tools/host/report_figures.hpp"
 #include "tools/host/report_layers.hpp"
 
-std::string report_sections_cards(const reconstruct_context& context,
-                                  const report_figures& figures);
+std::string report_sections_cards(const reconstruct_context &context,
+                                  const report_figures &figures);
 
 /// Warnings and what is assumed.
-std::string report_sections_notes(const reconstruct_context& context,
-                                  const report_figures& figures);
+std::string report_sections_notes(const reconstruct_context &context,
+                                  const report_figures &figures);
 
-std::string report_sections_histogram(const report_figures& figures);
+std::string report_sections_histogram(const report_figures &figures);
 
 /// Errors against the ground truth, as a map and a table; empty when there is none to compare with.
-std::string report_sections_accuracy(const reconstruct_context& context,
-                                     const report_figures& figures, const report_grid& grid);
+std::string report_sections_accuracy(const reconstruct_context &context,
+                                     const report_figures &figures, const report_grid &grid);
 
 /// Tables: geometry, calibration, reasons, times and memory.
-std::string report_sections_details(const reconstruct_context& context,
-                                    const report_figures& figures);
+std::string report_sections_details(const reconstruct_context &context,
+                                    const report_figures &figures);
 
 #endif

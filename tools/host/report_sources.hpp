@@ -3,8 +3,8 @@
 #ifndef VERGENCE_TOOLS_HOST_REPORT_SOURCES_HPP
 #define VERGENCE_TOOLS_HOST_REPORT_SOURCES_HPP
 
-extern const char* const report_sources_page;
-extern const char* const report_sources_style;
-extern const char* const report_sources_script;
+extern const char *const report_sources_page;
+extern const char *const report_sources_style;
+extern const char *const report_sources_script;
 
 #endif

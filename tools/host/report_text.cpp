@@ -12,7 +12,7 @@
 namespace {
 
 /// Length in bytes of the well-formed UTF-8 character at text[at], 0 when it is not one.
-std::size_t utf8_length(const std::string& text, std::size_t at) {
+std::size_t utf8_length(const std::string &text, std::size_t at) {
     const unsigned first = static_cast<unsigned char>(text[at]);
     if (first < 0x80)
         return 1;
@@ -29,7 +29,7 @@ std::size_t utf8_length(const std::string& text, std::size_t at) {
 }
 
 /// Copies `text` character by character; `replace` gives another text for some ASCII ones.
-std::string rewrite(const std::string& text, std::string (*replace)(char c)) {
+std::string rewrite(const std::string &text, std::string (*replace)(char c)) {
     std::string result;
     for (std::size_t i = 0; i < text.size();) {
         const std::size_t length = utf8_length(text, i);
@@ -71,7 +71,7 @@ std::string json_character(char c) {
 
 }  // namespace
 
-std::string report_text_format(const char* format, ...) {
+std::string report_text_format(const char *format, ...) {
     va_list arguments, again;
     va_start(arguments, format);
     va_copy(again, arguments);
@@ -84,11 +84,11 @@ std::string report_text_format(const char* format, ...) {
     return std::string(text.data(), static_cast<std::size_t>(length));
 }
 
-std::string report_text_escape(const std::string& text) {
+std::string report_text_escape(const std::string &text) {
     return rewrite(text, html_character);
 }
 
-std::string report_text_json(const std::string& text) {
+std::string report_text_json(const std::string &text) {
     return "\"" + rewrite(text, json_character) + "\"";
 }
 
@@ -103,7 +103,7 @@ std::string report_text_count(std::size_t count) {
     return text;
 }
 
-std::string report_text_length(double length_mm, const char* unit) {
+std::string report_text_length(double length_mm, const char *unit) {
     const double size = std::fabs(length_mm);
     if (std::strcmp(unit, "mm") == 0 && size >= 10000)
         return report_text_format("%.*f m", size >= 100000 ? 1 : 2, length_mm / 1000);
@@ -115,15 +115,15 @@ std::string report_text_bytes(std::size_t bytes) {
     return report_text_format("%.1f MB", static_cast<double>(bytes) / 1e6);
 }
 
-std::string report_text_file_name(const std::string& path) {
+std::string report_text_file_name(const std::string &path) {
     const std::size_t end = path.find_last_not_of('/');
     const std::size_t slash = path.find_last_of('/', end);
     return path.substr(slash == std::string::npos ? 0 : slash + 1,
                        end == std::string::npos ? end : end - (slash + 1) + 1);
 }
 
-std::string report_text_fill(const std::string& page,
-                             const std::map<std::string, std::string>& parts) {
+std::string report_text_fill(const std::string &page,
+                             const std::map<std::string, std::string> &parts) {
     std::string result;
     std::size_t at = 0;
     for (;;) {
