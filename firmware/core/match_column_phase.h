@@ -53,8 +53,8 @@ MATCH_INLINE void average_upwards(struct match_state *state, uint8_t *running, i
                 memcpy(above_cell(state, x, y), average, (size_t)lanes);
                 mass_below[y - state->band_begin][column] = (uint16_t)carried;
             }
-            lanes_blend(average, ring_cell(state, x, y),
-                        match_share(state, carried, MATCH_MASS_ONE), lanes, average);
+            lanes_blend_leaning(average, ring_cell(state, x, y),
+                                match_share(state, carried, MATCH_MASS_ONE), lanes, average);
             mass[column] = MATCH_MASS_ONE + carried;
         }
     }
@@ -68,7 +68,7 @@ MATCH_INLINE void begin_column(struct match_state *state, int x, uint32_t below,
     memcpy(down, cost, (size_t)lanes);
     state->down_mass[x] = MATCH_MASS_ONE;
     if (below != 0) {
-        lanes_blend(down, message, match_share(state, MATCH_MASS_ONE, below), lanes, cost);
+        lanes_blend_leaning(message, down, match_share(state, below, MATCH_MASS_ONE), lanes, cost);
     }
     memcpy(message, cost, (size_t)lanes);
     state->above_lowest[x] = (uint8_t)lanes_lowest(cost, lanes);
@@ -81,13 +81,13 @@ MATCH_INLINE void continue_column(struct match_state *state, int x, int y, uint3
     uint8_t *message = above_cell(state, x, y);
     const int step = grey_step(state, x, y);
     const uint32_t carried = match_carry(state->down_mass[x], state->weight_of_step[step]);
-    lanes_blend(down, cost, match_share(state, carried, MATCH_MASS_ONE), lanes, down);
+    lanes_blend_leaning(down, cost, match_share(state, carried, MATCH_MASS_ONE), lanes, down);
     const uint32_t mass = MATCH_MASS_ONE + carried;
     state->down_mass[x] = (uint16_t)mass;
     if (below == 0) {
         memcpy(cost, down, (size_t)lanes);
     } else {
-        lanes_blend(down, message, match_share(state, mass, below), lanes, cost);
+        lanes_blend_leaning(message, down, match_share(state, below, mass), lanes, cost);
     }
     const struct match_penalties penalties = {MATCH_PENALTY_SMALL, state->large_of_step[step]};
     const uint8_t *previous = state->from_above[y - state->band_begin] + (ptrdiff_t)x * lanes;

@@ -115,6 +115,34 @@ static inline void lanes_blend(const uint8_t *a, const uint8_t *b, int wa, int c
     }
 }
 
+static inline void lanes_blend_leaning(const uint8_t *a, const uint8_t *b, int wa, int count,
+                                       uint8_t *result) {
+    INVARIANT(wa > 0 && wa < MATCH_WEIGHT_ONE);
+    const __m256i weights = _mm256_set1_epi16((short)(wa | (MATCH_WEIGHT_ONE - wa) << 8));
+    const __m256i half = _mm256_set1_epi16(MATCH_WEIGHT_ONE / 2);
+    const __m256i lean = _mm256_set1_epi8(MATCH_LEAN);
+    const __m256i infinite = _mm256_set1_epi8(-1);
+    __m256i before = infinite;
+    __m256i here = load_lanes(a, 0, count, infinite);
+    for (int i = 0; i < count; i += 32) {
+        const __m256i after = i + 32 < count ? load_lanes(a, i + 32, count, infinite) : infinite;
+        const __m256i up =
+            _mm256_alignr_epi8(here, _mm256_permute2x128_si256(before, here, 0x21), 15);
+        const __m256i down =
+            _mm256_alignr_epi8(_mm256_permute2x128_si256(here, after, 0x21), here, 1);
+        const __m256i first =
+            _mm256_min_epu8(here, _mm256_adds_epu8(_mm256_min_epu8(up, down), lean));
+        const __m256i second = load_lanes(b, i, count, infinite);
+        const __m256i low = _mm256_maddubs_epi16(_mm256_unpacklo_epi8(first, second), weights);
+        const __m256i high = _mm256_maddubs_epi16(_mm256_unpackhi_epi8(first, second), weights);
+        store_lanes(result, i, count,
+                    _mm256_packus_epi16(_mm256_srli_epi16(_mm256_add_epi16(low, half), 7),
+                                        _mm256_srli_epi16(_mm256_add_epi16(high, half), 7)));
+        before = here;
+        here = after;
+    }
+}
+
 static inline int lanes_message(const uint8_t *cost, const uint8_t *previous, int lowest,
                                 struct match_penalties penalties, int count, uint8_t *message) {
     INVARIANT(lowest <= MATCH_COST_MAX && penalties.large <= MATCH_PENALTY_MAX);

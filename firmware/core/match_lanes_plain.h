@@ -6,6 +6,7 @@
 
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 #include "core/invariant.h"
 #include "core/match_state.h"
@@ -60,6 +61,29 @@ static inline void lanes_blend(const uint8_t *a, const uint8_t *b, int wa, int c
     const uint16_t weight_b = (uint16_t)(MATCH_WEIGHT_ONE - wa);
     for (int i = 0; i < count; i++) {
         const uint16_t mixed = (uint16_t)(a[i] * weight_a + b[i] * weight_b + MATCH_WEIGHT_ONE / 2);
+        result[i] = (uint8_t)(mixed / MATCH_WEIGHT_ONE);
+    }
+}
+
+// The same blend where each lane of `a` may be replaced by a neighbour's value plus MATCH_LEAN: an
+// average along a surface that leans by up to a disparity a row, instead of one that stands
+// upright.
+static inline void lanes_blend_leaning(const uint8_t *a, const uint8_t *b, int wa, int count,
+                                       uint8_t *result) {
+    INVARIANT(count > 0 && count <= MATCH_MAX_DISPARITIES);
+    INVARIANT(wa > 0 && wa < MATCH_WEIGHT_ONE);
+    // `result` may be `a`, whose neighbours are still needed.
+    uint8_t kept[MATCH_MAX_DISPARITIES + 2];
+    kept[0] = UINT8_MAX;
+    memcpy(kept + 1, a, (size_t)count);
+    kept[count + 1] = UINT8_MAX;
+    const uint16_t weight_a = (uint16_t)wa;
+    const uint16_t weight_b = (uint16_t)(MATCH_WEIGHT_ONE - wa);
+    for (int i = 0; i < count; i++) {
+        const uint8_t beside = lower_u8(lower_u8(kept[i], kept[i + 2]), UINT8_MAX - MATCH_LEAN);
+        const uint8_t leaning = lower_u8(kept[i + 1], (uint8_t)(beside + MATCH_LEAN));
+        const uint16_t mixed =
+            (uint16_t)(leaning * weight_a + b[i] * weight_b + MATCH_WEIGHT_ONE / 2);
         result[i] = (uint8_t)(mixed / MATCH_WEIGHT_ONE);
     }
 }

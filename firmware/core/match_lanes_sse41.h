@@ -76,6 +76,30 @@ static inline void lanes_blend(const uint8_t *a, const uint8_t *b, int wa, int c
     }
 }
 
+static inline void lanes_blend_leaning(const uint8_t *a, const uint8_t *b, int wa, int count,
+                                       uint8_t *result) {
+    INVARIANT(wa > 0 && wa < MATCH_WEIGHT_ONE);
+    const __m128i weights = _mm_set1_epi16((short)(wa | (MATCH_WEIGHT_ONE - wa) << 8));
+    const __m128i half = _mm_set1_epi16(MATCH_WEIGHT_ONE / 2);
+    const __m128i lean = _mm_set1_epi8(MATCH_LEAN);
+    const __m128i infinite = _mm_set1_epi8(-1);
+    __m128i before = infinite;
+    __m128i here = load16(a);
+    for (int i = 0; i < count; i += 16) {
+        const __m128i after = i + 16 < count ? load16(a + i + 16) : infinite;
+        const __m128i up = _mm_alignr_epi8(here, before, 15);
+        const __m128i down = _mm_alignr_epi8(after, here, 1);
+        const __m128i first = _mm_min_epu8(here, _mm_adds_epu8(_mm_min_epu8(up, down), lean));
+        const __m128i second = load16(b + i);
+        const __m128i low = _mm_maddubs_epi16(_mm_unpacklo_epi8(first, second), weights);
+        const __m128i high = _mm_maddubs_epi16(_mm_unpackhi_epi8(first, second), weights);
+        store16(result + i, _mm_packus_epi16(_mm_srli_epi16(_mm_add_epi16(low, half), 7),
+                                             _mm_srli_epi16(_mm_add_epi16(high, half), 7)));
+        before = here;
+        here = after;
+    }
+}
+
 static inline int lanes_message(const uint8_t *cost, const uint8_t *previous, int lowest,
                                 struct match_penalties penalties, int count, uint8_t *message) {
     INVARIANT(lowest <= MATCH_COST_MAX && penalties.large <= MATCH_PENALTY_MAX);

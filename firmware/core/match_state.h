@@ -25,7 +25,8 @@ enum {
     MATCH_WEIGHT_ONE = 128,    // shares of a blend are in 1/128, between 1 and 127
     MATCH_CENSUS_PLANES = 3,
     MATCH_CENSUS_WEIGHT = 4,
-    MATCH_GRADIENT_TRUNCATION = 31,
+    MATCH_GRADIENT_TRUNCATION = 18,
+    MATCH_LEAN = 4,  // price of a neighbouring disparity in an average along a column
     MATCH_BAND_ROWS = 8,
     MATCH_AHEAD_ROWS = 6,
     MATCH_RING_ROWS = MATCH_BAND_ROWS + MATCH_AHEAD_ROWS,

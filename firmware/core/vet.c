@@ -64,6 +64,19 @@ static void measure_island(struct island *island, int x, int y) {
     }
 }
 
+static bool joined(const struct match_output *output, int32_t here_q8, int x, int y) {
+    const int32_t step_q8 = image_i32_row(&output->disparity_q8, y)[x] - here_q8;
+    return image_u8_row(&output->reason, y)[x] == MARK_LARGE && step_q8 <= VET_ISLAND_STEP_Q8 &&
+           step_q8 >= -VET_ISLAND_STEP_Q8;
+}
+
+// Most pixels continue a large island to their left or above: no need to measure it again.
+static bool continues_large(const struct match_output *output, int x, int y) {
+    const int32_t here_q8 = image_i32_row(&output->disparity_q8, y)[x];
+    return (x > 0 && joined(output, here_q8, x - 1, y)) ||
+           (y > 0 && joined(output, here_q8, x, y - 1));
+}
+
 int vet_speckles(int speckle_px, struct arena *arena, struct match_output *output) {
     INVARIANT(speckle_px >= 0);
     INVARIANT(output->reason.width <= IMAGE_MAX_SIDE_PX);
@@ -78,7 +91,13 @@ int vet_speckles(int speckle_px, struct arena *arena, struct match_output *outpu
     }
     for (int y = 0; y < output->reason.height; y++) {
         for (int x = 0; x < output->reason.width; x++) {
-            if (image_u8_row(&output->reason, y)[x] == REASON_VALID) {
+            uint8_t *reason = image_u8_row(&output->reason, y) + x;
+            if (*reason != REASON_VALID) {
+                continue;
+            }
+            if (continues_large(output, x, y)) {
+                *reason = MARK_LARGE;
+            } else {
                 measure_island(&island, x, y);
             }
         }
