@@ -44,7 +44,7 @@
      2,                                                                                           \
      0,                                                                                           \
      1,                                                                                           \
-     4096,                                                                                        \
+     LENS_SIDE_MAX_PX,                                                                            \
      "px",                                                                                        \
      "width and height of the " #side " image",                                                   \
      {AT(side.width_px), AT(side.height_px), 0}},                                                 \

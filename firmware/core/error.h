@@ -19,7 +19,7 @@
     X(VERSION, -8, "the format version is not supported")                                \
     X(BASELINE, -9, "the two cameras have no baseline between them")                     \
     X(ROTATION, -10, "the rotation is not a proper rotation")                            \
-    X(DISTORTION, -11, "the distortion model folds over inside the image")               \
+    X(DISTORTION, -11, "the distortion folds over in the image's middle" )               \
     X(OVERLAP, -12, "the two cameras share no field of view in the depth range")         \
     X(DEPTH_RANGE, -13, "the depth range is empty")                                      \
     X(DISPARITY_RANGE, -14, "the disparity range is empty or too wide")                  \

@@ -4,7 +4,6 @@
 #include <math.h>
 
 #include "core/error.h"
-#include "core/image.h"
 #include "core/invariant.h"
 
 // Squared radius beyond which nothing is a camera's view any more (89.9 degrees off the axis).
@@ -113,6 +112,50 @@ double lens_fold_radius(const struct lens *lens) {
     return INFINITY;
 }
 
+// True when the Jacobian is positive definite on the whole circle of radius r. With
+// t = 2 r |(p1, p2)| and c, s the cosine and sine of the angle from (p2, p1) it reads, along and
+// across the radius, {{along + 3 t c, t s}, {t s, across + t c}}.
+static bool is_definite(const struct lens *lens, double r) {
+    const double u = r * r;
+    const double along = radial_slope(lens, u);
+    const double across = 1.0 + u * (lens->k1 + u * (lens->k2 + u * lens->k3));
+    if (!(along > 0 && across > 0)) {
+        return false;
+    }
+    const double t = 2.0 * r * sqrt(lens->p1 * lens->p1 + lens->p2 * lens->p2);
+    const double sum = along + 3.0 * across;
+    // The determinant 4 t^2 c^2 + t sum c + along across - t^2 is lowest at this t c.
+    const double lowest = sum < 8.0 * t ? -sum / 8.0 : -t;
+    return lowest * (4.0 * lowest + sum) + along * across - t * t > 0;
+}
+
+double lens_view_radius(const struct lens *lens) {
+    static const double share = 0.98, first = 1e-6, growth = 1.02;
+    const double fold = lens_fold_radius(lens);
+    if (lens->p1 == 0 && lens->p2 == 0) {
+        return share * fold;
+    }
+    const double end = fold < RADIUS2_MAX ? fold : sqrt(RADIUS2_MAX);
+    double low = 0, high = first < end ? first : end;
+    while (is_definite(lens, high)) {
+        if (high >= end) {
+            return share * fold;
+        }
+        low = high;
+        high = growth * high < end ? growth * high : end;
+    }
+    while (high - low > 1e-9 * high) {
+        const double middle = 0.5 * (low + high);
+        if (is_definite(lens, middle)) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    INVARIANT(low >= 0 && low < fold);
+    return share * low;
+}
+
 static double norm2(const double a[2]) {
     return a[0] * a[0] + a[1] * a[1];
 }
@@ -219,18 +262,18 @@ static bool within(double value, double low, double high) {
     return value >= low && value <= high;
 }
 
-// The distortion is one to one over the image when every pixel has an inverse on the first
-// branch. The border and a coarse grid are looked at: the model is smooth.
-static bool is_one_to_one(const struct lens *lens) {
+// The central half's border and a coarse grid are looked at: the model is smooth.
+static bool sees_central_half(const struct lens *lens) {
     enum { STEPS = 32 };
+    const double radius = lens_view_radius(lens);
     for (int j = 0; j <= STEPS; j++) {
         const bool dense = j == 0 || j == STEPS || j % 4 == 0;
         for (int i = 0; i <= STEPS; i += dense ? 1 : STEPS) {
-            const double pixel_px[2] = {(double)(lens->width_px - 1) * i / STEPS,
-                                        (double)(lens->height_px - 1) * j / STEPS};
+            const double pixel_px[2] = {(lens->width_px - 1) * (0.25 + 0.5 * i / STEPS),
+                                        (lens->height_px - 1) * (0.25 + 0.5 * j / STEPS)};
             double direction[3];
             INVARIANT(lens->fx_px > 0 && lens->fy_px > 0);
-            if (!lens_ray(lens, pixel_px, direction)) {
+            if (!lens_ray(lens, pixel_px, direction) || sqrt(norm2(direction)) > radius) {
                 return false;
             }
         }
@@ -242,7 +285,7 @@ int lens_validate(const struct lens *lens) {
     if (lens->width_px < 1 || lens->height_px < 1) {
         return ERROR_RANGE;
     }
-    if (lens->width_px > IMAGE_MAX_SIDE_PX || lens->height_px > IMAGE_MAX_SIDE_PX) {
+    if (lens->width_px > LENS_SIDE_MAX_PX || lens->height_px > LENS_SIDE_MAX_PX) {
         return ERROR_TOO_LARGE;
     }
     const double k[5] = {lens->k1, lens->k2, lens->p1, lens->p2, lens->k3};
@@ -257,5 +300,5 @@ int lens_validate(const struct lens *lens) {
         !within(lens->cy_px, -LENS_CENTRE_MAX_PX, LENS_CENTRE_MAX_PX)) {
         return ERROR_RANGE;
     }
-    return is_one_to_one(lens) ? ERROR_OK : ERROR_DISTORTION;
+    return sees_central_half(lens) ? ERROR_OK : ERROR_DISTORTION;
 }

@@ -12,6 +12,7 @@ extern "C" {
 
 // Legal values, see `lens_validate`. At long focal lengths k2 and k3 become large numbers: they
 // multiply the fourth and sixth power of a small radius.
+#define LENS_SIDE_MAX_PX 32768  // what is matched is smaller, see image.h: such images are shrunk
 #define LENS_FOCAL_MIN_PX 1.0
 #define LENS_FOCAL_MAX_PX 1e6
 #define LENS_CENTRE_MAX_PX 1e6
@@ -38,6 +39,13 @@ bool lens_undistort(const struct lens *lens, const double distorted[2], double i
 /// folds back; INFINITY when it never does. Beyond it `lens_distort` means nothing.
 double lens_fold_radius(const struct lens *lens);
 
+/// Radius of ideal coordinates that bounds what the camera is taken to see: 0.98 of the largest
+/// disc on which `lens_distort` is certainly one to one (its Jacobian is symmetric and positive
+/// definite there; tangential terms included); INFINITY when it is so everywhere. The rim is left
+/// out because a raw pixel is stretched without limit there. Real calibrations often fold over
+/// within or close behind the image corners, where no pattern was seen.
+double lens_view_radius(const struct lens *lens);
+
 /// Pixel of a point in the camera's frame. Returns false when z <= 0.
 bool lens_project(const struct lens *lens, const double point_mm[3], double pixel_px[2]);
 
@@ -45,8 +53,11 @@ bool lens_project(const struct lens *lens, const double point_mm[3], double pixe
 /// `lens_undistort` does.
 bool lens_ray(const struct lens *lens, const double pixel_px[2], double direction[3]);
 
-/// Checks ranges (sizes 1..IMAGE_MAX_SIDE_PX, the limits above, everything finite) and that
-/// the distortion is one to one over the image. ERROR_RANGE, ERROR_TOO_LARGE or ERROR_DISTORTION.
+/// Checks ranges (sizes 1..LENS_SIDE_MAX_PX, the limits above, everything finite) and that all of
+/// the image's central half (half its width by half its height, so out to half of the
+/// half-diagonal) lies within `lens_view_radius`: what lies beyond is not seen, and a camera
+/// that loses more than its margins is calibrated wrongly. ERROR_RANGE, ERROR_TOO_LARGE or
+/// ERROR_DISTORTION.
 int lens_validate(const struct lens *lens);
 
 #ifdef __cplusplus

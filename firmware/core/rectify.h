@@ -55,21 +55,29 @@ struct rectify_plan {
 /// range fills the image, the depth range falls into the disparities. The focal length keeps
 /// the raw resolution at the centre of the shared view (times scale).
 /// ERROR_DEPTH_RANGE, ERROR_DISPARITY_RANGE (more than MATCH_MAX_DISPARITIES), ERROR_OVERLAP,
-/// ERROR_TOO_LARGE, ERROR_TOO_SMALL, ERROR_ARGUMENT (scale, region). Verged pairs may give negative
-/// disparities. The x axis always points from the left to the right camera's centre: with a camera
-/// above the other the rectified images are turned by 90 degrees, with swapped cameras by 180;
-/// points are in the left camera's frame all the same.
+/// ERROR_TOO_LARGE (rectified or raw images), ERROR_TOO_SMALL, ERROR_ARGUMENT (scale, region).
+/// Verged pairs may give negative disparities. The x axis always points from the left to the right
+/// camera's centre: with a camera above the other the rectified images are turned by 90 degrees,
+/// with swapped cameras by 180; points are in the left camera's frame all the same.
 int rectify_plan_make(const struct calibration *calibration, const struct rectify_options *options,
                       struct rectify_plan *plan);
 
 enum rectify_side { RECTIFY_LEFT, RECTIFY_RIGHT };
+
+/// Half-open range of columns [begin, end) of a row whose pixels come from inside the raw image,
+/// where the lens sees (`lens_view_radius`).
+struct rectify_span {  // 0 0 when there is none
+    int16_t begin, end;
+};
 
 /// Raw coordinates on a coarse grid over a rectified image, in 1/65536 px.
 struct rectify_table {
     int32_t *x_q16, *y_q16;  // nodes, row-major, in the arena that made the table
     int columns, rows;       // node counts; node (i, j) stands at ((i - 1) step, (j - 1) step)
     int step_log2;
-    int width_px, height_px;  // of the rectified image
+    struct rectify_span *view;  // per row, the columns within the lens' view, whatever the raw
+                                // coordinates say; in the arena too. NULL: all
+    int width_px, height_px;    // of the rectified image
     int raw_width_px, raw_height_px;
     bool identity;                 // no nodes: rectified (x, y) is raw (x, y) + offset
     int offset_x_px, offset_y_px;  // of a region of an identity; else 0
@@ -81,14 +89,9 @@ int rectify_table_make(const struct rectify_plan *plan, const struct calibration
 size_t rectify_table_need_bytes(const struct rectify_plan *plan);
 
 /// Raw coordinates of rectified row y, 0 <= y < height: `x_q16` and `y_q16` take width_px
-/// values each.
+/// values each. Outside the table's `view` they mean nothing.
 void rectify_row_coordinates(const struct rectify_table *table, int y, int32_t *x_q16,
                              int32_t *y_q16);
-
-/// Half-open range of columns [begin, end) of a row whose pixels come from inside the raw image.
-struct rectify_span {  // 0 0 when there is none
-    int16_t begin, end;
-};
 
 /// One rectified row of a raw image (grey, 16 bit grey, colour). Pixels outside the span are 0.
 /// `row` takes width_px pixels; `work_q16` takes 2 * width_px values.

@@ -334,6 +334,12 @@ int rectify_plan_make(const struct calibration *calibration, const struct rectif
          options->disparity_min > 4 * IMAGE_MAX_SIDE_PX)) {
         return ERROR_DISPARITY_RANGE;
     }
+    if (calibration->left.width_px > IMAGE_MAX_SIDE_PX ||
+        calibration->left.height_px > IMAGE_MAX_SIDE_PX ||
+        calibration->right.width_px > IMAGE_MAX_SIDE_PX ||
+        calibration->right.height_px > IMAGE_MAX_SIDE_PX) {
+        return ERROR_TOO_LARGE;
+    }
     struct rectify_plan made = {.width_px = 0};
     struct parallax parallax;
     int error = calibration->rectified ? frame_rectified(calibration, options, &made, &parallax)

@@ -113,11 +113,11 @@ static bool is_inside(const struct inside *inside, int32_t x_q16, int32_t y_q16)
 
 // A row that crosses a curved border twice has several runs: the longest one counts.
 static struct rectify_span longest_run(const struct inside *inside, const int32_t *x_q16,
-                                       const int32_t *y_q16, int width) {
+                                       const int32_t *y_q16, struct rectify_span view) {
     struct rectify_span best = {0, 0};
-    int begin = 0;
-    for (int x = 0; x <= width; x++) {
-        if (x < width && is_inside(inside, x_q16[x], y_q16[x])) {
+    int begin = view.begin;
+    for (int x = view.begin; x <= view.end; x++) {
+        if (x < view.end && is_inside(inside, x_q16[x], y_q16[x])) {
             continue;
         }
         if (x - begin > best.end - best.begin) {
@@ -128,12 +128,14 @@ static struct rectify_span longest_run(const struct inside *inside, const int32_
     return best;
 }
 
-static struct rectify_span find_span(const struct rectify_table *table, const int32_t *x_q16,
+static struct rectify_span find_span(const struct rectify_table *table, int y, const int32_t *x_q16,
                                      const int32_t *y_q16) {
     const struct inside inside = {(uint32_t)(table->raw_width_px - 1) << 16,
                                   (uint32_t)(table->raw_height_px - 1) << 16};
-    const int width = table->width_px;
-    int begin = 0, end = width;
+    const struct rectify_span view =
+        table->view == NULL ? (struct rectify_span){0, (int16_t)table->width_px} : table->view[y];
+    INVARIANT(view.begin >= 0 && view.begin <= view.end && view.end <= table->width_px);
+    int begin = view.begin, end = view.end;
     while (begin < end && !is_inside(&inside, x_q16[begin], y_q16[begin])) {
         begin++;
     }
@@ -149,7 +151,7 @@ static struct rectify_span find_span(const struct rectify_table *table, const in
             ((uint32_t)x_q16[x] >= inside.x_limit_q16) | ((uint32_t)y_q16[x] >= inside.y_limit_q16);
     }
     if (outside != 0) {
-        return longest_run(&inside, x_q16, y_q16, width);
+        return longest_run(&inside, x_q16, y_q16, view);
     }
     INVARIANT(begin <= end && end <= INT16_MAX);
     return (struct rectify_span){(int16_t)begin, (int16_t)end};
@@ -160,7 +162,7 @@ static struct rectify_span prepare_row(const struct rectify_table *table, int ra
                                        int raw_height, int y, int32_t *work_q16) {
     INVARIANT(raw_width == table->raw_width_px && raw_height == table->raw_height_px);
     rectify_row_coordinates(table, y, work_q16, work_q16 + table->width_px);
-    return find_span(table, work_q16, work_q16 + table->width_px);
+    return find_span(table, y, work_q16, work_q16 + table->width_px);
 }
 
 // Rounds a Q16 fraction to 1/2048; 2048 itself is right: it takes all of the next pixel.

@@ -27,7 +27,8 @@ size_t rectify_table_need_bytes(const struct rectify_plan *plan) {
     const int step_log2 = choose_step_log2(plan);
     const size_t nodes = (size_t)node_count(plan->width_px, step_log2) *
                          (size_t)node_count(plan->height_px, step_log2);
-    return 2 * arena_need_bytes(nodes, sizeof(int32_t));
+    return 2 * arena_need_bytes(nodes, sizeof(int32_t)) +
+           arena_need_bytes((size_t)plan->height_px, sizeof(struct rectify_span));
 }
 
 // The raw camera behind one rectified image.
@@ -35,25 +36,8 @@ struct source {
     const struct lens *lens;
     const double *R_rect_camera;
     double cx_px, cy_px, f_px, fy_px;  // of the rectified image
-    double safe_radius;                // up to here the distortion is taken as it is
+    double view_radius;                // of the lens; INFINITY: no bound
 };
-
-// Distorted coordinates, continued outward in a straight line behind `safe_radius`: the model folds
-// back there and would show the image's border a second time.
-static void distort_outward(const struct source *source, const double ideal[2],
-                            double distorted[2]) {
-    const double radius = sqrt(ideal[0] * ideal[0] + ideal[1] * ideal[1]);
-    if (!(radius > source->safe_radius)) {
-        lens_distort(source->lens, ideal, distorted);
-        return;
-    }
-    const double share = source->safe_radius / radius;
-    const double edge[2] = {ideal[0] * share, ideal[1] * share};
-    lens_distort(source->lens, edge, distorted);
-    for (int i = 0; i < 2; i++) {
-        distorted[i] += ideal[i] - edge[i];
-    }
-}
 
 static int32_t node_q16(double pixel_px) {
     const double low = pixel_px < COORDINATE_LIMIT_PX ? pixel_px : COORDINATE_LIMIT_PX;
@@ -62,19 +46,51 @@ static int32_t node_q16(double pixel_px) {
     return (int32_t)(scaled < 0 ? scaled - 0.5 : scaled + 0.5);
 }
 
-static int compute_node(const struct source *source, int x, int y, int32_t *x_q16, int32_t *y_q16) {
+// Ideal coordinates of a rectified pixel; false where the camera does not look.
+static bool find_ideal(const struct source *source, int x, int y, double ideal[2]) {
     const double ray_rect[3] = {(x - source->cx_px) / source->f_px,
                                 (y - source->cy_px) / source->fy_px, 1.0};
-    double ray[3], distorted[2];
+    double ray[3];
     geometry_rotate_back(source->R_rect_camera, ray_rect, ray);
     if (!(ray[2] > 1e-3)) {
+        return false;
+    }
+    ideal[0] = ray[0] / ray[2];
+    ideal[1] = ray[1] / ray[2];
+    return true;
+}
+
+// Nodes beyond the lens' view follow the same polynomial, however it turns: cells across the rim
+// are then as exact as any other. `view` says where the rim is.
+static int compute_node(const struct source *source, int x, int y, int32_t *x_q16, int32_t *y_q16) {
+    double ideal[2], distorted[2];
+    if (!find_ideal(source, x, y, ideal)) {
         return ERROR_DISTORTION;
     }
-    const double ideal[2] = {ray[0] / ray[2], ray[1] / ray[2]};
-    distort_outward(source, ideal, distorted);
+    lens_distort(source->lens, ideal, distorted);
     *x_q16 = node_q16(source->lens->fx_px * distorted[0] + source->lens->cx_px);
     *y_q16 = node_q16(source->lens->fy_px * distorted[1] + source->lens->cy_px);
     return ERROR_OK;
+}
+
+static bool is_in_view(const struct source *source, int x, int y) {
+    double ideal[2];
+    return find_ideal(source, x, y, ideal) &&
+           sqrt(ideal[0] * ideal[0] + ideal[1] * ideal[1]) <= source->view_radius;
+}
+
+// The view is a circular cone: it cuts a row in one run.
+static struct rectify_span cut_view(const struct source *source, int width_px, int y) {
+    int begin = 0, end = width_px;
+    while (begin < end && !is_in_view(source, begin, y)) {
+        begin++;
+    }
+    while (end > begin && !is_in_view(source, end - 1, y)) {
+        end--;
+    }
+    INVARIANT(begin <= end && end <= INT16_MAX);
+    return begin < end ? (struct rectify_span){(int16_t)begin, (int16_t)end}
+                       : (struct rectify_span){0, 0};
 }
 
 static int round_int(double x) {
@@ -87,6 +103,7 @@ int rectify_table_make(const struct rectify_plan *plan, const struct calibration
     INVARIANT(plan->height_px >= 1 && plan->height_px <= IMAGE_MAX_SIDE_PX);
     const bool is_left = side == RECTIFY_LEFT;
     const struct lens *lens = is_left ? &calibration->left : &calibration->right;
+    INVARIANT(lens->width_px <= IMAGE_MAX_SIDE_PX && lens->height_px <= IMAGE_MAX_SIDE_PX);
     const double cx_px = is_left ? plan->cx_left_px : plan->cx_right_px;
     struct rectify_table made = {
         .step_log2 = choose_step_log2(plan),
@@ -110,7 +127,9 @@ int rectify_table_make(const struct rectify_plan *plan, const struct calibration
     const size_t mark = arena_mark(arena);
     made.x_q16 = arena_take(arena, nodes, sizeof(int32_t));
     made.y_q16 = arena_take(arena, nodes, sizeof(int32_t));
-    if (made.x_q16 == NULL || made.y_q16 == NULL) {
+    struct rectify_span *view =
+        arena_take(arena, (size_t)plan->height_px, sizeof(struct rectify_span));
+    if (made.x_q16 == NULL || made.y_q16 == NULL || view == NULL) {
         arena_release(arena, mark);
         return ERROR_MEMORY;
     }
@@ -121,7 +140,7 @@ int rectify_table_make(const struct rectify_plan *plan, const struct calibration
         .cy_px = plan->cy_px,
         .f_px = plan->f_px,
         .fy_px = plan->fy_px,
-        .safe_radius = 0.98 * lens_fold_radius(lens),
+        .view_radius = lens_view_radius(lens),
     };
     const int step_px = 1 << made.step_log2;
     for (int j = 0; j < made.rows; j++) {
@@ -134,6 +153,12 @@ int rectify_table_make(const struct rectify_plan *plan, const struct calibration
                 return error;
             }
         }
+    }
+    if (source.view_radius < INFINITY) {
+        for (int y = 0; y < plan->height_px; y++) {
+            view[y] = cut_view(&source, plan->width_px, y);
+        }
+        made.view = view;
     }
     *table = made;
     return ERROR_OK;

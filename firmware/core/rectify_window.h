@@ -32,8 +32,8 @@ struct rectify_window {
     double top, bottom;
 };
 
-/// Traces the border of a valid lens' image. ERROR_OVERLAP when part of it looks away from the
-/// plane, ERROR_DISTORTION when a border pixel has no ray.
+/// Traces the border of what a valid lens sees of its image. ERROR_OVERLAP when part of it looks
+/// away from the plane.
 int rectify_window_trace(const struct lens *lens, const double R_rect_camera[9],
                          struct rectify_outline *outline);
 

@@ -338,7 +338,7 @@ TEST_CASE("OpenCV: its sample files") {
     CHECK(value.right.k1 == doctest::Approx(-0.26637260909660682).epsilon(1e-10));
     CHECK(value.right.p2 == doctest::Approx(-0.00028122100441115472).epsilon(1e-8));
     // The package's stereo intrinsics with that pose. Its left distortion folds over in the
-    // corners, so that only the import itself can be looked at.
+    // corners: that is no reason to refuse it.
     const auto text_of = [](const std::string &path) {
         std::ifstream stream(path, std::ios::binary);
         return std::string((std::istreambuf_iterator<char>(stream)),
@@ -350,6 +350,7 @@ TEST_CASE("OpenCV: its sample files") {
     CHECK(pair.value.left.fx_px == 534.80326845051309);
     CHECK(pair.value.right.k2 == -0.11214173641213163);
     CHECK(pair.value.translation_right_left_mm[0] == -60);
+    CHECK(lens_validate(&pair.value.left) == ERROR_OK);
 }
 
 TEST_CASE("ROS: raw pose recovered from what stereoRectify gives a camera_info pair") {

@@ -8,6 +8,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "core/geometry.h"
 #include "oracle/stereo_rig.hpp"
 #include "random_rig.hpp"
 #include "synthetic/seed.hpp"
@@ -15,6 +16,7 @@
 namespace {
 
 using namespace stereo_rig;
+using random_rig::uniform;
 
 const rectify_options as_it_is = {0, 0, 1.0, 0, 0, 0, 0, 0, 0};
 
@@ -83,6 +85,131 @@ TEST_CASE("coordinates on 200 random rigs, f to 27,000 px, vergence to 10 degree
     }
     MESSAGE("worst difference " << most_px << " px, longest focal length " << longest_px << " px");
     CHECK(longest_px > 20000);
+}
+
+namespace {
+
+// A rig of two lenses that fold over near their corners.
+calibration folding_rig(const lens &left, const lens &right) {
+    calibration rig = {};
+    rig.left = left;
+    rig.right = right;
+    rig.rotation_right_left_rad[0] = 0.004;
+    rig.rotation_right_left_rad[1] = 0.01;
+    rig.rotation_right_left_rad[2] = -0.006;
+    const double centre_mm[3] = {120, 1, -2};
+    random_rig::set_right_centre(&rig, centre_mm);
+    rig.depth_near_mm = 1500;
+    rig.depth_far_mm = INFINITY;
+    return rig;
+}
+
+std::vector<calibration> folding_rigs(random_rig::Random &random) {
+    // What the raw KITTI recordings state for their colour cameras, and what OpenCV's own sample
+    // states for a left camera.
+    const lens kitti_02 = {1392,       512,       959.7910,    956.9251,     696.0217,   224.1806,
+                           -0.3691481, 0.1968681, 0.001353473, 0.0005677587, -0.06770705};
+    const lens kitti_03 = {1392,       512,       903.7596,     901.9653,      695.7519,   224.2509,
+                           -0.3639558, 0.1788651, 0.0006029694, -0.0003922424, -0.05382460};
+    const lens sample = {640,
+                         480,
+                         534.80326845051309,
+                         534.80326845051309,
+                         319.5,
+                         239.5,
+                         0.29589439552724328,
+                         -1.0354662043042675,
+                         0,
+                         0,
+                         0};
+    std::vector<calibration> rigs = {folding_rig(kitti_02, kitti_03), folding_rig(sample, sample)};
+    for (int i = 0; i < 40; i++) {
+        lens made[2] = {};
+        for (lens &one : made) {
+            one.width_px = 640;
+            one.height_px = 480;
+            one.fx_px = one.fy_px = uniform(random, 300, 1500);
+            one.cx_px = uniform(random, 300, 340);
+            one.cy_px = uniform(random, 220, 260);
+            // Folds over between 0.65 and 0.95 of the corners' radius, for k1 alone.
+            const double rim = uniform(random, 0.65, 0.95) * 400 / one.fx_px * 1.5;
+            one.k1 = -1 / (3 * rim * rim);
+            one.k2 = uniform(random, -0.03, 0.03) / std::pow(rim, 4);
+            one.p1 = uniform(random, -0.004, 0.004);
+            one.p2 = uniform(random, -0.004, 0.004);
+        }
+        rigs.push_back(folding_rig(made[0], made[1]));
+    }
+    return rigs;
+}
+
+}  // namespace
+
+TEST_CASE("lenses that fold over near the corners: right up to the rim, nothing behind it") {
+    random_rig::Random random(synthetic::test_seed());
+    INFO("seed " << synthetic::test_seed());
+    double most_px = 0, least_rim = 1;
+    int ghosts = 0, rims = 0;
+    for (const calibration &rig : folding_rigs(random)) {
+        REQUIRE(lens_validate(&rig.left) == ERROR_OK);
+        REQUIRE(lens_validate(&rig.right) == ERROR_OK);
+        rectify_plan plan;
+        REQUIRE(rectify_plan_make(&rig, &as_it_is, &plan) == ERROR_OK);
+        for (rectify_side side : {RECTIFY_LEFT, RECTIFY_RIGHT}) {
+            const lens &lens = side == RECTIFY_LEFT ? rig.left : rig.right;
+            const double *R = side == RECTIFY_LEFT ? plan.R_rect_left : plan.R_rect_right;
+            const double cx_px = side == RECTIFY_LEFT ? plan.cx_left_px : plan.cx_right_px;
+            cv::Mat map_x, map_y;
+            cv::initUndistortRectifyMap(
+                camera_matrix(lens), coefficients(lens), rotation(R), rectified_matrix(plan, side),
+                cv::Size(plan.width_px, plan.height_px), CV_32FC1, map_x, map_y);
+            const Table table(plan, rig, side);
+            REQUIRE(table.table.view != nullptr);
+            std::vector<rectify_span> spans;
+            const cv::Mat white(lens.height_px, lens.width_px, CV_8U, cv::Scalar(255));
+            const cv::Mat seen = rectified(table.table, white, &spans);
+            std::vector<int32_t> x_q16(static_cast<size_t>(plan.width_px)), y_q16(x_q16);
+            for (int y = 0; y < plan.height_px; y++) {
+                const rectify_span view = table.table.view[y], span = spans[static_cast<size_t>(y)];
+                REQUIRE(
+                    (span.begin == span.end || (span.begin >= view.begin && span.end <= view.end)));
+                rectify_row_coordinates(&table.table, y, x_q16.data(), y_q16.data());
+                for (int x = 0; x < plan.width_px; x++) {
+                    const size_t i = static_cast<size_t>(x);
+                    const double their_x = map_x.at<float>(y, x), their_y = map_y.at<float>(y, x);
+                    const bool in_view = x >= view.begin && x < view.end;
+                    const bool in_image = their_x > 0.1 && their_y > 0.1 &&
+                                          their_x < lens.width_px - 1.1 &&
+                                          their_y < lens.height_px - 1.1;
+                    REQUIRE(seen.at<uint8_t>(y, x) == (x >= span.begin && x < span.end ? 255 : 0));
+                    ghosts += in_image && !in_view;  // OpenCV shows the corners a second time
+                    if (in_view && in_image) {
+                        most_px = std::max({most_px, std::fabs(x_q16[i] / 65536.0 - their_x),
+                                            std::fabs(y_q16[i] / 65536.0 - their_y)});
+                    }
+                }
+                for (int x : {view.begin - 1, static_cast<int>(view.end)}) {  // just behind the rim
+                    if (view.begin == view.end || x < 0 || x >= plan.width_px) {
+                        continue;
+                    }
+                    const double ray_rect[3] = {(x - cx_px) / plan.f_px,
+                                                (y - plan.cy_px) / plan.fy_px, 1};
+                    double ray[3];
+                    geometry_rotate_back(R, ray_rect, ray);
+                    least_rim = std::min(
+                        least_rim, std::hypot(ray[0], ray[1]) / ray[2] / lens_fold_radius(&lens));
+                    rims++;
+                }
+            }
+        }
+    }
+    MESSAGE("worst difference " << most_px << " px; " << ghosts
+                                << " pixels left out that OpenCV fills; the rim lies at "
+                                << least_rim << " of the fold or more");
+    CHECK(most_px < 0.02);
+    CHECK(ghosts > 1000);
+    CHECK(rims > 1000);
+    CHECK(least_rim > 0.9);
 }
 
 // cv::remap rounds coordinates to 1/32 px: the difference is reported, and bounded by what such a

@@ -93,7 +93,7 @@ TEST_CASE("each mistake is named with its line and field") {
         {reseal(replace(good, "640 480", "640 480 1")), ERROR_SYNTAX, 6, "left_size_px"},
         {reseal(replace(good, "640 480", "640 480 ")), ERROR_SYNTAX, 6, "left_size_px"},
         {reseal(replace(good, "640 480", "0 480")), ERROR_RANGE, 6, "left_size_px"},
-        {reseal(replace(good, "640 480", "4097 480")), ERROR_RANGE, 6, "left_size_px"},
+        {reseal(replace(good, "640 480", "32769 480")), ERROR_RANGE, 6, "left_size_px"},
         {reseal(replace(good, "533.500000000", "nan")), ERROR_SYNTAX, 7, "left_focal_px"},
         {reseal(replace(good, "533.500000000", "0.000000000")), ERROR_RANGE, 7, "left_focal_px"},
         {reseal(replace(good, "533.500000000", "-533.500000000")), ERROR_RANGE, 7, "left_focal_px"},

@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "core/error.h"
-#include "core/image.h"
 #include "random_rig.hpp"
 #include "synthetic/seed.hpp"
 
@@ -132,13 +131,60 @@ TEST_CASE("behind the fold there is no inverse") {
     CHECK_FALSE(lens_undistort(&barrel, not_a_number, ideal));
 }
 
+TEST_CASE("within the view the model is one to one, and nothing is given away") {
+    Random random(synthetic::test_seed());
+    INFO("seed " << synthetic::test_seed());
+    const auto definite = [](const lens &bent, double x, double y) {
+        const double h = 1e-5;
+        double left[2], right[2], above[2], below[2];
+        const double at[4][2] = {{x - h, y}, {x + h, y}, {x, y - h}, {x, y + h}};
+        lens_distort(&bent, at[0], left);
+        lens_distort(&bent, at[1], right);
+        lens_distort(&bent, at[2], above);
+        lens_distort(&bent, at[3], below);
+        const double xx = (right[0] - left[0]) / (2 * h), yy = (below[1] - above[1]) / (2 * h);
+        const double xy = (below[0] - above[0]) / (2 * h);
+        return xx > 0 && xx * yy > xy * xy;
+    };
+    int bounded = 0;
+    for (int i = 0; i < 500; i++) {
+        lens bent = plain_lens();
+        const double tangential = i % 4 == 0 ? 0 : i % 4 == 1 ? 0.3 : 0.01;
+        bent.k1 = uniform(random, -0.5, 0.5);
+        bent.k2 = uniform(random, -0.5, 0.5);
+        bent.k3 = uniform(random, -0.5, 0.5);
+        bent.p1 = uniform(random, -tangential, tangential);
+        bent.p2 = uniform(random, -tangential, tangential);
+        const double radius = lens_view_radius(&bent);
+        if (std::isinf(radius)) {
+            CHECK(std::isinf(lens_fold_radius(&bent)));
+            continue;
+        }
+        bounded++;
+        CAPTURE(i);
+        REQUIRE(radius <= 0.98 * lens_fold_radius(&bent));
+        bool all = true, all_beyond = true;
+        for (int k = 0; k < 400; k++) {
+            const double angle_rad = 2 * 3.14159265358979 * k / 400;
+            const double c = std::cos(angle_rad), s = std::sin(angle_rad);
+            all = all && definite(bent, radius * c, radius * s) &&
+                  definite(bent, 0.5 * radius * c, 0.5 * radius * s);
+            const double beyond = radius / 0.98 * 1.001;
+            all_beyond = all_beyond && definite(bent, beyond * c, beyond * s);
+        }
+        REQUIRE(all);
+        REQUIRE_FALSE(all_beyond);
+    }
+    CHECK(bounded > 200);
+}
+
 TEST_CASE("validation names what is wrong") {
     const double bad = std::numeric_limits<double>::quiet_NaN();
     lens good = plain_lens();
     CHECK(lens_validate(&good) == ERROR_OK);
-    good.width_px = good.height_px = IMAGE_MAX_SIDE_PX;
+    good.width_px = good.height_px = LENS_SIDE_MAX_PX;
     CHECK(lens_validate(&good) == ERROR_OK);
-    good.width_px = IMAGE_MAX_SIDE_PX + 1;
+    good.width_px = LENS_SIDE_MAX_PX + 1;
     CHECK(lens_validate(&good) == ERROR_TOO_LARGE);
     good.width_px = 0;
     CHECK(lens_validate(&good) == ERROR_RANGE);
@@ -156,6 +202,10 @@ TEST_CASE("validation names what is wrong") {
         CHECK(lens_validate(&broken) == ERROR_RANGE);
     }
     lens folded = plain_lens();
-    folded.k1 = -1.2;  // folds at radius 0.53; the corner lies at 0.79
+    folded.k1 = -1.2;  // seen up to 0.52, which is 175 px; the central half reaches 200 px
+    CHECK(lens_validate(&folded) == ERROR_DISTORTION);
+    folded.k1 = -0.8;  // 215 px: the corners, 400 px away, are lost
+    CHECK(lens_validate(&folded) == ERROR_OK);
+    folded.p1 = 0.2;  // folds over sideways
     CHECK(lens_validate(&folded) == ERROR_DISTORTION);
 }

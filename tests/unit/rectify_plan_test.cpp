@@ -249,6 +249,17 @@ TEST_CASE("what cannot be rectified is refused, with the output untouched") {
     large.left.width_px = large.right.width_px = 2000;
     CHECK(refused(large, options) == ERROR_TOO_LARGE);
 
+    // A camera may be larger than what can be matched; only its shrunk images are rectified.
+    for (bool is_left : {true, false}) {
+        for (bool is_width : {true, false}) {
+            calibration wide = rig;
+            lens &one = is_left ? wide.left : wide.right;
+            (is_width ? one.width_px : one.height_px) = IMAGE_MAX_SIDE_PX + 1;
+            options.scale = 0.25;
+            CHECK(refused(wide, options) == ERROR_TOO_LARGE);
+        }
+    }
+
     for (int count : {-1, MATCH_MAX_DISPARITIES + 1}) {
         options = as_it_is;
         options.disparity_count = count;
