@@ -71,10 +71,10 @@ class Workshop(unittest.TestCase):
         self.assertTrue(cv2.imwrite(str(path), image), path)
         return path
 
-    def calibration_text(self, width=WIDTH, height=HEIGHT):
+    def calibration_text(self, width=WIDTH, height=HEIGHT, focal_px=FOCAL_PX):
         """Our own text for the pair, made by the converter."""
         source = self.directory / "calib.txt"
-        matrix = f"[{FOCAL_PX} 0 {(width - 1) / 2}; 0 {FOCAL_PX} {(height - 1) / 2}; 0 0 1]"
+        matrix = f"[{focal_px} 0 {(width - 1) / 2}; 0 {focal_px} {(height - 1) / 2}; 0 0 1]"
         source.write_text(f"cam0={matrix}\ncam1={matrix}\ndoffs=0\nbaseline={BASELINE_MM}\n"
                           f"width={width}\nheight={height}\nndisp=48\n")
         path = self.directory / f"rig{width}x{height}.txt"

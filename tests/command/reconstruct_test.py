@@ -177,6 +177,36 @@ class Reconstruct(pairs.Workshop):
         self.assertEqual(result["input"]["shrunk_by"], 2)
         self.assertAlmostEqual(result["plan"]["cx_left_px"], 1199.5)
 
+    def test_a_large_pair_with_a_calibration_of_its_own_size(self):
+        factor, width, height = 5, 1000, 600
+        left, right, truth = pairs.make_pair(width=width, height=height)
+        big = [self.save(name, cv2.resize(image, None, fx=factor, fy=factor,
+                                          interpolation=cv2.INTER_CUBIC))
+               for name, image in (("bl.png", pairs.grey(left)), ("br.png", pairs.grey(right)))]
+        big_width, big_height, focal_px = factor * width, factor * height, factor * FOCAL_PX
+        rig = self.calibration_text(big_width, big_height, focal_px)
+        self.assertIn(f"left_size_px {big_width} {big_height}\n", rig.read_text())
+        arguments = ["--calibration", rig, "--disparity", "0:96"]
+        refused = pairs.run("reconstruct", *big, *arguments, "--out", self.out)
+        self.assert_refused(refused, 3, "4096", "--scale 0.5")
+        # The reader halves the images, the rest of the scale is the rectification's.
+        scale = 0.4
+        done = self.reconstruct(*arguments, "--scale", scale, left=big[0], right=big[1])
+        self.assertIn("shrunk by 2", done.stderr)
+        result = json.loads((self.out / "result.json").read_text())
+        plan = result["plan"]
+        self.assertEqual(result["input"]["shrunk_by"], 2)
+        self.assertEqual((plan["width_px"], plan["height_px"]),
+                         (big_width * scale, big_height * scale))
+        self.assertAlmostEqual(plan["f_px"], focal_px * scale)
+        self.assertAlmostEqual(plan["cx_left_px"], (big_width * scale - 1) / 2)
+        found = self.disparity()
+        truth = factor * scale * cv2.resize(truth, found.shape[::-1],
+                                            interpolation=cv2.INTER_NEAREST)
+        valid = numpy.isfinite(found)
+        self.assertGreater(valid.mean(), 0.5)
+        self.assertGreater((abs(found - truth)[valid] < 1).mean(), 0.95)
+
 
 if __name__ == "__main__":
     print(f"seed {pairs.SEED}")
