@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "core/reason.h"
+#include "core/root.h"
 
 enum {
     RADIUS = 2,
@@ -122,17 +123,6 @@ static void add_moments(struct moments *sum, const struct moments *term, int sig
     sum->neighbours += sign * term->neighbours;
 }
 
-// Square root, rounded down, of a variance below SIGMA_MAX_Q8^2.
-static uint32_t root(uint32_t value) {
-    INVARIANT(value < SIGMA_MAX_Q8 * SIGMA_MAX_Q8);
-    uint32_t result = 0;
-    for (uint32_t bit = SIGMA_MAX_Q8 / 2; bit != 0; bit >>= 1) {
-        const uint32_t trial = result | bit;
-        result = trial * trial <= value ? trial : result;
-    }
-    return result;
-}
-
 struct fit {
     int32_t move_q8;
     uint32_t sigma_q8;
@@ -169,7 +159,7 @@ static struct fit solve(const struct moments *sum, int64_t floor2_q16) {
     const int64_t bound_q16 = gg > 0 ? 3 * noise / (4 * gg) : SIGMA_MAX_Q8 * SIGMA_MAX_Q8;
     const int64_t sigma2_q16 = bound_q16 + floor2_q16;
     result.sigma_q8 =
-        sigma2_q16 < SIGMA_MAX_Q8 * SIGMA_MAX_Q8 ? root((uint32_t)sigma2_q16) : SIGMA_MAX_Q8;
+        sigma2_q16 < SIGMA_MAX_Q8 * SIGMA_MAX_Q8 ? (uint32_t)root_of(sigma2_q16) : SIGMA_MAX_Q8;
     const int64_t prior = MISFIT * noise / (PRIOR_SIGMA_Q8 * PRIOR_SIGMA_Q8);
     const int64_t move_q8 = 32 * gd / (gg + prior);
     if (move_q8 <= MOVE_MAX_Q8 && move_q8 >= -MOVE_MAX_Q8) {

@@ -4,6 +4,7 @@
 #include "core/debayer.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/root.h"
 
 enum { CHANNELS = 3, DEBAYER_MARGIN = 4 };
 
@@ -26,12 +27,7 @@ size_t develop_need_bytes(int width_px, int bits, int threads) {
 }
 
 static uint32_t rounded_root(uint32_t value) {
-    uint32_t root = 0;
-    for (uint32_t bit = 1U << 15; bit != 0; bit >>= 1) {
-        const uint32_t trial = root | bit;
-        root = trial * trial <= value ? trial : root;
-    }
-    return value - root * root > root ? root + 1 : root;
+    return ((uint32_t)root_of(4 * (int64_t)value) + 1) / 2;
 }
 
 // UINT8_MAX * sqrt(value / largest) for light, UINT8_MAX * value / largest for encoded values.
