@@ -4,6 +4,7 @@
 Every source of firmware/core is compiled by itself and its undefined symbols are looked at, for
 the processor at hand and for 32-bit ARM (where the compiler's own helpers show as well).
 """
+import concurrent.futures
 import glob
 import os
 import re
@@ -15,6 +16,8 @@ import unittest
 ROOT = os.environ["VERGENCE_SOURCE"]
 FLAGS = ["-std=c11", "-O2", "-ffp-contract=off", "-fno-pic", "-I",
          os.path.join(ROOT, "firmware"), "-c"]
+# The objects are the same each time: no need to compile unchanged sources again.
+CACHED = ["ccache"] if shutil.which("ccache") else []
 EXPORTED = "TDBRVWC"
 ALLOWED = {
     "sqrt",  # correctly rounded everywhere, so it gives the same bytes
@@ -49,17 +52,19 @@ class Listing:
     @staticmethod
     def compile(compiler):
         """Source's name -> list of (kind, symbol)."""
-        result = {}
-        with tempfile.TemporaryDirectory() as folder:
-            for source in sources():
-                target = os.path.join(folder, "one.o")
-                flags = extra_flags(compiler, source) if os.uname().machine == "x86_64" else []
-                subprocess.run([compiler, *FLAGS, *flags, source, "-o", target], check=True)
-                text = subprocess.run(["nm", target], check=True, capture_output=True,
-                                      text=True).stdout
-                result[os.path.basename(source)] = [tuple(line.split()[-2:])
-                                                    for line in text.splitlines()]
-        return result
+        with tempfile.TemporaryDirectory() as folder, \
+                concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+            return dict(pool.map(lambda source: Listing.compile_one(compiler, source, folder),
+                                 sources()))
+
+    @staticmethod
+    def compile_one(compiler, source, folder):
+        name = os.path.basename(source)
+        target = os.path.join(folder, name + ".o")
+        flags = extra_flags(compiler, source) if os.uname().machine == "x86_64" else []
+        subprocess.run([*CACHED, compiler, *FLAGS, *flags, source, "-o", target], check=True)
+        text = subprocess.run(["nm", target], check=True, capture_output=True, text=True).stdout
+        return name, [tuple(line.split()[-2:]) for line in text.splitlines()]
 
 
 class CoreSymbols(unittest.TestCase):
