@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The rules that hold for the whole tree: licence lines, allowed arrows, sizes."""
+"""The rules that hold for the whole tree: licence lines, allowed arrows, layout, sizes, and nothing
+that only holds on the machine where it was written."""
 import os
 import re
+import shutil
+import stat
 import subprocess
 import unittest
 
@@ -16,6 +19,16 @@ ARROWS = {
 }
 COMMENTED = (".c", ".h", ".cpp", ".hpp", ".py", ".sh", ".cmake", ".js", ".css", ".html")
 LONGEST_FILE = 500
+C_FAMILY = (".c", ".h", ".cpp", ".hpp")
+# A checkout must work, and be readable, elsewhere. (Written so that the rules do not match here.)
+FOREIGN = {
+    "a directory of one machine": re.compile(
+        r"(?<![\w.}$~/])/(work/|root/|home/\w|Users/\w|opt/\w|mnt/\w|tmp/b-|tmp/fresh)"),
+    "the host of a package registry": re.compile(
+        r"py" r"pi\.org|python" r"hosted\.org|npm" r"js\.(org|com)|crates" r"\.io|deb" r"ian\.org|"
+        r"github" r"usercontent|proxy\.golang\.org|\bregistry" r"\.[a-z]|index-" r"url", re.I),
+    "an address without a name": re.compile(r"\b(10\.\d{1,3}|192\.168|172\.16)(\.\d{1,3}){2}\b"),
+}
 
 
 def tracked():
@@ -77,6 +90,43 @@ class Ground(unittest.TestCase):
         marks = re.compile(r"\b(TO" r"DO|FIX" r"ME|XX" r"X|HA" r"CK)\b")
         wrong = [p for p in self.files if "/corpus/" not in p and is_code(p)
                  and marks.search(text_of(p))]
+        self.assertEqual(wrong, [])
+
+    def test_nothing_of_one_machine(self):
+        home = os.path.expanduser("~") + "/"
+        here = ROOT.rstrip("/") + "/"
+        wrong = []
+        for path in self.files:
+            text = text_of(path)
+            wrong += [f"{path}: {what}: {found[0]}" for what, rule in FOREIGN.items()
+                      for found in [rule.search(text)] if found]
+            wrong += [f"{path}: {mine}" for mine in (home, here) if len(mine) > 4 and mine in text]
+        self.assertEqual(wrong, [])
+
+    def test_the_rules_about_machines_can_fail(self):
+        for text in ("cd /" "work/main", '"/' 'home/jane/x"', "https://py" "pi.org/simple",
+                     "https://registry" ".npm" "js.org", "/" "root/.cache", "at 192.168" ".1.20"):
+            self.assertTrue(any(rule.search(text) for rule in FOREIGN.values()), text)
+        for text in ("~/work/x", "$root/tools", "tests/work/", "version 10.4.1", "0.22.0"):
+            self.assertFalse(any(rule.search(text) for rule in FOREIGN.values()), text)
+
+    def test_c_and_cpp_have_the_tree_s_layout(self):
+        self.assertIsNotNone(shutil.which("clang-format"), "package to install: clang-format")
+        sources = [os.path.join(ROOT, p) for p in self.files if p.endswith(C_FAMILY)]
+        done = subprocess.run(["clang-format", "--dry-run", "-Werror", *sources],
+                              capture_output=True, text=True)
+        wrong = sorted({line.split(":")[0] for line in done.stderr.splitlines()
+                        if "[-Wclang-format-violations]" in line})
+        self.assertEqual((wrong, done.returncode), ([], 0), "clang-format -i mends it")
+
+    def test_programs_can_be_run(self):
+        wrong = [p for p in self.files if text_of(p).startswith("#!") and "/corpus/" not in p
+                 and not os.stat(os.path.join(ROOT, p)).st_mode & stat.S_IXUSR]
+        self.assertEqual(wrong, [])
+
+    def test_shell_stops_at_errors(self):
+        wrong = [p for p in self.files if re.match(r"#!\S*(/| )(ba)?sh\b", text_of(p))
+                 and not re.search(r"^set -eu", text_of(p), re.M)]
         self.assertEqual(wrong, [])
 
     def test_files_stay_readable(self):
