@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: Apache-2.0
+"""tools/install_packages and tools/opencv_samples on machines that lack something.
+
+The machine is played by small programs that stand before the real ones in PATH and write down how
+they were called.
+"""
+import os
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+ROOT = os.environ["VERGENCE_SOURCE"]
+# What the scripts need of the real machine.
+REAL = ("bash", "env", "sort", "comm", "sed", "mkdir", "mktemp", "rm", "mv", "cat", "tail", "touch")
+PICTURES = ("aloeL.jpg", "aloeR.jpg", "aloeGT.png", "left01.jpg", "right01.jpg")
+INSIDE = "usr/share/doc/opencv-doc/examples/data"
+WRITE_DOWN = 'echo "$(basename "$0") $*" >>"$CALLS"\n'
+
+
+class Setup(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="vergence-setup-"))
+        self.addCleanup(shutil.rmtree, self.folder)
+        self.programs = self.folder / "bin"
+        self.programs.mkdir()
+        for name in (*REAL, "basename"):
+            (self.programs / name).symlink_to(shutil.which(name))
+        self.calls = self.folder / "calls"
+        self.calls.touch()
+        self.system = self.folder / "system"
+
+    def play(self, name, script):
+        path = self.programs / name
+        path.write_text("#!/bin/bash\n" + script)
+        path.chmod(0o755)
+
+    def run_tool(self, tool, *arguments):
+        # `id` and `nproc` come from here, too: nothing but what setUp and the test put there.
+        return subprocess.run([os.path.join(ROOT, "tools", tool), *arguments], capture_output=True,
+                              text=True, timeout=60, env={
+                                  "PATH": str(self.programs), "HOME": str(self.folder / "home"),
+                                  "CALLS": str(self.calls),
+                                  "VERGENCE_SYSTEM_ROOT": str(self.system)})
+
+    def called(self):
+        return self.calls.read_text().splitlines()
+
+    def installed(self, *missing):
+        """Plays a machine where all packages but these are installed."""
+        words = " ".join(missing)
+        self.play("dpkg-query", f'for p in "${{@:4}}"; do case " {words} " in *" $p "*) ;; '
+                                '*) echo "$p installed" ;; esac; done\n')
+
+    def user(self, number):
+        self.play("id", f"echo {number}\n")
+
+    def test_nothing_missing_calls_nobody(self):
+        self.installed()
+        self.user(1000)
+        for name in ("apt-get", "sudo"):
+            self.play(name, WRITE_DOWN)
+        for group in ("build", "bench"):
+            done = self.run_tool("install_packages", group)
+            self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
+        self.assertEqual(self.called(), [])
+
+    def test_a_user_asks_sudo_for_what_is_missing(self):
+        self.installed("ccache", "python3-pip")
+        self.user(1000)
+        self.play("apt-get", WRITE_DOWN)
+        self.play("sudo", WRITE_DOWN + '"$@"\n')
+        done = self.run_tool("install_packages")
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (0, 1), done.stderr)
+        installs = [call for call in self.called() if call.startswith("apt-get install")]
+        self.assertEqual(len(installs), 1)
+        self.assertEqual(installs[0].split()[-2:], ["ccache", "python3-pip"])
+        self.assertTrue(any(call.startswith("sudo env") for call in self.called()))
+
+    def test_root_needs_no_sudo(self):
+        self.installed("ccache")
+        self.user(0)
+        self.play("apt-get", WRITE_DOWN)
+        self.assertEqual(self.run_tool("install_packages").returncode, 0)
+        self.assertTrue(all(call.startswith("apt-get") for call in self.called()))
+
+    def test_without_rights_it_says_what_to_install(self):
+        self.installed("ccache", "cmake")
+        self.user(1000)
+        self.play("apt-get", WRITE_DOWN)
+        done = self.run_tool("install_packages")
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1), done.stderr)
+        self.assertIn("ccache cmake", done.stderr)
+        self.assertEqual(self.called(), [])
+
+    def test_another_system_hears_what_is_needed(self):
+        self.user(0)
+        done = self.run_tool("install_packages")  # neither dpkg-query nor apt-get
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1), done.stderr)
+        self.assertIn("apt-get", done.stderr)
+        self.assertIn("cmake", done.stderr)
+
+    def test_a_failed_installation_is_said(self):
+        self.installed("ccache")
+        self.user(0)
+        self.play("apt-get", '[ "$1" = update ]\n')
+        done = self.run_tool("install_packages")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("could not install: ccache", done.stderr)
+
+    def put_pictures(self, folder):
+        (folder / INSIDE).mkdir(parents=True)
+        for name in PICTURES:
+            (folder / INSIDE / name).touch()
+
+    def test_pictures_of_the_system_come_first(self):
+        self.put_pictures(self.system)
+        done = self.run_tool("opencv_samples")
+        self.assertEqual((done.returncode, done.stdout, done.stderr),
+                         (0, f"{self.system}/{INSIDE}\n", ""))
+
+    def test_pictures_left_out_are_unpacked_once(self):
+        (self.system / INSIDE).mkdir(parents=True)
+        self.play("apt-get", WRITE_DOWN + "touch opencv-doc_1_all.deb\n")
+        names = " ".join(PICTURES)
+        self.play("dpkg-deb", WRITE_DOWN + f'mkdir -p "$3/{INSIDE}" && cd "$3/{INSIDE}" && '
+                                           f"touch {names}\n")
+        first, second = (self.run_tool("opencv_samples") for _ in range(2))
+        self.assertEqual((first.returncode, first.stderr.count("\n")), (0, 1), first.stderr)
+        self.assertIn("/usr/share/doc", first.stderr)
+        self.assertTrue((pathlib.Path(first.stdout.strip()) / "aloeL.jpg").is_file())
+        self.assertEqual((second.stdout, second.stderr), (first.stdout, ""))
+        self.assertEqual(len(self.called()), 2)
+
+    def test_a_failed_download_leaves_nothing(self):
+        self.play("apt-get", "echo 'E: Unable to locate package opencv-doc'; exit 100\n")
+        done = self.run_tool("opencv_samples")
+        self.assertEqual((done.returncode, done.stdout), (1, ""))
+        self.assertIn("Unable to locate", done.stderr)
+        self.assertIn("apt-get update", done.stderr)
+        self.assertEqual([p for p in self.folder.rglob("unpack.*")], [])
+
+
+if __name__ == "__main__":
+    unittest.main()
