@@ -112,8 +112,17 @@ struct match_state {
             case 32:                           \
                 call(32);                      \
                 break;                         \
+            case 48:                           \
+                call(48);                      \
+                break;                         \
             case 64:                           \
                 call(64);                      \
+                break;                         \
+            case 80:                           \
+                call(80);                      \
+                break;                         \
+            case 96:                           \
+                call(96);                      \
                 break;                         \
             case 128:                          \
                 call(128);                     \
