@@ -66,7 +66,7 @@ class Demo(unittest.TestCase):
         second = run("demo", "--quick", "--out", self.folder.name)
         self.assertEqual(second.returncode, 0, second.stderr)
         self.assertNotRegex(second.stdout + second.stderr, "installing [0-9]|downloading")
-        logs = glob.glob(os.path.join(CACHE, "demo", "build-*", "build.log"))
+        logs = glob.glob(os.path.join(CACHE, "demo", "*", "build.log"))
         newest = max(logs, key=os.path.getmtime)
         with open(newest, encoding="utf-8") as file:
             compiled = re.findall(r"Building \S+ object", file.read())
