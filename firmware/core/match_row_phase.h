@@ -224,6 +224,7 @@ static void rows(struct match_state *state, struct match_scratch *scratch, int y
     for (int y = y_begin; y < y_end; y += MATCH_ROWS_ABREAST) {
         const int abreast = y + MATCH_ROWS_ABREAST <= y_end ? MATCH_ROWS_ABREAST : 1;
         INVARIANT(abreast == y_end - y || abreast == MATCH_ROWS_ABREAST);
+        INVARIANT(state->lanes >= MATCH_LANES);
         struct row_view views[MATCH_ROWS_ABREAST];
         for (int r = 0; r < abreast; r++) {
             views[r] = view_row(state, &scratch->line[r], y + r);
