@@ -162,16 +162,17 @@ TEST_CASE("the shared field of view fills the image at the raw resolution") {
             }
             return false;
         };
-        for (int row = 0; row < plan.height_px; row++) {
+        const int step_px = 2;
+        for (int row = 0; row < plan.height_px; row += step_px) {
             rectify_row_coordinates(&left.table, row, x.data(), y.data());
-            for (int column = 0; column < plan.width_px; column++) {
+            for (int column = 0; column < plan.width_px; column += step_px) {
                 const double px = x[static_cast<size_t>(column)] / 65536.0;
                 const double py = y[static_cast<size_t>(column)] / 65536.0;
                 if (px < 0 || py < 0 || px > rig.left.width_px - 1 || py > rig.left.height_px - 1 ||
                     !shared(column, row)) {
                     continue;
                 }
-                inside++;
+                inside += step_px * step_px;
                 low = std::min(low, column);
                 high = std::max(high, column);
                 top = std::min(top, row);
