@@ -7,27 +7,27 @@
 #define VERGENCE_CORE_ERROR_H
 
 // X(name, number, text)
-#define ERROR_LIST(X)                                                                    \
-    X(OK, 0, "no error")                                                                 \
-    X(ARGUMENT, -1, "an argument is outside its documented range")                       \
-    X(MEMORY, -2, "the working memory is too small")                                     \
-    X(SYNTAX, -3, "the text does not follow the grammar")                                \
-    X(RANGE, -4, "a value is outside its legal range")                                   \
-    X(MISSING, -5, "a required field is missing")                                        \
-    X(DUPLICATE, -6, "a field appears twice")                                            \
-    X(CRC, -7, "the checksum does not match the contents")                               \
-    X(VERSION, -8, "the format version is not supported")                                \
-    X(BASELINE, -9, "the two cameras have no baseline between them")                     \
-    X(ROTATION, -10, "the rotation is not a proper rotation")                            \
-    X(DISTORTION, -11, "the distortion folds over in the image's middle" )               \
-    X(OVERLAP, -12, "the two cameras share no field of view in the depth range")         \
-    X(DEPTH_RANGE, -13, "the depth range is empty")                                      \
-    X(DISPARITY_RANGE, -14, "the disparity range is empty or too wide")                  \
-    X(TOO_LARGE, -15, "the image is larger than the maximum")                            \
-    X(TOO_SMALL, -16, "the image is too small to be matched")                            \
+#define ERROR_LIST(X)                                                                     \
+    X(OK, 0, "no error")                                                                  \
+    X(ARGUMENT, -1, "an argument is outside its documented range")                        \
+    X(MEMORY, -2, "the working memory is too small")                                      \
+    X(SYNTAX, -3, "the text does not follow the grammar")                                 \
+    X(RANGE, -4, "a value is outside its legal range")                                    \
+    X(MISSING, -5, "a required field is missing")                                         \
+    X(DUPLICATE, -6, "a field appears twice")                                             \
+    X(CRC, -7, "the checksum does not match the contents")                                \
+    X(VERSION, -8, "the format version is not supported")                                 \
+    X(BASELINE, -9, "the two cameras have no baseline between them")                      \
+    X(ROTATION, -10, "the rotation is not a proper rotation")                             \
+    X(DISTORTION, -11, "the distortion folds over in the image's middle")                 \
+    X(OVERLAP, -12, "the two cameras share no field of view in the depth range")          \
+    X(DEPTH_RANGE, -13, "the depth range is empty")                                       \
+    X(DISPARITY_RANGE, -14, "the disparity range is empty or too wide")                   \
+    X(TOO_LARGE, -15, "the image is larger than the maximum")                             \
+    X(TOO_SMALL, -16, "the image is too small to be matched")                             \
     X(SIZE_MISMATCH, -17, "the images differ in size from each other or the calibration") \
-    X(NO_SURFACE, -18, "no surface was found")                                           \
-    X(CANCELLED, -19, "cancelled")                                                       \
+    X(NO_SURFACE, -18, "no surface was found")                                            \
+    X(CANCELLED, -19, "cancelled")                                                        \
     X(BUFFER, -20, "the output buffer is too small")
 
 enum error_code {
