@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/calibration_loader.h"
 
-#include <errno.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #include "core/error.h"
+#include "daemon/input_file.h"
 
 static int describe_fault(const char *path, int error, const struct calibration_fault *fault,
                           struct message *message) {
@@ -32,14 +31,9 @@ int calibration_loader_own(const struct calibration_request *request,
                            char format[CALIBRATION_LOADER_FORMAT_BYTES], struct message *message) {
     const char *path = request->path;
     char text[CALIBRATION_TEXT_MAX_BYTES + 1];
-    struct stat status;
-    // Before it is opened: opening a pipe would wait for its other end.
-    if (stat(path, &status) == 0 && !S_ISREG(status.st_mode)) {
-        return message_set(message, ERROR_ARGUMENT, "%s is not a file", path);
-    }
-    FILE *stream = fopen(path, "rb");
+    FILE *stream = input_file_open(path, message);
     if (stream == NULL) {
-        return message_set(message, ERROR_ARGUMENT, "%s: %s", path, strerror(errno));
+        return ERROR_ARGUMENT;
     }
     const size_t length = fread(text, 1, sizeof text, stream);
     const bool failed = ferror(stream) != 0;

@@ -14,6 +14,7 @@
 #include "core/calibration_grammar.h"
 #include "core/crc.h"
 #include "core/error.h"
+#include "daemon/input_file.h"
 
 namespace {
 
@@ -33,14 +34,11 @@ bool exists(const std::string &path) {
 }
 
 import_file read_file(const std::string &path) {
-    const std::unique_ptr<FILE, int (*)(FILE *)> stream(std::fopen(path.c_str(), "rb"),
+    struct message trouble;
+    const std::unique_ptr<FILE, int (*)(FILE *)> stream(input_file_open(path.c_str(), &trouble),
                                                         std::fclose);
     if (stream == nullptr) {
-        fail(ERROR_ARGUMENT, path + ": cannot be opened: " + std::strerror(errno));
-    }
-    struct stat status;
-    if (fstat(fileno(stream.get()), &status) != 0 || S_ISDIR(status.st_mode)) {
-        fail(ERROR_ARGUMENT, path + ": is not a file");
+        fail(ERROR_ARGUMENT, trouble.text);
     }
     import_file file{path, {}};
     char block[65536];

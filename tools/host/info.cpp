@@ -5,13 +5,16 @@
 #include <cstdio>
 #include <memory>
 
+#include "daemon/input_file.h"
+
 void info_page::add_number(const std::string &key, const std::string &label, double number,
                            int digits, const std::string &unit) {
     add(key, label, import_format(number, digits) + (unit.empty() ? "" : " " + unit), number);
 }
 
 std::string info_head(const std::string &path) {
-    const std::unique_ptr<FILE, int (*)(FILE *)> stream(std::fopen(path.c_str(), "rb"),
+    struct message trouble;  // said by whoever reads the file as a whole
+    const std::unique_ptr<FILE, int (*)(FILE *)> stream(input_file_open(path.c_str(), &trouble),
                                                         std::fclose);
     char head[64];
     return stream == nullptr ? std::string()

@@ -8,6 +8,8 @@
 #include <cstring>
 #include <memory>
 
+#include "daemon/input_file.h"
+
 namespace {
 
 struct cursor {
@@ -117,9 +119,10 @@ bool pfm_parse(const unsigned char *data, std::size_t length, pfm_image *image,
 }
 
 bool pfm_read(const std::string &path, pfm_image *image, std::string *message) {
-    const file_handle file(std::fopen(path.c_str(), "rb"));
+    struct message trouble;
+    const file_handle file(input_file_open(path.c_str(), &trouble));
     if (!file) {
-        *message = path + ": " + std::strerror(errno);
+        *message = trouble.text;
         return false;
     }
     std::vector<unsigned char> bytes;
