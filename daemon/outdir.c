@@ -125,6 +125,42 @@ static int make_work_directory(struct outdir *directory) {
     return 0;
 }
 
+bool outdir_replaces(const char *path, const char *name, const char *input) {
+    char target[OUTDIR_PATH_BYTES + NAME_ROOM];
+    struct stat replaced, entry, file;
+    const int length = snprintf(target, sizeof target, "%s/%s", path, name);
+    // A link in the directory is replaced itself, not what it points to.
+    if (length < 0 || length >= (int)sizeof target || lstat(target, &replaced) != 0) {
+        return false;
+    }
+    return (lstat(input, &entry) == 0 && entry.st_dev == replaced.st_dev &&
+            entry.st_ino == replaced.st_ino) ||
+           (stat(input, &file) == 0 && file.st_dev == replaced.st_dev &&
+            file.st_ino == replaced.st_ino);
+}
+
+/// What stands under the final name already; said before the work when it can never be a directory.
+static int look_at_final_path(struct outdir *directory, const char *path, struct message *message) {
+    struct stat status;
+    directory->exists = stat(directory->final_path, &status) == 0;
+    const int error_number = errno;
+    if (directory->exists) {
+        return S_ISDIR(status.st_mode)
+                   ? ERROR_OK
+                   : message_set(message, ERROR_ARGUMENT,
+                                 "%s exists and is not a directory; give --out another name", path);
+    }
+    if (error_number != ENOENT) {
+        return message_set(message, ERROR_ARGUMENT, "cannot write into the output directory %s: %s",
+                           path, strerror(error_number));
+    }
+    if (lstat(directory->final_path, &status) == 0) {
+        return message_set(message, ERROR_ARGUMENT,
+                           "%s is a symbolic link to nothing; give --out another name", path);
+    }
+    return ERROR_OK;
+}
+
 int outdir_begin(struct outdir *directory, const char *path, struct message *message) {
     *directory = (struct outdir){.lock_fd = -1};
     size_t length = strlen(path);
@@ -136,11 +172,9 @@ int outdir_begin(struct outdir *directory, const char *path, struct message *mes
                            length == 0 ? "empty" : "too long");
     }
     memcpy(directory->final_path, path, length);
-    struct stat status;
-    directory->exists = stat(directory->final_path, &status) == 0;
-    if (directory->exists && !S_ISDIR(status.st_mode)) {
-        return message_set(message, ERROR_ARGUMENT,
-                           "%s exists and is not a directory; give --out another name", path);
+    const int error = look_at_final_path(directory, path, message);
+    if (error != ERROR_OK) {
+        return error;
     }
     if ((!directory->exists && create_parents(directory) != 0) ||
         make_work_directory(directory) != 0) {
@@ -295,6 +329,15 @@ int outdir_commit(struct outdir *directory, const char *const *names, int count,
     directory->work_path[0] = '\0';
     close(directory->lock_fd);
     return ERROR_OK;
+}
+
+void outdir_name_final(const struct outdir *directory, struct message *message) {
+    const struct message old = *message;
+    const char *at = strstr(old.text, directory->work_path);
+    if (directory->work_path[0] != '\0' && at != NULL) {
+        message_set(message, 0, "%.*s%s%s", (int)(at - old.text), old.text, directory->final_path,
+                    at + strlen(directory->work_path));
+    }
 }
 
 void outdir_abort(struct outdir *directory) {

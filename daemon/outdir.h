@@ -29,6 +29,10 @@ struct outdir {
 /// saying why nothing can be written there; then nothing is left behind.
 int outdir_begin(struct outdir *directory, const char *path, struct message *message);
 
+/// Whether writing `name` into the directory `path` would replace the very file `input` (by
+/// whatever name or link it is given). False when either is missing.
+bool outdir_replaces(const char *path, const char *name, const char *input);
+
 /// Path of a file in the hidden directory, in `path` (OUTDIR_PATH_BYTES). `name` has no slash.
 void outdir_file_path(const struct outdir *directory, const char *name, char *path);
 
@@ -37,6 +41,9 @@ void outdir_file_path(const struct outdir *directory, const char *name, char *pa
 /// Returns 0, or ERROR_BUFFER with `message` set; then the hidden directory is removed.
 int outdir_commit(struct outdir *directory, const char *const *names, int count,
                   const char *closing_name, struct message *message);
+
+/// Where `message` names the hidden directory, lets it name the final one: what users know.
+void outdir_name_final(const struct outdir *directory, struct message *message);
 
 /// Removes all that `outdir_begin` and the writers made. Harmless after commit.
 void outdir_abort(struct outdir *directory);

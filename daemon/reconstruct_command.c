@@ -126,11 +126,66 @@ static int check_readable(const char *path, struct message *message) {
     return ERROR_OK;
 }
 
+/// Results that stand in the same directory as what they are made from must not replace it.
+static int protect_inputs(const struct job *job, struct message *message) {
+    const struct reconstruct_request *request = &job->request;
+    const char *const inputs[] = {request->left_path, request->right_path,
+                                  request->calibration_path, request->ground_truth_path,
+                                  request->mask_path};
+    for (size_t i = 0; i < sizeof inputs / sizeof inputs[0]; i++) {
+        for (int k = 0; inputs[i] != NULL && k < job->abilities->writer_count; k++) {
+            const char *name = job->abilities->writers[k].file_name;
+            if (outdir_replaces(request->out_path, name, inputs[i])) {
+                return message_set(message, ERROR_ARGUMENT,
+                                   "%s would be replaced by the result %s; give --out another name",
+                                   inputs[i], name);
+            }
+        }
+    }
+    return ERROR_OK;
+}
+
+/// Ground truth that cannot be read is refused; what cannot be compared is said.
+static int check_truth(struct job *job) {
+    struct reconstruct_context *context = &job->context;
+    const struct rectify_plan *plan = &job->result.plan;
+    int size_px[2] = {0, 0};
+    if (context->ground_truth_path == NULL) {
+        return ERROR_OK;
+    }
+    if (job->abilities->check_truth == NULL) {
+        reconstruct_context_warn(context,
+                                 "--ground-truth is not used: this program writes no page "
+                                 "that would compare with it");
+        return ERROR_OK;
+    }
+    const int error = job->abilities->check_truth(context, size_px, &job->message);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    if (size_px[0] != plan->width_px || size_px[1] != plan->height_px) {
+        const bool resized = job->request.scale < 1 || job->request.scale > 1;
+        const bool cut = job->request.region_px[2] > 0;
+        reconstruct_context_warn(
+            context,
+            "the ground truth %s is not used: it is %dx%d pixels, the rectified left image %dx%d%s",
+            context->ground_truth_path, size_px[0], size_px[1], plan->width_px, plan->height_px,
+            resized && cut ? " (by --region and --scale: compare without them)"
+            : resized      ? " (by --scale: compare without it)"
+            : cut          ? " (by --region: compare without it)"
+                           : "");
+    }
+    return ERROR_OK;
+}
+
 static int prepare(struct job *job) {
     const struct reconstruct_command_abilities *abilities = job->abilities;
     int error = check_readable(job->request.ground_truth_path, &job->message);
     if (error == ERROR_OK) {
         error = check_readable(job->request.mask_path, &job->message);
+    }
+    if (error == ERROR_OK) {
+        error = protect_inputs(job, &job->message);
     }
     if (error == ERROR_OK) {
         error = reconstruct_inputs_read(&job->request, abilities->formats, abilities->format_count,
@@ -146,8 +201,9 @@ static int prepare(struct job *job) {
     error = rectify_plan_make(&job->inputs.calibration, &job->options.rectify, &job->result.plan);
     if (error != ERROR_OK) {
         reconstruct_summary_no_plan(error, &job->inputs.calibration, &job->options, &job->message);
+        return error;
     }
-    return error;
+    return check_truth(job);
 }
 
 static int allocate(struct job *job) {
@@ -249,6 +305,7 @@ static int write_results(struct job *job) {
         outdir_file_path(&job->directory, writer->file_name, path);
         const int error = writer->write(&job->context, path, &job->message);
         if (error != ERROR_OK) {
+            outdir_name_final(&job->directory, &job->message);
             return error;
         }
     }

@@ -20,6 +20,10 @@ struct reconstruct_command_abilities {
     calibration_loader *load_calibration;
     const struct result_writer *writers;  // in this order; result.json must be the last
     int writer_count;                     // 1..RECONSTRUCT_COMMAND_WRITERS_MAX
+    /// Reads the ground truth and the mask that `context` names, to refuse what cannot be read
+    /// before the work; gives its width and height. NULL: no writer compares with ground truth.
+    int (*check_truth)(const struct reconstruct_context *context, int size_px[2],
+                       struct message *message);
 };
 
 /// Runs the command and returns its exit code, see client.h.

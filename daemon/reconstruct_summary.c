@@ -68,10 +68,30 @@ void reconstruct_summary_no_surface(const struct reconstruct_result *result,
     }
     message_set(message, ERROR_NO_SURFACE,
                 "no surface was found: %.0f %% of the pixels are \"%s\"; do both images show the "
-                "same scene, and is it within the depths or disparities searched (%d to %d px)?",
+                "same scene, left and right in this order, and is it within the depths or "
+                "disparities searched (%d to %d px)?",
                 total > 0 ? 100.0 * result->reason_count[main_reason] / total : 0.0,
                 reason_text(main_reason), result->plan.disparity_min,
                 result->plan.disparity_min + result->plan.disparity_count - 1);
+}
+
+/// Stated disparities that the matcher could search fail for one reason only: nothing is there.
+static void no_disparities(int error, const struct rectify_options *rectify,
+                           struct message *message) {
+    const int first_px = rectify->disparity_min, count = rectify->disparity_count;
+    if (count > 0 && count <= MATCH_MAX_DISPARITIES && first_px >= -MATCH_DISPARITY_LIMIT &&
+        first_px <= MATCH_DISPARITY_LIMIT - count) {
+        message_set(message, error,
+                    "disparities %d to %d px lie beyond infinity: nothing can be there; raise "
+                    "--disparity, and are left and right in the right order?",
+                    first_px, first_px + count - 1);
+    } else {
+        message_set(message, error,
+                    "the search needs disparities that are not between %d and %d px, or more than "
+                    "%d of them; narrow it by --depth or --disparity, or make the images smaller "
+                    "by --scale",
+                    -MATCH_DISPARITY_LIMIT, MATCH_DISPARITY_LIMIT, MATCH_MAX_DISPARITIES);
+    }
 }
 
 void reconstruct_summary_no_plan(int error, const struct calibration *calibration,
@@ -86,11 +106,7 @@ void reconstruct_summary_no_plan(int error, const struct calibration *calibratio
                 rectify->depth_near_mm > 0 ? rectify->depth_far_mm : calibration->depth_far_mm);
             break;
         case ERROR_DISPARITY_RANGE:
-            message_set(message, error,
-                        "the search needs disparities that are not between %d and %d px, or more "
-                        "than %d of them, or lies beyond infinity; narrow it by --depth, or make "
-                        "the images smaller by --scale",
-                        -MATCH_DISPARITY_LIMIT, MATCH_DISPARITY_LIMIT, MATCH_MAX_DISPARITIES);
+            no_disparities(error, rectify, message);
             break;
         case ERROR_OVERLAP:
             message_set(

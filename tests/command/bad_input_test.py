@@ -220,12 +220,60 @@ class Calibrations(pairs.Workshop):
                                  self.out, program=program)
                 self.assert_refused(done, 3, str(path))
 
+    def test_pipes_and_devices_do_not_block(self):
+        self.reconstruct()
+        names = ["calib.txt", "intrinsics.yml", "extrinsics.yml", "truth.pfm"]
+        for name in names:
+            os.mkfifo(self.directory / name)
+        calib, intrinsics, extrinsics, truth = (self.directory / name for name in names)
+        for arguments in (["info", calib], ["info", truth], ["info", "/dev/zero"],
+                          ["info", f"{intrinsics},{extrinsics}"],
+                          ["evaluate", self.out, "--ground-truth", truth],
+                          ["evaluate", self.out, "--ground-truth", "/dev/zero"],
+                          ["reconstruct", self.left_path, self.right_path, "--out",
+                           self.directory / "o", "--calibration", f"{intrinsics},{extrinsics}"]):
+            with self.subTest(arguments):
+                done = pairs.run(*arguments)
+                self.assertEqual(done.returncode, 3, done.stderr)
+                self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+                self.assertIn("a device or pipe", done.stderr)
+
     def test_ground_truth_is_missed_before_the_work(self):
         for option in ("--ground-truth", "--mask"):
             arguments = ["--ground-truth", self.left_path] if option == "--mask" else []
             done = pairs.run("reconstruct", self.left_path, self.right_path, *RECTIFIED, "--out",
                              self.out, *arguments, option, self.directory / "none.pfm")
             self.assert_refused(done, 3, "none.pfm", "No such file")
+
+    def test_ground_truth_that_is_none_is_refused(self):
+        text = self.directory / "text.pfm"
+        text.write_text("hello, world")
+        colour = self.save("colour.png", self.left)
+        truth = self.save("truth.pfm", self.truth)
+        for arguments, word in ((["--ground-truth", text], "text.pfm"),
+                                (["--ground-truth", colour], "colour.png"),
+                                (["--ground-truth", truth, "--mask", text], "text.pfm")):
+            with self.subTest(word=word):
+                done = pairs.run("reconstruct", self.left_path, self.right_path, *RECTIFIED,
+                                 "--out", self.out, *arguments)
+                self.assert_refused(done, 3, word)
+
+    def test_ground_truth_of_another_size_is_said(self):
+        truth = self.save("truth.pfm", self.truth)
+        for arguments, word in ((["--scale", "0.5"], "--scale"),
+                                (["--region", "10,10,80,60"], "--region")):
+            with self.subTest(word=word):
+                done = self.reconstruct(*RECTIFIED, "--ground-truth", truth, *arguments)
+                self.assertIn("240x160", done.stderr)
+                self.assertIn(word, done.stderr)
+                page = (self.out / "report.html").read_text()
+                self.assertIn(f"(by {word}: compare without it)", page)
+                self.assertNotIn("Ground truth not used", page, "said twice")
+        left, right = (self.save(n, pairs.grey(i)) for n, i in
+                       (("l.pgm", self.left), ("r.pgm", self.right)))
+        done = self.reconstruct(*RECTIFIED, "--ground-truth", truth, program=BOARD, left=left,
+                                right=right)
+        self.assertIn("--ground-truth is not used", done.stderr)
 
     def test_another_size(self):
         self.refuse(self.calibration_text(320, 200).read_text(), "240x160", "320x200")
@@ -236,6 +284,8 @@ class Calibrations(pairs.Workshop):
         self.refuse(text, "--region", arguments=["--region", "200,100,100,100"])
         self.refuse(text, "small", arguments=["--region", "0,0,8,4"])
         self.refuse(text, "small", arguments=["--scale", "0.01"])
+        self.refuse(text, "-60 to -1 px", "beyond infinity", arguments=["--disparity", "-60:60"])
+        self.refuse(text, "-1024", "1024", "--disparity", arguments=["--disparity", "1020:20"])
 
 
 class Output(UnprivilegedWorkshop):
@@ -254,6 +304,36 @@ class Output(UnprivilegedWorkshop):
                 self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
                 self.assertIn(word, done.stderr)
         self.assertEqual(file.read_text(), "x")
+
+    def test_names_that_no_directory_can_have(self):
+        """Refused before the work: the images need not even be good."""
+        nowhere, loop = self.directory / "nowhere", self.directory / "loop"
+        nowhere.symlink_to(self.directory / "missing")
+        loop.symlink_to(loop)
+        for out, word in ((nowhere, "symbolic link"), (loop, "Too many levels"),
+                          (self.directory / ("x" * 300), "too long")):
+            with self.subTest(word):
+                done = pairs.run("reconstruct", self.left_path, self.left_path, *RECTIFIED, "--out",
+                                 out)
+                self.assertEqual(done.returncode, 1, done.stderr)
+                self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+                self.assertIn(word, done.stderr)
+
+    def test_inputs_are_never_replaced(self):
+        """An earlier result's rectified pair is a good input, but not into the same directory."""
+        self.reconstruct()
+        left, right = self.out / "left_rectified.png", self.out / "right_rectified.png"
+        linked = self.directory / "linked.png"
+        linked.symlink_to(left)
+        truth = ["--ground-truth", self.out / "disparity.pfm"]
+        before = {p.name: p.read_bytes() for p in self.out.iterdir()}
+        for first, second, more in ((left, right, []), (linked, self.right_path, []),
+                                    (self.left_path, self.right_path, truth)):
+            done = pairs.run("reconstruct", first, second, *RECTIFIED, *more, "--out", self.out)
+            self.assertEqual(done.returncode, 3, done.stderr)
+            self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+            self.assertIn("would be replaced", done.stderr)
+            self.assertEqual({p.name: p.read_bytes() for p in self.out.iterdir()}, before)
 
     def test_a_directory_without_permission(self):
         for path in (self.directory, self.left_path, self.right_path):
@@ -279,7 +359,7 @@ class Output(UnprivilegedWorkshop):
         before = self.names()
         for megabytes in (0.0001, 0.05, 0.2, 0.7):
             done = self.attempt(self.out, preexec_fn=self.limited(megabytes))
-            self.assert_refused(done, 1, "writing", "File too large")
+            self.assert_refused(done, 1, f"writing {self.out}/", "File too large")
             self.assertEqual(self.names(), before)
 
     def test_a_write_that_fails_keeps_the_earlier_result(self):

@@ -6,7 +6,9 @@
 #include <cstdio>
 #include <limits>
 
+#include "core/error.h"
 #include "daemon/image_file.h"
+#include "daemon/input_file.h"
 #include "tools/host/evaluate.hpp"
 #include "tools/host/image_png.hpp"
 #include "tools/host/pfm.hpp"
@@ -55,7 +57,8 @@ struct grey_png {
 
 bool is_png(const std::string &path) {
     unsigned char head[8] = {0};
-    std::FILE *file = std::fopen(path.c_str(), "rb");
+    struct message trouble;  // said by whoever reads the file as a whole
+    std::FILE *file = input_file_open(path.c_str(), &trouble);
     if (file == nullptr)
         return false;
     const std::size_t got = std::fread(head, 1, sizeof head, file);
@@ -129,4 +132,17 @@ bool evaluate_truth_load(const std::string &path, const std::string &mask_path, 
         return false;
     *truth = loaded;
     return true;
+}
+
+int evaluate_truth_check(const reconstruct_context *context, int size_px[2],
+                         struct message *message) {
+    evaluate_truth truth;
+    std::string trouble;
+    if (!evaluate_truth_load(context->ground_truth_path,
+                             context->mask_path != nullptr ? context->mask_path : "",
+                             context->ground_truth_scale, &truth, &trouble))
+        return message_set(message, ERROR_SYNTAX, "%s", trouble.c_str());
+    size_px[0] = truth.width_px;
+    size_px[1] = truth.height_px;
+    return ERROR_OK;
 }

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "daemon/reconstruct_context.h"
+
 struct evaluate_truth {
     int width_px = 0, height_px = 0;
     std::vector<float> disparity_px;  // +inf where unknown
@@ -20,5 +22,10 @@ struct evaluate_truth {
 /// file and leaves `truth` untouched.
 bool evaluate_truth_load(const std::string &path, const std::string &mask_path, double scale,
                          evaluate_truth *truth, std::string *message);
+
+/// What `vergence reconstruct` asks before the work: whether the ground truth and the mask that
+/// `context` names can be read, and their size. Returns 0, or ERROR_SYNTAX with `message` set.
+int evaluate_truth_check(const reconstruct_context *context, int size_px[2],
+                         struct message *message);
 
 #endif

@@ -98,9 +98,11 @@ std::string report_sections_notes(const reconstruct_context &context,
     std::string items;
     const std::string remark = context.calibration != nullptr ? context.calibration->note : "";
     bool remark_shown = remark.empty();
+    bool truth_shown = figures.truth.trouble.empty();
     for (int i = 0; i < context.warning_count; i++) {
         const std::string text = context.warnings[i].text;
         remark_shown = remark_shown || text.find(remark) != std::string::npos;
+        truth_shown = truth_shown || text.find(context.ground_truth_path) != std::string::npos;
         items += note("warning", "Note", text);
     }
     if (!remark_shown)
@@ -108,7 +110,7 @@ std::string report_sections_notes(const reconstruct_context &context,
     if (!figures.has_surface)
         items += note("warning", "No surface",
                       "No pixel could be measured. The map of reasons below says why.");
-    if (!figures.truth.trouble.empty())
+    if (!truth_shown)
         items += note("warning", "Ground truth not used", figures.truth.trouble);
     return items.empty() ? items : "<ul class=\"notes\">\n" + items + "</ul>";
 }
