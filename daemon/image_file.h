@@ -27,6 +27,7 @@ struct image_request {
     enum image_bayer bayer;
     int raw_width_px, raw_height_px;  // of headerless files; 0: the sensor's 2048x1536
     double scale;                     // below 1, images larger than the core's maximum are shrunk
+    bool indices;                     // a palette image counts as the grey image of its indices
 };
 
 /// An image in memory: owns its pixels.

@@ -46,7 +46,9 @@ void on_warning(png_structp, png_const_charp) {}
 /// Makes libpng deliver 8 or 16 bit grey or colour without alpha, in this machine's byte order.
 void set_transformations(png_job *job) {
     const png_byte type = png_get_color_type(job->png, job->info);
-    if (type == PNG_COLOR_TYPE_PALETTE) {
+    if (type == PNG_COLOR_TYPE_PALETTE && job->file->request->indices) {
+        png_set_packing(job->png);
+    } else if (type == PNG_COLOR_TYPE_PALETTE) {
         png_set_palette_to_rgb(job->png);
     } else if (type == PNG_COLOR_TYPE_GRAY && png_get_bit_depth(job->png, job->info) < 8) {
         png_set_expand_gray_1_2_4_to_8(job->png);

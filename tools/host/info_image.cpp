@@ -141,6 +141,7 @@ bool info_image(const std::string &path, info_page *page, std::string *message) 
     };
     image_request request{};
     request.scale = 1;
+    request.indices = is_reason_map(path);  // the colours are only for the eye
     image_file file{};
     struct message reason;
     if (image_file_read(path.c_str(), formats, 2, &request, &file, &reason) != ERROR_OK) {
