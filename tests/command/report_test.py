@@ -235,6 +235,20 @@ class Report(unittest.TestCase):
             self.assertEqual(browser.complaints(), [])
             self.assertGreater(browser.evaluate("document.querySelectorAll('#maps img').length"), 2)
 
+    def test_no_card_is_clipped(self):
+        clipped = """Array.from(document.querySelectorAll('.card')).filter(card => {
+            const edge = card.getBoundingClientRect().right - 8;
+            return Array.from(card.querySelectorAll('*')).some(part => {
+                const range = document.createRange();
+                range.selectNodeContents(part);
+                return range.getBoundingClientRect().right > edge;
+            });
+        }).length"""
+        for width in (360, 720, 1024, 1300, 1600):
+            self.browser.resize(width, 800)
+            self.browser.open(self.page, READY)
+            self.assertEqual(self.browser.evaluate(clipped), 0, width)
+
     def test_unusable_truth_is_said_in_the_page(self):
         small = os.path.join(self.folder.name, "small.png")
         cv2.imwrite(small, np.full((5, 9), 256, np.uint16))
