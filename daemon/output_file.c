@@ -87,7 +87,7 @@ int output_file_close(struct output_file *file, struct message *message) {
                            strerror(file->error_number));
     }
     if (interrupt_requested()) {
-        return message_set(message, ERROR_CANCELLED, "interrupted");
+        return message_set(message, ERROR_CANCELLED, "interrupted; nothing was written");
     }
     return ERROR_OK;
 }

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "daemon/interrupt.h"
 #include "tools/host/report_figures.hpp"
 #include "tools/host/report_layers.hpp"
 #include "tools/host/report_pictures.hpp"
@@ -97,6 +98,13 @@ std::string meta_of(const reconstruct_context &context) {
            report_text_escape(context.build_id);
 }
 
+/// A part of the page, or nothing when nobody waits for it any more: on a large result each of them
+/// takes a good part of the second within which Ctrl-C stops.
+template <typename maker>
+std::string unless_interrupted(maker make) {
+    return interrupt_requested() ? std::string() : make();
+}
+
 std::string make_page(const reconstruct_context &context) {
     const report_figures figures = report_figures_collect(context);
     const report_grid grid = report_layers_grid(*context.result);
@@ -114,9 +122,9 @@ std::string make_page(const reconstruct_context &context) {
         {"pair_text",
          "What lies on a row of the left image lies on the same row of the right one. "
          "Point at the left image to see the match that was found on the right."},
-        {"pair", report_pictures_pair(context, grid)},
-        {"raw_pair", report_pictures_raw(context)},
-        {"maps", report_pictures_maps(context, figures, grid)},
+        {"pair", unless_interrupted([&] { return report_pictures_pair(context, grid); })},
+        {"raw_pair", unless_interrupted([&] { return report_pictures_raw(context); })},
+        {"maps", unless_interrupted([&] { return report_pictures_maps(context, figures, grid); })},
         {"accuracy", report_sections_accuracy(context, figures, grid)},
         {"histogram", report_sections_histogram(figures)},
         {"details", report_sections_details(context, figures)},
@@ -124,7 +132,8 @@ std::string make_page(const reconstruct_context &context) {
          "Lengths in the left camera's frame: X to the right, Y down, Z forward. Pixel "
          "(0, 0) is the centre of the top left pixel."},
         {"data", page_data(context, figures, grid)},
-        {"layers", report_layers_pack(*context.result, figures.truth, grid)},
+        {"layers", unless_interrupted(
+                       [&] { return report_layers_pack(*context.result, figures.truth, grid); })},
     };
     return report_text_fill(report_sources_page, parts);
 }
@@ -134,6 +143,8 @@ std::string make_page(const reconstruct_context &context) {
 int report_write(const struct reconstruct_context *context, const char *path,
                  struct message *message) {
     const std::string page = make_page(*context);
+    if (interrupt_requested())
+        return message_set(message, ERROR_CANCELLED, "interrupted; nothing was written");
     std::FILE *file = std::fopen(path, "wb");
     if (file == nullptr)
         return message_set(message, ERROR_ARGUMENT, "%s: %s", path, std::strerror(errno));

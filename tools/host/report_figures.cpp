@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/interrupt.h"
 #include "tools/host/evaluate_truth.hpp"
 
 namespace {
@@ -45,6 +46,8 @@ void collect_lengths(const reconstruct_result &result, report_figures *figures) 
             sigmas_mm.push_back(1e-3 * result.points[i].sigma_um);
     }
     std::sort(depths_mm.begin(), depths_mm.end());
+    if (interrupt_requested())
+        return;  // sorting the points of a large result takes seconds
     std::sort(sigmas_mm.begin(), sigmas_mm.end());
     figures->has_surface = result.vertex_count > 0;
     if (!figures->has_surface)
