@@ -141,7 +141,7 @@ TEST_CASE("our own text is loaded, and edits are taken when told so") {
 TEST_CASE("what is no calibration is refused in one line") {
     const folder here;
     check_refused(here.path, {}, ERROR_ARGUMENT, {"calibration"});
-    check_refused(here.path + "/none.txt", {}, ERROR_ARGUMENT, {"cannot be opened"});
+    check_refused(here.path + "/none.txt", {}, ERROR_ARGUMENT, {"No such file"});
     check_refused(here.write("empty", ""), {}, ERROR_SYNTAX, {"empty"});
     check_refused(here.write("text", "hello\n"), {}, ERROR_SYNTAX, {"no calibration"});
     check_refused(here.write("nul", std::string("cam0=\0", 6)), {}, ERROR_SYNTAX, {"no text"});
@@ -152,7 +152,7 @@ TEST_CASE("what is no calibration is refused in one line") {
     check_refused(calib + "," + calib, {}, ERROR_SYNTAX, {"no calibration"});
     const loaded half = load(calib + ",/none");
     CHECK(half.code == ERROR_ARGUMENT);
-    CHECK(half.message.find("/none: cannot be opened") == 0);
+    CHECK(half.message.find("/none: No such file") == 0);
 }
 
 TEST_CASE("writing leaves no partial file") {
