@@ -14,6 +14,13 @@ struct match_options match_default_options(int disparity_min, int disparity_coun
         .disparity_min = disparity_min, .disparity_count = disparity_count, .speckle_px = 60};
 }
 
+// Of any numbers that a caller may have written: no sum here can overflow.
+static bool range_is_legal(const struct match_options *options) {
+    return options->disparity_count >= 1 && options->disparity_count <= MATCH_MAX_DISPARITIES &&
+           options->disparity_min >= -MATCH_DISPARITY_LIMIT &&
+           options->disparity_min <= MATCH_DISPARITY_LIMIT - options->disparity_count;
+}
+
 static int padded_lanes(int disparity_count) {
     return (disparity_count + MATCH_LANES - 1) / MATCH_LANES * MATCH_LANES;
 }
@@ -33,9 +40,7 @@ static int check(const struct match_input *input, const struct match_options *op
     if (left->width < MATCH_MIN_WIDTH_PX || left->height < MATCH_MIN_HEIGHT_PX) {
         return ERROR_TOO_SMALL;
     }
-    if (options->disparity_count < 1 || options->disparity_count > MATCH_MAX_DISPARITIES ||
-        options->disparity_min < -MATCH_DISPARITY_LIMIT ||
-        options->disparity_min > MATCH_DISPARITY_LIMIT - options->disparity_count) {
+    if (!range_is_legal(options)) {
         return ERROR_DISPARITY_RANGE;
     }
     return options->speckle_px < 0 ? ERROR_ARGUMENT : ERROR_OK;
@@ -147,8 +152,8 @@ static void set_geometry(struct match_state *state, int width, const struct matc
 }
 
 size_t match_need_bytes(int width, const struct match_options *options, int threads) {
-    if (width < 1 || width > IMAGE_MAX_SIDE_PX || options->disparity_count < 1 ||
-        options->disparity_count > MATCH_MAX_DISPARITIES || options->speckle_px < 0) {
+    if (width < 1 || width > IMAGE_MAX_SIDE_PX || !range_is_legal(options) ||
+        options->speckle_px < 0) {
         return 0;
     }
     struct match_state state;

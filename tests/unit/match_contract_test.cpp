@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "core/error.h"
 #include "core/match.h"
@@ -371,6 +372,11 @@ TEST_CASE("what is out of range is refused with its code, and nothing is written
     const match_options some = match_default_options(0, 8);
     CHECK(match_need_bytes(40, &none, 1) == 0);
     CHECK(match_need_bytes(0, &some, 1) == 0);
+    for (const int first : {MATCH_DISPARITY_LIMIT, -MATCH_DISPARITY_LIMIT - 1,
+                            std::numeric_limits<int>::max(), std::numeric_limits<int>::min()}) {
+        const match_options far = match_default_options(first, 16);
+        CHECK(match_need_bytes(40, &far, 1) == 0);
+    }
     CHECK(match_need_bytes(IMAGE_MAX_SIDE_PX + 1, &some, 1) == 0);
 }
 
