@@ -372,8 +372,9 @@ TEST_CASE("what is out of range is refused with its code, and nothing is written
     const match_options some = match_default_options(0, 8);
     CHECK(match_need_bytes(40, &none, 1) == 0);
     CHECK(match_need_bytes(0, &some, 1) == 0);
-    for (const int first : {MATCH_DISPARITY_LIMIT, -MATCH_DISPARITY_LIMIT - 1,
-                            std::numeric_limits<int>::max(), std::numeric_limits<int>::min()}) {
+    constexpr int limit = MATCH_DISPARITY_LIMIT;
+    for (const int first :
+         {limit, -limit - 1, std::numeric_limits<int>::max(), std::numeric_limits<int>::min()}) {
         const match_options far = match_default_options(first, 16);
         CHECK(match_need_bytes(40, &far, 1) == 0);
     }
