@@ -100,14 +100,14 @@ class Ground(unittest.TestCase):
             text = text_of(path)
             wrong += [f"{path}: {what}: {found[0]}" for what, rule in FOREIGN.items()
                       for found in [rule.search(text)] if found]
-            wrong += [f"{path}: {mine}" for mine in (home, here) if len(mine) > 4 and mine in text]
+            wrong += [f"{path}: {mine}" for mine in (home, here) if mine.count("/") > 2 and mine in text]
         self.assertEqual(wrong, [])
 
     def test_the_rules_about_machines_can_fail(self):
         for text in ("cd /" "work/main", '"/' 'home/jane/x"', "https://py" "pi.org/simple",
                      "https://registry" ".npm" "js.org", "/" "root/.cache", "at 192.168" ".1.20"):
             self.assertTrue(any(rule.search(text) for rule in FOREIGN.values()), text)
-        for text in ("~/work/x", "$root/tools", "tests/work/", "version 10.4.1", "0.22.0"):
+        for text in ("~/" "work/x", "$root/tools", "tests/" "work/", "version 10.4.1", "0.22.0"):
             self.assertFalse(any(rule.search(text) for rule in FOREIGN.values()), text)
 
     def test_c_and_cpp_have_the_tree_s_layout(self):
