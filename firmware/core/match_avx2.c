@@ -3,15 +3,15 @@
 #if defined(__x86_64__)
 
 #include "core/match_kernels.h"
-#include "core/match_lanes_avx2.h"
-// The phases use the lanes_* operations included above.
+#include "core/match_vector_avx2.h"
+// The phases use the vectors included above.
 #include "core/match_column_phase.h"
 #include "core/match_cost_phase.h"
 #include "core/match_row_phase.h"
 
 const struct match_kernels match_avx2_kernels = {
     .name = "avx2",
-    .cost_row = cost_row,
+    .cost_rows = cost_rows,
     .columns = columns,
     .rows = rows,
 };

@@ -1,130 +1,305 @@
 // SPDX-License-Identifier: Apache-2.0
 // Phase 2 (included by match_plain.c and its like): edge-aware averages down the columns and, with
-// a bounded look-ahead, up; then the dynamic-programming message from the row above. Columns do not
-// depend on each other.
+// a bounded look-ahead, up; then the dynamic-programming message from the row above. A tile goes
+// through row by row: neighbouring columns do not wait for each other, and its cells stay in the
+// fastest memory.
 #ifndef VERGENCE_CORE_MATCH_COLUMN_PHASE_H
 #define VERGENCE_CORE_MATCH_COLUMN_PHASE_H
 
 #include <string.h>
 
 #include "core/invariant.h"
+#include "core/match_message.h"
 #include "core/match_state.h"
 
-static int grey_step(const struct match_state *state, int x, int y) {
-    const struct image_u8 *left = &state->input->left;
-    const int here = image_u8_row(left, y)[x];
-    const int above = image_u8_row(left, y - 1)[x];
-    return here > above ? here - above : above - here;
-}
+struct column_view {
+    const struct match_level *level;
+    const struct match_tile *before, *tile, *next;  // windows of three bands
+    int x_begin, columns;
+    int last;                            // row that has none below it yet
+    uint16_t mass[MATCH_TILE_COLUMNS];   // of what comes from the row before, on the way
+    // What arrives from below at each row of the band.
+    uint16_t mass_below[MATCH_BAND_ROWS][MATCH_TILE_COLUMNS];
+};
 
-static uint8_t *ring_cell(const struct match_state *state, int x, int y) {
-    return state->ring[y % MATCH_RING_ROWS] + (ptrdiff_t)x * state->lanes;
-}
+struct share_row {
+    match_share of_column[MATCH_TILE_COLUMNS];
+};
 
-static uint8_t *above_cell(const struct match_state *state, int x, int y) {
-    return state->from_above[1 + y - state->band_begin] + (ptrdiff_t)x * state->lanes;
-}
+struct column_shares {
+    match_share before[MATCH_TILE_COLUMNS];  // of what comes from the row before
+    match_share below[MATCH_TILE_COLUMNS];   // of what comes from below
+    uint8_t penalty[MATCH_TILE_COLUMNS];     // large penalty between the row before and this one
+};
 
-// Both passes go through a strip of MATCH_STRIP_COLUMNS columns row by row: neighbouring columns do
-// not wait for each other, and the strip's rows stay in the fastest memory.
-
-// Leaves in above_cell(x, y) the average of the rows below y (those that have arrived) and in
-// mass_below[] its mass as it arrives at each row of the band.
-MATCH_INLINE void average_upwards(struct match_state *state, uint8_t *running, int x_begin,
-                                  int x_end, const int lanes,
-                                  uint16_t mass_below[MATCH_BAND_ROWS][MATCH_STRIP_COLUMNS]) {
-    const int last = state->cost_end - 1;
-    uint32_t mass[MATCH_STRIP_COLUMNS];
-    for (int x = x_begin; x < x_end; x++) {
-        memcpy(running + (ptrdiff_t)(x - x_begin) * lanes, ring_cell(state, x, last),
-               (size_t)lanes);
-        mass[x - x_begin] = MATCH_MASS_ONE;
-        if (last < state->band_end) {
-            mass_below[last - state->band_begin][x - x_begin] = 0;
+// Edges between the rows y - 1 and y, by column of the tile; none outside the image.
+static inline void steps_above(const struct column_view *view, int y,
+                               uint8_t step[MATCH_TILE_COLUMNS]) {
+    const uint8_t *here = match_guide(view->level, y) + view->x_begin;
+    const uint8_t *above = match_guide(view->level, y - 1) + view->x_begin;
+    if (view->columns == MATCH_TILE_COLUMNS) {
+        for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
+            step[c] = (uint8_t)match_step(here[c], above[c]);
         }
-    }
-    for (int y = last - 1; y >= state->band_begin; y--) {
-        for (int x = x_begin; x < x_end; x++) {
-            const int column = x - x_begin;
-            uint8_t *average = running + (ptrdiff_t)column * lanes;
-            const uint32_t carried =
-                match_carry(mass[column], state->weight_of_step[grey_step(state, x, y + 1)]);
-            if (y < state->band_end) {
-                memcpy(above_cell(state, x, y), average, (size_t)lanes);
-                mass_below[y - state->band_begin][column] = (uint16_t)carried;
-            }
-            lanes_blend_leaning(average, ring_cell(state, x, y),
-                                match_share(state, carried, MATCH_MASS_ONE), lanes, average);
-            mass[column] = MATCH_MASS_ONE + carried;
-        }
-    }
-}
-
-// The first row of the image has nothing above it.
-MATCH_INLINE void begin_column(struct match_state *state, int x, uint32_t below, const int lanes) {
-    uint8_t *down = state->down + (ptrdiff_t)x * lanes;
-    uint8_t *cost = ring_cell(state, x, 0);
-    uint8_t *message = above_cell(state, x, 0);
-    memcpy(down, cost, (size_t)lanes);
-    state->down_mass[x] = MATCH_MASS_ONE;
-    if (below != 0) {
-        lanes_blend_leaning(message, down, match_share(state, below, MATCH_MASS_ONE), lanes, cost);
-    }
-    memcpy(message, cost, (size_t)lanes);
-    state->above_lowest[x] = (uint8_t)lanes_lowest(cost, lanes);
-}
-
-MATCH_INLINE void continue_column(struct match_state *state, int x, int y, uint32_t below,
-                                  const int lanes) {
-    uint8_t *down = state->down + (ptrdiff_t)x * lanes;
-    uint8_t *cost = ring_cell(state, x, y);
-    uint8_t *message = above_cell(state, x, y);
-    const int step = grey_step(state, x, y);
-    const uint32_t carried = match_carry(state->down_mass[x], state->weight_of_step[step]);
-    lanes_blend_leaning(down, cost, match_share(state, carried, MATCH_MASS_ONE), lanes, down);
-    const uint32_t mass = MATCH_MASS_ONE + carried;
-    state->down_mass[x] = (uint16_t)mass;
-    if (below == 0) {
-        memcpy(cost, down, (size_t)lanes);
     } else {
-        lanes_blend_leaning(message, down, match_share(state, below, mass), lanes, cost);
-    }
-    const struct match_penalties penalties = {MATCH_PENALTY_SMALL, state->large_of_step[step]};
-    const uint8_t *previous = state->from_above[y - state->band_begin] + (ptrdiff_t)x * lanes;
-    state->above_lowest[x] =
-        (uint8_t)lanes_message(cost, previous, state->above_lowest[x], penalties, lanes, message);
-}
-
-MATCH_INLINE void strip(struct match_state *state, struct match_scratch *scratch, int x_begin,
-                        int x_end, const int lanes) {
-    uint16_t mass_below[MATCH_BAND_ROWS][MATCH_STRIP_COLUMNS];
-    average_upwards(state, scratch->strip, x_begin, x_end, lanes, mass_below);
-    for (int y = state->band_begin; y < state->band_end; y++) {
-        const uint16_t *below = mass_below[y - state->band_begin];
-        for (int x = x_begin; x < x_end; x++) {
-            if (y == 0) {
-                begin_column(state, x, below[x - x_begin], lanes);
-            } else {
-                continue_column(state, x, y, below[x - x_begin], lanes);
-            }
+        for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
+            step[c] = c < view->columns ? (uint8_t)match_step(here[c], above[c]) : 0;
         }
     }
 }
 
-MATCH_INLINE void columns_of(struct match_state *state, struct match_scratch *scratch, int x_begin,
-                             int x_end, const int lanes) {
-    INVARIANT(state->cost_end >= state->band_end);
-    for (int x = x_begin; x < x_end; x += MATCH_STRIP_COLUMNS) {
-        const int end = x + MATCH_STRIP_COLUMNS < x_end ? x + MATCH_STRIP_COLUMNS : x_end;
-        strip(state, scratch, x, end, lanes);
+static inline uint8_t *ring_cells(const struct column_view *view, const struct match_tile *tile,
+                                  int y) {
+    return match_cell(view->level->ring[y % MATCH_RING_ROWS], tile, 0);
+}
+
+// The blend where each lane of `a` may be replaced by a neighbour's value plus MATCH_LEAN: an
+// average along a surface that leans by up to a disparity a row, instead of one that stands
+// upright.
+MATCH_INLINE void blend_leaning(const struct lanes *a, const struct lanes *b,
+                                struct vector_shares shares, struct lanes *result,
+                                const int lanes) {
+    const struct vector lean = vector_all(MATCH_LEAN);
+    struct vector before = vector_all(UINT8_MAX);
+    for (int k = 0; k < lanes / MATCH_LANES; k++) {
+        const struct vector here = a->part[k];
+        const struct vector beside = lower_neighbour(a, k, before, lanes);
+        const struct vector leaning = vector_min(here, vector_add(beside, lean));
+        result->part[k] = vector_blend(leaning, b->part[k], shares);
+        before = here;
     }
 }
 
-static void columns(struct match_state *state, struct match_scratch *scratch, int x_begin,
-                    int x_end) {
-#define COLUMNS_OF(lanes) columns_of(state, scratch, x_begin, x_end, lanes)
-    MATCH_WITH_CONSTANT_LANES(state->lanes, COLUMNS_OF);
-#undef COLUMNS_OF
+MATCH_INLINE void member_cells(uint8_t *cells, int c, uint8_t *at[VECTOR_MEMBERS],
+                               const int lanes) {
+    for (int member = 0; member < VECTOR_MEMBERS; member++) {
+        at[member] = cells + (ptrdiff_t)(c + member) * lanes;
+    }
+}
+
+MATCH_INLINE struct vector_shares member_shares(const match_share *shares) {
+    const match_share *at[VECTOR_MEMBERS];
+    for (int member = 0; member < VECTOR_MEMBERS; member++) {
+        at[member] = shares + member;
+    }
+    return vector_shares_each(at, 0);
+}
+
+// The averages of the rows below y, at `below`, take in row y: into `to`, which may be `below`.
+MATCH_INLINE void climb(const struct share_row *shares, uint8_t *below, uint8_t *cost,
+                        uint8_t *to, const int lanes) {
+    for (int c = 0; c < MATCH_TILE_COLUMNS; c += VECTOR_MEMBERS) {
+        uint8_t *below_at[VECTOR_MEMBERS];
+        uint8_t *cost_at[VECTOR_MEMBERS];
+        uint8_t *to_at[VECTOR_MEMBERS];
+        member_cells(below, c, below_at, lanes);
+        member_cells(cost, c, cost_at, lanes);
+        member_cells(to, c, to_at, lanes);
+        struct lanes from_below;
+        struct lanes own;
+        load_lanes((const uint8_t *const *)below_at, 0, &from_below, lanes);
+        load_lanes((const uint8_t *const *)cost_at, 0, &own, lanes);
+        struct lanes average;
+        blend_leaning(&from_below, &own, member_shares(shares->of_column + c), &average, lanes);
+        store_lanes(&average, to_at, 0, lanes);
+    }
+}
+
+// What the masses below row y become on the way into it.
+static inline void carry_up(struct column_view *view, int y, struct share_row *shares) {
+    uint8_t step[MATCH_TILE_COLUMNS];
+    steps_above(view, y + 1, step);
+    uint16_t carried[MATCH_TILE_COLUMNS];
+    for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
+        carried[c] = match_carry(view->mass[c], match_weight(step[c]));
+        shares->of_column[c] = match_share_between(carried[c], MATCH_MASS_ONE);
+        view->mass[c] = (uint16_t)(MATCH_MASS_ONE + carried[c]);
+    }
+    if (y < view->level->band_end) {
+        memcpy(view->mass_below[y - view->level->band_begin], carried, sizeof carried);
+    }
+}
+
+// Through the rows of the next band that have arrived, into `running`.
+MATCH_INLINE void climb_ahead(struct column_view *view, uint8_t *running, const int lanes) {
+    for (int y = view->last - 1; y >= view->level->band_end; y--) {
+        struct share_row shares;
+        carry_up(view, y, &shares);
+        climb(&shares, running, ring_cells(view, view->next, y), running, lanes);
+    }
+}
+
+// Through the rows of the band: from_above of each row becomes the average of those below it.
+MATCH_INLINE void climb_band(struct column_view *view, int y_begin, const int lanes) {
+    const struct match_level *level = view->level;
+    for (int y = y_begin; y >= level->band_begin; y--) {
+        struct share_row shares;
+        carry_up(view, y, &shares);
+        const int row = y - level->band_begin;
+        if (row > 0) {
+            climb(&shares, match_cell(level->from_above[1 + row], view->tile, 0),
+                  ring_cells(view, view->tile, y), match_cell(level->from_above[row], view->tile, 0),
+                  lanes);
+        }
+    }
+}
+
+// Brings the cells of the tile's columns from one window into another; where the old one has no
+// value, the row's own cells count, or infinity where `fill` is NULL.
+static void realign_columns(const uint8_t *cells, const struct match_tile *from,
+                            const uint8_t *fill, const struct match_tile *to, uint8_t *to_cells) {
+    for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
+        match_realign(cells + (ptrdiff_t)c * from->lanes, from,
+                      fill == NULL ? NULL : fill + (ptrdiff_t)c * to->lanes, to,
+                      to_cells + (ptrdiff_t)c * to->lanes);
+    }
+}
+
+// Leaves in from_above the average of the rows below each row of the band (those that have
+// arrived) and in mass_below its mass.
+static void average_upwards(struct column_view *view, uint8_t *running) {
+    const struct match_level *level = view->level;
+    const struct match_tile *tile = view->tile;
+    const int last = view->last;
+    const int below_band = level->band_end - level->band_begin;
+    INVARIANT(last >= level->band_end - 1);
+    for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
+        view->mass[c] = MATCH_MASS_ONE;
+    }
+    if (last < level->band_end) {
+        // The last row of the image: the one above it is the first to have something below it.
+        if (below_band > 1) {
+            memcpy(match_cell(level->from_above[below_band - 1], tile, 0),
+                   ring_cells(view, tile, last), (size_t)tile->lanes * MATCH_TILE_COLUMNS);
+        }
+#define CLIMB_BAND(lanes) climb_band(view, last - 1, lanes)
+        MATCH_WITH_CONSTANT_LANES(tile->lanes, CLIMB_BAND);
+#undef CLIMB_BAND
+        return;
+    }
+    const struct match_tile *next = view->next;
+    memcpy(running, ring_cells(view, next, last), (size_t)next->lanes * MATCH_TILE_COLUMNS);
+#define CLIMB_AHEAD(lanes) climb_ahead(view, running, lanes)
+    MATCH_WITH_CONSTANT_LANES(next->lanes, CLIMB_AHEAD);
+#undef CLIMB_AHEAD
+    realign_columns(running, next, ring_cells(view, tile, level->band_end - 1), tile,
+                    match_cell(level->from_above[below_band], tile, 0));
+#define CLIMB_BAND(lanes) climb_band(view, level->band_end - 1, lanes)
+    MATCH_WITH_CONSTANT_LANES(tile->lanes, CLIMB_BAND);
+#undef CLIMB_BAND
+}
+
+// One row on the way down: the average of the rows above, at `down`, takes in the costs at `cost`;
+// with what comes from below, which `message` holds, it becomes the average of all rows, at `cost`;
+// and the messages from the row above, at `previous`, become this row's, at `message`.
+MATCH_INLINE void descend(const struct column_shares *shares, bool below, uint8_t penalty_small,
+                          uint8_t *down, uint8_t *cost, uint8_t *previous, uint8_t *message,
+                          const int lanes) {
+    const struct vector small = vector_all(penalty_small);
+    for (int c = 0; c < MATCH_TILE_COLUMNS; c += VECTOR_MEMBERS) {
+        uint8_t *down_at[VECTOR_MEMBERS];
+        uint8_t *cost_at[VECTOR_MEMBERS];
+        uint8_t *previous_at[VECTOR_MEMBERS];
+        uint8_t *message_at[VECTOR_MEMBERS];
+        const uint8_t *penalty_at[VECTOR_MEMBERS];
+        member_cells(down, c, down_at, lanes);
+        member_cells(cost, c, cost_at, lanes);
+        member_cells(previous, c, previous_at, lanes);
+        member_cells(message, c, message_at, lanes);
+        for (int member = 0; member < VECTOR_MEMBERS; member++) {
+            penalty_at[member] = shares->penalty + c + member;
+        }
+        struct lanes average;
+        struct lanes own;
+        load_lanes((const uint8_t *const *)down_at, 0, &average, lanes);
+        load_lanes((const uint8_t *const *)cost_at, 0, &own, lanes);
+        blend_leaning(&average, &own, member_shares(shares->before + c), &own, lanes);
+        store_lanes(&own, down_at, 0, lanes);
+        if (below) {
+            load_lanes((const uint8_t *const *)message_at, 0, &average, lanes);
+            blend_leaning(&average, &own, member_shares(shares->below + c), &own, lanes);
+        }
+        store_lanes(&own, cost_at, 0, lanes);
+        struct lanes running;
+        load_lanes((const uint8_t *const *)previous_at, 0, &running, lanes);
+        const struct message_penalties penalties = {small, vector_each(penalty_at, 0)};
+        pass_message(&own, penalties, &running, lanes);
+        store_lanes(&running, message_at, 0, lanes);
+    }
+}
+
+// What the masses above row y become on the way into it. The first row of the image has nothing
+// above it: its average is its cost, and so is its message.
+static inline void carry_down(struct column_view *view, int y, struct column_shares *shares) {
+    uint8_t step[MATCH_TILE_COLUMNS];
+    steps_above(view, y, step);
+    const uint16_t *mass_below = view->mass_below[y - view->level->band_begin];
+    for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
+        const uint16_t carried = match_carry(view->mass[c], match_weight(step[c]));
+        shares->before[c] = match_share_between(carried, MATCH_MASS_ONE);
+        const uint16_t mass = (uint16_t)(MATCH_MASS_ONE + carried);
+        view->mass[c] = mass;
+        shares->below[c] = match_share_swapped(match_share_between(mass, mass_below[c]));
+        shares->penalty[c] = match_large_penalty(step[c]);
+    }
+    if (y == 0) {
+        memset(shares->penalty, 0, sizeof shares->penalty);
+    }
+}
+
+MATCH_INLINE void descend_band(struct column_view *view, uint8_t *spare, const int lanes) {
+    const struct match_level *level = view->level;
+    const struct match_tile *tile = view->tile;
+    const uint8_t small = level->state->method->small;
+    uint8_t *down = match_cell(level->down[1], tile, 0);
+    uint8_t *previous = spare;
+    uint8_t *cost = ring_cells(view, tile, level->band_begin);
+    if (level->band_begin == 0) {
+        memcpy(down, cost, (size_t)lanes * MATCH_TILE_COLUMNS);
+        memset(previous, 0, (size_t)lanes * MATCH_TILE_COLUMNS);
+    } else {
+        if (level->down[0] != level->down[1]) {
+            realign_columns(match_cell(level->down[0], view->before, 0), view->before, cost, tile,
+                            down);
+        }
+        realign_columns(match_cell(level->from_above[0], view->before, 0), view->before, NULL,
+                        tile, previous);
+    }
+    for (int y = level->band_begin; y < level->band_end; y++) {
+        struct column_shares shares;
+        carry_down(view, y, &shares);
+        cost = ring_cells(view, tile, y);
+        uint8_t *message = match_cell(level->from_above[1 + y - level->band_begin], tile, 0);
+        descend(&shares, y < view->last, small, down, cost, previous, message, lanes);
+        previous = message;
+    }
+}
+
+// Tiles [begin, end) of the present band.
+static void columns(struct match_level *level, struct match_scratch *scratch, int begin, int end) {
+    INVARIANT(level->cost_end >= level->band_end);
+    for (int t = begin; t < end; t++) {
+        struct column_view view = {
+            .level = level,
+            .before = &level->tile[0][t],
+            .tile = &level->tile[1][t],
+            .next = &level->tile[2][t],
+            .x_begin = t * MATCH_TILE_COLUMNS,
+            .columns = match_tile_columns(level, t),
+            .last = (level->cost_end < level->height ? level->cost_end : level->height) - 1,
+        };
+        average_upwards(&view, scratch->running);
+        uint16_t *down_mass = level->down_mass + view.x_begin;
+        for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
+            view.mass[c] = down_mass[c];
+        }
+#define DESCEND_BAND(lanes) descend_band(&view, scratch->running, lanes)
+        MATCH_WITH_CONSTANT_LANES(view.tile->lanes, DESCEND_BAND);
+#undef DESCEND_BAND
+        for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
+            down_mass[c] = (uint16_t)view.mass[c];
+        }
+    }
 }
 
 #endif

@@ -1,167 +1,204 @@
 // SPDX-License-Identifier: Apache-2.0
-// Phase 1 (included by match_plain.c and its like): features of a row, cost of every disparity,
-// edge-aware average along the row.
+// Phase 1 (included by match_plain.c and its like): cost of every disparity and its edge-aware
+// average along the row, up to MATCH_ROWS_ABREAST rows side by side.
 #ifndef VERGENCE_CORE_MATCH_COST_PHASE_H
 #define VERGENCE_CORE_MATCH_COST_PHASE_H
 
 #include <string.h>
 
 #include "core/invariant.h"
+#include "core/match_feature_phase.h"
+#include "core/match_message.h"
 #include "core/match_state.h"
 
-static int clamp_int(int value, int low, int high) {
-    return value < low ? low : (value > high ? high : value);
-}
+enum { COST_GROUPS = MATCH_ROWS_ABREAST / VECTOR_MEMBERS };
 
-// Copies a row so that index x of `padded` (which starts MATCH_CENSUS_RADIUS before the image) is
-// pixel x, with the ends of the valid span repeated outwards.
-static void pad_row(const struct image_u8 *image, const struct rectify_span *spans, int y,
-                    uint8_t *padded) {
-    const int row = clamp_int(y, 0, image->height - 1);
-    const struct rectify_span whole = {0, (int16_t)image->width};
-    const struct rectify_span span = spans == NULL ? whole : spans[row];
-    const uint8_t *pixels = image_u8_row(image, row);
-    const int padded_width = image->width + 2 * MATCH_CENSUS_RADIUS;
-    if (span.begin >= span.end) {
-        memset(padded, 0, (size_t)padded_width);
-        return;
-    }
-    const int front = span.begin + MATCH_CENSUS_RADIUS;
-    const int length = span.end - span.begin;
-    memset(padded, pixels[span.begin], (size_t)front);
-    memcpy(padded + front, pixels + span.begin, (size_t)length);
-    memset(padded + front + length, pixels[span.end - 1], (size_t)(padded_width - front - length));
-}
+struct cost_view {
+    const struct match_level *level;
+    const struct match_tile *tiles;
+    const struct match_line *line;          // one a row
+    uint8_t *raw[MATCH_ROWS_ABREAST];       // costs
+    uint8_t *averaged[MATCH_ROWS_ABREAST];  // rows of the ring
+    // What comes from the neighbour on the way, in the window of the present tile.
+    uint8_t *running[MATCH_ROWS_ABREAST];
+};
 
-// Eight comparisons with the centre, a bit each. offset[] holds (row, column) of the neighbours.
-static void census_plane(uint8_t *const window[], const int8_t offset[8][2], int width,
-                         uint8_t *restrict plane) {
-    const uint8_t *restrict centre = window[MATCH_CENSUS_RADIUS] + MATCH_CENSUS_RADIUS;
-    const uint8_t *neighbour[8];
-    for (int i = 0; i < 8; i++) {
-        neighbour[i] = window[offset[i][0]] + offset[i][1];
-    }
-    for (int x = 0; x < width; x++) {
-        uint8_t bits = 0;
-        for (int i = 0; i < 8; i++) {
-            bits = (uint8_t)(bits | (neighbour[i][x] > centre[x] ? 1 << i : 0));
+// Costs of the columns [0, columns) of a tile that begins at x_begin, for the rows from r_begin on.
+MATCH_INLINE void tile_costs(const struct cost_view *view, int r_begin,
+                             const struct match_tile *tile, int x_begin, int columns,
+                             const int lanes) {
+    const struct match_level *level = view->level;
+    const int first = level->width - 1 + level->right_pad + level->disparity_min + tile->base;
+    INVARIANT(first - (x_begin + columns - 1) >= 0);
+    INVARIANT(first - x_begin + lanes <= level->right_length);
+    const uint8_t *left_at[MATCH_CENSUS_PLANES + 1][VECTOR_MEMBERS];
+    const uint8_t *right_at[MATCH_CENSUS_PLANES + 1][VECTOR_MEMBERS];
+    uint8_t *to[VECTOR_MEMBERS];
+    for (int r = 0; r < VECTOR_MEMBERS; r++) {
+        const struct match_line *line = &view->line[r_begin + r];
+        for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {
+            left_at[plane][r] = line->cost.left.census[plane];
+            right_at[plane][r] = line->cost.right.census[plane];
         }
-        plane[x] = bits;
+        left_at[MATCH_CENSUS_PLANES][r] = line->cost.left.gradient;
+        right_at[MATCH_CENSUS_PLANES][r] = line->cost.right.gradient;
+        to[r] = view->raw[r_begin + r] + tile->offset;
     }
-}
-
-// Census of the 5x5 window (R. Zabih and J. Woodfill, ECCV 1994) and the Sobel gradient along
-// the row, of `width` pixels.
-static void compute_features(uint8_t *const window[], int width, struct match_features *features) {
-    static const int8_t neighbours[MATCH_CENSUS_PLANES][8][2] = {
-        {{0, 0}, {0, 1}, {0, 2}, {0, 3}, {0, 4}, {1, 0}, {1, 1}, {1, 2}},
-        {{1, 3}, {1, 4}, {2, 0}, {2, 1}, {2, 3}, {2, 4}, {3, 0}, {3, 1}},
-        {{3, 2}, {3, 3}, {3, 4}, {4, 0}, {4, 1}, {4, 2}, {4, 3}, {4, 4}},
-    };
-    for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {
-        census_plane(window, neighbours[plane], width, features->census[plane]);
-    }
-    const uint8_t *restrict above = window[1] + 1;
-    const uint8_t *restrict row = window[2] + 1;
-    const uint8_t *restrict below = window[3] + 1;
-    uint8_t *restrict gradient = features->gradient;
-    for (int x = 0; x < width; x++) {
-        const int16_t slope = (int16_t)(above[x + 2] - above[x] + 2 * (row[x + 2] - row[x]) +
-                                        below[x + 2] - below[x]);
-        const int16_t shifted = (int16_t)(128 + slope / 4);
-        gradient[x] = (uint8_t)(shifted < 0 ? 0 : (shifted > 255 ? 255 : shifted));
-    }
-}
-
-// Turns a feature row round and repeats its ends: index i of the result is
-// right pixel (width - 1 + pad) - i.
-static void reverse_feature(uint8_t *feature, int width, int pad, int total) {
-    for (int i = 0, j = width - 1; i < j; i++, j--) {
-        const uint8_t kept = feature[i];
-        feature[i] = feature[j];
-        feature[j] = kept;
-    }
-    memmove(feature + pad, feature, (size_t)width);
-    memset(feature, feature[pad], (size_t)pad);
-    const uint8_t last = feature[pad + width - 1];
-    memset(feature + pad + width, last, (size_t)(total - pad - width));
-}
-
-static void prepare_features(const struct match_state *state, struct match_scratch *scratch,
-                             int y) {
-    const struct match_input *input = state->input;
-    for (int j = 0; j <= 2 * MATCH_CENSUS_RADIUS; j++) {
-        pad_row(&input->right, input->right_span, y + j - MATCH_CENSUS_RADIUS, scratch->window[j]);
-    }
-    compute_features(scratch->window, state->width, &scratch->right);
-    const int total = state->width + state->right_pad_total;
-    for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {
-        reverse_feature(scratch->right.census[plane], state->width, state->right_pad, total);
-    }
-    reverse_feature(scratch->right.gradient, state->width, state->right_pad, total);
-
-    for (int j = 0; j <= 2 * MATCH_CENSUS_RADIUS; j++) {
-        pad_row(&input->left, input->left_span, y + j - MATCH_CENSUS_RADIUS, scratch->window[j]);
-    }
-    compute_features(scratch->window, state->width, &scratch->left);
-    const uint8_t *guide = scratch->window[MATCH_CENSUS_RADIUS] + MATCH_CENSUS_RADIUS;
-    scratch->weight[0] = 0;
-    for (int x = 1; x < state->width; x++) {
-        const int step =
-            guide[x] > guide[x - 1] ? guide[x] - guide[x - 1] : guide[x - 1] - guide[x];
-        scratch->weight[x] = state->weight_of_step[step];
-    }
-    scratch->weight[state->width] = 0;
-}
-
-MATCH_INLINE void average_row(struct match_state *state, struct match_scratch *scratch, int y,
-                              const int lanes) {
-    const int count = state->options.disparity_count;
-    uint8_t *row = state->ring[y % MATCH_RING_ROWS];
-
-    // Forward: row[x] = average of the costs up to x, weighed by the edges between.
-    uint32_t mass = 0;
-    for (int x = 0; x < state->width; x++) {
-        uint8_t *cost = scratch->cells + (ptrdiff_t)x * lanes;
-        uint8_t *forward = row + (ptrdiff_t)x * lanes;
-        const int right_index =
-            state->width - 1 - x + state->options.disparity_min + state->right_pad;
-        INVARIANT(right_index >= 0);
-        lanes_cost(&scratch->left, x, &scratch->right, right_index, lanes, cost);
-        for (int i = count; i < lanes; i++) {
-            cost[i] = MATCH_COST_MAX;
+    for (int column = 0; column < columns; column++) {
+        const int x = x_begin + column;
+        struct vector left[MATCH_CENSUS_PLANES + 1];
+        for (int plane = 0; plane <= MATCH_CENSUS_PLANES; plane++) {
+            left[plane] = vector_each(left_at[plane], x);
         }
-        const uint32_t carried = match_carry(mass, scratch->weight[x]);
-        if (x == 0) {
-            memcpy(forward, cost, (size_t)lanes);
-        } else {
-            lanes_blend(forward - lanes, cost, match_share(state, carried, MATCH_MASS_ONE), lanes,
-                        forward);
+        for (int i = 0; i < lanes; i += MATCH_LANES) {
+            struct vector right[MATCH_CENSUS_PLANES + 1];
+            for (int plane = 0; plane <= MATCH_CENSUS_PLANES; plane++) {
+                right[plane] = vector_load(right_at[plane], first - x + i);
+            }
+            vector_store(to, column * lanes + i, vector_cost(left, right));
         }
-        mass = MATCH_MASS_ONE + carried;
-        scratch->mass[x] = (uint16_t)mass;
-    }
-
-    // Backward: the average of the costs from the right up to x + 1 joins row[x].
-    uint8_t *backward = scratch->cells + (ptrdiff_t)(state->width - 1) * lanes;
-    mass = MATCH_MASS_ONE;
-    for (int x = state->width - 2; x >= 0; x--) {
-        uint8_t *forward = row + (ptrdiff_t)x * lanes;
-        uint8_t *cost = scratch->cells + (ptrdiff_t)x * lanes;
-        const uint32_t carried = match_carry(mass, scratch->weight[x + 1]);
-        lanes_blend(forward, backward, match_share(state, scratch->mass[x], carried), lanes,
-                    forward);
-        lanes_blend(backward, cost, match_share(state, carried, MATCH_MASS_ONE), lanes, cost);
-        backward = cost;
-        mass = MATCH_MASS_ONE + carried;
     }
 }
 
-static void cost_row(struct match_state *state, struct match_scratch *scratch, int y) {
-    prepare_features(state, scratch, y);
-#define AVERAGE_ROW(lanes) average_row(state, scratch, y, lanes)
-    MATCH_WITH_CONSTANT_LANES(state->lanes, AVERAGE_ROW);
-#undef AVERAGE_ROW
+// Averages of the costs up to each column, weighed by the edges between.
+MATCH_INLINE void average_forward(const struct cost_view *of, const struct match_tile *tile,
+                                  int x_begin, int columns, const int groups, const int lanes) {
+    // A copy: stores of bytes cannot change it.
+    const struct cost_view view = *of;
+    const match_share *shares_at[MATCH_ROWS_ABREAST];
+    for (int r = 0; r < groups * VECTOR_MEMBERS; r++) {
+        shares_at[r] = view.line[r].cost.forward;
+    }
+    struct lanes average[COST_GROUPS];
+    for (int q = 0; q < groups; q++) {
+        load_lanes((const uint8_t *const *)view.running + q * VECTOR_MEMBERS, 0, &average[q],
+                   lanes);
+    }
+    ptrdiff_t cell = tile->offset;
+    for (int x = x_begin; x < x_begin + columns; x++, cell += lanes) {
+        for (int q = 0; q < groups; q++) {
+            const int r = q * VECTOR_MEMBERS;
+            const struct vector_shares shares = vector_shares_each(shares_at + r, x);
+            for (int k = 0; k < lanes / MATCH_LANES; k++) {
+                const ptrdiff_t at = cell + (ptrdiff_t)k * MATCH_LANES;
+                const struct vector cost = vector_load((const uint8_t *const *)view.raw + r, at);
+                average[q].part[k] = vector_blend(average[q].part[k], cost, shares);
+                vector_store(view.averaged + r, at, average[q].part[k]);
+            }
+        }
+    }
+    for (int q = 0; q < groups; q++) {
+        store_lanes(&average[q], view.running + q * VECTOR_MEMBERS, 0, lanes);
+    }
+}
+
+// The averages of the costs to the right of each column join those from the left.
+MATCH_INLINE void average_backward(const struct cost_view *of, const struct match_tile *tile,
+                                   int x_begin, int columns, const int groups, const int lanes) {
+    const struct cost_view view = *of;
+    const match_share *joined_at[MATCH_ROWS_ABREAST];
+    const match_share *backward_at[MATCH_ROWS_ABREAST];
+    for (int r = 0; r < groups * VECTOR_MEMBERS; r++) {
+        joined_at[r] = view.line[r].cost.joined;
+        backward_at[r] = view.line[r].cost.backward;
+    }
+    struct lanes average[COST_GROUPS];
+    for (int q = 0; q < groups; q++) {
+        load_lanes((const uint8_t *const *)view.running + q * VECTOR_MEMBERS, 0, &average[q],
+                   lanes);
+    }
+    ptrdiff_t cell = tile->offset + (ptrdiff_t)columns * lanes;
+    for (int x = x_begin + columns - 1; x >= x_begin; x--) {
+        cell -= lanes;
+        for (int q = 0; q < groups; q++) {
+            const int r = q * VECTOR_MEMBERS;
+            const struct vector_shares joined = vector_shares_each(joined_at + r, x);
+            const struct vector_shares backward = vector_shares_each(backward_at + r, x);
+            for (int k = 0; k < lanes / MATCH_LANES; k++) {
+                const ptrdiff_t at = cell + (ptrdiff_t)k * MATCH_LANES;
+                const struct vector from_left =
+                    vector_load((const uint8_t *const *)view.averaged + r, at);
+                const struct vector cost = vector_load((const uint8_t *const *)view.raw + r, at);
+                vector_store(view.averaged + r, at,
+                             vector_blend(from_left, average[q].part[k], joined));
+                average[q].part[k] = vector_blend(average[q].part[k], cost, backward);
+            }
+        }
+    }
+    for (int q = 0; q < groups; q++) {
+        store_lanes(&average[q], view.running + q * VECTOR_MEMBERS, 0, lanes);
+    }
+}
+
+// Brings what comes from the neighbour, in the window of the tile `from`, into that of `tile`; where
+// that has no value, the neighbour has no say: the pixel's own cost. The first pixel on the way
+// (`from` is NULL) is its own average.
+static void enter_tile_with_averages(const struct cost_view *view, const int rows,
+                                     const struct match_tile *from, const struct match_tile *tile,
+                                     int column) {
+    for (int r = 0; r < rows; r++) {
+        const uint8_t *own = match_cell(view->raw[r], tile, column);
+        if (from == NULL) {
+            memcpy(view->running[r], own, (size_t)tile->lanes);
+        } else if (!match_same_window(from, tile)) {
+            uint8_t realigned[MATCH_MAX_DISPARITIES];
+            match_realign(view->running[r], from, own, tile, realigned);
+            memcpy(view->running[r], realigned, (size_t)tile->lanes);
+        }
+    }
+}
+
+MATCH_INLINE void average_rows(const struct cost_view *view, const int groups) {
+    const struct match_level *level = view->level;
+    const int rows = groups * VECTOR_MEMBERS;
+    for (int t = 0; t < level->tiles; t++) {
+        const struct match_tile *tile = &view->tiles[t];
+        const int columns = match_tile_columns(level, t);
+        const int x = t * MATCH_TILE_COLUMNS;
+        for (int r = 0; r < rows; r += VECTOR_MEMBERS) {
+#define TILE_COSTS(lanes) tile_costs(view, r, tile, x, columns, lanes)
+            MATCH_WITH_CONSTANT_LANES(tile->lanes, TILE_COSTS);
+#undef TILE_COSTS
+        }
+        enter_tile_with_averages(view, rows, t == 0 ? NULL : tile - 1, tile, 0);
+#define AVERAGE_FORWARD(lanes) average_forward(view, tile, x, columns, groups, lanes)
+        MATCH_WITH_CONSTANT_LANES(tile->lanes, AVERAGE_FORWARD);
+#undef AVERAGE_FORWARD
+    }
+    for (int t = level->tiles - 1; t >= 0; t--) {
+        const struct match_tile *tile = &view->tiles[t];
+        const bool first = t == level->tiles - 1;
+        const int columns = match_tile_columns(level, t);
+        enter_tile_with_averages(view, rows, first ? NULL : tile + 1, tile, columns - 1);
+#define AVERAGE_BACKWARD(lanes)                                                              \
+    average_backward(view, tile, t *MATCH_TILE_COLUMNS, first ? columns - 1 : columns, groups, \
+                     lanes)
+        MATCH_WITH_CONSTANT_LANES(tile->lanes, AVERAGE_BACKWARD);
+#undef AVERAGE_BACKWARD
+    }
+}
+
+// Rows [y_begin, y_begin + rows), all in the present band or all in the next one.
+static void cost_rows(struct match_level *level, struct match_scratch *scratch, int y_begin,
+                      int rows) {
+    INVARIANT(rows == MATCH_ROWS_ABREAST || rows == MATCH_PAIR_ROWS);
+    struct cost_view view = {.level = level, .line = scratch->line};
+    view.tiles = level->tile[y_begin < level->band_begin + MATCH_BAND_ROWS ? 1 : 2];
+    for (int r = 0; r < rows; r++) {
+        view.averaged[r] = level->ring[(y_begin + r) % MATCH_RING_ROWS];
+        // Messages from above are not there before phase 2.
+        view.raw[r] = level->from_above[1 + scratch->first_slot + r];
+        view.running[r] = scratch->running + (size_t)r * (size_t)level->lanes;
+    }
+    right_features(level, scratch, y_begin, rows);
+    left_features(level, scratch, y_begin, rows);
+    if (rows == MATCH_ROWS_ABREAST) {
+        row_shares(level, scratch, MATCH_ROWS_ABREAST);
+        average_rows(&view, MATCH_ROWS_ABREAST / VECTOR_MEMBERS);
+    } else {
+        row_shares(level, scratch, MATCH_PAIR_ROWS);
+        average_rows(&view, MATCH_PAIR_ROWS / VECTOR_MEMBERS);
+    }
 }
 
 #endif

@@ -23,7 +23,7 @@ static const struct {
 } levels[] = {
 #if defined(__x86_64__)
     {&match_avx2_kernels, runs_avx2},
-    {&match_sse41_kernels, runs_sse41},
+    {&match_plain_kernels, runs_plain},
 #endif
     {&match_plain_kernels, runs_plain},
 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The three phases of the matcher, compiled once a processor level from the same text
-/// (match_*_phase.h) over the level's own operations on a pixel's disparities
-/// (match_lanes_*.h). Plain C is the definition; every level gives the same bytes.
+/// (match_*_phase.h) over the level's own operations on the disparities of a pixel or two
+/// (match_vector_*.h). Plain C is the definition; every level gives the same bytes.
 #ifndef VERGENCE_CORE_MATCH_KERNELS_H
 #define VERGENCE_CORE_MATCH_KERNELS_H
 
@@ -17,16 +17,18 @@ extern "C" {
 struct match_kernels {
     const char *name;
 
-    /// Phase 1, row y: features, costs and their edge-aware average along the row, into the ring.
-    void (*cost_row)(struct match_state *state, struct match_scratch *scratch, int y);
+    /// Phase 1, rows [y_begin, y_begin + rows) of a level: features, costs and their edge-aware
+    /// average along the row, into the ring. An even count up to MATCH_ROWS_ABREAST, all in the
+    /// present band or all in the next one.
+    void (*cost_rows)(struct match_level *level, struct match_scratch *scratch, int y_begin,
+                      int rows);
 
-    /// Phase 2, columns [x_begin, x_end) of the band: averages along the columns, messages down.
-    void (*columns)(struct match_state *state, struct match_scratch *scratch, int x_begin,
-                    int x_end);
+    /// Phase 2, tiles [begin, end) of the band: averages along the columns, messages down.
+    void (*columns)(struct match_level *level, struct match_scratch *scratch, int begin, int end);
 
-    /// Phase 3, rows [y_begin, y_end) of the band: messages along the rows, winners and checks,
-    /// into the output.
-    void (*rows)(struct match_state *state, struct match_scratch *scratch, int y_begin, int y_end);
+    /// Phase 3, rows [y_begin, y_begin + rows) of the band: messages along the rows, winners and
+    /// checks, into the output or the surface. An even count up to MATCH_ROWS_ABREAST.
+    void (*rows)(struct match_level *level, struct match_scratch *scratch, int y_begin, int rows);
 };
 
 extern const struct match_kernels match_plain_kernels;

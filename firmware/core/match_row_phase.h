@@ -1,240 +1,326 @@
 // SPDX-License-Identifier: Apache-2.0
-// Phase 3 (included by match_plain.c and its like): messages along the row from both sides, the
-// winner of their sum, sub-pixel position, left-right consistency and the reason why a pixel has no
-// disparity.
+// Phase 3 (included by match_plain.c and its like): messages along the row from both sides, and the
+// winner of their sum with those from above. Up to MATCH_ROWS_ABREAST rows go side by side: each
+// waits for its own previous pixel, not for the other rows.
 #ifndef VERGENCE_CORE_MATCH_ROW_PHASE_H
 #define VERGENCE_CORE_MATCH_ROW_PHASE_H
 
 #include <string.h>
 
 #include "core/invariant.h"
+#include "core/match_judge_phase.h"
+#include "core/match_message.h"
 #include "core/match_state.h"
-#include "core/reason.h"
 
 enum {
-    DISPARITY_ONE = 256,
-    // A winner that beats its best rival by less than this is wrong more often than one in four
-    // times (measured on ten pairs with ground truth).
-    MARGIN_MIN = 24,
-    // Averaged cost of a winner: 99 % of the right ones on the same pairs stay below; images that
-    // have nothing to do with each other mostly lie above.
-    FIT_MAX = 40,
-    TEXTURE_RADIUS = 8,  // along the row
-    TEXTURE_MIN = 6,     // grey levels between the darkest and the brightest pixel
+    // What a message may add to a sum of two that has to fit 8 bits.
+    SUMMAND_MAX = 127,
+    // Lanes beside a winner, which are not its rivals, at the middle of near_lanes.
+    NEAR_MIDDLE = MATCH_MAX_DISPARITIES,
+    ROW_GROUPS = MATCH_ROWS_ABREAST / VECTOR_MEMBERS,
 };
 
-// Large penalty between x - 1 and x of row y.
-static uint8_t large_between(const struct match_state *state, const uint8_t *guide, int x) {
-    const int step = guide[x] > guide[x - 1] ? guide[x] - guide[x - 1] : guide[x - 1] - guide[x];
-    return state->large_of_step[step];
-}
+static const uint8_t near_lanes[2 * MATCH_MAX_DISPARITIES + MATCH_LANES] = {
+    [NEAR_MIDDLE - 1] = UINT8_MAX, [NEAR_MIDDLE] = UINT8_MAX, [NEAR_MIDDLE + 1] = UINT8_MAX};
 
-// Indices whose right pixel lies inside the right row's span.
-static void searched(const struct match_state *state, struct rectify_span right, int x, int *begin,
-                     int *end) {
-    const int first = x - state->options.disparity_min - right.end + 1;
-    const int beyond = x - state->options.disparity_min - right.begin + 1;
-    *begin = first > 0 ? first : 0;
-    *end = beyond < state->options.disparity_count ? beyond : state->options.disparity_count;
-}
+// outside_lanes + 16 - n: the first n of 16 lanes; outside_lanes + 32 - n: all but the first n.
+static const uint8_t outside_lanes[3 * MATCH_LANES] = {
+    [0] = UINT8_MAX,  [1] = UINT8_MAX,  [2] = UINT8_MAX,  [3] = UINT8_MAX,  [4] = UINT8_MAX,
+    [5] = UINT8_MAX,  [6] = UINT8_MAX,  [7] = UINT8_MAX,  [8] = UINT8_MAX,  [9] = UINT8_MAX,
+    [10] = UINT8_MAX, [11] = UINT8_MAX, [12] = UINT8_MAX, [13] = UINT8_MAX, [14] = UINT8_MAX,
+    [15] = UINT8_MAX, [32] = UINT8_MAX, [33] = UINT8_MAX, [34] = UINT8_MAX, [35] = UINT8_MAX,
+    [36] = UINT8_MAX, [37] = UINT8_MAX, [38] = UINT8_MAX, [39] = UINT8_MAX, [40] = UINT8_MAX,
+    [41] = UINT8_MAX, [42] = UINT8_MAX, [43] = UINT8_MAX, [44] = UINT8_MAX, [45] = UINT8_MAX,
+    [46] = UINT8_MAX, [47] = UINT8_MAX};
 
-// Offset of the lowest point of the "V" through three costs, in 1/256 of a disparity, [-128, 128].
-// It is taken from the averaged costs: the messages' sums hold the penalty for leaving a whole
-// disparity, which would pull every offset towards 0 (by 0.15 px, measured).
-static int sub_pixel_q8(int before, int middle, int after) {
-    const int rise_before = before - middle;
-    const int rise_after = after - middle;
-    const int steeper = rise_before > rise_after ? rise_before : rise_after;
-    const int fall = rise_before - rise_after;
-    if (steeper <= 0 || fall >= steeper || -fall >= steeper) {
-        // The messages overruled a lower neighbour: half way is as far as they may be overruled.
-        return fall == 0 ? 0 : (fall < 0 ? -(DISPARITY_ONE / 2) : DISPARITY_ONE / 2);
-    }
-    return fall * (DISPARITY_ONE / 2) / steeper;
-}
-
-// One row on its way through the phase.
 struct row_view {
-    struct match_line *line;  // its scratch
-    const uint8_t *guide;     // left grey values
-    const uint8_t *cost, *above;
-    int32_t *disparity_q8;
-    uint8_t *reason, *confidence;
-    struct rectify_span left, right;
+    const struct match_level *level;
+    struct match_line *line;  // one a row
+    const uint8_t *cost[MATCH_ROWS_ABREAST];
+    const uint8_t *above[MATCH_ROWS_ABREAST];         // messages from above
+    uint8_t *sum[MATCH_ROWS_ABREAST];      // of those and the messages from the left; may be `above`
+    uint8_t *message[MATCH_ROWS_ABREAST];  // of the last pixel of a tile
+    struct rectify_span left[MATCH_ROWS_ABREAST], right[MATCH_ROWS_ABREAST];
 };
 
-MATCH_INLINE void decide(const struct match_state *state, const struct row_view *view, int x,
-                         const uint8_t *from_right, const int lanes) {
-    struct match_line *line = view->line;
-    const ptrdiff_t cell = (ptrdiff_t)x * lanes;
-    int begin;
-    int end;
-    searched(state, view->right, x, &begin, &end);
-    if (x < view->left.begin || x >= view->left.end || begin >= end) {
-        view->reason[x] = REASON_BORDER;
-        view->confidence[x] = 0;
-        view->disparity_q8[x] = DISPARITY_ONE * state->options.disparity_min;
-        line->index[x] = -1;
-        return;
+// Which lanes of the window may win at x: those whose right pixel lies inside the right row's span.
+static inline void searched(const struct row_view *view, int r, const struct match_tile *tile,
+                            int x, int *begin, int *end) {
+    const struct match_level *level = view->level;
+    const int position = x - level->disparity_min - tile->base;
+    const int first = position - view->right[r].end + 1;
+    const int beyond = position - view->right[r].begin + 1;
+    *begin = first > 0 ? first : 0;
+    *end = beyond < tile->lanes ? beyond : tile->lanes;
+}
+
+// Messages from the left through one tile, each summed with the one from above.
+MATCH_INLINE void pass_right(const struct row_view *of, const struct match_tile *tile, int x_begin,
+                             int columns, const int groups, const int lanes) {
+    // A copy: stores of bytes cannot change it.
+    const struct row_view view = *of;
+    const uint8_t *penalty[MATCH_ROWS_ABREAST];
+    for (int r = 0; r < groups * VECTOR_MEMBERS; r++) {
+        penalty[r] = view.line[r].row.penalty;
     }
-    uint16_t *sum = line->sum;
-    const struct match_winner winner =
-        lanes_winner(view->above + cell, line->cells + cell, from_right, lanes, begin, end, sum);
-    const int i = winner.index;
-    int offset_q8 = 0;
-    if (i > begin && i + 1 < end) {
-        const uint8_t *cost = view->cost + cell + i;
-        offset_q8 = sub_pixel_q8(cost[-1], cost[0], cost[1]);
+    const struct vector small = vector_all(view.level->state->method->small);
+    const struct vector most = vector_all(SUMMAND_MAX);
+    const int count = lanes / MATCH_LANES;
+    struct lanes message[ROW_GROUPS];
+    for (int q = 0; q < groups; q++) {
+        load_lanes((const uint8_t *const *)view.message + q * VECTOR_MEMBERS, 0, &message[q],
+                   lanes);
     }
-    line->index[x] = (int16_t)i;
-    view->disparity_q8[x] = DISPARITY_ONE * (state->options.disparity_min + i) + offset_q8;
-    const int margin = winner.rival - winner.lowest;
-    view->confidence[x] = (uint8_t)(margin > UINT8_MAX ? UINT8_MAX : margin);
-    view->reason[x] = REASON_VALID;
-    const int right_x = x - state->options.disparity_min - i;
-    INVARIANT(right_x >= view->right.begin && right_x < view->right.end);
-    if (winner.lowest < line->right_lowest[right_x]) {
-        line->right_lowest[right_x] = winner.lowest;
-        line->right_index[right_x] = (int16_t)i;
+    ptrdiff_t cell = tile->offset;
+    for (int x = x_begin; x < x_begin + columns; x++, cell += lanes) {
+        for (int q = 0; q < groups; q++) {
+            const int r = q * VECTOR_MEMBERS;
+            const struct message_penalties penalties = {small, vector_each(penalty + r, x)};
+            struct lanes cost;
+            load_lanes(view.cost + r, cell, &cost, lanes);
+            pass_message(&cost, penalties, &message[q], lanes);
+            for (int k = 0; k < count; k++) {
+                const ptrdiff_t at = cell + (ptrdiff_t)k * MATCH_LANES;
+                const struct vector above = vector_load(view.above + r, at);
+                vector_store(view.sum + r, at,
+                             vector_add(vector_min(above, most),
+                                        vector_min(message[q].part[k], most)));
+            }
+        }
+    }
+    for (int q = 0; q < groups; q++) {
+        store_lanes(&message[q], view.message + q * VECTOR_MEMBERS, 0, lanes);
     }
 }
 
-static bool textured(const uint8_t *guide, struct rectify_span span, int x) {
-    const int begin = x - TEXTURE_RADIUS > span.begin ? x - TEXTURE_RADIUS : span.begin;
-    const int end = x + TEXTURE_RADIUS + 1 < span.end ? x + TEXTURE_RADIUS + 1 : span.end;
-    uint8_t darkest = UINT8_MAX;
-    uint8_t brightest = 0;
-    for (int i = begin; i < end; i++) {
-        darkest = guide[i] < darkest ? guide[i] : darkest;
-        brightest = guide[i] > brightest ? guide[i] : brightest;
+// Hides the lanes from i on that may not win.
+static inline struct vector hide_outside(const struct row_view *view, int r_begin,
+                                         const struct match_tile *tile, int x, int i,
+                                         struct vector total) {
+    const uint8_t *front[VECTOR_MEMBERS];
+    const uint8_t *behind[VECTOR_MEMBERS];
+    for (int r = 0; r < VECTOR_MEMBERS; r++) {
+        int begin;
+        int end;
+        searched(view, r_begin + r, tile, x, &begin, &end);
+        begin = begin < i ? 0 : (begin > i + MATCH_LANES ? MATCH_LANES : begin - i);
+        end = end < i ? 0 : (end > i + MATCH_LANES ? MATCH_LANES : end - i);
+        front[r] = outside_lanes + MATCH_LANES - begin;
+        behind[r] = outside_lanes + 2 * MATCH_LANES - end;
     }
-    return brightest - darkest >= TEXTURE_MIN;
+    return vector_or(total, vector_or(vector_load(front, 0), vector_load(behind, 0)));
 }
 
-static bool consistent(const struct match_line *line, int right_x, int i) {
-    const int gap = line->right_index[right_x] - i;
-    return gap <= 1 && gap >= -1;
-}
-
-// Why the winner of pixel x is not to be believed, or REASON_VALID.
-static enum reason judge(const struct match_state *state, const struct row_view *view, int x) {
-    const int i = view->line->index[x];
-    const int count = state->options.disparity_count;
-    if (!consistent(view->line, x - state->options.disparity_min - i, i)) {
-        return REASON_OCCLUDED;
+// The first lane of a member that is the lowest of all `total`.
+MATCH_INLINE void first_lowest(const struct vector *total, struct vector lowest,
+                               int lane[VECTOR_MEMBERS], const int count) {
+    for (int r = 0; r < VECTOR_MEMBERS; r++) {
+        lane[r] = -1;
     }
-    const bool fits = view->cost[(ptrdiff_t)x * state->lanes + i] <= FIT_MAX;
-    const bool at_end = count > 2 && (i == 0 || i == count - 1);
-    const bool distinct = view->confidence[x] >= MARGIN_MIN;
-    if (fits && !at_end && distinct) {
-        return REASON_VALID;
-    }
-    if (!textured(view->guide, view->left, x)) {
-        return REASON_NO_TEXTURE;
-    }
-    return fits && !at_end ? REASON_AMBIGUOUS : REASON_OUT_OF_RANGE;
-}
-
-static void vet_row(const struct match_state *state, const struct row_view *view) {
-    for (int x = view->left.begin; x < view->left.end; x++) {
-        if (view->reason[x] == REASON_VALID) {
-            view->reason[x] = (uint8_t)judge(state, view, x);
+    for (int k = 0; k < count; k++) {
+        const uint32_t equal = vector_equal(total[k], lowest);
+        for (int r = 0; r < VECTOR_MEMBERS; r++) {
+            const uint32_t bits = equal >> (MATCH_LANES * r) & 0xffff;
+            if (count == 1) {
+                lane[r] = __builtin_ctz(bits);
+            } else if (lane[r] < 0 && bits != 0) {
+                lane[r] = MATCH_LANES * k + __builtin_ctz(bits);
+            }
         }
     }
 }
 
-// Two rows go side by side: each waits for its own previous pixel, not for the other row.
+// Sums up all messages of pixel x of the rows from r_begin on and notes the winner of each.
+MATCH_INLINE void choose(const struct row_view *view, int r_begin, const struct match_tile *tile,
+                         int x, ptrdiff_t cell, const struct lanes *message, const bool hide,
+                         const int lanes) {
+    const int count = lanes / MATCH_LANES;
+    struct vector total[MESSAGE_VECTORS];
+    struct vector lowest = vector_all(UINT8_MAX);
+    for (int k = 0; k < count; k++) {
+        total[k] = vector_add(vector_load((const uint8_t *const *)view->sum + r_begin,
+                                          cell + (ptrdiff_t)k * MATCH_LANES),
+                              message->part[k]);
+        if (hide) {
+            total[k] = hide_outside(view, r_begin, tile, x, k * MATCH_LANES, total[k]);
+        }
+        lowest = vector_min(lowest, total[k]);
+    }
+    lowest = vector_lowest(lowest);
+    int lane[VECTOR_MEMBERS];
+    first_lowest(total, lowest, lane, count);
+    const uint8_t *near[VECTOR_MEMBERS];
+    for (int r = 0; r < VECTOR_MEMBERS; r++) {
+        near[r] = near_lanes + NEAR_MIDDLE - lane[r];
+    }
+    struct vector rival = vector_all(UINT8_MAX);
+    for (int k = 0; k < count; k++) {
+        rival = vector_min(
+            rival, vector_or(total[k], vector_load(near, (ptrdiff_t)k * MATCH_LANES)));
+    }
+    const struct vector margin = vector_sub(vector_lowest(rival), lowest);
+    for (int r = 0; r < VECTOR_MEMBERS; r++) {
+        view->line[r_begin + r].row.lane[x] = (int16_t)lane[r];
+        view->line[r_begin + r].row.margin[x] = vector_first(margin, r);
+    }
+}
 
-MATCH_INLINE void messages_from_left(const struct match_state *state, const struct row_view *views,
-                                     const int rows, const int lanes) {
-    int lowest[MATCH_ROWS_ABREAST];
+// Messages from the right through one tile, each summed with the others and decided as it comes.
+MATCH_INLINE void pass_left(const struct row_view *of, const struct match_tile *tile, int x_begin,
+                            int columns, const bool hide, const int groups, const int lanes) {
+    const struct row_view view = *of;
+    const uint8_t *penalty[MATCH_ROWS_ABREAST];
+    for (int r = 0; r < groups * VECTOR_MEMBERS; r++) {
+        penalty[r] = view.line[r].row.penalty + 1;
+    }
+    const struct vector small = vector_all(view.level->state->method->small);
+    struct lanes message[ROW_GROUPS];
+    for (int q = 0; q < groups; q++) {
+        load_lanes((const uint8_t *const *)view.message + q * VECTOR_MEMBERS, 0, &message[q],
+                   lanes);
+    }
+    ptrdiff_t cell = tile->offset + (ptrdiff_t)columns * lanes;
+    for (int x = x_begin + columns - 1; x >= x_begin; x--) {
+        cell -= lanes;
+        for (int q = 0; q < groups; q++) {
+            const int r = q * VECTOR_MEMBERS;
+            const struct message_penalties penalties = {small, vector_each(penalty + r, x)};
+            struct lanes cost;
+            load_lanes(view.cost + r, cell, &cost, lanes);
+            pass_message(&cost, penalties, &message[q], lanes);
+            choose(&view, r, tile, x, cell, &message[q], hide, lanes);
+        }
+    }
+    for (int q = 0; q < groups; q++) {
+        store_lanes(&message[q], view.message + q * VECTOR_MEMBERS, 0, lanes);
+    }
+}
+
+// Brings the messages from one window into another; nothing comes from beyond the ends of a row
+// (`from` is NULL): the first message is the cost.
+static void enter_tile_with_messages(const struct row_view *view, const int rows,
+                                     const struct match_tile *from,
+                                     const struct match_tile *tile) {
     for (int r = 0; r < rows; r++) {
-        memcpy(views[r].line->cells, views[r].cost, (size_t)lanes);
-        lowest[r] = lanes_lowest(views[r].cost, lanes);
-    }
-    for (int x = 1; x < state->width; x++) {
-        const ptrdiff_t cell = (ptrdiff_t)x * lanes;
-        for (int r = 0; r < rows; r++) {
-            const struct match_penalties penalties = {MATCH_PENALTY_SMALL,
-                                                      large_between(state, views[r].guide, x)};
-            uint8_t *message = views[r].line->cells + cell;
-            lowest[r] = lanes_message(views[r].cost + cell, message - lanes, lowest[r], penalties,
-                                      lanes, message);
+        if (from == NULL) {
+            memset(view->message[r], 0, (size_t)tile->lanes);
+        } else if (!match_same_window(from, tile)) {
+            uint8_t realigned[MATCH_MAX_DISPARITIES];
+            match_realign(view->message[r], from, NULL, tile, realigned);
+            memcpy(view->message[r], realigned, (size_t)tile->lanes);
         }
     }
 }
 
-// Messages from the right, each summed with the others and decided as it comes.
-MATCH_INLINE void messages_from_right(const struct match_state *state, const struct row_view *views,
-                                      const int rows, const int lanes) {
-    const int last = state->width - 1;
-    int lowest[MATCH_ROWS_ABREAST];
+// Whether some lane of some pixel of the tile may not win.
+static bool hides(const struct row_view *view, const int rows, const struct match_tile *tile,
+                  int x_begin, int columns) {
     for (int r = 0; r < rows; r++) {
-        uint8_t *message = views[r].line->message[last & 1];
-        memcpy(message, views[r].cost + (ptrdiff_t)last * lanes, (size_t)lanes);
-        lowest[r] = lanes_lowest(message, lanes);
-        decide(state, &views[r], last, message, lanes);
+        int begin;
+        int end;
+        searched(view, r, tile, x_begin + columns - 1, &begin, &end);
+        const int last_begin = begin;
+        searched(view, r, tile, x_begin, &begin, &end);
+        if (last_begin > 0 || end < tile->lanes || x_begin < view->left[r].begin ||
+            x_begin + columns > view->left[r].end) {
+            return true;
+        }
     }
-    for (int x = last - 1; x >= 0; x--) {
-        const ptrdiff_t cell = (ptrdiff_t)x * lanes;
-        for (int r = 0; r < rows; r++) {
-            const struct match_penalties penalties = {MATCH_PENALTY_SMALL,
-                                                      large_between(state, views[r].guide, x + 1)};
-            const uint8_t *previous = views[r].line->message[(x + 1) & 1];
-            uint8_t *message = views[r].line->message[x & 1];
-            lowest[r] =
-                lanes_message(views[r].cost + cell, previous, lowest[r], penalties, lanes, message);
-            decide(state, &views[r], x, message, lanes);
+    return false;
+}
+
+// Notes the winners of a tile.
+static void note_tile(const struct row_view *view, const int rows, const struct match_tile *tile,
+                      int x_begin, int columns, bool hidden) {
+    for (int r = 0; r < rows; r++) {
+        struct match_line *line = &view->line[r];
+        const uint8_t *cost = view->cost[r] + tile->offset;
+        for (int x = x_begin; x < x_begin + columns; x++, cost += tile->lanes) {
+            int begin = 0;
+            int end = tile->lanes;
+            if (hidden) {
+                searched(view, r, tile, x, &begin, &end);
+                if (x < view->left[r].begin || x >= view->left[r].end || begin >= end) {
+                    // Its right pixel is one beyond the row.
+                    line->row.lane[x] = -1;
+                    line->row.right_x[x] = (int16_t)view->level->width;
+                    continue;
+                }
+            }
+            note_winner(line, view->level->disparity_min, tile, x, cost, begin, end);
         }
     }
 }
 
-MATCH_INLINE void messages(const struct match_state *state, const struct row_view *views, int rows,
-                           const int lanes) {
-    if (rows == MATCH_ROWS_ABREAST) {
-        messages_from_left(state, views, MATCH_ROWS_ABREAST, lanes);
-        messages_from_right(state, views, MATCH_ROWS_ABREAST, lanes);
+MATCH_INLINE void pass_both_ways(const struct row_view *view, const int groups) {
+    const struct match_level *level = view->level;
+    const int rows = groups * VECTOR_MEMBERS;
+    for (int t = 0; t < level->tiles; t++) {
+        const struct match_tile *tile = &level->tile[1][t];
+        const int columns = match_tile_columns(level, t);
+        enter_tile_with_messages(view, rows, t == 0 ? NULL : tile - 1, tile);
+#define PASS_RIGHT(lanes) pass_right(view, tile, t *MATCH_TILE_COLUMNS, columns, groups, lanes)
+        MATCH_WITH_CONSTANT_LANES(tile->lanes, PASS_RIGHT);
+#undef PASS_RIGHT
+    }
+    for (int t = level->tiles - 1; t >= 0; t--) {
+        const struct match_tile *tile = &level->tile[1][t];
+        const int columns = match_tile_columns(level, t);
+        const int x = t * MATCH_TILE_COLUMNS;
+        const bool hidden = hides(view, rows, tile, x, columns);
+        enter_tile_with_messages(view, rows, t == level->tiles - 1 ? NULL : tile + 1, tile);
+        if (hidden) {
+#define PASS_LEFT(lanes) pass_left(view, tile, x, columns, true, groups, lanes)
+            MATCH_WITH_CONSTANT_LANES(tile->lanes, PASS_LEFT);
+#undef PASS_LEFT
+        } else {
+#define PASS_LEFT(lanes) pass_left(view, tile, x, columns, false, groups, lanes)
+            MATCH_WITH_CONSTANT_LANES(tile->lanes, PASS_LEFT);
+#undef PASS_LEFT
+        }
+        note_tile(view, rows, tile, x, columns, hidden);
+    }
+}
+
+static void prepare_line(const struct match_level *level, struct match_line *line, int y) {
+    const uint8_t *restrict guide = match_guide(level, y);
+    uint8_t *restrict penalty = line->row.penalty;
+    const int width = level->width;
+    penalty[0] = 0;
+    for (int x = 1; x < width; x++) {
+        penalty[x] = match_large_penalty(match_step(guide[x], guide[x - 1]));
+    }
+    penalty[width] = 0;
+    memset(line->row.claim, UINT8_MAX, (size_t)(width + 1) * sizeof *line->row.claim);
+}
+
+// Rows [y_begin, y_begin + row_count) of the present band.
+static void rows(struct match_level *level, struct match_scratch *scratch, int y_begin,
+                 int row_count) {
+    INVARIANT(row_count == MATCH_ROWS_ABREAST || row_count == MATCH_PAIR_ROWS);
+    struct row_view view = {.level = level, .line = scratch->line};
+    for (int r = 0; r < row_count; r++) {
+        const int y = y_begin + r;
+        const int row = y - level->band_begin;
+        prepare_line(level, &scratch->line[r], y);
+        view.cost[r] = level->ring[y % MATCH_RING_ROWS];
+        view.above[r] = level->from_above[1 + row];
+        // The last row's messages are still needed by the next band; those before the first no
+        // more.
+        view.sum[r] = level->from_above[y == level->band_end - 1 ? 0 : 1 + row];
+        view.message[r] = scratch->running + (size_t)r * (size_t)level->lanes;
+        const int known = y < level->height ? y : level->height - 1;
+        const struct match_input *input = level->state->input;
+        view.left[r] = match_span(level, &input->left, input->left_span, known);
+        view.right[r] = match_span(level, &input->right, input->right_span, known);
+    }
+    if (row_count == MATCH_ROWS_ABREAST) {
+        pass_both_ways(&view, MATCH_ROWS_ABREAST / VECTOR_MEMBERS);
     } else {
-        messages_from_left(state, views, 1, lanes);
-        messages_from_right(state, views, 1, lanes);
+        pass_both_ways(&view, MATCH_PAIR_ROWS / VECTOR_MEMBERS);
     }
-}
-
-static struct row_view view_row(const struct match_state *state, struct match_line *line, int y) {
-    const struct match_input *input = state->input;
-    const struct rectify_span whole = {0, (int16_t)state->width};
-    for (int x = 0; x < state->width; x++) {
-        line->right_lowest[x] = UINT16_MAX;
-        line->right_index[x] = -1;
-    }
-    return (struct row_view){
-        .line = line,
-        .guide = image_u8_row(&input->left, y),
-        .cost = state->ring[y % MATCH_RING_ROWS],
-        .above = state->from_above[1 + y - state->band_begin],
-        .disparity_q8 = image_i32_row(&state->output->disparity_q8, y),
-        .reason = image_u8_row(&state->output->reason, y),
-        .confidence = image_u8_row(&state->output->confidence, y),
-        .left = input->left_span == NULL ? whole : input->left_span[y],
-        .right = input->right_span == NULL ? whole : input->right_span[y],
-    };
-}
-
-static void rows(struct match_state *state, struct match_scratch *scratch, int y_begin, int y_end) {
-    for (int y = y_begin; y < y_end; y += MATCH_ROWS_ABREAST) {
-        const int abreast = y + MATCH_ROWS_ABREAST <= y_end ? MATCH_ROWS_ABREAST : 1;
-        INVARIANT(abreast == y_end - y || abreast == MATCH_ROWS_ABREAST);
-        INVARIANT(state->lanes >= MATCH_LANES);
-        struct row_view views[MATCH_ROWS_ABREAST];
-        for (int r = 0; r < abreast; r++) {
-            views[r] = view_row(state, &scratch->line[r], y + r);
-        }
-#define MESSAGES(lanes) messages(state, views, abreast, lanes)
-        MATCH_WITH_CONSTANT_LANES(state->lanes, MESSAGES);
-#undef MESSAGES
-        for (int r = 0; r < abreast && !state->options.keep_all; r++) {
-            vet_row(state, &views[r]);
-        }
+    for (int r = 0; r < row_count && y_begin + r < level->height; r++) {
+        judge_row(level, &scratch->line[r], y_begin + r, view.left[r]);
     }
 }
 

@@ -1,42 +1,58 @@
 // SPDX-License-Identifier: Apache-2.0
 /// What the parts of the matcher share during one run. Private to match*.c.
 ///
-/// A band of MATCH_BAND_ROWS rows goes through three phases, each split over threads in a way
-/// that cannot change a byte:
-///   1. by rows:    features, cost, edge-aware aggregation along the row      (match_cost_phase.h)
-///   2. by columns: edge-aware aggregation down and up (with MATCH_AHEAD_ROWS rows of
-///                  look-ahead), dynamic-programming message from the row above
-///                  (match_column_phase.h)
-///   3. by rows:    messages from the left and the right, winner, checks       (match_row_phase.h)
+/// The pair is matched on one or more levels: level 0 is the full size, each further one half the
+/// size of the one before. Every level goes through its rows in bands of MATCH_BAND_ROWS, cut into
+/// tiles of MATCH_TILE_COLUMNS columns; a tile searches a window of disparities of its own (all of
+/// them on the coarsest level, those near the coarser level's surface on the others). A band goes
+/// through three phases, each split over threads in a way that cannot change a byte:
+///   1. by rows:  features, cost, edge-aware average along the row            (match_cost_phase.h)
+///   2. by tiles: edge-aware average down and up (with MATCH_AHEAD_ROWS rows of look-ahead),
+///                dynamic-programming message from the row above            (match_column_phase.h)
+///   3. by rows:  messages from the left and the right, winner, checks         (match_row_phase.h)
 #ifndef VERGENCE_CORE_MATCH_STATE_H
 #define VERGENCE_CORE_MATCH_STATE_H
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 #include "core/match.h"
 
 enum {
     MATCH_LANES = 16,      // disparities are padded to a multiple of this
-    MATCH_COST_MAX = 127,  // so that cost + penalty stays below 256
-    MATCH_PENALTY_MAX = 128,
-    MATCH_PENALTY_SMALL = 20,  // a change by one disparity
-    MATCH_WEIGHT_ONE = 128,    // shares of a blend are in 1/128, between 1 and 127
+    MATCH_COST_MAX = 127,  // so that a message stays below 256
+    MATCH_WEIGHT_ONE = 128,  // shares of a blend are in 1/128, between 1 and 127
     MATCH_CENSUS_PLANES = 3,
     MATCH_CENSUS_WEIGHT = 4,
+    MATCH_CENSUS_RADIUS = 2,
     MATCH_GRADIENT_TRUNCATION = 18,
     MATCH_LEAN = 4,  // price of a neighbouring disparity in an average along a column
+    MATCH_TILE_COLUMNS = 16,
     MATCH_BAND_ROWS = 8,
     MATCH_AHEAD_ROWS = 6,
     MATCH_RING_ROWS = MATCH_BAND_ROWS + MATCH_AHEAD_ROWS,
-    MATCH_STRIP_COLUMNS = 16,
-    MATCH_ROWS_ABREAST = 2,
-    MATCH_CENSUS_RADIUS = 2,
-    MATCH_MASS_ONE = 4096,  // masses of recursive averages are in 1/4096, below 10 each
-    MATCH_MASS_STEP = 32,   // resolution of the table of inverse masses
-    MATCH_MASS_STEPS = 2 * 10 * MATCH_MASS_ONE / MATCH_MASS_STEP,
-    MATCH_INVERSE_ONE = 1 << 20,
+    MATCH_GUIDE_ROWS = 16,   // at least MATCH_RING_ROWS + 1
+    MATCH_SURFACE_ROWS = 16,
+    MATCH_TEXTURE_COLUMNS = 16,
+    MATCH_ROWS_ABREAST = 4,  // rows that one call of a kernel takes at most
+    MATCH_PAIR_ROWS = 2,     // rows are shared out to threads in pairs
+    MATCH_MAX_THREADS = MATCH_BAND_ROWS / MATCH_PAIR_ROWS,
+    MATCH_MAX_LEVELS = 7,
+    MATCH_MASS_ONE = 512,  // masses of recursive averages are in 1/512, below 10 each
+};
+
+/// A share of the first of two values in a blend, and of the second: low and high byte, together
+/// MATCH_WEIGHT_ONE.
+typedef uint16_t match_share;
+
+/// The window of disparities that a tile searches, and where its cells lie in a row of cells:
+/// column x of the tile at offset + (x - first column) * lanes.
+struct match_tile {
+    int32_t offset;  // bytes
+    int16_t base;    // index of the first lane: disparity - disparity_min of the level
+    int16_t lanes;   // a multiple of MATCH_LANES
 };
 
 /// Features of one row: 24 census bits in three byte planes, and the horizontal gradient.
@@ -45,58 +61,81 @@ struct match_features {
     uint8_t *gradient;  // 128 + clipped gradient
 };
 
-struct match_penalties {
-    uint8_t small;  // a change by one disparity
-    uint8_t large;  // any other change
-};
-
-/// The winner among the summed messages of a pixel.
-struct match_winner {
-    int index;        // first disparity index with the lowest sum
-    uint16_t lowest;  // its sum
-    uint16_t rival;   // lowest sum among indices at least 2 away; UINT16_MAX when there is none
-};
-
-/// Scratch of one row in phase 3.
+/// One row on its way through phases 1 and 3. Phase 1 is done with its part before phase 3 begins,
+/// so both lie in the same memory.
 struct match_line {
-    uint8_t *cells;          // width x lanes: messages from the left
-    uint8_t *message[2];     // from the right: present and previous pixel, lanes each
-    uint16_t *sum;           // lanes: sums of one pixel
-    uint16_t *right_lowest;  // width: lowest sum that claims a right pixel
-    int16_t *right_index;    // width: its disparity index
-    int16_t *index;          // width: winners of the row
+    struct {
+        struct match_features left, right;  // right: reversed, padded on both sides
+        uint16_t *weight;       // by column: of the edge between x - 1 and x
+        match_share *forward;   // of what comes from the left, where the pixel's own cost joins it
+        match_share *joined;    // of that average, where it meets what comes from the right
+        match_share *backward;  // of what comes from the right, where the pixel's own cost joins it
+    } cost;
+    struct {
+        uint8_t *penalty;        // large penalty between x - 1 and x
+        uint8_t *margin;         // by which the winner beats its best rival
+        int16_t *lane;           // the winner, first in its window, then in the level's range;
+                                 // -1: none
+        uint32_t *around;        // averaged costs before, at and after the winner, in the lower bytes
+        uint8_t *fit;            // averaged cost of the winner
+        int16_t *right_x;        // the winner's right pixel
+        uint8_t *fits;           // whether the winner may be right
+        uint8_t *darkest, *brightest;  // of MATCH_TEXTURE_COLUMNS pixels from x on
+        uint32_t *claim;         // lowest cost that claims a right pixel, and its lane
+    } row;
 };
 
 /// Scratch of one thread.
 struct match_scratch {
-    uint8_t *window[2 * MATCH_CENSUS_RADIUS + 1];  // padded image rows
-    struct match_features left, right;             // right: reversed, padded on both sides
-    uint8_t *cells;                                // width x lanes: costs
-    uint16_t *weight;                              // width + 1, between x - 1 and x
-    uint16_t *mass;                                // width
-    uint8_t *strip;                                // running averages of MATCH_STRIP_COLUMNS
+    uint8_t *source[2 * MATCH_CENSUS_RADIUS + MATCH_ROWS_ABREAST];  // padded image rows
+    int first_slot;     // of its rows in from_above during phase 1
+    uint16_t *box;      // sums while a row is scaled down
     struct match_line line[MATCH_ROWS_ABREAST];
+    uint8_t *running;   // averages or messages of MATCH_TILE_COLUMNS columns, all lanes
+    uint8_t *realigned; // the same after a change of windows
+};
+
+/// How a preset works.
+struct match_method {
+    int coarse_disparities;  // a level of more disparities than this gets a coarser one; 0: never
+    int halvings;            // from one level to the next
+    int mean_lanes;          // lanes a column on average for which there is memory
+    uint8_t small;           // penalty of a change by one disparity
+};
+
+/// Rows of a pair at one scale.
+struct match_level {
+    struct match_state *state;
+    struct match_level *coarser;  // NULL: searches everything
+    int shift;                    // 2^shift input pixels a side make a pixel
+    int width, height;
+    int tiles;         // a row
+    int disparity_min, disparity_count;
+    int right_pad;         // padding in front of the reversed right features
+    int right_length;      // of the padded features
+    int lanes;             // most lanes of a tile
+    size_t row_bytes;          // of one row of cells
+    int band_begin, band_end;  // rows of the present band
+    int cost_end;              // first row whose cost is not yet in the ring
+    int rows_done;
+
+    struct match_tile *tile[3];                // of the band before, the present, the next one
+    uint8_t *ring[MATCH_RING_ROWS];            // aggregated cost, row y in slot y % MATCH_RING_ROWS
+    uint8_t *from_above[MATCH_BAND_ROWS + 1];  // [0]: last row of the band before
+    uint8_t *down[2];     // downward average: before and after the present band
+    uint16_t *down_mass;  // by column
+    uint8_t *guide[MATCH_GUIDE_ROWS];  // left rows, row y in slot y % MATCH_GUIDE_ROWS; level > 0
+    int16_t *surface[MATCH_SURFACE_ROWS];  // disparity indices by row, -1: none; for the finer
 };
 
 struct match_state {
     const struct match_input *input;
     struct match_options options;
     struct match_output *output;
-    int width, height;
-    int lanes;                 // disparities padded to a multiple of MATCH_LANES
-    int right_pad;             // padding in front of the reversed right features
-    int right_pad_total;       // padding in front and behind
-    int band_begin, band_end;  // rows of the present band
-    int cost_end;              // first row whose cost is not yet in the ring
-
-    uint8_t *ring[MATCH_RING_ROWS];            // aggregated cost, row y in slot y % MATCH_RING_ROWS
-    uint8_t *from_above[MATCH_BAND_ROWS + 1];  // [0]: last row of the band before
-    uint8_t *above_lowest;                     // per column: lowest message of the last row
-    uint8_t *down;                             // downward average
-    uint16_t *down_mass;
-    uint16_t weight_of_step[256];             // edge-aware weight by grey step, in 1/4096
-    uint8_t large_of_step[256];               // large penalty by grey step
-    uint16_t inverse_mass[MATCH_MASS_STEPS];  // MATCH_WEIGHT_ONE / mass, in 1/MATCH_INVERSE_ONE
+    const struct match_method *method;
+    const struct parallel *parallel;
+    struct match_level level[MATCH_MAX_LEVELS];
+    int levels;
     int threads;
     struct match_scratch *scratch;  // one a thread
 };
@@ -118,15 +157,6 @@ struct match_state {
             case 64:                           \
                 call(64);                      \
                 break;                         \
-            case 80:                           \
-                call(80);                      \
-                break;                         \
-            case 96:                           \
-                call(96);                      \
-                break;                         \
-            case 128:                          \
-                call(128);                     \
-                break;                         \
             default:                           \
                 call(lanes);                   \
                 break;                         \
@@ -135,16 +165,119 @@ struct match_state {
 
 #define MATCH_INLINE static inline __attribute__((always_inline))
 
-/// Which share, in 1/128, the first of two masses (their sum >= MATCH_MASS_ONE) gets in a blend.
-static inline int match_share(const struct match_state *state, uint32_t mass_a, uint32_t mass_b) {
-    const uint32_t inverse = state->inverse_mass[(mass_a + mass_b) / MATCH_MASS_STEP];
-    const int share = (int)((mass_a * inverse + MATCH_INVERSE_ONE / 2) / MATCH_INVERSE_ONE);
-    return share < 1 ? 1 : (share < MATCH_WEIGHT_ONE ? share : MATCH_WEIGHT_ONE - 1);
+/// A pair of shares from the first one, between 1 and 127.
+static inline match_share match_share_of(uint16_t share) {
+    return (match_share)((MATCH_WEIGHT_ONE << 8) - UINT8_MAX * share);
 }
 
-/// A neighbour's mass as it arrives across an edge of `weight`, both in 1/4096.
-static inline uint32_t match_carry(uint32_t mass, uint16_t weight) {
-    return mass * weight / MATCH_MASS_ONE;
+/// What two masses, of which the second is not 0, get in a blend: 128 a / (a + b) in binary places
+/// and 16 bits, without branches, so that compilers take many at once.
+static inline match_share match_share_between(uint16_t mass_a, uint16_t mass_b) {
+    const uint16_t whole = (uint16_t)(mass_a + mass_b);
+    uint16_t rest = mass_a;
+    uint16_t share = 0;
+    for (int i = 0; i < 7; i++) {
+        rest = (uint16_t)(2 * rest);
+        const uint16_t taken = rest >= whole ? whole : 0;
+        rest = (uint16_t)(rest - taken);
+        share = (uint16_t)(2 * share + (taken != 0 ? 1 : 0));
+    }
+    return match_share_of(share == 0 ? 1 : share);
+}
+
+/// Both shares the other way round.
+static inline match_share match_share_swapped(match_share share) {
+    return (match_share)(share >> 8 | share << 8);
+}
+
+/// How much a neighbour counts across a step of grey levels, in 1/65536: 0.9 (1 - step / 112)^8,
+/// which is close to 0.9 exp(-step / 14).
+static inline uint16_t match_weight(uint8_t step) {
+    const uint16_t capped = step < 112 ? step : 112;
+    const uint16_t base = (uint16_t)(65520 - 585 * capped);
+    const uint16_t square = (uint16_t)((uint32_t)base * base >> 16);
+    const uint16_t fourth = (uint16_t)((uint32_t)square * square >> 16);
+    const uint16_t eighth = (uint16_t)((uint32_t)fourth * fourth >> 16);
+    return (uint16_t)((uint32_t)eighth * 58982 >> 16);
+}
+
+/// A neighbour's mass as it arrives across an edge of `weight`.
+static inline uint16_t match_carry(uint16_t mass, uint16_t weight) {
+    return (uint16_t)((uint32_t)mass * weight >> 16);
+}
+
+/// Penalty of a jump across a step of grey levels: an edge makes it plausible.
+static inline uint8_t match_large_penalty(uint8_t step) {
+    enum { LARGE_MAX = 120, LARGE_MIN = 40, LARGE_SLOPE = 6 };
+    const uint8_t steps = (LARGE_MAX - LARGE_MIN) / LARGE_SLOPE + 1;
+    const uint8_t lowered = (uint8_t)(LARGE_MAX - LARGE_SLOPE * (step < steps ? step : steps));
+    return lowered > LARGE_MIN ? lowered : LARGE_MIN;
+}
+
+static inline uint8_t match_step(uint8_t a, uint8_t b) {
+    return a > b ? (uint8_t)(a - b) : (uint8_t)(b - a);
+}
+
+/// The cells of column `column` of a tile in a row of cells.
+static inline uint8_t *match_cell(uint8_t *row, const struct match_tile *tile, int column) {
+    return row + tile->offset + (ptrdiff_t)column * tile->lanes;
+}
+
+/// Left row y of a level, for its edges; rows above and below the image repeat its ends.
+static inline const uint8_t *match_guide(const struct match_level *level, int y) {
+    const int row = y < 0 ? 0 : (y < level->height ? y : level->height - 1);
+    if (level->shift == 0) {
+        return image_u8_row(&level->state->input->left, row);
+    }
+    return level->guide[row % MATCH_GUIDE_ROWS];
+}
+
+/// Valid pixels of row y of a level: all input pixels below them are valid.
+static inline struct rectify_span match_span(const struct match_level *level,
+                                             const struct image_u8 *image,
+                                             const struct rectify_span *spans, int y) {
+    const struct rectify_span whole = {0, (int16_t)level->width};
+    if (spans == NULL) {
+        return whole;
+    }
+    int begin = 0;
+    int end = image->width;
+    for (int row = y << level->shift; row < (y + 1) << level->shift; row++) {
+        begin = spans[row].begin > begin ? spans[row].begin : begin;
+        end = spans[row].end < end ? spans[row].end : end;
+    }
+    begin = (begin + (1 << level->shift) - 1) >> level->shift;
+    end >>= level->shift;
+    end = end < level->width ? end : level->width;
+    return (struct rectify_span){(int16_t)begin, (int16_t)(begin < end ? end : begin)};
+}
+
+/// Columns of tile t; the last one may be narrower.
+static inline int match_tile_columns(const struct match_level *level, int t) {
+    const int rest = level->width - t * MATCH_TILE_COLUMNS;
+    return rest < MATCH_TILE_COLUMNS ? rest : MATCH_TILE_COLUMNS;
+}
+
+/// Moves the cells of one pixel from the window `from` to the window `to`. Lanes that `from` does
+/// not have take the value of `fill`, or UINT8_MAX where that is NULL.
+static inline void match_realign(const uint8_t *from_cells, const struct match_tile *from,
+                                 const uint8_t *fill, const struct match_tile *to,
+                                 uint8_t *to_cells) {
+    const int shift = to->base - from->base;  // to lane i is from lane i + shift
+    const int first = shift < 0 ? -shift : 0;
+    const int beyond = from->lanes - shift < to->lanes ? from->lanes - shift : to->lanes;
+    if (fill == NULL) {
+        memset(to_cells, UINT8_MAX, (size_t)to->lanes);
+    } else {
+        memcpy(to_cells, fill, (size_t)to->lanes);
+    }
+    if (first < beyond) {
+        memcpy(to_cells + first, from_cells + first + shift, (size_t)(beyond - first));
+    }
+}
+
+static inline bool match_same_window(const struct match_tile *a, const struct match_tile *b) {
+    return a->base == b->base && a->lanes == b->lanes;
 }
 
 #endif

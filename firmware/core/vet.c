@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/vet.h"
 
+#include <string.h>
+
 #include "core/error.h"
 #include "core/invariant.h"
 #include "core/reason.h"
@@ -64,17 +66,58 @@ static void measure_island(struct island *island, int x, int y) {
     }
 }
 
-static bool joined(const struct match_output *output, int32_t here_q8, int x, int y) {
-    const int32_t step_q8 = image_i32_row(&output->disparity_q8, y)[x] - here_q8;
-    return image_u8_row(&output->reason, y)[x] == MARK_LARGE && step_q8 <= VET_ISLAND_STEP_Q8 &&
-           step_q8 >= -VET_ISLAND_STEP_Q8;
+static inline bool is_step(int32_t a_q8, int32_t b_q8) {
+    return a_q8 - b_q8 > VET_ISLAND_STEP_Q8 || b_q8 - a_q8 > VET_ISLAND_STEP_Q8;
 }
 
-// Most pixels continue a large island to their left or above: no need to measure it again.
-static bool continues_large(const struct match_output *output, int x, int y) {
-    const int32_t here_q8 = image_i32_row(&output->disparity_q8, y)[x];
-    return (x > 0 && joined(output, here_q8, x - 1, y)) ||
-           (y > 0 && joined(output, here_q8, x, y - 1));
+// First column from x on where the run of valid pixels without a step that begins at x ends.
+static int run_end(const uint8_t *reason, const int32_t *disparity_q8, int x, int width) {
+    int end = x + 1;
+    while (end < width && reason[end] == REASON_VALID &&
+           !is_step(disparity_q8[end], disparity_q8[end - 1])) {
+        end++;
+    }
+    return end;
+}
+
+// Whether some pixel of row y in [begin, end) continues a large island in the row above.
+static bool continues_large(const struct match_output *output, int y, int begin, int end) {
+    const uint8_t *above = image_u8_row(&output->reason, y - 1);
+    const int32_t *above_q8 = image_i32_row(&output->disparity_q8, y - 1);
+    const int32_t *here_q8 = image_i32_row(&output->disparity_q8, y);
+    for (int x = begin; x < end; x++) {
+        if (above[x] == MARK_LARGE && !is_step(above_q8[x], here_q8[x])) {
+            return true;
+        }
+    }
+    return false;
+}
+
+// Most runs are large by themselves or continue a large island: no need to measure them.
+static void vet_row(struct island *island, int y) {
+    struct match_output *output = island->output;
+    uint8_t *reason = image_u8_row(&output->reason, y);
+    const int32_t *disparity_q8 = image_i32_row(&output->disparity_q8, y);
+    const int width = output->reason.width;
+    int end;
+    for (int x = 0; x < width; x = end) {
+        end = x + 1;
+        if (reason[x] != REASON_VALID) {
+            continue;
+        }
+        end = run_end(reason, disparity_q8, x, width);
+        const bool meets_large =
+            (x > 0 && reason[x - 1] == MARK_LARGE && !is_step(disparity_q8[x], disparity_q8[x - 1])) ||
+            (end < width && reason[end] == MARK_LARGE &&
+             !is_step(disparity_q8[end], disparity_q8[end - 1]));
+        if (end - x >= island->limit || meets_large ||
+            (y > 0 && continues_large(output, y, x, end))) {
+            memset(reason + x, MARK_LARGE, (size_t)(end - x));
+        } else {
+            measure_island(island, x, y);
+            end = x + 1;
+        }
+    }
 }
 
 int vet_speckles(int speckle_px, struct arena *arena, struct match_output *output) {
@@ -90,25 +133,12 @@ int vet_speckles(int speckle_px, struct arena *arena, struct match_output *outpu
         return ERROR_MEMORY;
     }
     for (int y = 0; y < output->reason.height; y++) {
-        for (int x = 0; x < output->reason.width; x++) {
-            uint8_t *reason = image_u8_row(&output->reason, y) + x;
-            if (*reason != REASON_VALID) {
-                continue;
-            }
-            if (continues_large(output, x, y)) {
-                *reason = MARK_LARGE;
-            } else {
-                measure_island(&island, x, y);
-            }
-        }
+        vet_row(&island, y);
     }
     for (int y = 0; y < output->reason.height; y++) {
         uint8_t *reason = image_u8_row(&output->reason, y);
         for (int x = 0; x < output->reason.width; x++) {
-            INVARIANT(reason[x] != MARK_QUEUED);
-            if (reason[x] == MARK_LARGE) {
-                reason[x] = REASON_VALID;
-            }
+            reason[x] = reason[x] == MARK_LARGE ? REASON_VALID : reason[x];
         }
     }
     arena_release(arena, mark);

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+// The end of phase 3 (included by match_plain.c and its like): what becomes of the winners of a row:
+// sub-pixel position, left-right consistency, and the reason why a pixel has no disparity. Loops over
+// a row without branches, so that compilers take many pixels at once.
+#ifndef VERGENCE_CORE_MATCH_JUDGE_PHASE_H
+#define VERGENCE_CORE_MATCH_JUDGE_PHASE_H
+
+#include <string.h>
+
+#include "core/invariant.h"
+#include "core/match_state.h"
+#include "core/reason.h"
+
+enum {
+    DISPARITY_ONE = 256,
+    CLAIM_FIT = MATCH_MAX_DISPARITIES,  // a claim: cost times this, and the nearer lane first
+    // A winner that beats its best rival by less than this is wrong more often than one in four
+    // times (measured on ten pairs with ground truth).
+    MARGIN_MIN = 24,
+    // Averaged cost of a winner: 99 % of the right ones on the same pairs stay below; images that
+    // have nothing to do with each other mostly lie above.
+    FIT_MAX = 40,
+    TEXTURE_RADIUS = 8,  // along the row
+    TEXTURE_MIN = 6,     // grey levels between the darkest and the brightest pixel
+};
+
+// Offset of the lowest point of the "V" through three costs, in 1/256 of a disparity, [-128, 128].
+// It is taken from the averaged costs: the messages' sums hold the penalty for leaving a whole
+// disparity, which would pull every offset towards 0 (by 0.15 px, measured). Without branches and in
+// 16 bits, so that compilers take many pixels at once.
+static inline int16_t sub_pixel_q8(int16_t before, int16_t middle, int16_t after) {
+    const int16_t rise_before = (int16_t)(before - middle);
+    const int16_t rise_after = (int16_t)(after - middle);
+    const int16_t steeper = rise_before > rise_after ? rise_before : rise_after;
+    const int16_t fall = (int16_t)(rise_before - rise_after);
+    const int16_t size = fall < 0 ? (int16_t)-fall : fall;
+    // The quotient size / (2 steeper) in 8 binary places. Where a neighbour is lower, the messages
+    // overruled it: half way is as far as they may be overruled.
+    int16_t rest = size;
+    int16_t quotient = 0;
+    for (int i = 0; i < 7; i++) {
+        rest = (int16_t)(2 * rest);
+        const int16_t taken = rest >= steeper ? steeper : 0;
+        rest = (int16_t)(rest - taken);
+        quotient = (int16_t)(2 * quotient + (taken != 0 ? 1 : 0));
+    }
+    const int16_t half_way = fall == 0 ? 0 : DISPARITY_ONE / 2;
+    const int16_t offset = steeper <= 0 || size >= steeper ? half_way : quotient;
+    return fall < 0 ? (int16_t)-offset : offset;
+}
+
+// Completes what is known of the winner of pixel x, line->row.lane[x], in a window of which the lanes
+// [begin, end) could win. `cost`: the pixel's averaged costs. Each right pixel belongs to the left one
+// whose cost there is lowest.
+static inline void note_winner(struct match_line *line, int origin, const struct match_tile *tile,
+                               int x, const uint8_t *cost, int begin, int end) {
+    const int lane = line->row.lane[x];
+    INVARIANT(lane >= begin && lane < end);
+    uint32_t around;
+    if (lane > begin && lane + 1 < end) {
+        around = cost[lane - 1] | (uint32_t)cost[lane] << 8 | (uint32_t)cost[lane + 1] << 16;
+    } else {
+        // No neighbour on one side: no sub-pixel position.
+        around = cost[lane] * 0x010101u;
+    }
+    const uint32_t fit = around >> 8 & 0xff;
+    const int index = lane + tile->base;
+    const int right_x = x - origin - index;
+    uint32_t *claim = &line->row.claim[right_x];
+    // Without a branch: which one of two claims is lower cannot be foreseen.
+    const uint32_t own = fit * CLAIM_FIT + (uint32_t)(CLAIM_FIT - 1 - index);
+    *claim = own < *claim ? own : *claim;
+    line->row.around[x] = around;
+    line->row.lane[x] = (int16_t)index;
+    line->row.right_x[x] = (int16_t)right_x;
+}
+
+// Whether the right pixel of each pixel belongs to it or to a neighbour on the same surface.
+static void check_claims(const struct match_level *level, const struct match_line *line,
+                         uint8_t *restrict consistent) {
+    const int16_t *restrict lane = line->row.lane;
+    const int16_t *restrict right_x = line->row.right_x;
+    const uint32_t *restrict claim = line->row.claim;
+    const int width = level->width;
+    for (int x = 0; x < width; x++) {
+        // 0 and 2 are one lane off.
+        const uint32_t gap = CLAIM_FIT - claim[right_x[x]] % CLAIM_FIT - (uint32_t)lane[x];
+        consistent[x] = gap <= 2;
+    }
+}
+
+// Whether the winners lie inside the search range, not at its ends or in the lanes beyond it, and fit.
+static void check_fits(const struct match_level *level, const struct match_line *line,
+                       uint8_t *restrict fits) {
+    const int16_t *restrict lane = line->row.lane;
+    const uint32_t *restrict around = line->row.around;
+    uint8_t *restrict fit = line->row.fit;
+    const int width = level->width;
+    for (int x = 0; x < width; x++) {
+        fit[x] = (uint8_t)(around[x] >> 8);
+    }
+    // A range of one or two has nothing but ends.
+    const int16_t first = level->disparity_count > 2 ? 1 : 0;
+    const int16_t last = (int16_t)(level->disparity_count - 1 - first);
+    for (int x = 0; x < width; x++) {
+        fits[x] = (lane[x] >= first) & (lane[x] <= last) & (fit[x] <= FIT_MAX);
+    }
+}
+
+// Extremes of twice as many pixels as before, `reach`, from each on; the last ones of the row have
+// fewer.
+static inline __attribute__((always_inline)) void widen(uint8_t *restrict darkest,
+                                                        uint8_t *restrict brightest, int width,
+                                                        const int reach) {
+    // Each pixel is written after it was read as a neighbour's.
+    for (int x = 0; x < width - reach; x++) {
+        darkest[x] = darkest[x + reach] < darkest[x] ? darkest[x + reach] : darkest[x];
+    }
+    for (int x = 0; x < width - reach; x++) {
+        brightest[x] = brightest[x + reach] > brightest[x] ? brightest[x + reach] : brightest[x];
+    }
+}
+
+// Whether the grey levels around each pixel differ; near the ends of the span, those inside of it.
+static void check_texture(const struct match_level *level, const struct match_line *line,
+                          const uint8_t *guide, struct rectify_span span,
+                          uint8_t *restrict textured) {
+    uint8_t *restrict darkest = line->row.darkest;
+    uint8_t *restrict brightest = line->row.brightest;
+    const int width = level->width;
+    memcpy(darkest, guide, (size_t)width);
+    memcpy(brightest, guide, (size_t)width);
+    widen(darkest, brightest, width, 1);
+    widen(darkest, brightest, width, 2);
+    widen(darkest, brightest, width, 4);
+    widen(darkest, brightest, width, 8);
+    const int half = MATCH_TEXTURE_COLUMNS / 2;
+    const int begin = span.begin + half < span.end ? span.begin + half : span.end;
+    const int end = span.end - half > begin ? span.end - half : begin;
+    for (int x = begin; x < end; x++) {
+        textured[x] = brightest[x - half] - darkest[x - half] >= TEXTURE_MIN;
+    }
+    const int first = span.begin;
+    const int last = span.end - MATCH_TEXTURE_COLUMNS > first ? span.end - MATCH_TEXTURE_COLUMNS
+                                                               : first;
+    for (int x = span.begin; x < begin; x++) {
+        textured[x] = brightest[first] - darkest[first] >= TEXTURE_MIN;
+    }
+    for (int x = end; x < span.end; x++) {
+        textured[x] = brightest[last] - darkest[last] >= TEXTURE_MIN;
+    }
+}
+
+static void write_surface(struct match_level *level, const struct match_line *line, int y,
+                          const uint8_t *restrict consistent, const uint8_t *restrict fits) {
+    int16_t *restrict surface = level->surface[y % MATCH_SURFACE_ROWS];
+    const int16_t *restrict lane = line->row.lane;
+    // In indices of the finer level, whose pixels are half as large.
+    const int factor = 1 << (level->shift - (level - 1)->shift);
+    const int origin = factor * level->disparity_min - (level - 1)->disparity_min;
+    const int width = level->width;
+    for (int x = 0; x < width; x++) {
+        const int finer = origin + factor * lane[x];
+        surface[x] = (int16_t)(consistent[x] & fits[x] ? (finer < 0 ? 0 : finer) : -1);
+    }
+}
+
+// Why the winner of each pixel is not to be believed, or REASON_VALID.
+static void write_reasons(const struct match_line *line, int width,
+                          const uint8_t *restrict consistent, const uint8_t *restrict fits,
+                          const uint8_t *restrict textured, uint8_t *restrict reason) {
+    const uint8_t *restrict margin = line->row.margin;
+    for (int x = 0; x < width; x++) {
+        uint8_t doubt = fits[x] == 0 ? REASON_OUT_OF_RANGE : REASON_AMBIGUOUS;
+        doubt = textured[x] == 0 ? REASON_NO_TEXTURE : doubt;
+        const uint8_t certain = margin[x] >= MARGIN_MIN ? fits[x] : 0;
+        doubt = certain == 0 ? doubt : REASON_VALID;
+        reason[x] = consistent[x] == 0 ? REASON_OCCLUDED : doubt;
+    }
+    const int16_t *restrict lane = line->row.lane;
+    for (int x = 0; x < width; x++) {
+        reason[x] = lane[x] < 0 ? REASON_BORDER : reason[x];
+    }
+}
+
+static void write_disparities(const struct match_level *level, const struct match_line *line, int y) {
+    const int16_t *restrict lane = line->row.lane;
+    const uint32_t *restrict around = line->row.around;
+    int32_t *restrict disparity_q8 = image_i32_row(&level->state->output->disparity_q8, y);
+    const int lowest_q8 = DISPARITY_ONE * level->disparity_min;
+    const int16_t last = (int16_t)(level->disparity_count - 1);
+    const int width = level->width;
+    for (int x = 0; x < width; x++) {
+        const int16_t offset_q8 = sub_pixel_q8(
+            (int16_t)(around[x] & 0xff), (int16_t)(around[x] >> 8 & 0xff), (int16_t)(around[x] >> 16 & 0xff));
+        const int16_t inside = lane[x] < last ? lane[x] : last;
+        const int whole_q8 = lowest_q8 + DISPARITY_ONE * (inside > 0 ? inside : 0);
+        disparity_q8[x] = whole_q8 + (lane[x] >= 0 && lane[x] <= last ? offset_q8 : 0);
+    }
+}
+
+static void write_output(const struct match_level *level, const struct match_line *line, int y,
+                         struct rectify_span span, const uint8_t *consistent,
+                         const uint8_t *fits) {
+    const struct match_output *output = level->state->output;
+    uint8_t *reason = image_u8_row(&output->reason, y);
+    uint8_t *confidence = image_u8_row(&output->confidence, y);
+    const int width = level->width;
+    write_disparities(level, line, y);
+    if (level->state->options.keep_all) {
+        for (int x = 0; x < width; x++) {
+            reason[x] = line->row.lane[x] < 0 ? REASON_BORDER : REASON_VALID;
+        }
+    } else {
+        uint8_t *textured = line->row.fit;
+        check_texture(level, line, match_guide(level, y), span, textured);
+        write_reasons(line, width, consistent, fits, textured, reason);
+    }
+    for (int x = 0; x < width; x++) {
+        confidence[x] = line->row.lane[x] < 0 ? 0 : line->row.margin[x];
+    }
+}
+
+// Judges the winners of row y and writes it out: into the output on level 0, into the surface on
+// others.
+static void judge_row(struct match_level *level, struct match_line *line, int y,
+                      struct rectify_span left) {
+    // What is done with makes room for what comes of it.
+    uint8_t *consistent = line->row.penalty;
+    check_claims(level, line, consistent);
+    check_fits(level, line, line->row.fits);
+    if (level->shift == 0) {
+        write_output(level, line, y, left, consistent, line->row.fits);
+    } else {
+        write_surface(level, line, y, consistent, line->row.fits);
+    }
+}
+
+#endif

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// The dynamic-programming step of phases 2 and 3 (included by them).
+#ifndef VERGENCE_CORE_MATCH_MESSAGE_H
+#define VERGENCE_CORE_MATCH_MESSAGE_H
+
+#include "core/match_state.h"
+
+enum { MESSAGE_VECTORS = MATCH_MAX_DISPARITIES / MATCH_LANES };
+
+/// All lanes of a pixel, or of one pixel for each member.
+struct lanes {
+    struct vector part[MESSAGE_VECTORS];
+};
+
+struct message_penalties {
+    struct vector small;  // of a change by one disparity
+    struct vector large;  // of any other
+};
+
+MATCH_INLINE void load_lanes(const uint8_t *const at[], ptrdiff_t cell, struct lanes *to,
+                             const int lanes) {
+    for (int k = 0; k < lanes / MATCH_LANES; k++) {
+        to->part[k] = vector_load(at, cell + (ptrdiff_t)k * MATCH_LANES);
+    }
+}
+
+MATCH_INLINE void store_lanes(const struct lanes *from, uint8_t *const at[], ptrdiff_t cell,
+                              const int lanes) {
+    for (int k = 0; k < lanes / MATCH_LANES; k++) {
+        vector_store(at, cell + (ptrdiff_t)k * MATCH_LANES, from->part[k]);
+    }
+}
+
+// The lower neighbour and the upper neighbour of each lane, whichever is lower; those beyond the
+// ends are infinite. `before` is the part before part k, whatever `lanes` holds there now.
+MATCH_INLINE struct vector lower_neighbour(const struct lanes *of, int k, struct vector before,
+                                           const int lanes) {
+    const struct vector after =
+        k + 1 < lanes / MATCH_LANES ? of->part[k + 1] : vector_all(UINT8_MAX);
+    return vector_min(vector_up(of->part[k], before), vector_down(of->part[k], after));
+}
+
+// message[i] = cost[i] + min(p[i], p[i-1] + small, p[i+1] + small, large), with p the previous
+// message in `message` and neighbours beyond the ends infinite; then minus its lowest lane. Source:
+// H. Hirschmueller, "Stereo processing by semiglobal matching and mutual information", PAMI 30(2),
+// 2008, equation 13.
+MATCH_INLINE void pass_message(const struct lanes *cost, struct message_penalties penalties,
+                               struct lanes *message, const int lanes) {
+    const int count = lanes / MATCH_LANES;
+    struct vector before = vector_all(UINT8_MAX);
+    struct vector smallest = vector_all(UINT8_MAX);
+    for (int k = 0; k < count; k++) {
+        const struct vector here = message->part[k];
+        const struct vector beside = lower_neighbour(message, k, before, lanes);
+        const struct vector step =
+            vector_min(vector_min(here, vector_add(beside, penalties.small)), penalties.large);
+        message->part[k] = vector_add(cost->part[k], step);
+        smallest = vector_min(smallest, message->part[k]);
+        before = here;
+    }
+    const struct vector lowest = vector_lowest(smallest);
+    for (int k = 0; k < count; k++) {
+        message->part[k] = vector_sub(message->part[k], lowest);
+    }
+}
+
+#endif
