@@ -1,20 +1,68 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/match.h"
 
+#include <string.h>
+
 #include "core/error.h"
 #include "core/invariant.h"
 #include "core/match_kernels.h"
 #include "core/match_level.h"
+#include "core/match_paper.h"
 #include "core/match_state.h"
 #include "core/vet.h"
 
-struct match_method exp_methods[4] = {{0,1,1024,20},{32,1,48,20},{16,1,48,20},{16,2,48,20}};
-int exp_margin=3,exp_ac=4,exp_ar=2;
-int exp_method=0;
+// Chosen as match.md says; the order is that of enum match_preset.
+static const struct match_method methods[MATCH_PRESET_COUNT] = {
+    {.name = "fast",
+     .coarse_disparities = 16,
+     .halvings = 2,
+     .halved_rows = 1,
+     .lanes = 48,
+     .around_columns = 3,
+     .around_rows = 2,
+     .margin = 6},
+    {.name = "standard",
+     .coarse_disparities = 16,
+     .halvings = 2,
+     .lanes = 48,
+     .around_columns = 3,
+     .around_rows = 2,
+     .margin = 6},
+    {.name = "best",
+     .coarse_disparities = 16,
+     .halvings = 1,
+     .lanes = 32,
+     .lanes_percent = 54,
+     .around_columns = 8,
+     .around_rows = 4,
+     .margin = 3},
+    {.name = "board",
+     .coarse_disparities = 16,
+     .halvings = 1,
+     .lanes = 32,
+     .around_columns = 4,
+     .around_rows = 2,
+     .margin = 3},
+    {.name = "paper"},
+};
+
+const char *match_preset_name(enum match_preset preset) {
+    return (unsigned)preset < MATCH_PRESET_COUNT ? methods[preset].name : NULL;
+}
+
+enum match_preset match_preset_named(const char *name) {
+    unsigned preset = 0;
+    while (preset < MATCH_PRESET_COUNT && strcmp(methods[preset].name, name) != 0) {
+        preset++;
+    }
+    return (enum match_preset)preset;
+}
 
 struct match_options match_default_options(int disparity_min, int disparity_count) {
-    return (struct match_options){
-        .disparity_min = disparity_min, .disparity_count = disparity_count, .speckle_px = 60};
+    return (struct match_options){.disparity_min = disparity_min,
+                                  .disparity_count = disparity_count,
+                                  .preset = MATCH_PRESET_STANDARD,
+                                  .speckle_px = 60};
 }
 
 // Of any numbers that a caller may have written: no sum here can overflow.
@@ -42,7 +90,8 @@ static int check(const struct match_input *input, const struct match_options *op
     if (!range_is_legal(options)) {
         return ERROR_DISPARITY_RANGE;
     }
-    return options->speckle_px < 0 ? ERROR_ARGUMENT : ERROR_OK;
+    const bool legal = options->speckle_px >= 0 && (unsigned)options->preset < MATCH_PRESET_COUNT;
+    return legal ? ERROR_OK : ERROR_ARGUMENT;
 }
 
 static void set_state(struct match_state *state, int width, int height,
@@ -51,22 +100,43 @@ static void set_state(struct match_state *state, int width, int height,
     if (options->kernels == NULL) {
         state->options.kernels = match_kernels_best();
     }
-    state->method = &exp_methods[exp_method];
+    state->method = &methods[options->preset];
     state->threads = threads < 1 ? 1 : (threads > MATCH_MAX_THREADS ? MATCH_MAX_THREADS : threads);
     match_set_levels(state, width, height);
 }
 
 size_t match_need_bytes(int width, const struct match_options *options, int threads) {
     if (width < 1 || width > IMAGE_MAX_SIDE_PX || !range_is_legal(options) ||
-        options->speckle_px < 0) {
+        options->speckle_px < 0 || (unsigned)options->preset >= MATCH_PRESET_COUNT) {
         return 0;
     }
+    if (options->preset == MATCH_PRESET_PAPER) {
+        return match_paper_need_bytes(width, options);
+    }
     struct match_state state;
+    // No height has more levels than the greatest.
     set_state(&state, width, IMAGE_MAX_SIDE_PX, options, threads);
     struct match_memory memory = {0};
     match_take_memory(&state, &memory);
     const size_t vetting = vet_need_bytes(options->speckle_px);
     return memory.need_bytes > vetting ? memory.need_bytes : vetting;
+}
+
+static bool run_levels(struct match_state *state, match_progress *progress, void *progress_self) {
+    struct match_level *finest = &state->level[0];
+    const int height = state->input->left.height;
+    match_begin_levels(state);
+    while (finest->rows_done < finest->height) {
+        const int rows = finest->rows_done + MATCH_BAND_ROWS;
+        match_advance(finest, rows < finest->height ? rows : finest->height);
+        const bool done = finest->rows_done == finest->height;
+        const int rows_done = done ? height : finest->rows_done << finest->shift_y;
+        if (progress != NULL && !progress(progress_self, rows_done, height)) {
+            return false;
+        }
+    }
+    match_finish(state);
+    return true;
 }
 
 int match_run(const struct match_input *input, const struct match_options *options,
@@ -76,26 +146,18 @@ int match_run(const struct match_input *input, const struct match_options *optio
     if (error != ERROR_OK) {
         return error;
     }
+    if (options->preset == MATCH_PRESET_PAPER) {
+        return match_paper_run(input, options, progress, progress_self, arena, output);
+    }
     const size_t mark = arena_mark(arena);
     struct match_state state = {.input = input, .output = output, .parallel = parallel};
-    const int height = input->left.height;
-    set_state(&state, input->left.width, height, options, parallel->threads);
+    set_state(&state, input->left.width, input->left.height, options, parallel->threads);
     struct match_memory memory = {.arena = arena};
     match_take_memory(&state, &memory);
-    if (memory.failed) {
-        arena_release(arena, mark);
-        return ERROR_MEMORY;
-    }
-    match_begin_levels(&state);
-    bool cancelled = false;
-    for (int y = 0; y < height && !cancelled; y += MATCH_BAND_ROWS) {
-        const int end = y + MATCH_BAND_ROWS < height ? y + MATCH_BAND_ROWS : height;
-        match_advance(&state.level[0], end);
-        cancelled = progress != NULL && !progress(progress_self, end, height);
-    }
+    const bool finished = !memory.failed && run_levels(&state, progress, progress_self);
     arena_release(arena, mark);
-    if (cancelled) {
-        return ERROR_CANCELLED;
+    if (!finished) {
+        return memory.failed ? ERROR_MEMORY : ERROR_CANCELLED;
     }
     return options->keep_all ? ERROR_OK : vet_speckles(options->speckle_px, arena, output);
 }

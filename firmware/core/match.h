@@ -27,8 +27,19 @@ enum {
 /// A compiled set of inner loops, see match_kernels.h.
 struct match_kernels;
 
+/// What to spend. Error, time and memory of each were measured: match.md.
+enum match_preset {
+    MATCH_PRESET_FAST,      // every other row, near a surface found at a quarter of the size
+    MATCH_PRESET_STANDARD,  // near a surface found at a quarter of the size
+    MATCH_PRESET_BEST,      // near a surface found at half the size, with wide margins
+    MATCH_PRESET_BOARD,     // near a surface found at half the size, in the memory of a small board
+    MATCH_PRESET_PAPER,     // a greedy path along each row: where this project came from
+    MATCH_PRESET_COUNT
+};
+
 struct match_options {
     int disparity_min, disparity_count;
+    enum match_preset preset;
     int speckle_px;  // islands below this area are rejected; 0: keep all
     bool keep_all;   // no rejection at all but border: for measuring the raw matcher
     const struct match_kernels *kernels;  // NULL: the fastest; all give the same bytes
@@ -48,11 +59,18 @@ struct match_output {
     struct image_u8 confidence;     // 0..255, margin of the winner over its rivals
 };
 
-/// Defaults for a search range.
+/// Name of a preset, in lower case; NULL for any other number. Static storage.
+const char *match_preset_name(enum match_preset preset);
+
+/// The preset of this name; MATCH_PRESET_COUNT when there is none.
+enum match_preset match_preset_named(const char *name);
+
+/// Defaults for a search range: the standard preset.
 struct match_options match_default_options(int disparity_min, int disparity_count);
 
 /// Working memory that `match_run` takes with `threads` threads, in bytes: O(width x disparities),
-/// whatever the height. 0 when an argument is out of range.
+/// whatever the height; with the presets fast, standard and board O(width), whatever the range. 0
+/// when an argument is out of range.
 size_t match_need_bytes(int width, const struct match_options *options, int threads);
 
 /// Called after each band of rows with the count of rows done; returns false to cancel.

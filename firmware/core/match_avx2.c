@@ -7,6 +7,7 @@
 // The phases use the vectors included above.
 #include "core/match_column_phase.h"
 #include "core/match_cost_phase.h"
+#include "core/match_finish_phase.h"
 #include "core/match_row_phase.h"
 
 const struct match_kernels match_avx2_kernels = {
@@ -14,6 +15,7 @@ const struct match_kernels match_avx2_kernels = {
     .cost_rows = cost_rows,
     .columns = columns,
     .rows = rows,
+    .finish = finish,
 };
 
 #endif

@@ -16,8 +16,8 @@ struct column_view {
     const struct match_level *level;
     const struct match_tile *before, *tile, *next;  // windows of three bands
     int x_begin, columns;
-    int last;                            // row that has none below it yet
-    uint16_t mass[MATCH_TILE_COLUMNS];   // of what comes from the row before, on the way
+    int last;                           // row that has none below it yet
+    uint16_t mass[MATCH_TILE_COLUMNS];  // of what comes from the row before, on the way
     // What arrives from below at each row of the band.
     uint16_t mass_below[MATCH_BAND_ROWS][MATCH_TILE_COLUMNS];
 };
@@ -86,8 +86,8 @@ MATCH_INLINE struct vector_shares member_shares(const match_share *shares) {
 }
 
 // The averages of the rows below y, at `below`, take in row y: into `to`, which may be `below`.
-MATCH_INLINE void climb(const struct share_row *shares, uint8_t *below, uint8_t *cost,
-                        uint8_t *to, const int lanes) {
+MATCH_INLINE void climb(const struct share_row *shares, uint8_t *below, uint8_t *cost, uint8_t *to,
+                        const int lanes) {
     for (int c = 0; c < MATCH_TILE_COLUMNS; c += VECTOR_MEMBERS) {
         uint8_t *below_at[VECTOR_MEMBERS];
         uint8_t *cost_at[VECTOR_MEMBERS];
@@ -138,8 +138,8 @@ MATCH_INLINE void climb_band(struct column_view *view, int y_begin, const int la
         const int row = y - level->band_begin;
         if (row > 0) {
             climb(&shares, match_cell(level->from_above[1 + row], view->tile, 0),
-                  ring_cells(view, view->tile, y), match_cell(level->from_above[row], view->tile, 0),
-                  lanes);
+                  ring_cells(view, view->tile, y),
+                  match_cell(level->from_above[row], view->tile, 0), lanes);
         }
     }
 }
@@ -192,10 +192,9 @@ static void average_upwards(struct column_view *view, uint8_t *running) {
 // One row on the way down: the average of the rows above, at `down`, takes in the costs at `cost`;
 // with what comes from below, which `message` holds, it becomes the average of all rows, at `cost`;
 // and the messages from the row above, at `previous`, become this row's, at `message`.
-MATCH_INLINE void descend(const struct column_shares *shares, bool below, uint8_t penalty_small,
-                          uint8_t *down, uint8_t *cost, uint8_t *previous, uint8_t *message,
-                          const int lanes) {
-    const struct vector small = vector_all(penalty_small);
+MATCH_INLINE void descend(const struct column_shares *shares, bool below, uint8_t *down,
+                          uint8_t *cost, uint8_t *previous, uint8_t *message, const int lanes) {
+    const struct vector small = vector_all(MATCH_SMALL_PENALTY);
     for (int c = 0; c < MATCH_TILE_COLUMNS; c += VECTOR_MEMBERS) {
         uint8_t *down_at[VECTOR_MEMBERS];
         uint8_t *cost_at[VECTOR_MEMBERS];
@@ -250,7 +249,6 @@ static inline void carry_down(struct column_view *view, int y, struct column_sha
 MATCH_INLINE void descend_band(struct column_view *view, uint8_t *spare, const int lanes) {
     const struct match_level *level = view->level;
     const struct match_tile *tile = view->tile;
-    const uint8_t small = level->state->method->small;
     uint8_t *down = match_cell(level->down[1], tile, 0);
     uint8_t *previous = spare;
     uint8_t *cost = ring_cells(view, tile, level->band_begin);
@@ -262,15 +260,15 @@ MATCH_INLINE void descend_band(struct column_view *view, uint8_t *spare, const i
             realign_columns(match_cell(level->down[0], view->before, 0), view->before, cost, tile,
                             down);
         }
-        realign_columns(match_cell(level->from_above[0], view->before, 0), view->before, NULL,
-                        tile, previous);
+        realign_columns(match_cell(level->from_above[0], view->before, 0), view->before, NULL, tile,
+                        previous);
     }
     for (int y = level->band_begin; y < level->band_end; y++) {
         struct column_shares shares;
         carry_down(view, y, &shares);
         cost = ring_cells(view, tile, y);
         uint8_t *message = match_cell(level->from_above[1 + y - level->band_begin], tile, 0);
-        descend(&shares, y < view->last, small, down, cost, previous, message, lanes);
+        descend(&shares, y < view->last, down, cost, previous, message, lanes);
         previous = message;
     }
 }

@@ -130,8 +130,9 @@ MATCH_INLINE void average_backward(const struct cost_view *of, const struct matc
     }
 }
 
-// Brings what comes from the neighbour, in the window of the tile `from`, into that of `tile`; where
-// that has no value, the neighbour has no say: the pixel's own cost. The first pixel on the way
+// Brings what comes from the neighbour, in the window of the tile `from`, into that of `tile`;
+// where that has no value, the neighbour has no say: the pixel's own cost. The first pixel on the
+// way
 // (`from` is NULL) is its own average.
 static void enter_tile_with_averages(const struct cost_view *view, const int rows,
                                      const struct match_tile *from, const struct match_tile *tile,
@@ -170,7 +171,7 @@ MATCH_INLINE void average_rows(const struct cost_view *view, const int groups) {
         const bool first = t == level->tiles - 1;
         const int columns = match_tile_columns(level, t);
         enter_tile_with_averages(view, rows, first ? NULL : tile + 1, tile, columns - 1);
-#define AVERAGE_BACKWARD(lanes)                                                              \
+#define AVERAGE_BACKWARD(lanes)                                                                \
     average_backward(view, tile, t *MATCH_TILE_COLUMNS, first ? columns - 1 : columns, groups, \
                      lanes)
         MATCH_WITH_CONSTANT_LANES(tile->lanes, AVERAGE_BACKWARD);

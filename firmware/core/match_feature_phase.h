@@ -9,31 +9,31 @@
 #include "core/invariant.h"
 #include "core/match_state.h"
 
-// Means of squares of 2^shift pixels a side, into `width` pixels. `box` has room for a full row.
-static void scale_row(const struct image_u8 *image, int y, int shift, int width, uint16_t *box,
-                      uint8_t *pixels) {
-    const int side = 1 << shift;
-    // The sum of a square must fit 16 bits.
-    const int early = shift > 4 ? 2 * shift - 8 : 0;
-    memset(box, 0, (size_t)(width << shift) * sizeof *box);
-    for (int j = 0; j < side; j++) {
-        const uint8_t *restrict from = image_u8_row(image, (y << shift) + j);
-        for (int x = 0; x < width << shift; x++) {
+// Means of rectangles of 2^shift_x columns and 2^shift_y rows, into `width` pixels. `box` has room
+// for a full row.
+static void scale_row(const struct image_u8 *image, int y, int shift_x, int shift_y, int width,
+                      uint16_t *restrict box, uint8_t *restrict pixels) {
+    const int length = width << shift_x;
+    // The sum of a rectangle must fit 16 bits.
+    const int early = shift_x + shift_y > 8 ? shift_x + shift_y - 8 : 0;
+    memset(box, 0, (size_t)length * sizeof *box);
+    for (int j = 0; j < 1 << shift_y; j++) {
+        const uint8_t *restrict from = image_u8_row(image, (y << shift_y) + j);
+        for (int x = 0; x < length; x++) {
             box[x] = (uint16_t)(box[x] + from[x]);
         }
     }
-    for (int x = 0; x < width << shift && early > 0; x++) {
+    for (int x = 0; x < length && early > 0; x++) {
         box[x] = (uint16_t)(box[x] >> early);
     }
-    for (int length = (width << shift) / 2, i = 0; i < shift; i++, length /= 2) {
-        for (int x = 0; x < length; x++) {
+    for (int half = length / 2, i = 0; i < shift_x; i++, half /= 2) {
+        for (int x = 0; x < half; x++) {
             box[x] = (uint16_t)(box[2 * x] + box[2 * x + 1]);
         }
     }
-    const int down = 2 * shift - early;
+    const int down = shift_x + shift_y - early;
     for (int x = 0; x < width; x++) {
-        const int mean = (box[x] + (1 << down >> 1)) >> down;
-        pixels[x] = (uint8_t)mean;
+        pixels[x] = (uint8_t)((box[x] + (1 << down >> 1)) >> down);
     }
 }
 
@@ -49,10 +49,10 @@ static void source_row(const struct match_level *level, const struct image_u8 *i
         return;
     }
     uint8_t *pixels = padded + MATCH_CENSUS_RADIUS;
-    if (level->shift == 0) {
+    if (level->shift_x == 0 && level->shift_y == 0) {
         memcpy(pixels, image_u8_row(image, row), (size_t)level->width);
     } else {
-        scale_row(image, row, level->shift, level->width, box, pixels);
+        scale_row(image, row, level->shift_x, level->shift_y, level->width, box, pixels);
     }
     memset(padded, pixels[span.begin], (size_t)(span.begin + MATCH_CENSUS_RADIUS));
     memset(pixels + span.end, pixels[span.end - 1],
@@ -125,7 +125,7 @@ static void left_features(struct match_level *level, struct match_scratch *scrat
     }
     for (int r = 0; r < rows; r++) {
         compute_features(scratch->source + r, level->width, &scratch->line[r].cost.left);
-        if (level->shift > 0) {
+        if (level->guide[0] != NULL) {
             memcpy(level->guide[(y_begin + r) % MATCH_GUIDE_ROWS],
                    scratch->source[r + MATCH_CENSUS_RADIUS] + MATCH_CENSUS_RADIUS,
                    (size_t)level->width);

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The end of phase 3 (included by match_plain.c and its like): what becomes of the winners of a row:
-// sub-pixel position, left-right consistency, and the reason why a pixel has no disparity. Loops over
-// a row without branches, so that compilers take many pixels at once.
+// The end of phase 3 (included by match_plain.c and its like): what becomes of the winners of a
+// row: sub-pixel position, left-right consistency, and the reason why a pixel has no disparity.
+// Loops over a row without branches, so that compilers take many pixels at once.
 #ifndef VERGENCE_CORE_MATCH_JUDGE_PHASE_H
 #define VERGENCE_CORE_MATCH_JUDGE_PHASE_H
 
 #include <string.h>
 
 #include "core/invariant.h"
+#include "core/match_finish_phase.h"
 #include "core/match_state.h"
 #include "core/reason.h"
 
@@ -26,8 +27,8 @@ enum {
 
 // Offset of the lowest point of the "V" through three costs, in 1/256 of a disparity, [-128, 128].
 // It is taken from the averaged costs: the messages' sums hold the penalty for leaving a whole
-// disparity, which would pull every offset towards 0 (by 0.15 px, measured). Without branches and in
-// 16 bits, so that compilers take many pixels at once.
+// disparity, which would pull every offset towards 0 (by 0.15 px, measured). Without branches and
+// in 16 bits, so that compilers take many pixels at once.
 static inline int16_t sub_pixel_q8(int16_t before, int16_t middle, int16_t after) {
     const int16_t rise_before = (int16_t)(before - middle);
     const int16_t rise_after = (int16_t)(after - middle);
@@ -49,9 +50,9 @@ static inline int16_t sub_pixel_q8(int16_t before, int16_t middle, int16_t after
     return fall < 0 ? (int16_t)-offset : offset;
 }
 
-// Completes what is known of the winner of pixel x, line->row.lane[x], in a window of which the lanes
-// [begin, end) could win. `cost`: the pixel's averaged costs. Each right pixel belongs to the left one
-// whose cost there is lowest.
+// Completes what is known of the winner of pixel x, line->row.lane[x], in a window of which the
+// lanes [begin, end) could win. `cost`: the pixel's averaged costs. Each right pixel belongs to the
+// left one whose cost there is lowest.
 static inline void note_winner(struct match_line *line, int origin, const struct match_tile *tile,
                                int x, const uint8_t *cost, int begin, int end) {
     const int lane = line->row.lane[x];
@@ -76,22 +77,23 @@ static inline void note_winner(struct match_line *line, int origin, const struct
 }
 
 // Whether the right pixel of each pixel belongs to it or to a neighbour on the same surface.
-static void check_claims(const struct match_level *level, const struct match_line *line,
-                         uint8_t *restrict consistent) {
+static void check_claims(const struct match_level *level, const struct match_line *line) {
+    uint8_t *restrict consistent = line->row.consistent;
     const int16_t *restrict lane = line->row.lane;
     const int16_t *restrict right_x = line->row.right_x;
     const uint32_t *restrict claim = line->row.claim;
     const int width = level->width;
     for (int x = 0; x < width; x++) {
         // 0 and 2 are one lane off.
-        const uint32_t gap = CLAIM_FIT - claim[right_x[x]] % CLAIM_FIT - (uint32_t)lane[x];
+        const uint32_t gap = (uint32_t)CLAIM_FIT - claim[right_x[x]] % CLAIM_FIT - (uint32_t)lane[x];
         consistent[x] = gap <= 2;
     }
 }
 
-// Whether the winners lie inside the search range, not at its ends or in the lanes beyond it, and fit.
-static void check_fits(const struct match_level *level, const struct match_line *line,
-                       uint8_t *restrict fits) {
+// Whether the winners lie inside the search range, not at its ends or in the lanes beyond it, and
+// fit.
+static void check_fits(const struct match_level *level, const struct match_line *line) {
+    uint8_t *restrict fits = line->row.fits;
     const int16_t *restrict lane = line->row.lane;
     const uint32_t *restrict around = line->row.around;
     uint8_t *restrict fit = line->row.fit;
@@ -141,8 +143,8 @@ static void check_texture(const struct match_level *level, const struct match_li
         textured[x] = brightest[x - half] - darkest[x - half] >= TEXTURE_MIN;
     }
     const int first = span.begin;
-    const int last = span.end - MATCH_TEXTURE_COLUMNS > first ? span.end - MATCH_TEXTURE_COLUMNS
-                                                               : first;
+    const int last =
+        span.end - MATCH_TEXTURE_COLUMNS > first ? span.end - MATCH_TEXTURE_COLUMNS : first;
     for (int x = span.begin; x < begin; x++) {
         textured[x] = brightest[first] - darkest[first] >= TEXTURE_MIN;
     }
@@ -151,12 +153,13 @@ static void check_texture(const struct match_level *level, const struct match_li
     }
 }
 
-static void write_surface(struct match_level *level, const struct match_line *line, int y,
-                          const uint8_t *restrict consistent, const uint8_t *restrict fits) {
+static void write_surface(struct match_level *level, const struct match_line *line, int y) {
+    const uint8_t *restrict consistent = line->row.consistent;
+    const uint8_t *restrict fits = line->row.fits;
     int16_t *restrict surface = level->surface[y % MATCH_SURFACE_ROWS];
     const int16_t *restrict lane = line->row.lane;
     // In indices of the finer level, whose pixels are half as large.
-    const int factor = 1 << (level->shift - (level - 1)->shift);
+    const int factor = 1 << (level->shift_x - (level - 1)->shift_x);
     const int origin = factor * level->disparity_min - (level - 1)->disparity_min;
     const int width = level->width;
     for (int x = 0; x < width; x++) {
@@ -166,9 +169,10 @@ static void write_surface(struct match_level *level, const struct match_line *li
 }
 
 // Why the winner of each pixel is not to be believed, or REASON_VALID.
-static void write_reasons(const struct match_line *line, int width,
-                          const uint8_t *restrict consistent, const uint8_t *restrict fits,
-                          const uint8_t *restrict textured, uint8_t *restrict reason) {
+static void write_reasons(const struct match_line *line, int width, uint8_t *restrict reason) {
+    const uint8_t *restrict consistent = line->row.consistent;
+    const uint8_t *restrict fits = line->row.fits;
+    const uint8_t *restrict textured = line->row.textured;
     const uint8_t *restrict margin = line->row.margin;
     for (int x = 0; x < width; x++) {
         uint8_t doubt = fits[x] == 0 ? REASON_OUT_OF_RANGE : REASON_AMBIGUOUS;
@@ -183,41 +187,61 @@ static void write_reasons(const struct match_line *line, int width,
     }
 }
 
-static void write_disparities(const struct match_level *level, const struct match_line *line, int y) {
+static void write_disparities(const struct match_level *level, const struct match_line *line,
+                              int y) {
     const int16_t *restrict lane = line->row.lane;
     const uint32_t *restrict around = line->row.around;
-    int32_t *restrict disparity_q8 = image_i32_row(&level->state->output->disparity_q8, y);
+    int32_t *restrict disparity_q8 =
+        image_i32_row(&level->state->output->disparity_q8, y << level->shift_y);
     const int lowest_q8 = DISPARITY_ONE * level->disparity_min;
     const int16_t last = (int16_t)(level->disparity_count - 1);
     const int width = level->width;
     for (int x = 0; x < width; x++) {
-        const int16_t offset_q8 = sub_pixel_q8(
-            (int16_t)(around[x] & 0xff), (int16_t)(around[x] >> 8 & 0xff), (int16_t)(around[x] >> 16 & 0xff));
+        const int16_t offset_q8 =
+            sub_pixel_q8((int16_t)(around[x] & 0xff), (int16_t)(around[x] >> 8 & 0xff),
+                         (int16_t)(around[x] >> 16 & 0xff));
         const int16_t inside = lane[x] < last ? lane[x] : last;
         const int whole_q8 = lowest_q8 + DISPARITY_ONE * (inside > 0 ? inside : 0);
         disparity_q8[x] = whole_q8 + (lane[x] >= 0 && lane[x] <= last ? offset_q8 : 0);
     }
 }
 
+// Medians of three along the row; the ends stay as they are.
+static void smooth_along(int32_t *disparity_q8, int width) {
+    int32_t before = disparity_q8[0];
+    for (int x = 1; x + 1 < width; x++) {
+        const int32_t was = disparity_q8[x];
+        disparity_q8[x] = median_of_three(before, was, disparity_q8[x + 1]);
+        before = was;
+    }
+}
+
+// Row y of the finest level, and the reasons of all rows of the image that it stands for; their
+// disparities come when all is done.
 static void write_output(const struct match_level *level, const struct match_line *line, int y,
-                         struct rectify_span span, const uint8_t *consistent,
-                         const uint8_t *fits) {
+                         struct rectify_span span) {
     const struct match_output *output = level->state->output;
-    uint8_t *reason = image_u8_row(&output->reason, y);
-    uint8_t *confidence = image_u8_row(&output->confidence, y);
+    const int row = y << level->shift_y;
+    uint8_t *reason = image_u8_row(&output->reason, row);
+    uint8_t *confidence = image_u8_row(&output->confidence, row);
     const int width = level->width;
     write_disparities(level, line, y);
+    smooth_along(image_i32_row(&output->disparity_q8, row), width);
     if (level->state->options.keep_all) {
         for (int x = 0; x < width; x++) {
             reason[x] = line->row.lane[x] < 0 ? REASON_BORDER : REASON_VALID;
         }
     } else {
-        uint8_t *textured = line->row.fit;
-        check_texture(level, line, match_guide(level, y), span, textured);
-        write_reasons(line, width, consistent, fits, textured, reason);
+        check_texture(level, line, match_guide(level, y), span, line->row.textured);
+        write_reasons(line, width, reason);
     }
     for (int x = 0; x < width; x++) {
         confidence[x] = line->row.lane[x] < 0 ? 0 : line->row.margin[x];
+    }
+    const int end = y == level->height - 1 ? output->reason.height : (y + 1) << level->shift_y;
+    for (int copy = row + 1; copy < end; copy++) {
+        memcpy(image_u8_row(&output->reason, copy), reason, (size_t)width);
+        memcpy(image_u8_row(&output->confidence, copy), confidence, (size_t)width);
     }
 }
 
@@ -225,14 +249,12 @@ static void write_output(const struct match_level *level, const struct match_lin
 // others.
 static void judge_row(struct match_level *level, struct match_line *line, int y,
                       struct rectify_span left) {
-    // What is done with makes room for what comes of it.
-    uint8_t *consistent = line->row.penalty;
-    check_claims(level, line, consistent);
-    check_fits(level, line, line->row.fits);
-    if (level->shift == 0) {
-        write_output(level, line, y, left, consistent, line->row.fits);
+    check_claims(level, line);
+    check_fits(level, line);
+    if (level == &level->state->level[0]) {
+        write_output(level, line, y, left);
     } else {
-        write_surface(level, line, y, consistent, line->row.fits);
+        write_surface(level, line, y);
     }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/match_kernels.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <string.h>
 
@@ -12,7 +13,7 @@ static bool runs_avx2(void) {
     return __builtin_cpu_supports("avx2");
 }
 #endif
-static bool runs_plain(void) {
+static bool runs_always(void) {
     return true;
 }
 
@@ -23,9 +24,12 @@ static const struct {
 } levels[] = {
 #if defined(__x86_64__)
     {&match_avx2_kernels, runs_avx2},
-    {&match_plain_kernels, runs_plain},
+    {&match_sse41_kernels, runs_sse41},
 #endif
-    {&match_plain_kernels, runs_plain},
+#if defined(__ARM_NEON)
+    {&match_neon_kernels, runs_always},
+#endif
+    {&match_plain_kernels, runs_always},
 };
 
 const struct match_kernels *match_kernels_best(void) {

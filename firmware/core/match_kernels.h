@@ -5,14 +5,12 @@
 #ifndef VERGENCE_CORE_MATCH_KERNELS_H
 #define VERGENCE_CORE_MATCH_KERNELS_H
 
-#include <stdbool.h>
-#include <stdint.h>
-
-#include "core/match_state.h"
-
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+struct match_level;
+struct match_scratch;
 
 struct match_kernels {
     const char *name;
@@ -29,12 +27,20 @@ struct match_kernels {
     /// Phase 3, rows [y_begin, y_begin + rows) of the band: messages along the rows, winners and
     /// checks, into the output or the surface. An even count up to MATCH_ROWS_ABREAST.
     void (*rows)(struct match_level *level, struct match_scratch *scratch, int y_begin, int rows);
+
+    /// After the last band, columns [x_begin, x_end) of the output: medians of three along the
+    /// columns, and the rows between those of the finest level.
+    void (*finish)(const struct match_level *level, struct match_scratch *scratch, int x_begin,
+                   int x_end);
 };
 
 extern const struct match_kernels match_plain_kernels;
 #if defined(__x86_64__)
 extern const struct match_kernels match_sse41_kernels;
 extern const struct match_kernels match_avx2_kernels;
+#endif
+#if defined(__ARM_NEON)
+extern const struct match_kernels match_neon_kernels;
 #endif
 
 /// The fastest set that this processor runs.

@@ -30,43 +30,51 @@ static void set_level(struct match_level *level, int width, int height, int disp
     level->right_length = width + level->right_pad + (behind > 0 ? behind : 0);
 }
 
+// Lanes a column on average for which a level has memory.
+static int mean_lanes(const struct match_level *level) {
+    const struct match_method *method = level->state->method;
+    const int share = level->lanes * method->lanes_percent / 100;
+    const int mean = share > method->lanes ? share : method->lanes;
+    return level->coarser == NULL || level->lanes < mean ? level->lanes : mean;
+}
+
+// Whether a level gets a coarser one: it has many disparities, and enough is left of it.
+static bool is_halved(const struct match_level *level) {
+    const struct match_method *method = level->state->method;
+    const int rows =
+        level->shift_x == 0 ? method->halvings - method->halved_rows : method->halvings;
+    return method->coarse_disparities > 0 && level->disparity_count > method->coarse_disparities &&
+           level->width >> method->halvings >= MATCH_MIN_WIDTH_PX &&
+           level->height >> rows >= MATCH_MIN_HEIGHT_PX;
+}
+
 void match_set_levels(struct match_state *state, int width, int height) {
-    const int wide = state->method->coarse_disparities;
-    const int halvings = state->method->halvings;
-    set_level(&state->level[0], width, height, state->options.disparity_min,
+    const struct match_method *method = state->method;
+    state->level[0] = (struct match_level){.state = state, .shift_y = method->halved_rows};
+    set_level(&state->level[0], width, height >> method->halved_rows, state->options.disparity_min,
               state->options.disparity_count);
     state->levels = 1;
-    for (int i = 0; i < MATCH_MAX_LEVELS; i++) {
+    while (state->levels < MATCH_MAX_LEVELS && is_halved(&state->level[state->levels - 1])) {
+        struct match_level *finer = &state->level[state->levels - 1];
+        struct match_level *level = &state->level[state->levels];
+        const int shift = state->levels * method->halvings;
+        *level = (struct match_level){.state = state, .shift_x = shift, .shift_y = shift};
+        const int lowest = scaled_down(finer->disparity_min, method->halvings);
+        const int highest =
+            scaled_down(finer->disparity_min + finer->disparity_count - 1, method->halvings);
+        set_level(level, width >> shift, height >> shift, lowest, highest - lowest + 1);
+        finer->coarser = level;
+        state->levels++;
+    }
+    for (int i = 0; i < state->levels; i++) {
         struct match_level *level = &state->level[i];
-        level->state = state;
-        level->shift = i * state->method->halvings;
-        level->coarser = NULL;
-        int mean_lanes = level->lanes;
-        const bool halve = wide > 0 && level->disparity_count > wide &&
-                           level->width >> halvings >= MATCH_MIN_WIDTH_PX &&
-                           level->height >> halvings >= MATCH_MIN_HEIGHT_PX && i + 1 < MATCH_MAX_LEVELS;
-        if (halve) {
-            const int lowest = scaled_down(level->disparity_min, halvings);
-            const int highest =
-                scaled_down(level->disparity_min + level->disparity_count - 1, halvings);
-            set_level(&state->level[i + 1], level->width >> halvings, level->height >> halvings, lowest,
-                      highest - lowest + 1);
-            level->coarser = &state->level[i + 1];
-            state->levels = i + 2;
-            mean_lanes = mean_lanes < state->method->mean_lanes ? mean_lanes
-                                                                : state->method->mean_lanes;
-        }
-        level->row_bytes = (size_t)level->tiles * MATCH_TILE_COLUMNS * (size_t)mean_lanes;
-        if (!halve) {
-            break;
-        }
+        level->row_bytes = (size_t)level->tiles * MATCH_TILE_COLUMNS * (size_t)mean_lanes(level);
     }
 }
 
 static void *take(struct match_memory *memory, size_t count, size_t element_bytes) {
     memory->need_bytes += arena_need_bytes(count, element_bytes);
-    void *taken =
-        memory->arena == NULL ? NULL : arena_take(memory->arena, count, element_bytes);
+    void *taken = memory->arena == NULL ? NULL : arena_take(memory->arena, count, element_bytes);
     memory->failed = memory->failed || taken == NULL;
     return taken;
 }
@@ -84,13 +92,12 @@ static void take_level(struct match_level *level, struct match_memory *memory) {
     }
     level->down[0] = take(memory, level->row_bytes, 1);
     // Where windows never change, the averages stay in place.
-    level->down[1] =
-        level->coarser == NULL ? level->down[0] : take(memory, level->row_bytes, 1);
+    level->down[1] = level->coarser == NULL ? level->down[0] : take(memory, level->row_bytes, 1);
     level->down_mass = take(memory, columns, sizeof *level->down_mass);
-    for (int i = 0; i < MATCH_GUIDE_ROWS && level->shift > 0; i++) {
+    for (int i = 0; i < MATCH_GUIDE_ROWS && level->shift_y > 0; i++) {
         level->guide[i] = take(memory, columns, 1);
     }
-    for (int i = 0; i < MATCH_SURFACE_ROWS && level->shift > 0; i++) {
+    for (int i = 0; i < MATCH_SURFACE_ROWS && level != &level->state->level[0]; i++) {
         level->surface[i] = take(memory, columns, sizeof *level->surface[i]);
     }
 }
@@ -108,35 +115,50 @@ static void *carve(struct block *block, size_t count, size_t element_bytes) {
     return result;
 }
 
-static void carve_cost_line(const struct match_level *level, struct block *block,
-                            struct match_line *line) {
+// What phase 1 needs. What is written late lies where something else is no longer needed.
+static void carve_cost(const struct match_level *level, int rows, struct block *block,
+                       struct match_scratch *scratch) {
     const size_t width = (size_t)level->width;
     const size_t right = (size_t)level->right_length;
-    for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {
-        line->cost.left.census[plane] = carve(block, width, 1);
-        line->cost.right.census[plane] = carve(block, right, 1);
+    for (int j = 0; j < rows + 2 * MATCH_CENSUS_RADIUS; j++) {
+        scratch->source[j] = carve(block, width + 2 * MATCH_CENSUS_RADIUS, 1);
     }
-    line->cost.left.gradient = carve(block, width, 1);
-    line->cost.right.gradient = carve(block, right, 1);
-    line->cost.weight = carve(block, width, sizeof(uint16_t));
-    line->cost.forward = carve(block, width, sizeof(match_share));
-    line->cost.joined = carve(block, width, sizeof(match_share));
-    line->cost.backward = carve(block, width, sizeof(match_share));
+    for (int r = 0; r < rows; r++) {
+        struct match_line *line = &scratch->line[r];
+        for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {
+            line->cost.left.census[plane] = carve(block, width, 1);
+            line->cost.right.census[plane] = carve(block, right, 1);
+        }
+        line->cost.left.gradient = carve(block, width, 1);
+        line->cost.right.gradient = carve(block, right, 1);
+        line->cost.forward = carve(block, width, sizeof(match_share));
+        line->cost.backward = carve(block, width, sizeof(match_share));
+        line->cost.weight = carve(block, width, sizeof(uint16_t));
+        line->cost.joined = line->cost.weight;
+    }
+    scratch->box = scratch->line[0].cost.forward;
 }
 
-static void carve_row_line(const struct match_level *level, struct block *block,
-                           struct match_line *line) {
+// What phase 3 needs, and what is needed when all is done.
+static void carve_row(const struct match_level *level, int rows, struct block *block,
+                      struct match_scratch *scratch) {
     const size_t width = (size_t)level->width;
-    line->row.penalty = carve(block, width + 1, 1);
-    line->row.fit = carve(block, width, 1);
-    line->row.fits = carve(block, width, 1);
-    line->row.darkest = carve(block, width, 1);
-    line->row.brightest = carve(block, width, 1);
-    line->row.around = carve(block, width, sizeof *line->row.around);
-    line->row.margin = carve(block, width, 1);
-    line->row.lane = carve(block, width, sizeof *line->row.lane);
-    line->row.right_x = carve(block, width, sizeof *line->row.right_x);
-    line->row.claim = carve(block, width + 1, sizeof *line->row.claim);
+    for (int r = 0; r < rows; r++) {
+        struct match_line *line = &scratch->line[r];
+        line->row.penalty = carve(block, width + 1, 1);
+        line->row.consistent = line->row.penalty;
+        line->row.margin = carve(block, width, 1);
+        line->row.lane = carve(block, width, sizeof *line->row.lane);
+        line->row.around = carve(block, width, sizeof *line->row.around);
+        line->row.fit = carve(block, width, 1);
+        line->row.textured = line->row.fit;
+        line->row.right_x = carve(block, width, sizeof *line->row.right_x);
+        line->row.fits = (uint8_t *)line->row.right_x;
+        line->row.claim = carve(block, width + 1, sizeof *line->row.claim);
+        line->row.darkest = (uint8_t *)line->row.claim;
+        line->row.brightest = line->row.darkest + width;
+    }
+    scratch->finish = (int32_t *)scratch->line[0].row.claim;
 }
 
 static int rows_abreast(int threads) {
@@ -144,31 +166,22 @@ static int rows_abreast(int threads) {
     return rows < MATCH_ROWS_ABREAST ? rows : MATCH_ROWS_ABREAST;
 }
 
-// Levels take turns, so what is enough for the largest one serves all.
+// Levels and phases take turns, so what is enough for the largest one serves all.
 static void take_scratch(const struct match_state *state, struct match_memory *memory,
                          struct match_scratch *scratch) {
     const struct match_level *level = &state->level[0];
-    const size_t width = (size_t)level->width;
-    const size_t cells = (size_t)level->lanes * MATCH_TILE_COLUMNS;
     const int rows = rows_abreast(state->threads);
-    for (int j = 0; j < rows + 2 * MATCH_CENSUS_RADIUS; j++) {
-        scratch->source[j] = take(memory, width + 2 * MATCH_CENSUS_RADIUS, 1);
-    }
-    scratch->box = take(memory, width, sizeof *scratch->box);
-    scratch->running = take(memory, cells, 1);
-    scratch->realigned = take(memory, cells, 1);
-    for (int r = 0; r < rows; r++) {
-        struct block cost = {NULL, 0};
-        struct block row = {NULL, 0};
-        carve_cost_line(level, &cost, &scratch->line[r]);
-        carve_row_line(level, &row, &scratch->line[r]);
-        const size_t bytes = cost.used_bytes > row.used_bytes ? cost.used_bytes : row.used_bytes;
-        cost = (struct block){take(memory, bytes, 1), 0};
-        row = cost;
-        if (cost.at != NULL) {
-            carve_cost_line(level, &cost, &scratch->line[r]);
-            carve_row_line(level, &row, &scratch->line[r]);
-        }
+    scratch->running = take(memory, (size_t)level->lanes * MATCH_TILE_COLUMNS, 1);
+    struct block cost = {NULL, 0};
+    struct block row = {NULL, 0};
+    carve_cost(level, rows, &cost, scratch);
+    carve_row(level, rows, &row, scratch);
+    const size_t bytes = cost.used_bytes > row.used_bytes ? cost.used_bytes : row.used_bytes;
+    cost = (struct block){take(memory, bytes, 1), 0};
+    row = cost;
+    if (cost.at != NULL) {
+        carve_cost(level, rows, &cost, scratch);
+        carve_row(level, rows, &row, scratch);
     }
 }
 
@@ -181,16 +194,17 @@ void match_take_memory(struct match_state *state, struct match_memory *memory) {
         struct match_scratch counted;
         struct match_scratch *scratch = state->scratch == NULL ? &counted : &state->scratch[i];
         take_scratch(state, memory, scratch);
-        scratch->first_slot = i * (MATCH_BAND_ROWS / state->threads / MATCH_PAIR_ROWS) *
-                              MATCH_PAIR_ROWS;
+        scratch->first_slot =
+            i * (MATCH_BAND_ROWS / state->threads / MATCH_PAIR_ROWS) * MATCH_PAIR_ROWS;
     }
 }
 
-static void plan(struct match_level *level, int band_begin, struct match_tile *tiles) {
+static void plan(struct match_level *level, int band_begin) {
     if (level->coarser != NULL) {
         match_advance(level->coarser, match_window_rows(level, band_begin));
     }
-    match_plan_windows(level, band_begin, level->state->scratch[0].box, tiles);
+    match_plan_windows(level, band_begin, level->state->scratch[0].box, level->tile[1],
+                       level->tile[2]);
 }
 
 void match_begin_levels(struct match_state *state) {
@@ -209,7 +223,8 @@ void match_begin_levels(struct match_state *state) {
         memset(level->down[1], 0, level->row_bytes);
         memset(level->down_mass, 0,
                (size_t)level->tiles * MATCH_TILE_COLUMNS * sizeof *level->down_mass);
-        plan(level, 0, level->tile[2]);
+        memset(level->tile[1], 0, (size_t)level->tiles * sizeof *level->tile[1]);
+        plan(level, 0);
     }
 }
 
@@ -298,21 +313,32 @@ static void begin_band(struct match_level *level) {
     const int end = level->band_begin + MATCH_BAND_ROWS;
     level->band_end = end < level->height ? end : level->height;
     if (level->band_end < level->height) {
-        plan(level, level->band_end, level->tile[2]);
+        plan(level, level->band_end);
     }
 }
 
 static void run_band(struct match_level *level) {
     begin_band(level);
     const int ahead = level->band_begin + MATCH_RING_ROWS;
-    const int cost_end =
-        pairs(ahead < level->height ? ahead : level->height) * MATCH_PAIR_ROWS;
+    const int cost_end = pairs(ahead < level->height ? ahead : level->height) * MATCH_PAIR_ROWS;
     INVARIANT(level->cost_end <= cost_end && cost_end - level->band_begin <= MATCH_RING_ROWS);
     run_phase(level, cost_part, level->cost_end / MATCH_PAIR_ROWS, cost_end / MATCH_PAIR_ROWS);
     level->cost_end = cost_end;
     run_phase(level, column_part, 0, level->tiles);
     run_phase(level, row_part, level->band_begin / MATCH_PAIR_ROWS, pairs(level->band_end));
     level->rows_done = level->band_end;
+}
+
+static void finish_part(void *context_pointer, int index) {
+    struct part_context *context = context_pointer;
+    int begin;
+    int end;
+    part_range(context, index, &begin, &end);
+    context->kernels->finish(context->level, &context->level->state->scratch[index], begin, end);
+}
+
+void match_finish(struct match_state *state) {
+    run_phase(&state->level[0], finish_part, 0, state->level[0].width);
 }
 
 void match_advance(struct match_level *level, int rows) {

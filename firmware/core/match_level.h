@@ -25,4 +25,7 @@ void match_begin_levels(struct match_state *state);
 /// Runs bands of a level, and of coarser ones where they are needed, until `rows` rows are done.
 void match_advance(struct match_level *level, int rows);
 
+/// Smooths the output and fills the rows that the finest level stands for, when all is done.
+void match_finish(struct match_state *state);
+
 #endif

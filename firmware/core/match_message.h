@@ -17,15 +17,31 @@ struct message_penalties {
     struct vector large;  // of any other
 };
 
+/*@ predicate are_lanes(integer lanes) =
+        MATCH_LANES <= lanes <= MATCH_MAX_DISPARITIES && lanes % MATCH_LANES == 0;
+    predicate is_cell(integer cell) = 0 <= cell <= INT32_MAX; */
+
+/*@ requires are_lanes(lanes) && is_cell(cell);
+    requires \valid_read(at) && \valid_read(at[0] + (cell .. cell + lanes - 1)) && \valid(to);
+    assigns to->part[0 .. lanes / MATCH_LANES - 1]; */
 MATCH_INLINE void load_lanes(const uint8_t *const at[], ptrdiff_t cell, struct lanes *to,
                              const int lanes) {
+    /*@ loop invariant 0 <= k <= lanes / MATCH_LANES;
+        loop assigns k, to->part[0 .. lanes / MATCH_LANES - 1];
+        loop variant lanes - k; */
     for (int k = 0; k < lanes / MATCH_LANES; k++) {
         to->part[k] = vector_load(at, cell + (ptrdiff_t)k * MATCH_LANES);
     }
 }
 
+/*@ requires are_lanes(lanes) && is_cell(cell);
+    requires \valid_read(at) && \valid(at[0] + (cell .. cell + lanes - 1)) && \valid_read(from);
+    assigns at[0][cell .. cell + lanes - 1]; */
 MATCH_INLINE void store_lanes(const struct lanes *from, uint8_t *const at[], ptrdiff_t cell,
                               const int lanes) {
+    /*@ loop invariant 0 <= k <= lanes / MATCH_LANES;
+        loop assigns k, at[0][cell .. cell + lanes - 1];
+        loop variant lanes - k; */
     for (int k = 0; k < lanes / MATCH_LANES; k++) {
         vector_store(at, cell + (ptrdiff_t)k * MATCH_LANES, from->part[k]);
     }
@@ -33,6 +49,9 @@ MATCH_INLINE void store_lanes(const struct lanes *from, uint8_t *const at[], ptr
 
 // The lower neighbour and the upper neighbour of each lane, whichever is lower; those beyond the
 // ends are infinite. `before` is the part before part k, whatever `lanes` holds there now.
+/*@ requires are_lanes(lanes) && 0 <= k < lanes / MATCH_LANES;
+    requires \valid_read(of);
+    assigns \nothing; */
 MATCH_INLINE struct vector lower_neighbour(const struct lanes *of, int k, struct vector before,
                                            const int lanes) {
     const struct vector after =
@@ -44,11 +63,17 @@ MATCH_INLINE struct vector lower_neighbour(const struct lanes *of, int k, struct
 // message in `message` and neighbours beyond the ends infinite; then minus its lowest lane. Source:
 // H. Hirschmueller, "Stereo processing by semiglobal matching and mutual information", PAMI 30(2),
 // 2008, equation 13.
+/*@ requires are_lanes(lanes);
+    requires \valid_read(cost) && \valid(message) && \separated(cost, message);
+    assigns message->part[0 .. lanes / MATCH_LANES - 1]; */
 MATCH_INLINE void pass_message(const struct lanes *cost, struct message_penalties penalties,
                                struct lanes *message, const int lanes) {
     const int count = lanes / MATCH_LANES;
     struct vector before = vector_all(UINT8_MAX);
     struct vector smallest = vector_all(UINT8_MAX);
+    /*@ loop invariant 0 <= k <= count;
+        loop assigns k, before, smallest, message->part[0 .. count - 1];
+        loop variant count - k; */
     for (int k = 0; k < count; k++) {
         const struct vector here = message->part[k];
         const struct vector beside = lower_neighbour(message, k, before, lanes);
@@ -59,6 +84,9 @@ MATCH_INLINE void pass_message(const struct lanes *cost, struct message_penaltie
         before = here;
     }
     const struct vector lowest = vector_lowest(smallest);
+    /*@ loop invariant 0 <= k <= count;
+        loop assigns k, message->part[0 .. count - 1];
+        loop variant count - k; */
     for (int k = 0; k < count; k++) {
         message->part[k] = vector_sub(message->part[k], lowest);
     }

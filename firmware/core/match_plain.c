@@ -5,6 +5,7 @@
 // The phases use the vectors included above.
 #include "core/match_column_phase.h"
 #include "core/match_cost_phase.h"
+#include "core/match_finish_phase.h"
 #include "core/match_row_phase.h"
 
 const struct match_kernels match_plain_kernels = {
@@ -12,4 +13,5 @@ const struct match_kernels match_plain_kernels = {
     .cost_rows = cost_rows,
     .columns = columns,
     .rows = rows,
+    .finish = finish,
 };

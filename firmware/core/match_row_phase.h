@@ -37,8 +37,8 @@ struct row_view {
     const struct match_level *level;
     struct match_line *line;  // one a row
     const uint8_t *cost[MATCH_ROWS_ABREAST];
-    const uint8_t *above[MATCH_ROWS_ABREAST];         // messages from above
-    uint8_t *sum[MATCH_ROWS_ABREAST];      // of those and the messages from the left; may be `above`
+    const uint8_t *above[MATCH_ROWS_ABREAST];  // messages from above
+    uint8_t *sum[MATCH_ROWS_ABREAST];  // of those and the messages from the left; may be `above`
     uint8_t *message[MATCH_ROWS_ABREAST];  // of the last pixel of a tile
     struct rectify_span left[MATCH_ROWS_ABREAST], right[MATCH_ROWS_ABREAST];
 };
@@ -63,7 +63,7 @@ MATCH_INLINE void pass_right(const struct row_view *of, const struct match_tile 
     for (int r = 0; r < groups * VECTOR_MEMBERS; r++) {
         penalty[r] = view.line[r].row.penalty;
     }
-    const struct vector small = vector_all(view.level->state->method->small);
+    const struct vector small = vector_all(MATCH_SMALL_PENALTY);
     const struct vector most = vector_all(SUMMAND_MAX);
     const int count = lanes / MATCH_LANES;
     struct lanes message[ROW_GROUPS];
@@ -82,9 +82,9 @@ MATCH_INLINE void pass_right(const struct row_view *of, const struct match_tile 
             for (int k = 0; k < count; k++) {
                 const ptrdiff_t at = cell + (ptrdiff_t)k * MATCH_LANES;
                 const struct vector above = vector_load(view.above + r, at);
-                vector_store(view.sum + r, at,
-                             vector_add(vector_min(above, most),
-                                        vector_min(message[q].part[k], most)));
+                vector_store(
+                    view.sum + r, at,
+                    vector_add(vector_min(above, most), vector_min(message[q].part[k], most)));
             }
         }
     }
@@ -155,8 +155,8 @@ MATCH_INLINE void choose(const struct row_view *view, int r_begin, const struct 
     }
     struct vector rival = vector_all(UINT8_MAX);
     for (int k = 0; k < count; k++) {
-        rival = vector_min(
-            rival, vector_or(total[k], vector_load(near, (ptrdiff_t)k * MATCH_LANES)));
+        rival =
+            vector_min(rival, vector_or(total[k], vector_load(near, (ptrdiff_t)k * MATCH_LANES)));
     }
     const struct vector margin = vector_sub(vector_lowest(rival), lowest);
     for (int r = 0; r < VECTOR_MEMBERS; r++) {
@@ -173,7 +173,7 @@ MATCH_INLINE void pass_left(const struct row_view *of, const struct match_tile *
     for (int r = 0; r < groups * VECTOR_MEMBERS; r++) {
         penalty[r] = view.line[r].row.penalty + 1;
     }
-    const struct vector small = vector_all(view.level->state->method->small);
+    const struct vector small = vector_all(MATCH_SMALL_PENALTY);
     struct lanes message[ROW_GROUPS];
     for (int q = 0; q < groups; q++) {
         load_lanes((const uint8_t *const *)view.message + q * VECTOR_MEMBERS, 0, &message[q],
@@ -199,8 +199,7 @@ MATCH_INLINE void pass_left(const struct row_view *of, const struct match_tile *
 // Brings the messages from one window into another; nothing comes from beyond the ends of a row
 // (`from` is NULL): the first message is the cost.
 static void enter_tile_with_messages(const struct row_view *view, const int rows,
-                                     const struct match_tile *from,
-                                     const struct match_tile *tile) {
+                                     const struct match_tile *from, const struct match_tile *tile) {
     for (int r = 0; r < rows; r++) {
         if (from == NULL) {
             memset(view->message[r], 0, (size_t)tile->lanes);

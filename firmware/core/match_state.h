@@ -21,9 +21,10 @@
 #include "core/match.h"
 
 enum {
-    MATCH_LANES = 16,      // disparities are padded to a multiple of this
-    MATCH_COST_MAX = 127,  // so that a message stays below 256
-    MATCH_WEIGHT_ONE = 128,  // shares of a blend are in 1/128, between 1 and 127
+    MATCH_LANES = 16,          // disparities are padded to a multiple of this
+    MATCH_SMALL_PENALTY = 20,  // of a change by one disparity
+    MATCH_COST_MAX = 127,      // so that a message stays below 256
+    MATCH_WEIGHT_ONE = 128,    // shares of a blend are in 1/128, between 1 and 127
     MATCH_CENSUS_PLANES = 3,
     MATCH_CENSUS_WEIGHT = 4,
     MATCH_CENSUS_RADIUS = 2,
@@ -33,8 +34,8 @@ enum {
     MATCH_BAND_ROWS = 8,
     MATCH_AHEAD_ROWS = 6,
     MATCH_RING_ROWS = MATCH_BAND_ROWS + MATCH_AHEAD_ROWS,
-    MATCH_GUIDE_ROWS = 16,   // at least MATCH_RING_ROWS + 1
-    MATCH_SURFACE_ROWS = 16,
+    MATCH_GUIDE_ROWS = 16,  // at least MATCH_RING_ROWS + 1
+    MATCH_SURFACE_ROWS = 32,
     MATCH_TEXTURE_COLUMNS = 16,
     MATCH_ROWS_ABREAST = 4,  // rows that one call of a kernel takes at most
     MATCH_PAIR_ROWS = 2,     // rows are shared out to threads in pairs
@@ -66,54 +67,61 @@ struct match_features {
 struct match_line {
     struct {
         struct match_features left, right;  // right: reversed, padded on both sides
-        uint16_t *weight;       // by column: of the edge between x - 1 and x
+        uint16_t *weight;                   // by column: of the edge between x - 1 and x
         match_share *forward;   // of what comes from the left, where the pixel's own cost joins it
         match_share *joined;    // of that average, where it meets what comes from the right
         match_share *backward;  // of what comes from the right, where the pixel's own cost joins it
     } cost;
     struct {
-        uint8_t *penalty;        // large penalty between x - 1 and x
-        uint8_t *margin;         // by which the winner beats its best rival
-        int16_t *lane;           // the winner, first in its window, then in the level's range;
-                                 // -1: none
-        uint32_t *around;        // averaged costs before, at and after the winner, in the lower bytes
-        uint8_t *fit;            // averaged cost of the winner
-        int16_t *right_x;        // the winner's right pixel
-        uint8_t *fits;           // whether the winner may be right
+        uint8_t *penalty;     // large penalty between x - 1 and x
+        uint8_t *margin;      // by which the winner beats its best rival
+        int16_t *lane;        // the winner, first in its window, then in the level's range;
+                              // -1: none
+        uint32_t *around;     // averaged costs before, at and after the winner, in the lower bytes
+        uint8_t *fit;         // averaged cost of the winner
+        int16_t *right_x;     // the winner's right pixel
+        uint8_t *consistent;  // whether left and right agree
+        uint8_t *textured;    // whether there is something to match
+        uint8_t *fits;        // whether the winner may be right
         uint8_t *darkest, *brightest;  // of MATCH_TEXTURE_COLUMNS pixels from x on
-        uint32_t *claim;         // lowest cost that claims a right pixel, and its lane
+        uint32_t *claim;               // lowest cost that claims a right pixel, and its lane
     } row;
 };
 
 /// Scratch of one thread.
 struct match_scratch {
     uint8_t *source[2 * MATCH_CENSUS_RADIUS + MATCH_ROWS_ABREAST];  // padded image rows
-    int first_slot;     // of its rows in from_above during phase 1
-    uint16_t *box;      // sums while a row is scaled down
+    int first_slot;  // of its rows in from_above during phase 1
+    uint16_t *box;   // sums while a row is scaled down
     struct match_line line[MATCH_ROWS_ABREAST];
-    uint8_t *running;   // averages or messages of MATCH_TILE_COLUMNS columns, all lanes
-    uint8_t *realigned; // the same after a change of windows
+    uint8_t *running;  // averages or messages of MATCH_TILE_COLUMNS columns, all lanes
+    int32_t *finish;   // a row of disparities when all is done
 };
 
 /// How a preset works.
 struct match_method {
+    const char *name;
     int coarse_disparities;  // a level of more disparities than this gets a coarser one; 0: never
-    int halvings;            // from one level to the next
-    int mean_lanes;          // lanes a column on average for which there is memory
-    uint8_t small;           // penalty of a change by one disparity
+    int halvings;            // of columns, disparities and rows from one level to the next
+    int halved_rows;         // of the finest level: 1 where a row of it stands for two
+    int lanes;               // a column on average, for which there is memory
+    int lanes_percent;       // the same as a share of the range; the larger one counts
+    // A tile searches the disparities that the coarser level found in the tile and so many of its
+    // pixels around, and `margin` more to both sides.
+    int around_columns, around_rows, margin;
 };
 
 /// Rows of a pair at one scale.
 struct match_level {
     struct match_state *state;
     struct match_level *coarser;  // NULL: searches everything
-    int shift;                    // 2^shift input pixels a side make a pixel
+    int shift_x, shift_y;         // 2^shift_x columns and 2^shift_y rows of the input make a pixel
     int width, height;
-    int tiles;         // a row
+    int tiles;  // a row
     int disparity_min, disparity_count;
-    int right_pad;         // padding in front of the reversed right features
-    int right_length;      // of the padded features
-    int lanes;             // most lanes of a tile
+    int right_pad;             // padding in front of the reversed right features
+    int right_length;          // of the padded features
+    int lanes;                 // most lanes of a tile
     size_t row_bytes;          // of one row of cells
     int band_begin, band_end;  // rows of the present band
     int cost_end;              // first row whose cost is not yet in the ring
@@ -122,8 +130,8 @@ struct match_level {
     struct match_tile *tile[3];                // of the band before, the present, the next one
     uint8_t *ring[MATCH_RING_ROWS];            // aggregated cost, row y in slot y % MATCH_RING_ROWS
     uint8_t *from_above[MATCH_BAND_ROWS + 1];  // [0]: last row of the band before
-    uint8_t *down[2];     // downward average: before and after the present band
-    uint16_t *down_mass;  // by column
+    uint8_t *down[2];                  // downward average: before and after the present band
+    uint16_t *down_mass;               // by column
     uint8_t *guide[MATCH_GUIDE_ROWS];  // left rows, row y in slot y % MATCH_GUIDE_ROWS; level > 0
     int16_t *surface[MATCH_SURFACE_ROWS];  // disparity indices by row, -1: none; for the finer
 };
@@ -165,17 +173,30 @@ struct match_state {
 
 #define MATCH_INLINE static inline __attribute__((always_inline))
 
+/*@ predicate match_is_share(integer pair) =
+        1 <= (pair & 0xff) < MATCH_WEIGHT_ONE && pair >> 8 == MATCH_WEIGHT_ONE - (pair & 0xff);
+    predicate match_is_mass(integer mass) = 0 <= mass < 10 * MATCH_MASS_ONE; */
+
 /// A pair of shares from the first one, between 1 and 127.
+/*@ requires 1 <= share < MATCH_WEIGHT_ONE;
+    assigns \nothing;
+    ensures match_is_share(\result) && (\result & 0xff) == share; */
 static inline match_share match_share_of(uint16_t share) {
     return (match_share)((MATCH_WEIGHT_ONE << 8) - UINT8_MAX * share);
 }
 
 /// What two masses, of which the second is not 0, get in a blend: 128 a / (a + b) in binary places
 /// and 16 bits, without branches, so that compilers take many at once.
+/*@ requires match_is_mass(mass_a) && match_is_mass(mass_b);
+    assigns \nothing;
+    ensures match_is_share(\result); */
 static inline match_share match_share_between(uint16_t mass_a, uint16_t mass_b) {
     const uint16_t whole = (uint16_t)(mass_a + mass_b);
     uint16_t rest = mass_a;
     uint16_t share = 0;
+    /*@ loop invariant 0 <= i <= 7 && rest <= whole && share < 1 << i;
+        loop assigns i, rest, share;
+        loop variant 7 - i; */
     for (int i = 0; i < 7; i++) {
         rest = (uint16_t)(2 * rest);
         const uint16_t taken = rest >= whole ? whole : 0;
@@ -186,12 +207,17 @@ static inline match_share match_share_between(uint16_t mass_a, uint16_t mass_b) 
 }
 
 /// Both shares the other way round.
+/*@ requires match_is_share(share);
+    assigns \nothing;
+    ensures match_is_share(\result) && (\result & 0xff) == share >> 8; */
 static inline match_share match_share_swapped(match_share share) {
     return (match_share)(share >> 8 | share << 8);
 }
 
 /// How much a neighbour counts across a step of grey levels, in 1/65536: 0.9 (1 - step / 112)^8,
 /// which is close to 0.9 exp(-step / 14).
+/*@ assigns \nothing;
+    ensures \result <= 58982; */
 static inline uint16_t match_weight(uint8_t step) {
     const uint16_t capped = step < 112 ? step : 112;
     const uint16_t base = (uint16_t)(65520 - 585 * capped);
@@ -202,11 +228,15 @@ static inline uint16_t match_weight(uint8_t step) {
 }
 
 /// A neighbour's mass as it arrives across an edge of `weight`.
+/*@ assigns \nothing;
+    ensures match_is_mass(mass) && weight <= 58982 ==> \result <= 9 * MATCH_MASS_ONE; */
 static inline uint16_t match_carry(uint16_t mass, uint16_t weight) {
     return (uint16_t)((uint32_t)mass * weight >> 16);
 }
 
 /// Penalty of a jump across a step of grey levels: an edge makes it plausible.
+/*@ assigns \nothing;
+    ensures 40 <= \result <= 120; */
 static inline uint8_t match_large_penalty(uint8_t step) {
     enum { LARGE_MAX = 120, LARGE_MIN = 40, LARGE_SLOPE = 6 };
     const uint8_t steps = (LARGE_MAX - LARGE_MIN) / LARGE_SLOPE + 1;
@@ -214,6 +244,8 @@ static inline uint8_t match_large_penalty(uint8_t step) {
     return lowered > LARGE_MIN ? lowered : LARGE_MIN;
 }
 
+/*@ assigns \nothing;
+    ensures \result == \abs(a - b); */
 static inline uint8_t match_step(uint8_t a, uint8_t b) {
     return a > b ? (uint8_t)(a - b) : (uint8_t)(b - a);
 }
@@ -226,7 +258,7 @@ static inline uint8_t *match_cell(uint8_t *row, const struct match_tile *tile, i
 /// Left row y of a level, for its edges; rows above and below the image repeat its ends.
 static inline const uint8_t *match_guide(const struct match_level *level, int y) {
     const int row = y < 0 ? 0 : (y < level->height ? y : level->height - 1);
-    if (level->shift == 0) {
+    if (level->shift_x == 0 && level->shift_y == 0) {
         return image_u8_row(&level->state->input->left, row);
     }
     return level->guide[row % MATCH_GUIDE_ROWS];
@@ -242,12 +274,12 @@ static inline struct rectify_span match_span(const struct match_level *level,
     }
     int begin = 0;
     int end = image->width;
-    for (int row = y << level->shift; row < (y + 1) << level->shift; row++) {
+    for (int row = y << level->shift_y; row < (y + 1) << level->shift_y; row++) {
         begin = spans[row].begin > begin ? spans[row].begin : begin;
         end = spans[row].end < end ? spans[row].end : end;
     }
-    begin = (begin + (1 << level->shift) - 1) >> level->shift;
-    end >>= level->shift;
+    begin = (begin + (1 << level->shift_x) - 1) >> level->shift_x;
+    end >>= level->shift_x;
     end = end < level->width ? end : level->width;
     return (struct rectify_span){(int16_t)begin, (int16_t)(begin < end ? end : begin)};
 }
@@ -266,16 +298,30 @@ static inline void match_realign(const uint8_t *from_cells, const struct match_t
     const int shift = to->base - from->base;  // to lane i is from lane i + shift
     const int first = shift < 0 ? -shift : 0;
     const int beyond = from->lanes - shift < to->lanes ? from->lanes - shift : to->lanes;
-    if (fill == NULL) {
-        memset(to_cells, UINT8_MAX, (size_t)to->lanes);
-    } else {
-        memcpy(to_cells, fill, (size_t)to->lanes);
+    // In steps of constant size, which compilers turn into single moves.
+    for (int i = 0; i < to->lanes; i += MATCH_LANES) {
+        if (fill == NULL) {
+            memset(to_cells + i, UINT8_MAX, MATCH_LANES);
+        } else {
+            memcpy(to_cells + i, fill + i, MATCH_LANES);
+        }
     }
-    if (first < beyond) {
-        memcpy(to_cells + first, from_cells + first + shift, (size_t)(beyond - first));
+    if (beyond - first >= MATCH_LANES) {
+        // The last step ends where the lanes end, over the one before.
+        for (int i = first; i < beyond; i += MATCH_LANES) {
+            const int at = i + MATCH_LANES <= beyond ? i : beyond - MATCH_LANES;
+            memcpy(to_cells + at, from_cells + at + shift, MATCH_LANES);
+        }
+    } else {
+        for (int i = first; i < beyond; i++) {
+            to_cells[i] = from_cells[i + shift];
+        }
     }
 }
 
+/*@ requires \valid_read(a) && \valid_read(b);
+    assigns \nothing;
+    ensures \result <==> a->base == b->base && a->lanes == b->lanes; */
 static inline bool match_same_window(const struct match_tile *a, const struct match_tile *b) {
     return a->base == b->base && a->lanes == b->lanes;
 }

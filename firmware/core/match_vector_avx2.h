@@ -34,9 +34,9 @@ static inline void vector_store(uint8_t *const at[], ptrdiff_t offset, struct ve
 }
 
 static inline struct vector vector_each(const uint8_t *const at[], ptrdiff_t offset) {
-    return (struct vector){_mm256_inserti128_si256(
-        _mm256_castsi128_si256(_mm_set1_epi8((char)at[0][offset])),
-        _mm_set1_epi8((char)at[1][offset]), 1)};
+    return (struct vector){
+        _mm256_inserti128_si256(_mm256_castsi128_si256(_mm_set1_epi8((char)at[0][offset])),
+                                _mm_set1_epi8((char)at[1][offset]), 1)};
 }
 
 static inline struct vector vector_all(uint8_t value) {
@@ -45,9 +45,9 @@ static inline struct vector vector_all(uint8_t value) {
 
 static inline struct vector_shares vector_shares_each(const match_share *const at[],
                                                       ptrdiff_t offset) {
-    return (struct vector_shares){_mm256_inserti128_si256(
-        _mm256_castsi128_si256(_mm_set1_epi16((short)at[0][offset])),
-        _mm_set1_epi16((short)at[1][offset]), 1)};
+    return (struct vector_shares){
+        _mm256_inserti128_si256(_mm256_castsi128_si256(_mm_set1_epi16((short)at[0][offset])),
+                                _mm_set1_epi16((short)at[1][offset]), 1)};
 }
 
 static inline struct vector vector_min(struct vector a, struct vector b) {
@@ -78,12 +78,10 @@ static inline struct vector vector_blend(struct vector a, struct vector b,
                                          struct vector_shares shares) {
     // A rounded division by 128 is the rounded high part of a product with 256.
     const __m256i scale = _mm256_set1_epi16(256);
-    const __m256i low =
-        _mm256_maddubs_epi16(_mm256_unpacklo_epi8(a.both, b.both), shares.pairs);
-    const __m256i high =
-        _mm256_maddubs_epi16(_mm256_unpackhi_epi8(a.both, b.both), shares.pairs);
-    return (struct vector){_mm256_packus_epi16(_mm256_mulhrs_epi16(low, scale),
-                                               _mm256_mulhrs_epi16(high, scale))};
+    const __m256i low = _mm256_maddubs_epi16(_mm256_unpacklo_epi8(a.both, b.both), shares.pairs);
+    const __m256i high = _mm256_maddubs_epi16(_mm256_unpackhi_epi8(a.both, b.both), shares.pairs);
+    return (struct vector){
+        _mm256_packus_epi16(_mm256_mulhrs_epi16(low, scale), _mm256_mulhrs_epi16(high, scale))};
 }
 
 static inline struct vector vector_lowest(struct vector value) {
@@ -125,8 +123,8 @@ static inline struct vector vector_cost(const struct vector left[MATCH_CENSUS_PL
     const __m256i bits = _mm256_add_epi8(ones, _mm256_add_epi8(twos, twos));
     const __m256i step = _mm256_or_si256(_mm256_subs_epu8(left[3].both, right[3].both),
                                          _mm256_subs_epu8(right[3].both, left[3].both));
-    return (struct vector){_mm256_add_epi8(
-        bits, _mm256_min_epu8(step, _mm256_set1_epi8(MATCH_GRADIENT_TRUNCATION)))};
+    return (struct vector){
+        _mm256_add_epi8(bits, _mm256_min_epu8(step, _mm256_set1_epi8(MATCH_GRADIENT_TRUNCATION)))};
 }
 
 #endif

@@ -3,22 +3,26 @@
 
 #include "core/invariant.h"
 
-enum {
-    // How far around a tile the coarser surface counts, in its pixels.
-    AROUND_COLUMNS = 4,
-    AROUND_ROWS = 2,
-    MARGIN = 3,  // disparities below and above what was found there
-};
-
-// Lowest and highest index that the coarser level found near a tile; low > high: none.
+// Lowest and highest index that the coarser level found near a tile; low > high: none. `usual`:
+// about where most of them are.
 struct reach {
-    int low, high;
+    int low, high, usual;
 };
 
-extern int exp_margin,exp_ac,exp_ar;
-#define H (level->coarser->shift-level->shift)
+static const struct reach NOWHERE = {UINT16_MAX, -1, 0};
+
+// By how many halvings the coarser level is coarser.
+static int halvings_x(const struct match_level *level) {
+    return level->coarser->shift_x - level->shift_x;
+}
+
+static int halvings_y(const struct match_level *level) {
+    return level->coarser->shift_y - level->shift_y;
+}
+
 int match_window_rows(const struct match_level *level, int band_begin) {
-    const int rows = ((band_begin + MATCH_BAND_ROWS) >> H) + exp_ar;
+    const int rows =
+        ((band_begin + MATCH_BAND_ROWS) >> halvings_y(level)) + level->state->method->around_rows;
     return rows < level->coarser->height ? rows : level->coarser->height;
 }
 
@@ -32,7 +36,7 @@ static void reach_of_columns(const struct match_level *level, int band_begin, ui
         lowest[x] = UINT16_MAX;
         highest[x] = -1;
     }
-    int begin = (band_begin >>H) - exp_ar;
+    int begin = (band_begin >> halvings_y(level)) - level->state->method->around_rows;
     begin = begin > 0 ? begin : 0;
     const int end = match_window_rows(level, band_begin);
     INVARIANT(coarser->rows_done >= end && coarser->rows_done - begin <= MATCH_SURFACE_ROWS);
@@ -49,40 +53,58 @@ static void reach_of_columns(const struct match_level *level, int band_begin, ui
 static struct reach reach_of_tile(const struct match_level *level, int t, const uint16_t *lowest,
                                   const int16_t *highest) {
     const int width = level->coarser->width;
-    int begin = (t * MATCH_TILE_COLUMNS >> H) - exp_ac;
-    int end = ((t + 1) * MATCH_TILE_COLUMNS >>H) + exp_ac;
+    const int around = level->state->method->around_columns;
+    int begin = (t * MATCH_TILE_COLUMNS >> halvings_x(level)) - around;
+    int end = ((t + 1) * MATCH_TILE_COLUMNS >> halvings_x(level)) + around;
     begin = begin > 0 ? begin : 0;
     end = end < width ? end : width;
-    struct reach reach = {UINT16_MAX, -1};
+    struct reach reach = NOWHERE;
+    int sum = 0;
+    int count = 0;
     for (int x = begin; x < end; x++) {
         reach.low = lowest[x] < reach.low ? lowest[x] : reach.low;
         reach.high = highest[x] > reach.high ? highest[x] : reach.high;
+        if (highest[x] >= 0) {
+            sum += lowest[x] + highest[x];
+            count += 2;
+        }
     }
+    reach.usual = count > 0 ? sum / count : 0;
     return reach;
 }
 
-// The window around a reach, with the room that rounding leaves shared out to both sides.
+static int clamp(int value, int low, int high) {
+    return value < low ? low : (value > high ? high : value);
+}
+
+// The window around a reach. Where rounding leaves room, it stays where the one of the tile above
+// was: cells then need not be moved from one window to the other.
 static void set_window(const struct match_level *level, struct reach reach, int most_lanes,
-                       struct match_tile *tile) {
+                       int base_above, struct match_tile *tile) {
     const int count = level->disparity_count;
-    int low = reach.low - exp_margin;
-    int high = reach.high + exp_margin;
-    low = low < 0 ? 0 : (low < count ? low : count - 1);
-    high = high < low ? low : (high < count ? high : count - 1);
+    const int margin = level->state->method->margin;
+    const int low = clamp(reach.low - margin, 0, count - 1);
+    const int high = clamp(reach.high + margin, low, count - 1);
     int lanes = (high - low + MATCH_LANES) / MATCH_LANES * MATCH_LANES;
-    lanes = lanes < most_lanes ? lanes : most_lanes;
-    int base = low - (lanes - (high - low + 1)) / 2;
-    base = base + lanes <= level->lanes ? base : level->lanes - lanes;
-    base = base > 0 ? base : 0;
-    INVARIANT(lanes > 0 && base + lanes <= level->lanes);
-    tile->base = (int16_t)base;
+    int lowest_base = high + 1 - lanes;
+    int highest_base = low;
+    if (lanes > most_lanes) {
+        // No room for all: the end where most are.
+        lanes = most_lanes;
+        lowest_base = highest_base =
+            reach.usual - low < high - reach.usual ? low : high + 1 - lanes;
+    }
+    lowest_base = clamp(lowest_base, 0, level->lanes - lanes);
+    highest_base = clamp(highest_base, lowest_base, level->lanes - lanes);
+    tile->base = (int16_t)clamp(base_above, lowest_base, highest_base);
     tile->lanes = (int16_t)lanes;
+    INVARIANT(lanes > 0 && tile->base >= 0 && tile->base + lanes <= level->lanes);
 }
 
 // Tiles where the coarser level found nothing lie between their neighbours' surfaces.
 static void close_gaps(const struct match_level *level, struct reach *reaches) {
-    const struct reach all = {0, level->disparity_count - 1};
-    struct reach before = {UINT16_MAX, -1};
+    const struct reach all = {0, level->disparity_count - 1, level->disparity_count / 2};
+    struct reach before = NOWHERE;
     for (int t = 0; t < level->tiles; t++) {
         if (reaches[t].low <= reaches[t].high) {
             before = reaches[t];
@@ -107,12 +129,12 @@ static void close_gaps(const struct match_level *level, struct reach *reaches) {
 }
 
 void match_plan_windows(const struct match_level *level, int band_begin, uint16_t *columns,
-                        struct match_tile *tiles) {
+                        const struct match_tile *above, struct match_tile *tiles) {
     struct reach reaches[IMAGE_MAX_SIDE_PX / MATCH_TILE_COLUMNS];
     INVARIANT(level->tiles <= IMAGE_MAX_SIDE_PX / MATCH_TILE_COLUMNS);
     if (level->coarser == NULL) {
         for (int t = 0; t < level->tiles; t++) {
-            reaches[t] = (struct reach){0, level->disparity_count - 1};
+            reaches[t] = (struct reach){0, level->disparity_count - 1, 0};
         }
     } else {
         int16_t *highest = (int16_t *)(columns + level->coarser->width);
@@ -129,7 +151,7 @@ void match_plan_windows(const struct match_level *level, int band_begin, uint16_
     do {
         lanes = 0;
         for (int t = 0; t < level->tiles; t++) {
-            set_window(level, reaches[t], most_lanes, &tiles[t]);
+            set_window(level, reaches[t], most_lanes, above[t].base, &tiles[t]);
             tiles[t].offset = (int32_t)lanes * MATCH_TILE_COLUMNS;
             lanes += (size_t)tiles[t].lanes;
         }
