@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The core computes the same bytes on every processor, with every compiler and optimisation.
 
-tests/portable/core_digest.c prints one line of checksums. It is built for x86-64, 32-bit ARM and
-64-bit RISC-V (run by qemu's user-mode emulation), at -O0 and -O2 and more, and every line must be
-equal to the first.
+tests/portable/core_digest.c prints one line of checksums. It is built for x86-64, 32-bit and
+64-bit ARM, with NEON and without, and 64-bit RISC-V (run by qemu's user-mode emulation), at -O0
+and -O2 and more, and every line must be equal to the first.
 """
 import concurrent.futures
 import glob
@@ -14,39 +14,45 @@ import tempfile
 import unittest
 
 ROOT = os.environ["VERGENCE_SOURCE"]
-DIGEST = os.path.join(ROOT, "tests", "portable", "core_digest.c")
+FOLDERS = [os.path.join(ROOT, "firmware", "core"), os.path.join(ROOT, "tests", "portable")]
 FLAGS = ["-std=c11", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", "-I",
          os.path.join(ROOT, "firmware")]
 # The objects are the same each time: no need to compile unchanged sources again.
 CACHED = ["ccache"] if shutil.which("ccache") else []
 # The levels of the matcher that need a processor's extensions; empty files elsewhere.
-LEVEL_FLAGS = {"match_sse41.c": ["-msse4.1"], "match_avx2.c": ["-mavx2"]}
+LEVEL_FLAGS = {"sse41.c": ["-msse4.1"], "avx2.c": ["-mavx2"]}
 
-# Name -> compiler, flags, what runs the program.
+ARM, ARM64, RISCV = "arm-linux-gnueabihf-gcc", "aarch64-linux-gnu-gcc", "riscv64-linux-gnu-gcc"
+# Name -> compiler, flags, what runs the program, the matcher's level that it has to choose (none:
+# the processor at hand decides).
 TARGETS = {
-    "x86-64 gcc -O2": ("gcc", ["-O2"], []),
-    "x86-64 gcc -O0": ("gcc", ["-O0"], []),
-    "x86-64 gcc -O3 -mavx2 -mfma": ("gcc", ["-O3", "-mavx2", "-mfma"], []),
-    "x86-64 clang -O2": ("clang", ["-O2"], []),
-    "arm gcc -O2": ("arm-linux-gnueabihf-gcc", ["-O2", "-static"], ["qemu-arm"]),
-    "arm gcc -O0": ("arm-linux-gnueabihf-gcc", ["-O0", "-static"], ["qemu-arm"]),
-    "riscv64 gcc -O2": ("riscv64-linux-gnu-gcc", ["-O2", "-static"], ["qemu-riscv64"]),
-    "riscv64 gcc -O0": ("riscv64-linux-gnu-gcc", ["-O0", "-static"], ["qemu-riscv64"]),
+    "x86-64 gcc -O2": ("gcc", ["-O2"], [], []),
+    "x86-64 gcc -O0": ("gcc", ["-O0"], [], []),
+    "x86-64 gcc -O3 -mavx2 -mfma": ("gcc", ["-O3", "-mavx2", "-mfma"], [], []),
+    "x86-64 clang -O2": ("clang", ["-O2"], [], []),
+    "arm gcc -O2": (ARM, ["-O2", "-static"], ["qemu-arm"], ["plain"]),
+    "arm gcc -O0": (ARM, ["-O0", "-static"], ["qemu-arm"], ["plain"]),
+    "arm gcc -O2 -mfpu=neon": (ARM, ["-O2", "-static", "-mfpu=neon"], ["qemu-arm"], ["neon"]),
+    "aarch64 gcc -O2": (ARM64, ["-O2", "-static"], ["qemu-aarch64"], ["neon"]),
+    "riscv64 gcc -O2": (RISCV, ["-O2", "-static"], ["qemu-riscv64"], ["plain"]),
+    "riscv64 gcc -O0": (RISCV, ["-O0", "-static"], ["qemu-riscv64"], ["plain"]),
 }
 PACKAGES = {
-    "gcc": "gcc", "clang": "clang", "qemu-arm": "qemu-user", "qemu-riscv64": "qemu-user",
-    "arm-linux-gnueabihf-gcc": "gcc-arm-linux-gnueabihf",
-    "riscv64-linux-gnu-gcc": "gcc-riscv64-linux-gnu",
+    "gcc": "gcc", "clang": "clang",
+    "qemu-arm": "qemu-user", "qemu-aarch64": "qemu-user", "qemu-riscv64": "qemu-user",
+    ARM: "gcc-arm-linux-gnueabihf",
+    ARM64: "gcc-aarch64-linux-gnu",
+    RISCV: "gcc-riscv64-linux-gnu",
 }
 
 
 def sources():
-    names = sorted(glob.glob(os.path.join(ROOT, "firmware", "core", "*.c")))
-    return names + [DIGEST]
+    return [name for folder in FOLDERS for name in sorted(glob.glob(os.path.join(folder, "*.c")))]
 
 
 def level_flags(target, source):
-    return LEVEL_FLAGS.get(os.path.basename(source), []) if target.startswith("x86-64") else []
+    level = os.path.basename(source).split("_")[-1]
+    return LEVEL_FLAGS.get(level, []) if target.startswith("x86-64") else []
 
 
 def processor_allows(flags):
@@ -58,7 +64,7 @@ def processor_allows(flags):
 
 
 def digest(target, folder):
-    compiler, flags, runner = TARGETS[target]
+    compiler, flags, runner, level = TARGETS[target]
     program = os.path.join(folder, target.replace(" ", "_"))
     objects = []
     for source in sources():
@@ -66,13 +72,13 @@ def digest(target, folder):
         subprocess.run([*CACHED, compiler, *FLAGS, *flags, *level_flags(target, source), "-c",
                         source, "-o", objects[-1]], check=True)
     subprocess.run([compiler, *flags, *objects, "-lm", "-o", program], check=True)
-    done = subprocess.run([*runner, program], check=True, stdout=subprocess.PIPE, text=True)
+    done = subprocess.run([*runner, program, *level], check=True, stdout=subprocess.PIPE, text=True)
     return done.stdout.strip()
 
 
 class Portable(unittest.TestCase):
     def test_all_targets_print_the_same_line(self):
-        missing = sorted({PACKAGES[p] for c, _, r in TARGETS.values() for p in [c, *r]
+        missing = sorted({PACKAGES[p] for c, _, r, _ in TARGETS.values() for p in [c, *r]
                           if shutil.which(p) is None})
         self.assertEqual(missing, [], "packages to install: " + " ".join(missing))
         targets = [t for t in TARGETS if processor_allows(TARGETS[t][1])]

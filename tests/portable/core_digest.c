@@ -25,6 +25,7 @@
 #include "core/triangulate.h"
 #include "core/vet.h"
 #include "digest_numbers.h"
+#include "digest_vectors.h"
 
 static uint32_t digest_math(void) {
     uint32_t crc = 0;
@@ -350,8 +351,28 @@ static uint32_t add_matches(uint32_t crc) {
 }
 
 // Every level of kernels that this processor runs must agree.
+static uint32_t match_with_all_levels(struct match_options options) {
+    static const char *const levels[] = {"plain", "sse41", "avx2", "neon"};
+    uint32_t plain = 0;
+    for (size_t level = 0; level < sizeof levels / sizeof levels[0]; level++) {
+        options.kernels = match_kernels_named(levels[level]);
+        if (options.kernels == NULL) {
+            continue;  // not on this processor
+        }
+        match_pair(&options);
+        const uint32_t sum = add_matches(0);
+        if (level == 0) {
+            plain = sum;
+        } else if (sum != plain) {
+            fprintf(stderr, "core_digest: match: %s differs from plain, preset %s\n", levels[level],
+                    match_preset_name(options.preset));
+            exit(1);
+        }
+    }
+    return plain;
+}
+
 static uint32_t digest_match(void) {
-    static const char *const levels[] = {"plain", "sse41", "avx2"};
     // Lanes that are compiled for, and others; disparities of both signs.
     static const int counts[] = {12, 20, 40, 64};
     uint32_t crc = 0;
@@ -360,21 +381,10 @@ static uint32_t digest_match(void) {
         make_pair(far_px + counts[i] / 3, far_px);
         struct match_options options = match_default_options(far_px - 2, counts[i]);
         options.keep_all = i == 3;
-        uint32_t first = 0;
-        for (size_t level = 0; level < sizeof levels / sizeof levels[0]; level++) {
-            options.kernels = match_kernels_named(levels[level]);
-            if (options.kernels == NULL) {
-                continue;  // only x86 has more than plain C
-            }
-            match_pair(&options);
-            const uint32_t sum = add_matches(0);
-            if (level != 0 && sum != first) {
-                fprintf(stderr, "core_digest: match: %s differs from plain\n", levels[level]);
-                exit(1);
-            }
-            first = sum;
+        for (unsigned preset = 0; preset < MATCH_PRESET_COUNT; preset++) {
+            options.preset = (enum match_preset)preset;
+            crc = add_bits(crc, match_with_all_levels(options), 4);
         }
-        crc = add_bits(crc, first, 4);
     }
     return crc;
 }
@@ -460,13 +470,26 @@ static const struct {
     const char *name;
     uint32_t (*digest)(void);
 } modules[] = {
-    {"math", digest_math},       {"geometry", digest_geometry},       {"lens", digest_lens},
-    {"rectify", digest_rectify}, {"triangulate", digest_triangulate}, {"mesh", digest_mesh},
-    {"match", digest_match},     {"refine", digest_refine},           {"vet", digest_vet},
+    {"math", digest_math},
+    {"geometry", digest_geometry},
+    {"lens", digest_lens},
+    {"rectify", digest_rectify},
+    {"triangulate", digest_triangulate},
+    {"mesh", digest_mesh},
+    {"vectors", digest_vectors},
+    {"match", digest_match},
+    {"refine", digest_refine},
+    {"vet", digest_vet},
     {"debayer", digest_debayer},
 };
 
-int main(void) {
+// The argument, if there is one, names the matcher's level that this program has to choose.
+int main(int argc, char **argv) {
+    const char *chosen = match_kernels_best()->name;
+    if (argc > 1 && strcmp(chosen, argv[1]) != 0) {
+        fprintf(stderr, "core_digest: the matcher runs %s, not %s\n", chosen, argv[1]);
+        return 1;
+    }
     for (size_t i = 0; i < sizeof modules / sizeof modules[0]; i++) {
         random_state =
             0x9e3779b97f4a7c15u;  // each module on its own: one that grows moves no other
