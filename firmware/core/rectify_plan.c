@@ -120,7 +120,8 @@ static int choose_parallax(const struct calibration *calibration,
         // Stated along the left axis, needed along the rectified one.
         parallax->near = plan->baseline_mm / (near_mm * ratio->min);
         parallax->far = plan->baseline_mm / (far_mm * ratio->max);
-        return ERROR_OK;
+        // Depths that differ in their last digits may have one parallax.
+        return parallax->near > parallax->far ? ERROR_OK : ERROR_DEPTH_RANGE;
     }
     const struct lens *lens = &calibration->left;
     const double verged_mm = calibration_vergence_depth_mm(calibration);
@@ -227,6 +228,9 @@ static int frame_rectified(const struct calibration *calibration,
     plan->identity = scale == 1.0;
     plan->width_px = (int)(lens->width_px * scale + 0.5);
     plan->height_px = (int)(lens->height_px * scale + 0.5);
+    if (plan->width_px < 1 || plan->height_px < 1) {
+        return ERROR_TOO_SMALL;
+    }
     plan->f_px = lens->fx_px * scale;
     plan->fy_px = lens->fy_px * scale;
     // Pixel centres: x' = (x + 1/2) scale - 1/2, exactly x at scale 1.

@@ -300,6 +300,44 @@ TEST_CASE("what cannot be rectified is refused, with the output untouched") {
     CHECK(refused(tiny, as_it_is) != ERROR_OK);
 }
 
+TEST_CASE("depths that have one parallax in double arithmetic are no range") {
+    const calibration rig = plain_rig();
+    int refused = 0;
+    for (double near_mm = 700; near_mm < 800; near_mm += 1.25) {
+        rectify_options options = as_it_is;
+        options.depth_near_mm = near_mm;
+        options.depth_far_mm = std::nextafter(near_mm, infinity);
+        rectify_plan plan;
+        const int error = make(rig, options, &plan);
+        REQUIRE((error == ERROR_OK || error == ERROR_DEPTH_RANGE));
+        refused += error != ERROR_OK;
+    }
+    CHECK(refused > 0);
+}
+
+TEST_CASE("a lens that looks sideways at its border sees no plane") {
+    calibration rig = plain_rig(0.1, 1);
+    for (lens *one : {&rig.left, &rig.right}) {
+        one->width_px = one->height_px = 2100;
+        one->cx_px = one->cy_px = 1049.5;
+    }
+    REQUIRE(lens_validate(&rig.left) == ERROR_OK);
+    rectify_plan plan;
+    CHECK(make(rig, as_it_is, &plan) == ERROR_OVERLAP);
+}
+
+TEST_CASE("a scale that leaves no pixel is refused") {
+    calibration rig = plain_rig();
+    rig.rectified = true;
+    rig.left.width_px = rig.right.width_px = 40;
+    rig.depth_near_mm = 1000;
+    rig.depth_far_mm = 2000;
+    rectify_options options = as_it_is;
+    options.scale = 0.01;
+    rectify_plan plan;
+    CHECK(make(rig, options, &plan) == ERROR_TOO_SMALL);
+}
+
 TEST_CASE("views that do not meet are refused") {
     rectify_plan plan;
     CHECK(make(plain_rig(-1.2), as_it_is, &plan) == ERROR_OVERLAP);  // looking apart
