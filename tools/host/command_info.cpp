@@ -198,13 +198,23 @@ json to_json(const info_page &page) {
     return object;
 }
 
+/// The fields of our calibration text as the Markdown table of calibration.md.
 int print_grammar() {
-    char text[8192];
-    if (calibration_grammar_describe(text, sizeof text) < 0) {
-        std::fputs("vergence info: the grammar does not fit its buffer\n", stderr);
-        return CLIENT_FAILED;
+    std::cout << "| field | values | decimals | range | unit | meaning |\n"
+              << "|---|---|---|---|---|---|\n";
+    int count;
+    const calibration_field *fields = calibration_grammar_fields(&count);
+    for (int i = 0; i < count; i++) {
+        const calibration_field &field = fields[i];
+        std::cout << "| `" << field.name << "` | " << field.count << " | ";
+        if (field.kind == CALIBRATION_FIELD_INTEGERS || field.kind == CALIBRATION_FIELD_DECIMALS) {
+            std::cout << field.decimals << " | " << field.min << ".." << field.max;
+        } else {
+            std::cout << " | ";
+        }
+        std::cout << " | " << field.unit << " | " << field.meaning << " |\n";
     }
-    std::cout << text << std::flush;
+    std::cout.flush();
     return CLIENT_OK;
 }
 
