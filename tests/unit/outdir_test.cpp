@@ -7,7 +7,6 @@
 #include <unistd.h>
 #include <utime.h>
 
-#include <cstdlib>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
@@ -16,26 +15,13 @@
 #include <string>
 
 #include "core/error.h"
+#include "scratch.hpp"
 
 namespace fs = std::filesystem;
 
 namespace {
 
 const char *const names[] = {"a.txt", "b.txt", "end.txt"};
-
-/// An empty directory that goes away with the test.
-struct scratch {
-    fs::path path;
-    scratch() {
-        std::string text = (fs::temp_directory_path() / "vergence-outdir-XXXXXX").string();
-        REQUIRE(mkdtemp(text.data()) != nullptr);
-        path = text;
-    }
-    scratch(const scratch &) = delete;
-    scratch &operator=(const scratch &) = delete;
-    ~scratch() { fs::remove_all(path); }
-    std::string operator/(const char *name) const { return (path / name).string(); }
-};
 
 std::set<std::string> listing(const fs::path &path) {
     std::set<std::string> result;
