@@ -61,13 +61,6 @@ float float_of_bytes(const unsigned char *bytes, bool little_endian) {
     return value;
 }
 
-void bytes_of_float(float value, unsigned char bytes[4]) {
-    std::uint32_t bits = 0;
-    std::memcpy(&bits, &value, sizeof bits);
-    for (int i = 0; i < 4; i++)
-        bytes[i] = static_cast<unsigned char>(bits >> (8 * i));
-}
-
 struct file_closer {
     void operator()(std::FILE *file) const { std::fclose(file); }
 };
@@ -145,26 +138,4 @@ bool pfm_read(const std::string &path, pfm_image *image, std::string *message) {
         return false;
     }
     return true;
-}
-
-bool pfm_write(const std::string &path, const pfm_image &image, std::string *message) {
-    file_handle file(std::fopen(path.c_str(), "wb"));
-    if (!file) {
-        *message = path + ": " + std::strerror(errno);
-        return false;
-    }
-    bool good = std::fprintf(file.get(), "Pf\n%d %d\n-1.0\n", image.width_px, image.height_px) > 0;
-    const std::size_t row = static_cast<std::size_t>(image.width_px);
-    std::vector<unsigned char> bytes(4 * row);
-    for (std::size_t y = static_cast<std::size_t>(image.height_px); good && y-- > 0;) {
-        for (std::size_t x = 0; x < row; x++)
-            bytes_of_float(image.values[y * row + x], &bytes[4 * x]);
-        good = std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size();
-    }
-    good = std::fclose(file.release()) == 0 && good;
-    if (!good) {
-        *message = path + ": " + std::strerror(errno);
-        std::remove(path.c_str());
-    }
-    return good;
 }
