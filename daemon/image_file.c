@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/image_file.h"
 
-#include <ctype.h>
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/input_file.h"
 
 /// Bytes of the largest file that is loaded as a whole: 16 bit colour at the core's limit is 100
 /// MB; larger ones that are to be shrunk still fit.
@@ -159,34 +159,44 @@ void image_file_free(struct image_file *file) {
     file->sums = NULL;
 }
 
-unsigned char *image_file_load(const char *path, size_t *length, struct message *message) {
-    FILE *stream = fopen(path, "rb");
+/// The bytes of a whole file, to be freed by the caller.
+static int load_bytes(FILE *stream, const char *path, unsigned char **bytes, size_t *length,
+                      struct message *message) {
     struct stat status;
-    if (stream == NULL || fstat(fileno(stream), &status) != 0) {
-        message_set(message, ERROR_ARGUMENT, "%s: %s", path, strerror(errno));
-        if (stream != NULL) {
-            fclose(stream);
-        }
-        return NULL;
+    if (fstat(fileno(stream), &status) != 0) {
+        return message_set(message, ERROR_ARGUMENT, "%s: %s", path, strerror(errno));
     }
     if (status.st_size > IMAGE_FILE_MAX_BYTES) {
-        message_set(message, ERROR_TOO_LARGE, "%s: larger than any image that can be read", path);
-        fclose(stream);
-        return NULL;
+        return message_set(message, ERROR_TOO_LARGE, "%s: larger than any image that can be read",
+                           path);
     }
-    const size_t size = (size_t)status.st_size;
-    unsigned char *bytes = malloc(size + 1);
-    if (bytes == NULL) {
-        message_set(message, ERROR_MEMORY, "%s: not enough memory to read it", path);
-    } else if (fread(bytes, 1, size, stream) != size) {
-        message_set(message, ERROR_SYNTAX, "%s: reading failed: %s", path,
-                    ferror(stream) ? strerror(errno) : "the file became shorter");
-        free(bytes);
-        bytes = NULL;
+    *length = (size_t)status.st_size;
+    *bytes = malloc(*length + 1);
+    if (*bytes == NULL) {
+        return message_set(message, ERROR_MEMORY, "%s: not enough memory to read it", path);
     }
+    if (fread(*bytes, 1, *length, stream) != *length) {
+        return message_set(message, ERROR_SYNTAX, "%s: reading failed: %s", path,
+                           ferror(stream) ? strerror(errno) : "the file became shorter");
+    }
+    return ERROR_OK;
+}
+
+int image_file_load(const char *path, image_file_parser *parse, struct image_file *file,
+                    struct message *message) {
+    FILE *stream = input_file_open(path, message);
+    if (stream == NULL) {
+        return ERROR_ARGUMENT;
+    }
+    unsigned char *bytes = NULL;
+    size_t length = 0;
+    int error = load_bytes(stream, path, &bytes, &length, message);
     fclose(stream);
-    *length = size;
-    return bytes;
+    if (error == ERROR_OK) {
+        error = parse(bytes, length, file, message);
+    }
+    free(bytes);
+    return error;
 }
 
 static bool has_extension(const char *path, const char *extensions) {
@@ -235,17 +245,9 @@ static int refuse_format(const char *path, const struct image_format *formats, i
 
 static int read_head(const char *path, unsigned char head[IMAGE_FILE_HEAD_BYTES], size_t *length,
                      struct message *message) {
-    struct stat status;
-    if (stat(path, &status) != 0) {
-        return message_set(message, ERROR_ARGUMENT, "%s: %s", path, strerror(errno));
-    }
-    if (!S_ISREG(status.st_mode)) {
-        return message_set(message, ERROR_ARGUMENT, "%s is %s, not an image file", path,
-                           S_ISDIR(status.st_mode) ? "a directory" : "a device or pipe");
-    }
-    FILE *stream = fopen(path, "rb");
+    FILE *stream = input_file_open(path, message);
     if (stream == NULL) {
-        return message_set(message, ERROR_ARGUMENT, "%s: %s", path, strerror(errno));
+        return ERROR_ARGUMENT;
     }
     *length = fread(head, 1, IMAGE_FILE_HEAD_BYTES, stream);
     const bool failed = ferror(stream) != 0;

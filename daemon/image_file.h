@@ -69,9 +69,14 @@ int image_file_begin(struct image_file *file, int width_px, int height_px, int c
 /// For readers: the next row, width * channels values.
 int image_file_row(struct image_file *file, const uint16_t *values, struct message *message);
 
-/// For readers of whole files in memory: the file's bytes, to be freed by the caller, or NULL with
-/// `message` set (unreadable, or larger than any legal image).
-unsigned char *image_file_load(const char *path, size_t *length, struct message *message);
+/// For readers of whole files in memory: what makes an image of the bytes.
+typedef int image_file_parser(const unsigned char *data, size_t length, struct image_file *file,
+                              struct message *message);
+
+/// Loads `path` and lets `parse` have its bytes. Returns what `parse` does, or ERROR_ARGUMENT,
+/// ERROR_TOO_LARGE (than any legal image), ERROR_SYNTAX or ERROR_MEMORY with `message` set.
+int image_file_load(const char *path, image_file_parser *parse, struct image_file *file,
+                    struct message *message);
 
 /// Frees the pixels; harmless for a zeroed struct.
 void image_file_free(struct image_file *file);

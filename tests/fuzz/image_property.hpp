@@ -9,11 +9,9 @@
 #include "daemon/image_file.h"
 #include "fuzz_check.hpp"
 
-using image_parser = int (*)(const unsigned char *, std::size_t, image_file *, message *);
-
 /// Parses `data`; on success hands the image to `inspect`, on failure expects a reason.
 template <typename Inspect>
-void check_image(image_parser parse, const std::uint8_t *data, std::size_t size,
+void check_image(image_file_parser *parse, const std::uint8_t *data, std::size_t size,
                  const image_request &request, Inspect inspect) {
     image_file file{};
     message text{};

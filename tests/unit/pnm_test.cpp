@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <cstring>
+#include <filesystem>
 #include <random>
 #include <string>
 #include <vector>
@@ -10,11 +11,10 @@
 #include "core/error.h"
 #include "daemon/image_pnm.h"
 #include "daemon/image_raw.h"
+#include "scratch.hpp"
 #include "synthetic/seed.hpp"
 
 namespace {
-
-using parser = int (*)(const unsigned char *, size_t, image_file *, message *);
 
 /// A file parsed from memory; frees itself.
 struct parsed {
@@ -23,7 +23,8 @@ struct parsed {
     image_request request{};
     int error;
 
-    parsed(const std::string &bytes, const image_request &wanted, parser parse = image_pnm_parse)
+    parsed(const std::string &bytes, const image_request &wanted,
+           image_file_parser *parse = image_pnm_parse)
         : request(wanted) {
         file.path = "test.pnm";
         file.request = &request;
@@ -214,4 +215,25 @@ TEST_CASE("raw frames are little-endian words of ten bits") {
     REQUIRE(sensor.error == ERROR_OK);
     CHECK(sensor.file.image.width_px == 2048);
     CHECK(sensor.file.image.height_px == 1536);
+}
+
+TEST_CASE("what cannot be loaded is named, with the code that fits") {
+    const image_format formats[] = {{"PGM/PPM", "pgm", image_pnm_probe, image_pnm_read}};
+    const image_request request = plain();
+    const scratch here;
+    const auto code_of = [&](const std::string &path) {
+        image_file file{};
+        message text{};
+        const int error = image_file_read(path.c_str(), formats, 1, &request, &file, &text);
+        CHECK(std::string(text.text).find(path) == 0);
+        image_file_free(&file);
+        return error;
+    };
+    CHECK(code_of(here / "missing.pgm") == ERROR_ARGUMENT);
+    CHECK(code_of(here.path) == ERROR_ARGUMENT);
+    CHECK(code_of(here.write("empty.pgm", "")) == ERROR_SYNTAX);
+    CHECK(code_of(here.write("other.pgm", "GIF89a")) == ERROR_SYNTAX);
+    const std::string huge = here.write("huge.pgm", "P5 9 9 255\n");
+    std::filesystem::resize_file(huge, (uint64_t{1} << 30) + 1);  // takes no room on the disk
+    CHECK(code_of(huge) == ERROR_TOO_LARGE);
 }
