@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/host/report.hpp"
 
-#include <cerrno>
-#include <cmath>
-#include <cstdio>
-#include <cstring>
 #include <map>
 #include <string>
 
-#include "core/error.h"
 #include "daemon/interrupt.h"
+#include "daemon/output_file.h"
 #include "tools/host/report_figures.hpp"
 #include "tools/host/report_layers.hpp"
 #include "tools/host/report_pictures.hpp"
@@ -143,13 +139,8 @@ std::string make_page(const reconstruct_context &context) {
 int report_write(const struct reconstruct_context *context, const char *path,
                  struct message *message) {
     const std::string page = make_page(*context);
-    if (interrupt_requested())
-        return message_set(message, ERROR_CANCELLED, "interrupted; nothing was written");
-    std::FILE *file = std::fopen(path, "wb");
-    if (file == nullptr)
-        return message_set(message, ERROR_ARGUMENT, "%s: %s", path, std::strerror(errno));
-    const bool written = std::fwrite(page.data(), 1, page.size(), file) == page.size();
-    if (std::fclose(file) != 0 || !written)
-        return message_set(message, ERROR_ARGUMENT, "%s: %s", path, std::strerror(errno));
-    return ERROR_OK;
+    output_file file;
+    output_file_open(&file, path);
+    output_file_write(&file, page.data(), page.size());
+    return output_file_close(&file, message);
 }
