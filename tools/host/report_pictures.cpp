@@ -8,12 +8,6 @@
 
 namespace {
 
-/// Colours of reasons that colour-blind people tell apart (M. Okabe and K. Ito, 2008); what is
-/// valid stays pale, so that the eye goes to what is missing.
-constexpr colormap_rgb reason_colours[REASON_COUNT] = {
-    {0xdc, 0xe6, 0xe4}, {0x8a, 0x93, 0x98}, {0x00, 0x72, 0xb2}, {0xe6, 0x9f, 0x00},
-    {0xcc, 0x79, 0xa7}, {0xd5, 0x5e, 0x00}, {0x3a, 0x30, 0x8a}};
-
 std::string css_colour(const colormap_rgb &c) {
     return report_text_format("#%02x%02x%02x", c[0], c[1], c[2]);
 }
@@ -59,13 +53,13 @@ std::string scale(const colormap_table &table, const std::vector<tick> &ticks) {
     return html + "</div></div>";
 }
 
-std::vector<tick> even_ticks(double low, double high, const char *format) {
+std::vector<tick> even_ticks(double low, double high, const char *unit) {
     std::vector<tick> ticks;
     for (int i = 0; i <= 4; i++) {
         char text[48];
         const double value = low + (high - low) * i / 4;
         std::snprintf(text, sizeof text, "%.*f%s", std::fabs(high - low) < 8 ? 2 : 0, value,
-                      i == 4 ? format : "");
+                      i == 4 ? unit : "");
         ticks.push_back({i / 4.0, text});
     }
     return ticks;
@@ -115,7 +109,7 @@ std::string disparity_figure(const reconstruct_context &context, const report_fi
 std::string reason_figure(const reconstruct_context &context, const report_figures &figures,
                           const report_grid &grid) {
     colormap_table table{};
-    std::copy(std::begin(reason_colours), std::end(reason_colours), table.begin());
+    std::copy(std::begin(colormap_reasons), std::end(colormap_reasons), table.begin());
     const std::string uri = report_encode_png(grid.width_px, grid.height_px,
                                               report_layers_reason(*context.result, grid), table);
     std::string keys = "<ul class=\"keys\">";
@@ -123,7 +117,7 @@ std::string reason_figure(const reconstruct_context &context, const report_figur
         const std::uint32_t count = context.result->reason_count[i];
         keys += report_text_format(
             "<li><i style=\"background:%s\"></i>%s<em>%.1f %%</em></li>",
-            css_colour(reason_colours[i]).c_str(), report_text_escape(reason_text(i)).c_str(),
+            css_colour(colormap_reasons[i]).c_str(), report_text_escape(reason_text(i)).c_str(),
             figures.pixels > 0 ? 100.0 * count / static_cast<double>(figures.pixels) : 0.0);
     }
     return figure(frame("map", "left", uri, "", "Map of reasons", ""),

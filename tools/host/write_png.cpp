@@ -13,6 +13,7 @@
 #include "core/invariant.h"
 #include "daemon/interrupt.h"
 #include "daemon/output_file.h"
+#include "tools/host/colormap.hpp"
 
 namespace {
 
@@ -22,11 +23,6 @@ struct png_shape {
 
 /// Fills `row` with row y as the file has it (16 bit values most significant byte first).
 using row_source = std::function<void(int y, unsigned char *row)>;
-
-/// Of enum reason: valid pixels light, the others by what happened to them.
-const png_color reason_colours[REASON_COUNT] = {{235, 235, 235}, {40, 40, 40},   {70, 110, 180},
-                                                {150, 150, 150}, {230, 160, 60}, {200, 80, 160},
-                                                {200, 60, 50}};
 
 [[noreturn]] void on_error(png_structp png, png_const_charp) {
     png_longjmp(png, 1);
@@ -43,6 +39,15 @@ void on_write(png_structp png, png_bytep bytes, size_t length) {
 
 void on_flush(png_structp) {}
 
+void set_reason_palette(png_structp png, png_infop info) {
+    png_color colours[REASON_COUNT];
+    for (int i = 0; i < REASON_COUNT; i++) {
+        const colormap_rgb &c = colormap_reasons[i];
+        colours[i] = {c[0], c[1], c[2]};
+    }
+    png_set_PLTE(png, info, colours, REASON_COUNT);
+}
+
 /// Returns false when libpng itself fails, which only happens when memory runs out.
 bool encode(const png_shape &shape, const row_source &source, std::vector<unsigned char> *row,
             output_file *file) {
@@ -57,7 +62,7 @@ bool encode(const png_shape &shape, const row_source &source, std::vector<unsign
                  static_cast<png_uint_32>(shape.height_px), shape.bits, shape.colour_type,
                  PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
     if (shape.colour_type == PNG_COLOR_TYPE_PALETTE)
-        png_set_PLTE(png, info, reason_colours, REASON_COUNT);
+        set_reason_palette(png, info);
     // Half the time of the default level for a few per cent more bytes.
     png_set_compression_level(png, 3);
     png_write_info(png, info);
