@@ -27,6 +27,21 @@ static int choose_shrink(double scale) {
     return factor < 64.0 ? (int)factor : 64;
 }
 
+/// What makes the shown image of the file's: its axes are mirrored, then swapped.
+struct turn {
+    bool mirrors_x, mirrors_y, swaps;
+};
+
+static struct turn turn_of(int orientation) {
+    static const struct turn turns[] = {
+        {false, false, false}, {false, false, false}, {true, false, false},
+        {true, true, false},   {false, true, false},  {false, false, true},
+        {false, true, true},   {true, true, true},    {true, false, true},
+    };
+    INVARIANT(orientation >= 0 && orientation <= 8);
+    return turns[orientation];
+}
+
 static int refuse_size(const struct image_file *file, int width_px, int height_px,
                        struct message *message) {
     const int side = width_px > height_px ? width_px : height_px;
@@ -59,7 +74,10 @@ static int choose_size(struct image_file *file, int width_px, int height_px, boo
         }
         file->shrink = choose_shrink(file->request->scale);
     }
-    // What does not fill a whole block at the right and lower edge is dropped.
+    // What does not fill a whole block at the shown image's right and lower edge is dropped.
+    const struct turn turn = turn_of(file->orientation);
+    file->skip_x_px = turn.mirrors_x ? width_px % file->shrink : 0;
+    file->skip_y_px = turn.mirrors_y ? height_px % file->shrink : 0;
     file->image.width_px = width_px / file->shrink;
     file->image.height_px = height_px / file->shrink;
     if (file->image.width_px > IMAGE_MAX_SIDE_PX || file->image.height_px > IMAGE_MAX_SIDE_PX) {
@@ -85,6 +103,12 @@ int image_file_begin(struct image_file *file, int width_px, int height_px, int c
                            "%s is a colour image, not a mosaic; leave out --bayer grbg",
                            file->path);
     }
+    if (layout == PIXEL_BAYER_GRBG && file->orientation > 1) {
+        return message_set(message, ERROR_ARGUMENT,
+                           "%s is to be shown turned (its orientation is %d), which a Bayer mosaic "
+                           "cannot be; save it without that mark",
+                           file->path, file->orientation);
+    }
     const int error = choose_size(file, width_px, height_px, layout == PIXEL_BAYER_GRBG, message);
     if (error != ERROR_OK) {
         return error;
@@ -105,12 +129,13 @@ int image_file_begin(struct image_file *file, int width_px, int height_px, int c
 }
 
 static void shrink_row(struct image_file *file, const uint16_t *values) {
-    const int factor = file->shrink;
-    const int y = file->rows_done / factor;
-    if (y >= file->image.height_px) {
+    const int factor = file->shrink, channels = file->channels;
+    const int row_done = file->rows_done - file->skip_y_px;
+    const int y = row_done / factor;
+    if (row_done < 0 || y >= file->image.height_px) {
         return;
     }
-    const int channels = file->channels;
+    values += file->skip_x_px * channels;
     for (int x = 0; x < file->image.width_px; x++) {
         for (int i = 0; i < factor; i++) {
             for (int c = 0; c < channels; c++) {
@@ -118,7 +143,7 @@ static void shrink_row(struct image_file *file, const uint16_t *values) {
             }
         }
     }
-    if (file->rows_done % factor == factor - 1) {
+    if (row_done % factor == factor - 1) {
         const uint32_t area = (uint32_t)(factor * factor);
         uint16_t *row = file->pixels + (ptrdiff_t)y * file->image.stride;
         for (ptrdiff_t i = 0; i < file->image.stride; i++) {
@@ -149,6 +174,50 @@ int image_file_row(struct image_file *file, const uint16_t *values, struct messa
                count * sizeof *values);
     }
     file->rows_done++;
+    return ERROR_OK;
+}
+
+/// Makes the image in memory the one that is to be shown.
+static int turn_image(struct image_file *file, struct message *message) {
+    const struct turn turn = turn_of(file->orientation);
+    if (!turn.mirrors_x && !turn.mirrors_y && !turn.swaps) {
+        return ERROR_OK;
+    }
+    struct reconstruct_image *image = &file->image;
+    const int width_px = turn.swaps ? image->height_px : image->width_px;
+    const int height_px = turn.swaps ? image->width_px : image->height_px;
+    const size_t row = (size_t)width_px * (size_t)file->channels;
+    uint16_t *turned = malloc(row * (size_t)height_px * sizeof *turned);
+    if (turned == NULL) {
+        return message_set(message, ERROR_MEMORY, "%s: not enough memory to turn it", file->path);
+    }
+    // In memory, from a pixel to its right and to its lower neighbour of the shown image.
+    const ptrdiff_t step_x = turn.mirrors_x ? -file->channels : file->channels;
+    const ptrdiff_t step_y = turn.mirrors_y ? -image->stride : image->stride;
+    const ptrdiff_t right = turn.swaps ? step_y : step_x, down = turn.swaps ? step_x : step_y;
+    const uint16_t *first = file->pixels +
+                            (turn.mirrors_x ? (image->width_px - 1) * file->channels : 0) +
+                            (turn.mirrors_y ? (image->height_px - 1) * image->stride : 0);
+    uint16_t *to = turned;
+    for (int y = 0; y < height_px; y++) {
+        for (int x = 0; x < width_px; x++) {
+            const uint16_t *from = first + y * down + x * right;
+            for (int c = 0; c < file->channels; c++) {
+                *to++ = from[c];
+            }
+        }
+    }
+    free(file->pixels);
+    file->pixels = turned;
+    image->data = turned;
+    image->stride = (ptrdiff_t)row;
+    image->width_px = width_px;
+    image->height_px = height_px;
+    if (turn.swaps) {
+        const int side_px = file->file_width_px;
+        file->file_width_px = file->file_height_px;
+        file->file_height_px = side_px;
+    }
     return ERROR_OK;
 }
 
@@ -280,6 +349,9 @@ int image_file_read(const char *path, const struct image_format *formats, int fo
     error = format->read(path, request, file, message);
     if (error == ERROR_OK) {
         INVARIANT(file->rows_done == file->file_height_px);
+        error = turn_image(file, message);
+    }
+    if (error == ERROR_OK) {
         free(file->sums);
         file->sums = NULL;
     } else {

@@ -59,6 +59,15 @@ static void warn_if_dark(const struct image_file *file, struct reconstruct_conte
     }
 }
 
+static void note_turn(const struct image_file *file, struct reconstruct_context *context) {
+    if (file->orientation > 1) {
+        reconstruct_context_warn(context,
+                                 "%s: turned as its orientation (%d) says, like OpenCV does it; a "
+                                 "calibration must come from images turned alike",
+                                 file->path, file->orientation);
+    }
+}
+
 static struct lens shrunk_lens(struct lens lens, int factor, int width_px, int height_px) {
     // Pixel centres: x' = (x + 1/2) / factor - 1/2.
     lens.fx_px /= factor;
@@ -210,8 +219,11 @@ int reconstruct_inputs_read(const struct reconstruct_request *request,
         reconstruct_inputs_free(inputs);
         return error;
     }
-    warn_if_dark(&inputs->left, context);
-    warn_if_dark(&inputs->right, context);
+    const struct image_file *const sides[2] = {&inputs->left, &inputs->right};
+    for (int side = 0; side < 2; side++) {
+        warn_if_dark(sides[side], context);
+        note_turn(sides[side], context);
+    }
     if (inputs->left.shrink > 1) {
         reconstruct_context_warn(context, "the images were shrunk by %d while reading",
                                  inputs->left.shrink);

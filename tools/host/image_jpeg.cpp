@@ -13,6 +13,7 @@
 
 #include "core/error.h"
 #include "daemon/interrupt.h"
+#include "tools/host/exif.hpp"
 
 namespace {
 
@@ -92,8 +93,23 @@ void choose_colours(jpeg_decompress_struct *jpeg, jpeg_job *job) {
     }
 }
 
+/// Of the first APP1 marker that holds EXIF.
+int orientation_of(const jpeg_decompress_struct &jpeg) {
+    static const unsigned char mark[] = {'E', 'x', 'i', 'f', 0, 0};
+    for (const jpeg_marker_struct *marker = jpeg.marker_list; marker != nullptr;
+         marker = marker->next) {
+        if (marker->data_length >= sizeof mark &&
+            std::memcmp(marker->data, mark, sizeof mark) == 0) {
+            return exif_orientation(marker->data + sizeof mark, marker->data_length - sizeof mark);
+        }
+    }
+    return 0;
+}
+
 void read_rows(jpeg_decompress_struct *jpeg, jpeg_job *job) {
+    jpeg_save_markers(jpeg, JPEG_APP0 + 1, 0xffff);
     jpeg_read_header(jpeg, TRUE);
+    job->file->orientation = orientation_of(*jpeg);
     choose_colours(jpeg, job);
     const int channels = jpeg->out_color_space == JCS_RGB ? 3 : 1;
     const int error = image_file_begin(job->file, static_cast<int>(jpeg->image_width),

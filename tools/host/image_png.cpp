@@ -10,6 +10,7 @@
 #include <cstring>
 
 #include "core/error.h"
+#include "tools/host/exif.hpp"
 
 namespace {
 
@@ -88,11 +89,24 @@ void allocate(png_job *job, size_t row_bytes, size_t rows, size_t count) {
     }
 }
 
+/// Of a chunk eXIf, which stands before the pixels.
+int orientation_of(png_job *job) {
+#ifdef PNG_eXIf_SUPPORTED
+    png_uint_32 length = 0;
+    png_bytep exif = nullptr;
+    if (png_get_eXIf_1(job->png, job->info, &length, &exif) != 0) {
+        return exif_orientation(exif, length);
+    }
+#endif
+    return 0;
+}
+
 void read_rows(png_job *job) {
     const png_uint_32 width = png_get_image_width(job->png, job->info);
     const png_uint_32 height = png_get_image_height(job->png, job->info);
     const bool interlaced = png_get_interlace_type(job->png, job->info) != PNG_INTERLACE_NONE;
     set_transformations(job);
+    job->file->orientation = orientation_of(job);
     const int passes = interlaced ? png_set_interlace_handling(job->png) : 1;
     png_read_update_info(job->png, job->info);
     const int channels = png_get_channels(job->png, job->info);

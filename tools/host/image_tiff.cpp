@@ -34,6 +34,7 @@ struct layout {
     uint32_t width = 0, height = 0;
     uint16_t bits = 1, samples = 1, photometric = 0, planes = PLANARCONFIG_CONTIG;
     uint16_t format = SAMPLEFORMAT_UINT, compression = COMPRESSION_NONE;
+    uint16_t orientation = ORIENTATION_TOPLEFT;
     int channels = 1;
 };
 
@@ -70,6 +71,7 @@ int read_layout(TIFF *tiff, const image_file *file, layout *image, message *mess
     TIFFGetFieldDefaulted(tiff, TIFFTAG_PLANARCONFIG, &image->planes);
     TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLEFORMAT, &image->format);
     TIFFGetFieldDefaulted(tiff, TIFFTAG_COMPRESSION, &image->compression);
+    TIFFGetFieldDefaulted(tiff, TIFFTAG_ORIENTATION, &image->orientation);
     if (TIFFGetField(tiff, TIFFTAG_PHOTOMETRIC, &image->photometric) == 0)
         image->photometric = image->samples >= 3 ? PHOTOMETRIC_RGB : PHOTOMETRIC_MINISBLACK;
     const char *obstacle = find_obstacle(*image);
@@ -175,6 +177,7 @@ int read_tiff(const char *path, image_file *file, message *message) {
     int error = read_layout(tiff.get(), file, &image, message);
     if (error != ERROR_OK)
         return error;
+    file->orientation = image.orientation <= 8 ? image.orientation : 0;
     const uint32_t limit = 1 << 30;
     error = image_file_begin(file, static_cast<int>(image.width < limit ? image.width : limit),
                              static_cast<int>(image.height < limit ? image.height : limit),
