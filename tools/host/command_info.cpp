@@ -44,7 +44,7 @@ const option options[] = {
     {"first-camera", OPTION_INT, offsetof(request, first_camera), "N",
      "KITTI: number of the left camera, 0 for the grey pair, 2 for the colour one (default where "
      "the file has it).",
-     0, 98, 0, 0, nullptr},
+     0, 8, 0, 0, nullptr},
     {"accept-edits", OPTION_FLAG, offsetof(request, accept_edits), nullptr,
      "Take a calibration of our own text whose checksum does not match because it was edited on "
      "purpose; with --convert the new file gets the right checksum.",
@@ -65,9 +65,9 @@ const option_page page_of_command = {
     "and extents.\n"
     "A calibration of several files is named by one of them, by its directory, or as a list "
     "FILE,FILE.",
-    "    vergence info rig.txt\n"
-    "    vergence info intrinsics.yml --size 640x480 --convert rig.txt\n"
-    "    vergence info results/ --json\n",
+    "vergence info rig.txt\n"
+    "vergence info intrinsics.yml --size 640x480 --convert rig.txt\n"
+    "vergence info results/ --json",
     options,
     sizeof options / sizeof options[0],
     0,
