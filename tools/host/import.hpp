@@ -97,7 +97,4 @@ void import_projections(const import_file &file, const std::string &field,
 /// Millimetres of the unit that the options state, or 0 when they state none.
 double import_unit_mm(const import_options &options);
 
-/// A number for people: at most `digits` significant digits, but whole numbers up to 1e15 in full.
-std::string import_format(double value, int digits);
-
 #endif

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "tools/host/import.hpp"
+#include "tools/host/number_text.hpp"
 
 namespace {
 
@@ -85,8 +86,7 @@ void read_depth_range(const import_file &file, const entries &all, double doffs_
     }
     if (!(low_px <= high_px) || !(high_px + doffs_px > 0)) {
         import_fail(ERROR_DISPARITY_RANGE, file,
-                    "the disparities " + import_format(low_px, 6) + ".." +
-                        import_format(high_px, 6) +
+                    "the disparities " + number_text(low_px, 6) + ".." + number_text(high_px, 6) +
                         " (vmin..vmax or 0..ndisp-1) are no range in "
                         "front of the cameras");
     }
@@ -126,9 +126,9 @@ import_pair import_middlebury(const import_file &file, const import_options &) {
     // Both are printed with three decimals, each rounded on its own.
     if (std::abs(value.right.cx_px - value.left.cx_px - doffs_px) > 0.0021) {
         import_fail(ERROR_RANGE, file,
-                    place(all, "doffs") + ": is " + import_format(doffs_px, 9) +
+                    place(all, "doffs") + ": is " + number_text(doffs_px, 9) +
                         ", but the principal points of cam0 and cam1 differ by " +
-                        import_format(value.right.cx_px - value.left.cx_px, 9));
+                        number_text(value.right.cx_px - value.left.cx_px, 9));
     }
     const double baseline_mm = number(file, all, "baseline");
     if (!(baseline_mm > 0)) {

@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "tools/host/import.hpp"
 #include "tools/host/import_storage.hpp"
+#include "tools/host/number_text.hpp"
 
 namespace {
 
@@ -271,7 +272,7 @@ double unit_mm(const finding &translation, double length, const import_options &
     if (length < 1) {
         import_fail(ERROR_BASELINE, *translation.file,
                     translation.name + ": the file states no unit and a baseline of " +
-                        import_format(length, 4) +
+                        number_text(length, 4) +
                         " mm is not likely: say which one with --unit m, cm or mm");
     }
     pair->assumed.push_back("unit of length assumed: mm");

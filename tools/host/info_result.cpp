@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "tools/host/info.hpp"
+#include "tools/host/number_text.hpp"
 
 namespace {
 
@@ -19,7 +20,7 @@ std::string text_of(const json &value, int digits) {
         return value.get<std::string>();
     }
     if (value.is_number_float()) {
-        return import_format(value.get<double>(), digits);
+        return number_text(value.get<double>(), digits);
     }
     if (value.is_array()) {
         std::string text;
