@@ -60,6 +60,39 @@ std::vector<import_line> import_lines(const std::string &text) {
     return lines;
 }
 
+import_entries import_read_entries(const import_file &file, char separator,
+                                   const std::string &form) {
+    import_entries entries;
+    for (const import_line &line : import_lines(file.text)) {
+        if (line.text.find_first_not_of(" \t") == std::string::npos) {
+            continue;
+        }
+        const size_t end = line.text.find(separator);
+        const std::string where = "line " + std::to_string(line.number);
+        if (end == std::string::npos) {
+            import_fail(ERROR_SYNTAX, file, where + ": must be " + form);
+        }
+        const std::string name = line.text.substr(0, end);
+        if (!entries.insert({name, {line.number, line.text.substr(end + 1)}}).second) {
+            import_fail(ERROR_DUPLICATE, file, where + ": " + name + " stood above already");
+        }
+    }
+    return entries;
+}
+
+const import_entry &import_require(const import_file &file, const import_entries &entries,
+                                   const std::string &name) {
+    const auto found = entries.find(name);
+    if (found == entries.end()) {
+        import_fail(ERROR_MISSING, file, name + " is missing");
+    }
+    return found->second;
+}
+
+std::string import_place(const import_entries &entries, const std::string &name) {
+    return "line " + std::to_string(entries.at(name).line) + ", " + name;
+}
+
 double import_unit_mm(const import_options &options) {
     return options.unit == "mm"   ? 1.0
            : options.unit == "cm" ? 10.0
