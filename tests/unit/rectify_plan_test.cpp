@@ -15,27 +15,13 @@
 
 namespace {
 
+using random_rig::plain_rig;
 using random_rig::Random;
 using random_rig::uniform;
 
 const rectify_options as_it_is = {0, 0, 1.0, 0, 0, 0, 0, 0, 0};
 const double infinity = std::numeric_limits<double>::infinity();
 const double not_a_number = std::numeric_limits<double>::quiet_NaN();
-
-calibration plain_rig(double vergence_rad = 0, double f_px = 600, double baseline_mm = 100) {
-    calibration rig = {};
-    for (lens *one : {&rig.left, &rig.right}) {
-        one->width_px = 640;
-        one->height_px = 480;
-        one->fx_px = one->fy_px = f_px;
-        one->cx_px = 319.5;
-        one->cy_px = 239.5;
-    }
-    rig.rotation_right_left_rad[1] = vergence_rad;
-    const double centre_mm[3] = {baseline_mm, 0, 0};
-    random_rig::set_right_centre(&rig, centre_mm);
-    return rig;
-}
 
 int make(const calibration &rig, const rectify_options &options, rectify_plan *plan) {
     return rectify_plan_make(&rig, &options, plan);
