@@ -9,7 +9,7 @@ import unittest
 import cv2
 import numpy
 
-STEREO = os.environ["STEREO_BENCH"]
+STEREO, TROUBLE = (os.environ[name + "_BENCH"] for name in ("STEREO", "TROUBLE"))
 WIDTH, HEIGHT, DISPARITY = 96, 64, 7
 # A module cv2 in a folder of its own, as a wheel is unpacked: it stands for the system's.
 STAND_IN = """import os, sys
@@ -180,6 +180,38 @@ class Stereo(Bench):
             with open(os.path.join(one, "meta.json"), "w", encoding="ascii") as file:
                 file.write(text)
             self.refused("meta.json", STEREO, one)
+
+
+class Trouble(Bench):
+    def test_all_troubles_are_met(self):
+        self.pair("one", lies=8)
+        self.pair("two", lies=8)
+        results = self.json_of(TROUBLE, "--json", "--only", "match", self.pairs)["results"]
+        for result in results:
+            photometric = {one["case"]: one for one in result["photometric"]}
+            self.assertEqual(len(photometric), 13)
+            for one in photometric.values():
+                self.assertEqual(len(one["bad_1.0_percent_by_pair"]), 2)
+            clean = photometric["clean"]["bad_1.0_percent"]
+            exposure = photometric["exposure"]
+            self.assertAlmostEqual(exposure["growth"], exposure["bad_1.0_percent"] / clean,
+                                   places=3)
+            nothing = {one["case"]: one["kept_percent"] for one in result["no_surface"]}
+            self.assertEqual(set(nothing),
+                             {"no texture", "stripes", "one black", "swapped", "unrelated"})
+            if "vergence" in result["method"]:
+                self.assertEqual(nothing["one black"], 0)
+                self.assertLess(nothing["no texture"], 10)
+
+    def test_tables_tell_what_each_trouble_is(self):
+        done = run(TROUBLE, "--quick", "--only", "match", self.pair("one"))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        for wanted in ("growth", "right image exposed 0.6 times as long", "unrelated"):
+            self.assertIn(wanted, done.stdout)
+        self.assertNotIn("gamma", done.stdout)
+
+    def test_pairs_without_truth_are_refused(self):
+        self.refused("disparity.pfm", TROUBLE, self.pair("one", truth=False))
 
 
 if __name__ == "__main__":
