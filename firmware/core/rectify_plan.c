@@ -81,24 +81,18 @@ static int orient(const struct calibration *calibration, struct rectify_plan *pl
 static double raw_resolution_px(const struct lens *lens, const double R_rect_camera[9], double x,
                                 double y) {
     const double step = 1e-4;
-    double corner_px[4][2];
+    const double away[4][2] = {{-step, 0}, {step, 0}, {0, -step}, {0, step}};
+    double seen_px[4][2];
     for (int i = 0; i < 4; i++) {
-        const double ray_rect[3] = {x + (i == 0   ? -step
-                                         : i == 1 ? step
-                                                  : 0),
-                                    y + (i == 2   ? -step
-                                         : i == 3 ? step
-                                                  : 0),
-                                    1.0};
+        const double ray_rect[3] = {x + away[i][0], y + away[i][1], 1.0};
         double ray_camera[3];
         geometry_rotate_back(R_rect_camera, ray_rect, ray_camera);
-        if (!lens_project(lens, ray_camera, corner_px[i])) {
+        if (!lens_project(lens, ray_camera, seen_px[i])) {
             return 0;
         }
     }
-    const double determinant =
-        (corner_px[1][0] - corner_px[0][0]) * (corner_px[3][1] - corner_px[2][1]) -
-        (corner_px[1][1] - corner_px[0][1]) * (corner_px[3][0] - corner_px[2][0]);
+    const double determinant = (seen_px[1][0] - seen_px[0][0]) * (seen_px[3][1] - seen_px[2][1]) -
+                               (seen_px[1][1] - seen_px[0][1]) * (seen_px[3][0] - seen_px[2][0]);
     return sqrt(determinant < 0 ? -determinant : determinant) / (2.0 * step);
 }
 
