@@ -7,7 +7,7 @@
 
 #include "core/error.h"
 
-/// Assumed where nobody knows better: a field of view of 53 degrees, and a round number.
+/// Assumed where nobody knows better; the focal length is then the width, 53 degrees across.
 static const double assumed_baseline_mm = 100.0;
 
 static int read_images(const struct reconstruct_request *request,

@@ -110,11 +110,10 @@ void print_accessors(json *out, const reconstruct_result &result) {
     json_close_array(out);
 }
 
-/// An array of one object with one index in it, as glTF's references mostly are.
-void print_reference(json *out, const char *array, const char *name, int64_t index) {
-    json_open_array(out, array);
+void print_buffers(json *out, size_t length) {
+    json_open_array(out, "buffers");
     json_open_object(out, nullptr);
-    json_integer(out, name, index);
+    json_integer(out, "byteLength", static_cast<int64_t>(length));
     json_close_object(out);
     json_close_array(out);
 }
@@ -229,7 +228,7 @@ std::string make_text(const reconstruct_context &context, const sections &at) {
     print_texture(&out);
     print_accessors(&out, *context.result);
     print_views(&out, at);
-    print_reference(&out, "buffers", "byteLength", static_cast<int64_t>(at.end));
+    print_buffers(&out, at.end);
     json_close_object(&out);
     json_end(&out);
     const bool good = std::ferror(stream) == 0;
