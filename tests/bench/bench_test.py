@@ -3,13 +3,16 @@
 import json
 import os
 import subprocess
+import sys
 import tempfile
 import unittest
+import xml.etree.ElementTree
 
 import cv2
 import numpy
 
-STEREO, TROUBLE = (os.environ[name + "_BENCH"] for name in ("STEREO", "TROUBLE"))
+STEREO, TROUBLE, SCALING = (os.environ[name + "_BENCH"] for name in ("STEREO", "TROUBLE", "SCALING"))
+ROOT = os.environ["VERGENCE_SOURCE"]
 WIDTH, HEIGHT, DISPARITY = 96, 64, 7
 # A module cv2 in a folder of its own, as a wheel is unpacked: it stands for the system's.
 STAND_IN = """import os, sys
@@ -212,6 +215,30 @@ class Trouble(Bench):
 
     def test_pairs_without_truth_are_refused(self):
         self.refused("disparity.pfm", TROUBLE, self.pair("one", truth=False))
+
+
+class Scaling(Bench):
+    def test_series_are_fitted_and_drawn(self):
+        document = self.json_of(SCALING, "--quick", self.pair("one", truth=False))
+        self.assertEqual([series["along"] for series in document["series"]],
+                         ["width", "height", "disparities", "picture"])
+        for series in document["series"]:
+            for method in series["methods"]:
+                self.assertEqual(len(method["points"]), 3)
+                # One round on a busy machine tells nothing about the line but that there is one.
+                self.assertLessEqual(method["fit_of_best"]["r2"], 1)
+        result, plot = (os.path.join(self.folder, name) for name in ("scaling.json", "scaling.svg"))
+        with open(result, "w", encoding="ascii") as file:
+            json.dump(document, file)
+        done = run(sys.executable, "-B", os.path.join(ROOT, "tools/bench.d/plot_scaling.py"), result,
+                   plot)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("R^2", done.stdout)
+        self.assertIn("one along width (px): 48 to 96", done.stdout)
+        drawing = xml.etree.ElementTree.parse(plot).getroot()
+        circles = [node for node in drawing if node.tag.endswith("circle")]
+        methods = len(document["series"][0]["methods"])
+        self.assertEqual(len(circles), methods * (4 * 3 + 1))  # points, and the legend
 
 
 if __name__ == "__main__":
