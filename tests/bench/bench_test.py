@@ -241,5 +241,18 @@ class Scaling(Bench):
         self.assertEqual(len(circles), methods * (4 * 3 + 1))  # points, and the legend
 
 
+class Wrapper(unittest.TestCase):
+    def test_usage(self):
+        tool = os.path.join(ROOT, "tools", "bench")
+        for words in ((), ("nonsense",)):
+            done = run(tool, *words)
+            self.assertEqual((done.returncode, done.stdout), (2, ""))
+            self.assertIn("usage: tools/bench stereo", done.stderr)
+        for words in (("--help",), ("stereo", "--help"), ("scaling", "-h")):
+            done = run(tool, *words)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            self.assertIn("--pypi", done.stdout)
+
+
 if __name__ == "__main__":
     unittest.main()
