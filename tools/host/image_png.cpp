@@ -66,12 +66,14 @@ void deliver(png_job *job, const unsigned char *bytes, size_t count, bool wide) 
     if (wide) {
         std::memcpy(job->row, bytes, count * sizeof *job->row);
     } else {
-        for (size_t i = 0; i < count; i++)
+        for (size_t i = 0; i < count; i++) {
             job->row[i] = bytes[i];
+        }
     }
     const int error = image_file_row(job->file, job->row, job->text);
-    if (error != ERROR_OK)
+    if (error != ERROR_OK) {
         give_up(job, error);
+    }
 }
 
 void allocate(png_job *job, size_t row_bytes, size_t rows, size_t count) {
@@ -114,14 +116,16 @@ void read_rows(png_job *job) {
     const int error =
         image_file_begin(job->file, static_cast<int>(width), static_cast<int>(height), channels,
                          wide ? 16 : 8, channels == 3 ? PIXEL_RGB : PIXEL_GREY, job->text);
-    if (error != ERROR_OK)
+    if (error != ERROR_OK) {
         give_up(job, error);
+    }
     const size_t row_bytes = png_get_rowbytes(job->png, job->info);
     const size_t count = size_t{width} * static_cast<size_t>(channels);
     allocate(job, row_bytes, interlaced ? height : 1, count);
     for (int pass = 1; pass < passes; pass++) {
-        for (png_uint_32 y = 0; y < height; y++)
+        for (png_uint_32 y = 0; y < height; y++) {
             png_read_row(job->png, job->bytes + y * row_bytes, nullptr);
+        }
     }
     for (png_uint_32 y = 0; y < height; y++) {
         unsigned char *bytes = job->bytes + (interlaced ? y * row_bytes : 0);
@@ -158,8 +162,9 @@ int image_png_read(const char *path, const image_request *, image_file *file, me
     job.file = file;
     job.text = message;
     job.stream = std::fopen(path, "rb");
-    if (job.stream == nullptr)
+    if (job.stream == nullptr) {
         return message_set(message, ERROR_ARGUMENT, "%s: %s", path, std::strerror(errno));
+    }
     read_png(&job);
     png_destroy_read_struct(&job.png, &job.info, nullptr);
     std::free(job.bytes);

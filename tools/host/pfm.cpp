@@ -24,21 +24,25 @@ bool is_space(unsigned char c) {
 
 /// The next word of the header; empty at the end or when it is longer than any legal one.
 std::string next_word(cursor *in) {
-    while (in->at < in->length && is_space(in->data[in->at]))
+    while (in->at < in->length && is_space(in->data[in->at])) {
         in->at++;
+    }
     std::string word;
-    while (in->at < in->length && !is_space(in->data[in->at]) && word.size() < 32)
+    while (in->at < in->length && !is_space(in->data[in->at]) && word.size() < 32) {
         word.push_back(static_cast<char>(in->data[in->at++]));
+    }
     return word;
 }
 
 bool parse_side(const std::string &word, int *side) {
-    if (word.empty() || word.size() > 5)
+    if (word.empty() || word.size() > 5) {
         return false;
+    }
     int value = 0;
     for (const char c : word) {
-        if (c < '0' || c > '9')
+        if (c < '0' || c > '9') {
             return false;
+        }
         value = value * 10 + (c - '0');
     }
     *side = value;
@@ -102,8 +106,9 @@ bool pfm_parse(const unsigned char *data, std::size_t length, pfm_image *image,
     for (std::size_t y = 0; y < static_cast<std::size_t>(height_px); y++) {
         const unsigned char *from =
             data + in.at + 4 * row * (static_cast<std::size_t>(height_px) - 1 - y);
-        for (std::size_t x = 0; x < row; x++)
+        for (std::size_t x = 0; x < row; x++) {
             values[y * row + x] = float_of_bytes(from + 4 * x, little_endian);
+        }
     }
     image->width_px = width_px;
     image->height_px = height_px;

@@ -22,17 +22,20 @@ std::string json_number(double value) {
 
 std::string ramp_base64(const colormap_table &table) {
     report_bytes bytes;
-    for (const colormap_rgb &colour : table)
+    for (const colormap_rgb &colour : table) {
         bytes.insert(bytes.end(), colour.begin(), colour.end());
+    }
     return report_encode_base64(bytes);
 }
 
 /// R_left_rect, row-major: turns points of the rect frame into the left camera's.
 std::string json_rotation(const double R_rect_left[9]) {
     std::string text = "[";
-    for (int row = 0; row < 3; row++)
-        for (int column = 0; column < 3; column++)
+    for (int row = 0; row < 3; row++) {
+        for (int column = 0; column < 3; column++) {
             text += (row + column > 0 ? "," : "") + json_number(R_rect_left[3 * column + row]);
+        }
+    }
     return text + "]";
 }
 
@@ -70,11 +73,13 @@ std::string page_data(const reconstruct_context &context, const report_figures &
         {"ramp_css", report_text_json(report_pictures_gradient(ramp))},
     };
     std::string reasons;
-    for (int i = 0; i < REASON_COUNT; i++)
+    for (int i = 0; i < REASON_COUNT; i++) {
         reasons += (i > 0 ? "," : "") + report_text_json(reason_text(i));
+    }
     std::string json = "{\"reasons\":[" + reasons + "]";
-    for (const auto &field : fields)
+    for (const auto &field : fields) {
         json += ",\"" + field.first + "\":" + field.second;
+    }
     return json + "}";
 }
 
@@ -85,11 +90,12 @@ std::string title_of(const reconstruct_context &context) {
 
 std::string meta_of(const reconstruct_context &context) {
     std::string text = "Calibration ";
-    if (context.calibration != nullptr)
+    if (context.calibration != nullptr) {
         text += report_text_escape(context.calibration->id) +
                 report_text_format(" (%08x)", context.result->calibration_crc);
-    else
+    } else {
         text += "not given";
+    }
     return text + " · vergence " + report_text_escape(context.version) + ", build " +
            report_text_escape(context.build_id);
 }

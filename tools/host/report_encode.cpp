@@ -39,8 +39,9 @@ bool encode_png(int width_px, int height_px, const report_bytes &indices,
     png_set_PLTE(png, info, colours, 256);
     png_set_tRNS(png, info, alpha, 256, nullptr);
     png_write_info(png, info);
-    for (std::size_t y = 0; y < static_cast<std::size_t>(height_px); y++)
+    for (std::size_t y = 0; y < static_cast<std::size_t>(height_px); y++) {
         png_write_row(png, &indices[y * static_cast<std::size_t>(width_px)]);
+    }
     png_write_end(png, info);
     png_destroy_write_struct(&png, &info);
     return true;
@@ -69,8 +70,10 @@ std::string report_encode_base64(const report_bytes &bytes) {
 report_bytes report_encode_deflate(const report_bytes &bytes) {
     uLongf size = compressBound(static_cast<uLong>(bytes.size()));
     report_bytes packed(size);
-    if (compress2(packed.data(), &size, bytes.data(), static_cast<uLong>(bytes.size()), 6) != Z_OK)
+    if (compress2(packed.data(), &size, bytes.data(), static_cast<uLong>(bytes.size()), 6) !=
+        Z_OK) {
         return {};
+    }
     packed.resize(size);
     return packed;
 }
@@ -78,14 +81,16 @@ report_bytes report_encode_deflate(const report_bytes &bytes) {
 std::string report_encode_png(int width_px, int height_px, const report_bytes &indices,
                               const colormap_table &palette) {
     report_bytes bytes;
-    if (!encode_png(width_px, height_px, indices, palette, &bytes))
+    if (!encode_png(width_px, height_px, indices, palette, &bytes)) {
         return {};
+    }
     return "data:image/png;base64," + report_encode_base64(bytes);
 }
 
 std::string report_encode_jpeg(const image_rgb8 &image, int quality) {
     const report_bytes bytes = image_jpeg_encode(image, quality);
-    if (bytes.empty())
+    if (bytes.empty()) {
         return {};
+    }
     return "data:image/jpeg;base64," + report_encode_base64(bytes);
 }

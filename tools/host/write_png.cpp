@@ -32,8 +32,9 @@ void on_warning(png_structp, png_const_charp) {}
 
 void on_write(png_structp png, png_bytep bytes, size_t length) {
     // Compressing what nobody will read would only make Ctrl-C slow.
-    if (interrupt_requested())
+    if (interrupt_requested()) {
         png_error(png, "interrupted");
+    }
     output_file_write(static_cast<output_file *>(png_get_io_ptr(png)), bytes, length);
 }
 
@@ -61,8 +62,9 @@ bool encode(const png_shape &shape, const row_source &source, std::vector<unsign
     png_set_IHDR(png, info, static_cast<png_uint_32>(shape.width_px),
                  static_cast<png_uint_32>(shape.height_px), shape.bits, shape.colour_type,
                  PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-    if (shape.colour_type == PNG_COLOR_TYPE_PALETTE)
+    if (shape.colour_type == PNG_COLOR_TYPE_PALETTE) {
         set_reason_palette(png, info);
+    }
     // Half the time of the default level for a few per cent more bytes.
     png_set_compression_level(png, 3);
     png_write_info(png, info);
@@ -84,8 +86,9 @@ int write_file(const png_shape &shape, const row_source &source, const char *pat
     output_file_open(&file, path);
     const bool encoded = file.stream == nullptr || encode(shape, source, &row, &file);
     const int error = output_file_close(&file, message);
-    if (error == ERROR_OK && !encoded)
+    if (error == ERROR_OK && !encoded) {
         return message_set(message, ERROR_MEMORY, "writing %s failed: not enough memory", path);
+    }
     return error;
 }
 
