@@ -22,26 +22,33 @@ std::vector<float> random_map(std::mt19937 *random, std::size_t pixels, double m
     std::uniform_real_distribution<float> value(-40.0F, 60.0F);
     std::bernoulli_distribution is_missing(missing);
     std::vector<float> map(pixels);
-    for (float &v : map)
+    for (float &v : map) {
         v = is_missing(*random) ? none : value(*random);
+    }
     return map;
 }
 
 /// The filling rule read pixel by pixel: what `evaluate_fill` does gap by gap.
 float filled_pixel(const float *row, int width, int x) {
-    if (std::isfinite(row[x]))
+    if (std::isfinite(row[x])) {
         return row[x];
+    }
     int left = x, right = x;
-    while (left >= 0 && !std::isfinite(row[left]))
+    while (left >= 0 && !std::isfinite(row[left])) {
         left--;
-    while (right < width && !std::isfinite(row[right]))
+    }
+    while (right < width && !std::isfinite(row[right])) {
         right++;
-    if (left < 0 && right >= width)
+    }
+    if (left < 0 && right >= width) {
         return 0;
-    if (left < 0)
+    }
+    if (left < 0) {
         return row[right];
-    if (right >= width)
+    }
+    if (right >= width) {
         return row[left];
+    }
     return std::fmin(row[left], row[right]);
 }
 
@@ -51,8 +58,9 @@ std::vector<unsigned char> bytes_of(const std::string &header, const std::vector
     for (const float value : values) {
         unsigned char raw[4];
         std::memcpy(raw, &value, 4);  // the machines we test on are little-endian
-        for (int i = 0; i < 4; i++)
+        for (int i = 0; i < 4; i++) {
             bytes.push_back(raw[big_endian ? 3 - i : i]);
+        }
     }
     return bytes;
 }
@@ -80,12 +88,14 @@ TEST_CASE("filling agrees with the rule read pixel by pixel") {
         std::vector<float> filled = map;
         evaluate_fill(width, height, filled.data());
         int wrong = 0;
-        for (int y = 0; y < height; y++)
-            for (int x = 0; x < width; x++)
+        for (int y = 0; y < height; y++) {
+            for (int x = 0; x < width; x++) {
                 wrong += filled[static_cast<std::size_t>(y * width + x)] !=
                                  filled_pixel(&map[static_cast<std::size_t>(y * width)], width, x)
                              ? 1
                              : 0;
+            }
+        }
         REQUIRE(wrong == 0);
     }
 }

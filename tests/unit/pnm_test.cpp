@@ -41,8 +41,9 @@ struct parsed {
         const int channels = image.layout == PIXEL_RGB ? 3 : 1;
         std::vector<int> result;
         for (int y = 0; y < image.height_px; y++) {
-            for (int x = 0; x < image.width_px * channels; x++)
+            for (int x = 0; x < image.width_px * channels; x++) {
                 result.push_back(image.data[y * image.stride + x]);
+            }
         }
         return result;
     }
@@ -280,8 +281,9 @@ TEST_CASE("an image is turned the way up that its file says") {
         CAPTURE(orientation);
         const int columns = 5, rows = 3;
         std::string pixels;
-        for (int i = 0; i < 3 * columns * rows; i++)
+        for (int i = 0; i < 3 * columns * rows; i++) {
             pixels += static_cast<char>('A' + i);
+        }
         const std::string path =
             here.write("a.turned", std::to_string(orientation) + "P6 5 3 255\n" + pixels);
         image_file file{};
@@ -298,9 +300,10 @@ TEST_CASE("an image is turned the way up that its file says") {
             for (int x = 0; x < image.width_px; x++) {
                 int column = 0, row = 0;
                 place_in_file(orientation, image.width_px, image.height_px, x, y, &column, &row);
-                for (int c = 0; c < 3; c++)
+                for (int c = 0; c < 3; c++) {
                     CHECK(image.data[y * image.stride + 3 * x + c] ==
                           'A' + 3 * (row * columns + column) + c);
+                }
             }
         }
         image_file_free(&file);
@@ -314,8 +317,9 @@ TEST_CASE("shrinking and turning give what turning and shrinking give") {
     const scratch here;
     const int columns = 4100, rows = 7, factor = 3;
     std::string pixels;
-    for (int i = 0; i < columns * rows; i++)
+    for (int i = 0; i < columns * rows; i++) {
         pixels += static_cast<char>(random() % 256);
+    }
     for (int orientation = 1; orientation <= 8; orientation++) {
         CAPTURE(orientation);
         const bool swaps = orientation >= 5;
@@ -347,8 +351,9 @@ TEST_CASE("shrinking and turning give what turning and shrinking give") {
         const size_t bytes = sizeof(uint16_t) * static_cast<size_t>(files[0].image.width_px) *
                              static_cast<size_t>(files[0].image.height_px);
         CHECK(std::memcmp(files[0].pixels, files[1].pixels, bytes) == 0);
-        for (image_file &file : files)
+        for (image_file &file : files) {
             image_file_free(&file);
+        }
     }
 }
 

@@ -108,8 +108,9 @@ TEST_CASE("packed bytes unpack") {
     INFO("seed ", seed);
     std::mt19937 random(seed);
     report_bytes bytes(100000);
-    for (unsigned char &b : bytes)
+    for (unsigned char &b : bytes) {
         b = static_cast<unsigned char>(random() % 7);
+    }
     const report_bytes packed = report_encode_deflate(bytes);
     CHECK(packed.size() < bytes.size() / 2);
     report_bytes back(bytes.size());
