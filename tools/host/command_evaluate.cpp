@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <sys/stat.h>
-
 #include <cstddef>
 #include <cstdio>
 #include <string>
 
 #include "daemon/client.h"
+#include "daemon/input_file.h"
 #include "daemon/json.h"
 #include "daemon/options.h"
 #include "tools/host/commands.hpp"
@@ -62,11 +61,6 @@ const option_page page = {
 int refuse(int code, const std::string &text) {
     std::fprintf(stderr, "vergence evaluate: %s\n", text.c_str());
     return code;
-}
-
-bool is_directory(const std::string &path) {
-    struct stat status;
-    return stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode);
 }
 
 /// One row of the table, one object of the JSON.
@@ -145,7 +139,7 @@ int command_evaluate(int argc, char **argv) {
     }
 
     std::string path = operand, message;
-    if (is_directory(path)) {
+    if (input_file_is_directory(path.c_str())) {
         path += "/disparity.pfm";
     }
     pfm_image disparity;

@@ -9,6 +9,7 @@
 #include "core/calibration_grammar.h"
 #include "core/error.h"
 #include "daemon/client.h"
+#include "daemon/input_file.h"
 #include "daemon/options.h"
 #include "tools/host/commands.hpp"
 #include "tools/host/info.hpp"
@@ -73,11 +74,6 @@ const option_page page_of_command = {
     0,
     files_max};
 
-bool is_directory(const std::string &path) {
-    struct stat status;
-    return stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode);
-}
-
 bool exists(const std::string &path) {
     struct stat status;
     return stat(path.c_str(), &status) == 0;
@@ -141,7 +137,7 @@ bool read_calibration(const std::string &path, const request &asked, info_page *
 
 bool read_page(const std::string &path, const request &asked, info_page *page,
                std::string *message) {
-    const reader read = is_directory(path) ? nullptr : reader_for(path);
+    const reader read = input_file_is_directory(path.c_str()) ? nullptr : reader_for(path);
     if (read == nullptr) {
         return read_calibration(path, asked, page, message);
     }
@@ -160,7 +156,7 @@ bool read_page(const std::string &path, const request &asked, info_page *page,
 
 /// A result directory stands for the files in it.
 std::vector<std::string> expand(const std::string &path) {
-    if (!is_directory(path) || !exists(path + "/result.json")) {
+    if (!input_file_is_directory(path.c_str()) || !exists(path + "/result.json")) {
         return {path};
     }
     const std::string folder = path.back() == '/' ? path : path + "/";
