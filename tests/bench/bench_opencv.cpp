@@ -111,7 +111,7 @@ std::string opencv_setting_text(const opencv_setting &setting) {
 opencv_setting opencv_default(opencv_mode mode) {
     switch (mode) {
         case opencv_mode::block_matching:
-            return {mode, 5, 0, 31, 0, 100};
+            return {mode, 7, 0, 31, 0, 100};
         case opencv_mode::hh4:
         case opencv_mode::hh:
             return {mode, 3, 1, 31, 10, 100};
