@@ -191,6 +191,21 @@ class Images(pairs.Workshop):
             found = self.check(*paths)
             self.assertEqual(found.shape, self.truth.shape)
 
+    def test_transparent_colours_are_colours(self):
+        for name, prepare in (("palette", lambda rgb: rgb.quantize(200, dither=0)),
+                              ("colour", lambda rgb: rgb),
+                              ("grey", lambda rgb: rgb.convert("L"))):
+            opaque, transparent = [], []
+            for side, image in (("l", self.left), ("r", self.right)):
+                picture = prepare(Image.fromarray(image[:, :, ::-1]))
+                paths = [self.directory / f"{side}-{name}-{what}.png" for what in ("o", "t")]
+                picture.save(paths[0])
+                picture.save(paths[1], transparency=(30, 60, 90) if name == "colour" else 7)
+                opaque.append(paths[0])
+                transparent.append(paths[1])
+            with self.subTest(name):
+                self.check_same(self.check(*opaque), *transparent)
+
     def test_sixteen_bits(self):
         reference = self.grey_reference()
         for name in ("png", "tif"):

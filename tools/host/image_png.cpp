@@ -54,9 +54,8 @@ void set_transformations(png_job *job) {
     } else if (type == PNG_COLOR_TYPE_GRAY && png_get_bit_depth(job->png, job->info) < 8) {
         png_set_expand_gray_1_2_4_to_8(job->png);
     }
-    if ((type & PNG_COLOR_MASK_ALPHA) != 0) {
-        png_set_strip_alpha(job->png);
-    }
+    // Alpha of its own, and what the transparent colours of a palette would become.
+    png_set_strip_alpha(job->png);
 #if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
     png_set_swap(job->png);
 #endif
