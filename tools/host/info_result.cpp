@@ -10,6 +10,8 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
+const int depth_max = 16;  // our own results go down to 3
+
 /// The value at a path such as "plan/f_px", or null.
 json find(const json &document, const std::string &path) {
     return document.value(json::json_pointer("/" + path), json());
@@ -62,8 +64,14 @@ std::string fill(const json &document, const std::string &pattern) {
 
 bool info_result(const std::string &path, info_page *page, std::string *message) {
     std::ifstream stream(path, std::ios::binary);
-    const json document = json::parse(stream, nullptr, false);
-    if (document.is_discarded() || !document.is_object() ||
+    // Printing goes down into it by recursion, so that its depth is limited while it is read.
+    bool too_deep = false;
+    const auto watch_depth = [&](int depth, json::parse_event_t, json &) {
+        too_deep = too_deep || depth > depth_max;
+        return !too_deep;
+    };
+    const json document = json::parse(stream, watch_depth, false);
+    if (too_deep || document.is_discarded() || !document.is_object() ||
         find(document, "program") != "vergence") {
         *message = path + ": is no result of vergence reconstruct, or is damaged";
         return false;
