@@ -8,14 +8,14 @@
 extern "C" {
 #endif
 
-/// Exit codes of every command, the same as `vergence --help` prints.
+/// Exit codes of every command, the same as `vergence --help` prints; beside them what
+/// interrupt.h gives a command that a signal stopped.
 enum client_exit {
     CLIENT_OK = 0,
-    CLIENT_FAILED = 1,        // writing results failed, memory ran out
-    CLIENT_USAGE = 2,         // the command line makes no sense
-    CLIENT_BAD_INPUT = 3,     // an image, calibration or other input is unusable
-    CLIENT_NO_SURFACE = 4,    // the inputs are fine but nothing could be measured
-    CLIENT_INTERRUPTED = 130  // Ctrl-C
+    CLIENT_FAILED = 1,      // writing results failed, memory ran out
+    CLIENT_USAGE = 2,       // the command line makes no sense
+    CLIENT_BAD_INPUT = 3,   // an image, calibration or other input is unusable
+    CLIENT_NO_SURFACE = 4,  // the inputs are fine but nothing could be measured
 };
 
 struct client_command {

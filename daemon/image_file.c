@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/image_file.h"
 
-#include <ctype.h>
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/input_file.h"
 
 /// Bytes of the largest file that is loaded as a whole: 16 bit colour at the core's limit is 100
 /// MB; larger ones that are to be shrunk still fit.
@@ -25,6 +25,21 @@ static int choose_shrink(double scale) {
     // A scale of 1/3 given with a few digits must still mean 3.
     const double factor = 1.0 / scale + 1e-3;
     return factor < 64.0 ? (int)factor : 64;
+}
+
+/// What makes the shown image of the file's: its axes are mirrored, then swapped.
+struct turn {
+    bool mirrors_x, mirrors_y, swaps;
+};
+
+static struct turn turn_of(int orientation) {
+    static const struct turn turns[] = {
+        {false, false, false}, {false, false, false}, {true, false, false},
+        {true, true, false},   {false, true, false},  {false, false, true},
+        {false, true, true},   {true, true, true},    {true, false, true},
+    };
+    INVARIANT(orientation >= 0 && orientation <= 8);
+    return turns[orientation];
 }
 
 static int refuse_size(const struct image_file *file, int width_px, int height_px,
@@ -59,7 +74,10 @@ static int choose_size(struct image_file *file, int width_px, int height_px, boo
         }
         file->shrink = choose_shrink(file->request->scale);
     }
-    // What does not fill a whole block at the right and lower edge is dropped.
+    // What does not fill a whole block at the shown image's right and lower edge is dropped.
+    const struct turn turn = turn_of(file->orientation);
+    file->skip_x_px = turn.mirrors_x ? width_px % file->shrink : 0;
+    file->skip_y_px = turn.mirrors_y ? height_px % file->shrink : 0;
     file->image.width_px = width_px / file->shrink;
     file->image.height_px = height_px / file->shrink;
     if (file->image.width_px > IMAGE_MAX_SIDE_PX || file->image.height_px > IMAGE_MAX_SIDE_PX) {
@@ -85,6 +103,12 @@ int image_file_begin(struct image_file *file, int width_px, int height_px, int c
                            "%s is a colour image, not a mosaic; leave out --bayer grbg",
                            file->path);
     }
+    if (layout == PIXEL_BAYER_GRBG && file->orientation > 1) {
+        return message_set(message, ERROR_ARGUMENT,
+                           "%s is to be shown turned (its orientation is %d), which a Bayer mosaic "
+                           "cannot be; save it without that mark",
+                           file->path, file->orientation);
+    }
     const int error = choose_size(file, width_px, height_px, layout == PIXEL_BAYER_GRBG, message);
     if (error != ERROR_OK) {
         return error;
@@ -105,12 +129,13 @@ int image_file_begin(struct image_file *file, int width_px, int height_px, int c
 }
 
 static void shrink_row(struct image_file *file, const uint16_t *values) {
-    const int factor = file->shrink;
-    const int y = file->rows_done / factor;
-    if (y >= file->image.height_px) {
+    const int factor = file->shrink, channels = file->channels;
+    const int row_done = file->rows_done - file->skip_y_px;
+    const int y = row_done / factor;
+    if (row_done < 0 || y >= file->image.height_px) {
         return;
     }
-    const int channels = file->channels;
+    values += file->skip_x_px * channels;
     for (int x = 0; x < file->image.width_px; x++) {
         for (int i = 0; i < factor; i++) {
             for (int c = 0; c < channels; c++) {
@@ -118,7 +143,7 @@ static void shrink_row(struct image_file *file, const uint16_t *values) {
             }
         }
     }
-    if (file->rows_done % factor == factor - 1) {
+    if (row_done % factor == factor - 1) {
         const uint32_t area = (uint32_t)(factor * factor);
         uint16_t *row = file->pixels + (ptrdiff_t)y * file->image.stride;
         for (ptrdiff_t i = 0; i < file->image.stride; i++) {
@@ -152,6 +177,50 @@ int image_file_row(struct image_file *file, const uint16_t *values, struct messa
     return ERROR_OK;
 }
 
+/// Makes the image in memory the one that is to be shown.
+static int turn_image(struct image_file *file, struct message *message) {
+    const struct turn turn = turn_of(file->orientation);
+    if (!turn.mirrors_x && !turn.mirrors_y && !turn.swaps) {
+        return ERROR_OK;
+    }
+    struct reconstruct_image *image = &file->image;
+    const int width_px = turn.swaps ? image->height_px : image->width_px;
+    const int height_px = turn.swaps ? image->width_px : image->height_px;
+    const size_t row = (size_t)width_px * (size_t)file->channels;
+    uint16_t *turned = malloc(row * (size_t)height_px * sizeof *turned);
+    if (turned == NULL) {
+        return message_set(message, ERROR_MEMORY, "%s: not enough memory to turn it", file->path);
+    }
+    // In memory, from a pixel to its right and to its lower neighbour of the shown image.
+    const ptrdiff_t step_x = turn.mirrors_x ? -file->channels : file->channels;
+    const ptrdiff_t step_y = turn.mirrors_y ? -image->stride : image->stride;
+    const ptrdiff_t right = turn.swaps ? step_y : step_x, down = turn.swaps ? step_x : step_y;
+    const uint16_t *first = file->pixels +
+                            (turn.mirrors_x ? (image->width_px - 1) * file->channels : 0) +
+                            (turn.mirrors_y ? (image->height_px - 1) * image->stride : 0);
+    uint16_t *to = turned;
+    for (int y = 0; y < height_px; y++) {
+        for (int x = 0; x < width_px; x++) {
+            const uint16_t *from = first + y * down + x * right;
+            for (int c = 0; c < file->channels; c++) {
+                *to++ = from[c];
+            }
+        }
+    }
+    free(file->pixels);
+    file->pixels = turned;
+    image->data = turned;
+    image->stride = (ptrdiff_t)row;
+    image->width_px = width_px;
+    image->height_px = height_px;
+    if (turn.swaps) {
+        const int side_px = file->file_width_px;
+        file->file_width_px = file->file_height_px;
+        file->file_height_px = side_px;
+    }
+    return ERROR_OK;
+}
+
 void image_file_free(struct image_file *file) {
     free(file->pixels);
     free(file->sums);
@@ -159,34 +228,44 @@ void image_file_free(struct image_file *file) {
     file->sums = NULL;
 }
 
-unsigned char *image_file_load(const char *path, size_t *length, struct message *message) {
-    FILE *stream = fopen(path, "rb");
+/// The bytes of a whole file, to be freed by the caller.
+static int load_bytes(FILE *stream, const char *path, unsigned char **bytes, size_t *length,
+                      struct message *message) {
     struct stat status;
-    if (stream == NULL || fstat(fileno(stream), &status) != 0) {
-        message_set(message, ERROR_ARGUMENT, "%s: %s", path, strerror(errno));
-        if (stream != NULL) {
-            fclose(stream);
-        }
-        return NULL;
+    if (fstat(fileno(stream), &status) != 0) {
+        return message_set(message, ERROR_ARGUMENT, "%s: %s", path, strerror(errno));
     }
     if (status.st_size > IMAGE_FILE_MAX_BYTES) {
-        message_set(message, ERROR_TOO_LARGE, "%s: larger than any image that can be read", path);
-        fclose(stream);
-        return NULL;
+        return message_set(message, ERROR_TOO_LARGE, "%s: larger than any image that can be read",
+                           path);
     }
-    const size_t size = (size_t)status.st_size;
-    unsigned char *bytes = malloc(size + 1);
-    if (bytes == NULL) {
-        message_set(message, ERROR_MEMORY, "%s: not enough memory to read it", path);
-    } else if (fread(bytes, 1, size, stream) != size) {
-        message_set(message, ERROR_SYNTAX, "%s: reading failed: %s", path,
-                    ferror(stream) ? strerror(errno) : "the file became shorter");
-        free(bytes);
-        bytes = NULL;
+    *length = (size_t)status.st_size;
+    *bytes = malloc(*length + 1);
+    if (*bytes == NULL) {
+        return message_set(message, ERROR_MEMORY, "%s: not enough memory to read it", path);
     }
+    if (fread(*bytes, 1, *length, stream) != *length) {
+        return message_set(message, ERROR_SYNTAX, "%s: reading failed: %s", path,
+                           ferror(stream) ? strerror(errno) : "the file became shorter");
+    }
+    return ERROR_OK;
+}
+
+int image_file_load(const char *path, image_file_parser *parse, struct image_file *file,
+                    struct message *message) {
+    FILE *stream = input_file_open(path, message);
+    if (stream == NULL) {
+        return ERROR_ARGUMENT;
+    }
+    unsigned char *bytes = NULL;
+    size_t length = 0;
+    int error = load_bytes(stream, path, &bytes, &length, message);
     fclose(stream);
-    *length = size;
-    return bytes;
+    if (error == ERROR_OK) {
+        error = parse(bytes, length, file, message);
+    }
+    free(bytes);
+    return error;
 }
 
 static bool has_extension(const char *path, const char *extensions) {
@@ -235,17 +314,9 @@ static int refuse_format(const char *path, const struct image_format *formats, i
 
 static int read_head(const char *path, unsigned char head[IMAGE_FILE_HEAD_BYTES], size_t *length,
                      struct message *message) {
-    struct stat status;
-    if (stat(path, &status) != 0) {
-        return message_set(message, ERROR_ARGUMENT, "%s: %s", path, strerror(errno));
-    }
-    if (!S_ISREG(status.st_mode)) {
-        return message_set(message, ERROR_ARGUMENT, "%s is %s, not an image file", path,
-                           S_ISDIR(status.st_mode) ? "a directory" : "a device or pipe");
-    }
-    FILE *stream = fopen(path, "rb");
+    FILE *stream = input_file_open(path, message);
     if (stream == NULL) {
-        return message_set(message, ERROR_ARGUMENT, "%s: %s", path, strerror(errno));
+        return ERROR_ARGUMENT;
     }
     *length = fread(head, 1, IMAGE_FILE_HEAD_BYTES, stream);
     const bool failed = ferror(stream) != 0;
@@ -278,6 +349,9 @@ int image_file_read(const char *path, const struct image_format *formats, int fo
     error = format->read(path, request, file, message);
     if (error == ERROR_OK) {
         INVARIANT(file->rows_done == file->file_height_px);
+        error = turn_image(file, message);
+    }
+    if (error == ERROR_OK) {
         free(file->sums);
         file->sums = NULL;
     } else {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Readers of image files. A reader finds out size and depth, calls `image_file_begin`, which
-/// checks every limit before it allocates, and then hands over rows from top to bottom; shrinking
-/// and range checks happen there, in one place for all formats.
+/// checks every limit before it allocates, and then hands over rows as the file has them; range
+/// checks, shrinking and turning happen there, in one place for all formats.
 #ifndef VERGENCE_DAEMON_IMAGE_FILE_H
 #define VERGENCE_DAEMON_IMAGE_FILE_H
 
@@ -32,16 +32,22 @@ struct image_request {
 
 /// An image in memory: owns its pixels.
 struct image_file {
-    struct reconstruct_image image;  // points to `pixels`
-    uint16_t *pixels;                // NULL before image_file_begin
-    int file_width_px, file_height_px;
-    int shrink;          // integer factor, 1: not shrunk
-    uint16_t brightest;  // largest value seen in the file
+    struct reconstruct_image image;     // points to `pixels`
+    uint16_t *pixels;                   // NULL before image_file_begin
+    int file_width_px, file_height_px;  // as the image is shown, so after turning
+    int shrink;                         // integer factor, 1: not shrunk
+    uint16_t brightest;                 // largest value seen in the file
+    /// Where the file's first row and column are to be seen, as EXIF and TIFF number it: 1 top left
+    /// (or 0: the file does not say), 2 top right, 3 bottom right, 4 bottom left; 5 to 8 the same
+    /// with rows running down: left top, right top, right bottom, left bottom. Set by readers
+    /// before image_file_begin.
+    int orientation;
 
     const char *path;  // for messages
     const struct image_request *request;
     int channels, rows_done;
-    uint32_t *sums;  // one row of areas while shrinking
+    uint32_t *sums;            // one row of areas while shrinking
+    int skip_x_px, skip_y_px;  // of the file, so that the shown image loses pixels right and below
 };
 
 struct image_format {
@@ -54,9 +60,10 @@ struct image_format {
                 struct message *message);
 };
 
-/// Opens `path`, finds its format among `formats` and reads it. On success the caller frees `file`
-/// with `image_file_free`; on error nothing is left to free. ERROR_TOO_LARGE, ERROR_SYNTAX,
-/// ERROR_MEMORY, ERROR_RANGE, ERROR_ARGUMENT; `message` names the file.
+/// Opens `path`, finds its format among `formats`, reads it and turns it the way up that it says,
+/// as viewers and OpenCV's imread do. On success the caller frees `file` with `image_file_free`; on
+/// error nothing is left to free. ERROR_TOO_LARGE, ERROR_SYNTAX, ERROR_MEMORY, ERROR_RANGE,
+/// ERROR_ARGUMENT; `message` names the file.
 int image_file_read(const char *path, const struct image_format *formats, int format_count,
                     const struct image_request *request, struct image_file *file,
                     struct message *message);
@@ -66,12 +73,17 @@ int image_file_read(const char *path, const struct image_format *formats, int fo
 int image_file_begin(struct image_file *file, int width_px, int height_px, int channels, int bits,
                      enum pixel_layout layout, struct message *message);
 
-/// For readers: the next row, width * channels values.
+/// For readers: the next row of the file, width * channels values.
 int image_file_row(struct image_file *file, const uint16_t *values, struct message *message);
 
-/// For readers of whole files in memory: the file's bytes, to be freed by the caller, or NULL with
-/// `message` set (unreadable, or larger than any legal image).
-unsigned char *image_file_load(const char *path, size_t *length, struct message *message);
+/// For readers of whole files in memory: what makes an image of the bytes.
+typedef int image_file_parser(const unsigned char *data, size_t length, struct image_file *file,
+                              struct message *message);
+
+/// Loads `path` and lets `parse` have its bytes. Returns what `parse` does, or ERROR_ARGUMENT,
+/// ERROR_TOO_LARGE (than any legal image), ERROR_SYNTAX or ERROR_MEMORY with `message` set.
+int image_file_load(const char *path, image_file_parser *parse, struct image_file *file,
+                    struct message *message);
 
 /// Frees the pixels; harmless for a zeroed struct.
 void image_file_free(struct image_file *file);

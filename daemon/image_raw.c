@@ -41,12 +41,5 @@ int image_raw_parse(const unsigned char *data, size_t length, struct image_file 
 int image_raw_read(const char *path, const struct image_request *request, struct image_file *file,
                    struct message *message) {
     (void)request;
-    size_t length = 0;
-    unsigned char *bytes = image_file_load(path, &length, message);
-    if (bytes == NULL) {
-        return ERROR_ARGUMENT;
-    }
-    const int error = image_raw_parse(bytes, length, file, message);
-    free(bytes);
-    return error;
+    return image_file_load(path, image_raw_parse, file, message);
 }

@@ -7,6 +7,11 @@
 
 #include "core/error.h"
 
+bool input_file_is_directory(const char *path) {
+    struct stat status;
+    return stat(path, &status) == 0 && S_ISDIR(status.st_mode);
+}
+
 FILE *input_file_open(const char *path, struct message *message) {
     struct stat status;
     // Before it is opened: opening a pipe would wait already.

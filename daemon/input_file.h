@@ -4,6 +4,7 @@
 #ifndef VERGENCE_DAEMON_INPUT_FILE_H
 #define VERGENCE_DAEMON_INPUT_FILE_H
 
+#include <stdbool.h>
 #include <stdio.h>
 
 #include "daemon/message.h"
@@ -15,6 +16,9 @@ extern "C" {
 /// Opens a plain file (or a link to one) for reading; the caller closes it. NULL with one line in
 /// `message` that names it when it is missing, unreadable, or no plain file.
 FILE *input_file_open(const char *path, struct message *message);
+
+/// Whether the path names a directory (or a link to one).
+bool input_file_is_directory(const char *path);
 
 #ifdef __cplusplus
 }

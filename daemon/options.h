@@ -35,7 +35,7 @@ struct option_page {
     const char *operands;     // as help shows them, e.g. "LEFT RIGHT"; "" for none
     const char *summary;      // one line, no full stop
     const char *description;  // paragraphs separated by one line feed; wrapped by the printer
-    const char *examples;     // lines printed as they are; NULL for none
+    const char *examples;     // lines without indentation; NULL for none
     const struct option *options;
     int option_count;
     int operands_min, operands_max;

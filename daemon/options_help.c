@@ -44,6 +44,15 @@ static void print_limits(const struct option *option, FILE *file) {
     }
 }
 
+/// Lines as they are: an example that is wrapped cannot be copied.
+static void print_indented(const char *text, FILE *file) {
+    while (*text != '\0') {
+        const int length = (int)strcspn(text, "\n");
+        fprintf(file, "%*s%.*s\n", HELP_INDENT, "", length, text);
+        text += length + (text[length] != '\0');
+    }
+}
+
 void options_help_print(const struct option_page *page, FILE *file) {
     fprintf(file, "%s - %s\n\nusage: %s%s%s%s\n\n", page->command, page->summary, page->command,
             page->operands[0] != '\0' ? " " : "", page->operands,
@@ -60,6 +69,7 @@ void options_help_print(const struct option_page *page, FILE *file) {
     }
     fprintf(file, "%*s--help\n%*sPrint this page.\n", HELP_INDENT, "", HELP_TEXT_INDENT, "");
     if (page->examples != NULL) {
-        fprintf(file, "\nExamples\n%s\n", page->examples);
+        fputs("\nExamples\n", file);
+        print_indented(page->examples, file);
     }
 }

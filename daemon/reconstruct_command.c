@@ -200,7 +200,7 @@ static int prepare(struct job *job) {
     job->context.read_us = progress_now_us() - job->start_us;
     error = rectify_plan_make(&job->inputs.calibration, &job->options.rectify, &job->result.plan);
     if (error != ERROR_OK) {
-        reconstruct_summary_no_plan(error, &job->inputs.calibration, &job->options, &job->message);
+        reconstruct_summary_no_plan(error, &job->context, &job->message);
         return error;
     }
     return check_truth(job);

@@ -7,7 +7,7 @@
 
 #include "core/error.h"
 
-/// Assumed where nobody knows better: a field of view of 53 degrees, and a round number.
+/// Assumed where nobody knows better; the focal length is then the width, 53 degrees across.
 static const double assumed_baseline_mm = 100.0;
 
 static int read_images(const struct reconstruct_request *request,
@@ -56,6 +56,15 @@ static void warn_if_dark(const struct image_file *file, struct reconstruct_conte
                                  "%s: the brightest of %d bit pixels is %d; if the data have only "
                                  "%d significant bits, say so by --bits",
                                  file->path, bits, file->brightest, used);
+    }
+}
+
+static void note_turn(const struct image_file *file, struct reconstruct_context *context) {
+    if (file->orientation > 1) {
+        reconstruct_context_warn(context,
+                                 "%s: turned as its orientation (%d) says, like OpenCV does it; a "
+                                 "calibration must come from images turned alike",
+                                 file->path, file->orientation);
     }
 }
 
@@ -210,8 +219,11 @@ int reconstruct_inputs_read(const struct reconstruct_request *request,
         reconstruct_inputs_free(inputs);
         return error;
     }
-    warn_if_dark(&inputs->left, context);
-    warn_if_dark(&inputs->right, context);
+    const struct image_file *const sides[2] = {&inputs->left, &inputs->right};
+    for (int side = 0; side < 2; side++) {
+        warn_if_dark(sides[side], context);
+        note_turn(sides[side], context);
+    }
     if (inputs->left.shrink > 1) {
         reconstruct_context_warn(context, "the images were shrunk by %d while reading",
                                  inputs->left.shrink);

@@ -55,7 +55,7 @@ static const struct option options[] = {
      .choices = "mm cm m",
      .help = "Unit of length of an imported calibration whose format has none. Default: mm."},
     {.name = "first-camera", .kind = OPTION_INT, .offset = FIELD(first_camera), .value_name = "N",
-     .minimum = 0, .maximum = 99,
+     .minimum = 0, .maximum = 8,
      .help = "Number of the left camera in a calibration of several pairs (KITTI: 0 grey, 2 colour)."},
     {.name = "bayer", .kind = OPTION_CHOICE, .offset = FIELD(bayer), .value_name = "PATTERN",
      .choices = "none grbg",
@@ -94,18 +94,16 @@ static const struct option_page page = {
     .summary = "measure a surface from a pair of images",
     .description =
         "Rectifies the pair, finds the disparity of every pixel of the left image or the reason "
-        "why "
-        "it has none, and writes the surface in millimetres in the frame of the left camera (x "
-        "right, "
-        "y down, z forward): meshes, point cloud, disparity and depth maps, a page to look at "
-        "(report.html) and all figures (result.json).\n"
+        "why it has none, and writes the surface in millimetres in the frame of the left camera "
+        "(x right, y down, z forward): meshes, point cloud, disparity and depth maps, a page to "
+        "look at (report.html) and all figures (result.json).\n"
         "The directory of results appears when everything is written; until then, and after any "
         "failure, nothing of this run stands under its name. Ctrl-C stops within a second.",
     .examples =
-        "  vergence reconstruct left.png right.png --calibration rig.txt --out result\n"
-        "  vergence reconstruct l.pgm r.pgm --calibration intrinsics.yml --depth 400:900 "
+        "vergence reconstruct left.png right.png --calibration rig.txt --out result\n"
+        "vergence reconstruct l.pgm r.pgm --calibration intrinsics.yml --depth 400:900 "
         "--out result\n"
-        "  vergence reconstruct im0.png im1.png --rectified --disparity 0:128 --out result",
+        "vergence reconstruct im0.png im1.png --rectified --disparity 0:128 --out result",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
     .operands_min = 2,

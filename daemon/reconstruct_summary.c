@@ -94,10 +94,10 @@ static void no_disparities(int error, const struct rectify_options *rectify,
     }
 }
 
-void reconstruct_summary_no_plan(int error, const struct calibration *calibration,
-                                 const struct reconstruct_options *options,
+void reconstruct_summary_no_plan(int error, const struct reconstruct_context *context,
                                  struct message *message) {
-    const struct rectify_options *rectify = &options->rectify;
+    const struct calibration *calibration = context->calibration;
+    const struct rectify_options *rectify = &context->options->rectify;
     switch (error) {
         case ERROR_DEPTH_RANGE:
             message_set(
@@ -119,7 +119,9 @@ void reconstruct_summary_no_plan(int error, const struct calibration *calibratio
                 message, error,
                 "the rectified images would be larger than the maximum of %dx%d pixels; give "
                 "a --scale below %.3g",
-                IMAGE_MAX_SIDE_PX, IMAGE_MAX_SIDE_PX, rectify->scale);
+                IMAGE_MAX_SIDE_PX, IMAGE_MAX_SIDE_PX,
+                // As the user counts it: the reader may have done a part of the shrinking.
+                rectify->scale / context->shrink);
             break;
         case ERROR_TOO_SMALL:
             message_set(message, error,

@@ -19,9 +19,9 @@ void reconstruct_summary_print(const struct reconstruct_context *context, const 
 void reconstruct_summary_no_surface(const struct reconstruct_result *result,
                                     struct message *message);
 
-/// One line that says why no plan could be made: `error` is what rectify_plan_make returned.
-void reconstruct_summary_no_plan(int error, const struct calibration *calibration,
-                                 const struct reconstruct_options *options,
+/// One line that says why no plan could be made: `error` is what rectify_plan_make returned for the
+/// calibration and the options of `context`, whose result is not looked at.
+void reconstruct_summary_no_plan(int error, const struct reconstruct_context *context,
                                  struct message *message);
 
 #ifdef __cplusplus

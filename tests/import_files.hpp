@@ -4,33 +4,16 @@
 #define VERGENCE_TESTS_IMPORT_FILES_HPP
 
 #include <doctest/doctest.h>
-#include <stdlib.h>
 
-#include <filesystem>
-#include <fstream>
 #include <string>
 
 #include "core/error.h"
+#include "scratch.hpp"
 #include "tools/host/calibration_file.hpp"
 
 namespace import_files {
 
-/// A directory of its own that goes away with the test.
-struct folder {
-    std::string path;
-    folder() {
-        char name[] = "/tmp/vergence-import-XXXXXX";
-        REQUIRE(mkdtemp(name) != nullptr);
-        path = name;
-    }
-    ~folder() { std::filesystem::remove_all(path); }
-    folder(const folder &) = delete;
-    folder &operator=(const folder &) = delete;
-    std::string write(const std::string &name, const std::string &text) const {
-        std::ofstream(path + "/" + name, std::ios::binary) << text;
-        return path + "/" + name;
-    }
-};
+using folder = scratch;
 
 struct loaded {
     int code;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Random stereo rigs for tests of geometry: focal lengths of 500..27,000 px, vergence to
-/// 10 degrees, rolled and tilted cameras, off-centre principal points, moderate distortion.
+/// Stereo rigs for tests of geometry: a plain one, and random ones with focal lengths of
+/// 500..27,000 px, vergence to 10 degrees, rolled and tilted cameras, off-centre principal points,
+/// moderate distortion.
 #ifndef VERGENCE_TESTS_RANDOM_RIG_HPP
 #define VERGENCE_TESTS_RANDOM_RIG_HPP
 
@@ -28,6 +29,22 @@ inline void set_right_centre(calibration *rig, const double centre_mm[3]) {
     for (int i = 0; i < 3; i++) {
         rig->translation_right_left_mm[i] = -t_mm[i];
     }
+}
+
+/// Two equal cameras without distortion, on the x axis, the right one turned to the left.
+inline calibration plain_rig(double vergence_rad = 0, double f_px = 600, double baseline_mm = 100) {
+    calibration rig = {};
+    for (lens *one : {&rig.left, &rig.right}) {
+        one->width_px = 640;
+        one->height_px = 480;
+        one->fx_px = one->fy_px = f_px;
+        one->cx_px = 319.5;
+        one->cy_px = 239.5;
+    }
+    rig.rotation_right_left_rad[1] = vergence_rad;
+    const double centre_mm[3] = {baseline_mm, 0, 0};
+    set_right_centre(&rig, centre_mm);
+    return rig;
 }
 
 /// A valid lens whose distortion moves a corner by up to some 10 % of its radius.

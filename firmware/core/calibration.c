@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "core/calibration_grammar.h"
-#include "core/crc.h"
 #include "core/decimal.h"
 #include "core/error.h"
 #include "core/geometry.h"
@@ -209,14 +208,6 @@ int calibration_round(struct calibration *calibration) {
         }
     }
     return ERROR_OK;
-}
-
-uint32_t calibration_crc(const struct calibration *calibration) {
-    char text[CALIBRATION_TEXT_MAX_BYTES];
-    const int length = calibration_print(calibration, text, sizeof text);
-    static const size_t crc_line_bytes = sizeof CALIBRATION_GRAMMAR_CRC " 01234567\n" - 1;
-    INVARIANT(length > (int)crc_line_bytes);
-    return crc_update(0, text, (size_t)length - crc_line_bytes);
 }
 
 double calibration_baseline_mm(const struct calibration *calibration) {

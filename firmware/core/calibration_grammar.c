@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/calibration_grammar.h"
 
-#include <stdbool.h>
 #include <string.h>
 
-#include "core/decimal.h"
-#include "core/error.h"
 #include "core/invariant.h"
 
 // Shorter spellings for the list below.
@@ -117,58 +114,4 @@ void calibration_grammar_set(const struct calibration_field *field, int i, doubl
     }
     INVARIANT(field->kind == CALIBRATION_FIELD_DECIMALS);
     memcpy(target, &value, sizeof value);
-}
-
-struct writer {
-    char *text;
-    size_t size, length;  // `length` counts on when the text is full
-};
-
-static void put(struct writer *writer, const char *word) {
-    const size_t length = strlen(word);
-    if (writer->length + length < writer->size) {
-        memcpy(writer->text + writer->length, word, length + 1);
-    }
-    writer->length += length;
-}
-
-static void put_number(struct writer *writer, int64_t value) {
-    char text[DECIMAL_TEXT_BYTES];
-    decimal_print(value, 0, text);
-    put(writer, text);
-}
-
-static void put_row(struct writer *writer, const struct calibration_field *field) {
-    const bool number = field->max > field->min;
-    INVARIANT(number == (field->kind == CALIBRATION_FIELD_INTEGERS ||
-                         field->kind == CALIBRATION_FIELD_DECIMALS));
-    put(writer, "| `");
-    put(writer, field->name);
-    put(writer, "` | ");
-    put_number(writer, field->count);
-    put(writer, " | ");
-    if (number) {
-        put_number(writer, field->decimals);
-        put(writer, " | ");
-        put_number(writer, field->min);
-        put(writer, "..");
-        put_number(writer, field->max);
-    } else {
-        put(writer, " | ");
-    }
-    put(writer, " | ");
-    put(writer, field->unit);
-    put(writer, " | ");
-    put(writer, field->meaning);
-    put(writer, " |\n");
-}
-
-int calibration_grammar_describe(char *text, size_t size_bytes) {
-    struct writer writer = {text, size_bytes, 0};
-    put(&writer, "| field | values | decimals | range | unit | meaning |\n");
-    put(&writer, "|---|---|---|---|---|---|\n");
-    for (int i = 0; i < FIELD_COUNT; i++) {
-        put_row(&writer, &fields[i]);
-    }
-    return writer.length < size_bytes ? (int)writer.length : ERROR_BUFFER;
 }

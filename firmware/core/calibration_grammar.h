@@ -52,10 +52,6 @@ double calibration_grammar_value(const struct calibration_field *field, int i,
 void calibration_grammar_set(const struct calibration_field *field, int i, double value,
                              struct calibration *calibration);
 
-/// Writes the field list as a Markdown table (zero-terminated). Returns the length without the
-/// zero, or ERROR_BUFFER.
-int calibration_grammar_describe(char *text, size_t size_bytes);
-
 #ifdef __cplusplus
 }
 #endif

@@ -122,14 +122,14 @@ static int parse_numbers(struct parser *parser, const struct calibration_field *
             return refuse(parser, code, field->name,
                           "a value is not a number in the field's fixed count of decimals");
         }
-        int64_t unit = 1;
-        for (int d = 0; d < field->decimals; d++) {
-            unit *= 10;
-        }
-        if (code != ERROR_OK || scaled < field->min * unit || scaled > field->max * unit) {
+        if (code != ERROR_OK) {
             return refuse(parser, ERROR_RANGE, field->name, "");
         }
-        calibration_grammar_set(field, i, decimal_to_double(scaled, field->decimals), result);
+        const double value = decimal_to_double(scaled, field->decimals);
+        if (value < (double)field->min || value > (double)field->max) {
+            return refuse(parser, ERROR_RANGE, field->name, "");
+        }
+        calibration_grammar_set(field, i, value, result);
     }
     return more ? refuse(parser, ERROR_SYNTAX, field->name, "too many values") : ERROR_OK;
 }

@@ -97,3 +97,11 @@ int calibration_print(const struct calibration *calibration, char *text, size_t 
     put(&writer, "\n");
     return writer.length < size_bytes ? (int)writer.length : ERROR_BUFFER;
 }
+
+uint32_t calibration_crc(const struct calibration *calibration) {
+    char text[CALIBRATION_TEXT_MAX_BYTES];
+    const int length = calibration_print(calibration, text, sizeof text);
+    static const size_t crc_line_bytes = sizeof CALIBRATION_GRAMMAR_CRC " 01234567\n" - 1;
+    INVARIANT(length > (int)crc_line_bytes);
+    return crc_update(0, text, (size_t)length - crc_line_bytes);
+}

@@ -6,7 +6,7 @@
 #include "core/invariant.h"
 
 // Columns of green kept on either side of a row.
-enum { PAD = 2 };
+enum { PAD = DEBAYER_MARGIN_PX / 2 };
 
 static int32_t absolute(int32_t v) {
     return v < 0 ? -v : v;

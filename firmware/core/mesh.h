@@ -17,9 +17,8 @@ extern "C" {
 
 /// One row of candidate vertices.
 struct mesh_row {
-    const int32_t *disparity_q8;            // width values; only those with a vertex are read
-    const uint32_t *vertex;                 // vertex number of each pixel or MESH_NO_VERTEX
-    const struct triangulate_point *point;  // of each pixel with a vertex
+    const int32_t *disparity_q8;  // width values; only those with a vertex are read
+    const uint32_t *vertex;       // vertex number of each pixel or MESH_NO_VERTEX
 };
 
 struct mesh_options {

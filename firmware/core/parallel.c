@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/parallel.h"
 
+#include <stddef.h>
+
 static void run_in_order(void *self, void (*part)(void *context, int index), void *context,
                          int count) {
     (void)self;
@@ -9,4 +11,4 @@ static void run_in_order(void *self, void (*part)(void *context, int index), voi
     }
 }
 
-const struct parallel parallel_serial = {.run = run_in_order, .self = 0, .threads = 1};
+const struct parallel parallel_serial = {.run = run_in_order, .self = NULL, .threads = 1};

@@ -21,7 +21,7 @@ enum reason {
 #define REASON_ENUM(name, number, text) REASON_##name = (number),
     REASON_LIST(REASON_ENUM)
 #undef REASON_ENUM
-        REASON_COUNT = 7
+        REASON_COUNT
 };
 
 /// Text of a reason; "unknown" for any other number. Static storage.

@@ -81,24 +81,18 @@ static int orient(const struct calibration *calibration, struct rectify_plan *pl
 static double raw_resolution_px(const struct lens *lens, const double R_rect_camera[9], double x,
                                 double y) {
     const double step = 1e-4;
-    double corner_px[4][2];
+    const double away[4][2] = {{-step, 0}, {step, 0}, {0, -step}, {0, step}};
+    double seen_px[4][2];
     for (int i = 0; i < 4; i++) {
-        const double ray_rect[3] = {x + (i == 0   ? -step
-                                         : i == 1 ? step
-                                                  : 0),
-                                    y + (i == 2   ? -step
-                                         : i == 3 ? step
-                                                  : 0),
-                                    1.0};
+        const double ray_rect[3] = {x + away[i][0], y + away[i][1], 1.0};
         double ray_camera[3];
         geometry_rotate_back(R_rect_camera, ray_rect, ray_camera);
-        if (!lens_project(lens, ray_camera, corner_px[i])) {
+        if (!lens_project(lens, ray_camera, seen_px[i])) {
             return 0;
         }
     }
-    const double determinant =
-        (corner_px[1][0] - corner_px[0][0]) * (corner_px[3][1] - corner_px[2][1]) -
-        (corner_px[1][1] - corner_px[0][1]) * (corner_px[3][0] - corner_px[2][0]);
+    const double determinant = (seen_px[1][0] - seen_px[0][0]) * (seen_px[3][1] - seen_px[2][1]) -
+                               (seen_px[1][1] - seen_px[0][1]) * (seen_px[3][0] - seen_px[2][0]);
     return sqrt(determinant < 0 ? -determinant : determinant) / (2.0 * step);
 }
 
@@ -120,7 +114,8 @@ static int choose_parallax(const struct calibration *calibration,
         // Stated along the left axis, needed along the rectified one.
         parallax->near = plan->baseline_mm / (near_mm * ratio->min);
         parallax->far = plan->baseline_mm / (far_mm * ratio->max);
-        return ERROR_OK;
+        // Depths that differ in their last digits may have one parallax.
+        return parallax->near > parallax->far ? ERROR_OK : ERROR_DEPTH_RANGE;
     }
     const struct lens *lens = &calibration->left;
     const double verged_mm = calibration_vergence_depth_mm(calibration);
@@ -227,6 +222,9 @@ static int frame_rectified(const struct calibration *calibration,
     plan->identity = scale == 1.0;
     plan->width_px = (int)(lens->width_px * scale + 0.5);
     plan->height_px = (int)(lens->height_px * scale + 0.5);
+    if (plan->width_px < 1 || plan->height_px < 1) {
+        return ERROR_TOO_SMALL;
+    }
     plan->f_px = lens->fx_px * scale;
     plan->fy_px = lens->fy_px * scale;
     // Pixel centres: x' = (x + 1/2) scale - 1/2, exactly x at scale 1.

@@ -44,20 +44,25 @@ static void outline_pixel(const struct lens *lens, int i, double pixel_px[2]) {
 }
 
 // Direction of the border's pixel, or, where the lens does not see so far, of the rim of its view
-// on the way there from the principal point.
-static void outline_ray(const struct lens *lens, double view_radius, int i, double ray[3]) {
+// on the way there from the principal point. Returns false when there is neither: the pixel stands
+// 89.9 degrees or more off the axis of a lens whose view has no rim.
+static bool outline_ray(const struct lens *lens, double view_radius, int i, double ray[3]) {
     double pixel_px[2];
     outline_pixel(lens, i, pixel_px);
     if (lens_ray(lens, pixel_px, ray) && sqrt(ray[0] * ray[0] + ray[1] * ray[1]) <= view_radius) {
-        return;
+        return true;
+    }
+    if (!(view_radius < INFINITY)) {
+        return false;
     }
     const double x = (pixel_px[0] - lens->cx_px) / lens->fx_px;
     const double y = (pixel_px[1] - lens->cy_px) / lens->fy_px;
     const double length = sqrt(x * x + y * y);
-    INVARIANT(length > 0 && view_radius < INFINITY);
+    INVARIANT(length > 0);
     ray[0] = x * view_radius / length;
     ray[1] = y * view_radius / length;
     ray[2] = 1.0;
+    return true;
 }
 
 int rectify_window_trace(const struct lens *lens, const double R_rect_camera[9],
@@ -67,7 +72,9 @@ int rectify_window_trace(const struct lens *lens, const double R_rect_camera[9],
     outline->depth_ratio.max = 0;
     for (int i = 0; i < RECTIFY_OUTLINE_POINTS; i++) {
         double ray_camera[3], ray_rect[3];
-        outline_ray(lens, view_radius, i, ray_camera);
+        if (!outline_ray(lens, view_radius, i, ray_camera)) {
+            return ERROR_OVERLAP;
+        }
         geometry_rotate(R_rect_camera, ray_camera, ray_rect);
         if (!(ray_rect[2] > FACING_MIN * geometry_norm(ray_camera))) {
             return ERROR_OVERLAP;

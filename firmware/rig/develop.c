@@ -6,7 +6,7 @@
 #include "core/invariant.h"
 #include "core/root.h"
 
-enum { CHANNELS = 3, DEBAYER_MARGIN = 4 };
+enum { CHANNELS = 3 };
 
 struct develop {
     const struct reconstruct_image *raw;
@@ -14,7 +14,7 @@ struct develop {
     struct image_rgb8 *colour;
     uint8_t *tone;  // 8 bit value of each raw value
     uint16_t *rgb;  // a part: 3 * width
-    int32_t *work;  // a part: 3 * (width + DEBAYER_MARGIN)
+    int32_t *work;  // a part: 3 * (width + DEBAYER_MARGIN_PX)
     int parts;
 };
 
@@ -23,7 +23,7 @@ size_t develop_need_bytes(int width_px, int bits, int threads) {
     const size_t parts = (size_t)threads;
     return arena_need_bytes((size_t)1 << bits, 1) +
            arena_need_bytes(parts * CHANNELS * width, sizeof(uint16_t)) +
-           arena_need_bytes(parts * CHANNELS * (width + DEBAYER_MARGIN), sizeof(int32_t));
+           arena_need_bytes(parts * CHANNELS * (width + DEBAYER_MARGIN_PX), sizeof(int32_t));
 }
 
 static uint32_t rounded_root(uint32_t value) {
@@ -79,7 +79,7 @@ static void develop_part(void *context, int index) {
     const int end = (int)((int64_t)develop->raw->height_px * (index + 1) / develop->parts);
     for (int y = begin; y < end; y++) {
         develop_row(develop, y, develop->rgb + part * CHANNELS * width,
-                    develop->work + part * CHANNELS * (width + DEBAYER_MARGIN));
+                    develop->work + part * CHANNELS * (width + DEBAYER_MARGIN_PX));
     }
 }
 
@@ -99,7 +99,7 @@ int develop_image(const struct reconstruct_image *raw, const struct parallel *pa
     develop.tone = arena_take(arena, (size_t)1 << raw->bits, 1);
     develop.rgb = arena_take(arena, parts * CHANNELS * width, sizeof *develop.rgb);
     develop.work =
-        arena_take(arena, parts * CHANNELS * (width + DEBAYER_MARGIN), sizeof *develop.work);
+        arena_take(arena, parts * CHANNELS * (width + DEBAYER_MARGIN_PX), sizeof *develop.work);
     if (develop.tone == NULL || develop.rgb == NULL || develop.work == NULL) {
         arena_release(arena, mark);
         return ERROR_MEMORY;

@@ -13,8 +13,7 @@ enum {
     // Without the fit's own prediction: what the winner's parabola is good for.
     UNREFINED_SIGMA_Q8 = 64,
     // Fewer valid pixels than one in this many are chance: images swapped or of different scenes
-    // leave
-    // up to 7 % (measured), pairs that belong together more than 85 %.
+    // leave up to 7 % (measured), pairs that belong together more than 85 %.
     SURFACE_SHARE = 10,
 };
 

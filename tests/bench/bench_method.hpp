@@ -3,44 +3,59 @@
 #ifndef VERGENCE_TESTS_BENCH_BENCH_METHOD_HPP
 #define VERGENCE_TESTS_BENCH_BENCH_METHOD_HPP
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "bench/bench_pair.hpp"
 
-/// What stays the same over a whole comparison.
-struct bench_setting {
-    int threads = 1;
-    bool padded = true;  // OpenCV's images are widened so that it searches the left border too
+class opencv_worker;
+
+/// Time that one run took: on the clock, and of all processors together.
+struct bench_time {
+    double wall_ms = 0, cpu_ms = 0;
 };
 
-/// One matcher on one pair. Made, run any number of times, read once.
+/// Runs `work` and times it.
+bench_time bench_timed(const std::function<void()> &work);
+
+/// One matcher on one pair. Made, run once for its memory, then any number of times.
 class bench_method {
   public:
     virtual ~bench_method() = default;
 
-    /// The work that is timed: from two grey images to a disparity map. Memory that the method
-    /// keeps from one pair to the next is there after the first run.
-    virtual void run() = 0;
+    /// The first run, on one thread. Returns the working memory that it took beside images and
+    /// result, in bytes; 0 where that cannot be told.
+    virtual std::size_t first_run_bytes() = 0;
+
+    /// One more run: from two grey images to a disparity map. What the method keeps from one run to
+    /// the next is there already. Only this work is timed, not the change of the thread count.
+    virtual bench_time run(int threads) = 0;
 
     /// The map of the last run; not finite where rejected.
-    virtual std::vector<float> disparity_px() const = 0;
-
-    /// Working memory beside images and result in bytes, when the method itself knows it; 0 when it
-    /// is to be measured from outside during the first run.
-    virtual std::size_t known_memory_bytes() const { return 0; }
+    virtual std::vector<float> disparity_px() = 0;
 };
 
 struct bench_method_entry {
-    const char *name;
-    const char *settings;
+    std::string name, settings;
     bool is_ours;
-    std::unique_ptr<bench_method> (*make)(const bench_pair &pair, const bench_setting &setting);
+    std::function<std::unique_ptr<bench_method>(const bench_pair &pair)> make;
 };
 
-/// Ours first, then OpenCV's. Name of the one that all times are compared with.
-const std::vector<bench_method_entry> &bench_methods();
-constexpr const char *bench_reference = "SGBM 3-way";
+/// Which methods, and how.
+struct bench_choice {
+    bool padded = true;  // OpenCV's images are widened so that it searches the left border too
+    std::string only;    // part of the name; the reference is always taken. Empty: all
+    std::shared_ptr<opencv_worker> worker;  // another OpenCV in its own process; NULL: none
+};
+
+/// Ours first, then OpenCV's. Throws when `only` matches none.
+std::vector<bench_method_entry> bench_methods(const bench_choice &choice);
+
+/// Names of the ones that times, errors and counts of better pairs are compared with.
+constexpr const char *bench_reference = "SGBM 3-way plain";
+constexpr const char *bench_best_mode = "SGBM HH4";
+constexpr const char *bench_plain_mode = "SGBM";
 
 #endif

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <new>
 #include <stdexcept>
 
+#include "bench/memory_count.hpp"
 #include "core/error.h"
 #include "core/match.h"
 #include "core/reason.h"
@@ -14,29 +16,55 @@
 
 namespace {
 
+void check(int status) {
+    if (status != ERROR_OK) {
+        throw std::runtime_error(std::string("vergence: ") + error_text(status));
+    }
+}
+
+// Threads and the memory that the core asks for with that many.
+class team {
+  public:
+    team(int threads, int width, int height, const match_options &options, bool refine)
+        : workers_(workers_create(threads)) {
+        if (workers_ == nullptr) {
+            throw std::bad_alloc();
+        }
+        size_bytes_ = match_need_bytes(width, &options, parallel()->threads);
+        if (refine) {
+            size_bytes_ =
+                std::max(size_bytes_, refine_need_bytes(width, height, parallel()->threads));
+        }
+        memory_ = ::operator new (size_bytes_, std::align_val_t{ARENA_ALIGNMENT});
+    }
+    team(const team &) = delete;
+    team &operator=(const team &) = delete;
+    ~team() {
+        ::operator delete (memory_, std::align_val_t{ARENA_ALIGNMENT});
+        workers_destroy(workers_);
+    }
+
+    const struct parallel *parallel() const { return workers_parallel(workers_); }
+    void init(arena *arena) const { arena_init(arena, memory_, size_bytes_); }
+
+  private:
+    workers *workers_;
+    void *memory_;
+    std::size_t size_bytes_;
+};
+
 class our_method : public bench_method {
   public:
-    our_method(const bench_pair &pair, const bench_setting &setting, bool refine)
+    our_method(const bench_pair &pair, const match_options &options, bool refine)
         : pair_(pair),
           refine_(refine),
-          options_(match_default_options(pair.disparity_min, pair.disparity_count)),
-          workers_(workers_create(setting.threads)),
+          options_(options),
           disparity_q8_(pixels()),
           reason_(pixels()),
           confidence_(pixels()),
           sigma_q8_(pixels()) {
         const int width = pair.left.cols;
         const int height = pair.left.rows;
-        if (workers_ == nullptr) {
-            throw std::bad_alloc();
-        }
-        parallel_ = workers_parallel(workers_);
-        size_bytes_ = match_need_bytes(width, &options_, parallel_->threads);
-        if (refine) {
-            size_bytes_ =
-                std::max(size_bytes_, refine_need_bytes(width, height, parallel_->threads));
-        }
-        memory_ = ::operator new (size_bytes_, std::align_val_t{ARENA_ALIGNMENT});
         input_.left = {pair_.left.data, width, height, width};
         input_.right = {pair_.right.data, width, height, width};
         input_.left_span = input_.right_span = nullptr;
@@ -45,22 +73,20 @@ class our_method : public bench_method {
         output_.confidence = {confidence_.data(), width, height, width};
         sigma_ = {sigma_q8_.data(), width, height, width};
     }
-    our_method(const our_method &) = delete;
-    our_method &operator=(const our_method &) = delete;
-    ~our_method() override { ::operator delete (memory_, std::align_val_t{ARENA_ALIGNMENT}); }
 
-    void run() override {
-        arena arena;
-        arena_init(&arena, memory_, size_bytes_);
-        check(match_run(&input_, &options_, parallel_, nullptr, nullptr, &arena, &output_));
-        if (refine_) {
-            arena_release(&arena, 0);
-            check(refine_disparities(&input_, parallel_, &arena, &output_, &sigma_));
-        }
-        peak_bytes_ = arena.peak_bytes;
+    std::size_t first_run_bytes() override {
+        const team &one = team_of(1);
+        memory_count_begin();
+        const std::size_t arena_bytes = run_on(one);
+        return arena_bytes + memory_count_peak_bytes();
     }
 
-    std::vector<float> disparity_px() const override {
+    bench_time run(int threads) override {
+        const team &chosen = team_of(threads);
+        return bench_timed([&] { run_on(chosen); });
+    }
+
+    std::vector<float> disparity_px() override {
         std::vector<float> result(pixels(), std::numeric_limits<float>::quiet_NaN());
         for (size_t i = 0; i < result.size(); i++) {
             if (reason_[i] == REASON_VALID) {
@@ -70,40 +96,50 @@ class our_method : public bench_method {
         return result;
     }
 
-    std::size_t known_memory_bytes() const override { return peak_bytes_; }
-
   private:
     size_t pixels() const { return pair_.left.total(); }
 
-    static void check(int status) {
-        if (status != ERROR_OK) {
-            throw std::runtime_error(std::string("vergence: ") + error_text(status));
+    const team &team_of(int threads) {
+        return teams_
+            .try_emplace(threads, threads, pair_.left.cols, pair_.left.rows, options_, refine_)
+            .first->second;
+    }
+
+    // Returns the most that was taken of the lent memory.
+    std::size_t run_on(const team &team) {
+        arena arena;
+        team.init(&arena);
+        check(match_run(&input_, &options_, team.parallel(), nullptr, nullptr, &arena, &output_));
+        if (refine_) {
+            arena_release(&arena, 0);
+            check(refine_disparities(&input_, team.parallel(), &arena, &output_, &sigma_));
         }
+        return arena.peak_bytes;
     }
 
     bench_pair pair_;  // shares the pixels
     bool refine_;
     match_options options_;
-    workers *workers_;
-    const struct parallel *parallel_;
+    std::map<int, team> teams_;  // by threads
     std::vector<int32_t> disparity_q8_;
     std::vector<uint8_t> reason_, confidence_;
     std::vector<uint16_t> sigma_q8_;
     match_input input_{};
     match_output output_;
     image_u16 sigma_;
-    void *memory_;
-    std::size_t size_bytes_, peak_bytes_ = 0;
 };
+
+std::unique_ptr<bench_method> make(const bench_pair &pair, bool refine) {
+    const match_options options = match_default_options(pair.disparity_min, pair.disparity_count);
+    return std::make_unique<our_method>(pair, options, refine);
+}
 
 }  // namespace
 
-std::unique_ptr<bench_method> bench_make_match(const bench_pair &pair,
-                                               const bench_setting &setting) {
-    return std::make_unique<our_method>(pair, setting, false);
+std::unique_ptr<bench_method> bench_make_match(const bench_pair &pair) {
+    return make(pair, false);
 }
 
-std::unique_ptr<bench_method> bench_make_refined(const bench_pair &pair,
-                                                 const bench_setting &setting) {
-    return std::make_unique<our_method>(pair, setting, true);
+std::unique_ptr<bench_method> bench_make_refined(const bench_pair &pair) {
+    return make(pair, true);
 }

@@ -5,9 +5,7 @@
 
 #include "bench/bench_method.hpp"
 
-std::unique_ptr<bench_method> bench_make_match(const bench_pair &pair,
-                                               const bench_setting &setting);
-std::unique_ptr<bench_method> bench_make_refined(const bench_pair &pair,
-                                                 const bench_setting &setting);
+std::unique_ptr<bench_method> bench_make_match(const bench_pair &pair);
+std::unique_ptr<bench_method> bench_make_refined(const bench_pair &pair);
 
 #endif

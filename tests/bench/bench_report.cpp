@@ -1,11 +1,123 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/bench_report.hpp"
 
-#include <cmath>
 #include <cstdio>
 #include <opencv2/core/version.hpp>
 
-#include "bench/bench_method.hpp"
+namespace {
+
+constexpr int kNameWidth = 30;
+
+double allowance_percent(const bench_outcome &one) {
+    return 100 * static_cast<double>(one.memory_bytes) / static_cast<double>(one.allowance_bytes());
+}
+
+void print_errors(const bench_outcome &one, double best_mode_bad_1px) {
+    if (!one.has_truth) {
+        std::printf(" %7s %7s %6s %8s %6s", "-", "-", "-", "-", "-");
+        return;
+    }
+    const evaluate_score &score = one.error.all.filled_visible;
+    std::printf(" %7.2f %7.2f", score.bad_percent[1], score.bad_percent[2]);
+    if (best_mode_bad_1px > 0) {
+        std::printf(" %6.2f", score.bad_percent[1] / best_mode_bad_1px);
+    } else {
+        std::printf(" %6s", "-");
+    }
+    std::printf(" %7.1f%% %6.2f", one.error.visible.density_percent,
+                one.error.visible.bad_3px_percent);
+}
+
+void print_times(const bench_outcome &one) {
+    const auto single = one.times.find(1);
+    if (single != one.times.end()) {
+        const bench_spread ratio = bench_spread_of(single->second.ratios);
+        std::printf(" %9.1f  %5.2f (%.2f-%.2f)", bench_quantile(single->second.wall_ms, 0.5),
+                    ratio.median, ratio.low, ratio.high);
+    }
+    if (!one.speedups.empty()) {
+        std::printf("   %5.2f", bench_spread_of(one.speedups).median);
+    }
+}
+
+void print_error_summary(const std::vector<bench_summary> &summaries) {
+    std::printf("  %-*s %7s %7s %6s %8s %9s %8s %7s %9s %7s\n", kNameWidth, "", "bad-1.0",
+                "bad-2.0", "/HH4", "<SGBM", "<all", "density", "bad-3.0", "of known", "bad-3.0");
+    for (const bench_summary &sum : summaries) {
+        std::printf("  %-*s %7.2f %7.2f", kNameWidth, sum.method.c_str(), sum.bad_1px, sum.bad_2px);
+        if (sum.to_best_mode > 0) {
+            std::printf(" %6.2f", sum.to_best_mode);
+        } else {
+            std::printf(" %6s", "-");
+        }
+        if (sum.against_plain > 0) {
+            std::printf(" %4d/%-3d", sum.better_than_plain, sum.against_plain);
+        } else {
+            std::printf(" %8s", "-");
+        }
+        if (sum.is_ours) {
+            std::printf(" %5d/%-3d", sum.better_than_all, sum.pairs);
+        } else {
+            std::printf(" %9s", "");
+        }
+        std::printf(" %7.1f%% %7.2f %8.1f%% %7.2f\n", sum.visible.density_percent,
+                    sum.visible.bad_3px_percent, sum.known.density_percent,
+                    sum.known.bad_3px_percent);
+    }
+    std::printf(
+        "  bad-t: percent off by more than t px, filled, non-occluded; /HH4: bad-1.0 over OpenCV's "
+        "HH4; <: pairs with less\n"
+        "  bad-1.0 than SGBM, than every OpenCV method here; density: kept of non-occluded pixels, "
+        "bad-3.0 of the kept;\n"
+        "  of known: kept of all pixels with known truth, occluded ones too, bad-3.0 of those\n");
+}
+
+void print_cost_summary(const std::vector<bench_summary> &summaries) {
+    std::printf("  %-*s", kNameWidth, "");
+    for (const bench_group_time &time : summaries.front().times) {
+        const std::string title = std::string(time.group->name) + ", " +
+                                  std::to_string(time.pairs) +
+                                  (time.pairs > 1 ? " pairs" : " pair");
+        std::printf("   %-24s", title.c_str());
+    }
+    std::printf("  %9s  2 threads\n", "memory");
+    for (const bench_summary &sum : summaries) {
+        std::printf("  %-*s", kNameWidth, sum.method.c_str());
+        for (const bench_group_time &time : sum.times) {
+            std::printf("   %5.2f (%.2f-%.2f) cpu %-4.2f", time.ratio.median, time.ratio.low,
+                        time.ratio.high, time.cpu_ratio.median);
+        }
+        std::printf("  %8.0f%%", sum.most_of_allowance_percent);
+        if (sum.speedup.median > 0) {
+            std::printf("  %.2f (%.2f-%.2f)", sum.speedup.median, sum.speedup.low,
+                        sum.speedup.high);
+        }
+        std::printf("\n");
+    }
+    std::printf(
+        "  time over that of %s of Debian's OpenCV on 1 thread, by disparities searched: median "
+        "(quartiles) of the\n"
+        "  ratios in interleaved rounds, on the clock and of processor time; memory beyond the "
+        "images: most of\n"
+        "  24 x width x disparities + 64 x width bytes; 2 threads: how many times faster than 1\n",
+        bench_reference);
+}
+
+}  // namespace
+
+void bench_print_methods(const std::vector<bench_method_entry> &methods,
+                         const std::string &pypi_version) {
+    std::printf("OpenCV %s (linked)", CV_VERSION);
+    if (pypi_version.empty()) {
+        std::printf("; PyPI's OpenCV was NOT measured (not there, or not asked for)\n");
+    } else {
+        std::printf(" and %s (PyPI, in its own process)\n", pypi_version.c_str());
+    }
+    for (const bench_method_entry &entry : methods) {
+        std::printf("  %-*s %s\n", kNameWidth, entry.name.c_str(), entry.settings.c_str());
+    }
+    std::fflush(stdout);
+}
 
 void bench_print_table(const bench_pair &pair, const std::vector<bench_outcome> &outcomes) {
     std::printf(
@@ -13,133 +125,37 @@ void bench_print_table(const bench_pair &pair, const std::vector<bench_outcome> 
         pair.disparity_count,
         pair.truth_px.empty() ? ", no ground truth" : (", occlusions " + pair.mask_origin).c_str(),
         pair.round_disparity ? ", rounded (truth in whole pixels)" : "");
-    std::printf("  %-22s %7s %7s %7s %9s %9s", "", "bad-1.0", "bad-2.0", "avg px", "density",
-                "memory MB");
-    for (const auto &[threads, unused] : outcomes.front().timing_by_threads) {
-        (void)unused;
-        std::printf("   %d thread%s: ms  ratio (spread)   ", threads, threads == 1 ? "" : "s");
+    std::printf("  %-*s %7s %7s %6s %8s %6s %9s %8s", kNameWidth, "", "bad-1.0", "bad-2.0", "/HH4",
+                "density", "bad-3", "memory MB", "allowed");
+    if (!outcomes.front().times.empty()) {
+        std::printf(" %9s  %-17s %s", "ms", "ratio (quartiles)",
+                    outcomes.front().speedups.empty() ? "" : "2 threads");
     }
     std::printf("\n");
+    double best_mode_bad_1px = 0;
     for (const bench_outcome &one : outcomes) {
-        const evaluate_score &score = one.errors.filled_visible;
-        std::printf("  %-22s", one.method.c_str());
-        if (one.has_truth) {
-            std::printf(" %7.2f %7.2f %7.3f", score.bad_percent[1], score.bad_percent[2],
-                        score.average_px);
-        } else {
-            std::printf(" %7s %7s %7s", "-", "-", "-");
+        if (one.method == bench_best_mode && one.has_truth) {
+            best_mode_bad_1px = one.error.all.filled_visible.bad_percent[1];
         }
-        std::printf(" %8.1f%% %9.2f", one.density_percent,
-                    static_cast<double>(one.memory_bytes) / 1e6);
-        for (const auto &[threads, timing] : one.timing_by_threads) {
-            (void)threads;
-            std::printf("  %9.1f  %5.2f (%.2f-%.2f)     ", timing.best_ms, timing.ratio,
-                        timing.ratio_low, timing.ratio_high);
-        }
+    }
+    for (const bench_outcome &one : outcomes) {
+        std::printf("  %-*s", kNameWidth, one.method.c_str());
+        print_errors(one, best_mode_bad_1px);
+        std::printf(" %9.2f %7.0f%%", static_cast<double>(one.memory_bytes) / 1e6,
+                    allowance_percent(one));
+        print_times(one);
         std::printf("\n");
     }
     std::fflush(stdout);
 }
 
-void bench_print_means(const std::vector<bench_outcome> &all) {
-    struct mean {
-        double bad1 = 0, bad2 = 0, log_ratio = 0;
-        int with_truth = 0, timed = 0;
-    };
-    std::vector<std::string> order;
-    std::map<std::string, mean> means;
-    for (const bench_outcome &one : all) {
-        if (means.find(one.method) == means.end()) {
-            order.push_back(one.method);
-        }
-        mean &sum = means[one.method];
-        if (one.has_truth) {
-            sum.bad1 += one.errors.filled_visible.bad_percent[1];
-            sum.bad2 += one.errors.filled_visible.bad_percent[2];
-            sum.with_truth++;
-        }
-        const auto single = one.timing_by_threads.find(1);
-        if (single != one.timing_by_threads.end()) {
-            sum.log_ratio += std::log(single->second.ratio);
-            sum.timed++;
-        }
+void bench_print_summaries(const std::vector<bench_summary> &summaries) {
+    if (summaries.front().pairs > 0) {
+        std::printf("\nmean of %d pairs with ground truth\n", summaries.front().pairs);
+        print_error_summary(summaries);
     }
-    std::printf(
-        "\nmean of all pairs (filled, non-occluded; time: geometric mean of the ratios to %s "
-        "on 1 thread)\n",
-        bench_reference);
-    for (const std::string &name : order) {
-        const mean &sum = means[name];
-        std::printf("  %-22s", name.c_str());
-        if (sum.with_truth > 0) {
-            std::printf(" bad-1.0 %5.2f  bad-2.0 %5.2f", sum.bad1 / sum.with_truth,
-                        sum.bad2 / sum.with_truth);
-        }
-        if (sum.timed > 0) {
-            std::printf("  time %.2f", std::exp(sum.log_ratio / sum.timed));
-        }
-        std::printf("\n");
+    if (!summaries.front().times.empty()) {
+        std::printf("\ntime and memory\n");
+        print_cost_summary(summaries);
     }
-}
-
-namespace {
-
-// A JSON string. Folder names may hold anything.
-std::string quoted(const std::string &text) {
-    std::string result = "\"";
-    for (const char c : text) {
-        if (c == '"' || c == '\\') {
-            result += '\\';
-            result += c;
-        } else if (static_cast<unsigned char>(c) < 0x20) {
-            char code[8];
-            std::snprintf(code, sizeof code, "\\u%04x", static_cast<unsigned>(c));
-            result += code;
-        } else {
-            result += c;
-        }
-    }
-    return result + '"';
-}
-
-void print_outcome(const bench_outcome &one) {
-    std::printf("    {\"pair\": %s, \"method\": %s,\n", quoted(one.pair).c_str(),
-                quoted(one.method).c_str());
-    std::printf("     \"width\": %d, \"height\": %d, \"disparities\": %d,\n", one.width, one.height,
-                one.disparities);
-    if (one.has_truth) {
-        const evaluate_score &score = one.errors.filled_visible;
-        std::printf("     ");
-        for (int i = 0; i < EVALUATE_THRESHOLDS; i++) {
-            std::printf("\"bad_%.1f_percent\": %.4f, ", evaluate_thresholds_px[i],
-                        score.bad_percent[i]);
-        }
-        std::printf("\"average_px\": %.4f,\n     \"kept_bad_1.0_percent\": %.4f,\n",
-                    score.average_px, one.errors.kept_visible.bad_percent[1]);
-    }
-    std::printf("     \"time\": [");
-    const char *separator = "";
-    for (const auto &[threads, timing] : one.timing_by_threads) {
-        std::printf(
-            "%s{\"threads\": %d, \"best_ms\": %.3f, \"ratio\": %.4f, "
-            "\"ratio_quartiles\": [%.4f, %.4f]}",
-            separator, threads, timing.best_ms, timing.ratio, timing.ratio_low, timing.ratio_high);
-        separator = ", ";
-    }
-    std::printf("],\n     \"density_percent\": %.4f, \"memory_bytes\": %zu}", one.density_percent,
-                one.memory_bytes);
-}
-
-}  // namespace
-
-void bench_print_json(const std::vector<bench_outcome> &all, int rounds, bool padded) {
-    std::printf(
-        "{\n  \"opencv\": \"%s\", \"reference\": %s, \"rounds\": %d, \"padded\": %s,\n"
-        "  \"results\": [\n",
-        CV_VERSION, quoted(bench_reference).c_str(), rounds, padded ? "true" : "false");
-    for (std::size_t i = 0; i < all.size(); i++) {
-        print_outcome(all[i]);
-        std::printf(i + 1 < all.size() ? ",\n" : "\n");
-    }
-    std::printf("  ]\n}\n");
 }

@@ -45,6 +45,14 @@ class Arguments(pairs.Workshop):
             with self.subTest(arguments):
                 self.assert_refused(pairs.run(*arguments), 2, word)
 
+    def test_examples_can_be_copied_from_any_help(self):
+        for command in ("reconstruct", "evaluate", "info"):
+            page = pairs.run("help", command).stdout
+            examples = page.split("\nExamples\n")[1]
+            for line in examples.splitlines():
+                self.assertRegex(line, f"^    vergence {command} [^ ]")
+            self.assertFalse(page.endswith("\n\n"))
+
     def test_help_and_version_need_nothing_else(self):
         for arguments in (["--help"], ["help"], ["--version"], ["reconstruct", "--help"],
                           ["help", "reconstruct"], ["help", "info"], ["help", "evaluate"],

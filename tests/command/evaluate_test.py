@@ -9,8 +9,9 @@ import unittest
 import cv2
 import numpy as np
 
+from pairs import SEED
+
 VERGENCE = os.environ["VERGENCE"]
-SEED = int(os.environ.get("VERGENCE_SEED", "20240817"))
 
 
 def write_pfm(path, values):

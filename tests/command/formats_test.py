@@ -124,6 +124,35 @@ class Images(pairs.Workshop):
             with self.subTest(name):
                 self.check_same(reference, *paths)
 
+    def test_images_are_turned_as_opencv_turns_them(self):
+        for extension in ("jpg", "png", "tif"):
+            for orientation in (1, 3, 6):
+                with self.subTest(extension=extension, orientation=orientation):
+                    turned, upright = [], []
+                    for side, image in (("l", self.left), ("r", self.right)):
+                        turned.append(self.save_turned(f"{side}-turned.{extension}", image,
+                                                       orientation))
+                        upright.append(self.save(f"{side}-upright.png",
+                                                 cv2.imread(str(turned[-1]))))
+                    reference = self.check(*upright)
+                    done = self.reconstruct(*RECTIFIED, left=turned[0], right=turned[1])
+                    self.assertTrue(numpy.array_equal(self.disparity(), reference))
+                    self.assertEqual(done.stderr.count(f"orientation ({orientation})"),
+                                     2 if orientation > 1 else 0, done.stderr)
+
+    def save_turned(self, name, image, orientation):
+        """The image (BGR) in a file whose pixels are turned away and whose mark turns them back."""
+        away = {1: lambda a: a, 3: lambda a: numpy.rot90(a, 2), 6: lambda a: numpy.rot90(a, 1)}
+        picture = Image.fromarray(numpy.ascontiguousarray(away[orientation](image)[:, :, ::-1]))
+        path = self.directory / name
+        if name.endswith("tif"):
+            picture.save(path, tiffinfo={274: orientation})
+        else:
+            exif = Image.Exif()
+            exif[274] = orientation
+            picture.save(path, exif=exif, quality=95)
+        return path
+
     def test_interlaced_png_is_the_same_image(self):
         reference = self.check(self.left_path, self.right_path)
         paths = []
@@ -161,6 +190,21 @@ class Images(pairs.Workshop):
                 reduced.save(paths[-1], bits=bits)
             found = self.check(*paths)
             self.assertEqual(found.shape, self.truth.shape)
+
+    def test_transparent_colours_are_colours(self):
+        for name, prepare in (("palette", lambda rgb: rgb.quantize(200, dither=0)),
+                              ("colour", lambda rgb: rgb),
+                              ("grey", lambda rgb: rgb.convert("L"))):
+            opaque, transparent = [], []
+            for side, image in (("l", self.left), ("r", self.right)):
+                picture = prepare(Image.fromarray(image[:, :, ::-1]))
+                paths = [self.directory / f"{side}-{name}-{what}.png" for what in ("o", "t")]
+                picture.save(paths[0])
+                picture.save(paths[1], transparency=(30, 60, 90) if name == "colour" else 7)
+                opaque.append(paths[0])
+                transparent.append(paths[1])
+            with self.subTest(name):
+                self.check_same(self.check(*opaque), *transparent)
 
     def test_sixteen_bits(self):
         reference = self.grey_reference()

@@ -114,6 +114,8 @@ class Info(pairs.Workshop):
             "length.glb": b"glTF" + struct.pack("<IIII", 2, 24, 1000, 0x4E4F534A) + b"{}  ",
             "json.glb": b"glTF" + struct.pack("<IIII", 2, 24, 4, 0x4E4F534A) + b"{}  ",
             "result.json": b'{\n  "program": "vergence",\n',
+            "deep.json": b'{\n  "program": "vergence",\n  "a": ' + b"[" * 10 ** 6 +
+                         b"]" * 10 ** 6 + b"}\n",
         }
         for name, content in hostile.items():
             with self.subTest(name):

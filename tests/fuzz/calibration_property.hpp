@@ -8,10 +8,11 @@
 
 #include "core/calibration.h"
 #include "core/error.h"
+#include "core/rectify.h"
 #include "fuzz_check.hpp"
 
-/// An accepted text prints back byte by byte; a refused one names line and reason and leaves the
-/// result alone.
+/// An accepted text prints back byte by byte, and its pair is planned or refused; a refused text
+/// names line and reason and leaves the result alone.
 inline void check_calibration_text(const std::string &input) {
     calibration parsed, before;
     std::memset(&parsed, 0x5a, sizeof parsed);
@@ -29,6 +30,13 @@ inline void check_calibration_text(const std::string &input) {
     FUZZ_CHECK(length > 0 && std::string(text, static_cast<size_t>(length)) == input);
     FUZZ_CHECK(calibration_validate(&parsed, nullptr) == ERROR_OK);
     (void)calibration_vergence_depth_mm(&parsed);
+    rectify_options options = {};
+    options.scale = 1;
+    rectify_plan plan;
+    if (rectify_plan_make(&parsed, &options, &plan) == ERROR_OK) {
+        FUZZ_CHECK(plan.width_px > 0 && plan.height_px > 0 && plan.disparity_count > 0);
+        FUZZ_CHECK(plan.depth_near_mm > 0 && plan.depth_near_mm <= plan.depth_far_mm);
+    }
 }
 
 #endif

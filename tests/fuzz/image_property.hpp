@@ -9,11 +9,9 @@
 #include "daemon/image_file.h"
 #include "fuzz_check.hpp"
 
-using image_parser = int (*)(const unsigned char *, std::size_t, image_file *, message *);
-
 /// Parses `data`; on success hands the image to `inspect`, on failure expects a reason.
 template <typename Inspect>
-void check_image(image_parser parse, const std::uint8_t *data, std::size_t size,
+void check_image(image_file_parser *parse, const std::uint8_t *data, std::size_t size,
                  const image_request &request, Inspect inspect) {
     image_file file{};
     message text{};
@@ -28,8 +26,9 @@ void check_image(image_parser parse, const std::uint8_t *data, std::size_t size,
         FUZZ_CHECK(image.height_px >= 1 && image.height_px <= IMAGE_MAX_SIDE_PX);
         FUZZ_CHECK(image.bits >= 8 && image.bits <= 16 && file.rows_done == file.file_height_px);
         FUZZ_CHECK(image.stride == image.width_px * (image.layout == PIXEL_RGB ? 3 : 1));
-        for (std::ptrdiff_t i = 0; i < image.stride * image.height_px; i++)
+        for (std::ptrdiff_t i = 0; i < image.stride * image.height_px; i++) {
             FUZZ_CHECK(image.data[i] >> image.bits == 0);
+        }
         inspect(file);
     }
     image_file_free(&file);

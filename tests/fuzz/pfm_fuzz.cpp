@@ -21,11 +21,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     // Every value stands somewhere in the file, in one of the two byte orders.
     unsigned char bytes[4], turned[4];
     std::memcpy(bytes, image.values.data(), 4);
-    for (int i = 0; i < 4; i++)
+    for (int i = 0; i < 4; i++) {
         turned[i] = bytes[3 - i];
+    }
     bool found = false;
-    for (std::size_t at = 0; at + 4 <= size && !found; at++)
+    for (std::size_t at = 0; at + 4 <= size && !found; at++) {
         found = std::memcmp(data + at, bytes, 4) == 0 || std::memcmp(data + at, turned, 4) == 0;
+    }
     FUZZ_CHECK(found);
     return 0;
 }

@@ -12,8 +12,9 @@ std::string as_binary(const reconstruct_image &image) {
     text += std::to_string(image.width_px) + " " + std::to_string(image.height_px) + " " +
             std::to_string((1 << image.bits) - 1) + "\n";
     for (std::ptrdiff_t i = 0; i < image.stride * image.height_px; i++) {
-        if (image.bits > 8)
+        if (image.bits > 8) {
             text.push_back(static_cast<char>(image.data[i] >> 8));
+        }
         text.push_back(static_cast<char>(image.data[i]));
     }
     return text;

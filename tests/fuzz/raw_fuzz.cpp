@@ -5,8 +5,9 @@
 #include "image_property.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {
-    if (size < 2 || data[0] == 0 || data[1] == 0)
+    if (size < 2 || data[0] == 0 || data[1] == 0) {
         return 0;
+    }
     image_request request{};
     request.scale = 1;
     request.raw_width_px = data[0];
@@ -14,13 +15,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     const std::uint8_t *words = data + 2;
     const std::size_t count = std::size_t{data[0]} * data[1];
     bool expected = size - 2 == 2 * count;
-    for (std::size_t i = 0; expected && i < count; i++)
+    for (std::size_t i = 0; expected && i < count; i++) {
         expected = words[2 * i + 1] < 4;
+    }
     bool accepted = false;
     check_image(image_raw_parse, words, size - 2, request, [&](const image_file &file) {
         accepted = true;
-        for (std::size_t i = 0; i < count; i++)
+        for (std::size_t i = 0; i < count; i++) {
             FUZZ_CHECK(file.image.data[i] == (words[2 * i] | words[2 * i + 1] << 8));
+        }
     });
     FUZZ_CHECK(accepted == expected);
     return 0;

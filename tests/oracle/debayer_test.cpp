@@ -29,7 +29,7 @@ cv::Mat ours(const cv::Mat &mosaic16) {
     const image_u16 view = {reinterpret_cast<uint16_t *>(mosaic16.data), mosaic16.cols,
                             mosaic16.rows, static_cast<ptrdiff_t>(mosaic16.step1())};
     cv::Mat result(mosaic16.size(), CV_16UC3);
-    std::vector<int32_t> work(3 * static_cast<size_t>(mosaic16.cols + 4));
+    std::vector<int32_t> work(3 * static_cast<size_t>(mosaic16.cols + DEBAYER_MARGIN_PX));
     for (int y = 0; y < mosaic16.rows; y++) {
         debayer_row(&view, 8, y, result.ptr<uint16_t>(y), work.data());
     }

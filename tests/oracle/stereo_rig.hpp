@@ -17,6 +17,7 @@
 #include "core/calibration.h"
 #include "core/error.h"
 #include "core/rectify.h"
+#include "lent_table.hpp"
 
 namespace stereo_rig {
 
@@ -55,17 +56,7 @@ inline cv::Mat rectified_matrix(const rectify_plan &plan, rectify_side side) {
     return (cv::Mat_<double>(3, 3) << plan.f_px, 0, cx_px, 0, plan.fy_px, plan.cy_px, 0, 0, 1);
 }
 
-struct Table {
-    std::vector<unsigned char> memory;
-    rectify_table table = {};
-
-    Table(const rectify_plan &plan, const calibration &rig, rectify_side side)
-        : memory(rectify_table_need_bytes(&plan)) {
-        arena working;
-        arena_init(&working, memory.data(), memory.size());
-        REQUIRE(rectify_table_make(&plan, &rig, side, &working, &table) == ERROR_OK);
-    }
-};
+using Table = lent_table;
 
 /// Our rectified form of a grey image; `spans` (may be null) takes one span a row.
 inline cv::Mat rectified(const rectify_table &table, const cv::Mat &raw,

@@ -241,8 +241,8 @@ static uint32_t digest_mesh(void) {
             p->z_um = (int32_t)(next_random() >> 35);
         }
         const struct mesh_options options = {WIDTH, MESH_DEFAULT_GAP_Q8};
-        const struct mesh_row rows[2] = {{disparity_q8[0], vertex[0], point[0]},
-                                         {disparity_q8[1], vertex[1], point[1]}};
+        const struct mesh_row rows[2] = {{disparity_q8[0], vertex[0]},
+                                         {disparity_q8[1], vertex[1]}};
         uint32_t triangles[2 * WIDTH][3];
         const int count = mesh_join_rows(&options, &rows[0], &rows[1], triangles);
         crc = add_bits(crc, (uint64_t)count, 4);
@@ -450,7 +450,7 @@ static uint32_t digest_debayer(void) {
     enum { WIDTH = 61, HEIGHT = 20 };
     uint32_t crc = 0;
     static uint16_t raw[WIDTH * HEIGHT], rgb[3 * WIDTH];
-    static int32_t work[3 * (WIDTH + 4)];
+    static int32_t work[3 * (WIDTH + DEBAYER_MARGIN_PX)];
     for (int bits = 8; bits <= 16; bits++) {
         for (int i = 0; i < WIDTH * HEIGHT; i++) {
             raw[i] = (uint16_t)(next_random() >> (64 - bits));

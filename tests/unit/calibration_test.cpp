@@ -244,18 +244,3 @@ TEST_CASE("the grammar's list is the text's order and fits its numbers") {
     std::getline(lines, line);
     CHECK(line.substr(0, 6) == "crc32 ");
 }
-
-TEST_CASE("the grammar's table names every field") {
-    char table[8192];
-    const int length = calibration_grammar_describe(table, sizeof table);
-    REQUIRE(length > 0);
-    CHECK(static_cast<size_t>(length) == std::strlen(table));
-    int count;
-    const calibration_field *fields = calibration_grammar_fields(&count);
-    for (int i = 0; i < count; i++) {
-        CHECK(std::string(table).find("\n| `" + std::string(fields[i].name) + "` | ") !=
-              std::string::npos);
-    }
-    char few[64];
-    CHECK(calibration_grammar_describe(few, sizeof few) == ERROR_BUFFER);
-}

@@ -63,23 +63,26 @@ outcome parse(std::vector<std::string> words) {
     outcome made{};
     made.words = std::move(words);
     std::vector<char *> argv;
-    for (std::string &word : made.words)
+    for (std::string &word : made.words) {
         argv.push_back(word.data());
+    }
     const char *operands[2] = {nullptr, nullptr};
     int count = 0;
     made.result = values();
     made.code = options_parse(&page, static_cast<int>(argv.size()), argv.data(), &made.result,
                               operands, &count);
-    for (int i = 0; i < count; i++)
+    for (int i = 0; i < count; i++) {
         made.operands.emplace_back(operands[i]);
+    }
     return made;
 }
 
 int reconstruct_code(std::vector<std::string> words) {
     words.insert(words.begin(), {"reconstruct", "l.png", "r.png"});
     std::vector<char *> argv;
-    for (std::string &word : words)
+    for (std::string &word : words) {
         argv.push_back(word.data());
+    }
     reconstruct_request request;
     return reconstruct_request_parse(static_cast<int>(argv.size()), argv.data(), &request);
 }
@@ -148,12 +151,14 @@ TEST_CASE("help names every option within 80 columns") {
     REQUIRE(std::fclose(stream) == 0);
     const std::string help(text, length);
     std::free(text);
-    for (const option &entry : table)
+    for (const option &entry : table) {
         CHECK(help.find(std::string("--") + entry.name) != std::string::npos);
+    }
     CHECK(help.find("First paragraph.\n\nSecond paragraph.") != std::string::npos);
     size_t begin = 0;
-    for (size_t end; (end = help.find('\n', begin)) != std::string::npos; begin = end + 1)
+    for (size_t end; (end = help.find('\n', begin)) != std::string::npos; begin = end + 1) {
         CHECK(end - begin <= 80);
+    }
 }
 
 TEST_CASE("reconstruct refuses what contradicts itself") {

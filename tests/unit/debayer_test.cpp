@@ -30,7 +30,7 @@ struct Mosaic {
     std::vector<uint16_t> developed() {
         const image_u16 view = {raw.data(), width, height, width};
         std::vector<uint16_t> rgb(3 * raw.size());
-        std::vector<int32_t> work(3 * static_cast<size_t>(width + 4));
+        std::vector<int32_t> work(3 * static_cast<size_t>(width + DEBAYER_MARGIN_PX));
         for (int y = 0; y < height; y++) {
             debayer_row(&view, bits, y, &rgb[static_cast<size_t>(3 * y * width)], work.data());
         }

@@ -3,50 +3,52 @@
 #include "tools/host/evaluate.hpp"
 
 #include <doctest/doctest.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <random>
 #include <string>
 
+#include "scratch.hpp"
+#include "synthetic/seed.hpp"
 #include "tools/host/pfm.hpp"
 
 namespace {
 
 const float none = std::numeric_limits<float>::infinity();
 
-unsigned seed_of_run() {
-    const char *text = std::getenv("VERGENCE_SEED");
-    return text != nullptr ? static_cast<unsigned>(std::strtoul(text, nullptr, 10)) : 20240817U;
-}
-
 std::vector<float> random_map(std::mt19937 *random, std::size_t pixels, double missing) {
     std::uniform_real_distribution<float> value(-40.0F, 60.0F);
     std::bernoulli_distribution is_missing(missing);
     std::vector<float> map(pixels);
-    for (float &v : map)
+    for (float &v : map) {
         v = is_missing(*random) ? none : value(*random);
+    }
     return map;
 }
 
 /// The filling rule read pixel by pixel: what `evaluate_fill` does gap by gap.
 float filled_pixel(const float *row, int width, int x) {
-    if (std::isfinite(row[x]))
+    if (std::isfinite(row[x])) {
         return row[x];
+    }
     int left = x, right = x;
-    while (left >= 0 && !std::isfinite(row[left]))
+    while (left >= 0 && !std::isfinite(row[left])) {
         left--;
-    while (right < width && !std::isfinite(row[right]))
+    }
+    while (right < width && !std::isfinite(row[right])) {
         right++;
-    if (left < 0 && right >= width)
+    }
+    if (left < 0 && right >= width) {
         return 0;
-    if (left < 0)
+    }
+    if (left < 0) {
         return row[right];
-    if (right >= width)
+    }
+    if (right >= width) {
         return row[left];
+    }
     return std::fmin(row[left], row[right]);
 }
 
@@ -56,8 +58,9 @@ std::vector<unsigned char> bytes_of(const std::string &header, const std::vector
     for (const float value : values) {
         unsigned char raw[4];
         std::memcpy(raw, &value, 4);  // the machines we test on are little-endian
-        for (int i = 0; i < 4; i++)
+        for (int i = 0; i < 4; i++) {
             bytes.push_back(raw[big_endian ? 3 - i : i]);
+        }
     }
     return bytes;
 }
@@ -73,7 +76,7 @@ TEST_CASE("filling takes the farther neighbour, the only one, or 0") {
 }
 
 TEST_CASE("filling agrees with the rule read pixel by pixel") {
-    const unsigned seed = seed_of_run();
+    const auto seed = static_cast<unsigned>(synthetic::test_seed());
     INFO("seed ", seed);
     std::mt19937 random(seed);
     for (int round = 0; round < 200; round++) {
@@ -85,12 +88,14 @@ TEST_CASE("filling agrees with the rule read pixel by pixel") {
         std::vector<float> filled = map;
         evaluate_fill(width, height, filled.data());
         int wrong = 0;
-        for (int y = 0; y < height; y++)
-            for (int x = 0; x < width; x++)
+        for (int y = 0; y < height; y++) {
+            for (int x = 0; x < width; x++) {
                 wrong += filled[static_cast<std::size_t>(y * width + x)] !=
                                  filled_pixel(&map[static_cast<std::size_t>(y * width)], width, x)
                              ? 1
                              : 0;
+            }
+        }
         REQUIRE(wrong == 0);
     }
 }
@@ -153,29 +158,21 @@ TEST_CASE("nothing known gives zeros, not NaN") {
     CHECK(result.density_all_percent == 0.0);
 }
 
-TEST_CASE("a float map comes back as it was written") {
-    const unsigned seed = seed_of_run();
-    INFO("seed ", seed);
-    std::mt19937 random(seed);
-    char directory[] = "/tmp/vergence-pfm-XXXXXX";
-    REQUIRE(mkdtemp(directory) != nullptr);
-    const std::string path = std::string(directory) + "/map.pfm";
-    pfm_image image;
-    image.width_px = 7;
-    image.height_px = 3;
-    image.values = random_map(&random, 21, 0.3);
+TEST_CASE("a float map is read from its file; a missing one is named") {
+    const scratch here;
+    const std::vector<unsigned char> bytes =
+        bytes_of("Pf\n3 2\n-1.0\n", {1, 2, none, 4, 5, 6}, false);
+    const std::string path = here.write("map.pfm", std::string(bytes.begin(), bytes.end()));
     std::string message;
-    REQUIRE(pfm_write(path, image, &message));
-    pfm_image back;
-    REQUIRE_MESSAGE(pfm_read(path, &back, &message), message);
-    CHECK(back.width_px == 7);
-    CHECK(back.height_px == 3);
-    CHECK(back.values == image.values);
-    std::remove(path.c_str());
-    CHECK_FALSE(pfm_read(path, &back, &message));
-    CHECK(message.find(path) == 0);
-    CHECK(back.values == image.values);
-    rmdir(directory);
+    pfm_image image;
+    REQUIRE_MESSAGE(pfm_read(path, &image, &message), message);
+    CHECK(image.width_px == 3);
+    CHECK(image.height_px == 2);
+    const std::vector<float> wanted = {4, 5, 6, 1, 2, none};
+    CHECK(image.values == wanted);
+    CHECK_FALSE(pfm_read(here / "none.pfm", &image, &message));
+    CHECK(message.find(here / "none.pfm") == 0);
+    CHECK(image.values == wanted);
 }
 
 TEST_CASE("both byte orders are read, rows from the bottom") {

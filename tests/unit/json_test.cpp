@@ -91,8 +91,9 @@ TEST_CASE("random bytes always give a document that parses") {
     for (int round = 0; round < 20000; round++) {
         std::string bytes;
         const size_t length = random() % 12;
-        for (size_t i = 0; i < length; i++)
+        for (size_t i = 0; i < length; i++) {
             bytes.push_back(static_cast<char>(1 + random() % 255));
+        }
         CHECK(parsed_text(bytes).is_string());
     }
 }

@@ -43,7 +43,7 @@ struct Field {
 
     mesh_row row(int y) const {
         const size_t i = static_cast<size_t>(y * width);
-        return {&disparity_q8[i], &vertex[i], &point[i]};
+        return {&disparity_q8[i], &vertex[i]};
     }
 
     void join(int32_t max_gap_q8) {

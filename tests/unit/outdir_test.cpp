@@ -7,7 +7,6 @@
 #include <unistd.h>
 #include <utime.h>
 
-#include <cstdlib>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
@@ -16,6 +15,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "scratch.hpp"
 
 namespace fs = std::filesystem;
 
@@ -23,24 +23,11 @@ namespace {
 
 const char *const names[] = {"a.txt", "b.txt", "end.txt"};
 
-/// An empty directory that goes away with the test.
-struct scratch {
-    fs::path path;
-    scratch() {
-        std::string text = (fs::temp_directory_path() / "vergence-outdir-XXXXXX").string();
-        REQUIRE(mkdtemp(text.data()) != nullptr);
-        path = text;
-    }
-    scratch(const scratch &) = delete;
-    scratch &operator=(const scratch &) = delete;
-    ~scratch() { fs::remove_all(path); }
-    std::string operator/(const char *name) const { return (path / name).string(); }
-};
-
 std::set<std::string> listing(const fs::path &path) {
     std::set<std::string> result;
-    for (const fs::directory_entry &entry : fs::directory_iterator(path))
+    for (const fs::directory_entry &entry : fs::directory_iterator(path)) {
         result.insert(entry.path().filename().string());
+    }
     return result;
 }
 
@@ -99,8 +86,9 @@ TEST_CASE("missing parents come and, after a failure, go") {
 TEST_CASE("an earlier set is replaced, strangers stay") {
     const scratch place;
     fs::create_directory(place / "out");
-    for (const char *name : {"out/a.txt", "out/b.txt", "out/end.txt", "out/mine.txt"})
+    for (const char *name : {"out/a.txt", "out/b.txt", "out/end.txt", "out/mine.txt"}) {
         put(place / name, "old");
+    }
     outdir directory;
     message text;
     REQUIRE(outdir_begin(&directory, (place / "out").c_str(), &text) == ERROR_OK);
@@ -121,8 +109,9 @@ TEST_CASE("a failure leaves the earlier set as it was") {
     outdir directory;
     message text;
     REQUIRE(outdir_begin(&directory, (place / "out").c_str(), &text) == ERROR_OK);
-    for (const char *name : names)
+    for (const char *name : names) {
         put_work(directory, name, "new");
+    }
     CHECK(outdir_commit(&directory, names, 3, "end.txt", &text) == ERROR_BUFFER);
     CHECK(std::string(text.text).find("b.txt") != std::string::npos);
     CHECK(contents(place / "out/a.txt") == "old");

@@ -37,10 +37,12 @@ struct handmade {
     reconstruct_context context{};
 
     handmade() {
-        for (size_t i = 0; i < rgb.size(); i++)
+        for (size_t i = 0; i < rgb.size(); i++) {
             rgb[i] = static_cast<uint8_t>(i);
-        for (const uint32_t pixel : pixels)
+        }
+        for (const uint32_t pixel : pixels) {
             reason[pixel] = REASON_VALID;
+        }
         disparity_q8[1] = -384;
         std::strcpy(rig.id, "handmade");
         rig.translation_right_left_mm[0] = -100;

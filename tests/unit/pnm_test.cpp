@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <cstring>
+#include <filesystem>
 #include <random>
 #include <string>
 #include <vector>
@@ -10,11 +11,10 @@
 #include "core/error.h"
 #include "daemon/image_pnm.h"
 #include "daemon/image_raw.h"
+#include "scratch.hpp"
 #include "synthetic/seed.hpp"
 
 namespace {
-
-using parser = int (*)(const unsigned char *, size_t, image_file *, message *);
 
 /// A file parsed from memory; frees itself.
 struct parsed {
@@ -23,7 +23,8 @@ struct parsed {
     image_request request{};
     int error;
 
-    parsed(const std::string &bytes, const image_request &wanted, parser parse = image_pnm_parse)
+    parsed(const std::string &bytes, const image_request &wanted,
+           image_file_parser *parse = image_pnm_parse)
         : request(wanted) {
         file.path = "test.pnm";
         file.request = &request;
@@ -40,8 +41,9 @@ struct parsed {
         const int channels = image.layout == PIXEL_RGB ? 3 : 1;
         std::vector<int> result;
         for (int y = 0; y < image.height_px; y++) {
-            for (int x = 0; x < image.width_px * channels; x++)
+            for (int x = 0; x < image.width_px * channels; x++) {
                 result.push_back(image.data[y * image.stride + x]);
+            }
         }
         return result;
     }
@@ -214,4 +216,155 @@ TEST_CASE("raw frames are little-endian words of ten bits") {
     REQUIRE(sensor.error == ERROR_OK);
     CHECK(sensor.file.image.width_px == 2048);
     CHECK(sensor.file.image.height_px == 1536);
+}
+
+TEST_CASE("what cannot be loaded is named, with the code that fits") {
+    const image_format formats[] = {{"PGM/PPM", "pgm", image_pnm_probe, image_pnm_read}};
+    const image_request request = plain();
+    const scratch here;
+    const auto code_of = [&](const std::string &path) {
+        image_file file{};
+        message text{};
+        const int error = image_file_read(path.c_str(), formats, 1, &request, &file, &text);
+        CHECK(std::string(text.text).find(path) == 0);
+        image_file_free(&file);
+        return error;
+    };
+    CHECK(code_of(here / "missing.pgm") == ERROR_ARGUMENT);
+    CHECK(code_of(here.path) == ERROR_ARGUMENT);
+    CHECK(code_of(here.write("empty.pgm", "")) == ERROR_SYNTAX);
+    CHECK(code_of(here.write("other.pgm", "GIF89a")) == ERROR_SYNTAX);
+    const std::string huge = here.write("huge.pgm", "P5 9 9 255\n");
+    std::filesystem::resize_file(huge, (uint64_t{1} << 30) + 1);  // takes no room on the disk
+    CHECK(code_of(huge) == ERROR_TOO_LARGE);
+}
+
+namespace {
+
+// A format whose files are PGM or PPM behind one digit: the orientation.
+int read_turned(const char *path, const image_request *, image_file *file, message *text) {
+    return image_file_load(
+        path,
+        [](const unsigned char *data, size_t length, image_file *into, message *reason) {
+            into->orientation = data[0] - '0';
+            return image_pnm_parse(data + 1, length - 1, into, reason);
+        },
+        file, text);
+}
+
+const image_format turned_format[] = {{"turned", "turned", nullptr, read_turned}};
+
+// From one side of an image of this size to the pixel (x, y).
+int distance_from(const std::string &side, int width, int height, int x, int y) {
+    return side == "top"      ? y
+           : side == "bottom" ? height - 1 - y
+           : side == "left"   ? x
+                              : width - 1 - x;
+}
+
+// Where the pixel (x, y) of the shown image, of this size, stands in the file: EXIF says on which
+// side of the shown image the file's first row and first column are.
+void place_in_file(int orientation, int width, int height, int x, int y, int *column, int *row) {
+    static const char *const sides[9][2] = {
+        {"top", "left"},     {"top", "left"},     {"top", "right"},
+        {"bottom", "right"}, {"bottom", "left"},  {"left", "top"},
+        {"right", "top"},    {"right", "bottom"}, {"left", "bottom"}};
+    *row = distance_from(sides[orientation][0], width, height, x, y);
+    *column = distance_from(sides[orientation][1], width, height, x, y);
+}
+
+}  // namespace
+
+TEST_CASE("an image is turned the way up that its file says") {
+    const scratch here;
+    for (int orientation = 0; orientation <= 8; orientation++) {
+        CAPTURE(orientation);
+        const int columns = 5, rows = 3;
+        std::string pixels;
+        for (int i = 0; i < 3 * columns * rows; i++) {
+            pixels += static_cast<char>('A' + i);
+        }
+        const std::string path =
+            here.write("a.turned", std::to_string(orientation) + "P6 5 3 255\n" + pixels);
+        image_file file{};
+        message text{};
+        const image_request request = plain();
+        REQUIRE(image_file_read(path.c_str(), turned_format, 1, &request, &file, &text) ==
+                ERROR_OK);
+        const reconstruct_image &image = file.image;
+        CHECK(image.width_px == (orientation >= 5 ? rows : columns));
+        CHECK(image.height_px == (orientation >= 5 ? columns : rows));
+        CHECK(file.file_width_px == image.width_px);
+        CHECK(file.file_height_px == image.height_px);
+        for (int y = 0; y < image.height_px; y++) {
+            for (int x = 0; x < image.width_px; x++) {
+                int column = 0, row = 0;
+                place_in_file(orientation, image.width_px, image.height_px, x, y, &column, &row);
+                for (int c = 0; c < 3; c++) {
+                    CHECK(image.data[y * image.stride + 3 * x + c] ==
+                          'A' + 3 * (row * columns + column) + c);
+                }
+            }
+        }
+        image_file_free(&file);
+    }
+}
+
+TEST_CASE("shrinking and turning give what turning and shrinking give") {
+    const uint64_t seed = synthetic::test_seed();
+    INFO("seed ", seed);
+    std::mt19937_64 random(seed);
+    const scratch here;
+    const int columns = 4100, rows = 7, factor = 3;
+    std::string pixels;
+    for (int i = 0; i < columns * rows; i++) {
+        pixels += static_cast<char>(random() % 256);
+    }
+    for (int orientation = 1; orientation <= 8; orientation++) {
+        CAPTURE(orientation);
+        const bool swaps = orientation >= 5;
+        const int width = swaps ? rows : columns, height = swaps ? columns : rows;
+        std::string upright =
+            "1P5 " + std::to_string(width) + " " + std::to_string(height) + " 255\n";
+        for (int y = 0; y < height; y++) {
+            for (int x = 0; x < width; x++) {
+                int column = 0, row = 0;
+                place_in_file(orientation, width, height, x, y, &column, &row);
+                upright += pixels[static_cast<size_t>(row * columns + column)];
+            }
+        }
+        const std::string paths[2] = {
+            here.write("a.turned", std::to_string(orientation) + "P5 4100 7 255\n" + pixels),
+            here.write("b.turned", upright)};
+        image_request request = plain();
+        request.scale = 1.0 / factor;
+        image_file files[2] = {};
+        for (int i = 0; i < 2; i++) {
+            message text{};
+            REQUIRE(image_file_read(paths[i].c_str(), turned_format, 1, &request, &files[i],
+                                    &text) == ERROR_OK);
+        }
+        CHECK(files[0].shrink == factor);
+        REQUIRE(files[0].image.width_px == width / factor);
+        REQUIRE(files[1].image.width_px == width / factor);
+        REQUIRE(files[0].image.height_px == files[1].image.height_px);
+        const size_t bytes = sizeof(uint16_t) * static_cast<size_t>(files[0].image.width_px) *
+                             static_cast<size_t>(files[0].image.height_px);
+        CHECK(std::memcmp(files[0].pixels, files[1].pixels, bytes) == 0);
+        for (image_file &file : files) {
+            image_file_free(&file);
+        }
+    }
+}
+
+TEST_CASE("a mosaic cannot be turned") {
+    const scratch here;
+    const std::string path = here.write("a.turned", "6P5 2 2 255\nabcd");
+    image_request request = plain();
+    request.bayer = IMAGE_BAYER_GRBG;
+    image_file file{};
+    message text{};
+    CHECK(image_file_read(path.c_str(), turned_format, 1, &request, &file, &text) ==
+          ERROR_ARGUMENT);
+    CHECK(std::strstr(text.text, "mosaic") != nullptr);
 }

@@ -15,27 +15,13 @@
 
 namespace {
 
+using random_rig::plain_rig;
 using random_rig::Random;
 using random_rig::uniform;
 
 const rectify_options as_it_is = {0, 0, 1.0, 0, 0, 0, 0, 0, 0};
 const double infinity = std::numeric_limits<double>::infinity();
 const double not_a_number = std::numeric_limits<double>::quiet_NaN();
-
-calibration plain_rig(double vergence_rad = 0, double f_px = 600, double baseline_mm = 100) {
-    calibration rig = {};
-    for (lens *one : {&rig.left, &rig.right}) {
-        one->width_px = 640;
-        one->height_px = 480;
-        one->fx_px = one->fy_px = f_px;
-        one->cx_px = 319.5;
-        one->cy_px = 239.5;
-    }
-    rig.rotation_right_left_rad[1] = vergence_rad;
-    const double centre_mm[3] = {baseline_mm, 0, 0};
-    random_rig::set_right_centre(&rig, centre_mm);
-    return rig;
-}
 
 int make(const calibration &rig, const rectify_options &options, rectify_plan *plan) {
     return rectify_plan_make(&rig, &options, plan);
@@ -298,6 +284,44 @@ TEST_CASE("what cannot be rectified is refused, with the output untouched") {
     tiny.left.width_px = tiny.right.width_px = 1;
     tiny.left.height_px = tiny.right.height_px = 1;
     CHECK(refused(tiny, as_it_is) != ERROR_OK);
+}
+
+TEST_CASE("depths that have one parallax in double arithmetic are no range") {
+    const calibration rig = plain_rig();
+    int refused = 0;
+    for (double near_mm = 700; near_mm < 800; near_mm += 1.25) {
+        rectify_options options = as_it_is;
+        options.depth_near_mm = near_mm;
+        options.depth_far_mm = std::nextafter(near_mm, infinity);
+        rectify_plan plan;
+        const int error = make(rig, options, &plan);
+        REQUIRE((error == ERROR_OK || error == ERROR_DEPTH_RANGE));
+        refused += error != ERROR_OK;
+    }
+    CHECK(refused > 0);
+}
+
+TEST_CASE("a lens that looks sideways at its border sees no plane") {
+    calibration rig = plain_rig(0.1, 1);
+    for (lens *one : {&rig.left, &rig.right}) {
+        one->width_px = one->height_px = 2100;
+        one->cx_px = one->cy_px = 1049.5;
+    }
+    REQUIRE(lens_validate(&rig.left) == ERROR_OK);
+    rectify_plan plan;
+    CHECK(make(rig, as_it_is, &plan) == ERROR_OVERLAP);
+}
+
+TEST_CASE("a scale that leaves no pixel is refused") {
+    calibration rig = plain_rig();
+    rig.rectified = true;
+    rig.left.width_px = rig.right.width_px = 40;
+    rig.depth_near_mm = 1000;
+    rig.depth_far_mm = 2000;
+    rectify_options options = as_it_is;
+    options.scale = 0.01;
+    rectify_plan plan;
+    CHECK(make(rig, options, &plan) == ERROR_TOO_SMALL);
 }
 
 TEST_CASE("views that do not meet are refused") {

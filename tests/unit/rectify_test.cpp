@@ -11,28 +11,19 @@
 
 #include "core/error.h"
 #include "core/match.h"
+#include "lent_table.hpp"
 #include "random_rig.hpp"
 #include "synthetic/seed.hpp"
 
 namespace {
 
+using random_rig::plain_rig;
 using random_rig::Random;
 using random_rig::uniform;
 
 const rectify_options as_it_is = {0, 0, 1.0, 0, 0, 0, 0, 0, 0};
 
-// A table with its memory.
-struct Table {
-    std::vector<unsigned char> memory;
-    rectify_table table = {};
-
-    Table(const rectify_plan &plan, const calibration &rig, rectify_side side)
-        : memory(rectify_table_need_bytes(&plan)) {
-        arena memory_arena;
-        arena_init(&memory_arena, memory.data(), memory.size());
-        REQUIRE(rectify_table_make(&plan, &rig, side, &memory_arena, &table) == ERROR_OK);
-    }
-};
+using Table = lent_table;
 
 const double *rotation(const rectify_plan &plan, rectify_side side) {
     return side == RECTIFY_LEFT ? plan.R_rect_left : plan.R_rect_right;
@@ -56,21 +47,6 @@ void project_rect(const rectify_plan &plan, const double point_left_mm[3], doubl
     left_px[0] = plan.cx_left_px + plan.f_px * p[0] / p[2];
     right_px[0] = plan.cx_right_px + plan.f_px * (p[0] - plan.baseline_mm) / p[2];
     left_px[1] = right_px[1] = plan.cy_px + plan.fy_px * p[1] / p[2];
-}
-
-calibration plain_rig(double vergence_rad = 0, double f_px = 600) {
-    calibration rig = {};
-    for (lens *one : {&rig.left, &rig.right}) {
-        one->width_px = 640;
-        one->height_px = 480;
-        one->fx_px = one->fy_px = f_px;
-        one->cx_px = 319.5;
-        one->cy_px = 239.5;
-    }
-    rig.rotation_right_left_rad[1] = vergence_rad;
-    const double centre_mm[3] = {100, 0, 0};
-    random_rig::set_right_centre(&rig, centre_mm);
-    return rig;
 }
 
 calibration rectified_rig() {

@@ -3,18 +3,18 @@
 #include "tools/host/report.hpp"
 
 #include <doctest/doctest.h>
-#include <unistd.h>
 #include <zlib.h>
 
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <fstream>
 #include <random>
 #include <sstream>
 #include <vector>
 
 #include "core/error.h"
+#include "scratch.hpp"
+#include "synthetic/seed.hpp"
 #include "tools/host/colormap.hpp"
 #include "tools/host/report_encode.hpp"
 #include "tools/host/report_figures.hpp"
@@ -22,11 +22,6 @@
 #include "tools/host/report_text.hpp"
 
 namespace {
-
-unsigned seed_of_run() {
-    const char *text = std::getenv("VERGENCE_SEED");
-    return text != nullptr ? static_cast<unsigned>(std::strtoul(text, nullptr, 10)) : 20240817U;
-}
 
 /// Relative luminance of an sRGB colour (IEC 61966-2-1).
 double luminance(const colormap_rgb &colour) {
@@ -109,12 +104,13 @@ TEST_CASE("base64 follows the examples of RFC 4648") {
 }
 
 TEST_CASE("packed bytes unpack") {
-    const unsigned seed = seed_of_run();
+    const auto seed = static_cast<unsigned>(synthetic::test_seed());
     INFO("seed ", seed);
     std::mt19937 random(seed);
     report_bytes bytes(100000);
-    for (unsigned char &b : bytes)
+    for (unsigned char &b : bytes) {
         b = static_cast<unsigned char>(random() % 7);
+    }
     const report_bytes packed = report_encode_deflate(bytes);
     CHECK(packed.size() < bytes.size() / 2);
     report_bytes back(bytes.size());
@@ -182,9 +178,8 @@ TEST_CASE("a pair without a surface still gets its page") {
     context.metric = true;
     context.shrink = 1;
     context.version = context.build_id = "test";
-    char folder[] = "/tmp/vergence-report-XXXXXX";
-    REQUIRE(mkdtemp(folder) != nullptr);
-    const std::string path = std::string(folder) + "/report.html";
+    const scratch here;
+    const std::string path = here / "report.html";
     struct message message {};
     REQUIRE(report_write(&context, path.c_str(), &message) == ERROR_OK);
     std::ifstream file(path);
@@ -193,8 +188,7 @@ TEST_CASE("a pair without a surface still gets its page") {
     CHECK(text.str().find("No surface") != std::string::npos);
     CHECK(text.str().find("{{") == std::string::npos);
     CHECK(text.str().find("nan") == std::string::npos);
-    std::remove(path.c_str());
-    CHECK(report_write(&context, (std::string(folder) + "/no/report.html").c_str(), &message) < 0);
+    CHECK(report_write(&context, (here / "no/report.html").c_str(), &message) == ERROR_BUFFER);
     CHECK(std::string(message.text).find("/no/report.html") != std::string::npos);
-    rmdir(folder);
+    CHECK(report_write(&context, "/dev/full", &message) == ERROR_BUFFER);
 }

@@ -130,6 +130,23 @@ double scatter_of(const std::vector<uint16_t> &image, double &mean) {
     return std::sqrt(squares / count - mean * mean);
 }
 
+// With distortion of every kind.
+Camera bent_camera() {
+    Camera camera;
+    camera.width = 640;
+    camera.height = 480;
+    camera.fx = 700;
+    camera.fy = 710;
+    camera.cx = 325;
+    camera.cy = 236;
+    camera.k1 = -0.28;
+    camera.k2 = 0.09;
+    camera.p1 = 0.0012;
+    camera.p2 = -0.0007;
+    camera.k3 = -0.01;
+    return camera;
+}
+
 }  // namespace
 
 TEST_CASE("the truth warps the right image onto the left one") {
@@ -343,18 +360,7 @@ TEST_CASE("the same seed gives the same pixels, another one others") {
 
 TEST_CASE("two lens models written apart agree") {
     // The generator's own equations and the product's: a mistake would have to be made twice.
-    Camera camera;
-    camera.width = 640;
-    camera.height = 480;
-    camera.fx = 700;
-    camera.fy = 710;
-    camera.cx = 325;
-    camera.cy = 236;
-    camera.k1 = -0.28;
-    camera.k2 = 0.09;
-    camera.p1 = 0.0012;
-    camera.p2 = -0.0007;
-    camera.k3 = -0.01;
+    const Camera camera = bent_camera();
     const struct lens lens = {640,       480,       700,       710,       325,      236,
                               camera.k1, camera.k2, camera.p1, camera.p2, camera.k3};
     double worst_px = 0, worst_direction = 0;
@@ -388,18 +394,7 @@ TEST_CASE("two lens models written apart agree") {
 TEST_CASE("lens and pose go there and back") {
     const uint64_t seed = test_seed();
     INFO("VERGENCE_SEED=", seed);
-    Camera camera;
-    camera.width = 640;
-    camera.height = 480;
-    camera.fx = 700;
-    camera.fy = 710;
-    camera.cx = 325;
-    camera.cy = 236;
-    camera.k1 = -0.28;
-    camera.k2 = 0.09;
-    camera.p1 = 0.0012;
-    camera.p2 = -0.0007;
-    camera.k3 = -0.01;
+    Camera camera = bent_camera();
     camera.R_camera_world = rotation_from_vector({0.02, -0.1, 0.03});
     camera.centre_mm = {120, 3, -4};
     double worst = 0;

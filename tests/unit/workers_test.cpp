@@ -41,8 +41,9 @@ TEST_CASE("every part runs exactly once") {
         for (const int count : {0, 1, 2, 7, 1000}) {
             tally seen(static_cast<size_t>(count));
             crew.run(count_part, &seen, count);
-            for (const std::atomic<int> &runs : seen.runs)
+            for (const std::atomic<int> &runs : seen.runs) {
                 CHECK(runs == 1);
+            }
         }
     }
 }
@@ -54,8 +55,9 @@ TEST_CASE("short runs in close succession lose and repeat nothing") {
         const int count = 2 + round % 5;
         tally seen(5 + 2);
         crew.run(count_part, &seen, count);
-        for (int i = 0; i < 7; i++)
+        for (int i = 0; i < 7; i++) {
             wrong += seen.runs[static_cast<size_t>(i)] != (i < count ? 1 : 0);
+        }
     }
     CHECK(wrong == 0);
 }
@@ -66,8 +68,9 @@ TEST_CASE("threads that went to sleep wake up") {
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
         tally seen(64);
         crew.run(count_part, &seen, 64);
-        for (const std::atomic<int> &runs : seen.runs)
+        for (const std::atomic<int> &runs : seen.runs) {
             CHECK(runs == 1);
+        }
     }
 }
 
@@ -84,8 +87,9 @@ TEST_CASE("a part may ask for parts of its own") {
             outer->crew->run(count_part, &outer->inner, 40);
         },
         &context, 10);
-    for (const std::atomic<int> &runs : context.inner.runs)
+    for (const std::atomic<int> &runs : context.inner.runs) {
         CHECK(runs == 10);
+    }
 }
 
 TEST_CASE("all processors by default") {

@@ -20,11 +20,6 @@ namespace {
 
 const size_t file_limit_bytes = 16u << 20;
 
-bool is_directory(const std::string &path) {
-    struct stat status;
-    return stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode);
-}
-
 bool exists(const std::string &path) {
     return access(path.c_str(), F_OK) == 0;
 }
@@ -145,7 +140,7 @@ std::vector<std::string> split(const std::string &text, char separator) {
 
 std::vector<import_file> read_files(const std::string &path) {
     std::vector<std::string> paths = {path};
-    if (is_directory(path)) {
+    if (input_file_is_directory(path.c_str())) {
         paths = files_in(path);
     } else if (!exists(path) && path.find(',') != std::string::npos) {
         paths = split(path, ',');
@@ -384,7 +379,7 @@ int calibration_file_write(const std::string &path, const calibration &value,
         }
         return static_cast<int>(ERROR_BUFFER);
     };
-    if (is_directory(path)) {
+    if (input_file_is_directory(path.c_str())) {
         errno = EISDIR;
         return failed("");
     }

@@ -50,8 +50,10 @@ struct wish {
 
 double chroma_in_gamut(const wish &wished) {
     double chroma = wished.chroma;
-    while (chroma > 0 && !in_gamut(rgb_of_lab(polar(wished.lightness, chroma, wished.hue_degrees))))
+    while (chroma > 0 &&
+           !in_gamut(rgb_of_lab(polar(wished.lightness, chroma, wished.hue_degrees)))) {
         chroma -= 0.001;
+    }
     return chroma > 0 ? chroma : 0;
 }
 
@@ -75,12 +77,14 @@ std::vector<double> over_windows(const std::vector<double> &values, std::size_t 
 /// of window minima never exceeds the limit itself.
 std::vector<lab> fit_gamut(const std::vector<wish> &wishes, std::size_t half_window) {
     std::vector<double> chroma;
-    for (const wish &wished : wishes)
+    for (const wish &wished : wishes) {
         chroma.push_back(chroma_in_gamut(wished));
+    }
     chroma = over_windows(over_windows(chroma, half_window, false), half_window, true);
     std::vector<lab> path;
-    for (std::size_t i = 0; i < wishes.size(); i++)
+    for (std::size_t i = 0; i < wishes.size(); i++) {
         path.push_back(polar(wishes[i].lightness, chroma[i], wishes[i].hue_degrees));
+    }
     return path;
 }
 
@@ -92,14 +96,16 @@ double distance(const lab &p, const lab &q) {
 /// 256 colours at equal distances along a finely sampled path.
 colormap_table walk(const std::vector<lab> &path) {
     std::vector<double> length(path.size(), 0.0);
-    for (std::size_t i = 1; i < path.size(); i++)
+    for (std::size_t i = 1; i < path.size(); i++) {
         length[i] = length[i - 1] + distance(path[i - 1], path[i]);
+    }
     colormap_table table{};
     std::size_t at = 0;
     for (std::size_t i = 0; i < table.size(); i++) {
         const double wanted = length.back() * static_cast<double>(i) / 255.0;
-        while (at + 1 < path.size() && length[at + 1] < wanted)
+        while (at + 1 < path.size() && length[at + 1] < wanted) {
             at++;
+        }
         const linear_rgb c = rgb_of_lab(path[at]);
         table[i] = {srgb_byte(c.red), srgb_byte(c.green), srgb_byte(c.blue)};
     }

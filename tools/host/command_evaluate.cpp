@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <sys/stat.h>
-
 #include <cstddef>
 #include <cstdio>
 #include <string>
 
 #include "daemon/client.h"
+#include "daemon/input_file.h"
 #include "daemon/json.h"
 #include "daemon/options.h"
 #include "tools/host/commands.hpp"
@@ -64,11 +63,6 @@ int refuse(int code, const std::string &text) {
     return code;
 }
 
-bool is_directory(const std::string &path) {
-    struct stat status;
-    return stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode);
-}
-
 /// One row of the table, one object of the JSON.
 struct named_score {
     const char *text, *json_name;
@@ -103,8 +97,9 @@ void print_json(const named_score *rows, std::size_t count, const request &asked
                   rows[i].density_percent != nullptr ? *rows[i].density_percent : 100.0, 6);
         static const char *const names[EVALUATE_THRESHOLDS] = {"bad_0_5_percent", "bad_1_percent",
                                                                "bad_2_percent", "bad_4_percent"};
-        for (int k = 0; k < EVALUATE_THRESHOLDS; k++)
+        for (int k = 0; k < EVALUATE_THRESHOLDS; k++) {
             json_real(&out, names[k], s.bad_percent[k], 6);
+        }
         json_real(&out, "average_px", s.average_px, 6);
         json_real(&out, "rms_px", s.rms_px, 6);
         json_close_object(&out);
@@ -122,10 +117,11 @@ void print_result(const evaluate_result &result, const request &asked) {
          &result.density_visible_percent},
     };
     const std::size_t count = asked.mask_path != nullptr ? 4 : 2;
-    if (asked.json)
+    if (asked.json) {
         print_json(rows, count, asked);
-    else
+    } else {
         print_table(rows, count);
+    }
 }
 
 }  // namespace
@@ -135,26 +131,31 @@ int command_evaluate(int argc, char **argv) {
     const char *operand = nullptr;
     int operand_count = 0;
     const int parsed = options_parse(&page, argc, argv, &asked, &operand, &operand_count);
-    if (parsed != OPTIONS_CONTINUE)
+    if (parsed != OPTIONS_CONTINUE) {
         return parsed;
-    if (asked.truth_path == nullptr)
+    }
+    if (asked.truth_path == nullptr) {
         return refuse(CLIENT_USAGE, "--ground-truth FILE is needed; see vergence evaluate --help");
+    }
 
     std::string path = operand, message;
-    if (is_directory(path))
+    if (input_file_is_directory(path.c_str())) {
         path += "/disparity.pfm";
+    }
     pfm_image disparity;
     evaluate_truth truth;
     if (!pfm_read(path, &disparity, &message) ||
         !evaluate_truth_load(asked.truth_path, asked.mask_path != nullptr ? asked.mask_path : "",
-                             asked.truth_scale, &truth, &message))
+                             asked.truth_scale, &truth, &message)) {
         return refuse(CLIENT_BAD_INPUT, message);
-    if (truth.width_px != disparity.width_px || truth.height_px != disparity.height_px)
+    }
+    if (truth.width_px != disparity.width_px || truth.height_px != disparity.height_px) {
         return refuse(CLIENT_BAD_INPUT,
                       std::string(asked.truth_path) + ": the ground truth is " +
                           std::to_string(truth.width_px) + "x" + std::to_string(truth.height_px) +
                           ", the result " + std::to_string(disparity.width_px) + "x" +
                           std::to_string(disparity.height_px) + "; they must be of one size");
+    }
 
     evaluate_input input;
     input.width_px = disparity.width_px;
@@ -164,9 +165,10 @@ int command_evaluate(int argc, char **argv) {
     input.mask = truth.mask.empty() ? nullptr : truth.mask.data();
     input.round_disparity = asked.round;
     const evaluate_result result = evaluate_disparity(input);
-    if (result.filled_all.pixels == 0)
+    if (result.filled_all.pixels == 0) {
         return refuse(CLIENT_BAD_INPUT,
                       std::string(asked.truth_path) + ": no pixel of the ground truth is known");
+    }
     print_result(result, asked);
     return CLIENT_OK;
 }

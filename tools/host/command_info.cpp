@@ -9,6 +9,7 @@
 #include "core/calibration_grammar.h"
 #include "core/error.h"
 #include "daemon/client.h"
+#include "daemon/input_file.h"
 #include "daemon/options.h"
 #include "tools/host/commands.hpp"
 #include "tools/host/info.hpp"
@@ -44,7 +45,7 @@ const option options[] = {
     {"first-camera", OPTION_INT, offsetof(request, first_camera), "N",
      "KITTI: number of the left camera, 0 for the grey pair, 2 for the colour one (default where "
      "the file has it).",
-     0, 98, 0, 0, nullptr},
+     0, 8, 0, 0, nullptr},
     {"accept-edits", OPTION_FLAG, offsetof(request, accept_edits), nullptr,
      "Take a calibration of our own text whose checksum does not match because it was edited on "
      "purpose; with --convert the new file gets the right checksum.",
@@ -65,18 +66,13 @@ const option_page page_of_command = {
     "and extents.\n"
     "A calibration of several files is named by one of them, by its directory, or as a list "
     "FILE,FILE.",
-    "    vergence info rig.txt\n"
-    "    vergence info intrinsics.yml --size 640x480 --convert rig.txt\n"
-    "    vergence info results/ --json\n",
+    "vergence info rig.txt\n"
+    "vergence info intrinsics.yml --size 640x480 --convert rig.txt\n"
+    "vergence info results/ --json",
     options,
     sizeof options / sizeof options[0],
     0,
     files_max};
-
-bool is_directory(const std::string &path) {
-    struct stat status;
-    return stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode);
-}
 
 bool exists(const std::string &path) {
     struct stat status;
@@ -141,7 +137,7 @@ bool read_calibration(const std::string &path, const request &asked, info_page *
 
 bool read_page(const std::string &path, const request &asked, info_page *page,
                std::string *message) {
-    const reader read = is_directory(path) ? nullptr : reader_for(path);
+    const reader read = input_file_is_directory(path.c_str()) ? nullptr : reader_for(path);
     if (read == nullptr) {
         return read_calibration(path, asked, page, message);
     }
@@ -160,7 +156,7 @@ bool read_page(const std::string &path, const request &asked, info_page *page,
 
 /// A result directory stands for the files in it.
 std::vector<std::string> expand(const std::string &path) {
-    if (!is_directory(path) || !exists(path + "/result.json")) {
+    if (!input_file_is_directory(path.c_str()) || !exists(path + "/result.json")) {
         return {path};
     }
     const std::string folder = path.back() == '/' ? path : path + "/";
@@ -198,13 +194,23 @@ json to_json(const info_page &page) {
     return object;
 }
 
+/// The fields of our calibration text as the Markdown table of calibration.md.
 int print_grammar() {
-    char text[8192];
-    if (calibration_grammar_describe(text, sizeof text) < 0) {
-        std::fputs("vergence info: the grammar does not fit its buffer\n", stderr);
-        return CLIENT_FAILED;
+    std::cout << "| field | values | decimals | range | unit | meaning |\n"
+              << "|---|---|---|---|---|---|\n";
+    int count;
+    const calibration_field *fields = calibration_grammar_fields(&count);
+    for (int i = 0; i < count; i++) {
+        const calibration_field &field = fields[i];
+        std::cout << "| `" << field.name << "` | " << field.count << " | ";
+        if (field.kind == CALIBRATION_FIELD_INTEGERS || field.kind == CALIBRATION_FIELD_DECIMALS) {
+            std::cout << field.decimals << " | " << field.min << ".." << field.max;
+        } else {
+            std::cout << " | ";
+        }
+        std::cout << " | " << field.unit << " | " << field.meaning << " |\n";
     }
-    std::cout << text << std::flush;
+    std::cout.flush();
     return CLIENT_OK;
 }
 

@@ -59,8 +59,9 @@ bool is_png(const std::string &path) {
     unsigned char head[8] = {0};
     struct message trouble;  // said by whoever reads the file as a whole
     std::FILE *file = input_file_open(path.c_str(), &trouble);
-    if (file == nullptr)
+    if (file == nullptr) {
         return false;
+    }
     const std::size_t got = std::fread(head, 1, sizeof head, file);
     std::fclose(file);
     return got == sizeof head && image_png_probe(head, got);
@@ -68,8 +69,9 @@ bool is_png(const std::string &path) {
 
 bool load_png(const std::string &path, double scale, evaluate_truth *truth, std::string *message) {
     grey_png png;
-    if (!png.read(path, message))
+    if (!png.read(path, message)) {
         return false;
+    }
     if (png.file.image.bits <= 8 && !(scale > 0)) {
         *message = path + ": 8-bit ground truth says nothing about its scale; give " +
                    "--ground-truth-scale (values a pixel of disparity, e.g. 1 or 4)";
@@ -79,16 +81,19 @@ bool load_png(const std::string &path, double scale, evaluate_truth *truth, std:
     truth->width_px = png.file.image.width_px;
     truth->height_px = png.file.image.height_px;
     truth->disparity_px.assign(png.pixels(), unknown);
-    for (std::size_t i = 0; i < png.pixels(); i++)
-        if (png.value(i) != 0)
+    for (std::size_t i = 0; i < png.pixels(); i++) {
+        if (png.value(i) != 0) {
             truth->disparity_px[i] = static_cast<float>(png.value(i) / values_a_px);
+        }
+    }
     return true;
 }
 
 bool load_pfm(const std::string &path, evaluate_truth *truth, std::string *message) {
     pfm_image image;
-    if (!pfm_read(path, &image, message))
+    if (!pfm_read(path, &image, message)) {
         return false;
+    }
     truth->width_px = image.width_px;
     truth->height_px = image.height_px;
     truth->disparity_px.swap(image.values);
@@ -97,8 +102,9 @@ bool load_pfm(const std::string &path, evaluate_truth *truth, std::string *messa
 
 bool load_mask(const std::string &path, evaluate_truth *truth, std::string *message) {
     grey_png png;
-    if (!png.read(path, message))
+    if (!png.read(path, message)) {
         return false;
+    }
     if (png.file.image.width_px != truth->width_px ||
         png.file.image.height_px != truth->height_px) {
         *message = path + ": the mask is " + std::to_string(png.file.image.width_px) + "x" +
@@ -126,10 +132,12 @@ bool evaluate_truth_load(const std::string &path, const std::string &mask_path, 
                          evaluate_truth *truth, std::string *message) {
     evaluate_truth loaded;
     if (!(is_png(path) ? load_png(path, scale, &loaded, message)
-                       : load_pfm(path, &loaded, message)))
+                       : load_pfm(path, &loaded, message))) {
         return false;
-    if (!mask_path.empty() && !load_mask(mask_path, &loaded, message))
+    }
+    if (!mask_path.empty() && !load_mask(mask_path, &loaded, message)) {
         return false;
+    }
     *truth = loaded;
     return true;
 }
@@ -140,8 +148,9 @@ int evaluate_truth_check(const reconstruct_context *context, int size_px[2],
     std::string trouble;
     if (!evaluate_truth_load(context->ground_truth_path,
                              context->mask_path != nullptr ? context->mask_path : "",
-                             context->ground_truth_scale, &truth, &trouble))
+                             context->ground_truth_scale, &truth, &trouble)) {
         return message_set(message, ERROR_SYNTAX, "%s", trouble.c_str());
+    }
     size_px[0] = truth.width_px;
     size_px[1] = truth.height_px;
     return ERROR_OK;

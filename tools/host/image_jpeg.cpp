@@ -13,6 +13,7 @@
 
 #include "core/error.h"
 #include "daemon/interrupt.h"
+#include "tools/host/exif.hpp"
 
 namespace {
 
@@ -52,8 +53,9 @@ jpeg_job *job_of(j_common_ptr jpeg) {
 
 /// The library calls this for everything it would mend by guessing.
 void on_message(j_common_ptr jpeg, int level) {
-    if (level < 0 && jpeg->err->msg_code != JWRN_EXTRANEOUS_DATA)
+    if (level < 0 && jpeg->err->msg_code != JWRN_EXTRANEOUS_DATA) {
         on_error(jpeg);
+    }
 }
 
 void on_progress(j_common_ptr jpeg) {
@@ -63,8 +65,9 @@ void on_progress(j_common_ptr jpeg) {
         give_up(job, message_set(job->text, ERROR_SYNTAX, "%s: a JPEG of more than %d scans",
                                  job->file->path, max_scans));
     }
-    if (interrupt_requested())
+    if (interrupt_requested()) {
         give_up(job, message_set(job->text, ERROR_CANCELLED, "interrupted; nothing was written"));
+    }
 }
 
 void set_up(jpeg_job *job) {
@@ -92,15 +95,31 @@ void choose_colours(jpeg_decompress_struct *jpeg, jpeg_job *job) {
     }
 }
 
+/// Of the first APP1 marker that holds EXIF.
+int orientation_of(const jpeg_decompress_struct &jpeg) {
+    static const unsigned char mark[] = {'E', 'x', 'i', 'f', 0, 0};
+    for (const jpeg_marker_struct *marker = jpeg.marker_list; marker != nullptr;
+         marker = marker->next) {
+        if (marker->data_length >= sizeof mark &&
+            std::memcmp(marker->data, mark, sizeof mark) == 0) {
+            return exif_orientation(marker->data + sizeof mark, marker->data_length - sizeof mark);
+        }
+    }
+    return 0;
+}
+
 void read_rows(jpeg_decompress_struct *jpeg, jpeg_job *job) {
+    jpeg_save_markers(jpeg, JPEG_APP0 + 1, 0xffff);
     jpeg_read_header(jpeg, TRUE);
+    job->file->orientation = orientation_of(*jpeg);
     choose_colours(jpeg, job);
     const int channels = jpeg->out_color_space == JCS_RGB ? 3 : 1;
     const int error = image_file_begin(job->file, static_cast<int>(jpeg->image_width),
                                        static_cast<int>(jpeg->image_height), channels, 8,
                                        channels == 3 ? PIXEL_RGB : PIXEL_GREY, job->text);
-    if (error != ERROR_OK)
+    if (error != ERROR_OK) {
         give_up(job, error);
+    }
     const size_t count = size_t{jpeg->image_width} * static_cast<size_t>(channels);
     job->bytes = static_cast<unsigned char *>(std::malloc(count));
     job->row = static_cast<uint16_t *>(std::malloc(count * sizeof *job->row));
@@ -111,11 +130,13 @@ void read_rows(jpeg_decompress_struct *jpeg, jpeg_job *job) {
     jpeg_start_decompress(jpeg);
     while (jpeg->output_scanline < jpeg->output_height) {
         jpeg_read_scanlines(jpeg, &job->bytes, 1);
-        for (size_t i = 0; i < count; i++)
+        for (size_t i = 0; i < count; i++) {
             job->row[i] = job->bytes[i];
+        }
         const int row_error = image_file_row(job->file, job->row, job->text);
-        if (row_error != ERROR_OK)
+        if (row_error != ERROR_OK) {
             give_up(job, row_error);
+        }
     }
     jpeg_finish_decompress(jpeg);
 }
@@ -164,8 +185,9 @@ int image_jpeg_read(const char *path, const image_request *, image_file *file, m
     job.file = file;
     job.text = message;
     FILE *stream = std::fopen(path, "rb");
-    if (stream == nullptr)
+    if (stream == nullptr) {
         return message_set(message, ERROR_ARGUMENT, "%s: %s", path, std::strerror(errno));
+    }
     jpeg_decompress_struct jpeg{};
     set_up(&job);
     jpeg.err = &job.manager;
@@ -190,8 +212,9 @@ std::vector<unsigned char> image_jpeg_encode(const image_rgb8 &image, int qualit
     work.job.file = &nameless;
     work.job.text = &ignored;
     std::vector<unsigned char> result;
-    if (encode(image, quality, &work))
+    if (encode(image, quality, &work)) {
         result.assign(work.bytes, work.bytes + work.length);
+    }
     std::free(work.bytes);
     return result;
 }

@@ -10,6 +10,7 @@
 #include <cstring>
 
 #include "core/error.h"
+#include "tools/host/exif.hpp"
 
 namespace {
 
@@ -53,9 +54,8 @@ void set_transformations(png_job *job) {
     } else if (type == PNG_COLOR_TYPE_GRAY && png_get_bit_depth(job->png, job->info) < 8) {
         png_set_expand_gray_1_2_4_to_8(job->png);
     }
-    if ((type & PNG_COLOR_MASK_ALPHA) != 0) {
-        png_set_strip_alpha(job->png);
-    }
+    // Alpha of its own, and what the transparent colours of a palette would become.
+    png_set_strip_alpha(job->png);
 #if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
     png_set_swap(job->png);
 #endif
@@ -65,12 +65,14 @@ void deliver(png_job *job, const unsigned char *bytes, size_t count, bool wide) 
     if (wide) {
         std::memcpy(job->row, bytes, count * sizeof *job->row);
     } else {
-        for (size_t i = 0; i < count; i++)
+        for (size_t i = 0; i < count; i++) {
             job->row[i] = bytes[i];
+        }
     }
     const int error = image_file_row(job->file, job->row, job->text);
-    if (error != ERROR_OK)
+    if (error != ERROR_OK) {
         give_up(job, error);
+    }
 }
 
 void allocate(png_job *job, size_t row_bytes, size_t rows, size_t count) {
@@ -88,11 +90,24 @@ void allocate(png_job *job, size_t row_bytes, size_t rows, size_t count) {
     }
 }
 
+/// Of a chunk eXIf, which stands before the pixels.
+int orientation_of(png_job *job) {
+#ifdef PNG_eXIf_SUPPORTED
+    png_uint_32 length = 0;
+    png_bytep exif = nullptr;
+    if (png_get_eXIf_1(job->png, job->info, &length, &exif) != 0) {
+        return exif_orientation(exif, length);
+    }
+#endif
+    return 0;
+}
+
 void read_rows(png_job *job) {
     const png_uint_32 width = png_get_image_width(job->png, job->info);
     const png_uint_32 height = png_get_image_height(job->png, job->info);
     const bool interlaced = png_get_interlace_type(job->png, job->info) != PNG_INTERLACE_NONE;
     set_transformations(job);
+    job->file->orientation = orientation_of(job);
     const int passes = interlaced ? png_set_interlace_handling(job->png) : 1;
     png_read_update_info(job->png, job->info);
     const int channels = png_get_channels(job->png, job->info);
@@ -100,14 +115,16 @@ void read_rows(png_job *job) {
     const int error =
         image_file_begin(job->file, static_cast<int>(width), static_cast<int>(height), channels,
                          wide ? 16 : 8, channels == 3 ? PIXEL_RGB : PIXEL_GREY, job->text);
-    if (error != ERROR_OK)
+    if (error != ERROR_OK) {
         give_up(job, error);
+    }
     const size_t row_bytes = png_get_rowbytes(job->png, job->info);
     const size_t count = size_t{width} * static_cast<size_t>(channels);
     allocate(job, row_bytes, interlaced ? height : 1, count);
     for (int pass = 1; pass < passes; pass++) {
-        for (png_uint_32 y = 0; y < height; y++)
+        for (png_uint_32 y = 0; y < height; y++) {
             png_read_row(job->png, job->bytes + y * row_bytes, nullptr);
+        }
     }
     for (png_uint_32 y = 0; y < height; y++) {
         unsigned char *bytes = job->bytes + (interlaced ? y * row_bytes : 0);
@@ -144,8 +161,9 @@ int image_png_read(const char *path, const image_request *, image_file *file, me
     job.file = file;
     job.text = message;
     job.stream = std::fopen(path, "rb");
-    if (job.stream == nullptr)
+    if (job.stream == nullptr) {
         return message_set(message, ERROR_ARGUMENT, "%s: %s", path, std::strerror(errno));
+    }
     read_png(&job);
     png_destroy_read_struct(&job.png, &job.info, nullptr);
     std::free(job.bytes);

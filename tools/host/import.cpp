@@ -7,18 +7,10 @@
 
 #include "core/error.h"
 #include "core/geometry.h"
+#include "tools/host/number_text.hpp"
 
 void import_fail(int code, const import_file &file, const std::string &what) {
     throw import_failure{code, file.path + ": " + what};
-}
-
-std::string import_format(double value, int digits) {
-    char text[64];
-    const bool large = std::abs(value) >= std::pow(10.0, digits) && std::abs(value) < 1e15;
-    const auto end =
-        large ? std::to_chars(text, text + sizeof text, value, std::chars_format::fixed, 0)
-              : std::to_chars(text, text + sizeof text, value, std::chars_format::general, digits);
-    return std::string(text, end.ptr);
 }
 
 std::vector<double> import_numbers(const import_file &file, const std::string &place,
@@ -68,6 +60,39 @@ std::vector<import_line> import_lines(const std::string &text) {
     return lines;
 }
 
+import_entries import_read_entries(const import_file &file, char separator,
+                                   const std::string &form) {
+    import_entries entries;
+    for (const import_line &line : import_lines(file.text)) {
+        if (line.text.find_first_not_of(" \t") == std::string::npos) {
+            continue;
+        }
+        const size_t end = line.text.find(separator);
+        const std::string where = "line " + std::to_string(line.number);
+        if (end == std::string::npos) {
+            import_fail(ERROR_SYNTAX, file, where + ": must be " + form);
+        }
+        const std::string name = line.text.substr(0, end);
+        if (!entries.insert({name, {line.number, line.text.substr(end + 1)}}).second) {
+            import_fail(ERROR_DUPLICATE, file, where + ": " + name + " stood above already");
+        }
+    }
+    return entries;
+}
+
+const import_entry &import_require(const import_file &file, const import_entries &entries,
+                                   const std::string &name) {
+    const auto found = entries.find(name);
+    if (found == entries.end()) {
+        import_fail(ERROR_MISSING, file, name + " is missing");
+    }
+    return found->second;
+}
+
+std::string import_place(const import_entries &entries, const std::string &name) {
+    return "line " + std::to_string(entries.at(name).line) + ", " + name;
+}
+
 double import_unit_mm(const import_options &options) {
     return options.unit == "mm"   ? 1.0
            : options.unit == "cm" ? 10.0
@@ -83,7 +108,7 @@ void import_camera_matrix(const import_file &file, const std::string &field,
     }
     if (K[1] != 0) {
         import_fail(ERROR_RANGE, file,
-                    field + ": skewed pixels (" + import_format(K[1], 6) +
+                    field + ": skewed pixels (" + number_text(K[1], 6) +
                         ") are not supported: calibrate without skew");
     }
     if (!(K[0] > 0) || !(K[4] > 0)) {
@@ -252,12 +277,12 @@ void import_distortion(const import_file &file, const std::string &field,
                     field +
                         ": the rational distortion model (k4 k5 k6) cannot be expressed by k1 "
                         "k2 k3 within 0.25 px over the image" +
-                        (fitted ? " (" + import_format(fit.largest_px, 2) + " px)" : "") +
+                        (fitted ? " (" + number_text(fit.largest_px, 2) + " px)" : "") +
                         ": calibrate without CALIB_RATIONAL_MODEL");
     }
     assumed->push_back(field + ": rational distortion refitted by k1 k2 k3, " +
-                       import_format(fit.rms_px, 2) + " px rms off, at most " +
-                       import_format(fit.largest_px, 2) + " px");
+                       number_text(fit.rms_px, 2) + " px rms off, at most " +
+                       number_text(fit.largest_px, 2) + " px");
 }
 
 void import_pose(const import_file &file, const std::string &field, const std::vector<double> &R,
@@ -300,12 +325,12 @@ void import_projections(const import_file &file, const std::string &field,
                     field +
                         ": the right camera must stand to the right of the left one, but "
                         "stands at x " +
-                        import_format(across_mm, 6) + " mm, " + import_format(off_mm, 6) +
+                        number_text(across_mm, 6) + " mm, " + number_text(off_mm, 6) +
                         " mm off that line: are the two swapped, or one above the other?");
     }
     if (off_mm > 1e-6 * across_mm) {
         pair->assumed.push_back("rows correspond, though the projections put the right camera " +
-                                import_format(off_mm, 3) + " mm off the baseline");
+                                number_text(off_mm, 3) + " mm off the baseline");
     }
     pair->value.right.fx_px = left.fx_px;
     pair->value.right.fy_px = left.fy_px;

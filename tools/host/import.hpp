@@ -5,6 +5,7 @@
 #ifndef VERGENCE_TOOLS_HOST_IMPORT_HPP
 #define VERGENCE_TOOLS_HOST_IMPORT_HPP
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -73,6 +74,25 @@ struct import_line {
 };
 std::vector<import_line> import_lines(const std::string &text);
 
+/// What stands behind a name in a file of lines such as NAME: VALUES.
+struct import_entry {
+    int line;
+    std::string text;
+};
+using import_entries = std::map<std::string, import_entry>;
+
+/// All lines of a file, cut at the first `separator`; blank ones are skipped. Refuses a line
+/// without one, saying that it must be `form`, and a name that stands twice.
+import_entries import_read_entries(const import_file &file, char separator,
+                                   const std::string &form);
+
+/// The entry of this name; refuses a file that has none.
+const import_entry &import_require(const import_file &file, const import_entries &entries,
+                                   const std::string &name);
+
+/// "line 7, NAME", for messages. The entry must be there.
+std::string import_place(const import_entries &entries, const std::string &name);
+
 /// Focal lengths and principal point of a 3x3 camera matrix (row-major); refuses skew.
 void import_camera_matrix(const import_file &file, const std::string &field,
                           const std::vector<double> &K, lens *camera);
@@ -96,8 +116,5 @@ void import_projections(const import_file &file, const std::string &field,
 
 /// Millimetres of the unit that the options state, or 0 when they state none.
 double import_unit_mm(const import_options &options);
-
-/// A number for people: at most `digits` significant digits, but whole numbers up to 1e15 in full.
-std::string import_format(double value, int digits);
 
 #endif

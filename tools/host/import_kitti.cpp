@@ -6,7 +6,6 @@
 /// 2013.
 #include <cmath>
 #include <cstring>
-#include <map>
 
 #include "core/error.h"
 #include "core/geometry.h"
@@ -16,48 +15,20 @@ namespace {
 
 const double metre_mm = 1000;
 
-struct entry {
-    int line;
-    std::string text;
-};
-
 /// The file's lines NAME: VALUES.
 struct kitti {
     const import_file &file;
-    std::map<std::string, entry> all;
+    import_entries all;
 
     bool has(const std::string &name) const { return all.count(name) != 0; }
 
-    std::string place(const std::string &name) const {
-        return "line " + std::to_string(all.at(name).line) + ", " + name;
-    }
+    std::string place(const std::string &name) const { return import_place(all, name); }
 
     std::vector<double> numbers(const std::string &name, size_t count) const {
-        if (!has(name)) {
-            import_fail(ERROR_MISSING, file, name + ": is missing");
-        }
-        return import_numbers(file, place(name), all.at(name).text, count);
+        const import_entry &entry = import_require(file, all, name);
+        return import_numbers(file, place(name), entry.text, count);
     }
 };
-
-kitti read(const import_file &file) {
-    kitti result{file, {}};
-    for (const import_line &line : import_lines(file.text)) {
-        if (line.text.find_first_not_of(" \t") == std::string::npos) {
-            continue;
-        }
-        const size_t colon = line.text.find(':');
-        const std::string where = "line " + std::to_string(line.number);
-        if (colon == std::string::npos) {
-            import_fail(ERROR_SYNTAX, file, where + ": must be NAME: VALUES");
-        }
-        const std::string name = line.text.substr(0, colon);
-        if (!result.all.insert({name, {line.number, line.text.substr(colon + 1)}}).second) {
-            import_fail(ERROR_DUPLICATE, file, where + ": " + name + " stood above already");
-        }
-    }
-    return result;
-}
 
 void set_size(const kitti &from, const std::string &name, lens *camera) {
     const std::vector<double> size_px = from.numbers(name, 2);
@@ -173,7 +144,7 @@ bool import_kitti_matches(const std::string &text) {
 }
 
 import_pair import_kitti(const import_file &file, const import_options &options) {
-    const kitti from = read(file);
+    const kitti from = {file, import_read_entries(file, ':', "NAME: VALUES")};
     import_pair pair;
     pair.format = "KITTI";
     pair.tag = "kitti";

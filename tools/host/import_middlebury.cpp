@@ -3,75 +3,39 @@
 /// (d + doffs), doffs = cx1 - cx0, lengths in mm, disparities 0..ndisp-1, vmin..vmax the ones met.
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "core/error.h"
 #include "tools/host/import.hpp"
+#include "tools/host/number_text.hpp"
 
 namespace {
 
-struct entry {
-    int line;
-    std::string text;
-};
-using entries = std::map<std::string, entry>;
-
-std::string place(const entries &all, const std::string &name) {
-    return "line " + std::to_string(all.at(name).line) + ", " + name;
+double number(const import_file &file, const import_entries &all, const std::string &name) {
+    const import_entry &found = import_require(file, all, name);
+    return import_numbers(file, import_place(all, name), found.text, 1)[0];
 }
 
-entries read_entries(const import_file &file) {
-    entries all;
-    for (const import_line &line : import_lines(file.text)) {
-        if (line.text.find_first_not_of(" \t") == std::string::npos) {
-            continue;
-        }
-        const size_t equals = line.text.find('=');
-        const std::string where = "line " + std::to_string(line.number);
-        if (equals == std::string::npos) {
-            import_fail(ERROR_SYNTAX, file, where + ": must be NAME=VALUE, as in calib.txt");
-        }
-        const std::string name = line.text.substr(0, equals);
-        if (!all.insert({name, {line.number, line.text.substr(equals + 1)}}).second) {
-            import_fail(ERROR_DUPLICATE, file, where + ": " + name + " stood above already");
-        }
-    }
-    return all;
-}
-
-const entry &required(const import_file &file, const entries &all, const std::string &name) {
-    const auto found = all.find(name);
-    if (found == all.end()) {
-        import_fail(ERROR_MISSING, file, name + "= is missing");
-    }
-    return found->second;
-}
-
-double number(const import_file &file, const entries &all, const std::string &name) {
-    const entry &found = required(file, all, name);
-    return import_numbers(file, place(all, name), found.text, 1)[0];
-}
-
-int size_px(const import_file &file, const entries &all, const std::string &name) {
+int size_px(const import_file &file, const import_entries &all, const std::string &name) {
     const double value = number(file, all, name);
     if (!(value >= 1 && value <= 100000 && value == std::floor(value))) {
-        import_fail(ERROR_RANGE, file, place(all, name) + ": must be a whole number of pixels");
+        import_fail(ERROR_RANGE, file,
+                    import_place(all, name) + ": must be a whole number of pixels");
     }
     return static_cast<int>(value);
 }
 
-void read_camera(const import_file &file, const entries &all, const std::string &name,
+void read_camera(const import_file &file, const import_entries &all, const std::string &name,
                  lens *camera) {
-    std::string text = required(file, all, name).text;
+    std::string text = import_require(file, all, name).text;
     std::replace(text.begin(), text.end(), '[', ' ');
     std::replace(text.begin(), text.end(), ']', ' ');
-    const std::string where = place(all, name);
+    const std::string where = import_place(all, name);
     import_camera_matrix(file, where, import_numbers(file, where, text, 9), camera);
 }
 
 /// Disparities that the file announces, as a range of depths. A depth farther than the grammar's
 /// limit (1000 km) is infinity for all purposes.
-void read_depth_range(const import_file &file, const entries &all, double doffs_px,
+void read_depth_range(const import_file &file, const import_entries &all, double doffs_px,
                       calibration *value) {
     double low_px, high_px;
     if (all.count("vmin") != 0 && all.count("vmax") != 0) {
@@ -85,8 +49,7 @@ void read_depth_range(const import_file &file, const entries &all, double doffs_
     }
     if (!(low_px <= high_px) || !(high_px + doffs_px > 0)) {
         import_fail(ERROR_DISPARITY_RANGE, file,
-                    "the disparities " + import_format(low_px, 6) + ".." +
-                        import_format(high_px, 6) +
+                    "the disparities " + number_text(low_px, 6) + ".." + number_text(high_px, 6) +
                         " (vmin..vmax or 0..ndisp-1) are no range in "
                         "front of the cameras");
     }
@@ -111,7 +74,7 @@ bool import_middlebury_matches(const std::string &text) {
 }
 
 import_pair import_middlebury(const import_file &file, const import_options &) {
-    const entries all = read_entries(file);
+    const import_entries all = import_read_entries(file, '=', "NAME=VALUE, as in calib.txt");
     import_pair pair;
     pair.format = "Middlebury";
     pair.tag = "middlebury";
@@ -126,13 +89,13 @@ import_pair import_middlebury(const import_file &file, const import_options &) {
     // Both are printed with three decimals, each rounded on its own.
     if (std::abs(value.right.cx_px - value.left.cx_px - doffs_px) > 0.0021) {
         import_fail(ERROR_RANGE, file,
-                    place(all, "doffs") + ": is " + import_format(doffs_px, 9) +
+                    import_place(all, "doffs") + ": is " + number_text(doffs_px, 9) +
                         ", but the principal points of cam0 and cam1 differ by " +
-                        import_format(value.right.cx_px - value.left.cx_px, 9));
+                        number_text(value.right.cx_px - value.left.cx_px, 9));
     }
     const double baseline_mm = number(file, all, "baseline");
     if (!(baseline_mm > 0)) {
-        import_fail(ERROR_BASELINE, file, place(all, "baseline") + ": must be above 0 mm");
+        import_fail(ERROR_BASELINE, file, import_place(all, "baseline") + ": must be above 0 mm");
     }
     value.right.cx_px = value.left.cx_px + doffs_px;
     value.left.width_px = value.right.width_px = size_px(file, all, "width");

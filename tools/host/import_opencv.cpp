@@ -10,8 +10,10 @@
 #include <map>
 
 #include "core/error.h"
+#include "core/geometry.h"
 #include "tools/host/import.hpp"
 #include "tools/host/import_storage.hpp"
+#include "tools/host/number_text.hpp"
 
 namespace {
 
@@ -230,17 +232,9 @@ std::vector<double> rotation(const finding &found) {
         check_shape(found, 3, 3);
         return found.values;
     }
-    // An independent Rodrigues: this is OpenCV's own format.
-    const double x = found.values[0], y = found.values[1], z = found.values[2];
-    const double angle = std::sqrt(x * x + y * y + z * z);
-    if (angle == 0) {
-        return {1, 0, 0, 0, 1, 0, 0, 0, 1};
-    }
-    const double a[3] = {x / angle, y / angle, z / angle};
-    const double c = std::cos(angle), s = std::sin(angle), v = 1 - c;
-    return {c + v * a[0] * a[0],        v * a[0] * a[1] - s * a[2], v * a[0] * a[2] + s * a[1],
-            v * a[0] * a[1] + s * a[2], c + v * a[1] * a[1],        v * a[1] * a[2] - s * a[0],
-            v * a[0] * a[2] - s * a[1], v * a[1] * a[2] + s * a[0], c + v * a[2] * a[2]};
+    std::vector<double> R(9);
+    geometry_rotation_from_vector(found.values.data(), R.data());
+    return R;
 }
 
 void set_size(const import_file &file, const findings &from, const import_options &options,
@@ -271,7 +265,7 @@ double unit_mm(const finding &translation, double length, const import_options &
     if (length < 1) {
         import_fail(ERROR_BASELINE, *translation.file,
                     translation.name + ": the file states no unit and a baseline of " +
-                        import_format(length, 4) +
+                        number_text(length, 4) +
                         " mm is not likely: say which one with --unit m, cm or mm");
     }
     pair->assumed.push_back("unit of length assumed: mm");

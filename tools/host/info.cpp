@@ -6,10 +6,11 @@
 #include <memory>
 
 #include "daemon/input_file.h"
+#include "tools/host/number_text.hpp"
 
 void info_page::add_number(const std::string &key, const std::string &label, double number,
                            int digits, const std::string &unit) {
-    add(key, label, import_format(number, digits) + (unit.empty() ? "" : " " + unit), number);
+    add(key, label, number_text(number, digits) + (unit.empty() ? "" : " " + unit), number);
 }
 
 std::string info_head(const std::string &path) {
@@ -33,8 +34,8 @@ void info_bounds::add_to(info_page *page, const std::string &unit) const {
     static const char *const axes[] = {"x", "y", "z"};
     for (int axis = 0; axis < 3 && count > 0; axis++) {
         page->add(std::string("bounds_") + axes[axis], axis == 0 ? "extent" : "",
-                  std::string(axes[axis]) + " " + import_format(least[axis], 6) + ".." +
-                      import_format(greatest[axis], 6) + (unit.empty() ? "" : " " + unit),
+                  std::string(axes[axis]) + " " + number_text(least[axis], 6) + ".." +
+                      number_text(greatest[axis], 6) + (unit.empty() ? "" : " " + unit),
                   nlohmann::ordered_json::array({least[axis], greatest[axis]}));
     }
 }

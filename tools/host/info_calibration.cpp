@@ -6,6 +6,7 @@
 #include "core/geometry.h"
 #include "core/rectify.h"
 #include "tools/host/info.hpp"
+#include "tools/host/number_text.hpp"
 
 namespace {
 
@@ -14,7 +15,7 @@ using json = nlohmann::ordered_json;
 const double degree = 180 / 3.14159265358979323846;
 
 std::string number(double value, int digits) {
-    return import_format(value, digits);
+    return number_text(value, digits);
 }
 
 std::string pair_text(double a, double b, int digits, const char *between) {

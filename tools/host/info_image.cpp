@@ -9,6 +9,7 @@
 #include "daemon/image_pnm.h"
 #include "tools/host/image_png.hpp"
 #include "tools/host/info.hpp"
+#include "tools/host/number_text.hpp"
 #include "tools/host/pfm.hpp"
 
 namespace {
@@ -16,7 +17,7 @@ namespace {
 using json = nlohmann::ordered_json;
 
 std::string percent(double part, double whole) {
-    return import_format(whole > 0 ? 100 * part / whole : 0, 4) + " %";
+    return number_text(whole > 0 ? 100 * part / whole : 0, 4) + " %";
 }
 
 void add_size(int width_px, int height_px, info_page *page) {
@@ -27,10 +28,10 @@ void add_size(int width_px, int height_px, info_page *page) {
 
 void add_range(const std::string &label, double least, double greatest, const std::string &unit,
                info_page *page) {
-    page->add("range", label,
-              import_format(least, 6) + ".." + import_format(greatest, 6) +
-                  (unit.empty() ? "" : " " + unit),
-              json::array({least, greatest}));
+    page->add(
+        "range", label,
+        number_text(least, 6) + ".." + number_text(greatest, 6) + (unit.empty() ? "" : " " + unit),
+        json::array({least, greatest}));
 }
 
 /// Results under their names: one unit of the image is 1 / scale of `unit`, 0 means no value.

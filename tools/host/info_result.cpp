@@ -4,10 +4,13 @@
 #include <fstream>
 
 #include "tools/host/info.hpp"
+#include "tools/host/number_text.hpp"
 
 namespace {
 
 using json = nlohmann::ordered_json;
+
+const int depth_max = 16;  // our own results go down to 3
 
 /// The value at a path such as "plan/f_px", or null.
 json find(const json &document, const std::string &path) {
@@ -19,7 +22,7 @@ std::string text_of(const json &value, int digits) {
         return value.get<std::string>();
     }
     if (value.is_number_float()) {
-        return import_format(value.get<double>(), digits);
+        return number_text(value.get<double>(), digits);
     }
     if (value.is_array()) {
         std::string text;
@@ -61,8 +64,14 @@ std::string fill(const json &document, const std::string &pattern) {
 
 bool info_result(const std::string &path, info_page *page, std::string *message) {
     std::ifstream stream(path, std::ios::binary);
-    const json document = json::parse(stream, nullptr, false);
-    if (document.is_discarded() || !document.is_object() ||
+    // Printing goes down into it by recursion, so that its depth is limited while it is read.
+    bool too_deep = false;
+    const auto watch_depth = [&](int depth, json::parse_event_t, json &) {
+        too_deep = too_deep || depth > depth_max;
+        return !too_deep;
+    };
+    const json document = json::parse(stream, watch_depth, false);
+    if (too_deep || document.is_discarded() || !document.is_object() ||
         find(document, "program") != "vergence") {
         *message = path + ": is no result of vergence reconstruct, or is damaged";
         return false;

@@ -24,21 +24,25 @@ bool is_space(unsigned char c) {
 
 /// The next word of the header; empty at the end or when it is longer than any legal one.
 std::string next_word(cursor *in) {
-    while (in->at < in->length && is_space(in->data[in->at]))
+    while (in->at < in->length && is_space(in->data[in->at])) {
         in->at++;
+    }
     std::string word;
-    while (in->at < in->length && !is_space(in->data[in->at]) && word.size() < 32)
+    while (in->at < in->length && !is_space(in->data[in->at]) && word.size() < 32) {
         word.push_back(static_cast<char>(in->data[in->at++]));
+    }
     return word;
 }
 
 bool parse_side(const std::string &word, int *side) {
-    if (word.empty() || word.size() > 5)
+    if (word.empty() || word.size() > 5) {
         return false;
+    }
     int value = 0;
     for (const char c : word) {
-        if (c < '0' || c > '9')
+        if (c < '0' || c > '9') {
             return false;
+        }
         value = value * 10 + (c - '0');
     }
     *side = value;
@@ -59,13 +63,6 @@ float float_of_bytes(const unsigned char *bytes, bool little_endian) {
     float value = 0;
     std::memcpy(&value, &bits, sizeof value);
     return value;
-}
-
-void bytes_of_float(float value, unsigned char bytes[4]) {
-    std::uint32_t bits = 0;
-    std::memcpy(&bits, &value, sizeof bits);
-    for (int i = 0; i < 4; i++)
-        bytes[i] = static_cast<unsigned char>(bits >> (8 * i));
 }
 
 struct file_closer {
@@ -109,8 +106,9 @@ bool pfm_parse(const unsigned char *data, std::size_t length, pfm_image *image,
     for (std::size_t y = 0; y < static_cast<std::size_t>(height_px); y++) {
         const unsigned char *from =
             data + in.at + 4 * row * (static_cast<std::size_t>(height_px) - 1 - y);
-        for (std::size_t x = 0; x < row; x++)
+        for (std::size_t x = 0; x < row; x++) {
             values[y * row + x] = float_of_bytes(from + 4 * x, little_endian);
+        }
     }
     image->width_px = width_px;
     image->height_px = height_px;
@@ -145,26 +143,4 @@ bool pfm_read(const std::string &path, pfm_image *image, std::string *message) {
         return false;
     }
     return true;
-}
-
-bool pfm_write(const std::string &path, const pfm_image &image, std::string *message) {
-    file_handle file(std::fopen(path.c_str(), "wb"));
-    if (!file) {
-        *message = path + ": " + std::strerror(errno);
-        return false;
-    }
-    bool good = std::fprintf(file.get(), "Pf\n%d %d\n-1.0\n", image.width_px, image.height_px) > 0;
-    const std::size_t row = static_cast<std::size_t>(image.width_px);
-    std::vector<unsigned char> bytes(4 * row);
-    for (std::size_t y = static_cast<std::size_t>(image.height_px); good && y-- > 0;) {
-        for (std::size_t x = 0; x < row; x++)
-            bytes_of_float(image.values[y * row + x], &bytes[4 * x]);
-        good = std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size();
-    }
-    good = std::fclose(file.release()) == 0 && good;
-    if (!good) {
-        *message = path + ": " + std::strerror(errno);
-        std::remove(path.c_str());
-    }
-    return good;
 }

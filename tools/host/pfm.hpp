@@ -27,7 +27,4 @@ bool pfm_parse(const unsigned char *data, std::size_t length, pfm_image *image,
 /// Reads a file; `message` then names it.
 bool pfm_read(const std::string &path, pfm_image *image, std::string *message);
 
-/// Writes a little-endian map; `message` names the file. A partial file is removed.
-bool pfm_write(const std::string &path, const pfm_image &image, std::string *message);
-
 #endif

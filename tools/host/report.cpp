@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/host/report.hpp"
 
-#include <cerrno>
-#include <cmath>
-#include <cstdio>
-#include <cstring>
 #include <map>
 #include <string>
 
-#include "core/error.h"
 #include "daemon/interrupt.h"
+#include "daemon/output_file.h"
 #include "tools/host/report_figures.hpp"
 #include "tools/host/report_layers.hpp"
 #include "tools/host/report_pictures.hpp"
@@ -26,17 +22,20 @@ std::string json_number(double value) {
 
 std::string ramp_base64(const colormap_table &table) {
     report_bytes bytes;
-    for (const colormap_rgb &colour : table)
+    for (const colormap_rgb &colour : table) {
         bytes.insert(bytes.end(), colour.begin(), colour.end());
+    }
     return report_encode_base64(bytes);
 }
 
 /// R_left_rect, row-major: turns points of the rect frame into the left camera's.
 std::string json_rotation(const double R_rect_left[9]) {
     std::string text = "[";
-    for (int row = 0; row < 3; row++)
-        for (int column = 0; column < 3; column++)
+    for (int row = 0; row < 3; row++) {
+        for (int column = 0; column < 3; column++) {
             text += (row + column > 0 ? "," : "") + json_number(R_rect_left[3 * column + row]);
+        }
+    }
     return text + "]";
 }
 
@@ -74,11 +73,13 @@ std::string page_data(const reconstruct_context &context, const report_figures &
         {"ramp_css", report_text_json(report_pictures_gradient(ramp))},
     };
     std::string reasons;
-    for (int i = 0; i < REASON_COUNT; i++)
+    for (int i = 0; i < REASON_COUNT; i++) {
         reasons += (i > 0 ? "," : "") + report_text_json(reason_text(i));
+    }
     std::string json = "{\"reasons\":[" + reasons + "]";
-    for (const auto &field : fields)
+    for (const auto &field : fields) {
         json += ",\"" + field.first + "\":" + field.second;
+    }
     return json + "}";
 }
 
@@ -89,11 +90,12 @@ std::string title_of(const reconstruct_context &context) {
 
 std::string meta_of(const reconstruct_context &context) {
     std::string text = "Calibration ";
-    if (context.calibration != nullptr)
+    if (context.calibration != nullptr) {
         text += report_text_escape(context.calibration->id) +
                 report_text_format(" (%08x)", context.result->calibration_crc);
-    else
+    } else {
         text += "not given";
+    }
     return text + " · vergence " + report_text_escape(context.version) + ", build " +
            report_text_escape(context.build_id);
 }
@@ -143,13 +145,8 @@ std::string make_page(const reconstruct_context &context) {
 int report_write(const struct reconstruct_context *context, const char *path,
                  struct message *message) {
     const std::string page = make_page(*context);
-    if (interrupt_requested())
-        return message_set(message, ERROR_CANCELLED, "interrupted; nothing was written");
-    std::FILE *file = std::fopen(path, "wb");
-    if (file == nullptr)
-        return message_set(message, ERROR_ARGUMENT, "%s: %s", path, std::strerror(errno));
-    const bool written = std::fwrite(page.data(), 1, page.size(), file) == page.size();
-    if (std::fclose(file) != 0 || !written)
-        return message_set(message, ERROR_ARGUMENT, "%s: %s", path, std::strerror(errno));
-    return ERROR_OK;
+    output_file file;
+    output_file_open(&file, path);
+    output_file_write(&file, page.data(), page.size());
+    return output_file_close(&file, message);
 }

@@ -25,8 +25,9 @@ std::string geometry_table(const reconstruct_context &context, const report_figu
     rows += row("rectified size", report_text_format("%d × %d px", plan.width_px, plan.height_px));
     rows += row("images", plan.identity ? "rectified already: used pixel for pixel"
                                         : "rectified from their calibration");
-    if (context.shrink > 1)
+    if (context.shrink > 1) {
         rows += row("shrunk while reading", report_text_format("by %d", context.shrink));
+    }
     rows += row("focal length", report_text_format("%.3f px", plan.f_px));
     rows += row("principal point, left",
                 report_text_format("%.3f, %.3f px", plan.cx_left_px, plan.cy_px));
@@ -60,11 +61,13 @@ std::string calibration_table(const reconstruct_context &context, const report_f
     rows += row("format", report_text_escape(context.calibration_format));
     if (c != nullptr) {
         rows += row("id", report_text_escape(c->id));
-        if (c->date[0] != '\0')
+        if (c->date[0] != '\0') {
             rows += row("date", report_text_escape(c->date));
+        }
         rows += row("checksum", report_text_format("%08x", context.result->calibration_crc));
-        if (c->rms_px > 0)
+        if (c->rms_px > 0) {
             rows += row("reprojection rms", report_text_format("%.3f px", c->rms_px));
+        }
         const double *r = c->rotation_right_left_rad;
         const double turn_rad = std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
         rows += row("turn between the cameras",
@@ -97,10 +100,11 @@ std::string cost_table(const reconstruct_context &context, const report_figures 
     const std::uint64_t *stage_us = context.result->stage_us;
     const double most_us = static_cast<double>(
         std::max<std::uint64_t>(1, *std::max_element(stage_us, stage_us + RECONSTRUCT_STAGES)));
-    for (int i = 0; i < RECONSTRUCT_STAGES; i++)
+    for (int i = 0; i < RECONSTRUCT_STAGES; i++) {
         rows += bar_row(reconstruct_stage_text(static_cast<reconstruct_stage>(i)),
                         static_cast<double>(stage_us[i]) / most_us,
                         report_text_format("%.1f ms", 1e-3 * static_cast<double>(stage_us[i])));
+    }
     rows += bar_row("all stages", 0, report_text_format("%.1f ms", figures.total_ms));
     rows += bar_row("reading files", 0,
                     report_text_format("%.1f ms", 1e-3 * static_cast<double>(context.read_us)));

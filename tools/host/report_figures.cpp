@@ -11,8 +11,9 @@ namespace {
 
 /// The value below which `share` of the sorted values lie.
 double quantile(const std::vector<double> &sorted, double share) {
-    if (sorted.empty())
+    if (sorted.empty()) {
         return 0;
+    }
     const double place = share * static_cast<double>(sorted.size() - 1);
     return sorted[static_cast<std::size_t>(std::lround(place))];
 }
@@ -28,12 +29,13 @@ report_histogram histogram_of(const std::vector<double> &sorted_mm, std::size_t 
     for (const double depth_mm : sorted_mm) {
         const double place = (depth_mm - histogram.low_mm) /
                              (histogram.high_mm - histogram.low_mm) * static_cast<double>(bins);
-        if (place < 0)
+        if (place < 0) {
             histogram.nearer++;
-        else if (place >= static_cast<double>(bins))
+        } else if (place >= static_cast<double>(bins)) {
             histogram.farther++;
-        else
+        } else {
             histogram.counts[static_cast<std::size_t>(place)]++;
+        }
     }
     return histogram;
 }
@@ -42,16 +44,19 @@ void collect_lengths(const reconstruct_result &result, report_figures *figures) 
     std::vector<double> depths_mm, sigmas_mm;
     for (std::uint32_t i = 0; i < result.vertex_count; i++) {
         depths_mm.push_back(1e-3 * result.points[i].z_um);
-        if (result.points[i].sigma_um > 0)
+        if (result.points[i].sigma_um > 0) {
             sigmas_mm.push_back(1e-3 * result.points[i].sigma_um);
+        }
     }
     std::sort(depths_mm.begin(), depths_mm.end());
-    if (interrupt_requested())
+    if (interrupt_requested()) {
         return;  // sorting the points of a large result takes seconds
+    }
     std::sort(sigmas_mm.begin(), sigmas_mm.end());
     figures->has_surface = result.vertex_count > 0;
-    if (!figures->has_surface)
+    if (!figures->has_surface) {
         return;
+    }
     figures->depth_p1_mm = quantile(depths_mm, 0.01);
     figures->depth_median_mm = quantile(depths_mm, 0.5);
     figures->depth_p99_mm = quantile(depths_mm, 0.99);
@@ -63,15 +68,17 @@ void collect_lengths(const reconstruct_result &result, report_figures *figures) 
 
 void compare_with_truth(const reconstruct_context &context, report_truth *truth) {
     truth->given = context.ground_truth_path != nullptr;
-    if (!truth->given)
+    if (!truth->given) {
         return;
+    }
     const reconstruct_result &result = *context.result;
     const int width = result.left.width, height = result.left.height;
     evaluate_truth loaded;
     if (!evaluate_truth_load(context.ground_truth_path,
                              context.mask_path != nullptr ? context.mask_path : "",
-                             context.ground_truth_scale, &loaded, &truth->trouble))
+                             context.ground_truth_scale, &loaded, &truth->trouble)) {
         return;
+    }
     if (loaded.width_px != width || loaded.height_px != height) {
         truth->trouble = "the ground truth is " + std::to_string(loaded.width_px) + "x" +
                          std::to_string(loaded.height_px) + ", the rectified left image " +
@@ -84,10 +91,11 @@ void compare_with_truth(const reconstruct_context &context, report_truth *truth)
     for (int y = 0; y < height; y++) {
         const std::int32_t *row = image_i32_row(&result.match.disparity_q8, y);
         const std::uint8_t *reason = image_u8_row(&result.match.reason, y);
-        for (int x = 0; x < width; x++)
+        for (int x = 0; x < width; x++) {
             disparity_px[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
                          static_cast<std::size_t>(x)] =
                 reason[x] == REASON_VALID ? static_cast<float>(row[x]) / 256.0F : INFINITY;
+        }
     }
     evaluate_input input;
     input.width_px = width;
@@ -103,14 +111,18 @@ void compare_with_truth(const reconstruct_context &context, report_truth *truth)
 report_verdict report_figures_judge_rows(double median_px, int samples) {
     // The matcher compares 5x5 windows row against row: to a third of a pixel it loses nothing,
     // beyond a pixel it compares different things.
-    if (samples == 0)
+    if (samples == 0) {
         return {"not measured", "", "Too few textured matches to tell whether the rows agree."};
-    if (median_px <= 0.15)
+    }
+    if (median_px <= 0.15) {
         return {"very good", "good", "The calibration fits these images."};
-    if (median_px <= 0.35)
+    }
+    if (median_px <= 0.35) {
         return {"good", "good", "The calibration fits these images well enough."};
-    if (median_px <= 0.8)
+    }
+    if (median_px <= 0.8) {
         return {"fair", "fair", "Usable; calibrate again when accuracy matters."};
+    }
     return {"poor", "bad", "The calibration does not fit these images: calibrate again."};
 }
 
@@ -123,14 +135,17 @@ report_figures report_figures_collect(const reconstruct_context &context) {
     figures.valid = result.reason_count[REASON_VALID];
     figures.border = result.reason_count[REASON_BORDER];
     const std::size_t shared = figures.pixels - figures.border;
-    if (figures.pixels > 0)
+    if (figures.pixels > 0) {
         figures.density_percent =
             100.0 * static_cast<double>(figures.valid) / static_cast<double>(figures.pixels);
-    if (shared > 0)
+    }
+    if (shared > 0) {
         figures.density_shared_percent =
             100.0 * static_cast<double>(figures.valid) / static_cast<double>(shared);
-    for (const std::uint64_t stage_us : result.stage_us)
+    }
+    for (const std::uint64_t stage_us : result.stage_us) {
         figures.total_ms += 1e-3 * static_cast<double>(stage_us);
+    }
     collect_lengths(result, &figures);
     figures.vertical =
         report_figures_judge_rows(result.vertical.median_px, result.vertical.samples);

@@ -8,12 +8,6 @@
 
 namespace {
 
-/// Colours of reasons that colour-blind people tell apart (M. Okabe and K. Ito, 2008); what is
-/// valid stays pale, so that the eye goes to what is missing.
-constexpr colormap_rgb reason_colours[REASON_COUNT] = {
-    {0xdc, 0xe6, 0xe4}, {0x8a, 0x93, 0x98}, {0x00, 0x72, 0xb2}, {0xe6, 0x9f, 0x00},
-    {0xcc, 0x79, 0xa7}, {0xd5, 0x5e, 0x00}, {0x3a, 0x30, 0x8a}};
-
 std::string css_colour(const colormap_rgb &c) {
     return report_text_format("#%02x%02x%02x", c[0], c[1], c[2]);
 }
@@ -36,9 +30,10 @@ std::string row_lines() {
     std::string svg =
         "<svg class=\"rows\" viewBox=\"0 0 100 100\" preserveAspectRatio=\"none\" "
         "aria-hidden=\"true\">";
-    for (int i = 1; i < 10; i++)
+    for (int i = 1; i < 10; i++) {
         svg +=
             report_text_format("<line x1=\"0\" x2=\"100\" y1=\"%d\" y2=\"%d\"/>", 10 * i, 10 * i);
+    }
     return svg + "</svg>";
 }
 
@@ -53,19 +48,20 @@ std::string scale(const colormap_table &table, const std::vector<tick> &ticks) {
         "<div class=\"ticks%s\">",
         report_pictures_gradient(table).c_str(),
         ticks.front().text.find("<br>") != std::string::npos ? " double" : "");
-    for (const tick &t : ticks)
+    for (const tick &t : ticks) {
         html += report_text_format("<span style=\"left:%.1f%%\">%s</span>", 100 * t.share,
                                    t.text.c_str());
+    }
     return html + "</div></div>";
 }
 
-std::vector<tick> even_ticks(double low, double high, const char *format) {
+std::vector<tick> even_ticks(double low, double high, const char *unit) {
     std::vector<tick> ticks;
     for (int i = 0; i <= 4; i++) {
         char text[48];
         const double value = low + (high - low) * i / 4;
         std::snprintf(text, sizeof text, "%.*f%s", std::fabs(high - low) < 8 ? 2 : 0, value,
-                      i == 4 ? format : "");
+                      i == 4 ? unit : "");
         ticks.push_back({i / 4.0, text});
     }
     return ticks;
@@ -74,14 +70,18 @@ std::vector<tick> even_ticks(double low, double high, const char *format) {
 /// The 1 % and 99 % quantiles of the valid disparities, in px.
 void disparity_range(const reconstruct_result &result, double *low_px, double *high_px) {
     std::vector<std::int32_t> values;
-    for (int y = 0; y < result.left.height; y++)
-        for (int x = 0; x < result.left.width; x++)
-            if (image_u8_row(&result.match.reason, y)[x] == REASON_VALID)
+    for (int y = 0; y < result.left.height; y++) {
+        for (int x = 0; x < result.left.width; x++) {
+            if (image_u8_row(&result.match.reason, y)[x] == REASON_VALID) {
                 values.push_back(image_i32_row(&result.match.disparity_q8, y)[x]);
+            }
+        }
+    }
     *low_px = result.plan.disparity_min;
     *high_px = result.plan.disparity_min + result.plan.disparity_count;
-    if (values.empty())
+    if (values.empty()) {
         return;
+    }
     std::sort(values.begin(), values.end());
     *low_px = std::floor(values[values.size() / 100] / 256.0);
     *high_px =
@@ -104,8 +104,9 @@ std::string disparity_figure(const reconstruct_context &context, const report_fi
         const double d = low_px + (high_px - low_px) * i / 4;
         const double shift = d - (plan.cx_left_px - plan.cx_right_px);
         std::string text = report_text_format("%.*f px", high_px - low_px < 8 ? 2 : 0, d);
-        if (shift > 0)
+        if (shift > 0) {
             text += "<br>" + report_text_length(plan.f_px * plan.baseline_mm / shift, figures.unit);
+        }
         ticks.push_back({i / 4.0, text});
     }
     return figure(frame("map", "left", uri, "", "Map of disparities", ""),
@@ -115,7 +116,7 @@ std::string disparity_figure(const reconstruct_context &context, const report_fi
 std::string reason_figure(const reconstruct_context &context, const report_figures &figures,
                           const report_grid &grid) {
     colormap_table table{};
-    std::copy(std::begin(reason_colours), std::end(reason_colours), table.begin());
+    std::copy(std::begin(colormap_reasons), std::end(colormap_reasons), table.begin());
     const std::string uri = report_encode_png(grid.width_px, grid.height_px,
                                               report_layers_reason(*context.result, grid), table);
     std::string keys = "<ul class=\"keys\">";
@@ -123,7 +124,7 @@ std::string reason_figure(const reconstruct_context &context, const report_figur
         const std::uint32_t count = context.result->reason_count[i];
         keys += report_text_format(
             "<li><i style=\"background:%s\"></i>%s<em>%.1f %%</em></li>",
-            css_colour(reason_colours[i]).c_str(), report_text_escape(reason_text(i)).c_str(),
+            css_colour(colormap_reasons[i]).c_str(), report_text_escape(reason_text(i)).c_str(),
             figures.pixels > 0 ? 100.0 * count / static_cast<double>(figures.pixels) : 0.0);
     }
     return figure(frame("map", "left", uri, "", "Map of reasons", ""),
@@ -142,12 +143,16 @@ std::string confidence_figure(const reconstruct_context &context, const report_g
 std::string sigma_figure(const reconstruct_context &context, const report_grid &grid) {
     const reconstruct_result &result = *context.result;
     std::vector<std::uint16_t> values;
-    for (int y = 0; y < result.left.height; y++)
-        for (int x = 0; x < result.left.width; x++)
-            if (image_u16_row(&result.sigma_q8, y)[x] > 0)
+    for (int y = 0; y < result.left.height; y++) {
+        for (int x = 0; x < result.left.width; x++) {
+            if (image_u16_row(&result.sigma_q8, y)[x] > 0) {
                 values.push_back(image_u16_row(&result.sigma_q8, y)[x]);
-    if (values.empty())
+            }
+        }
+    }
+    if (values.empty()) {
         return "";
+    }
     std::sort(values.begin(), values.end());
     const double high_px = std::max(0.05, values[values.size() - 1 - values.size() / 50] / 256.0);
     const colormap_table table = colormap_sequential();
@@ -164,21 +169,24 @@ std::vector<std::uint8_t> raw_to_rgb(const reconstruct_image &raw, int step, int
     std::vector<std::uint8_t> rgb;
     rgb.reserve(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
     const int channels = raw.layout == PIXEL_RGB ? 3 : 1;
-    for (int y = 0; y < height; y++)
+    for (int y = 0; y < height; y++) {
         for (int x = 0; x < width; x++) {
             const std::uint16_t *pixel =
                 raw.data + static_cast<std::ptrdiff_t>(y) * step * raw.stride + x * step * channels;
-            for (int c = 0; c < 3; c++)
+            for (int c = 0; c < 3; c++) {
                 rgb.push_back(
                     static_cast<std::uint8_t>(pixel[channels == 3 ? c : 0] >> (raw.bits - 8)));
+            }
         }
+    }
     return rgb;
 }
 
 std::string raw_figure(const reconstruct_image &raw, const char *path, const char *side) {
     int step = 1;
-    while (raw.width_px / step > 900)
+    while (raw.width_px / step > 900) {
         step++;
+    }
     const int width = (raw.width_px + step - 1) / step, height = (raw.height_px + step - 1) / step;
     std::vector<std::uint8_t> rgb = raw_to_rgb(raw, step, width, height);
     const image_rgb8 view = {rgb.data(), width, height, 3 * static_cast<std::ptrdiff_t>(width)};
@@ -194,8 +202,9 @@ std::string raw_figure(const reconstruct_image &raw, const char *path, const cha
 
 std::string report_pictures_gradient(const colormap_table &table) {
     std::string css = "linear-gradient(90deg";
-    for (std::size_t i = 0; i <= 254; i += 127 / 8)
+    for (std::size_t i = 0; i <= 254; i += 127 / 8) {
         css += "," + css_colour(table[i]);
+    }
     return css + "," + css_colour(table[254]) + ")";
 }
 
@@ -211,8 +220,9 @@ std::string report_pictures_pair(const reconstruct_context &context, const repor
 }
 
 std::string report_pictures_raw(const reconstruct_context &context) {
-    if (context.result->plan.identity || context.left.data == nullptr)
+    if (context.result->plan.identity || context.left.data == nullptr) {
         return "";
+    }
     return "<h3 style=\"margin-top:22px\">Before rectification</h3>\n<div class=\"grid two\">\n" +
            raw_figure(context.left, context.left_path, "Left") +
            raw_figure(context.right, context.right_path, "Right") + "</div>";

@@ -43,23 +43,28 @@ struct scored {
 
 std::string score_table(const std::vector<scored> &sets) {
     std::string html = "<table><thead><tr><th>pixels</th>";
-    for (const scored &set : sets)
+    for (const scored &set : sets) {
         html += report_text_format("<th>%s</th>", set.name);
+    }
     html += "</tr></thead><tbody>\n<tr><th scope=\"row\">count</th>";
-    for (const scored &set : sets)
+    for (const scored &set : sets) {
         html += "<td>" + report_text_count(set.score->pixels) + "</td>";
+    }
     for (int i = 0; i < EVALUATE_THRESHOLDS; i++) {
         html += report_text_format("</tr>\n<tr><th scope=\"row\">bad-%g</th>",
                                    evaluate_thresholds_px[i]);
-        for (const scored &set : sets)
+        for (const scored &set : sets) {
             html += report_text_format("<td>%.2f %%</td>", set.score->bad_percent[i]);
+        }
     }
     html += "</tr>\n<tr><th scope=\"row\">mean |error|</th>";
-    for (const scored &set : sets)
+    for (const scored &set : sets) {
         html += report_text_format("<td>%.3f px</td>", set.score->average_px);
+    }
     html += "</tr>\n<tr><th scope=\"row\">rms error</th>";
-    for (const scored &set : sets)
+    for (const scored &set : sets) {
         html += report_text_format("<td>%.3f px</td>", set.score->rms_px);
+    }
     return html + "</tr>\n</tbody></table>";
 }
 
@@ -75,15 +80,17 @@ std::string report_sections_cards(const reconstruct_context &context,
         "Measured", report_text_format("%.1f <small>%%</small>", figures.density_percent),
         report_text_format("of %d × %d pixels; %.1f %% of what both cameras see", result.left.width,
                            result.left.height, figures.density_shared_percent));
-    if (figures.has_surface)
+    if (figures.has_surface) {
         cards += card("Depth", report_text_length(figures.depth_median_mm, figures.unit),
                       "median; " + report_text_length(figures.depth_p1_mm, figures.unit) + " to " +
                           report_text_length(figures.depth_p99_mm, figures.unit) +
                           " holds 98 % of the points");
-    if (figures.sigma_median_mm > 0)
+    }
+    if (figures.sigma_median_mm > 0) {
         cards += card("Predicted sigma",
                       "± " + report_text_length(figures.sigma_median_mm, figures.unit),
                       "median standard deviation along the ray");
+    }
     cards += rows_card(context, figures);
     cards += card("Time and memory", report_text_format("%.0f <small>ms</small>", figures.total_ms),
                   report_text_format("%d thread%s, files not counted; ", context.threads,
@@ -105,19 +112,23 @@ std::string report_sections_notes(const reconstruct_context &context,
         truth_shown = truth_shown || text.find(context.ground_truth_path) != std::string::npos;
         items += note("warning", "Note", text);
     }
-    if (!remark_shown)
+    if (!remark_shown) {
         items += note("", "Calibration", remark);
-    if (!figures.has_surface)
+    }
+    if (!figures.has_surface) {
         items += note("warning", "No surface",
                       "No pixel could be measured. The map of reasons below says why.");
-    if (!truth_shown)
+    }
+    if (!truth_shown) {
         items += note("warning", "Ground truth not used", figures.truth.trouble);
+    }
     return items.empty() ? items : "<ul class=\"notes\">\n" + items + "</ul>";
 }
 
 std::string report_sections_histogram(const report_figures &figures) {
-    if (!figures.has_surface)
+    if (!figures.has_surface) {
         return "<p class=\"lead\">No point was measured.</p>";
+    }
     const report_histogram &histogram = figures.histogram;
     const std::size_t most = std::max<std::size_t>(
         1, *std::max_element(histogram.counts.begin(), histogram.counts.end()));
@@ -129,8 +140,9 @@ std::string report_sections_histogram(const report_figures &figures) {
     const double step_mm = (histogram.high_mm - histogram.low_mm) / bins;
     for (std::size_t i = 0; i < histogram.counts.size(); i++) {
         const double share = static_cast<double>(histogram.counts[i]) / static_cast<double>(most);
-        if (histogram.counts[i] == 0)
+        if (histogram.counts[i] == 0) {
             continue;
+        }
         const double low_mm = histogram.low_mm + step_mm * static_cast<double>(i);
         svg += report_text_format(
             "<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\"><title>%s to %s: %s "
@@ -152,26 +164,30 @@ std::string report_sections_histogram(const report_figures &figures) {
                 .c_str());
     }
     svg += "</svg>";
-    if (histogram.nearer + histogram.farther > 0)
+    if (histogram.nearer + histogram.farther > 0) {
         svg += report_text_format(
             "<p class=\"hint\">%s points are nearer and %s farther than this.</p>",
             report_text_count(histogram.nearer).c_str(),
             report_text_count(histogram.farther).c_str());
+    }
     return svg + "</div>";
 }
 
 std::string report_sections_accuracy(const reconstruct_context &context,
                                      const report_figures &figures, const report_grid &grid) {
-    if (!figures.truth.given || !figures.truth.trouble.empty())
+    if (!figures.truth.given || !figures.truth.trouble.empty()) {
         return "";
+    }
     const evaluate_result &score = figures.truth.score;
     const bool masked = !figures.truth.mask.empty();
     std::vector<scored> sets;
-    if (masked)
+    if (masked) {
         sets.push_back({"measured, seen by both", &score.kept_visible});
+    }
     sets.push_back({"measured, all", &score.kept_all});
-    if (masked)
+    if (masked) {
         sets.push_back({"filled, seen by both", &score.filled_visible});
+    }
     sets.push_back({"filled, all", &score.filled_all});
     return report_text_format(
         "<section id=\"accuracy\" aria-labelledby=\"accuracy-title\">\n"

@@ -14,17 +14,21 @@ namespace {
 /// Length in bytes of the well-formed UTF-8 character at text[at], 0 when it is not one.
 std::size_t utf8_length(const std::string &text, std::size_t at) {
     const unsigned first = static_cast<unsigned char>(text[at]);
-    if (first < 0x80)
+    if (first < 0x80) {
         return 1;
+    }
     const std::size_t length = first >= 0xC2 && first <= 0xDF   ? 2
                                : first >= 0xE0 && first <= 0xEF ? 3
                                : first >= 0xF0 && first <= 0xF4 ? 4
                                                                 : 0;
-    if (length == 0 || at + length > text.size())
+    if (length == 0 || at + length > text.size()) {
         return 0;
-    for (std::size_t i = 1; i < length; i++)
-        if ((static_cast<unsigned char>(text[at + i]) & 0xC0U) != 0x80U)
+    }
+    for (std::size_t i = 1; i < length; i++) {
+        if ((static_cast<unsigned char>(text[at + i]) & 0xC0U) != 0x80U) {
             return 0;
+        }
+    }
     return length;
 }
 
@@ -62,10 +66,12 @@ std::string html_character(char c) {
 }
 
 std::string json_character(char c) {
-    if (c == '"' || c == '\\')
+    if (c == '"' || c == '\\') {
         return std::string("\\") + c;
-    if (static_cast<unsigned char>(c) < 0x20 || c == '<' || c == '>' || c == '&')
+    }
+    if (static_cast<unsigned char>(c) < 0x20 || c == '<' || c == '>' || c == '&') {
         return report_text_format("\\u%04x", static_cast<unsigned>(static_cast<unsigned char>(c)));
+    }
     return std::string(1, c);
 }
 
@@ -96,8 +102,9 @@ std::string report_text_count(std::size_t count) {
     const std::string digits = std::to_string(count);
     std::string text;
     for (std::size_t i = 0; i < digits.size(); i++) {
-        if (i > 0 && (digits.size() - i) % 3 == 0)
+        if (i > 0 && (digits.size() - i) % 3 == 0) {
             text += "\xE2\x80\xAF";  // narrow no-break space
+        }
         text += digits[i];
     }
     return text;
@@ -105,8 +112,9 @@ std::string report_text_count(std::size_t count) {
 
 std::string report_text_length(double length_mm, const char *unit) {
     const double size = std::fabs(length_mm);
-    if (std::strcmp(unit, "mm") == 0 && size >= 10000)
+    if (std::strcmp(unit, "mm") == 0 && size >= 10000) {
         return report_text_format("%.*f m", size >= 100000 ? 1 : 2, length_mm / 1000);
+    }
     const int decimals = size >= 1000 ? 0 : size >= 100 ? 1 : size >= 1 ? 2 : 3;
     return report_text_format("%.*f %s", decimals, length_mm, unit);
 }
@@ -130,8 +138,9 @@ std::string report_text_fill(const std::string &page,
         const std::size_t open = page.find("{{", at);
         const std::size_t close =
             open == std::string::npos ? std::string::npos : page.find("}}", open);
-        if (close == std::string::npos)
+        if (close == std::string::npos) {
             return result + page.substr(at);
+        }
         const auto part = parts.find(page.substr(open + 2, close - open - 2));
         INVARIANT(part != parts.end());
         result += page.substr(at, open - at) + part->second;

@@ -60,8 +60,9 @@ void print_view(json *out, size_t offset, size_t length, int target) {
     json_integer(out, "buffer", 0);
     json_integer(out, "byteOffset", static_cast<int64_t>(offset));
     json_integer(out, "byteLength", static_cast<int64_t>(length));
-    if (target != 0)
+    if (target != 0) {
         json_integer(out, "target", target);
+    }
     json_close_object(out);
 }
 
@@ -110,11 +111,10 @@ void print_accessors(json *out, const reconstruct_result &result) {
     json_close_array(out);
 }
 
-/// An array of one object with one index in it, as glTF's references mostly are.
-void print_reference(json *out, const char *array, const char *name, int64_t index) {
-    json_open_array(out, array);
+void print_buffers(json *out, size_t length) {
+    json_open_array(out, "buffers");
     json_open_object(out, nullptr);
-    json_integer(out, name, index);
+    json_integer(out, "byteLength", static_cast<int64_t>(length));
     json_close_object(out);
     json_close_array(out);
 }
@@ -218,8 +218,9 @@ std::string make_text(const reconstruct_context &context, const sections &at) {
     char *text = nullptr;
     size_t length = 0;
     FILE *stream = open_memstream(&text, &length);
-    if (stream == nullptr)
+    if (stream == nullptr) {
         return "";
+    }
     json out;
     json_begin(&out, stream);
     json_open_object(&out, nullptr);
@@ -229,7 +230,7 @@ std::string make_text(const reconstruct_context &context, const sections &at) {
     print_texture(&out);
     print_accessors(&out, *context.result);
     print_views(&out, at);
-    print_reference(&out, "buffers", "byteLength", static_cast<int64_t>(at.end));
+    print_buffers(&out, at.end);
     json_close_object(&out);
     json_end(&out);
     const bool good = std::ferror(stream) == 0;
@@ -243,8 +244,9 @@ std::string make_text(const reconstruct_context &context, const sections &at) {
 void write_positions(const reconstruct_result &result, output_file *file) {
     for (uint32_t i = 0; i < result.vertex_count; i++) {
         const vertex_position position = position_of(result.points[i]);
-        for (const float metres : position.metres)
+        for (const float metres : position.metres) {
             output_file_f32(file, metres);
+        }
     }
 }
 
@@ -274,8 +276,9 @@ void write_coordinates(const reconstruct_result &result, output_file *file) {
 void write_indices(const reconstruct_result &result, output_file *file) {
     for (uint32_t i = 0; i < result.triangle_count; i++) {
         unsigned char bytes[12];
-        for (int corner = 0; corner < 3; corner++)
+        for (int corner = 0; corner < 3; corner++) {
             output_file_put_u32(bytes + 4 * corner, result.triangles[i][corner]);
+        }
         output_file_write(file, bytes, sizeof bytes);
     }
 }
@@ -291,11 +294,13 @@ int write_glb(const reconstruct_context *context, const char *path, message *mes
     const std::vector<unsigned char> texture = image_jpeg_encode(result.left_colour, jpeg_quality);
     const sections at = lay_out(result, texture.size());
     const std::string text = make_text(*context, at);
-    if (texture.empty() || text.empty())
+    if (texture.empty() || text.empty()) {
         return message_set(message, ERROR_MEMORY, "writing %s failed: not enough memory", path);
+    }
     const size_t total = 12 + 8 + text.size() + 8 + at.end;
-    if (total > std::numeric_limits<uint32_t>::max())
+    if (total > std::numeric_limits<uint32_t>::max()) {
         return message_set(message, ERROR_BUFFER, "%s would be larger than 4 GB", path);
+    }
     output_file file;
     output_file_open(&file, path);
     output_file_u32(&file, glb_magic);

@@ -13,6 +13,7 @@
 #include "core/invariant.h"
 #include "daemon/interrupt.h"
 #include "daemon/output_file.h"
+#include "tools/host/colormap.hpp"
 
 namespace {
 
@@ -23,11 +24,6 @@ struct png_shape {
 /// Fills `row` with row y as the file has it (16 bit values most significant byte first).
 using row_source = std::function<void(int y, unsigned char *row)>;
 
-/// Of enum reason: valid pixels light, the others by what happened to them.
-const png_color reason_colours[REASON_COUNT] = {{235, 235, 235}, {40, 40, 40},   {70, 110, 180},
-                                                {150, 150, 150}, {230, 160, 60}, {200, 80, 160},
-                                                {200, 60, 50}};
-
 [[noreturn]] void on_error(png_structp png, png_const_charp) {
     png_longjmp(png, 1);
 }
@@ -36,12 +32,22 @@ void on_warning(png_structp, png_const_charp) {}
 
 void on_write(png_structp png, png_bytep bytes, size_t length) {
     // Compressing what nobody will read would only make Ctrl-C slow.
-    if (interrupt_requested())
+    if (interrupt_requested()) {
         png_error(png, "interrupted");
+    }
     output_file_write(static_cast<output_file *>(png_get_io_ptr(png)), bytes, length);
 }
 
 void on_flush(png_structp) {}
+
+void set_reason_palette(png_structp png, png_infop info) {
+    png_color colours[REASON_COUNT];
+    for (int i = 0; i < REASON_COUNT; i++) {
+        const colormap_rgb &c = colormap_reasons[i];
+        colours[i] = {c[0], c[1], c[2]};
+    }
+    png_set_PLTE(png, info, colours, REASON_COUNT);
+}
 
 /// Returns false when libpng itself fails, which only happens when memory runs out.
 bool encode(const png_shape &shape, const row_source &source, std::vector<unsigned char> *row,
@@ -56,8 +62,9 @@ bool encode(const png_shape &shape, const row_source &source, std::vector<unsign
     png_set_IHDR(png, info, static_cast<png_uint_32>(shape.width_px),
                  static_cast<png_uint_32>(shape.height_px), shape.bits, shape.colour_type,
                  PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-    if (shape.colour_type == PNG_COLOR_TYPE_PALETTE)
-        png_set_PLTE(png, info, reason_colours, REASON_COUNT);
+    if (shape.colour_type == PNG_COLOR_TYPE_PALETTE) {
+        set_reason_palette(png, info);
+    }
     // Half the time of the default level for a few per cent more bytes.
     png_set_compression_level(png, 3);
     png_write_info(png, info);
@@ -79,8 +86,9 @@ int write_file(const png_shape &shape, const row_source &source, const char *pat
     output_file_open(&file, path);
     const bool encoded = file.stream == nullptr || encode(shape, source, &row, &file);
     const int error = output_file_close(&file, message);
-    if (error == ERROR_OK && !encoded)
+    if (error == ERROR_OK && !encoded) {
         return message_set(message, ERROR_MEMORY, "writing %s failed: not enough memory", path);
+    }
     return error;
 }
 

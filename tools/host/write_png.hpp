@@ -13,7 +13,7 @@ int write_png_disparity(const reconstruct_context *context, const char *path, me
 /// depth.png: 16 bit, z in the left camera's frame in mm, 0 where there is none or beyond 65535 mm.
 int write_png_depth(const reconstruct_context *context, const char *path, message *message);
 
-/// reasons.png: palette; the index is enum reason.
+/// reasons.png: palette (`colormap_reasons`); the index is enum reason.
 int write_png_reasons(const reconstruct_context *context, const char *path, message *message);
 
 /// left_rectified.png and right_rectified.png: 8 bit colour, black where the camera sees nothing.

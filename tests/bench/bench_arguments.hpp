@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The command line that the benchmark's programs share.
+#ifndef VERGENCE_TESTS_BENCH_BENCH_ARGUMENTS_HPP
+#define VERGENCE_TESTS_BENCH_BENCH_ARGUMENTS_HPP
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "bench/bench_method.hpp"
+
+struct bench_arguments {
+    std::vector<std::string> paths;
+    int rounds = 7;
+    bool quick = false, json = false, unpadded = false, errors_only = false, settings = false;
+    std::string only;         // part of a method's name
+    std::string pypi_folder;  // with another module cv2; empty: none
+};
+
+/// One program: its name, its manual, and which of the options it knows.
+struct bench_program {
+    const char *name, *usage;
+    std::vector<std::string> options;
+};
+
+/// Exit code of a whole program: reads the command line, loads the pairs, works. All that goes
+/// wrong is said in one line on standard error. 2 for wrong usage, 1 for all else.
+int bench_main(
+    const bench_program &program, int argc, char **argv,
+    const std::function<int(const bench_arguments &, const std::vector<bench_pair> &)> &work);
+
+/// The choice that the arguments make; starts PyPI's OpenCV when a folder is named.
+bench_choice bench_choice_of(const bench_arguments &arguments);
+
+/// "" when there is none.
+std::string bench_pypi_version(const bench_choice &choice);
+
+#endif

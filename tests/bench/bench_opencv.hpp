@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+/// OpenCV's block and semi-global matchers, their settings, and the ones linked into this program.
+#ifndef VERGENCE_TESTS_BENCH_BENCH_OPENCV_HPP
+#define VERGENCE_TESTS_BENCH_BENCH_OPENCV_HPP
+
+#include "bench/bench_method.hpp"
+
+enum class opencv_mode { three_way, sgbm, hh4, hh, block_matching };
+
+constexpr opencv_mode opencv_modes[] = {opencv_mode::three_way, opencv_mode::sgbm, opencv_mode::hh4,
+                                        opencv_mode::hh, opencv_mode::block_matching};
+
+/// Always with the left-right check (disp12MaxDiff 1).
+struct opencv_setting {
+    opencv_mode mode;
+    int block_px;
+    int penalty_scale;  // P1 = 8 * this * block^2, P2 = 4 P1; block matching has none
+    int prefilter_cap;
+    int uniqueness_percent;
+    int speckle_px;  // islands below this area are rejected, steps up to 2 px join; 0: off
+
+    int p1() const { return 8 * penalty_scale * block_px * block_px; }
+    int p2() const { return 4 * p1(); }
+};
+
+const char *opencv_mode_name(opencv_mode mode);
+std::string opencv_setting_text(const opencv_setting &setting);
+
+/// The one with the least mean error of `opencv_candidates`, or within 0.02 of it (see README.md).
+opencv_setting opencv_default(opencv_mode mode);
+
+/// The three-way mode without its filters: the fastest of the semi-global ones. All times are
+/// compared with it.
+opencv_setting opencv_plain();
+
+/// The sensible settings of a mode.
+std::vector<opencv_setting> opencv_candidates(opencv_mode mode);
+
+/// A pair as OpenCV takes it: the count of disparities a multiple of 16 (searching a few more is
+/// its own affair), the images widened where it would otherwise leave their border unsearched.
+struct opencv_input {
+    cv::Mat left, right;
+    int disparity_min, disparity_count;
+    int before_px;  // columns added on the left
+    int width_px;   // of the pair itself
+};
+opencv_input opencv_input_of(const bench_pair &pair, bool padded);
+
+/// The disparities of the pair itself from OpenCV's map in 1/16 px.
+std::vector<float> opencv_disparity_px(const cv::Mat &disparity_q4, const opencv_input &input);
+
+/// A matcher of the OpenCV that this program is linked with.
+std::unique_ptr<bench_method> opencv_make(const bench_pair &pair, const opencv_setting &setting,
+                                          bool padded);
+
+#endif

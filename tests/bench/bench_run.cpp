@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bench/bench_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+namespace {
+
+constexpr double kSlow = 4;
+constexpr int kSlowEvery = 3;
+
+// One pair's methods, alive together.
+struct contest {
+    std::vector<std::unique_ptr<bench_method>> methods;
+    std::vector<bool> is_slow;
+    std::size_t reference = 0;
+};
+
+bench_outcome first_run(const bench_method_entry &entry, const bench_pair &pair,
+                        bench_method &method) {
+    bench_outcome result;
+    result.pair = pair.name;
+    result.method = entry.name;
+    result.is_ours = entry.is_ours;
+    result.width = pair.left.cols;
+    result.height = pair.left.rows;
+    result.disparities = pair.disparity_count;
+    result.memory_bytes = method.first_run_bytes();
+    const std::vector<float> disparity_px = method.disparity_px();
+    result.density_percent = bench_density_percent(disparity_px);
+    result.has_truth = !pair.truth_px.empty();
+    if (result.has_truth) {
+        result.error = bench_error_of(pair, disparity_px);
+    }
+    return result;
+}
+
+// Runs all in this order. The reference runs in every round.
+void one_round(contest &all, const std::vector<std::size_t> &order, bool with_slow,
+               const std::vector<int> &thread_counts, std::vector<bench_outcome> &outcomes) {
+    std::vector<std::map<int, bench_time>> taken(order.size());
+    for (const std::size_t i : order) {
+        if (with_slow || !all.is_slow[i]) {
+            for (const int threads : thread_counts) {
+                taken[i][threads] = all.methods[i]->run(threads);
+            }
+        }
+    }
+    for (std::size_t i = 0; i < taken.size(); i++) {
+        for (const auto &[threads, time] : taken[i]) {
+            const bench_time &reference = taken[all.reference][threads];
+            bench_times &times = outcomes[i].times[threads];
+            times.wall_ms.push_back(time.wall_ms);
+            times.ratios.push_back(time.wall_ms / reference.wall_ms);
+            times.cpu_ratios.push_back(time.cpu_ms / reference.cpu_ms);
+        }
+        if (taken[i].size() == 2) {
+            outcomes[i].speedups.push_back(taken[i][1].wall_ms / taken[i][2].wall_ms);
+        }
+    }
+}
+
+void time_rounds(contest &all, const bench_rounds &rounds, std::vector<bench_outcome> &outcomes) {
+    std::vector<int> thread_counts = {1};
+    if (rounds.two_threads) {
+        thread_counts.push_back(2);
+    }
+    // Once more untimed: brings up the second thread, and tells the slow from the fast.
+    std::vector<double> trial_ms;
+    for (const auto &method : all.methods) {
+        for (const int threads : thread_counts) {
+            const double ms = method->run(threads).wall_ms;
+            if (threads == 1) {
+                trial_ms.push_back(ms);
+            }
+        }
+    }
+    for (const double ms : trial_ms) {
+        all.is_slow.push_back(ms > kSlow * trial_ms[all.reference]);
+    }
+    std::vector<std::size_t> order(all.methods.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::mt19937 random(1);  // the same orders in every run
+    for (int round = 0; round < rounds.count; round++) {
+        std::shuffle(order.begin(), order.end(), random);
+        one_round(all, order, round % kSlowEvery == 0, thread_counts, outcomes);
+    }
+}
+
+bench_kept kept_of(const bench_pair &pair, const std::vector<float> &disparity_px,
+                   bool only_visible) {
+    double known = 0, kept = 0, bad = 0;
+    for (std::size_t i = 0; i < disparity_px.size(); i++) {
+        const bool counts = std::isfinite(pair.truth_px[i]) && pair.mask[i] != EVALUATE_UNKNOWN &&
+                            (!only_visible || pair.mask[i] == EVALUATE_VISIBLE);
+        known += counts ? 1 : 0;
+        if (counts && std::isfinite(disparity_px[i])) {
+            kept++;
+            // The rounding of evaluate_disparity.
+            const float value =
+                pair.round_disparity ? std::floor(disparity_px[i] + 0.5F) : disparity_px[i];
+            bad += std::fabs(value - pair.truth_px[i]) > 3 ? 1 : 0;
+        }
+    }
+    return {known > 0 ? 100 * kept / known : 0, kept > 0 ? 100 * bad / kept : 0};
+}
+
+}  // namespace
+
+bench_error bench_error_of(const bench_pair &pair, const std::vector<float> &disparity_px) {
+    evaluate_input input;
+    input.width_px = pair.left.cols;
+    input.height_px = pair.left.rows;
+    input.disparity_px = disparity_px.data();
+    input.truth_px = pair.truth_px.data();
+    input.mask = pair.mask.data();
+    input.round_disparity = pair.round_disparity;
+    return {evaluate_disparity(input), kept_of(pair, disparity_px, true),
+            kept_of(pair, disparity_px, false)};
+}
+
+double bench_density_percent(const std::vector<float> &disparity_px) {
+    const auto kept = std::count_if(disparity_px.begin(), disparity_px.end(),
+                                    [](float d) { return std::isfinite(d); });
+    return 100 * static_cast<double>(kept) / static_cast<double>(disparity_px.size());
+}
+
+double bench_quantile(std::vector<double> values, double share) {
+    if (values.empty()) {
+        return 0;
+    }
+    std::sort(values.begin(), values.end());
+    const double at = share * static_cast<double>(values.size() - 1);
+    const auto low = static_cast<std::size_t>(at);
+    const std::size_t high = std::min(low + 1, values.size() - 1);
+    return values[low] + (at - static_cast<double>(low)) * (values[high] - values[low]);
+}
+
+bench_spread bench_spread_of(const std::vector<double> &values) {
+    return {bench_quantile(values, 0.5), bench_quantile(values, 0.25),
+            bench_quantile(values, 0.75)};
+}
+
+std::vector<bench_outcome> bench_run_pair(const std::vector<bench_method_entry> &methods,
+                                          const bench_pair &pair, const bench_rounds &rounds) {
+    contest all;
+    std::vector<bench_outcome> outcomes;
+    for (const bench_method_entry &entry : methods) {
+        if (entry.name == bench_reference) {
+            all.reference = all.methods.size();
+        }
+        all.methods.push_back(entry.make(pair));
+        outcomes.push_back(first_run(entry, pair, *all.methods.back()));
+    }
+    if (rounds.count > 0) {
+        time_rounds(all, rounds, outcomes);
+    }
+    return outcomes;
+}

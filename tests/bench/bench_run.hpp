@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Runs methods on a pair: error, memory and times in interleaved rounds.
+#ifndef VERGENCE_TESTS_BENCH_BENCH_RUN_HPP
+#define VERGENCE_TESTS_BENCH_BENCH_RUN_HPP
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "bench/bench_method.hpp"
+#include "tools/host/evaluate.hpp"
+
+/// What the pixels of a map that the method stands by are worth.
+struct bench_kept {
+    double density_percent = 0;  // kept of known
+    double bad_3px_percent = 0;  // of the kept
+};
+
+/// How far a map is from the truth.
+struct bench_error {
+    evaluate_result all;
+    bench_kept visible, known;  // of pixels that both cameras see; of all with known truth
+};
+
+/// Errors of a map against the pair's truth, which must be there.
+bench_error bench_error_of(const bench_pair &pair, const std::vector<float> &disparity_px);
+
+/// Share of finite values in percent.
+double bench_density_percent(const std::vector<float> &disparity_px);
+
+/// Median, quartiles and so on, by linear interpolation; 0 of no values.
+double bench_quantile(std::vector<double> values, double share);
+struct bench_spread {
+    double median = 0, low = 0, high = 0;  // quartiles
+};
+bench_spread bench_spread_of(const std::vector<double> &values);
+
+/// Times of one method, a round each.
+struct bench_times {
+    std::vector<double> wall_ms;     // with this many threads
+    std::vector<double> ratios;      // to the reference with as many in the same round
+    std::vector<double> cpu_ratios;  // the same of processor time
+};
+
+struct bench_outcome {
+    std::string pair, method;
+    bool is_ours = false;
+    int width = 0, height = 0, disparities = 0;
+    bool has_truth = false;
+    bench_error error;
+    double density_percent = 0;  // of all pixels
+    std::size_t memory_bytes = 0;
+    std::map<int, bench_times> times;  // by threads
+    std::vector<double> speedups;      // one thread's time over that of two, a round each
+
+    /// 24 bytes a column and disparity and 64 a column: what a matcher by rows may take.
+    std::size_t allowance_bytes() const {
+        return static_cast<std::size_t>(width) * (24 * static_cast<std::size_t>(disparities) + 64);
+    }
+};
+
+struct bench_rounds {
+    int count = 7;             // 0: no timing
+    bool two_threads = false;  // each run is followed by one on two threads
+};
+
+/// All methods on one pair. In a round each method runs once, in another order each time. Methods
+/// four times slower than the reference take part in every third round only.
+std::vector<bench_outcome> bench_run_pair(const std::vector<bench_method_entry> &methods,
+                                          const bench_pair &pair, const bench_rounds &rounds);
+
+#endif

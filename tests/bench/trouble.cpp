@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bench/trouble.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace {
+
+constexpr uint64_t kSeed = 20090915;
+constexpr double kFullWell_electrons = 40000, kReadNoise_electrons = 8, kExposure = 0.01;
+
+// Every pixel by itself. Rounded and cut off as a sensor of 8 bits does.
+void map_greys(cv::Mat &image, const std::function<double(double grey)> &curve) {
+    cv::Mat table(1, 256, CV_8U);
+    for (int i = 0; i < 256; i++) {
+        table.at<uint8_t>(i) = cv::saturate_cast<uint8_t>(curve(i));
+    }
+    cv::LUT(image, table, image);
+}
+
+void gain(cv::Mat &image, double factor) {
+    map_greys(image, [factor](double grey) { return factor * grey; });
+}
+
+void offset(cv::Mat &image, double greys) {
+    map_greys(image, [greys](double grey) { return grey + greys; });
+}
+
+void gamma(cv::Mat &image, double exponent) {
+    map_greys(image, [exponent](double grey) { return 255 * std::pow(grey / 255, exponent); });
+}
+
+// cos^4 of the angle to the axis, which loses this share in the corners.
+void vignette(cv::Mat &image, double corner_loss) {
+    const double corner_tan2 = 1 / std::sqrt(1 - corner_loss) - 1;
+    const double centre_x = (image.cols - 1) / 2.0;
+    const double centre_y = (image.rows - 1) / 2.0;
+    const double corner2 = centre_x * centre_x + centre_y * centre_y;
+    for (int y = 0; y < image.rows; y++) {
+        for (int x = 0; x < image.cols; x++) {
+            const double dx = x - centre_x;
+            const double dy = y - centre_y;
+            const double secant2 = 1 + corner_tan2 * (dx * dx + dy * dy) / corner2;
+            uint8_t &grey = image.at<uint8_t>(y, x);
+            grey = cv::saturate_cast<uint8_t>(grey / (secant2 * secant2));
+        }
+    }
+}
+
+// Shot and read noise of a sensor that got a hundredth of the light and was amplified back.
+void low_light(cv::Mat &image, uint64_t seed) {
+    const double electrons_per_grey = kFullWell_electrons * kExposure / 255;
+    cv::RNG random(seed);
+    for (int y = 0; y < image.rows; y++) {
+        for (int x = 0; x < image.cols; x++) {
+            uint8_t &grey = image.at<uint8_t>(y, x);
+            const double electrons = grey * electrons_per_grey;
+            const double sigma = std::sqrt(electrons + kReadNoise_electrons * kReadNoise_electrons);
+            grey = cv::saturate_cast<uint8_t>((electrons + random.gaussian(sigma)) /
+                                              electrons_per_grey);
+        }
+    }
+}
+
+void add_noise(cv::Mat &image, double sigma_greys, uint64_t seed) {
+    cv::RNG random(seed);
+    for (int y = 0; y < image.rows; y++) {
+        for (int x = 0; x < image.cols; x++) {
+            uint8_t &grey = image.at<uint8_t>(y, x);
+            grey = cv::saturate_cast<uint8_t>(grey + random.gaussian(sigma_greys));
+        }
+    }
+}
+
+// Amplified until this share of the pixels stands at white.
+void saturate(cv::Mat &image, double share) {
+    std::vector<uint8_t> greys(image.begin<uint8_t>(), image.end<uint8_t>());
+    const auto at = static_cast<std::ptrdiff_t>((1 - share) * static_cast<double>(greys.size()));
+    std::nth_element(greys.begin(), greys.begin() + at, greys.end());
+    gain(image, 255.0 / std::max<int>(greys[static_cast<std::size_t>(at)], 1));
+}
+
+void shift_down(cv::Mat &image, double rows) {
+    const cv::Matx23d move(1, 0, 0, 0, 1, rows);
+    cv::Mat moved;
+    cv::warpAffine(image, moved, move, image.size(), cv::INTER_CUBIC, cv::BORDER_REPLICATE);
+    image = moved;
+}
+
+bench_pair with_images(const bench_pair &pair, const cv::Mat &left, const cv::Mat &right) {
+    bench_pair result = pair;
+    result.left = left.clone();
+    result.right = right.clone();
+    result.truth_px.clear();
+    result.mask.clear();
+    return result;
+}
+
+bench_pair no_texture(const bench_pair &pair, const bench_pair &) {
+    const cv::Mat grey(pair.left.size(), CV_8U, cv::Scalar(128));
+    bench_pair result = with_images(pair, grey, grey);
+    add_noise(result.left, 2, kSeed);
+    add_noise(result.right, 2, kSeed + 1);
+    return result;
+}
+
+bench_pair stripes(const bench_pair &pair, const bench_pair &) {
+    constexpr double period_px = 12;
+    cv::Mat image(pair.left.size(), CV_8U);
+    for (int x = 0; x < image.cols; x++) {
+        const double phase = 2 * CV_PI * x / period_px;
+        image.col(x).setTo(cv::Scalar(std::round(128 + 80 * std::sin(phase))));
+    }
+    bench_pair result = with_images(pair, image, image);
+    add_noise(result.left, 1, kSeed);
+    add_noise(result.right, 1, kSeed + 1);
+    return result;
+}
+
+bench_pair one_black(const bench_pair &pair, const bench_pair &) {
+    return with_images(pair, pair.left, cv::Mat::zeros(pair.left.size(), CV_8U));
+}
+
+bench_pair swapped(const bench_pair &pair, const bench_pair &) {
+    return with_images(pair, pair.right, pair.left);
+}
+
+// With itself for another, turned upside down and left to right.
+bench_pair unrelated(const bench_pair &pair, const bench_pair &other) {
+    cv::Mat right;
+    cv::resize(other.right, right, pair.left.size(), 0, 0, cv::INTER_AREA);
+    if (other.name == pair.name) {
+        cv::rotate(right, right, cv::ROTATE_180);
+    }
+    return with_images(pair, pair.left, right);
+}
+
+}  // namespace
+
+const std::vector<trouble_case> &photometric_troubles() {
+    static const std::vector<trouble_case> all = {
+        {"clean", "no change", [](bench_pair &) {}},
+        {"gain.7", "right image times 0.7", [](bench_pair &p) { gain(p.right, 0.7); }},
+        {"gain1.3", "right image times 1.3, cut off", [](bench_pair &p) { gain(p.right, 1.3); }},
+        {"off-20", "right image less 20 grey levels", [](bench_pair &p) { offset(p.right, -20); }},
+        {"off+20", "right image plus 20 grey levels", [](bench_pair &p) { offset(p.right, 20); }},
+        {"gamma.7", "right image to the power of 0.7", [](bench_pair &p) { gamma(p.right, 0.7); }},
+        {"gamma1.4", "right image to the power of 1.4", [](bench_pair &p) { gamma(p.right, 1.4); }},
+        {"vignette", "right image by cos^4, 40 % less in the corners",
+         [](bench_pair &p) { vignette(p.right, 0.4); }},
+        {"noise", "right image with shot and read noise of 1 % of the exposure",
+         [](bench_pair &p) { low_light(p.right, kSeed); }},
+        {"noise2", "both images with that noise",
+         [](bench_pair &p) {
+             low_light(p.left, kSeed + 1);
+             low_light(p.right, kSeed);
+         }},
+        {"clipped", "right image amplified until a fifth of it is white",
+         [](bench_pair &p) { saturate(p.right, 0.2); }},
+        {"half row", "right image half a pixel lower",
+         [](bench_pair &p) { shift_down(p.right, 0.5); }},
+        {trouble_exposure, "right image exposed 0.6 times as long",
+         [](bench_pair &p) { gain(p.right, 0.6); }},
+    };
+    return all;
+}
+
+const std::vector<trouble_nothing> &no_surface_troubles() {
+    static const std::vector<trouble_nothing> all = {
+        {"no texture", "both images grey, noise of 2 grey levels", no_texture},
+        {"stripes", "both images the same stripes of 12 px, noise of 1 grey level", stripes},
+        {"one black", "the right image black", one_black},
+        {"swapped", "left and right swapped", swapped},
+        {"unrelated", "the right image of the next pair", unrelated},
+    };
+    return all;
+}
+
+bench_pair trouble_copy(const bench_pair &pair) {
+    bench_pair copy = pair;
+    copy.left = pair.left.clone();
+    copy.right = pair.right.clone();
+    return copy;
+}

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: Apache-2.0
+// How much worse matchers get when the images differ, and what they keep of pairs that show no
+// surface. See kUsage and README.md.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <opencv2/core/version.hpp>
+#include <stdexcept>
+
+#include "bench/bench_arguments.hpp"
+#include "bench/bench_run.hpp"
+#include "bench/trouble.hpp"
+#include "daemon/json.h"
+
+namespace {
+
+constexpr const char *kUsage =
+    "usage: trouble_bench [options] DIR...\n"
+    "  DIR            a folder with left.png right.png meta.json disparity.pfm and, optional,\n"
+    "                 mask.png; or a folder of such folders\n"
+    "  --only TEXT    methods whose name contains TEXT (and SGBM 3-way plain)\n"
+    "  --quick        only the change of exposure and the unrelated images\n"
+    "  --pypi FOLDER  also the OpenCV of the Python module cv2 in FOLDER, in its own process\n"
+    "  --json         machine-readable result on standard output\n"
+    "Errors are bad-1.0 (filled, non-occluded); growth is their mean over that of the images\n"
+    "as they are.\n";
+
+constexpr int kNameWidth = 30;
+constexpr int kColumnWidth = 9;
+
+// One method: for each case, a value a pair.
+struct troubled {
+    std::string method;
+    std::map<std::string, std::vector<double>> bad_percent;   // by photometric trouble
+    std::map<std::string, std::vector<double>> kept_percent;  // by pair without a surface
+};
+
+double mean(const std::vector<double> &values) {
+    double sum = 0;
+    for (const double value : values) {
+        sum += value;
+    }
+    return values.empty() ? 0 : sum / static_cast<double>(values.size());
+}
+
+// Not a number where the clean images give no error at all.
+double growth(const troubled &one, const char *name) {
+    const double clean = mean(one.bad_percent.at("clean"));
+    return clean > 0 ? mean(one.bad_percent.at(name)) / clean
+                     : std::numeric_limits<double>::quiet_NaN();
+}
+
+// What is to be tried.
+struct plan {
+    std::vector<trouble_case> photometric;
+    std::vector<trouble_nothing> nothing;
+};
+
+plan plan_of(bool quick) {
+    plan all = {photometric_troubles(), no_surface_troubles()};
+    if (quick) {
+        const auto is_named = [](const char *name) {
+            return [name](const auto &one) { return std::strcmp(one.name, name) == 0; };
+        };
+        const auto exposure = std::find_if(all.photometric.begin(), all.photometric.end(),
+                                           is_named(trouble_exposure));
+        all.photometric = {all.photometric.front(), *exposure};
+        all.nothing = {all.nothing.back()};
+    }
+    return all;
+}
+
+std::vector<float> matched(const bench_method_entry &entry, const bench_pair &pair) {
+    const auto method = entry.make(pair);
+    method->run(1);
+    return method->disparity_px();
+}
+
+void run_pair(const std::vector<bench_method_entry> &methods, const plan &plan,
+              const bench_pair &pair, const bench_pair &other, std::vector<troubled> &results) {
+    for (const trouble_case &one : plan.photometric) {
+        bench_pair changed = trouble_copy(pair);
+        one.apply(changed);
+        for (std::size_t i = 0; i < methods.size(); i++) {
+            const bench_error error = bench_error_of(changed, matched(methods[i], changed));
+            results[i].bad_percent[one.name].push_back(error.all.filled_visible.bad_percent[1]);
+        }
+    }
+    for (const trouble_nothing &one : plan.nothing) {
+        const bench_pair made = one.make(pair, other);
+        for (std::size_t i = 0; i < methods.size(); i++) {
+            results[i].kept_percent[one.name].push_back(
+                bench_density_percent(matched(methods[i], made)));
+        }
+    }
+}
+
+// A line a method, a column a case.
+template <typename Case>
+void print_table(const char *title, const std::vector<Case> &cases,
+                 const std::vector<troubled> &results,
+                 const std::function<std::string(const troubled &, const char *name)> &cell) {
+    std::printf("\n%s\n  %-*s", title, kNameWidth, "");
+    for (const Case &one : cases) {
+        std::printf(" %*s", kColumnWidth, one.name);
+    }
+    std::printf("\n");
+    for (const troubled &result : results) {
+        std::printf("  %-*s", kNameWidth, result.method.c_str());
+        for (const Case &one : cases) {
+            std::printf(" %*s", kColumnWidth, cell(result, one.name).c_str());
+        }
+        std::printf("\n");
+    }
+}
+
+std::string decimals(int count, double value) {
+    if (!std::isfinite(value)) {
+        return "-";
+    }
+    char text[32];
+    std::snprintf(text, sizeof text, "%.*f", count, value);
+    return text;
+}
+
+void print_tables(const std::vector<troubled> &results, const plan &plan, std::size_t pairs) {
+    const std::string title = "bad-1.0 in percent, filled, non-occluded, mean of " +
+                              std::to_string(pairs) + (pairs > 1 ? " pairs" : " pair");
+    print_table(title.c_str(), plan.photometric, results,
+                [](const troubled &one, const char *name) {
+                    return decimals(2, mean(one.bad_percent.at(name)));
+                });
+    print_table(
+        "growth: the same over that of the clean images", plan.photometric, results,
+        [](const troubled &one, const char *name) { return decimals(2, growth(one, name)); });
+    print_table("kept where there is no surface, percent of all pixels: mean (and most)",
+                plan.nothing, results, [](const troubled &one, const char *name) {
+                    const std::vector<double> &values = one.kept_percent.at(name);
+                    return decimals(1, mean(values)) + "(" +
+                           decimals(0, bench_quantile(values, 1)) + ")";
+                });
+    std::printf("\n");
+    for (const trouble_case &one : plan.photometric) {
+        std::printf("  %-10s %s\n", one.name, one.what);
+    }
+    for (const trouble_nothing &one : plan.nothing) {
+        std::printf("  %-10s %s\n", one.name, one.what);
+    }
+}
+
+void put_values(json *out, const char *name, const std::vector<double> &values) {
+    json_reals(out, name, values.data(), static_cast<int>(values.size()), 6);
+}
+
+void put_troubled(json *out, const troubled &one) {
+    json_open_object(out, nullptr);
+    json_text(out, "method", one.method.c_str());
+    json_open_array(out, "photometric");
+    for (const auto &[name, values] : one.bad_percent) {
+        json_open_object(out, nullptr);
+        json_text(out, "case", name.c_str());
+        json_real(out, "bad_1.0_percent", mean(values), 6);
+        json_real(out, "growth", growth(one, name.c_str()), 6);
+        put_values(out, "bad_1.0_percent_by_pair", values);
+        json_close_object(out);
+    }
+    json_close_array(out);
+    json_open_array(out, "no_surface");
+    for (const auto &[name, values] : one.kept_percent) {
+        json_open_object(out, nullptr);
+        json_text(out, "case", name.c_str());
+        json_real(out, "kept_percent", mean(values), 6);
+        put_values(out, "kept_percent_by_pair", values);
+        json_close_object(out);
+    }
+    json_close_array(out);
+    json_close_object(out);
+}
+
+void print_json(const std::vector<troubled> &results, const std::vector<bench_pair> &pairs,
+                const std::string &pypi_version) {
+    json out;
+    json_begin(&out, stdout);
+    json_open_object(&out, nullptr);
+    json_text(&out, "opencv", CV_VERSION);
+    json_text(&out, "pypi_opencv", pypi_version.empty() ? nullptr : pypi_version.c_str());
+    json_open_array(&out, "pairs");
+    for (const bench_pair &pair : pairs) {
+        json_text(&out, nullptr, pair.name.c_str());
+    }
+    json_close_array(&out);
+    json_open_array(&out, "results");
+    for (const troubled &one : results) {
+        put_troubled(&out, one);
+    }
+    json_close_array(&out);
+    json_close_object(&out);
+    json_end(&out);
+}
+
+int run(const bench_arguments &arguments, const std::vector<bench_pair> &pairs) {
+    for (const bench_pair &pair : pairs) {
+        if (pair.truth_px.empty()) {
+            throw std::runtime_error(pair.name + ": has no disparity.pfm to compare with");
+        }
+    }
+    const bench_choice choice = bench_choice_of(arguments);
+    const std::vector<bench_method_entry> methods = bench_methods(choice);
+    std::vector<troubled> results;
+    for (const bench_method_entry &entry : methods) {
+        results.push_back({entry.name, {}, {}});
+    }
+    const plan plan = plan_of(arguments.quick);
+    for (std::size_t i = 0; i < pairs.size(); i++) {
+        run_pair(methods, plan, pairs[i], pairs[(i + 1) % pairs.size()], results);
+    }
+    if (arguments.json) {
+        print_json(results, pairs, bench_pypi_version(choice));
+    } else {
+        print_tables(results, plan, pairs.size());
+    }
+    return 0;
+}
+
+}  // namespace
+
+int main(int argc, char **argv) {
+    return bench_main({"trouble_bench", kUsage, {"--only", "--quick", "--pypi", "--json"}}, argc,
+                      argv, run);
+}

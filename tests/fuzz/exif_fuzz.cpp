@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whatever an EXIF block holds, its orientation is one or there is none.
+#include <cstdint>
+
+#include "fuzz_check.hpp"
+#include "tools/host/exif.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {
+    const int orientation = exif_orientation(data, size);
+    FUZZ_CHECK(orientation >= 0 && orientation <= 8);
+    return 0;
+}

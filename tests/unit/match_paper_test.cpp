@@ -1,0 +1,499 @@
+// SPDX-License-Identifier: Apache-2.0
+// The greedy-path baseline: what it answers on synthetic pairs, and how it keeps its contract. What
+// it computes bit by bit is in the oracle test.
+#include "core/match_paper.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/error.h"
+#include "synthetic/matched.hpp"
+#include "synthetic/scenes.hpp"
+#include "synthetic/seed.hpp"
+
+using namespace synthetic;
+
+namespace {
+
+using Grey = std::vector<uint8_t>;
+
+struct Setting {
+    int stride_extra = 0;
+    std::vector<rectify_span> left_span, right_span;  // empty: all of every row
+    std::function<bool(int rows_done, int rows)> progress;
+    size_t memory_bytes = 0;  // 0: what match_paper_need_bytes asks for
+};
+
+struct Answer {
+    Matched matched;
+    uint64_t evaluations;
+    double evaluations_per_px() const {
+        return static_cast<double>(evaluations) / static_cast<double>(matched.reason.size());
+    }
+};
+
+// `left` and `right` have rows of width + stride_extra.
+Answer run_paper(const Grey &left, const Grey &right, int width, int height,
+                 const match_options &options, const Setting &setting = {}) {
+    Answer answer{};
+    Matched &m = answer.matched;
+    m.width = width;
+    m.height = height;
+    m.left = left;
+    m.right = right;
+    const int stride = width + setting.stride_extra;
+    m.input.left = {m.left.data(), width, height, stride};
+    m.input.right = {m.right.data(), width, height, stride};
+    m.input.left_span = setting.left_span.empty() ? nullptr : setting.left_span.data();
+    m.input.right_span = setting.right_span.empty() ? nullptr : setting.right_span.data();
+    const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
+    m.disparity_q8.assign(pixels, INT32_MIN);
+    m.reason.assign(pixels, 255);
+    m.confidence.assign(pixels, 0);
+    m.output.disparity_q8 = {m.disparity_q8.data(), width, height, width};
+    m.output.reason = {m.reason.data(), width, height, width};
+    m.output.confidence = {m.confidence.data(), width, height, width};
+    m.need_bytes = match_paper_need_bytes(width, &options);
+    const Memory memory(setting.memory_bytes > 0 ? setting.memory_bytes : m.need_bytes);
+    arena arena;
+    arena_init(&arena, memory.data(), memory.size());
+    auto progress = [](void *self, int rows_done, int rows) {
+        return (*static_cast<const std::function<bool(int, int)> *>(self))(rows_done, rows);
+    };
+    std::function<bool(int, int)> called = setting.progress;
+    m.status = match_paper_run_counted(&m.input, &options, called ? +progress : nullptr, &called,
+                                       &arena, &m.output, &answer.evaluations);
+    m.peak_bytes = arena.peak_bytes;
+    CHECK(arena.used_bytes == 0);
+    return answer;
+}
+
+Answer run_paper(const Pair &pair, const match_options &options, const Setting &setting = {}) {
+    const int stride = pair.width + setting.stride_extra;
+    return run_paper(as_u8(pair.left, pair.width, pair.height, pair.bits, stride),
+                     as_u8(pair.right, pair.width, pair.height, pair.bits, stride), pair.width,
+                     pair.height, options, setting);
+}
+
+bool same_answer(const Matched &a, const Matched &b) {
+    return a.status == b.status && a.disparity_q8 == b.disparity_q8 && a.reason == b.reason &&
+           a.confidence == b.confidence;
+}
+
+Grey random_image(int width, int height, Random &random) {
+    Grey image(static_cast<size_t>(width) * static_cast<size_t>(height));
+    for (uint8_t &value : image) {
+        value = static_cast<uint8_t>(random.bits());
+    }
+    return image;
+}
+
+Pair noisy_pair(const Scene &scene, const Rig &rig, uint64_t seed) {
+    RenderOptions options;
+    options.left.noise_grey = options.right.noise_grey = 1;
+    options.seed = seed;
+    return render(scene, rig, options);
+}
+
+// Left pixel x shows what the right one at x - shift shows; what has no partner is noise.
+struct Shifted {
+    Grey left, right;
+};
+Shifted shifted_noise(int width, int height, int shift, Random &random) {
+    Shifted pair{random_image(width, height, random), random_image(width, height, random)};
+    for (int i = std::max(0, shift); i < width * height + std::min(0, shift); i++) {
+        const int x = i % width;
+        const bool partner = x >= shift && x < width + shift;
+        auto &grey = pair.left[static_cast<size_t>(i)];
+        grey = partner ? pair.right[static_cast<size_t>(i - shift)] : grey;
+    }
+    return pair;
+}
+
+// What holds for every answer, whatever the images.
+void check_sane(const Answer &answer, const match_options &options, const Setting &setting = {}) {
+    const Matched &m = answer.matched;
+    int wrong = 0;
+    for (size_t i = 0; i < m.reason.size(); i++) {
+        const auto y = i / static_cast<size_t>(m.width);
+        const int x = static_cast<int>(i % static_cast<size_t>(m.width));
+        const rectify_span all = {0, static_cast<int16_t>(m.width)};
+        const rectify_span left = setting.left_span.empty() ? all : setting.left_span[y];
+        const rectify_span right = setting.right_span.empty() ? all : setting.right_span[y];
+        const double disparity = m.disparity_px(i);
+        const double x_right = x - disparity;
+        const bool border = m.reason[i] == REASON_BORDER;
+        wrong += m.reason[i] >= REASON_COUNT || (border && m.confidence[i] != 0);
+        wrong += disparity <= options.disparity_min - 1 ||
+                 disparity >= options.disparity_min + options.disparity_count;
+        wrong += !border && (x < left.begin || x >= left.end);
+        wrong += !border && (x_right <= right.begin - 1 || x_right >= right.end);
+    }
+    CHECK(wrong == 0);
+    CHECK((m.status == ERROR_OK && m.peak_bytes <= m.need_bytes));
+    CHECK(answer.evaluations_per_px() <= MATCH_PAPER_EVALUATIONS_MAX);
+}
+
+}  // namespace
+
+TEST_CASE("a constant shift of noise is matched nearly everywhere, to either side") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    Random random(seed);
+    const int width = 200;
+    const int height = 40;
+    for (const int shift : {0, 1, 7, 31, 60, -1, -20, -60}) {
+        CAPTURE(shift);
+        const Shifted pair = shifted_noise(width, height, shift, random);
+        const match_options options = match_default_options(shift - 30, 64);
+        const Answer answer = run_paper(pair.left, pair.right, width, height, options);
+        check_sane(answer, options);
+        const Matched &m = answer.matched;
+        int partners = 0, right = 0, wrong = 0;
+        for (int y = 0; y < height; y++) {
+            for (int x = 0; x < width; x++) {
+                const bool partner = x >= shift && x < width + shift;
+                const bool valid = m.valid(m.index(x, y));
+                const bool fits = std::abs(m.disparity_px(m.index(x, y)) - shift) < 0.5;
+                partners += partner;
+                right += valid && fits && partner;
+                wrong += valid && !(fits && partner);
+            }
+        }
+        // Further away than one jump it is a matter of luck when the path gets there.
+        CHECK(right > (std::abs(shift) > 32 ? 0.85 : 0.94) * partners);
+        CHECK(wrong < 0.02 * partners);
+    }
+}
+
+TEST_CASE("slanted walls are found to a fraction of a pixel") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    const Rig rig = rectified_rig(256, 120, 800, 100);
+    struct Slant {
+        double at_centre, x, y, rms_most;
+    };
+    for (const Slant &slant :
+         {Slant{20, 0, 0, 0.12}, Slant{20.4, 0, 0, 0.2}, Slant{20, 0.05, 0, 0.25},
+          Slant{20, -0.05, 0, 0.25}, Slant{20, 0.12, 0.03, 0.35}, Slant{20, 0, 0.08, 0.3}}) {
+        INFO("centre ", slant.at_centre, " slant ", slant.x, " ", slant.y);
+        const Pair pair =
+            noisy_pair(wall(rig, slant.at_centre, slant.x, slant.y, {3, 0.15}, seed), rig, seed);
+        const std::vector<bool> chosen = clear_pixels(pair, 4, 8);
+        const Answer answer = run_paper(pair, match_default_options(0, 48));
+        const Comparison result = compare(answer.matched, pair.left_truth,
+                                          [&](int x, int y) { return chosen[pair.index(x, y)]; });
+        CHECK(result.valid_share() > 0.85);
+        CHECK(result.bad_1px_share() < 0.02);
+        CHECK(std::abs(result.bias_px) < 0.08);
+        CHECK(result.rms_px < slant.rms_most);
+    }
+}
+
+TEST_CASE("a step is found on both sides, and what it hides is rejected") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    const Rig rig = rectified_rig(320, 200, 800, 100);
+    for (const double jump : {6.0, 14.0, 30.0}) {
+        CAPTURE(jump);
+        const Pair pair = noisy_pair(step(rig, 12 + jump, 12, {3, 0.15}, seed), rig, seed);
+        const Answer answer = run_paper(pair, match_default_options(0, 64));
+        const Matched &m = answer.matched;
+        const std::vector<bool> chosen = clear_pixels(pair, 4, 8);
+        for (const int surface : {0, 1}) {
+            const Comparison one = compare(m, pair.left_truth, [&](int x, int y) {
+                const size_t i = pair.index(x, y);
+                return chosen[i] && pair.left_truth.surface[i] == surface;
+            });
+            CAPTURE(surface);
+            REQUIRE(one.pixels > 2000);
+            CHECK(one.valid_share() > 0.85);
+            CHECK(one.bad_1px_share() < 0.03);
+        }
+        int hidden = 0, claimed = 0;
+        for (size_t i = 0; i < m.reason.size(); i++) {
+            const bool occluded = pair.left_truth.visibility[i] == Visibility::Occluded;
+            hidden += occluded;
+            claimed += occluded && m.valid(i);
+        }
+        REQUIRE(hidden > 300);
+        CHECK(claimed < (0.15 + 2 / jump) * hidden);
+    }
+}
+
+TEST_CASE("what has no match is not claimed") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    const Rig rig = rectified_rig(256, 160, 800, 100);
+    const Pair one = noisy_pair(wall(rig, 20, 0, 0, {3, 0.15}, seed), rig, seed);
+    Pair unrelated = one;
+    unrelated.right = noisy_pair(wall(rig, 20, 0, 0, {3, 0.15}, seed + 1), rig, seed + 1).right;
+    Pair noise = one;
+    Random random(seed);
+    for (auto *image : {&noise.left, &noise.right}) {
+        for (uint16_t &value : *image) {
+            value = static_cast<uint16_t>(random.bits() & 255);
+        }
+    }
+    Pair swapped = one;  // the true disparities are out of reach
+    std::swap(swapped.left, swapped.right);
+    for (const Pair *pair : {&unrelated, &noise, &swapped}) {
+        CAPTURE(pair == &unrelated);
+        CAPTURE(pair == &noise);
+        const Answer answer = run_paper(*pair, match_default_options(4, 48));
+        CHECK(answer.matched.share(REASON_VALID) < 0.1);
+    }
+    for (const int grey : {0, 128, 255}) {
+        const Grey flat(160 * 40, static_cast<uint8_t>(grey));
+        const match_options options = match_default_options(0, 32);
+        const Answer answer = run_paper(flat, flat, 160, 40, options);
+        check_sane(answer, options);
+        CHECK(answer.matched.share(REASON_VALID) == 0);
+        CHECK(answer.matched.share(REASON_NO_TEXTURE) == 1);
+    }
+}
+
+TEST_CASE("a difference of exposure changes nothing") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    Random random(seed);
+    Shifted pair = shifted_noise(160, 40, 9, random);
+    for (Grey *image : {&pair.left, &pair.right}) {
+        std::for_each(image->begin(), image->end(), [](uint8_t &grey) { grey /= 3; });
+    }
+    const match_options options = match_default_options(0, 32);
+    const Matched plain = run_paper(pair.left, pair.right, 160, 40, options).matched;
+    CHECK(plain.share(REASON_VALID) > 0.8);
+    for (uint8_t &grey : pair.right) {
+        grey = static_cast<uint8_t>(2 * grey + 40);
+    }
+    CHECK(same_answer(run_paper(pair.left, pair.right, 160, 40, options).matched, plain));
+}
+
+TEST_CASE("the work per pixel does not grow with the range of disparities") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    Random random(seed);
+    const Shifted related = shifted_noise(600, 12, 20, random);
+    const Shifted unrelated = shifted_noise(600, 12, 600, random);
+    const auto evaluations = [](const Shifted &pair, int count) {
+        const match_options options = match_default_options(0, count);
+        const Answer answer = run_paper(pair.left, pair.right, 600, 12, options);
+        check_sane(answer, options);
+        return answer.evaluations_per_px();
+    };
+    // Images without relation keep the path lost, which is the most work there is.
+    for (const Shifted *pair : {&related, &unrelated}) {
+        const double narrow = evaluations(*pair, 64);
+        const double wide = evaluations(*pair, MATCH_MAX_DISPARITIES);
+        CAPTURE(pair == &related);
+        CHECK(wide < 1.5 * narrow);
+        CHECK(wide < (pair == &related ? 60 : 480));
+    }
+}
+
+TEST_CASE("memory is a few bytes a column, whatever the height and the disparities") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    Random random(seed);
+    const auto need = [](int width, int count) {
+        const match_options options = match_default_options(0, count);
+        return match_paper_need_bytes(width, &options);
+    };
+    for (const int width : {16, 100, 641, 4096}) {
+        CAPTURE(width);
+        CHECK(need(width, 1) == need(width, MATCH_MAX_DISPARITIES));
+        CHECK(need(width, 64) <= 40 * static_cast<size_t>(width) + 512);
+    }
+    size_t first_peak = 0;
+    for (const int height : {8, 64, 300}) {
+        for (const int count : {1, 48, 1024}) {
+            const match_options options = match_default_options(0, count);
+            const Answer answer =
+                run_paper(random_image(120, height, random), random_image(120, height, random), 120,
+                          height, options);
+            check_sane(answer, options);
+            const size_t peak = answer.matched.peak_bytes;
+            CHECK(peak + 4 * ARENA_ALIGNMENT > answer.matched.need_bytes);
+            first_peak = first_peak == 0 ? peak : first_peak;
+            CHECK(peak == first_peak);
+        }
+    }
+    // Vetting can ask for more than matching does; with less than either, it is refused.
+    for (const int speckle_px : {60, 5000}) {
+        match_options options = match_default_options(0, 16);
+        options.speckle_px = speckle_px;
+        const Grey image = random_image(48, 24, random);
+        const size_t peak = run_paper(image, image, 48, 24, options).matched.peak_bytes;
+        for (size_t size = 1; size < peak; size += peak / 23) {
+            Setting setting;
+            setting.memory_bytes = size;
+            CHECK(run_paper(image, image, 48, 24, options, setting).matched.status == ERROR_MEMORY);
+        }
+    }
+}
+
+TEST_CASE("neither strides nor what lies outside the spans matter") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    const Rig rig = rectified_rig(120, 40, 400, 50);
+    const Pair pair = noisy_pair(step(rig, 9, 5, {3, 0.15}, seed), rig, seed);
+    const match_options options = match_default_options(0, 16);
+    const Matched dense = run_paper(pair, options).matched;
+    for (const int extra : {1, 64, 1000}) {
+        Setting setting;
+        setting.stride_extra = extra;
+        CHECK(same_answer(run_paper(pair, options, setting).matched, dense));
+    }
+    Setting setting;
+    for (int y = 0; y < 40; y++) {
+        const auto slant = static_cast<int16_t>(y / 4);
+        setting.left_span.push_back({static_cast<int16_t>(5 + slant), 110});
+        setting.right_span.push_back({3, static_cast<int16_t>(118 - slant)});
+    }
+    setting.left_span[7] = setting.right_span[9] = {0, 0};  // a camera does not see these at all
+    setting.left_span[11] = setting.right_span[13] = {60, 63};  // or next to nothing
+    const auto run = [&](uint8_t beyond) {
+        Grey left = as_u8(pair.left, 120, 40, pair.bits, 120);
+        Grey right = as_u8(pair.right, 120, 40, pair.bits, 120);
+        for (size_t i = 0; i < left.size(); i++) {
+            const int x = static_cast<int>(i % 120);
+            const rectify_span l = setting.left_span[i / 120];
+            const rectify_span r = setting.right_span[i / 120];
+            left[i] = x >= l.begin && x < l.end ? left[i] : beyond;
+            right[i] = x >= r.begin && x < r.end ? right[i] : beyond;
+        }
+        return run_paper(left, right, 120, 40, options, setting);
+    };
+    const Answer black = run(0);
+    check_sane(black, options, setting);
+    CHECK(black.matched.share(REASON_VALID) > 0.5);
+    CHECK(same_answer(black.matched, run(255).matched));
+}
+
+TEST_CASE("any size, range, span and image gives an answer that makes sense, and the same twice") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    Random random(seed);
+    const auto integer = [&](int least, int most) {
+        return least + static_cast<int>(random.bits() % static_cast<uint64_t>(most - least + 1));
+    };
+    for (int round = 0; round < 300; round++) {
+        const int width = round % 50 == 0 ? IMAGE_MAX_SIDE_PX : integer(MATCH_MIN_WIDTH_PX, 130);
+        const int height = round % 50 == 1 ? 600 : integer(MATCH_MIN_HEIGHT_PX, 24);
+        const int count = round % 5 == 0 ? integer(1, MATCH_MAX_DISPARITIES) : integer(1, 60);
+        const int least = round % 5 == 0 ? -MATCH_DISPARITY_LIMIT : -60;
+        const int first = integer(least, std::min(MATCH_DISPARITY_LIMIT - count, 1000));
+        INFO(round, ": ", width, "x", height, ", ", count, " disparities from ", first);
+        Shifted pair = shifted_noise(width, height, integer(-20, 20), random);
+        if (round % 3 == 0) {  // few grey levels: flat pieces, ties, repeated patterns
+            for (Grey *image : {&pair.left, &pair.right}) {
+                std::for_each(image->begin(), image->end(),
+                              [](uint8_t &grey) { grey = grey < 200 ? 0 : 255; });
+            }
+        }
+        Setting setting;
+        for (auto *spans : {&setting.left_span, &setting.right_span}) {
+            for (int y = 0; y < height && round % 2 == 0; y++) {
+                const int begin = integer(0, width);
+                spans->push_back(
+                    {static_cast<int16_t>(begin), static_cast<int16_t>(integer(begin, width))});
+            }
+        }
+        match_options options = match_default_options(first, count);
+        options.keep_all = round % 7 == 0;
+        const Answer answer = run_paper(pair.left, pair.right, width, height, options, setting);
+        check_sane(answer, options, setting);
+        const Matched &m = answer.matched;
+        CHECK((!options.keep_all || m.share(REASON_VALID) + m.share(REASON_BORDER) == 1));
+        CHECK(same_answer(
+            m, run_paper(pair.left, pair.right, width, height, options, setting).matched));
+    }
+}
+
+TEST_CASE("progress counts up to all rows, and false stops the work") {
+    Random random(1);
+    const Shifted pair = shifted_noise(64, 61, 5, random);
+    match_options options = match_default_options(0, 16);
+    options.speckle_px = 0;
+    std::vector<int> seen;
+    Setting setting;
+    setting.progress = [&](int rows_done, int rows) {
+        CHECK(rows == 61);
+        seen.push_back(rows_done);
+        return true;
+    };
+    const Matched whole = run_paper(pair.left, pair.right, 64, 61, options, setting).matched;
+    CHECK(whole.status == ERROR_OK);
+    CHECK(std::is_sorted(seen.begin(), seen.end()));
+    CHECK(std::adjacent_find(seen.begin(), seen.end()) == seen.end());
+    REQUIRE(seen.size() >= 4);
+    CHECK(seen.back() == 61);
+    const int stop_at = seen[1];
+    setting.progress = [&](int rows_done, int) { return rows_done < stop_at; };
+    const Matched stopped = run_paper(pair.left, pair.right, 64, 61, options, setting).matched;
+    CHECK(stopped.status == ERROR_CANCELLED);
+    const auto done = static_cast<std::ptrdiff_t>(whole.index(0, stop_at));
+    CHECK(std::equal(whole.disparity_q8.begin(), whole.disparity_q8.begin() + done,
+                     stopped.disparity_q8.begin()));
+    CHECK(stopped.disparity_q8[whole.index(0, stop_at)] == INT32_MIN);  // as it was lent
+}
+
+TEST_CASE("what is out of range is refused with its code, and nothing is written") {
+    Random random(1);
+    const auto status_of = [&](int width, int height, int first, int count, int speckle_px = 60) {
+        match_options options = match_default_options(first, count);
+        options.speckle_px = speckle_px;
+        Setting setting;
+        setting.memory_bytes = 1 << 20;
+        const Matched m =
+            run_paper(random_image(width, height, random), random_image(width, height, random),
+                      width, height, options, setting)
+                .matched;
+        CHECK(std::count(m.reason.begin(), m.reason.end(), 255) ==
+              static_cast<std::ptrdiff_t>(m.reason.size()));
+        return m.status;
+    };
+    constexpr int limit = MATCH_DISPARITY_LIMIT;
+    constexpr int least = std::numeric_limits<int>::min();
+    constexpr int most = std::numeric_limits<int>::max();
+    CHECK(status_of(MATCH_MIN_WIDTH_PX - 1, 20, 0, 8) == ERROR_TOO_SMALL);
+    CHECK(status_of(20, MATCH_MIN_HEIGHT_PX - 1, 0, 8) == ERROR_TOO_SMALL);
+    CHECK(status_of(IMAGE_MAX_SIDE_PX + 1, 8, 0, 8) == ERROR_TOO_LARGE);
+    CHECK(status_of(16, IMAGE_MAX_SIDE_PX + 1, 0, 8) == ERROR_TOO_LARGE);
+    CHECK(status_of(40, 20, 0, 8, -1) == ERROR_ARGUMENT);
+    using Range = std::pair<int, int>;
+    for (const Range &range : {Range{0, 0}, Range{0, -1}, Range{0, MATCH_MAX_DISPARITIES + 1},
+                               Range{1, MATCH_MAX_DISPARITIES}, Range{-limit - 1, 8},
+                               Range{limit, 16}, Range{most, 8}, Range{least, 8}, Range{0, most}}) {
+        INFO(range.second, " disparities from ", range.first);
+        CHECK(status_of(40, 20, range.first, range.second) == ERROR_DISPARITY_RANGE);
+        const match_options options = match_default_options(range.first, range.second);
+        CHECK(match_paper_need_bytes(40, &options) == 0);
+    }
+    match_options options = match_default_options(0, 8);
+    CHECK(match_paper_need_bytes(0, &options) == 0);
+    CHECK(match_paper_need_bytes(IMAGE_MAX_SIDE_PX + 1, &options) == 0);
+    const Grey image = random_image(40, 24, random);
+    Matched m = run_paper(image, image, 40, 24, options).matched;
+    const Memory memory(m.need_bytes);
+    const auto status = [&] {
+        arena arena;
+        arena_init(&arena, memory.data(), memory.size());
+        return match_paper_run(&m.input, &options, nullptr, nullptr, &arena, &m.output);
+    };
+    m.bind();
+    REQUIRE(status() == ERROR_OK);
+    for (int *size : {&m.input.right.width, &m.input.right.height, &m.output.reason.width,
+                      &m.output.disparity_q8.height, &m.output.confidence.width}) {
+        (*size)--;
+        CHECK(status() == ERROR_SIZE_MISMATCH);
+        (*size)++;
+    }
+    options.speckle_px = -1;
+    CHECK(match_paper_need_bytes(40, &options) == 0);
+}
