@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// The text of match_paths.h's function, over the vectors of the file that includes it.
+#ifndef VERGENCE_TESTS_ORACLE_MATCH_PATHS_PHASE_H
+#define VERGENCE_TESTS_ORACLE_MATCH_PATHS_PHASE_H
+
+#include "core/match_message.h"
+#include "match_paths.h"
+
+MATCH_INLINE void pass_lanes(const uint8_t *const costs[], const uint8_t *const large[],
+                             uint8_t small, int pixels, uint8_t *const messages[],
+                             const int lanes) {
+    struct lanes message;
+    for (int k = 0; k < lanes / MATCH_LANES; k++) {
+        message.part[k] = vector_all(0);
+    }
+    for (int n = 0; n < pixels; n++) {
+        struct lanes cost;
+        load_lanes(costs, (ptrdiff_t)n * lanes, &cost, lanes);
+        const struct message_penalties penalties = {vector_all(small),
+                                                    n == 0 ? vector_all(0) : vector_each(large, n)};
+        pass_message(&cost, penalties, &message, lanes);
+        store_lanes(&message, messages, (ptrdiff_t)n * lanes, lanes);
+    }
+}
+
+static void pass(const uint8_t *const costs[], const uint8_t *const large[], uint8_t small,
+                 int pixels, int lanes, uint8_t *const messages[]) {
+#define PASS_LANES(constant) pass_lanes(costs, large, small, pixels, messages, constant)
+    MATCH_WITH_CONSTANT_LANES(lanes, PASS_LANES);
+#undef PASS_LANES
+}
+
+#endif

@@ -1,0 +1,322 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "match_reference.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+
+namespace reference {
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kMassOne = 512;
+
+// What comes along a row or a column up to some pixel.
+struct Running {
+    Lanes average;
+    double carried;  // mass of what arrives there from the pixels before
+    double mass() const { return kMassOne + carried; }
+};
+
+// Grey level of any place: rows beyond the image repeat its ends, columns beyond the span the
+// span's ends; a row without a span is black.
+int grey_at(const View &view, int x, int y) {
+    const int row = std::clamp(y, 0, view.grey.height - 1);
+    const Span span = view.spans[static_cast<size_t>(row)];
+    return span.begin < span.end ? view.grey.at(std::clamp(x, span.begin, span.end - 1), row) : 0;
+}
+
+struct Feature {
+    std::vector<bool> brighter;  // than the centre: the neighbours in a window of 5x5
+    double gradient;             // Sobel's along the row, a quarter of it, around 128
+};
+
+Feature feature_at(const View &view, int x, int y) {
+    Feature feature;
+    const int centre = grey_at(view, x, y);
+    for (int dy = -2; dy <= 2; dy++) {
+        for (int dx = -2; dx <= 2; dx++) {
+            feature.brighter.push_back(grey_at(view, x + dx, y + dy) > centre);
+        }
+    }
+    double slope = 0;
+    for (int dy = -1; dy <= 1; dy++) {
+        const int row_weight = dy == 0 ? 2 : 1;
+        slope += row_weight * (grey_at(view, x + 1, y + dy) - grey_at(view, x - 1, y + dy));
+    }
+    feature.gradient = std::clamp(128 + std::trunc(slope / 4), 0.0, 255.0);
+    return feature;
+}
+
+Grid<Feature> features_of(const View &view) {
+    Grid<Feature> features(view.grey.width, view.grey.height);
+    for (int y = 0; y < features.height; y++) {
+        for (int x = 0; x < features.width; x++) {
+            features.at(x, y) = feature_at(view, x, y);
+        }
+    }
+    return features;
+}
+
+double cost_between(const Feature &left, const Feature &right) {
+    int differing = 0;
+    for (size_t i = 0; i < left.brighter.size(); i++) {
+        differing += left.brighter[i] != right.brighter[i];
+    }
+    return 4 * differing + std::min(std::abs(left.gradient - right.gradient), 18.0);
+}
+
+// Share of the first of two masses, in 1/128; both get at least one.
+double share_of(double mass, double other_mass) {
+    return std::clamp(std::floor(128 * mass / (mass + other_mass)), 1.0, 127.0);
+}
+
+// Mean of two values of which the first has `share`.
+Lanes blend(const Lanes &a, const Lanes &b, double share) {
+    Lanes mean;
+    for (size_t i = 0; i < a.size(); i++) {
+        mean.push_back(std::floor((a[i] * share + b[i] * (128 - share)) / 128 + 0.5));
+    }
+    return mean;
+}
+
+double lane_or_infinity(const Lanes &lanes, size_t i) {
+    return i < lanes.size() ? lanes[i] : kInfinity;  // i - 1 of 0 is beyond the end as well
+}
+
+double lower_neighbour(const Lanes &lanes, size_t i) {
+    return std::min(lane_or_infinity(lanes, i - 1), lane_or_infinity(lanes, i + 1));
+}
+
+// An average on its way into a pixel: of the lanes that this one searches. Where it knows nothing
+// of a lane it has no say: the pixel's own cost.
+Lanes arriving(const Lanes &average, const Lanes &own) {
+    Lanes result;
+    for (size_t i = 0; i < own.size(); i++) {
+        result.push_back(std::isinf(average[i]) || std::isinf(own[i]) ? own[i] : average[i]);
+    }
+    return result;
+}
+
+// Each lane, or a neighbour at a price: the average of a surface that leans.
+Lanes leaning(const Lanes &lanes) {
+    Lanes result;
+    for (size_t i = 0; i < lanes.size(); i++) {
+        result.push_back(std::min(lanes[i], lower_neighbour(lanes, i) + 4));
+    }
+    return result;
+}
+
+double carry(const Running &running, int step) {
+    return std::floor(running.mass() * edge_weight(step) / 65536);
+}
+
+// A recursive average of the first `count` pixels, as it stands after each of them: `cost(n)` are
+// the n-th pixel's lanes, `step(n)` the difference of grey levels between n - 1 and n.
+template <typename Cost, typename Step>
+std::vector<Running> averages_along(int count, Cost cost, Step step, bool leans) {
+    std::vector<Running> result = {{cost(0), 0}};
+    for (int n = 1; n < count; n++) {
+        const Running &before = result.back();
+        const double carried = carry(before, step(n));
+        const Lanes lanes = arriving(before.average, cost(n));
+        result.push_back(
+            {blend(leans ? leaning(lanes) : lanes, cost(n), share_of(carried, kMassOne)), carried});
+    }
+    return result;
+}
+
+// Grey levels of the left image as they are, for the edges between rows and for the penalties.
+int step_between(const View &left, int x, int y, int other_x, int other_y) {
+    return std::abs(left.grey.at(x, y) - left.grey.at(other_x, other_y));
+}
+
+double large_penalty(int step) {
+    return std::max(120 - 6 * step, 40);
+}
+
+// Averages of one column. Upwards it sees six to thirteen rows beyond each: up to six below the
+// band of eight rows that it belongs to.
+std::vector<Lanes> column_averages(const View &left, const Volume &averages, int x) {
+    const int height = averages.height;
+    const std::vector<Running> down = averages_along(
+        height, [&](int y) { return averages.at(x, y); },
+        [&](int y) { return step_between(left, x, y, x, y - 1); }, true);
+    std::vector<Lanes> result;
+    for (int y = 0; y < height; y++) {
+        const Running &above = down[static_cast<size_t>(y)];
+        const int last = std::min(y / 8 * 8 + 8 + 6 - 1, height - 1);
+        if (y == last) {
+            result.push_back(above.average);
+            continue;
+        }
+        const Running below =
+            averages_along(
+                last - y, [&](int n) { return averages.at(x, last - n); },
+                [&](int n) { return step_between(left, x, last - n, x, last - n + 1); }, true)
+                .back();
+        const double carried = carry(below, step_between(left, x, y + 1, x, y));
+        const double share = 128 - share_of(above.mass(), carried);
+        const Lanes lanes = leaning(arriving(below.average, averages.at(x, y)));
+        result.push_back(blend(lanes, above.average, share));
+    }
+    return result;
+}
+
+// Adds up to `most` of what is known along a path through `places` to the totals.
+void add_paths(const View &left, const Volume &averages, const std::vector<Place> &places,
+               double most, Volume *totals) {
+    std::vector<Lanes> costs;
+    std::vector<double> large;
+    for (size_t n = 0; n < places.size(); n++) {
+        const Place at = places[n];
+        const Place before = places[n > 0 ? n - 1 : 0];
+        costs.push_back(averages.at(at.x, at.y));
+        large.push_back(large_penalty(step_between(left, at.x, at.y, before.x, before.y)));
+    }
+    const std::vector<Lanes> paths = path_costs(costs, 20, large);
+    for (size_t n = 0; n < places.size(); n++) {
+        const Lanes path = normalised(paths[n]);
+        Lanes &total = totals->at(places[n].x, places[n].y);
+        for (size_t i = 0; i < path.size(); i++) {
+            total[i] = std::min(total[i] + std::min(path[i], most), 255.0);
+        }
+    }
+}
+
+// Sums of the paths from above, from the left and from the right; the last one is not cut off.
+Volume path_totals(const View &left, const Volume &averages, int lanes) {
+    const int width = averages.width;
+    const int height = averages.height;
+    Volume totals(width, height, Lanes(static_cast<size_t>(lanes), 0));
+    for (int x = 0; x < width; x++) {
+        std::vector<Place> downwards;
+        for (int y = 0; y < height; y++) {
+            downwards.push_back({x, y});
+        }
+        add_paths(left, averages, downwards, 127, &totals);
+    }
+    for (int y = 0; y < height; y++) {
+        std::vector<Place> to_the_right;
+        for (int x = 0; x < width; x++) {
+            to_the_right.push_back({x, y});
+        }
+        add_paths(left, averages, to_the_right, 127, &totals);
+        const std::vector<Place> to_the_left(to_the_right.rbegin(), to_the_right.rend());
+        add_paths(left, averages, to_the_left, kInfinity, &totals);
+    }
+    return totals;
+}
+
+}  // namespace
+
+std::vector<Lanes> path_costs(const std::vector<Lanes> &costs, double small,
+                              const std::vector<double> &large) {
+    std::vector<Lanes> paths = {costs[0]};
+    for (size_t n = 1; n < costs.size(); n++) {
+        const Lanes &before = paths.back();
+        const double lowest = *std::min_element(before.begin(), before.end());
+        Lanes shared, path;
+        for (size_t i = 0; i < before.size(); i++) {
+            shared.push_back(std::isinf(costs[n][i]) ? kInfinity : before[i]);
+        }
+        for (size_t i = 0; i < before.size(); i++) {
+            const double way =
+                std::min({shared[i], lower_neighbour(shared, i) + small, lowest + large[n]});
+            path.push_back(costs[n][i] + way - lowest);
+        }
+        paths.push_back(path);
+    }
+    return paths;
+}
+
+Lanes normalised(Lanes lanes) {
+    const double lowest = *std::min_element(lanes.begin(), lanes.end());
+    for (double &lane : lanes) {
+        lane -= lowest;
+    }
+    return lanes;
+}
+
+double edge_weight(int step) {
+    // 0.9 (1 - step / 112)^8, rounded down on the way: three squares, then the factor.
+    double weight = 65520 - 585 * std::min(step, 112);
+    for (int i = 0; i < 3; i++) {
+        weight = std::floor(weight * weight / 65536);
+    }
+    return std::floor(weight * 58982 / 65536);
+}
+
+// Right pixels beyond the image have the features of its ends.
+Volume costs_of(const View &left, const View &right, const Search &search) {
+    const Grid<Feature> left_features = features_of(left);
+    const Grid<Feature> right_features = features_of(right);
+    const int width = left.grey.width;
+    Volume costs(width, left.grey.height);
+    for (int y = 0; y < costs.height; y++) {
+        for (int x = 0; x < width; x++) {
+            for (int lane = 0; lane < search.lanes(); lane++) {
+                const int right_x = std::clamp(x - search.disparity_min - lane, 0, width - 1);
+                costs.at(x, y).push_back(
+                    cost_between(left_features.at(x, y), right_features.at(right_x, y)));
+            }
+        }
+    }
+    return costs;
+}
+
+Volume windowed(const Volume &all, const Grid<Span> &windows) {
+    Volume result = all;
+    for (int y = 0; y < all.height; y++) {
+        for (int x = 0; x < all.width; x++) {
+            const Span window = windows.at(x, y);
+            Lanes &lanes = result.at(x, y);
+            std::fill(lanes.begin(), lanes.begin() + window.begin, kInfinity);
+            std::fill(lanes.begin() + window.end, lanes.end(), kInfinity);
+        }
+    }
+    return result;
+}
+
+Volume row_averages(const View &left, const Volume &costs) {
+    const int width = costs.width;
+    Volume result(width, costs.height);
+    for (int y = 0; y < costs.height; y++) {
+        const auto step = [&](int x) {
+            return std::abs(grey_at(left, x, y) - grey_at(left, x - 1, y));
+        };
+        const std::vector<Running> from_left = averages_along(
+            width, [&](int x) { return costs.at(x, y); }, step, false);
+        const std::vector<Running> from_right = averages_along(
+            width, [&](int n) { return costs.at(width - 1 - n, y); },
+            [&](int n) { return step(width - n); }, false);
+        for (int x = 0; x < width; x++) {
+            const Running &before = from_left[static_cast<size_t>(x)];
+            result.at(x, y) = before.average;
+            if (x + 1 < width) {
+                const Running &after = from_right[static_cast<size_t>(width - 2 - x)];
+                const Lanes lanes = arriving(after.average, costs.at(x, y));
+                const double share = share_of(before.mass(), carry(after, step(x + 1)));
+                result.at(x, y) = blend(before.average, lanes, share);
+            }
+        }
+    }
+    return result;
+}
+
+Sums sum_up(const View &left, const Search &search, const Volume &row_averages) {
+    const int width = row_averages.width;
+    const int height = row_averages.height;
+    Volume averages(width, height);
+    for (int x = 0; x < width; x++) {
+        const std::vector<Lanes> column = column_averages(left, row_averages, x);
+        for (int y = 0; y < height; y++) {
+            averages.at(x, y) = column[static_cast<size_t>(y)];
+        }
+    }
+    return {averages, path_totals(left, averages, search.lanes())};
+}
+
+}  // namespace reference

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The finest level of the matcher once more, as slow and as plain as it can be: whole volumes of
+/// doubles, one loop a formula, no code shared with core. Written from firmware/core/match.md and
+/// the definitions beside the kernels. Which disparities a pixel searches is an argument.
+#ifndef VERGENCE_TESTS_ORACLE_MATCH_REFERENCE_HPP
+#define VERGENCE_TESTS_ORACLE_MATCH_REFERENCE_HPP
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace reference {
+
+/// A value for every pixel.
+template <typename T>
+struct Grid {
+    Grid(int width_px, int height_px, T value = T())
+        : width(width_px),
+          height(height_px),
+          cells(static_cast<size_t>(width_px) * static_cast<size_t>(height_px), value) {}
+    T &at(int x, int y) { return cells[index(x, y)]; }
+    const T &at(int x, int y) const { return cells[index(x, y)]; }
+
+    int width, height;
+    std::vector<T> cells;
+
+  private:
+    size_t index(int x, int y) const {
+        return static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x);
+    }
+};
+
+/// What belongs to the disparities of one pixel: lane i is disparity disparity_min + i. Infinite
+/// where the pixel does not search it.
+using Lanes = std::vector<double>;
+using Volume = Grid<Lanes>;
+
+struct Place {
+    int x, y;
+};
+
+/// Columns [begin, end) of a row, or lanes of a pixel.
+struct Span {
+    int begin, end;
+};
+
+struct View {
+    Grid<uint8_t> grey;
+    std::vector<Span> spans;  // valid columns, by row
+};
+
+struct Search {
+    int disparity_min, disparity_count;
+    int speckle_px;
+    bool keep_all;
+
+    /// The count, padded to whole vectors: lanes beyond the count take part in everything, though
+    /// none of them may win a valid pixel.
+    int lanes() const { return (disparity_count + 15) / 16 * 16; }
+};
+
+struct Answer {
+    Grid<int> disparity_q8, reason, confidence;
+};
+
+/// Costs of the best paths that end at each pixel of a path, by lane:
+///     path(i) = cost(i) + min(p(i), p(i - 1) + small, p(i + 1) + small, min p + large) - min p
+/// with p the lanes of the pixel before; `large[n]` is the penalty on the way to pixel n. Lanes
+/// that only the pixel before searches end there, but for their part in min p. Source: H.
+/// Hirschmueller, "Stereo processing by semiglobal matching and mutual information", PAMI 30(2),
+/// 2008, equation 13.
+std::vector<Lanes> path_costs(const std::vector<Lanes> &costs, double small,
+                              const std::vector<double> &large);
+
+/// `lanes` less their lowest: what the kernels hold of a path.
+Lanes normalised(Lanes lanes);
+
+/// Of a grey level difference: the weight of a neighbour across it, in 1/65536.
+double edge_weight(int step);
+
+/// Costs of all disparities.
+Volume costs_of(const View &left, const View &right, const Search &search);
+
+/// The lanes that each pixel searches, of a volume of all.
+Volume windowed(const Volume &all, const Grid<Span> &windows);
+
+/// Costs averaged along the rows.
+Volume row_averages(const View &left, const Volume &costs);
+
+/// What the winners are chosen from.
+struct Sums {
+    Volume averages;  // of the costs, along rows and columns
+    Volume totals;    // of the paths from above, from the left and from the right
+};
+
+/// Averages along the columns, and the paths through them.
+Sums sum_up(const View &left, const Search &search, const Volume &row_averages);
+
+/// Winners, checks, smoothing, islands.
+Answer decide(const View &left, const View &right, const Search &search, const Sums &sums);
+
+}  // namespace reference
+
+#endif

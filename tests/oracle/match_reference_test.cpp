@@ -1,0 +1,416 @@
+// SPDX-License-Identifier: Apache-2.0
+// The matcher against the slow one of match_reference.hpp, to the last bit, at every processor
+// level: the dynamic programming on random costs, then everything from grey images to reasons.
+#include "match_reference.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/arena.h"
+#include "core/error.h"
+#include "core/match.h"
+#include "core/match_kernels.h"
+#include "core/reason.h"
+#include "match_paths.h"
+#include "match_tapped.h"
+#include "synthetic/matched.hpp"
+#include "synthetic/seed.hpp"
+
+using reference::Answer;
+using reference::Grid;
+using reference::Lanes;
+using reference::Place;
+using reference::Search;
+using reference::Span;
+using reference::Sums;
+using reference::View;
+using reference::Volume;
+
+namespace {
+
+struct Level {
+    std::string name;
+    const match_kernels *kernels;
+    const match_paths *paths;
+};
+
+// Those that this processor runs.
+std::vector<Level> levels() {
+    std::vector<Level> all = {{"plain", nullptr, &match_paths_plain}};
+#if defined(__x86_64__)
+    all.push_back({"sse41", nullptr, &match_paths_sse41});
+    all.push_back({"avx2", nullptr, &match_paths_avx2});
+#endif
+    std::vector<Level> present;
+    for (Level level : all) {
+        level.kernels = match_kernels_named(level.name.c_str());
+        if (level.kernels == nullptr) {
+            MESSAGE(level.name << ": not on this processor");
+        } else {
+            present.push_back(level);
+        }
+    }
+    return present;
+}
+
+// Random numbers of a test that says how to replay it.
+class Dice {
+  public:
+    Dice() : random_(static_cast<uint32_t>(synthetic::test_seed())) {
+        MESSAGE("VERGENCE_SEED=" << synthetic::test_seed());
+    }
+    // [low, high]
+    int between(int low, int high) {
+        return low + static_cast<int>(random_() % static_cast<uint32_t>(high - low + 1));
+    }
+
+  private:
+    std::mt19937 random_;
+};
+
+// Grey levels that step by at most `step` along a row and from row to row.
+Grid<uint8_t> random_grey(Dice &dice, int width, int height, int step) {
+    Grid<uint8_t> grey(width, height);
+    for (int y = 0; y < height; y++) {
+        for (int x = 0; x < width; x++) {
+            const int left = x > 0 ? grey.at(x - 1, y) : 128;
+            const int above = y > 0 ? grey.at(x, y - 1) : left;
+            const int value = (x > 0 ? (left + above) / 2 : above) + dice.between(-step, step);
+            grey.at(x, y) = static_cast<uint8_t>(std::clamp(value, 0, 255));
+        }
+    }
+    return grey;
+}
+
+// Without texture: columns [x_begin, x_end) of rows [y_begin, y_end).
+void fill(Grid<uint8_t> *grey, int x_begin, int x_end, int y_begin, int y_end, int value) {
+    for (int y = y_begin; y < y_end; y++) {
+        for (int x = x_begin; x < x_end; x++) {
+            grey->at(x, y) = static_cast<uint8_t>(value);
+        }
+    }
+}
+
+View whole(const Grid<uint8_t> &grey) {
+    return {grey, std::vector<Span>(static_cast<size_t>(grey.height), Span{0, grey.width})};
+}
+
+// What the right camera sees of the left image: two surfaces with a step between them, one leaning,
+// and noise.
+Grid<uint8_t> seen_from_right(Dice &dice, const Grid<uint8_t> &left, const Search &search,
+                              int noise) {
+    Grid<uint8_t> right = random_grey(dice, left.width, left.height, 20);
+    const int far = search.disparity_min + dice.between(0, search.disparity_count - 1);
+    const int near = search.disparity_min + dice.between(0, search.disparity_count - 1);
+    const int lean = dice.between(2, 12);
+    for (int y = 0; y < left.height; y++) {
+        for (int x = 0; x < left.width; x++) {
+            const int disparity = x < left.width / 2 ? far : near + y / lean;
+            const int right_x = x - disparity;
+            if (right_x >= 0 && right_x < left.width) {
+                const int value = left.at(x, y) + dice.between(-noise, noise);
+                right.at(right_x, y) = static_cast<uint8_t>(std::clamp(value, 0, 255));
+            }
+        }
+    }
+    return right;
+}
+
+std::vector<rectify_span> spans_of(const View &view) {
+    std::vector<rectify_span> spans;
+    for (const Span span : view.spans) {
+        spans.push_back({static_cast<int16_t>(span.begin), static_cast<int16_t>(span.end)});
+    }
+    return spans;
+}
+
+struct Task {
+    View left, right;
+    Search search;
+    match_preset preset;  // one whose finest level has all rows
+    int width() const { return left.grey.width; }
+    int height() const { return left.grey.height; }
+};
+
+// The matcher's own answer, and the disparities that its finest level searched.
+struct Matched {
+    Answer answer;
+    Grid<Span> windows;
+};
+
+// `averages`: costs to be used instead of those of the images, or none.
+Matched matched(Task task, const match_kernels *kernels, const std::vector<uint8_t> &averages) {
+    const int width = task.width();
+    const int height = task.height();
+    Grid<match_window> windows(width, height);
+    const match_tapped tapped =
+        match_tap(kernels, averages.empty() ? nullptr : averages.data(), windows.cells.data());
+    match_options options =
+        match_default_options(task.search.disparity_min, task.search.disparity_count);
+    options.preset = task.preset;
+    options.speckle_px = task.search.speckle_px;
+    options.keep_all = task.search.keep_all;
+    options.kernels = &tapped.kernels;
+    const std::vector<rectify_span> left_spans = spans_of(task.left);
+    const std::vector<rectify_span> right_spans = spans_of(task.right);
+    const match_input input = {{task.left.grey.cells.data(), width, height, width},
+                               {task.right.grey.cells.data(), width, height, width},
+                               left_spans.data(),
+                               right_spans.data(),
+                               false};
+    Grid<int32_t> disparity_q8(width, height, INT32_MIN);
+    Grid<uint8_t> reason(width, height, 255), confidence(width, height, 255);
+    match_output output = {{disparity_q8.cells.data(), width, height, width},
+                           {reason.cells.data(), width, height, width},
+                           {confidence.cells.data(), width, height, width}};
+    const synthetic::Memory memory(match_need_bytes(width, &options, 1));
+    arena arena;
+    arena_init(&arena, memory.data(), memory.size());
+    REQUIRE(match_run(&input, &options, &parallel_serial, nullptr, nullptr, &arena, &output) ==
+            ERROR_OK);
+    Matched result = {{{width, height}, {width, height}, {width, height}}, {width, height}};
+    for (size_t i = 0; i < windows.cells.size(); i++) {
+        result.answer.disparity_q8.cells[i] = disparity_q8.cells[i];
+        result.answer.reason.cells[i] = reason.cells[i];
+        result.answer.confidence.cells[i] = confidence.cells[i];
+        result.windows.cells[i] = {windows.cells[i].begin, windows.cells[i].end};
+    }
+    return result;
+}
+
+void check_plane(const char *plane, const Grid<int> &ours, const Grid<int> &theirs) {
+    int differing = 0;
+    for (int y = 0; y < ours.height; y++) {
+        for (int x = 0; x < ours.width; x++) {
+            if (ours.at(x, y) != theirs.at(x, y) && differing++ == 0) {
+                MESSAGE(std::string(plane) << " at " << x << ", " << y << ": matcher "
+                                           << ours.at(x, y) << ", reference " << theirs.at(x, y));
+            }
+        }
+    }
+    CHECK_MESSAGE(differing == 0, std::string(plane) << " of " << ours.width << "x" << ours.height
+                                                     << " pixels differ: " << differing);
+}
+
+void check_same(const Answer &ours, const Answer &theirs) {
+    check_plane("disparity_q8", ours.disparity_q8, theirs.disparity_q8);
+    check_plane("reason", ours.reason, theirs.reason);
+    check_plane("confidence", ours.confidence, theirs.confidence);
+}
+
+// What a round of comparisons has met.
+struct Met {
+    std::set<int> reasons;
+    int narrow = 0;  // pixels that did not search everything
+};
+
+// Compares all levels' answers with the reference's. `all`: costs averaged along the rows to be
+// used instead of those of the images; NULL: those.
+void check_task(const Task &task, const Volume *all, Met *met) {
+    CAPTURE(task.width());
+    CAPTURE(task.height());
+    CAPTURE(task.search.disparity_min);
+    CAPTURE(task.search.disparity_count);
+    CAPTURE(task.search.keep_all);
+    CAPTURE(match_preset_name(task.preset));
+    std::vector<uint8_t> bytes;
+    for (size_t i = 0; all != nullptr && i < all->cells.size(); i++) {
+        bytes.insert(bytes.end(), all->cells[i].begin(), all->cells[i].end());
+    }
+    // Which disparities are searched follows from the coarser levels: not the question here.
+    const Grid<Span> windows = matched(task, &match_plain_kernels, bytes).windows;
+    const Volume averages =
+        all != nullptr
+            ? windowed(*all, windows)
+            : row_averages(task.left,
+                           windowed(costs_of(task.left, task.right, task.search), windows));
+    const Answer expected =
+        decide(task.left, task.right, task.search, sum_up(task.left, task.search, averages));
+    for (const Level &level : levels()) {
+        CAPTURE(level.name);
+        check_same(matched(task, level.kernels, bytes).answer, expected);
+    }
+    met->reasons.insert(expected.reason.cells.begin(), expected.reason.cells.end());
+    for (const Span window : windows.cells) {
+        met->narrow += window.end - window.begin < task.search.lanes();
+    }
+}
+
+constexpr match_preset kPresets[] = {MATCH_PRESET_STANDARD, MATCH_PRESET_BEST, MATCH_PRESET_BOARD};
+
+constexpr int kCostMax = 117;
+
+// Costs of any kind; about half of the pixels get a surface of low ones.
+Volume random_costs(Dice &dice, int width, int height, int lanes) {
+    Volume costs(width, height);
+    int surface = 0;
+    for (int y = 0; y < height; y++) {
+        for (int x = 0; x < width; x++) {
+            if (dice.between(0, 19) == 0) {
+                surface = dice.between(0, 2 * lanes);
+            }
+            for (int lane = 0; lane < lanes; lane++) {
+                const int away = std::abs(lane - surface);
+                const int most = away == 0 ? 10 : (away == 1 ? 30 : kCostMax);
+                costs.at(x, y).push_back(dice.between(0, most));
+            }
+        }
+    }
+    return costs;
+}
+
+// One path of a volume for the kernels' step, and what it makes of it.
+struct PathBytes {
+    std::vector<uint8_t> costs, large, messages;
+};
+
+void check_paths(const Level &level, const std::vector<PathBytes> &given, int small, int lanes) {
+    std::vector<PathBytes> paths = given;
+    std::vector<const uint8_t *> costs, large;
+    std::vector<uint8_t *> messages;
+    for (PathBytes &path : paths) {
+        path.messages.resize(path.costs.size());
+        costs.push_back(path.costs.data());
+        large.push_back(path.large.data());
+        messages.push_back(path.messages.data());
+    }
+    const int pixels = static_cast<int>(paths[0].large.size());
+    level.paths->pass(costs.data(), large.data(), static_cast<uint8_t>(small), pixels, lanes,
+                      messages.data());
+    int differing = 0;
+    for (const PathBytes &path : paths) {
+        std::vector<Lanes> pixel_costs;
+        for (auto at = path.costs.begin(); at != path.costs.end(); at += lanes) {
+            pixel_costs.emplace_back(at, at + lanes);
+        }
+        const std::vector<Lanes> expected = reference::path_costs(
+            pixel_costs, small, std::vector<double>(path.large.begin(), path.large.end()));
+        auto message = path.messages.begin();
+        for (const Lanes &pixel : expected) {
+            const Lanes by_lane = reference::normalised(pixel);
+            differing += !std::equal(by_lane.begin(), by_lane.end(), message);
+            message += lanes;
+        }
+    }
+    CHECK(differing == 0);
+}
+
+// `n` pixels from `from` on, `step` apart.
+PathBytes path_through(const Volume &costs, const Grid<int> &large, Place from, Place step, int n) {
+    PathBytes path;
+    for (int i = 0; i < n; i++, from.x += step.x, from.y += step.y) {
+        const Lanes &lanes = costs.at(from.x, from.y);
+        path.costs.insert(path.costs.end(), lanes.begin(), lanes.end());
+        path.large.push_back(static_cast<uint8_t>(large.at(from.x, from.y)));
+    }
+    return path;
+}
+
+}  // namespace
+
+TEST_CASE("messages along rows and columns are those of the recursion, on random costs") {
+    Dice dice;
+    for (const Level &level : levels()) {
+        CAPTURE(level.name);
+        const int members = level.paths->members;
+        for (int lanes = 16; lanes <= 128; lanes += 16) {
+            CAPTURE(lanes);
+            const int width = dice.between(members, 40);
+            const int height = dice.between(members, 40);
+            const int small = dice.between(1, 60);
+            const Volume costs = random_costs(dice, width, height, lanes);
+            Grid<int> large(width, height);
+            for (int &penalty : large.cells) {
+                penalty = dice.between(0, UINT8_MAX - kCostMax);
+            }
+            std::vector<PathBytes> right, left, down;
+            for (int m = 0; m < members; m++) {
+                const int y = dice.between(0, height - 1);
+                const int x = dice.between(0, width - 1);
+                right.push_back(path_through(costs, large, {0, y}, {1, 0}, width));
+                left.push_back(path_through(costs, large, {width - 1, y}, {-1, 0}, width));
+                down.push_back(path_through(costs, large, {x, 0}, {0, 1}, height));
+            }
+            check_paths(level, right, small, lanes);
+            check_paths(level, left, small, lanes);
+            check_paths(level, down, small, lanes);
+        }
+    }
+}
+
+TEST_CASE("averages, paths and winners are the reference's on random costs") {
+    Dice dice;
+    Met met;
+    for (const int count : {1, 2, 3, 16, 31, 33, 48, 64, 80, 100}) {
+        const int width = dice.between(16, 80);
+        const int height = dice.between(8, 40);
+        const Search search = {dice.between(-20, 10), count, 5, count % 2 == 0};
+        const View left = whole(random_grey(dice, width, height, dice.between(1, 60)));
+        const View right = whole(seen_from_right(dice, left.grey, search, 2));
+        const Volume costs = random_costs(dice, width, height, search.lanes());
+        check_task({left, right, search, kPresets[count % 3]}, &costs, &met);
+    }
+    MESSAGE("pixels with a narrow window: " << met.narrow);
+}
+
+TEST_CASE("from grey images to reasons, every pixel is the reference's") {
+    Dice dice;
+    Met met;
+    for (int round = 0; round < 20; round++) {
+        // Every other time so large that there are coarser levels.
+        const bool large = round % 2 == 0;
+        const int width = large ? dice.between(64, 100) : dice.between(16, 63);
+        const int height = large ? dice.between(32, 50) : dice.between(8, 40);
+        const Search search = {dice.between(-12, 12),
+                               large ? dice.between(17, 64) : dice.between(1, 50),
+                               dice.between(0, 30), round % 4 == 3};
+        const int step = round % 3 == 0 ? dice.between(1, 8) : dice.between(40, 200);
+        View left = whole(random_grey(dice, width, height, step));
+        if (round % 5 < 2) {
+            const int grey = left.grey.at(width / 2, height / 2);
+            fill(&left.grey, width / 4, 3 * width / 4, height / 4, height, grey);
+        }
+        const View right = whole(seen_from_right(dice, left.grey, search, dice.between(0, 6)));
+        check_task({left, right, search, kPresets[round % 3]}, nullptr, &met);
+    }
+    MESSAGE("pixels with a narrow window: " << met.narrow);
+    CHECK(met.narrow > 0);
+    CHECK(met.reasons.size() == REASON_COUNT);
+}
+
+TEST_CASE("rows that are valid in parts only, by any spans") {
+    Dice dice;
+    Met met;
+    for (int round = 0; round < 12; round++) {
+        const int width = dice.between(20, 80);
+        const int height = dice.between(8, 40);
+        const Search search = {dice.between(-20, 5), dice.between(10, 40), 10, round % 4 == 3};
+        View left = whole(random_grey(dice, width, height, 60));
+        View right = whole(seen_from_right(dice, left.grey, search, 2));
+        for (View *view : {&left, &right}) {
+            for (Span &span : view->spans) {
+                if (dice.between(0, 2) == 0) {
+                    span.begin = dice.between(0, width);
+                    span.end = dice.between(span.begin, width);
+                }
+            }
+        }
+        check_task({left, right, search, kPresets[round % 3]}, nullptr, &met);
+    }
+}
+
+TEST_CASE("a neighbour's weight falls as 0.9 (1 - step / 112)^8") {
+    double furthest = 0;
+    for (int step = 0; step < 256; step++) {
+        const double formula = 0.9 * std::pow(1 - std::min(step, 112) / 112.0, 8);
+        furthest = std::max(furthest, std::abs(reference::edge_weight(step) / 65536 - formula));
+    }
+    MESSAGE("off by up to " << furthest);
+    CHECK(furthest < 0.002);
+}

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Kernels that tell a test which disparities each tile of the finest level searched, and that take
+/// over averaged costs from it instead of computing them from the images. The rest is theirs.
+#ifndef VERGENCE_TESTS_ORACLE_MATCH_TAPPED_H
+#define VERGENCE_TESTS_ORACLE_MATCH_TAPPED_H
+
+#include <stdint.h>
+
+#include "core/match_kernels.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Lanes [begin, end) of a pixel: disparities, counted from the lowest.
+struct match_window {
+    int begin, end;
+};
+
+struct match_tapped {
+    struct match_kernels kernels;  // for match_options.kernels
+    const struct match_kernels *real;
+    // The caller's: a row after the other, a byte a lane, as many lanes a pixel as the disparities
+    // padded to a multiple of 16. NULL: those of the images.
+    const uint8_t *averages;
+    struct match_window *windows;  // the caller's, to be filled: one a pixel
+};
+
+/// Taps the kernels of a processor level. For a finest level of all rows, on one thread.
+struct match_tapped match_tap(const struct match_kernels *real, const uint8_t *averages,
+                              struct match_window *windows);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
