@@ -28,14 +28,7 @@ static const struct match_method methods[MATCH_PRESET_COUNT] = {
      .around_columns = 3,
      .around_rows = 2,
      .margin = 6},
-    {.name = "best",
-     .coarse_disparities = 16,
-     .halvings = 1,
-     .lanes = 32,
-     .lanes_percent = 54,
-     .around_columns = 8,
-     .around_rows = 4,
-     .margin = 3},
+    {.name = "best"},
     {.name = "board",
      .coarse_disparities = 16,
      .halvings = 1,
@@ -126,17 +119,16 @@ static bool run_levels(struct match_state *state, match_progress *progress, void
     struct match_level *finest = &state->level[0];
     const int height = state->input->left.height;
     match_begin_levels(state);
-    while (finest->rows_done < finest->height) {
+    bool wanted = true;
+    while (wanted && finest->rows_done < finest->height) {
         const int rows = finest->rows_done + MATCH_BAND_ROWS;
         match_advance(finest, rows < finest->height ? rows : finest->height);
         const bool done = finest->rows_done == finest->height;
         const int rows_done = done ? height : finest->rows_done << finest->shift_y;
-        if (progress != NULL && !progress(progress_self, rows_done, height)) {
-            return false;
-        }
+        wanted = progress == NULL || progress(progress_self, rows_done, height);
     }
     match_finish(state);
-    return true;
+    return wanted;
 }
 
 int match_run(const struct match_input *input, const struct match_options *options,

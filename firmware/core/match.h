@@ -31,7 +31,7 @@ struct match_kernels;
 enum match_preset {
     MATCH_PRESET_FAST,      // every other row, near a surface found at a quarter of the size
     MATCH_PRESET_STANDARD,  // near a surface found at a quarter of the size
-    MATCH_PRESET_BEST,      // near a surface found at half the size, with wide margins
+    MATCH_PRESET_BEST,      // all disparities everywhere
     MATCH_PRESET_BOARD,     // near a surface found at half the size, in the memory of a small board
     MATCH_PRESET_PAPER,     // a greedy path along each row: where this project came from
     MATCH_PRESET_COUNT
@@ -69,7 +69,7 @@ enum match_preset match_preset_named(const char *name);
 struct match_options match_default_options(int disparity_min, int disparity_count);
 
 /// Working memory that `match_run` takes with `threads` threads, in bytes: O(width x disparities),
-/// whatever the height; with the presets fast, standard and board O(width), whatever the range. 0
+/// whatever the height; with the presets fast, standard and board hardly more for a larger range. 0
 /// when an argument is out of range.
 size_t match_need_bytes(int width, const struct match_options *options, int threads);
 

@@ -253,7 +253,8 @@ MATCH_INLINE void descend_band(struct column_view *view, uint8_t *spare, const i
     uint8_t *previous = spare;
     uint8_t *cost = ring_cells(view, tile, level->band_begin);
     if (level->band_begin == 0) {
-        memcpy(down, cost, (size_t)lanes * MATCH_TILE_COLUMNS);
+        // A 128th of it changes no cost up to MATCH_COST_MAX.
+        memset(down, MATCH_WEIGHT_ONE / 2 - 1, (size_t)lanes * MATCH_TILE_COLUMNS);
         memset(previous, 0, (size_t)lanes * MATCH_TILE_COLUMNS);
     } else {
         if (level->down[0] != level->down[1]) {

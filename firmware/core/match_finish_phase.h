@@ -44,7 +44,9 @@ static void finish(const struct match_level *level, struct match_scratch *scratc
                    int x_end) {
     const struct image_i32 *disparity = &level->state->output->disparity_q8;
     const int columns = x_end - x_begin;
-    const int last = level->height - 1;
+    // After a cancelled run only some rows are there.
+    const int rows = level->rows_done;
+    const int last = rows - 1;
     const int shift = level->shift_y;
     INVARIANT(columns >= 0 && last >= 0 && shift <= 1);
     int32_t *raw = scratch->finish;
@@ -53,7 +55,7 @@ static void finish(const struct match_level *level, struct match_scratch *scratc
         smooth_row(raw, image_i32_row(disparity, y << shift) + x_begin,
                    image_i32_row(disparity, (y + 1) << shift) + x_begin, columns);
     }
-    for (int y = 0; y < level->height && shift > 0; y++) {
+    for (int y = 0; y < rows && shift > 0; y++) {
         int32_t *upper = image_i32_row(disparity, 2 * y) + x_begin;
         int32_t *lower = image_i32_row(disparity, 2 * y + 1) + x_begin;
         memcpy(lower, upper, (size_t)columns * sizeof *lower);
@@ -61,7 +63,7 @@ static void finish(const struct match_level *level, struct match_scratch *scratc
             fill_between(image_i32_row(disparity, 2 * y - 1) + x_begin, upper, columns);
         }
     }
-    for (int y = level->height << shift; y < disparity->height; y++) {
+    for (int y = rows << shift; rows == level->height && y < disparity->height; y++) {
         memcpy(image_i32_row(disparity, y) + x_begin, image_i32_row(disparity, y - 1) + x_begin,
                (size_t)columns * sizeof *raw);
     }

@@ -15,9 +15,6 @@
 enum {
     DISPARITY_ONE = 256,
     CLAIM_FIT = MATCH_MAX_DISPARITIES,  // a claim: cost times this, and the nearer lane first
-    // A winner that beats its best rival by less than this is wrong more often than one in four
-    // times (measured on ten pairs with ground truth).
-    MARGIN_MIN = 24,
     // Averaged cost of a winner: 99 % of the right ones on the same pairs stay below; images that
     // have nothing to do with each other mostly lie above.
     FIT_MAX = 40,
@@ -71,6 +68,9 @@ static inline void note_winner(struct match_line *line, int origin, const struct
     // Without a branch: which one of two claims is lower cannot be foreseen.
     const uint32_t own = fit * CLAIM_FIT + (uint32_t)(CLAIM_FIT - 1 - index);
     *claim = own < *claim ? own : *claim;
+    if (tile->doubtful && line->row.margin[x] >= MATCH_MARGIN_MIN) {
+        line->row.margin[x] = MATCH_MARGIN_MIN - 1;
+    }
     line->row.around[x] = around;
     line->row.lane[x] = (int16_t)index;
     line->row.right_x[x] = (int16_t)right_x;
@@ -85,7 +85,8 @@ static void check_claims(const struct match_level *level, const struct match_lin
     const int width = level->width;
     for (int x = 0; x < width; x++) {
         // 0 and 2 are one lane off.
-        const uint32_t gap = (uint32_t)CLAIM_FIT - claim[right_x[x]] % CLAIM_FIT - (uint32_t)lane[x];
+        const uint32_t gap =
+            (uint32_t)CLAIM_FIT - claim[right_x[x]] % CLAIM_FIT - (uint32_t)lane[x];
         consistent[x] = gap <= 2;
     }
 }
@@ -131,7 +132,12 @@ static void check_texture(const struct match_level *level, const struct match_li
     uint8_t *restrict brightest = line->row.brightest;
     const int width = level->width;
     memcpy(darkest, guide, (size_t)width);
-    memcpy(brightest, guide, (size_t)width);
+    if (span.begin < span.end) {
+        // A span narrower than the window sees nothing but itself.
+        memset(darkest, guide[span.begin], (size_t)span.begin);
+        memset(darkest + span.end, guide[span.end - 1], (size_t)(width - span.end));
+    }
+    memcpy(brightest, darkest, (size_t)width);
     widen(darkest, brightest, width, 1);
     widen(darkest, brightest, width, 2);
     widen(darkest, brightest, width, 4);
@@ -158,13 +164,16 @@ static void write_surface(struct match_level *level, const struct match_line *li
     const uint8_t *restrict fits = line->row.fits;
     int16_t *restrict surface = level->surface[y % MATCH_SURFACE_ROWS];
     const int16_t *restrict lane = line->row.lane;
+    const uint8_t *restrict margin = line->row.margin;
     // In indices of the finer level, whose pixels are half as large.
     const int factor = 1 << (level->shift_x - (level - 1)->shift_x);
     const int origin = factor * level->disparity_min - (level - 1)->disparity_min;
     const int width = level->width;
     for (int x = 0; x < width; x++) {
         const int finer = origin + factor * lane[x];
-        surface[x] = (int16_t)(consistent[x] & fits[x] ? (finer < 0 ? 0 : finer) : -1);
+        const int index = finer < 0 ? 0 : finer;
+        const int doubt = margin[x] < MATCH_MARGIN_MIN ? MATCH_DOUBTFUL : 0;
+        surface[x] = (int16_t)(consistent[x] & fits[x] ? index + doubt : -1);
     }
 }
 
@@ -177,7 +186,7 @@ static void write_reasons(const struct match_line *line, int width, uint8_t *res
     for (int x = 0; x < width; x++) {
         uint8_t doubt = fits[x] == 0 ? REASON_OUT_OF_RANGE : REASON_AMBIGUOUS;
         doubt = textured[x] == 0 ? REASON_NO_TEXTURE : doubt;
-        const uint8_t certain = margin[x] >= MARGIN_MIN ? fits[x] : 0;
+        const uint8_t certain = margin[x] >= MATCH_MARGIN_MIN ? fits[x] : 0;
         doubt = certain == 0 ? doubt : REASON_VALID;
         reason[x] = consistent[x] == 0 ? REASON_OCCLUDED : doubt;
     }

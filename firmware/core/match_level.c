@@ -32,20 +32,15 @@ static void set_level(struct match_level *level, int width, int height, int disp
 
 // Lanes a column on average for which a level has memory.
 static int mean_lanes(const struct match_level *level) {
-    const struct match_method *method = level->state->method;
-    const int share = level->lanes * method->lanes_percent / 100;
-    const int mean = share > method->lanes ? share : method->lanes;
-    return level->coarser == NULL || level->lanes < mean ? level->lanes : mean;
+    const int lanes = level->state->method->lanes;
+    return level->coarser == NULL || level->lanes < lanes ? level->lanes : lanes;
 }
 
-// Whether a level gets a coarser one: it has many disparities, and enough is left of it.
+// Whether a level gets a coarser one: it has many disparities, and enough columns are left.
 static bool is_halved(const struct match_level *level) {
     const struct match_method *method = level->state->method;
-    const int rows =
-        level->shift_x == 0 ? method->halvings - method->halved_rows : method->halvings;
     return method->coarse_disparities > 0 && level->disparity_count > method->coarse_disparities &&
-           level->width >> method->halvings >= MATCH_MIN_WIDTH_PX &&
-           level->height >> rows >= MATCH_MIN_HEIGHT_PX;
+           level->width >> method->halvings >= MATCH_MIN_WIDTH_PX;
 }
 
 void match_set_levels(struct match_state *state, int width, int height) {
@@ -58,11 +53,16 @@ void match_set_levels(struct match_state *state, int width, int height) {
         struct match_level *finer = &state->level[state->levels - 1];
         struct match_level *level = &state->level[state->levels];
         const int shift = state->levels * method->halvings;
-        *level = (struct match_level){.state = state, .shift_x = shift, .shift_y = shift};
+        // A low image keeps its rows: how much memory is needed does not depend on the height.
+        int shift_y = finer->shift_y;
+        while (shift_y < shift && height >> (shift_y + 1) >= MATCH_MIN_HEIGHT_PX) {
+            shift_y++;
+        }
+        *level = (struct match_level){.state = state, .shift_x = shift, .shift_y = shift_y};
         const int lowest = scaled_down(finer->disparity_min, method->halvings);
         const int highest =
             scaled_down(finer->disparity_min + finer->disparity_count - 1, method->halvings);
-        set_level(level, width >> shift, height >> shift, lowest, highest - lowest + 1);
+        set_level(level, width >> shift, height >> shift_y, lowest, highest - lowest + 1);
         finer->coarser = level;
         state->levels++;
     }
@@ -94,7 +94,7 @@ static void take_level(struct match_level *level, struct match_memory *memory) {
     // Where windows never change, the averages stay in place.
     level->down[1] = level->coarser == NULL ? level->down[0] : take(memory, level->row_bytes, 1);
     level->down_mass = take(memory, columns, sizeof *level->down_mass);
-    for (int i = 0; i < MATCH_GUIDE_ROWS && level->shift_y > 0; i++) {
+    for (int i = 0; i < MATCH_GUIDE_ROWS && level->shift_x + level->shift_y > 0; i++) {
         level->guide[i] = take(memory, columns, 1);
     }
     for (int i = 0; i < MATCH_SURFACE_ROWS && level != &level->state->level[0]; i++) {
@@ -203,8 +203,7 @@ static void plan(struct match_level *level, int band_begin) {
     if (level->coarser != NULL) {
         match_advance(level->coarser, match_window_rows(level, band_begin));
     }
-    match_plan_windows(level, band_begin, level->state->scratch[0].box, level->tile[1],
-                       level->tile[2]);
+    match_plan_windows(level, band_begin, level->state->scratch, level->tile[1], level->tile[2]);
 }
 
 void match_begin_levels(struct match_state *state) {

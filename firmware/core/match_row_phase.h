@@ -245,6 +245,9 @@ static void note_tile(const struct row_view *view, const int rows, const struct 
                     line->row.right_x[x] = (int16_t)view->level->width;
                     continue;
                 }
+                // Where every lane that may win is as dear as a hidden one, the first of them wins.
+                line->row.lane[x] =
+                    (int16_t)(line->row.lane[x] < begin ? begin : line->row.lane[x]);
             }
             note_winner(line, view->level->disparity_min, tile, x, cost, begin, end);
         }

@@ -7,9 +7,10 @@
 // about where most of them are.
 struct reach {
     int low, high, usual;
+    bool doubtful;  // most have a rival
 };
 
-static const struct reach NOWHERE = {UINT16_MAX, -1, 0};
+static const struct reach NOWHERE = {UINT16_MAX, -1, 0, false};
 
 // By how many halvings the coarser level is coarser.
 static int halvings_x(const struct match_level *level) {
@@ -26,15 +27,25 @@ int match_window_rows(const struct match_level *level, int band_begin) {
     return rows < level->coarser->height ? rows : level->coarser->height;
 }
 
-// Lowest and highest index of each column of the coarser level. -1 (none) is the highest as an
-// unsigned number, so that it never lowers anything.
-static void reach_of_columns(const struct match_level *level, int band_begin, uint16_t *lowest,
-                             int16_t *highest) {
+// What the coarser level found near the band, by its columns.
+struct columns_found {
+    uint16_t *lowest;
+    int16_t *highest;
+    int16_t *doubts;  // places with a rival minus places without
+};
+
+// -1 (none) is the highest as an unsigned number, so that it never lowers anything.
+static void search_columns(const struct match_level *level, int band_begin,
+                           const struct columns_found *found) {
     const struct match_level *coarser = level->coarser;
     const int width = coarser->width;
+    uint16_t *restrict lowest = found->lowest;
+    int16_t *restrict highest = found->highest;
+    int16_t *restrict doubts = found->doubts;
     for (int x = 0; x < width; x++) {
         lowest[x] = UINT16_MAX;
         highest[x] = -1;
+        doubts[x] = 0;
     }
     int begin = (band_begin >> halvings_y(level)) - level->state->method->around_rows;
     begin = begin > 0 ? begin : 0;
@@ -43,15 +54,20 @@ static void reach_of_columns(const struct match_level *level, int band_begin, ui
     for (int y = begin; y < end; y++) {
         const int16_t *restrict surface = coarser->surface[y % MATCH_SURFACE_ROWS];
         for (int x = 0; x < width; x++) {
-            const uint16_t index = (uint16_t)surface[x];
-            lowest[x] = index < lowest[x] ? index : lowest[x];
-            highest[x] = surface[x] > highest[x] ? surface[x] : highest[x];
+            const int16_t doubtful = surface[x] >= MATCH_DOUBTFUL ? MATCH_DOUBTFUL : 0;
+            const int16_t index = (int16_t)(surface[x] - doubtful);
+            lowest[x] = (uint16_t)index < lowest[x] ? (uint16_t)index : lowest[x];
+            highest[x] = index > highest[x] ? index : highest[x];
+            const int16_t sure = index >= 0 ? -1 : 0;
+            doubts[x] = (int16_t)(doubts[x] + (doubtful != 0 ? 1 : sure));
         }
     }
 }
 
-static struct reach reach_of_tile(const struct match_level *level, int t, const uint16_t *lowest,
-                                  const int16_t *highest) {
+static struct reach reach_of_tile(const struct match_level *level, int t,
+                                  const struct columns_found *found) {
+    const uint16_t *lowest = found->lowest;
+    const int16_t *highest = found->highest;
     const int width = level->coarser->width;
     const int around = level->state->method->around_columns;
     int begin = (t * MATCH_TILE_COLUMNS >> halvings_x(level)) - around;
@@ -61,15 +77,18 @@ static struct reach reach_of_tile(const struct match_level *level, int t, const 
     struct reach reach = NOWHERE;
     int sum = 0;
     int count = 0;
+    int doubts = 0;
     for (int x = begin; x < end; x++) {
         reach.low = lowest[x] < reach.low ? lowest[x] : reach.low;
         reach.high = highest[x] > reach.high ? highest[x] : reach.high;
+        doubts += found->doubts[x];
         if (highest[x] >= 0) {
             sum += lowest[x] + highest[x];
             count += 2;
         }
     }
     reach.usual = count > 0 ? sum / count : 0;
+    reach.doubtful = doubts > 0;
     return reach;
 }
 
@@ -98,12 +117,13 @@ static void set_window(const struct match_level *level, struct reach reach, int 
     highest_base = clamp(highest_base, lowest_base, level->lanes - lanes);
     tile->base = (int16_t)clamp(base_above, lowest_base, highest_base);
     tile->lanes = (int16_t)lanes;
+    tile->doubtful = reach.doubtful;
     INVARIANT(lanes > 0 && tile->base >= 0 && tile->base + lanes <= level->lanes);
 }
 
 // Tiles where the coarser level found nothing lie between their neighbours' surfaces.
 static void close_gaps(const struct match_level *level, struct reach *reaches) {
-    const struct reach all = {0, level->disparity_count - 1, level->disparity_count / 2};
+    const struct reach all = {0, level->disparity_count - 1, level->disparity_count / 2, false};
     struct reach before = NOWHERE;
     for (int t = 0; t < level->tiles; t++) {
         if (reaches[t].low <= reaches[t].high) {
@@ -128,19 +148,22 @@ static void close_gaps(const struct match_level *level, struct reach *reaches) {
     }
 }
 
-void match_plan_windows(const struct match_level *level, int band_begin, uint16_t *columns,
-                        const struct match_tile *above, struct match_tile *tiles) {
+void match_plan_windows(const struct match_level *level, int band_begin,
+                        const struct match_scratch *scratch, const struct match_tile *above,
+                        struct match_tile *tiles) {
     struct reach reaches[IMAGE_MAX_SIDE_PX / MATCH_TILE_COLUMNS];
     INVARIANT(level->tiles <= IMAGE_MAX_SIDE_PX / MATCH_TILE_COLUMNS);
     if (level->coarser == NULL) {
         for (int t = 0; t < level->tiles; t++) {
-            reaches[t] = (struct reach){0, level->disparity_count - 1, 0};
+            reaches[t] = (struct reach){0, level->disparity_count - 1, 0, false};
         }
     } else {
-        int16_t *highest = (int16_t *)(columns + level->coarser->width);
-        reach_of_columns(level, band_begin, columns, highest);
+        // Nothing is in work: the scratch of one thread is free.
+        const struct columns_found found = {scratch->box, (int16_t *)scratch->line[0].cost.backward,
+                                            (int16_t *)scratch->line[1].cost.forward};
+        search_columns(level, band_begin, &found);
         for (int t = 0; t < level->tiles; t++) {
-            reaches[t] = reach_of_tile(level, t, columns, highest);
+            reaches[t] = reach_of_tile(level, t, &found);
         }
         close_gaps(level, reaches);
     }

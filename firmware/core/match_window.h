@@ -10,8 +10,9 @@ int match_window_rows(const struct match_level *level, int band_begin);
 
 /// Plans the windows of the band that begins at row `band_begin` of a level, into `tiles`: all
 /// disparities where there is no coarser level, else those near its surface around the tile.
-/// `columns` is scratch for 2 x the coarser level's width, `above` the windows of the band before.
-void match_plan_windows(const struct match_level *level, int band_begin, uint16_t *columns,
-                        const struct match_tile *above, struct match_tile *tiles);
+/// `above`: the windows of the band before. `scratch` of one thread is written over.
+void match_plan_windows(const struct match_level *level, int band_begin,
+                        const struct match_scratch *scratch, const struct match_tile *above,
+                        struct match_tile *tiles);
 
 #endif

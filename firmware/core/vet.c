@@ -106,10 +106,10 @@ static void vet_row(struct island *island, int y) {
             continue;
         }
         end = run_end(reason, disparity_q8, x, width);
-        const bool meets_large =
-            (x > 0 && reason[x - 1] == MARK_LARGE && !is_step(disparity_q8[x], disparity_q8[x - 1])) ||
-            (end < width && reason[end] == MARK_LARGE &&
-             !is_step(disparity_q8[end], disparity_q8[end - 1]));
+        const bool meets_large = (x > 0 && reason[x - 1] == MARK_LARGE &&
+                                  !is_step(disparity_q8[x], disparity_q8[x - 1])) ||
+                                 (end < width && reason[end] == MARK_LARGE &&
+                                  !is_step(disparity_q8[end], disparity_q8[end - 1]));
         if (end - x >= island->limit || meets_large ||
             (y > 0 && continues_large(output, y, x, end))) {
             memset(reason + x, MARK_LARGE, (size_t)(end - x));

@@ -96,8 +96,10 @@ struct Sums {
 /// Averages along the columns, and the paths through them.
 Sums sum_up(const View &left, const Search &search, const Volume &row_averages);
 
-/// Winners, checks, smoothing, islands.
-Answer decide(const View &left, const View &right, const Search &search, const Sums &sums);
+/// Winners, checks, smoothing, islands. Where `doubtful` is not 0, no winner is better than its
+/// rivals by enough.
+Answer decide(const View &left, const View &right, const Search &search, const Sums &sums,
+              const Grid<int> &doubtful);
 
 }  // namespace reference
 

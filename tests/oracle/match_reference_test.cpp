@@ -142,6 +142,7 @@ struct Task {
 struct Matched {
     Answer answer;
     Grid<Span> windows;
+    Grid<int> doubtful;
 };
 
 // `averages`: costs to be used instead of those of the images, or none.
@@ -174,12 +175,14 @@ Matched matched(Task task, const match_kernels *kernels, const std::vector<uint8
     arena_init(&arena, memory.data(), memory.size());
     REQUIRE(match_run(&input, &options, &parallel_serial, nullptr, nullptr, &arena, &output) ==
             ERROR_OK);
-    Matched result = {{{width, height}, {width, height}, {width, height}}, {width, height}};
+    Matched result = {
+        {{width, height}, {width, height}, {width, height}}, {width, height}, {width, height}};
     for (size_t i = 0; i < windows.cells.size(); i++) {
         result.answer.disparity_q8.cells[i] = disparity_q8.cells[i];
         result.answer.reason.cells[i] = reason.cells[i];
         result.answer.confidence.cells[i] = confidence.cells[i];
         result.windows.cells[i] = {windows.cells[i].begin, windows.cells[i].end};
+        result.doubtful.cells[i] = windows.cells[i].doubtful;
     }
     return result;
 }
@@ -224,14 +227,15 @@ void check_task(const Task &task, const Volume *all, Met *met) {
         bytes.insert(bytes.end(), all->cells[i].begin(), all->cells[i].end());
     }
     // Which disparities are searched follows from the coarser levels: not the question here.
-    const Grid<Span> windows = matched(task, &match_plain_kernels, bytes).windows;
+    const Matched searched = matched(task, &match_plain_kernels, bytes);
+    const Grid<Span> &windows = searched.windows;
     const Volume averages =
         all != nullptr
             ? windowed(*all, windows)
             : row_averages(task.left,
                            windowed(costs_of(task.left, task.right, task.search), windows));
-    const Answer expected =
-        decide(task.left, task.right, task.search, sum_up(task.left, task.search, averages));
+    const Answer expected = decide(task.left, task.right, task.search,
+                                   sum_up(task.left, task.search, averages), searched.doubtful);
     for (const Level &level : levels()) {
         CAPTURE(level.name);
         check_same(matched(task, level.kernels, bytes).answer, expected);

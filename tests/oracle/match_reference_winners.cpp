@@ -208,10 +208,15 @@ void reject_islands(const Search &search, Answer *answer) {
 
 }  // namespace
 
-Answer decide(const View &left, const View &right, const Search &search, const Sums &sums) {
+Answer decide(const View &left, const View &right, const Search &search, const Sums &sums,
+              const Grid<int> &doubtful) {
     const int width = sums.totals.width;
     const int height = sums.totals.height;
-    const Grid<Winner> winners = winners_of(left, right, search, sums);
+    Grid<Winner> winners = winners_of(left, right, search, sums);
+    for (size_t i = 0; i < winners.cells.size(); i++) {
+        Winner &winner = winners.cells[i];
+        winner.margin = doubtful.cells[i] != 0 ? std::min(winner.margin, 23.0) : winner.margin;
+    }
     Answer answer = {{width, height}, {width, height}, {width, height}};
     for (int y = 0; y < height; y++) {
         for (int x = 0; x < width; x++) {

@@ -11,7 +11,8 @@ static void tap_row(const struct match_tapped *tapped, struct match_level *level
     for (int x = 0; x < level->width; x++) {
         const struct match_tile *tile = &tiles[x / MATCH_TILE_COLUMNS];
         const ptrdiff_t pixel = (ptrdiff_t)y * level->width + x;
-        tapped->windows[pixel] = (struct match_window){tile->base, tile->base + tile->lanes};
+        tapped->windows[pixel] =
+            (struct match_window){tile->base, tile->base + tile->lanes, tile->doubtful};
         if (tapped->averages != NULL) {
             memcpy(match_cell(level->ring[y % MATCH_RING_ROWS], tile, x % MATCH_TILE_COLUMNS),
                    tapped->averages + pixel * level->lanes + tile->base, (size_t)tile->lanes);

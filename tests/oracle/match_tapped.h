@@ -4,6 +4,7 @@
 #ifndef VERGENCE_TESTS_ORACLE_MATCH_TAPPED_H
 #define VERGENCE_TESTS_ORACLE_MATCH_TAPPED_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "core/match_kernels.h"
@@ -15,6 +16,7 @@ extern "C" {
 /// Lanes [begin, end) of a pixel: disparities, counted from the lowest.
 struct match_window {
     int begin, end;
+    bool doubtful;  // the coarser level saw other places that fit as well
 };
 
 struct match_tapped {

@@ -92,8 +92,9 @@ TEST_CASE("neither strides nor what lies between the rows matter") {
 }
 
 TEST_CASE("shifting the right image shifts the disparities and nothing else") {
-    // Exact wherever neither answer feels a border of the images: the search leaves both
-    // alone. The image's middle is far from those, and messages fade on their way there.
+    // Exact wherever neither answer feels a border of the images and nothing is searched at half
+    // the size, where an odd shift is half a pixel: the search leaves both alone. The image's
+    // middle is far from those, and messages fade on their way there.
     const uint64_t seed = test_seed();
     INFO("VERGENCE_SEED=", seed);
     const int width = 220;
@@ -101,7 +102,7 @@ TEST_CASE("shifting the right image shifts the disparities and nothing else") {
     const Pair pair = small_pair(width, height, seed);
     const std::vector<uint8_t> left = as_u8(pair.left, width, height, 8, width);
     const std::vector<uint8_t> right = as_u8(pair.right, width, height, 8, width);
-    const Matched still = run_match(left, right, width, height, match_default_options(0, 32));
+    const Matched still = run_match(left, right, width, height, match_default_options(0, 16));
     REQUIRE(still.status == ERROR_OK);
     for (const int shift : {-37, -8, 1, 20}) {
         CAPTURE(shift);
@@ -115,7 +116,7 @@ TEST_CASE("shifting the right image shifts the disparities and nothing else") {
             }
         }
         const Matched matched =
-            run_match(left, moved, width, height, match_default_options(shift, 32));
+            run_match(left, moved, width, height, match_default_options(shift, 16));
         REQUIRE(matched.status == ERROR_OK);
         int differing = 0, compared = 0;
         for (int y = 0; y < height; y++) {
@@ -331,7 +332,8 @@ TEST_CASE("progress counts up to all rows, and false stops the work") {
     CHECK(stopped.status == ERROR_CANCELLED);
     CHECK(calls == static_cast<int>(seen.size() / 2) + 1);
     int differing = 0;
-    for (int y = 0; y < stop_at; y++) {
+    // The last row done was not smoothed with the next one.
+    for (int y = 0; y < stop_at - 1; y++) {
         for (int x = 0; x < 80; x++) {
             const size_t i = whole.index(x, y);
             differing += stopped.disparity_q8[i] != whole.disparity_q8[i];
