@@ -156,7 +156,7 @@ static void carve_row(const struct match_level *level, int rows, struct block *b
         line->row.fits = (uint8_t *)line->row.right_x;
         line->row.claim = carve(block, width + 1, sizeof *line->row.claim);
         line->row.darkest = (uint8_t *)line->row.claim;
-        line->row.brightest = line->row.darkest + width;
+        line->row.brightest = line->row.darkest == NULL ? NULL : line->row.darkest + width;
     }
     scratch->finish = (int32_t *)scratch->line[0].row.claim;
 }
