@@ -56,11 +56,17 @@ static inline uint8_t *ring_cells(const struct column_view *view, const struct m
 // The blend where each lane of `a` may be replaced by a neighbour's value plus MATCH_LEAN: an
 // average along a surface that leans by up to a disparity a row, instead of one that stands
 // upright.
+/*@ requires are_lanes(lanes) && shares.first + shares.second == MATCH_WEIGHT_ONE;
+    requires \valid_read(a) && \valid_read(b) && \valid(result);
+    assigns result->part[0 .. lanes / MATCH_LANES - 1]; */
 MATCH_INLINE void blend_leaning(const struct lanes *a, const struct lanes *b,
                                 struct vector_shares shares, struct lanes *result,
                                 const int lanes) {
     const struct vector lean = vector_all(MATCH_LEAN);
     struct vector before = vector_all(UINT8_MAX);
+    /*@ loop invariant 0 <= k <= lanes / MATCH_LANES;
+        loop assigns k, before, result->part[0 .. lanes / MATCH_LANES - 1];
+        loop variant lanes - k; */
     for (int k = 0; k < lanes / MATCH_LANES; k++) {
         const struct vector here = a->part[k];
         const struct vector beside = lower_neighbour(a, k, before, lanes);
@@ -70,25 +76,52 @@ MATCH_INLINE void blend_leaning(const struct lanes *a, const struct lanes *b,
     }
 }
 
+/*@ requires are_lanes(lanes) && 0 <= c <= MATCH_TILE_COLUMNS - VECTOR_MEMBERS;
+    requires \valid(at + (0 .. VECTOR_MEMBERS - 1));
+    assigns at[0 .. VECTOR_MEMBERS - 1];
+    ensures \forall integer m; 0 <= m < VECTOR_MEMBERS ==> at[m] == cells + (c + m) * lanes; */
 MATCH_INLINE void member_cells(uint8_t *cells, int c, uint8_t *at[VECTOR_MEMBERS],
                                const int lanes) {
+    /*@ loop invariant 0 <= member <= VECTOR_MEMBERS;
+        loop invariant \forall integer m; 0 <= m < member ==> at[m] == cells + (c + m) * lanes;
+        loop assigns member, at[0 .. VECTOR_MEMBERS - 1];
+        loop variant VECTOR_MEMBERS - member; */
     for (int member = 0; member < VECTOR_MEMBERS; member++) {
         at[member] = cells + (ptrdiff_t)(c + member) * lanes;
     }
 }
 
+/*@ requires \valid_read(shares + (0 .. VECTOR_MEMBERS - 1));
+    requires are_shares(shares, 0, VECTOR_MEMBERS);
+    assigns \nothing;
+    ensures \result.first + \result.second == MATCH_WEIGHT_ONE; */
 MATCH_INLINE struct vector_shares member_shares(const match_share *shares) {
     const match_share *at[VECTOR_MEMBERS];
+    /*@ loop invariant 0 <= member <= VECTOR_MEMBERS;
+        loop invariant \forall integer m; 0 <= m < member ==> at[m] == shares + m;
+        loop assigns member, at[0 .. VECTOR_MEMBERS - 1];
+        loop variant VECTOR_MEMBERS - member; */
     for (int member = 0; member < VECTOR_MEMBERS; member++) {
         at[member] = shares + member;
     }
     return vector_shares_each(at, 0);
 }
 
+/*@ predicate tile_valid{L}(uint8_t *cells, integer lanes) =
+        \valid(cells + (0 .. MATCH_TILE_COLUMNS * lanes - 1)); */
+
 // The averages of the rows below y, at `below`, take in row y: into `to`, which may be `below`.
+/*@ requires are_lanes(lanes) && \valid_read(shares);
+    requires are_shares(&shares->of_column[0], 0, MATCH_TILE_COLUMNS);
+    requires tile_valid(below, lanes) && tile_valid(cost, lanes) && tile_valid(to, lanes);
+    assigns to[0 .. MATCH_TILE_COLUMNS * lanes - 1]; */
 MATCH_INLINE void climb(const struct share_row *shares, uint8_t *below, uint8_t *cost, uint8_t *to,
                         const int lanes) {
+    /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS && c % VECTOR_MEMBERS == 0;
+        loop assigns c, to[0 .. MATCH_TILE_COLUMNS * lanes - 1];
+        loop variant MATCH_TILE_COLUMNS - c; */
     for (int c = 0; c < MATCH_TILE_COLUMNS; c += VECTOR_MEMBERS) {
+        //@ assert 0 <= c * lanes <= (MATCH_TILE_COLUMNS - VECTOR_MEMBERS) * lanes;
         uint8_t *below_at[VECTOR_MEMBERS];
         uint8_t *cost_at[VECTOR_MEMBERS];
         uint8_t *to_at[VECTOR_MEMBERS];
@@ -192,10 +225,22 @@ static void average_upwards(struct column_view *view, uint8_t *running) {
 // One row on the way down: the average of the rows above, at `down`, takes in the costs at `cost`;
 // with what comes from below, which `message` holds, it becomes the average of all rows, at `cost`;
 // and the messages from the row above, at `previous`, become this row's, at `message`.
+/*@ requires are_lanes(lanes) && \valid_read(shares);
+    requires are_shares(&shares->before[0], 0, MATCH_TILE_COLUMNS);
+    requires are_shares(&shares->below[0], 0, MATCH_TILE_COLUMNS);
+    requires tile_valid(down, lanes) && tile_valid(cost, lanes);
+    requires tile_valid(previous, lanes) && tile_valid(message, lanes);
+    assigns down[0 .. MATCH_TILE_COLUMNS * lanes - 1], cost[0 .. MATCH_TILE_COLUMNS * lanes - 1],
+        message[0 .. MATCH_TILE_COLUMNS * lanes - 1]; */
 MATCH_INLINE void descend(const struct column_shares *shares, bool below, uint8_t *down,
                           uint8_t *cost, uint8_t *previous, uint8_t *message, const int lanes) {
     const struct vector small = vector_all(MATCH_SMALL_PENALTY);
+    /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS && c % VECTOR_MEMBERS == 0;
+        loop assigns c, down[0 .. MATCH_TILE_COLUMNS * lanes - 1],
+            cost[0 .. MATCH_TILE_COLUMNS * lanes - 1], message[0 .. MATCH_TILE_COLUMNS * lanes - 1];
+        loop variant MATCH_TILE_COLUMNS - c; */
     for (int c = 0; c < MATCH_TILE_COLUMNS; c += VECTOR_MEMBERS) {
+        //@ assert 0 <= c * lanes <= (MATCH_TILE_COLUMNS - VECTOR_MEMBERS) * lanes;
         uint8_t *down_at[VECTOR_MEMBERS];
         uint8_t *cost_at[VECTOR_MEMBERS];
         uint8_t *previous_at[VECTOR_MEMBERS];
@@ -205,6 +250,11 @@ MATCH_INLINE void descend(const struct column_shares *shares, bool below, uint8_
         member_cells(cost, c, cost_at, lanes);
         member_cells(previous, c, previous_at, lanes);
         member_cells(message, c, message_at, lanes);
+        /*@ loop invariant 0 <= member <= VECTOR_MEMBERS;
+            loop invariant \forall integer m; 0 <= m < member ==>
+                penalty_at[m] == &shares->penalty[c + m];
+            loop assigns member, penalty_at[0 .. VECTOR_MEMBERS - 1];
+            loop variant VECTOR_MEMBERS - member; */
         for (int member = 0; member < VECTOR_MEMBERS; member++) {
             penalty_at[member] = shares->penalty + c + member;
         }

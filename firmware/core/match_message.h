@@ -19,7 +19,16 @@ struct message_penalties {
 
 /*@ predicate are_lanes(integer lanes) =
         MATCH_LANES <= lanes <= MATCH_MAX_DISPARITIES && lanes % MATCH_LANES == 0;
-    predicate is_cell(integer cell) = 0 <= cell <= INT32_MAX; */
+    predicate is_cell(integer cell) = 0 <= cell <= INT32_MAX;
+    predicate are_shares{L}(match_share *of, integer begin, integer end) =
+        \forall integer i; begin <= i < end ==> match_is_share(of[i]);
+    predicate is_level{L}(struct match_level *of) =
+        \valid_read(of) && MATCH_MIN_WIDTH_PX <= of->width <= INT16_MAX &&
+        0 <= of->right_pad <= INT16_MAX && 0 <= of->right_length <= 4 * INT16_MAX &&
+        -MATCH_DISPARITY_LIMIT <= of->disparity_min <= MATCH_DISPARITY_LIMIT;
+    // A product that provers find when they are told to look for it.
+    predicate times(integer a, integer b, integer lanes) = a * lanes <= b * lanes;
+    lemma times: \forall integer a, b, lanes; a <= b ==> 0 <= lanes ==> times(a, b, lanes); */
 
 /*@ requires are_lanes(lanes) && is_cell(cell);
     requires \valid_read(at) && \valid_read(at[0] + (cell .. cell + lanes - 1)) && \valid(to);

@@ -43,7 +43,26 @@ struct row_view {
     struct rectify_span left[MATCH_ROWS_ABREAST], right[MATCH_ROWS_ABREAST];
 };
 
+/*@ predicate tile_in_lines{L}(struct row_view *of, struct match_tile *tile, integer x_begin,
+                               integer columns, integer rows, integer lanes) =
+        \valid_read(of) && \valid_read(tile) && are_lanes(lanes) && is_level(of->level) &&
+        1 <= rows <= MATCH_ROWS_ABREAST && 0 <= columns <= MATCH_TILE_COLUMNS &&
+        0 <= x_begin <= INT16_MAX + 1 - columns &&
+        0 <= tile->offset <= INT32_MAX - columns * lanes &&
+        (\forall integer r; 0 <= r < rows ==>
+            \valid_read(of->cost[r] + (tile->offset .. tile->offset + columns * lanes - 1)) &&
+            \valid_read(of->above[r] + (tile->offset .. tile->offset + columns * lanes - 1)) &&
+            \valid(of->sum[r] + (tile->offset .. tile->offset + columns * lanes - 1)) &&
+            \valid(of->message[r] + (0 .. lanes - 1)) && \valid_read(of->line + r) &&
+            \valid_read(of->line[r].row.penalty + (x_begin .. x_begin + columns)) &&
+            \valid(of->line[r].row.lane + (x_begin .. x_begin + columns - 1)) &&
+            \valid(of->line[r].row.margin + (x_begin .. x_begin + columns - 1))); */
+
 // Which lanes of the window may win at x: those whose right pixel lies inside the right row's span.
+/*@ requires \valid_read(view) && is_level(view->level) && 0 <= r < MATCH_ROWS_ABREAST;
+    requires \valid_read(tile) && 0 <= x <= INT16_MAX;
+    requires \valid(begin) && \valid(end);
+    assigns *begin, *end; */
 static inline void searched(const struct row_view *view, int r, const struct match_tile *tile,
                             int x, int *begin, int *end) {
     const struct match_level *level = view->level;
@@ -55,11 +74,21 @@ static inline void searched(const struct row_view *view, int r, const struct mat
 }
 
 // Messages from the left through one tile, each summed with the one from above.
+/*@ requires VECTOR_MEMBERS == 1;
+    requires tile_in_lines(of, tile, x_begin, columns, groups, lanes); */
 MATCH_INLINE void pass_right(const struct row_view *of, const struct match_tile *tile, int x_begin,
                              int columns, const int groups, const int lanes) {
     // A copy: stores of bytes cannot change it.
     const struct row_view view = *of;
+    /*@ admit copied: view.level == of->level && view.line == of->line &&
+            (\forall integer r; 0 <= r < MATCH_ROWS_ABREAST ==> view.cost[r] == of->cost[r] &&
+                view.above[r] == of->above[r] && view.sum[r] == of->sum[r] &&
+                view.message[r] == of->message[r]); */
     const uint8_t *penalty[MATCH_ROWS_ABREAST];
+    /*@ loop invariant 0 <= r <= groups;
+        loop invariant \forall integer i; 0 <= i < r ==> penalty[i] == of->line[i].row.penalty;
+        loop assigns r, penalty[0 .. groups - 1];
+        loop variant groups - r; */
     for (int r = 0; r < groups * VECTOR_MEMBERS; r++) {
         penalty[r] = view.line[r].row.penalty;
     }
@@ -67,18 +96,34 @@ MATCH_INLINE void pass_right(const struct row_view *of, const struct match_tile 
     const struct vector most = vector_all(SUMMAND_MAX);
     const int count = lanes / MATCH_LANES;
     struct lanes message[ROW_GROUPS];
+    /*@ loop invariant 0 <= q <= groups;
+        loop assigns q, message[0 .. groups - 1];
+        loop variant groups - q; */
     for (int q = 0; q < groups; q++) {
         load_lanes((const uint8_t *const *)view.message + q * VECTOR_MEMBERS, 0, &message[q],
                    lanes);
     }
     ptrdiff_t cell = tile->offset;
+    /*@ loop invariant x_begin <= x <= x_begin + columns;
+        loop invariant cell == tile->offset + (x - x_begin) * lanes;
+        loop assigns x, cell, message[0 .. groups - 1],
+            view.sum[0 .. groups - 1][tile->offset .. tile->offset + columns * lanes - 1];
+        loop variant x_begin + columns - x; */
     for (int x = x_begin; x < x_begin + columns; x++, cell += lanes) {
+        //@ assert times(0, x - x_begin, lanes) && times(x - x_begin + 1, columns, lanes);
+        /*@ loop invariant 0 <= q <= groups;
+            loop assigns q, message[0 .. groups - 1],
+                view.sum[0 .. groups - 1][cell .. cell + lanes - 1];
+            loop variant groups - q; */
         for (int q = 0; q < groups; q++) {
             const int r = q * VECTOR_MEMBERS;
             const struct message_penalties penalties = {small, vector_each(penalty + r, x)};
             struct lanes cost;
             load_lanes(view.cost + r, cell, &cost, lanes);
             pass_message(&cost, penalties, &message[q], lanes);
+            /*@ loop invariant 0 <= k <= count;
+                loop assigns k, view.sum[r][cell .. cell + lanes - 1];
+                loop variant count - k; */
             for (int k = 0; k < count; k++) {
                 const ptrdiff_t at = cell + (ptrdiff_t)k * MATCH_LANES;
                 const struct vector above = vector_load(view.above + r, at);
@@ -88,17 +133,29 @@ MATCH_INLINE void pass_right(const struct row_view *of, const struct match_tile 
             }
         }
     }
+    /*@ loop invariant 0 <= q <= groups;
+        loop assigns q, view.message[0 .. groups - 1][0 .. lanes - 1];
+        loop variant groups - q; */
     for (int q = 0; q < groups; q++) {
         store_lanes(&message[q], view.message + q * VECTOR_MEMBERS, 0, lanes);
     }
 }
 
 // Hides the lanes from i on that may not win.
+/*@ requires VECTOR_MEMBERS == 1 && 0 <= r_begin < MATCH_ROWS_ABREAST;
+    requires \valid_read(view) && is_level(view->level) && \valid_read(tile);
+    requires 0 <= x <= INT16_MAX && 0 <= i < MATCH_MAX_DISPARITIES;
+    assigns \nothing; */
 static inline struct vector hide_outside(const struct row_view *view, int r_begin,
                                          const struct match_tile *tile, int x, int i,
                                          struct vector total) {
     const uint8_t *front[VECTOR_MEMBERS];
     const uint8_t *behind[VECTOR_MEMBERS];
+    /*@ loop invariant 0 <= r <= VECTOR_MEMBERS;
+        loop invariant r == 1 ==> \valid_read(front[0] + (0 .. MATCH_LANES - 1)) &&
+            \valid_read(behind[0] + (0 .. MATCH_LANES - 1));
+        loop assigns r, front[0], behind[0];
+        loop variant VECTOR_MEMBERS - r; */
     for (int r = 0; r < VECTOR_MEMBERS; r++) {
         int begin;
         int end;
@@ -112,13 +169,31 @@ static inline struct vector hide_outside(const struct row_view *view, int r_begi
 }
 
 // The first lane of a member that is the lowest of all `total`.
+/*@ requires VECTOR_MEMBERS == 1 && 1 <= count <= MESSAGE_VECTORS;
+    requires \valid_read(total + (0 .. count - 1)) && \valid(lane);
+    requires count == 1 ==>
+        (\exists integer i; 0 <= i < MATCH_LANES && total[0].lane[i] == lowest.lane[i]);
+    assigns lane[0];
+    ensures -1 <= lane[0] < MATCH_LANES * count; */
 MATCH_INLINE void first_lowest(const struct vector *total, struct vector lowest,
                                int lane[VECTOR_MEMBERS], const int count) {
+    /*@ loop invariant 0 <= r <= VECTOR_MEMBERS;
+        loop invariant r == 1 ==> lane[0] == -1;
+        loop assigns r, lane[0];
+        loop variant VECTOR_MEMBERS - r; */
     for (int r = 0; r < VECTOR_MEMBERS; r++) {
         lane[r] = -1;
     }
+    /*@ loop invariant 0 <= k <= count;
+        loop invariant -1 <= lane[0] < MATCH_LANES * count;
+        loop assigns k, lane[0];
+        loop variant count - k; */
     for (int k = 0; k < count; k++) {
         const uint32_t equal = vector_equal(total[k], lowest);
+        /*@ loop invariant 0 <= r <= VECTOR_MEMBERS;
+            loop invariant -1 <= lane[0] < MATCH_LANES * count;
+            loop assigns r, lane[0];
+            loop variant VECTOR_MEMBERS - r; */
         for (int r = 0; r < VECTOR_MEMBERS; r++) {
             const uint32_t bits = equal >> (MATCH_LANES * r) & 0xffff;
             if (count == 1) {
@@ -131,12 +206,27 @@ MATCH_INLINE void first_lowest(const struct vector *total, struct vector lowest,
 }
 
 // Sums up all messages of pixel x of the rows from r_begin on and notes the winner of each.
+/*@ requires VECTOR_MEMBERS == 1 && 0 <= r_begin < MATCH_ROWS_ABREAST && are_lanes(lanes);
+    requires \valid_read(view) && is_level(view->level) && \valid_read(tile);
+    requires 0 <= x <= INT16_MAX && is_cell(cell) && \valid_read(message);
+    requires \valid_read(view->sum[r_begin] + (cell .. cell + lanes - 1));
+    requires \valid_read(view->line + r_begin);
+    requires \valid(view->line[r_begin].row.lane + x);
+    requires \valid(view->line[r_begin].row.margin + x);
+    assigns view->line[r_begin].row.lane[x], view->line[r_begin].row.margin[x]; */
 MATCH_INLINE void choose(const struct row_view *view, int r_begin, const struct match_tile *tile,
                          int x, ptrdiff_t cell, const struct lanes *message, const bool hide,
                          const int lanes) {
     const int count = lanes / MATCH_LANES;
     struct vector total[MESSAGE_VECTORS];
     struct vector lowest = vector_all(UINT8_MAX);
+    /*@ loop invariant 0 <= k <= count;
+        loop invariant k == 1 ==>
+            (\forall integer i; 0 <= i < MATCH_LANES ==> lowest.lane[i] == total[0].lane[i]);
+        loop invariant k == 0 ==>
+            (\forall integer i; 0 <= i < MATCH_LANES ==> lowest.lane[i] == UINT8_MAX);
+        loop assigns k, lowest, total[0 .. count - 1];
+        loop variant count - k; */
     for (int k = 0; k < count; k++) {
         total[k] = vector_add(vector_load((const uint8_t *const *)view->sum + r_begin,
                                           cell + (ptrdiff_t)k * MATCH_LANES),
@@ -150,15 +240,25 @@ MATCH_INLINE void choose(const struct row_view *view, int r_begin, const struct 
     int lane[VECTOR_MEMBERS];
     first_lowest(total, lowest, lane, count);
     const uint8_t *near[VECTOR_MEMBERS];
+    /*@ loop invariant 0 <= r <= VECTOR_MEMBERS;
+        loop invariant r == 1 ==> near[0] == &near_lanes[NEAR_MIDDLE - lane[0]];
+        loop assigns r, near[0];
+        loop variant VECTOR_MEMBERS - r; */
     for (int r = 0; r < VECTOR_MEMBERS; r++) {
         near[r] = near_lanes + NEAR_MIDDLE - lane[r];
     }
     struct vector rival = vector_all(UINT8_MAX);
+    /*@ loop invariant 0 <= k <= count;
+        loop assigns k, rival;
+        loop variant count - k; */
     for (int k = 0; k < count; k++) {
         rival =
             vector_min(rival, vector_or(total[k], vector_load(near, (ptrdiff_t)k * MATCH_LANES)));
     }
     const struct vector margin = vector_sub(vector_lowest(rival), lowest);
+    /*@ loop invariant 0 <= r <= VECTOR_MEMBERS;
+        loop assigns r, view->line[r_begin].row.lane[x], view->line[r_begin].row.margin[x];
+        loop variant VECTOR_MEMBERS - r; */
     for (int r = 0; r < VECTOR_MEMBERS; r++) {
         view->line[r_begin + r].row.lane[x] = (int16_t)lane[r];
         view->line[r_begin + r].row.margin[x] = vector_first(margin, r);
@@ -166,22 +266,46 @@ MATCH_INLINE void choose(const struct row_view *view, int r_begin, const struct 
 }
 
 // Messages from the right through one tile, each summed with the others and decided as it comes.
+/*@ requires VECTOR_MEMBERS == 1;
+    requires tile_in_lines(of, tile, x_begin, columns, groups, lanes); */
 MATCH_INLINE void pass_left(const struct row_view *of, const struct match_tile *tile, int x_begin,
                             int columns, const bool hide, const int groups, const int lanes) {
     const struct row_view view = *of;
+    /*@ admit copied: view.level == of->level && view.line == of->line &&
+            (\forall integer r; 0 <= r < MATCH_ROWS_ABREAST ==> view.cost[r] == of->cost[r] &&
+                view.above[r] == of->above[r] && view.sum[r] == of->sum[r] &&
+                view.message[r] == of->message[r]); */
     const uint8_t *penalty[MATCH_ROWS_ABREAST];
+    /*@ loop invariant 0 <= r <= groups;
+        loop invariant \forall integer i; 0 <= i < r ==> penalty[i] == of->line[i].row.penalty + 1;
+        loop assigns r, penalty[0 .. groups - 1];
+        loop variant groups - r; */
     for (int r = 0; r < groups * VECTOR_MEMBERS; r++) {
         penalty[r] = view.line[r].row.penalty + 1;
     }
     const struct vector small = vector_all(MATCH_SMALL_PENALTY);
     struct lanes message[ROW_GROUPS];
+    /*@ loop invariant 0 <= q <= groups;
+        loop assigns q, message[0 .. groups - 1];
+        loop variant groups - q; */
     for (int q = 0; q < groups; q++) {
         load_lanes((const uint8_t *const *)view.message + q * VECTOR_MEMBERS, 0, &message[q],
                    lanes);
     }
     ptrdiff_t cell = tile->offset + (ptrdiff_t)columns * lanes;
+    /*@ loop invariant x_begin - 1 <= x <= x_begin + columns - 1;
+        loop invariant cell == tile->offset + (x - x_begin + 1) * lanes;
+        loop assigns x, cell, message[0 .. groups - 1],
+            of->line[0 .. groups - 1].row.lane[x_begin .. x_begin + columns - 1],
+            of->line[0 .. groups - 1].row.margin[x_begin .. x_begin + columns - 1];
+        loop variant x - x_begin + 1; */
     for (int x = x_begin + columns - 1; x >= x_begin; x--) {
+        //@ assert times(0, x - x_begin, lanes) && times(x - x_begin + 1, columns, lanes);
         cell -= lanes;
+        /*@ loop invariant 0 <= q <= groups;
+            loop assigns q, message[0 .. groups - 1], of->line[0 .. groups - 1].row.lane[x],
+                of->line[0 .. groups - 1].row.margin[x];
+            loop variant groups - q; */
         for (int q = 0; q < groups; q++) {
             const int r = q * VECTOR_MEMBERS;
             const struct message_penalties penalties = {small, vector_each(penalty + r, x)};
@@ -191,6 +315,9 @@ MATCH_INLINE void pass_left(const struct row_view *of, const struct match_tile *
             choose(&view, r, tile, x, cell, &message[q], hide, lanes);
         }
     }
+    /*@ loop invariant 0 <= q <= groups;
+        loop assigns q, view.message[0 .. groups - 1][0 .. lanes - 1];
+        loop variant groups - q; */
     for (int q = 0; q < groups; q++) {
         store_lanes(&message[q], view.message + q * VECTOR_MEMBERS, 0, lanes);
     }
