@@ -89,6 +89,9 @@ static void choose_options(struct job *job) {
     options->rectify.scale = request->scale * job->inputs.left.shrink;
     options->keep_all = request->keep_all;
     options->refine = !request->no_refine;
+    if (request->preset >= 0) {
+        options->preset = (enum match_preset)request->preset;
+    }
     if (request->speckle_px >= 0) {
         options->speckle_px = request->speckle_px;
     }

@@ -67,6 +67,11 @@ static const struct option options[] = {
     {.name = "raw", .kind = OPTION_INT, .offset = FIELD(raw_px), .value_name = "WxH",
      .minimum = 1, .maximum = IMAGE_FILE_MAX_SIDE_PX, .count = 2, .separator = 'x',
      .help = "Size of .raw files (16 bit little-endian words without a header). Default: 2048x1536."},
+    {.name = "preset", .kind = OPTION_CHOICE, .offset = FIELD(preset), .value_name = "NAME",
+     .choices = "fast standard best board paper",
+     .help = "What the matcher spends: fast (every other row), standard, best (all disparities "
+             "everywhere: thin things and repeated texture), board (as the instrument does), paper "
+             "(the greedy path it began with). Default: standard."},
     {.name = "no-refine", .kind = OPTION_FLAG, .offset = FIELD(no_refine),
      .help = "Leave out the sub-pixel refinement and the predicted deviation that comes with it."},
     {.name = "keep-all", .kind = OPTION_FLAG, .offset = FIELD(keep_all),
@@ -150,7 +155,8 @@ int reconstruct_request_parse(int argc, char **argv, struct reconstruct_request 
                                             .unit = -1,
                                             .first_camera = -1,
                                             .bayer = -1,
-                                            .speckle_px = -1};
+                                            .speckle_px = -1,
+                                            .preset = -1};
     const char *operands[2] = {NULL, NULL};
     int operand_count = 0;
     const int exit_code = options_parse(&page, argc, argv, request, operands, &operand_count);

@@ -24,6 +24,7 @@ struct reconstruct_request {
     int bayer;                     // place in "none grbg"; -1: not given
     int bits;                      // 0: as the files say
     int raw_px[2];                 // width, height; 0 0: not given
+    int preset;                    // place in enum match_preset; -1: not given
     bool no_refine, keep_all;
     int speckle_px;  // -1: not given
     const char *ground_truth_path, *mask_path;

@@ -74,6 +74,7 @@ static void print_options(const struct reconstruct_context *context, struct json
     const struct reconstruct_options *options = context->options;
     json_open_object(json, "options");
     json_real(json, "scale", options->rectify.scale, 10);
+    json_text(json, "preset", match_preset_name(options->preset));
     json_integer(json, "speckle_px", options->speckle_px);
     json_bool(json, "keep_all", options->keep_all);
     json_bool(json, "refine", options->refine);

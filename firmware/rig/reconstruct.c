@@ -30,6 +30,7 @@ const char *reconstruct_stage_text(enum reconstruct_stage stage) {
 struct reconstruct_options reconstruct_default_options(void) {
     return (struct reconstruct_options){
         .rectify = {.scale = 1.0},
+        .preset = match_default_options(0, 1).preset,
         .speckle_px = match_default_options(0, 1).speckle_px,
         .refine = true,
         .max_gap_q8 = MESH_DEFAULT_GAP_Q8,
@@ -117,6 +118,7 @@ static size_t images_need_bytes(int width, int height) {
 static struct match_options match_options_of(const struct rectify_plan *plan,
                                              const struct reconstruct_options *options) {
     struct match_options match = match_default_options(plan->disparity_min, plan->disparity_count);
+    match.preset = options->preset;
     match.speckle_px = options->speckle_px;
     match.keep_all = options->keep_all;
     return match;

@@ -68,6 +68,7 @@ struct reconstruct_environment {
 
 struct reconstruct_options {
     struct rectify_options rectify;
+    enum match_preset preset;
     int speckle_px;      // see match.h
     bool keep_all;       // see match.h
     bool refine;         // sub-pixel refinement and predicted sigma

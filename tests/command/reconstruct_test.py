@@ -122,6 +122,14 @@ class Reconstruct(pairs.Workshop):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("calibration belong to these images", done.stderr)
 
+    def test_every_preset_finds_the_surface(self):
+        for preset in ("fast", "standard", "best", "board", "paper"):
+            with self.subTest(preset):
+                self.reconstruct(*RECTIFIED, "--preset", preset)
+                result = json.loads((self.out / "result.json").read_text())
+                self.assertEqual(result["options"]["preset"], preset)
+                self.assert_near_truth()
+
     def test_an_earlier_result_is_replaced_as_a_whole(self):
         self.reconstruct()
         (self.out / "mine.txt").write_text("keep me")
