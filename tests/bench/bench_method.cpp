@@ -19,9 +19,15 @@ double processor_ms() {
 
 std::vector<bench_method_entry> our_methods() {
     return {
-        {"vergence match", "defaults", true, bench_make_match},
-        {"vergence match+refine", "the same, then sub-pixel refinement and sigma", true,
-         bench_make_refined},
+        {"fast", "ours: every other row, near a coarse surface", true,
+         bench_ours(MATCH_PRESET_FAST)},
+        {"standard", "ours, the default: near a coarse surface", true,
+         bench_ours(MATCH_PRESET_STANDARD)},
+        {"standard+refine", "the same, then sub-pixel refinement and sigma", true,
+         bench_ours(MATCH_PRESET_STANDARD, true)},
+        {"best", "ours: all disparities everywhere", true, bench_ours(MATCH_PRESET_BEST)},
+        {"board", "ours: in the memory of a small board", true, bench_ours(MATCH_PRESET_BOARD)},
+        {"paper", "ours: a greedy path along each row", true, bench_ours(MATCH_PRESET_PAPER)},
     };
 }
 

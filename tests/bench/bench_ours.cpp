@@ -129,17 +129,13 @@ class our_method : public bench_method {
     image_u16 sigma_;
 };
 
-std::unique_ptr<bench_method> make(const bench_pair &pair, bool refine) {
-    const match_options options = match_default_options(pair.disparity_min, pair.disparity_count);
-    return std::make_unique<our_method>(pair, options, refine);
-}
-
 }  // namespace
 
-std::unique_ptr<bench_method> bench_make_match(const bench_pair &pair) {
-    return make(pair, false);
-}
-
-std::unique_ptr<bench_method> bench_make_refined(const bench_pair &pair) {
-    return make(pair, true);
+std::function<std::unique_ptr<bench_method>(const bench_pair &pair)> bench_ours(match_preset preset,
+                                                                                bool refine) {
+    return [preset, refine](const bench_pair &pair) {
+        match_options options = match_default_options(pair.disparity_min, pair.disparity_count);
+        options.preset = preset;
+        return std::make_unique<our_method>(pair, options, refine);
+    };
 }

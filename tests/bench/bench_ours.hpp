@@ -4,8 +4,10 @@
 #define VERGENCE_TESTS_BENCH_BENCH_OURS_HPP
 
 #include "bench/bench_method.hpp"
+#include "core/match.h"
 
-std::unique_ptr<bench_method> bench_make_match(const bench_pair &pair);
-std::unique_ptr<bench_method> bench_make_refined(const bench_pair &pair);
+/// Makes the matcher of a preset, with or without the refinement of its disparities after it.
+std::function<std::unique_ptr<bench_method>(const bench_pair &pair)> bench_ours(
+    match_preset preset, bool refine = false);
 
 #endif
