@@ -148,7 +148,7 @@ static int look_at_final_path(struct outdir *directory, const char *path, struct
         return S_ISDIR(status.st_mode)
                    ? ERROR_OK
                    : message_set(message, ERROR_ARGUMENT,
-                                 "%s exists and is not a directory; give --out another name", path);
+                                 "%s exists and is not a directory; give another name", path);
     }
     if (error_number != ENOENT) {
         return message_set(message, ERROR_ARGUMENT, "cannot write into the output directory %s: %s",
@@ -156,7 +156,7 @@ static int look_at_final_path(struct outdir *directory, const char *path, struct
     }
     if (lstat(directory->final_path, &status) == 0) {
         return message_set(message, ERROR_ARGUMENT,
-                           "%s is a symbolic link to nothing; give --out another name", path);
+                           "%s is a symbolic link to nothing; give another name", path);
     }
     return ERROR_OK;
 }

@@ -37,6 +37,7 @@ struct job {
     struct reconstruct_context context;
     struct progress progress;
     struct outdir directory;
+    struct reconstruct_debug debug;
     struct workers *workers;
     void *memory;
     size_t memory_bytes;
@@ -129,23 +130,43 @@ static int check_readable(const char *path, struct message *message) {
     return ERROR_OK;
 }
 
-/// Results that stand in the same directory as what they are made from must not replace it.
-static int protect_inputs(const struct job *job, struct message *message) {
-    const struct reconstruct_request *request = &job->request;
+/// The input that the file `name` in `directory` would replace; NULL: none.
+static const char *replaced_input(const struct reconstruct_request *request, const char *directory,
+                                  const char *name) {
     const char *const inputs[] = {request->left_path, request->right_path,
                                   request->calibration_path, request->ground_truth_path,
                                   request->mask_path};
     for (size_t i = 0; i < sizeof inputs / sizeof inputs[0]; i++) {
-        for (int k = 0; inputs[i] != NULL && k < job->abilities->writer_count; k++) {
-            const char *name = job->abilities->writers[k].file_name;
-            if (outdir_replaces(request->out_path, name, inputs[i])) {
-                return message_set(message, ERROR_ARGUMENT,
-                                   "%s would be replaced by the result %s; give --out another name",
-                                   inputs[i], name);
-            }
+        if (inputs[i] != NULL && outdir_replaces(directory, name, inputs[i])) {
+            return inputs[i];
         }
     }
-    return ERROR_OK;
+    return NULL;
+}
+
+/// Results that stand in the same directory as what they are made from must not replace it.
+static int protect_inputs(const struct job *job, struct message *message) {
+    const struct reconstruct_request *request = &job->request;
+    const char *option = "--out";
+    const char *name = NULL;
+    const char *input = NULL;
+    for (int k = 0; input == NULL && k < job->abilities->writer_count; k++) {
+        name = job->abilities->writers[k].file_name;
+        input = replaced_input(request, request->out_path, name);
+    }
+    if (input == NULL && request->debug_path != NULL) {
+        const struct reconstruct_debug_maker *maker = job->abilities->debug_maker;
+        option = "--debug";
+        for (int k = 0; input == NULL && k < maker->file_count; k++) {
+            name = maker->file_names[k];
+            input = replaced_input(request, request->debug_path, name);
+        }
+    }
+    return input == NULL
+               ? ERROR_OK
+               : message_set(message, ERROR_ARGUMENT,
+                             "%s would be replaced by the result %s; give %s another name", input,
+                             name, option);
 }
 
 /// Ground truth that cannot be read is refused; what cannot be compared is said.
@@ -289,15 +310,12 @@ static void note_doubts(struct job *job) {
     }
 }
 
+/// Into the hidden directory.
 static int write_results(struct job *job) {
     const struct reconstruct_command_abilities *abilities = job->abilities;
-    const char *names[RECONSTRUCT_COMMAND_WRITERS_MAX];
-    INVARIANT(abilities->writer_count >= 1 &&
-              abilities->writer_count <= RECONSTRUCT_COMMAND_WRITERS_MAX);
     for (int i = 0; i < abilities->writer_count; i++) {
         const struct result_writer *writer = &abilities->writers[i];
         char path[OUTDIR_PATH_BYTES];
-        names[i] = writer->file_name;
         progress_show(&job->progress, "write", i, abilities->writer_count);
         if (interrupt_requested()) {
             return message_set(&job->message, ERROR_CANCELLED, "interrupted; nothing was written");
@@ -312,8 +330,30 @@ static int write_results(struct job *job) {
             return error;
         }
     }
+    return ERROR_OK;
+}
+
+static int commit_results(struct job *job) {
+    const struct reconstruct_command_abilities *abilities = job->abilities;
+    const char *names[RECONSTRUCT_COMMAND_WRITERS_MAX];
+    INVARIANT(abilities->writer_count >= 1 &&
+              abilities->writer_count <= RECONSTRUCT_COMMAND_WRITERS_MAX);
+    for (int i = 0; i < abilities->writer_count; i++) {
+        names[i] = abilities->writers[i].file_name;
+    }
     return outdir_commit(&job->directory, names, abilities->writer_count,
                          names[abilities->writer_count - 1], &job->message);
+}
+
+/// Pictures are there as well where no surface was found: they may say why. Where they cannot be
+/// written, nothing is.
+static int draw(struct job *job, int error) {
+    struct message message;
+    const int debug_error = reconstruct_debug_finish(&job->debug, &job->context, &message);
+    if (debug_error != ERROR_OK) {
+        job->message = message;
+    }
+    return debug_error != ERROR_OK ? debug_error : error;
 }
 
 static int run(struct job *job) {
@@ -324,6 +364,10 @@ static int run(struct job *job) {
         error = error != ERROR_OK ? ERROR_BUFFER : ERROR_OK;
     }
     if (error == ERROR_OK) {
+        error = reconstruct_debug_begin(&job->debug, job->abilities->debug_maker, &job->request,
+                                        &job->result.plan, &job->options, &job->message);
+    }
+    if (error == ERROR_OK) {
         error = allocate(job);
     }
     if (error == ERROR_OK) {
@@ -332,6 +376,12 @@ static int run(struct job *job) {
     if (error == ERROR_OK) {
         note_doubts(job);
         error = write_results(job);
+    }
+    if (error == ERROR_OK || error == ERROR_NO_SURFACE) {
+        error = draw(job, error);
+    }
+    if (error == ERROR_OK) {
+        error = commit_results(job);
     }
     progress_end(&job->progress);
     return error;
@@ -349,6 +399,7 @@ static void print_outcome(struct job *job) {
 }
 
 static void clean_up(struct job *job) {
+    reconstruct_debug_end(&job->debug);
     outdir_abort(&job->directory);
     workers_destroy(job->workers);
     if (job->memory != NULL) {
@@ -359,10 +410,17 @@ static void clean_up(struct job *job) {
 
 int reconstruct_command_run(const struct reconstruct_command_abilities *abilities, int argc,
                             char **argv) {
-    struct job job = {.abilities = abilities, .directory = {.lock_fd = -1}};
+    struct job job = {.abilities = abilities,
+                      .directory = {.lock_fd = -1},
+                      .debug = {.directory = {.lock_fd = -1}}};
     const int exit_code = reconstruct_request_parse(argc, argv, &job.request);
     if (exit_code != OPTIONS_CONTINUE) {
         return exit_code;
+    }
+    if (job.request.debug_path != NULL && abilities->debug_maker == NULL) {
+        fputs("vergence reconstruct: --debug is not for this program: it writes no pictures\n",
+              stderr);
+        return CLIENT_USAGE;
     }
     interrupt_catch();
     job.start_us = progress_now_us();

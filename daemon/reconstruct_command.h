@@ -7,6 +7,7 @@
 #include "daemon/calibration_loader.h"
 #include "daemon/image_file.h"
 #include "daemon/reconstruct_context.h"
+#include "daemon/reconstruct_debug.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -24,6 +25,7 @@ struct reconstruct_command_abilities {
     /// before the work; gives its width and height. NULL: no writer compares with ground truth.
     int (*check_truth)(const struct reconstruct_context *context, int size_px[2],
                        struct message *message);
+    const struct reconstruct_debug_maker *debug_maker;  // NULL: --debug is refused
 };
 
 /// Runs the command and returns its exit code, see client.h.

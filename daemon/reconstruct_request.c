@@ -86,6 +86,14 @@ static const struct option options[] = {
     {.name = "ground-truth-scale", .kind = OPTION_REAL, .offset = FIELD(ground_truth_scale), .value_name = "S",
      .minimum = 1e-3, .maximum = 1e6,
      .help = "With --ground-truth: what the values of an 8 bit image were multiplied by."},
+    {.name = "debug", .kind = OPTION_TEXT, .offset = FIELD(debug_path), .value_name = "DIR",
+     .help = "Also write a picture of each stage of the matching into this directory, and a page that "
+             "explains them (debug.html): for seeing why a place is wrong. The results keep their bytes. "
+             "Not on the board."},
+    {.name = "debug-row", .kind = OPTION_INT, .offset = FIELD(debug_row), .value_name = "N",
+     .minimum = 0, .maximum = IMAGE_MAX_SIDE_PX - 1,
+     .help = "With --debug: the row of the rectified left image whose costs and messages are drawn. "
+             "Default: the middle one."},
     {.name = "json", .kind = OPTION_FLAG, .offset = FIELD(json),
      .help = "Print result.json on standard output instead of the summary."},
     {.name = "quiet", .kind = OPTION_FLAG, .offset = FIELD(quiet),
@@ -108,7 +116,9 @@ static const struct option_page page = {
         "vergence reconstruct left.png right.png --calibration rig.txt --out result\n"
         "vergence reconstruct l.pgm r.pgm --calibration intrinsics.yml --depth 400:900 "
         "--out result\n"
-        "vergence reconstruct im0.png im1.png --rectified --disparity 0:128 --out result",
+        "vergence reconstruct im0.png im1.png --rectified --disparity 0:128 --out result\n"
+        "vergence reconstruct im0.png im1.png --rectified --disparity 0:64 --out result "
+        "--debug why",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
     .operands_min = 2,
@@ -146,6 +156,9 @@ static const char *find_contradiction(const struct reconstruct_request *request)
         (request->mask_path != NULL || request->ground_truth_scale > 0)) {
         return "--mask and --ground-truth-scale belong to --ground-truth";
     }
+    if (request->debug_path == NULL && request->debug_row >= 0) {
+        return "--debug-row belongs to --debug";
+    }
     return NULL;
 }
 
@@ -156,7 +169,8 @@ int reconstruct_request_parse(int argc, char **argv, struct reconstruct_request 
                                             .first_camera = -1,
                                             .bayer = -1,
                                             .speckle_px = -1,
-                                            .preset = -1};
+                                            .preset = -1,
+                                            .debug_row = -1};
     const char *operands[2] = {NULL, NULL};
     int operand_count = 0;
     const int exit_code = options_parse(&page, argc, argv, request, operands, &operand_count);

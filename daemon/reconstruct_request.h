@@ -29,6 +29,8 @@ struct reconstruct_request {
     int speckle_px;  // -1: not given
     const char *ground_truth_path, *mask_path;
     double ground_truth_scale;  // 0: not given
+    const char *debug_path;     // NULL: no pictures
+    int debug_row;              // -1: not given
     bool json, quiet;
 };
 

@@ -7,6 +7,7 @@
 #include "daemon/write.h"
 #include "tools/host/calibration_file.hpp"
 #include "tools/host/commands.hpp"
+#include "tools/host/debug.hpp"
 #include "tools/host/evaluate_truth.hpp"
 #include "tools/host/image_jpeg.hpp"
 #include "tools/host/image_png.hpp"
@@ -47,6 +48,7 @@ int run_reconstruct(int argc, char **argv) {
     abilities.writers = writers;
     abilities.writer_count = sizeof writers / sizeof writers[0];
     abilities.check_truth = evaluate_truth_check;
+    abilities.debug_maker = debug_maker();
     return reconstruct_command_run(&abilities, argc, argv);
 }
 

@@ -121,6 +121,7 @@ static struct match_options match_options_of(const struct rectify_plan *plan,
     match.preset = options->preset;
     match.speckle_px = options->speckle_px;
     match.keep_all = options->keep_all;
+    match.kernels = options->kernels;
     return match;
 }
 

@@ -69,10 +69,11 @@ struct reconstruct_environment {
 struct reconstruct_options {
     struct rectify_options rectify;
     enum match_preset preset;
-    int speckle_px;      // see match.h
-    bool keep_all;       // see match.h
-    bool refine;         // sub-pixel refinement and predicted sigma
-    int32_t max_gap_q8;  // see mesh.h
+    int speckle_px;                       // see match.h
+    bool keep_all;                        // see match.h
+    bool refine;                          // sub-pixel refinement and predicted sigma
+    int32_t max_gap_q8;                   // see mesh.h
+    const struct match_kernels *kernels;  // see match.h
 };
 
 /// The defaults every user gets.

@@ -13,12 +13,13 @@
 #include "core/invariant.h"
 #include "daemon/interrupt.h"
 #include "daemon/output_file.h"
-#include "tools/host/colormap.hpp"
 
 namespace {
 
 struct png_shape {
     int width_px, height_px, colour_type, bits;
+    const colormap_rgb *palette;  // of palette pictures
+    int colours;
 };
 
 /// Fills `row` with row y as the file has it (16 bit values most significant byte first).
@@ -40,13 +41,14 @@ void on_write(png_structp png, png_bytep bytes, size_t length) {
 
 void on_flush(png_structp) {}
 
-void set_reason_palette(png_structp png, png_infop info) {
-    png_color colours[REASON_COUNT];
-    for (int i = 0; i < REASON_COUNT; i++) {
-        const colormap_rgb &c = colormap_reasons[i];
+void set_palette(png_structp png, png_infop info, const png_shape &shape) {
+    png_color colours[PNG_MAX_PALETTE_LENGTH];
+    INVARIANT(shape.colours >= 1 && shape.colours <= PNG_MAX_PALETTE_LENGTH);
+    for (int i = 0; i < shape.colours; i++) {
+        const colormap_rgb &c = shape.palette[i];
         colours[i] = {c[0], c[1], c[2]};
     }
-    png_set_PLTE(png, info, colours, REASON_COUNT);
+    png_set_PLTE(png, info, colours, shape.colours);
 }
 
 /// Returns false when libpng itself fails, which only happens when memory runs out.
@@ -63,7 +65,7 @@ bool encode(const png_shape &shape, const row_source &source, std::vector<unsign
                  static_cast<png_uint_32>(shape.height_px), shape.bits, shape.colour_type,
                  PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
     if (shape.colour_type == PNG_COLOR_TYPE_PALETTE) {
-        set_reason_palette(png, info);
+        set_palette(png, info, shape);
     }
     // Half the time of the default level for a few per cent more bytes.
     png_set_compression_level(png, 3);
@@ -100,7 +102,7 @@ void put_u16(unsigned char *bytes, long value) {
 
 int write_colour(const image_rgb8 &image, const char *path, message *message) {
     return write_file(
-        {image.width, image.height, PNG_COLOR_TYPE_RGB, 8},
+        {image.width, image.height, PNG_COLOR_TYPE_RGB, 8, nullptr, 0},
         [&](int y, unsigned char *row) {
             std::copy_n(image_rgb8_row(&image, y), 3 * image.width, row);
         },
@@ -113,7 +115,7 @@ int write_png_disparity(const reconstruct_context *context, const char *path, me
     const match_output &match = context->result->match;
     const int width = match.reason.width;
     return write_file(
-        {width, match.reason.height, PNG_COLOR_TYPE_GRAY, 16},
+        {width, match.reason.height, PNG_COLOR_TYPE_GRAY, 16, nullptr, 0},
         [&](int y, unsigned char *row) {
             const int32_t *disparity_q8 = image_i32_row(&match.disparity_q8, y);
             const uint8_t *reason = image_u8_row(&match.reason, y);
@@ -131,7 +133,7 @@ int write_png_depth(const reconstruct_context *context, const char *path, messag
     const int width = result.match.reason.width;
     uint32_t vertex = 0;  // vertices are in the order of their pixels
     return write_file(
-        {width, result.match.reason.height, PNG_COLOR_TYPE_GRAY, 16},
+        {width, result.match.reason.height, PNG_COLOR_TYPE_GRAY, 16, nullptr, 0},
         [&](int y, unsigned char *row) {
             std::fill_n(row, 2 * width, static_cast<unsigned char>(0));
             const uint32_t begin = static_cast<uint32_t>(y * width);
@@ -149,7 +151,7 @@ int write_png_depth(const reconstruct_context *context, const char *path, messag
 int write_png_reasons(const reconstruct_context *context, const char *path, message *message) {
     const image_u8 &reason = context->result->match.reason;
     return write_file(
-        {reason.width, reason.height, PNG_COLOR_TYPE_PALETTE, 8},
+        {reason.width, reason.height, PNG_COLOR_TYPE_PALETTE, 8, colormap_reasons, REASON_COUNT},
         [&](int y, unsigned char *row) {
             std::copy_n(image_u8_row(&reason, y), reason.width, row);
         },
@@ -162,4 +164,17 @@ int write_png_left(const reconstruct_context *context, const char *path, message
 
 int write_png_right(const reconstruct_context *context, const char *path, message *message) {
     return write_colour(context->result->right_colour, path, message);
+}
+
+int write_png_palette(int width_px, int height_px, const std::vector<uint8_t> &indices,
+                      const colormap_table &palette, const char *path, message *message) {
+    const auto width = static_cast<size_t>(width_px);
+    INVARIANT(indices.size() == width * static_cast<size_t>(height_px));
+    return write_file(
+        {width_px, height_px, PNG_COLOR_TYPE_PALETTE, 8, palette.data(),
+         static_cast<int>(palette.size())},
+        [&](int y, unsigned char *row) {
+            std::copy_n(&indices[static_cast<size_t>(y) * width], width, row);
+        },
+        path, message);
 }

@@ -4,7 +4,10 @@
 #ifndef VERGENCE_TOOLS_HOST_WRITE_PNG_HPP
 #define VERGENCE_TOOLS_HOST_WRITE_PNG_HPP
 
+#include <vector>
+
 #include "daemon/reconstruct_context.h"
+#include "tools/host/colormap.hpp"
 
 /// disparity.png: 16 bit, 256 (x_left - x_right), 0 where there is none (KITTI's scale). The format
 /// has no place for disparities of 0 and less: they are 0 as well; disparity.pfm has them.
@@ -19,5 +22,9 @@ int write_png_reasons(const reconstruct_context *context, const char *path, mess
 /// left_rectified.png and right_rectified.png: 8 bit colour, black where the camera sees nothing.
 int write_png_left(const reconstruct_context *context, const char *path, message *message);
 int write_png_right(const reconstruct_context *context, const char *path, message *message);
+
+/// A picture of palette indices, a row after the other. Returns as a `result_writer`'s function.
+int write_png_palette(int width_px, int height_px, const std::vector<uint8_t> &indices,
+                      const colormap_table &palette, const char *path, message *message);
 
 #endif
