@@ -6,6 +6,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "core/invariant.h"
+
 enum { BAR_CELLS = 40, REDRAW_US = 100000 };
 
 uint64_t progress_now_us(void) {
@@ -18,24 +20,47 @@ void progress_begin(struct progress *progress, bool quiet) {
     *progress = (struct progress){.shown = !quiet && isatty(STDERR_FILENO) == 1};
 }
 
-void progress_show(struct progress *progress, const char *stage, int done, int total) {
+void progress_expect(struct progress *progress, const double *work, int stages) {
+    INVARIANT(stages >= 1 && stages <= PROGRESS_STAGES_MAX);
+    progress->stages = stages;
+    progress->before[0] = 0;
+    for (int i = 0; i < stages; i++) {
+        INVARIANT(work[i] >= 0);
+        progress->before[i + 1] = progress->before[i] + work[i];
+    }
+}
+
+// Share of the whole run, and never less than before.
+static void note(struct progress *progress, int stage, int done, int total) {
+    if (stage >= progress->stages || progress->before[progress->stages] <= 0) {
+        return;
+    }
+    INVARIANT(stage >= 0 && done >= 0 && done <= total);
+    const double begin = progress->before[stage];
+    const double work = begin + (progress->before[stage + 1] - begin) * done / total;
+    const double share = work / progress->before[progress->stages];
+    progress->done = share > progress->done ? share : progress->done;
+}
+
+void progress_show(struct progress *progress, int stage, const char *name, int done, int total) {
     if (!progress->shown || total <= 0) {
         return;
     }
+    note(progress, stage, done, total);
     const uint64_t now_us = progress_now_us();
-    const bool begins = progress->stage == NULL || strcmp(progress->stage, stage) != 0;
+    const bool begins = progress->stage == NULL || strcmp(progress->stage, name) != 0;
     if (!begins && now_us - progress->last_us < REDRAW_US && done < total) {
         return;
     }
-    progress->stage = stage;
+    progress->stage = name;
     progress->last_us = now_us;
     progress->drawn = true;
-    const int filled = (int)((int64_t)BAR_CELLS * done / total);
+    const int filled = (int)(BAR_CELLS * progress->done);
     char bar[BAR_CELLS + 1];
     memset(bar, '.', BAR_CELLS);
     memset(bar, '#', (size_t)filled);
     bar[BAR_CELLS] = '\0';
-    fprintf(stderr, "\r%-12s [%s] %3d %%", stage, bar, (int)((int64_t)100 * done / total));
+    fprintf(stderr, "\r%-12s [%s] %3d %%", name, bar, (int)(100 * progress->done));
     fflush(stderr);
 }
 

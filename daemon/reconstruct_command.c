@@ -19,6 +19,7 @@
 #include "daemon/reconstruct_inputs.h"
 #include "daemon/reconstruct_request.h"
 #include "daemon/reconstruct_summary.h"
+#include "daemon/reconstruct_work.h"
 #include "daemon/result_figures.h"
 #include "daemon/result_json.h"
 #include "daemon/workers.h"
@@ -47,7 +48,7 @@ struct job {
 
 static bool show_progress(void *self, enum reconstruct_stage stage, int done, int total) {
     struct job *job = self;
-    progress_show(&job->progress, reconstruct_stage_text(stage), done, total);
+    progress_show(&job->progress, (int)stage, reconstruct_stage_text(stage), done, total);
     return !interrupt_requested();
 }
 
@@ -259,6 +260,10 @@ static int compute(struct job *job) {
         .progress = show_progress,
         .self = job,
     };
+    double work_ns[RECONSTRUCT_WORK_STAGES];
+    reconstruct_work_estimate(&job->context.left, &job->result.plan, &job->options,
+                              job->context.threads, work_ns);
+    progress_expect(&job->progress, work_ns, RECONSTRUCT_WORK_STAGES);
     struct arena arena;
     arena_init(&arena, job->memory, job->memory_bytes);
     const struct rectify_plan plan = job->result.plan;
@@ -316,7 +321,7 @@ static int write_results(struct job *job) {
     for (int i = 0; i < abilities->writer_count; i++) {
         const struct result_writer *writer = &abilities->writers[i];
         char path[OUTDIR_PATH_BYTES];
-        progress_show(&job->progress, "write", i, abilities->writer_count);
+        progress_show(&job->progress, RECONSTRUCT_WORK_WRITE, "write", i, abilities->writer_count);
         if (interrupt_requested()) {
             return message_set(&job->message, ERROR_CANCELLED, "interrupted; nothing was written");
         }

@@ -115,6 +115,24 @@ size_t match_need_bytes(int width, const struct match_options *options, int thre
     return memory.need_bytes > vetting ? memory.need_bytes : vetting;
 }
 
+uint64_t match_work(int width, int height, const struct match_options *options) {
+    // A pixel of the greedy path takes as long as so many disparities (measured on aloe).
+    enum { GREEDY_LANES = 240 };
+    if (height < 1 || height > IMAGE_MAX_SIDE_PX || match_need_bytes(width, options, 1) == 0) {
+        return 0;
+    }
+    if (options->preset == MATCH_PRESET_PAPER) {
+        return (uint64_t)GREEDY_LANES * (uint64_t)width * (uint64_t)height;
+    }
+    struct match_state state;
+    set_state(&state, width, height, options, 1);
+    uint64_t cells = 0;
+    for (int i = 0; i < state.levels; i++) {
+        cells += (uint64_t)state.level[i].row_bytes * (uint64_t)state.level[i].height;
+    }
+    return cells;
+}
+
 static bool run_levels(struct match_state *state, match_progress *progress, void *progress_self) {
     struct match_level *finest = &state->level[0];
     const int height = state->input->left.height;

@@ -148,6 +148,45 @@ class Terminal(pairs.Workshop):
         self.assertNotIn("[#", shown.rsplit("\r ", 1)[-1])
         self.assertIn("note: ", shown)
 
+    def large_pair(self, rows, columns):
+        return [self.save(name, numpy.tile(image, (rows, columns, 1))) for name, image in
+                (("tl.ppm", self.left), ("tr.ppm", self.right))]
+
+    def test_one_bar_for_the_whole_run_moves_on_and_never_back(self):
+        matching = {}
+        for preset, disparities in (("fast", 256), ("standard", 256), ("best", 600), ("board", 256),
+                                    ("paper", 64)):
+            left, right = self.large_pair(5, 5) if preset == "best" else self.large_pair(2, 2)
+            for threads in (1, 3) if preset in ("standard", "best") else (2,):
+                code, shown = self.on_terminal(
+                    "reconstruct", left, right, "--rectified", "--disparity", f"0:{disparities}",
+                    "--preset", preset, "--threads", threads, "--out", self.out)
+                self.assertEqual(code, 0, shown)
+                drawn = re.findall(r"\r(\w+) +\[(#*)\.*\] +(\d+) %", shown)
+                percents = [int(percent) for _, _, percent in drawn]
+                self.assertEqual(percents, sorted(percents), (preset, threads))
+                self.assertLessEqual(max(percents), 100)
+                self.assertEqual([len(cells) * 100 // 40 <= percent for (_, cells, _), percent in
+                                  zip(drawn, percents)], [True] * len(drawn))
+                matching[preset, threads] = [p for (stage, _, _), p in zip(drawn, percents)
+                                             if stage == "match"]
+        # Its bands take a second or so: the bar is drawn ten times a second.
+        self.assertGreater(len(set(matching["best", 1])), 5)
+
+    def test_the_key_interrupts_all_presets_while_they_match(self):
+        left, right = self.large_pair(9, 7)
+        for preset, threads in (("fast", 1), ("standard", 3), ("best", 1), ("best", 2),
+                                ("board", 2), ("paper", 1)):
+            with self.subTest(preset=preset, threads=threads):
+                begin = time.monotonic()
+                code, shown = self.on_terminal(
+                    "reconstruct", left, right, "--rectified", "--disparity", "0:1024", "--preset",
+                    preset, "--threads", threads, "--out", self.out, interrupt_after=0.5)
+                # Starting and reading take a part of this.
+                self.assertLess(time.monotonic() - begin, 0.5 + 1.5)
+                self.assertEqual(code, 130, shown)
+                self.assertFalse(self.out.exists())
+
     def test_quiet_shows_nothing(self):
         code, shown = self.on_terminal("reconstruct", self.left_path, self.right_path,
                                        *pairs.RECTIFIED, "--out", self.out, "--quiet")

@@ -427,3 +427,22 @@ TEST_CASE("speckles below the limit are removed, larger islands stay") {
     CHECK(island(60) > 80);
     CHECK(island(400) < 5);
 }
+
+TEST_CASE("work counts the pixels times disparities of all levels") {
+    match_options options = match_default_options(-5, 256);
+    const auto work = [&](match_preset preset) {
+        options.preset = preset;
+        return match_work(320, 200, &options);
+    };
+    CHECK(work(MATCH_PRESET_BEST) == 320 * 200 * 256);
+    CHECK(work(MATCH_PRESET_STANDARD) < work(MATCH_PRESET_BEST) / 4);
+    CHECK(work(MATCH_PRESET_FAST) < work(MATCH_PRESET_STANDARD));
+    CHECK(work(MATCH_PRESET_BOARD) < work(MATCH_PRESET_BEST) / 4);
+    CHECK(work(MATCH_PRESET_FAST) >= 320 * 100 * 48);
+    CHECK(work(MATCH_PRESET_PAPER) > 0);
+    CHECK(match_work(0, 200, &options) == 0);
+    CHECK(match_work(320, 0, &options) == 0);
+    CHECK(match_work(320, IMAGE_MAX_SIDE_PX + 1, &options) == 0);
+    options.disparity_count = 0;
+    CHECK(match_work(320, 200, &options) == 0);
+}
