@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/model_choice.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/seed_pose.hpp"
+#include "calib/solve_parallel.hpp"
+#include "core/invariant.h"
+
+namespace calib {
+
+namespace {
+
+const size_t FOLDS = 5;
+
+// A candidate's solution on everything, and what each position of the board cost when held out.
+struct contender {
+    model_candidate candidate;
+    bundle_state state;
+    std::vector<double> cost;         // by used position: mean squared length, in sigmas
+    std::vector<double> squares_px2;  // likewise: sum of squared lengths, in px
+    std::vector<int> corners;
+};
+
+std::vector<size_t> used_sightings(const bundle &data) {
+    std::vector<size_t> result;
+    for (size_t i = 0; i < data.sightings.size(); i++) {
+        if (data.used(i)) {
+            result.push_back(i);
+        }
+    }
+    return result;
+}
+
+bundle_options options_for(const model_candidate &candidate) {
+    bundle_options options = options_of(candidate.model, candidate.warped_board, 0);
+    options.tolerance = ROUGH_TOLERANCE;
+    return options;
+}
+
+void score_held_out(const bundle &data, size_t sighting, const bundle_state &state, size_t position,
+                    contender *result) {
+    rigid pose = state.T_left_board[sighting];
+    if (fit_pose(data, data.sightings[sighting], state, 0, &pose) < 0) {
+        pose = result->state.T_left_board[sighting];
+    }
+    double cost = 0, squares = 0;
+    int corners = 0;
+    for (int camera = 0; camera < data.cameras; camera++) {
+        const bundle_view &view = data.sightings[sighting][size_t(camera)];
+        for (const bundle_corner &corner : view.corners) {
+            double residual[2];
+            if (view.used && corner.used &&
+                corner_residual(data, camera, corner, state, pose, residual)) {
+                const double square = residual[0] * residual[0] + residual[1] * residual[1];
+                cost += square / (corner.sigma_px * corner.sigma_px);
+                squares += square;
+                corners++;
+            }
+        }
+    }
+    result->cost[position] = cost / std::max(1, corners);
+    result->squares_px2[position] = squares;
+    result->corners[position] = corners;
+}
+
+void run_fold(const bundle &data, const std::vector<size_t> &used, size_t fold, contender *result) {
+    bundle taught = data;
+    for (size_t k = fold; k < used.size(); k += FOLDS) {
+        for (bundle_view &view : taught.sightings[used[k]]) {
+            view.used = false;
+        }
+    }
+    bundle_state state = result->state;
+    adjust(taught, options_for(result->candidate), &state);
+    for (size_t k = fold; k < used.size(); k += FOLDS) {
+        score_held_out(data, used[k], state, k, result);
+    }
+}
+
+// Solves and cross-validates all of them.
+void contend(const bundle &data, int threads, std::vector<contender> *contenders) {
+    const std::vector<size_t> used = used_sightings(data);
+    parallel_pieces(threads, int(contenders->size()), [&](int k) {
+        contender &one = (*contenders)[size_t(k)];
+        forget_absent(one.candidate, &one.state);
+        adjust(data, options_for(one.candidate), &one.state);
+        one.cost.assign(used.size(), 0.0);
+        one.squares_px2.assign(used.size(), 0.0);
+        one.corners.assign(used.size(), 0);
+    });
+    const int folds = int(std::min(FOLDS, used.size()));
+    parallel_pieces(threads, int(contenders->size()) * folds, [&](int k) {
+        run_fold(data, used, size_t(k % folds), &(*contenders)[size_t(k / folds)]);
+    });
+}
+
+double mean_of(const std::vector<double> &values) {
+    double sum = 0;
+    for (const double value : values) {
+        sum += value;
+    }
+    return sum / double(values.size());
+}
+
+// Mean and standard error of the difference of two contenders, by position.
+struct difference {
+    double mean, error;
+};
+
+difference compare(const contender &one, const contender &other) {
+    std::vector<double> differences(one.cost.size());
+    for (size_t k = 0; k < differences.size(); k++) {
+        differences[k] = one.cost[k] - other.cost[k];
+    }
+    const double middle = mean_of(differences);
+    double square = 0;
+    for (const double value : differences) {
+        square += (value - middle) * (value - middle);
+    }
+    const double count = double(differences.size());
+    return {middle, std::sqrt(square / std::max(1.0, count - 1) / count)};
+}
+
+double held_out_rms_px(const contender &one) {
+    double squares = 0;
+    long corners = 0;
+    for (size_t k = 0; k < one.cost.size(); k++) {
+        squares += one.squares_px2[k];
+        corners += one.corners[k];
+    }
+    return std::sqrt(squares / double(std::max(1L, corners)));
+}
+
+// Contenders stand in order of simplicity; returns the place of the chosen one.
+size_t elect(const std::vector<contender> &contenders, std::vector<model_score> *scores) {
+    size_t best = 0;
+    for (size_t k = 1; k < contenders.size(); k++) {
+        if (mean_of(contenders[k].cost) < mean_of(contenders[best].cost)) {
+            best = k;
+        }
+    }
+    size_t chosen = best;
+    for (size_t k = contenders.size(); k-- > 0;) {
+        const difference to_best = compare(contenders[k], contenders[best]);
+        if (to_best.mean <= to_best.error) {
+            chosen = k;
+        }
+        scores->push_back({contenders[k].candidate.model, contenders[k].candidate.warped_board,
+                           held_out_rms_px(contenders[k]), to_best.mean, to_best.error, false});
+    }
+    (*scores)[scores->size() - 1 - chosen].chosen = true;
+    return chosen;
+}
+
+}  // namespace
+
+void forget_absent(const model_candidate &candidate, bundle_state *state) {
+    for (lens_state &lens : state->lens) {
+        for (int place = 0; place < LENS_PLACES; place++) {
+            if (!candidate.model.estimates(place)) {
+                lens.value[size_t(place)] = 0;
+            }
+        }
+    }
+    if (!candidate.warped_board) {
+        std::fill_n(state->warp_mm, int(WARP_PLACES), 0.0);
+    }
+}
+
+model_candidate modest_model() {
+    return {{lens_model::K1, true}, false};
+}
+
+model_choice choose_model(const bundle &data, const bundle_state &state, int threads) {
+    model_choice result;
+    std::vector<contender> contenders;
+    for (const bool square : {true, false}) {
+        for (const bool warped : {false, true}) {
+            contenders.push_back({{{lens_model::K1_K2_P1_P2, square}, warped}, state, {}, {}, {}});
+        }
+    }
+    contend(data, threads, &contenders);
+    const contender shape = contenders[elect(contenders, &result.scores)];
+    contenders.clear();
+    for (int kind = 0; kind < lens_model::KINDS; kind++) {
+        contenders.push_back({shape.candidate, shape.state, {}, {}, {}});
+        contenders.back().candidate.model.distortion = lens_model::kind(kind);
+    }
+    contend(data, threads, &contenders);
+    for (model_score &score : result.scores) {
+        score.chosen = false;
+    }
+    const contender &winner = contenders[elect(contenders, &result.scores)];
+    result.chosen = winner.candidate;
+    result.held_out_rms_px = held_out_rms_px(winner);
+    result.state = winner.state;
+    return result;
+}
+
+}  // namespace calib

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/seed_pose.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "core/geometry.h"
+
+namespace calib {
+
+namespace {
+
+using matrix6 = Eigen::Matrix<double, POSE_PLACES, POSE_PLACES>;
+using vector6 = Eigen::Matrix<double, POSE_PLACES, 1>;
+
+struct lens_view {
+    const bundle &data;
+    const both_views &views;
+    const bundle_state &state;
+};
+
+// Squared residuals in standard deviations of all used corners; false when one is behind a camera.
+bool squared_residuals(const lens_view &of, const rigid &T_left_board,
+                       std::vector<double> *squares) {
+    squares->clear();
+    for (int camera = 0; camera < of.data.cameras; camera++) {
+        const bundle_view &view = of.views[size_t(camera)];
+        for (const bundle_corner &corner : view.corners) {
+            double residual[2];
+            if (!view.used || !corner.used) {
+                continue;
+            }
+            if (!corner_residual(of.data, camera, corner, of.state, T_left_board, residual)) {
+                return false;
+            }
+            squares->push_back((residual[0] * residual[0] + residual[1] * residual[1]) /
+                               (corner.sigma_px * corner.sigma_px));
+        }
+    }
+    return !squares->empty();
+}
+
+double mean_loss(const std::vector<double> &squares, double scale) {
+    double sum = 0;
+    for (const double square : squares) {
+        sum += scale > 0 ? scale * scale * std::log1p(square / (scale * scale)) : square;
+    }
+    return sum / double(squares.size());
+}
+
+double median_length(std::vector<double> squares) {
+    std::nth_element(squares.begin(), squares.begin() + long(squares.size() / 2), squares.end());
+    return std::sqrt(squares[squares.size() / 2]);
+}
+
+void normal_equations(const lens_view &of, const rigid &T_left_board, double scale, matrix6 *A,
+                      vector6 *b) {
+    A->setZero();
+    b->setZero();
+    for (int camera = 0; camera < of.data.cameras; camera++) {
+        const bundle_view &view = of.views[size_t(camera)];
+        for (const bundle_corner &corner : view.corners) {
+            corner_rows rows;
+            if (!view.used || !corner.used ||
+                !make_corner_rows(of.data, camera, corner, of.state.lens[camera], T_left_board,
+                                  of.state.T_right_left, of.state.warp_mm, &rows)) {
+                continue;
+            }
+            const Eigen::Map<const Eigen::Matrix<double, 2, POSE_PLACES, Eigen::RowMajor>> J(
+                rows.by_board[0]);
+            const Eigen::Map<const Eigen::Vector2d> r(rows.residual_px);
+            const double inverse = 1 / (corner.sigma_px * corner.sigma_px);
+            const double square = inverse * r.squaredNorm();
+            const double weight = inverse / (scale > 0 ? 1 + square / (scale * scale) : 1);
+            A->noalias() += weight * J.transpose() * J;
+            b->noalias() -= weight * J.transpose() * r;
+        }
+    }
+}
+
+}  // namespace
+
+double fit_pose(const bundle &data, const both_views &views, const bundle_state &state,
+                double loss_scale, rigid *T_left_board) {
+    const lens_view of{data, views, state};
+    rigid pose = *T_left_board;
+    std::vector<double> squares, tried_squares;
+    if (!(pose.t_mm[2] > 0) || !squared_residuals(of, pose, &squares)) {
+        return -1;
+    }
+    double damping = 1e-6;
+    for (int iteration = 0; iteration < 40 && damping < 1e8; iteration++) {
+        const double scale =
+            loss_scale > 0 ? std::max(loss_scale, 1.5 * median_length(squares)) : 0;
+        const double cost = mean_loss(squares, scale);
+        matrix6 A;
+        vector6 b;
+        normal_equations(of, pose, scale, &A, &b);
+        bool better = false;
+        double gain = 0;
+        while (!better && damping < 1e8) {
+            matrix6 damped = A;
+            damped.diagonal() *= 1 + damping;
+            const vector6 step = damped.ldlt().solve(b);
+            const rigid tried = moved_board(pose, step.data());
+            better = step.allFinite() && step.norm() < 10 &&
+                     squared_residuals(of, tried, &tried_squares) &&
+                     mean_loss(tried_squares, scale) < cost;
+            if (better) {
+                gain = cost - mean_loss(tried_squares, scale);
+                pose = tried;
+                squares.swap(tried_squares);
+                damping = std::max(1e-9, 0.1 * damping);
+            } else {
+                damping = std::max(1e-6, 10 * damping);
+            }
+        }
+        if (gain <= 1e-10 * cost) {
+            break;
+        }
+    }
+    orthonormalise(pose.R);
+    *T_left_board = pose;
+    return mean_loss(squares, loss_scale);
+}
+
+rigid second_pose(const rigid &T_camera_board) {
+    // In axes whose z is the line of sight a distant board shows only the first two rows of R;
+    // changing the sign of what turns into and out of z leaves them as they are.
+    const double *t = T_camera_board.t_mm;
+    const double length = geometry_norm(t);
+    Eigen::Vector3d z(t[0] / length, t[1] / length, t[2] / length);
+    const Eigen::Matrix3d to_sight =
+        Eigen::Quaterniond::FromTwoVectors(z, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    using rows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+    const Eigen::Map<const rows> R(T_camera_board.R);
+    Eigen::Matrix3d aligned = to_sight * R;
+    aligned(0, 2) *= -1;
+    aligned(1, 2) *= -1;
+    aligned(2, 0) *= -1;
+    aligned(2, 1) *= -1;
+    rigid result = T_camera_board;
+    Eigen::Map<rows> turned_back(result.R);
+    turned_back = to_sight.transpose() * aligned;
+    return result;
+}
+
+double fit_pose_either_way(const bundle &data, const both_views &views, const bundle_state &state,
+                           double loss_scale, rigid *T_left_board) {
+    rigid first = *T_left_board, second = second_pose(*T_left_board);
+    const double first_cost = fit_pose(data, views, state, loss_scale, &first);
+    const double second_cost = fit_pose(data, views, state, loss_scale, &second);
+    if (first_cost < 0 && second_cost < 0) {
+        return -1;
+    }
+    const bool take_second = first_cost < 0 || (second_cost >= 0 && second_cost < first_cost);
+    *T_left_board = take_second ? second : first;
+    return take_second ? second_cost : first_cost;
+}
+
+}  // namespace calib

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+/// From corners to the calibration of a stereo pair, or of one camera alone: what was seen goes in,
+/// lenses, rig, positions of the board, every blunder by name, error bars and a verdict come out.
+/// The same input gives the same bytes, on any number of threads and in any order of the input.
+#ifndef VERGENCE_CALIB_SOLVE_HPP
+#define VERGENCE_CALIB_SOLVE_HPP
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "calib/board.hpp"
+#include "calib/lens_scale.hpp"
+#include "calib/rigid.hpp"
+#include "core/calibration.h"
+
+namespace calib {
+
+/// One position of the board: what the left camera (0) and the right one (1) saw of it. A view
+/// without corners counts as not taken.
+struct sighting {
+    std::array<std::string, 2> name;  // of the images, for reports; best unique
+    std::array<board_view, 2> view;
+};
+
+struct observations {
+    board target;
+    int cameras = 2;  // 1: everything of camera 1 is ignored
+    std::array<int, 2> width_px{}, height_px{};
+    std::vector<sighting> sightings;
+};
+
+struct solve_options {
+    int threads = 1;
+    /// False: the model below is taken as it is, which saves the cross-validation.
+    bool choose_model = true;
+    lens_model model;
+    bool warped_board = false;
+    bool second_start = true;
+    /// Told what begins, for people; may be empty.
+    std::function<void(const char *)> progress;
+};
+
+/// A corner that was taken for a blunder.
+struct rejected_corner {
+    size_t sighting;
+    int camera, index;
+    double off_px;
+    std::string reason;
+};
+
+/// A view that was taken for a blunder, as a whole. `repaired`: its corners were renumbered and it
+/// counts after all.
+struct rejected_view {
+    size_t sighting;
+    int camera;
+    bool repaired;
+    std::string reason;
+};
+
+/// What is left of one corner: predicted minus seen.
+struct corner_residual_px {
+    size_t sighting;
+    int camera, index;
+    double x_px, y_px;    // where it was seen
+    double dx_px, dy_px;  // residual
+    double sigma_px;      // as given
+    bool used;
+};
+
+struct view_summary {
+    bool used = false;
+    int corners_used = 0;
+    double rms_px = 0;  // per point, of the used corners
+};
+
+/// One line of the choice of the model.
+struct model_score {
+    lens_model model;
+    bool warped_board;
+    double held_out_rms_px;  // per point, over views that the lenses and the rig had not seen
+    double worse_than_best;  // mean difference to the best in squared sigma, per corner
+    double worse_than_best_sigma;
+    bool chosen;
+};
+
+/// Does the model explain the corners, or is there a pattern left in the residuals?
+struct fit_test {
+    double image_z = 0;           // standard scores of the chi-square of mean residuals by
+    double board_z = 0;           // image cell and by corner of the board
+    double systematic_px = 0;     // rms of what is left in the image beyond noise
+    double systematic_share = 0;  // of the whole rms
+    double sigma_ratio = 0;       // residual scale over the sigmas that the corners came with
+    bool alarm = false;           // there is a pattern that noise does not make
+    /// Residuals with a pattern tell less than their number says; with an alarm all error bars of
+    /// the solution were widened by this factor, the root of chi-square over its freedom.
+    double widened = 1;
+};
+
+/// Did the solver end in the same place from elsewhere?
+struct start_test {
+    bool done = false, agrees = false;
+    double focal_difference_sigma = 0;  // largest over the cameras, in predicted sigmas
+    double cost_ratio = 0;              // second start over first
+};
+
+/// Error bars that do not depend on where one looks.
+struct solution_sigmas {
+    std::array<double, 2> focal_px{}, centre_x_px{}, centre_y_px{};
+    double baseline_mm = 0;
+    std::array<double, 3> rotation_rad{};  // turn of the right camera about its own axes
+    std::array<double, 3> translation_mm{};
+};
+
+struct verdict {
+    bool good = false;
+    std::string sentence;              // for people: good or not, and why
+    std::vector<std::string> reasons;  // what speaks against it, biggest first
+    std::vector<std::string> remarks;  // what is worth knowing and no reason against it
+};
+
+class error_model;  // uncertainty.hpp
+
+struct solution {
+    bool solved = false;  // false: only `verdict` and the rejections mean anything
+    calibration rig{};    // with two cameras; without id, date and note
+    lens camera[2] = {};
+    rigid T_right_left;
+    lens_model model;
+    bool warped_board = false;
+    /// Height of the middle of the board's edges over its middle, along x and along y: the board
+    /// stands at z = x_mm (2 x / width)^2 + y_mm (2 y / height)^2 from its middle.
+    double warp_mm[2] = {0, 0};
+
+    std::vector<rigid> T_left_board;  // by sighting, board's frame as in board.hpp
+    std::vector<bool> board_known;
+    std::vector<std::array<view_summary, 2>> views;
+    std::vector<corner_residual_px> residuals;  // by sighting, camera, index
+    std::vector<rejected_corner> rejected_corners;
+    std::vector<rejected_view> rejected_views;
+
+    double rms_px = 0;  // per point, of all used corners
+    double sigma0 = 0;  // estimated sigma of a corner over the one that it came with
+    double held_out_rms_px = 0;
+    int sightings_used = 0, pairs_used = 0;
+    std::vector<model_score> scores;
+    fit_test fit;
+    start_test second_start;
+    solution_sigmas sigma;
+    std::shared_ptr<const error_model> errors;  // for uncertainty.hpp; null when not solved
+    calib::verdict verdict;
+};
+
+/// Solves. Never throws for what is wrong with the observations: the verdict says it.
+solution solve(const observations &seen, const solve_options &options);
+
+}  // namespace calib
+
+#endif

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Independent pieces of work on several threads. Each piece is computed alone, in its own memory,
+/// so results do not depend on how many threads there are.
+#ifndef VERGENCE_CALIB_SOLVE_PARALLEL_HPP
+#define VERGENCE_CALIB_SOLVE_PARALLEL_HPP
+
+#include <functional>
+
+namespace calib {
+
+/// Calls `piece(0)` to `piece(count - 1)`, each once, on up to `threads` threads; returns when all
+/// are done. Pieces must not throw and must not share what they write.
+void parallel_pieces(int threads, int count, const std::function<void(int)> &piece);
+
+}  // namespace calib
+
+#endif

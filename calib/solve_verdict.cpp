@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/solve_verdict.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+
+#include "calib/uncertainty.hpp"
+#include "core/error.h"
+#include "core/geometry.h"
+#include "core/math.h"
+
+namespace calib {
+
+namespace {
+
+const double PARALLEL_RAD = 5 * MATH_PI / 180;  // normals nearer to their mean than this
+const double FOCAL_SHARE = 0.01;                // largest tolerable sigma of f
+const double FOCAL_UNKNOWN = 0.05;              // beyond this f is not measured at all
+const double COVERAGE = 0.4;                    // share of the image's cells with corners
+const int FEW_BOARDS = 6, FEW_PAIRS = 4;
+const double SYSTEMATIC_SHARE = 0.4;  // of the residuals, that a model may leave as a pattern
+const double SIGMA_RATIO = 5;
+
+std::string text(const char *format, ...) __attribute__((format(printf, 1, 2)));
+std::string text(const char *format, ...) {
+    char line[400];
+    va_list arguments;
+    va_start(arguments, format);
+    std::vsnprintf(line, sizeof line, format, arguments);
+    va_end(arguments);
+    return line;
+}
+
+const char *camera_name(const bundle &data, int camera) {
+    static const char *const names[CAMERAS] = {"left camera", "right camera"};
+    return data.cameras == 1 ? "camera" : names[camera];
+}
+
+// Largest angle between a board's normal and the mean of all, in one camera.
+double normals_spread_rad(const bundle &data, const bundle_state &state, int camera) {
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    std::vector<Eigen::Vector3d> normals;
+    for (size_t i = 0; i < data.sightings.size(); i++) {
+        if (data.sightings[i][size_t(camera)].used) {
+            const double *R = state.T_left_board[i].R;
+            normals.emplace_back(R[2], R[5], R[8]);
+            mean += normals.back();
+        }
+    }
+    mean.normalize();
+    double most = 0;
+    for (const Eigen::Vector3d &normal : normals) {
+        most = std::max(most, std::acos(std::clamp(normal.dot(mean), -1.0, 1.0)));
+    }
+    return most;
+}
+
+// Share of a 4 x 3 grid of image cells that hold used corners.
+double coverage(const bundle &data, int camera) {
+    const int across = 4, down = 3;
+    bool seen[across * down] = {};
+    const lens_frame &frame = data.frame[camera];
+    for (const auto &sighting : data.sightings) {
+        const bundle_view &view = sighting[size_t(camera)];
+        for (const bundle_corner &corner : view.corners) {
+            if (view.used && corner.used) {
+                const int x =
+                    std::clamp(int((corner.x_px + 0.5) / frame.width_px * across), 0, across - 1);
+                const int y =
+                    std::clamp(int((corner.y_px + 0.5) / frame.height_px * down), 0, down - 1);
+                seen[y * across + x] = true;
+            }
+        }
+    }
+    return double(std::count(seen, seen + across * down, true)) / (across * down);
+}
+
+struct finding {
+    double weight;  // bigger is worse
+    std::string reason;
+};
+
+void look_at_camera(const bundle &data, const bundle_state &state, const solution &found,
+                    int camera, std::vector<finding> *findings) {
+    const char *who = camera_name(data, camera);
+    int views = 0;
+    for (const auto &sighting : data.sightings) {
+        views += sighting[size_t(camera)].used;
+    }
+    const double share = found.errors->lens_sigma(camera, LOG_FOCAL);
+    const double spread = normals_spread_rad(data, state, camera);
+    if (spread < PARALLEL_RAD) {
+        findings->push_back(
+            {1000, text("all boards of the %s stand parallel to each other (within %.1f degrees), "
+                        "so its focal length cannot be measured: tilt the board by 30 degrees and "
+                        "more, to different sides",
+                        who, spread * 180 / MATH_PI)});
+    } else if (share > FOCAL_UNKNOWN) {
+        findings->push_back({900, text("the focal length of the %s is not determined (standard "
+                                       "deviation %.0f %%): tilt the board more, and to different "
+                                       "sides",
+                                       who, 100 * share)});
+    } else if (share > FOCAL_SHARE) {
+        findings->push_back(
+            {300 * share / FOCAL_SHARE,
+             text("the focal length of the %s is known to %.1f %% only", who, 100 * share)});
+    }
+    if (views < FEW_BOARDS) {
+        findings->push_back({500 + 10.0 * (FEW_BOARDS - views),
+                             text("only %d boards in the %s, some fifteen are good", views, who)});
+    }
+    const double covered = coverage(data, camera);
+    if (covered < COVERAGE) {
+        findings->push_back(
+            {200, text("the boards cover only %.0f %% of the %s's image", 100 * covered, who)});
+    }
+    if (lens_validate(&found.camera[camera]) != ERROR_OK) {
+        findings->push_back({800, text("the lens found for the %s is impossible", who)});
+    }
+}
+
+std::string pattern_of(const fit_test &fit) {
+    return text(
+        "%.0f %% of the residuals (%.2f px) are a pattern that noise does not make (z = %.0f "
+        "over the image, %.0f over the board); error bars are widened %.1f times",
+        100 * fit.systematic_share, fit.systematic_px, fit.image_z, fit.board_z, fit.widened);
+}
+
+void look_at_rest(const bundle &data, const solution &found, std::vector<finding> *findings) {
+    if (found.errors->is_singular()) {
+        findings->push_back({950, "something that was estimated cannot be known from these views"});
+    }
+    if (data.cameras == CAMERAS && found.pairs_used < FEW_PAIRS) {
+        findings->push_back(
+            {450, text("only %d boards were seen by both cameras", found.pairs_used)});
+    }
+    calibration named = found.rig;
+    std::snprintf(named.id, sizeof named.id, "unnamed");
+    if (data.cameras == CAMERAS && calibration_validate(&named, nullptr) != ERROR_OK &&
+        lens_validate(&found.rig.left) == ERROR_OK && lens_validate(&found.rig.right) == ERROR_OK) {
+        findings->push_back({800, "the pose found for the right camera is impossible"});
+    }
+    if (found.fit.alarm && found.fit.systematic_share > SYSTEMATIC_SHARE) {
+        findings->push_back({600, "the model does not fit: " + pattern_of(found.fit)});
+    }
+    if (found.fit.sigma_ratio > SIGMA_RATIO) {
+        findings->push_back({550, text("residuals are %.1f times as large as the corners' noise "
+                                       "should be",
+                                       found.fit.sigma_ratio)});
+    }
+    if (found.second_start.done && !found.second_start.agrees) {
+        findings->push_back({850, text("the solver ends elsewhere from another start (%.1f sigma)",
+                                       found.second_start.focal_difference_sigma)});
+    }
+    size_t views = 0, wrong = 0;
+    for (const auto &sighting : data.sightings) {
+        for (const bundle_view &view : sighting) {
+            views += !view.empty();
+            wrong += !view.empty() && !view.used;
+        }
+    }
+    if (3 * wrong > views) {
+        findings->push_back({400, text("%zu of %zu views were rejected", wrong, views)});
+    }
+}
+
+}  // namespace
+
+verdict refusal(const std::string &reason) {
+    return {false, "Not calibrated: " + reason + ".", {reason}, {}};
+}
+
+verdict judge_solution(const bundle &data, const bundle_state &state, const solution &found) {
+    std::vector<finding> findings;
+    for (int camera = 0; camera < data.cameras; camera++) {
+        look_at_camera(data, state, found, camera, &findings);
+    }
+    look_at_rest(data, found, &findings);
+    std::stable_sort(findings.begin(), findings.end(),
+                     [](const finding &a, const finding &b) { return a.weight > b.weight; });
+    verdict result;
+    for (const finding &one : findings) {
+        result.reasons.push_back(one.reason);
+    }
+    if (found.fit.alarm && found.fit.systematic_share <= SYSTEMATIC_SHARE) {
+        result.remarks.push_back(pattern_of(found.fit));
+    }
+    result.good = findings.empty();
+    if (!result.good) {
+        result.sentence = "Not good: " + result.reasons[0];
+        if (result.reasons.size() > 1) {
+            result.sentence += text("; and %zu more %s", result.reasons.size() - 1,
+                                    result.reasons.size() == 2 ? "reason" : "reasons");
+        }
+        result.sentence += ".";
+        return result;
+    }
+    const double worst = std::max(
+        found.sigma.focal_px[LEFT] / found.camera[LEFT].fx_px,
+        data.cameras == CAMERAS ? found.sigma.focal_px[RIGHT] / found.camera[RIGHT].fx_px : 0.0);
+    result.sentence = text(
+        "Good: %d boards fit to %.2f px (%.2f px where they were not taught), "
+        "the focal length is known to %.2g %%",
+        found.sightings_used, found.rms_px, found.held_out_rms_px, 100 * worst);
+    if (data.cameras == CAMERAS) {
+        result.sentence += text(", the baseline of %.2f mm to %.2g mm",
+                                calibration_baseline_mm(&found.rig), found.sigma.baseline_mm);
+    }
+    result.sentence += ".";
+    return result;
+}
+
+}  // namespace calib

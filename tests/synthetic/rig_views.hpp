@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Corners of a calibration board as a synthetic rig sees them, with the truth beside them.
+#ifndef VERGENCE_TESTS_SYNTHETIC_RIG_VIEWS_HPP
+#define VERGENCE_TESTS_SYNTHETIC_RIG_VIEWS_HPP
+
+#include <cstdint>
+#include <vector>
+
+#include "calib/solve.hpp"
+#include "synthetic/camera.hpp"
+#include "synthetic/scene.hpp"
+
+namespace synthetic {
+
+struct RigViewsPlan {
+    int cameras = 2;
+    int width = 2048, height = 1536;
+    int columns = 12, rows = 9, boards = 12;
+    double focal_px = 26560, focal_right_ratio = 1.003;
+    double aspect = 1;                             // fy / fx
+    double baseline_mm = 250, distance_mm = 1800;  // the axes meet at that distance
+    double fill = 0.6;                             // width of the board over the field of view
+    double depth_range = 0.04;                     // boards stand within 1 +- this of the distance
+    double tilt_least_rad = 0.15, tilt_most_rad = 0.7;
+    double noise_px = 0.1;
+    // What the lens does at half of the image's diagonal, px; right lenses get 0.8 of it.
+    double k1_px = 12, k2_px = -3, p1_px = 0.5, p2_px = -0.4;
+    double centre_px = 15;       // principal points off by up to this
+    double warp_mm[2] = {0, 0};  // z = a (2x/width)^2 + b (2y/height)^2 from the board's middle
+    double waves_px = 0;         // distortion that no lens model has: sin along both axes
+    bool all_in_view = true;     // false: corners outside an image are just not seen
+};
+
+struct RigViews {
+    calib::observations seen;
+    Rig rig;
+    Vector rotation_rad, translation_mm;  // of the right camera
+    // T_left_board, the board's frame as in calib/board.hpp.
+    std::vector<Matrix> R_left_board;
+    std::vector<Vector> t_left_board_mm;
+
+    calibration truth() const { return calibration_of(rig, rotation_rad, translation_mm); }
+};
+
+/// The same plan and seeds give the same views. `scene_seed` places lenses and boards,
+/// `noise_seed` moves the corners.
+RigViews make_rig_views(const RigViewsPlan &plan, uint64_t scene_seed, uint64_t noise_seed);
+
+}  // namespace synthetic
+
+#endif
