@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Why an image shows no usable board, in one line for people.
+#ifndef VERGENCE_CALIB_DETECT_REFUSAL_HPP
+#define VERGENCE_CALIB_DETECT_REFUSAL_HPP
+
+#include <string>
+#include <vector>
+
+#include "calib/board.hpp"
+#include "calib/detect_grid.hpp"
+#include "calib/detect_refine.hpp"
+
+namespace calib::detect {
+
+/// The grid that came nearest to the board; `corners` is 0 when there was none.
+struct near_miss {
+    int columns = 0, rows = 0, corners = 0;
+    bool cut = false;  // its next line of corners would lie beyond the image's border
+    double blur_px = 0, spacing_px = 0;
+    int markers_seen = 0, markers_known = 0;
+    bool mirrored = false;
+};
+
+near_miss near_miss_of(const std::vector<plane> &levels, int level, const grid &found,
+                       const refined_grid &refined);
+
+/// Whether the squares' edges run into each other: no corner can be measured then.
+bool too_blurred(double blur_px, double spacing_px);
+
+std::string refusal_of(const board &board, const std::vector<plane> &levels,
+                       const near_miss &nearest);
+
+}  // namespace calib::detect
+
+#endif

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Photographs of calibration boards with exact truth: perspective and Brown-Conrady distortion,
+/// pixels that integrate over their area, Gaussian blur, noise. Shares no code with calib/ but the
+/// description of the board and the markers' bits.
+#ifndef VERGENCE_TESTS_SYNTHETIC_BOARD_IMAGE_HPP
+#define VERGENCE_TESTS_SYNTHETIC_BOARD_IMAGE_HPP
+
+#include <cstdint>
+#include <vector>
+
+#include "calib/board.hpp"
+#include "core/image.h"
+#include "synthetic/camera.hpp"
+
+namespace synthetic {
+
+/// From the board's frame (see calib::board) to the camera's.
+struct BoardPose {
+    Matrix R_camera_board{1, 0, 0, 0, 1, 0, 0, 0, 1};
+    Vector t_camera_board_mm;
+};
+
+/// How a board is held: its squares (margin not counted) cover `width_share` of the image's width
+/// when it faces the camera; then it is turned, and its centre moved by shares of the image.
+struct BoardHold {
+    double width_share = 0.75;
+    Vector turn_rad;
+    double shift_x = 0, shift_y = 0;
+};
+
+BoardPose hold_board(const calib::board &board, const Camera &camera, const BoardHold &hold);
+
+struct BoardLight {
+    double dark_grey = 35, light_grey = 205, background_grey = 95;
+    double margin_squares = 1;  // of white paper round the squares
+    double shade = 0;           // brightness falls by this share from the left to the right edge
+    double blur_px = 1;         // standard deviation of the lens's blur
+    double noise_grey = 2;
+    uint64_t seed = 1;
+};
+
+struct BoardImage {
+    int width = 0, height = 0;
+    std::vector<uint8_t> pixels;
+    std::vector<Pixel> corners;  // truth, by index; also those outside the image
+
+    image_u8 view() { return {pixels.data(), width, height, width}; }
+};
+
+/// `camera` stands at its own origin: its place in the world does not count.
+BoardImage photograph(const calib::board &board, const Camera &camera, const BoardPose &pose,
+                      const BoardLight &light);
+
+}  // namespace synthetic
+
+#endif
