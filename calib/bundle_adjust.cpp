@@ -115,7 +115,7 @@ class view_cost final : public ceres::CostFunction {
         }
     }
 
-    // `turn`, when there is one, is applied to the first three columns.
+    // `turn`, when there is one, is applied to the first three columns of a pose.
     template <int Columns>
     static void store_block(const double (&rows)[2][Columns], double weight,
                             const corner_loss &loss, const double *turn, int row,
@@ -126,8 +126,8 @@ class view_cost final : public ceres::CostFunction {
         double *x = jacobian + row * Columns, *y = x + Columns;
         for (int i = 0; i < Columns; i++) {
             double along[2] = {rows[0][i], rows[1][i]};
-            if (turn != nullptr && i < 3) {
-                for (int axis = 0; axis < 2; axis++) {
+            if constexpr (Columns == POSE_PLACES) {
+                for (int axis = 0; turn != nullptr && i < 3 && axis < 2; axis++) {
                     along[axis] = rows[axis][0] * turn[i] + rows[axis][1] * turn[3 + i] +
                                   rows[axis][2] * turn[6 + i];
                 }

@@ -15,6 +15,7 @@ namespace {
 const int LEAST_CORNERS = 6;      // of a view: four fix a pose, two more tell whether to trust it
 const double LEAST_RIGHT = 0.75;  // share of a view's corners that must be right
 const double GARBAGE = 0.03;      // misfit of a homography, as a share of the view's extent
+const double NOISIER = 3;         // times the common noise, at most, in a view that is used
 const double MEDIAN_RADIUS = 1.1774100225154747;  // of a gaussian in the plane, in sigmas
 const double LEAST_LIMIT_PX = 1e-3;
 const double LOSS = 3;
@@ -26,6 +27,14 @@ double median_of(std::vector<double> *values) {
     return *middle;
 }
 
+double median_sigma(const bundle_view &view) {
+    std::vector<double> sigmas;
+    for (const bundle_corner &corner : view.corners) {
+        sigmas.push_back(corner.sigma_px);
+    }
+    return median_of(&sigmas);
+}
+
 // How one pose explains one sighting.
 struct explanation {
     rigid T_left_board;
@@ -33,6 +42,7 @@ struct explanation {
     bool right[CAMERAS] = {false, false};
     std::vector<double> off[CAMERAS];  // lengths of all residuals in sigmas, by corner
     double limit[CAMERAS] = {0, 0};    // in sigmas
+    double noise[CAMERAS] = {0, 0};    // of the view, over that of all
 };
 
 class judge_of_sighting {
@@ -92,13 +102,14 @@ class judge_of_sighting {
         std::vector<double> sorted = off;
         // A view may be somewhat noisier than the others without being wrong.
         const double own = median_of(&sorted) / MEDIAN_RADIUS;
-        result->limit[camera] = limit_ * std::clamp(own, scale_, 3 * scale_);
+        result->limit[camera] = limit_ * std::clamp(own, scale_, NOISIER * scale_);
+        result->noise[camera] = own * median_sigma(view) < LEAST_LIMIT_PX ? 1 : own / scale_;
         size_t right = 0;
         for (size_t i = 0; i < off.size(); i++) {
             right += is_right(view.corners[i], off[i], result->limit[camera]);
         }
-        result->right[camera] =
-            double(right) >= LEAST_RIGHT * double(off.size()) && right >= size_t(LEAST_CORNERS);
+        result->right[camera] = double(right) >= LEAST_RIGHT * double(off.size()) &&
+                                right >= size_t(LEAST_CORNERS) && result->noise[camera] <= NOISIER;
     }
 
   public:
@@ -136,6 +147,11 @@ std::string garbage_reason(const bundle_view &view, const explanation &alone, in
                                               alone.limit[camera]);
     }
     char text[160];
+    if (double(wrong) <= (1 - LEAST_RIGHT) * double(view.corners.size())) {
+        std::snprintf(text, sizeof text, "its residuals are %.1f times as large as in other views",
+                      alone.noise[camera]);
+        return text;
+    }
     std::snprintf(text, sizeof text, "%zu of its %zu corners do not fit a flat board", wrong,
                   view.corners.size());
     return text;
