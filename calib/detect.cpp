@@ -39,6 +39,11 @@ int least_corners(const board &board) {
     return static_cast<int>(least_share * board.corner_count() + 0.999);
 }
 
+// Corners that make a grid too large to be the board, however many of them are false.
+size_t too_many_corners(const board &board) {
+    return 2 * static_cast<size_t>(board.corner_count()) + 64;
+}
+
 // The plain boards among the grids of one level; that with most corners becomes the best.
 void plain_boards(search *state, int level, const std::vector<grid> &grids) {
     const int least = least_corners(state->board);
@@ -48,8 +53,14 @@ void plain_boards(search *state, int level, const std::vector<grid> &grids) {
         if (!fits && found.found_count() <= state->nearest.corners) {
             continue;
         }
+        near_miss miss = near_miss_of(state->levels[static_cast<size_t>(level)], found);
+        if (static_cast<size_t>(found.found_count()) >= too_many_corners(state->board)) {
+            state->remember(miss);
+            continue;
+        }
         const refined_grid refined = refine(state->levels, level, found, state->clear_share());
-        near_miss miss = near_miss_of(state->levels, level, found, refined);
+        miss.blur_px = refined.blur_px;
+        miss.spacing_px = refined.spacing_px;
         board_view view;
         if (fits && !too_blurred(refined.blur_px, refined.spacing_px)) {
             view = plain_view(state->board, found, refined);
@@ -82,9 +93,15 @@ void merge(const board_view &part, board_view *whole) {
 void coded_parts(search *state, int level, const std::vector<grid> &grids) {
     board_view view;
     for (const grid &found : grids) {
+        near_miss miss = near_miss_of(state->levels[static_cast<size_t>(level)], found);
+        if (static_cast<size_t>(found.found_count()) >= too_many_corners(state->board)) {
+            state->remember(miss);
+            continue;
+        }
         const refined_grid refined = refine(state->levels, level, found, state->clear_share());
         const marker_reading reading = read_markers(state->board, state->levels, found, refined);
-        near_miss miss = near_miss_of(state->levels, level, found, refined);
+        miss.blur_px = refined.blur_px;
+        miss.spacing_px = refined.spacing_px;
         miss.markers_seen = reading.seen;
         miss.markers_known = reading.known;
         miss.mirrored = reading.placed && reading.place.mirrored;
@@ -121,8 +138,11 @@ board_view detect_board(const board &board, const image_u8 &image, const detect_
         const plane &pixels = levels[static_cast<size_t>(level)];
         const std::vector<saddle> saddles =
             saddles_of(pixels, static_cast<size_t>(std::max(0, options.most_candidates)));
-        const std::vector<grid> grids = grids_of(
-            pixels, saddles, level == 0 ? smallest_square_px : square_on_levels_px, !board.coded());
+        grid_limits limits;
+        limits.nearest_px = level == 0 ? smallest_square_px : square_on_levels_px;
+        limits.whole_lines = !board.coded();
+        limits.enough = too_many_corners(board);
+        const std::vector<grid> grids = grids_of(pixels, saddles, limits);
         if (board.coded()) {
             coded_parts(&state, level, grids);
         } else {

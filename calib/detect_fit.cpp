@@ -33,7 +33,7 @@ constexpr double least_half_contrast = 3;       // grey levels
 constexpr double least_blur_px = 0.289;         // of a sharp image: a pixel's own extent
 // Rounding to whole grey levels is no noise when there is no other; and no pixel grid is exact.
 constexpr double least_noise = 0.3;  // grey levels
-constexpr double least_sigma_px = 0.002;
+constexpr double least_sigma_px = 0.001;
 
 // E(t) and its derivative, linear between steps of 1/256: good to 2e-6.
 class step_table {

@@ -14,6 +14,8 @@ namespace {
 
 constexpr int fewest_corners = 4;
 constexpr size_t most_grids = 8;
+constexpr int most_tries = 2000;    // of growing, on one level: some tenths of a second
+constexpr size_t most_pieces = 16;  // that are tried to grow: growing takes time
 
 // Where direction `d` leads.
 place beside(const place &from, int d) {
@@ -152,20 +154,26 @@ grid grid::turned(int quarters) const {
 }
 
 std::vector<grid> grids_of(const plane &level, const std::vector<saddle> &saddles,
-                           double nearest_px, bool whole_lines) {
-    const std::vector<saddle_links> links = links_of(level, saddles, nearest_px);
+                           const grid_limits &limits) {
+    const std::vector<saddle_links> links = links_of(level, saddles, limits.nearest_px);
     std::vector<bool> taken(saddles.size(), false);
-    std::vector<grid> found;
+    std::vector<loose_grid> pieces;
     for (size_t seed = 0; seed < saddles.size(); seed++) {
-        if (taken[seed]) {
-            continue;
+        if (!taken[seed]) {
+            loose_grid cells = connected(saddles, links, seed, &taken);
+            if (static_cast<int>(cells.size()) >= fewest_corners) {
+                pieces.push_back(std::move(cells));
+            }
         }
-        loose_grid cells = connected(saddles, links, seed, &taken);
-        if (static_cast<int>(cells.size()) < fewest_corners) {
-            continue;
-        }
-        grow(level, &cells);
-        trim(&cells, whole_lines);
+    }
+    std::stable_sort(pieces.begin(), pieces.end(),
+                     [](const loose_grid &a, const loose_grid &b) { return a.size() > b.size(); });
+    pieces.resize(std::min(pieces.size(), most_pieces));
+    std::vector<grid> found;
+    int tries = most_tries;
+    for (loose_grid &cells : pieces) {
+        grow(level, limits.enough, &tries, &cells);
+        trim(&cells, limits.whole_lines);
         grid made = dense(cells);
         if (made.columns >= 2 && made.rows >= 2 && made.found_count() >= fewest_corners) {
             found.push_back(std::move(made));

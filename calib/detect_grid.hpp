@@ -38,11 +38,16 @@ struct grid {
     grid turned(int quarters) const;
 };
 
+struct grid_limits {
+    double nearest_px = 8;    // between corners
+    bool whole_lines = true;  // outer lines of which most is missing do not count
+    size_t enough = 1000;     // a grid of so many corners need not grow
+};
+
 /// The grids of 2 x 2 corners or more on a level: up to eight, those with most corners first. Gaps
-/// are filled and borders extended where the image shows a corner that fits. Corners lie
-/// `nearest_px` apart or more. `whole_lines`: outer lines of which most is missing do not count.
+/// are filled and borders extended where the image shows a corner that fits.
 std::vector<grid> grids_of(const plane &level, const std::vector<saddle> &saddles,
-                           double nearest_px, bool whole_lines);
+                           const grid_limits &limits);
 
 }  // namespace calib::detect
 

@@ -165,13 +165,16 @@ bool drop_loose_ends(loose_grid *cells) {
 
 }  // namespace
 
-void grow(const plane &level, loose_grid *cells) {
+void grow(const plane &level, size_t enough, int *tries, loose_grid *cells) {
     // A place that failed is tried again only when its neighbourhood has changed.
     std::map<place, size_t> tried;
     bool changed = true;
     while (changed) {
         changed = false;
         for (const place &where : open_places(*cells)) {
+            if (cells->size() >= enough || *tries <= 0) {
+                return;
+            }
             if (std::abs(where.row) > widest || std::abs(where.column) > widest) {
                 continue;
             }
@@ -190,6 +193,7 @@ void grow(const plane &level, loose_grid *cells) {
             if (!about) {
                 continue;
             }
+            --*tries;
             const std::optional<node> found = node_near(level, *cells, where, *about);
             if (found) {
                 (*cells)[where] = *found;

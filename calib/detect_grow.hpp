@@ -20,8 +20,9 @@ struct place {
 
 using loose_grid = std::map<place, node>;
 
-/// Fills gaps and extends the borders, corner by corner, as long as the image agrees.
-void grow(const plane &level, loose_grid *cells);
+/// Fills gaps and extends the borders, corner by corner, as long as the image agrees and there are
+/// fewer than `enough` corners; `*tries` bounds the places that are looked at, and goes down.
+void grow(const plane &level, size_t enough, int *tries, loose_grid *cells);
 
 /// Takes away corners that hang on by one edge; with `whole_lines` also outer lines of which less
 /// than half is there.

@@ -12,6 +12,8 @@ namespace calib::detect {
 namespace {
 
 constexpr double most_blur_share = 0.35;  // of the squares' side
+// From here on blur is the likely reason when corners are missing.
+constexpr double suspect_blur_share = 0.25;
 constexpr int white_grey = 252, dark_grey = 40;
 constexpr double most_white_share = 0.4, most_dark_share = 0.995;
 constexpr double blurred_px = 4;   // an image whose sharpest edges are wider than this is blurred
@@ -138,15 +140,12 @@ bool too_blurred(double blur_px, double spacing_px) {
     return blur_px > most_blur_share * spacing_px;
 }
 
-near_miss near_miss_of(const std::vector<plane> &levels, int level, const grid &found,
-                       const refined_grid &refined) {
+near_miss near_miss_of(const plane &level, const grid &found) {
     near_miss miss;
     miss.columns = found.columns;
     miss.rows = found.rows;
     miss.corners = found.found_count();
-    miss.cut = touches_border(levels[static_cast<size_t>(level)], found);
-    miss.blur_px = refined.blur_px;
-    miss.spacing_px = refined.spacing_px;
+    miss.cut = touches_border(level, found);
     return miss;
 }
 
@@ -156,7 +155,7 @@ std::string refusal_of(const board &board, const std::vector<plane> &levels,
     if (nearest.corners < std::min(fewest_corners, wanted)) {
         return image_refusal(levels);
     }
-    if (too_blurred(nearest.blur_px, nearest.spacing_px)) {
+    if (nearest.blur_px > suspect_blur_share * nearest.spacing_px) {
         return line("too blurred: edges spread over %.1f pixels, squares are %.0f pixels wide",
                     2.5 * nearest.blur_px, nearest.spacing_px);
     }

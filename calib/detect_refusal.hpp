@@ -8,7 +8,6 @@
 
 #include "calib/board.hpp"
 #include "calib/detect_grid.hpp"
-#include "calib/detect_refine.hpp"
 
 namespace calib::detect {
 
@@ -16,13 +15,13 @@ namespace calib::detect {
 struct near_miss {
     int columns = 0, rows = 0, corners = 0;
     bool cut = false;  // its next line of corners would lie beyond the image's border
-    double blur_px = 0, spacing_px = 0;
+    double blur_px = 0, spacing_px = 0;  // 0: not measured
     int markers_seen = 0, markers_known = 0;
     bool mirrored = false;
 };
 
-near_miss near_miss_of(const std::vector<plane> &levels, int level, const grid &found,
-                       const refined_grid &refined);
+/// What can be said of a grid before its corners are measured.
+near_miss near_miss_of(const plane &level, const grid &found);
 
 /// Whether the squares' edges run into each other: no corner can be measured then.
 bool too_blurred(double blur_px, double spacing_px);

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+// Coded boards: any part of them, held any way, in any number of pieces.
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "calib/detect.hpp"
+#include "calib/marker.hpp"
+#include "synthetic/board_cases.hpp"
+
+using namespace synthetic;
+
+namespace {
+
+BoardImage photograph_of(const calib::board &board, const BoardHold &hold, Random &random) {
+    const Camera camera = lens_of(800, 600, random);
+    BoardLight light;
+    light.seed = random.bits();
+    return photograph(board, camera, hold_board(board, camera, hold), light);
+}
+
+void mirror(BoardImage *image) {
+    for (int y = 0; y < image->height; y++) {
+        const auto row = image->pixels.begin() + y * image->width;
+        std::reverse(row, row + image->width);
+    }
+}
+
+}  // namespace
+
+TEST_CASE("markers: numbers, places, turns") {
+    for (const auto &[columns, rows] : {std::pair{9, 6}, {8, 6}, {8, 5}, {9, 5}, {2, 2}}) {
+        const calib::board board = coded_board(columns, rows, "4x4_50");
+        int next = 0;
+        for (int row = 0; row <= rows; row++) {
+            for (int column = 0; column <= columns; column++) {
+                if (!calib::board_square_white(column, row)) {
+                    continue;
+                }
+                CHECK(calib::board_marker_id(board, column, row) == next);
+                const calib::square_place place = calib::board_marker_square(board, next);
+                CHECK(place.column == column);
+                CHECK(place.row == row);
+                next++;
+            }
+        }
+        CHECK(calib::board_marker_count(board) == next);
+    }
+    const calib::marker_code code = calib::marker_dictionary_named("6x6_250")->codes[7];
+    calib::marker_code turned = code;
+    for (int turn = 0; turn < 4; turn++) {
+        turned = calib::marker_turned(turned, 6);
+    }
+    CHECK(turned == code);
+    CHECK(calib::marker_mirrored(calib::marker_mirrored(code, 6), 6) == code);
+    CHECK(calib::marker_dictionary_named("9x9_9") == nullptr);
+}
+
+TEST_CASE("a coded board is read whole, in parts and upside down") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=" << seed);
+    Random random(seed);
+    struct Case {
+        std::string dictionary;
+        int columns, rows;
+        double width_share, shift_x, roll_rad;
+        size_t at_least;
+    };
+    const Case cases[] = {
+        {"4x4_50", 9, 6, 0.75, 0, 0.1, 54},          {"6x6_250", 8, 6, 0.7, 0, 3.0, 48},
+        {"5x5_100", 7, 5, 0.9, 0.4, -1.5, 8},        {"apriltag_36h11", 9, 6, 0.8, 0.4, 0.3, 15},
+        {"4x4_50", 9, 6, 1.5, 0, 0.8, 12},           {"7x7_1000", 6, 6, 0.8, -0.3, 2.2, 8},
+        {"aruco_original", 9, 6, 0.9, 0.3, 0.2, 12}, {"4x4_250", 13, 9, 0.7, 0, 0, 117},
+    };
+    for (const Case &c : cases) {
+        CAPTURE(c.dictionary);
+        CAPTURE(c.roll_rad);
+        const calib::board board = coded_board(c.columns, c.rows, c.dictionary);
+        BoardHold hold = random_hold(c.width_share, 0.25, 0, random);
+        hold.turn_rad.z = c.roll_rad;
+        hold.shift_x = c.shift_x;
+        BoardImage image = photograph_of(board, hold, random);
+        const calib::board_view view = calib::detect_board(board, image.view(), {});
+        CHECK(view.refusal == "");
+        CHECK(view.corners.size() >= c.at_least);
+        Errors errors;
+        errors.add(image, view);
+        CHECK(errors.rms_px() < 0.03);
+        CHECK(errors.worst_px() < 0.2);
+    }
+}
+
+TEST_CASE("a coded board behind a bar is one board") {
+    Random random(11);
+    const calib::board board = coded_board(11, 7, "4x4_50");
+    BoardImage image = photograph_of(board, random_hold(0.85, 0.2, 0.2, random), random);
+    for (int y = 0; y < image.height; y++) {
+        for (int x = 330; x < 420; x++) {
+            image.pixels[static_cast<size_t>(y * image.width + x)] = 120;
+        }
+    }
+    const calib::board_view view = calib::detect_board(board, image.view(), {});
+    Errors errors;
+    errors.add(image, view);
+    CHECK(view.corners.size() >= 50);
+    CHECK(errors.rms_px() < 0.03);
+    CHECK(errors.worst_px() < 0.3);
+}
+
+TEST_CASE("a coded board that is mirrored, of other markers or of another size is refused") {
+    Random random(12);
+    const calib::board board = coded_board(9, 6, "4x4_50");
+    BoardImage image = photograph_of(board, random_hold(0.7, 0.2, 0.2, random), random);
+    const auto refusal = [&](const calib::board &wanted) {
+        const calib::board_view view = calib::detect_board(wanted, image.view(), {});
+        CHECK(view.corners.empty());
+        return view.refusal;
+    };
+    CHECK(refusal(coded_board(9, 6, "6x6_250")).find("dictionary 6x6_250") != std::string::npos);
+    CHECK(refusal(coded_board(8, 6, "4x4_50")) != "");
+    mirror(&image);
+    CHECK(refusal(board) == "the board is mirrored: its markers read backwards");
+}

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+// Images that show no usable board: each is refused for the reason that it has, in bounded time.
+#include <doctest/doctest.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "calib/detect.hpp"
+#include "synthetic/board_cases.hpp"
+
+using namespace synthetic;
+
+namespace {
+
+struct Image {
+    int width, height;
+    std::vector<uint8_t> pixels;
+
+    Image(int w, int h, uint8_t grey = 128)
+        : width(w), height(h), pixels(static_cast<size_t>(w) * static_cast<size_t>(h), grey) {}
+    image_u8 view() { return {pixels.data(), width, height, width}; }
+    template <class Grey>
+    void paint(Grey grey) {
+        for (int y = 0; y < height; y++) {
+            for (int x = 0; x < width; x++) {
+                const double value = grey(x, y);
+                pixels[static_cast<size_t>(y) * static_cast<size_t>(width) +
+                       static_cast<size_t>(x)] =
+                    static_cast<uint8_t>(std::clamp(value, 0.0, 255.0));
+            }
+        }
+    }
+};
+
+std::string refusal_of(const calib::board &board, const image_u8 &image) {
+    const calib::board_view view = calib::detect_board(board, image, {});
+    CHECK(view.corners.empty());
+    return view.refusal;
+}
+
+BoardImage board_image(const calib::board &board, double width_share, double shift_x,
+                       BoardLight light = {}) {
+    Random random(5);
+    const Camera camera = lens_of(640, 480, random);
+    BoardHold hold;
+    hold.width_share = width_share;
+    hold.turn_rad = {0.2, 0.1, 0.15};
+    hold.shift_x = shift_x;
+    return photograph(board, camera, hold_board(board, camera, hold), light);
+}
+
+}  // namespace
+
+TEST_CASE("each refusal names its reason") {
+    const calib::board board = plain_board(9, 6);
+    BoardImage smaller = board_image(plain_board(8, 6), 0.7, 0);
+    CHECK(refusal_of(board, smaller.view()) == "found 8 x 6 corners, not 9 x 6");
+    BoardImage larger = board_image(plain_board(10, 7), 0.7, 0);
+    CHECK(refusal_of(board, larger.view()) == "found 10 x 7 corners, not 9 x 6");
+    BoardImage upright = board_image(plain_board(5, 8), 0.3, 0);
+    CHECK(refusal_of(board, upright.view()) == "found 8 x 5 corners, not 9 x 6");
+
+    BoardImage cut = board_image(board, 0.7, 0.35);
+    const std::string cut_off = refusal_of(board, cut.view());
+    CAPTURE(cut_off);
+    CHECK(cut_off.find("the image's border cuts the board off") == 0);
+    CHECK(cut_off.find("of 54 corners") != std::string::npos);
+
+    BoardImage hidden = board_image(board, 0.7, 0);
+    for (int y = 200; y < 330; y++) {
+        for (int x = 200; x < 330; x++) {
+            hidden.pixels[static_cast<size_t>(y * hidden.width + x)] = 110;
+        }
+    }
+    const std::string partly = refusal_of(board, hidden.view());
+    CAPTURE(partly);
+    CHECK(partly.find("only ") == 0);
+    CHECK(partly.find("of 54 corners can be seen") != std::string::npos);
+
+    BoardLight light;
+    light.blur_px = 22;
+    BoardImage blurred = board_image(board, 0.7, 0, light);
+    const std::string soft = refusal_of(board, blurred.view());
+    CAPTURE(soft);
+    CHECK(soft.find("blurred") != std::string::npos);
+
+    light = BoardLight();
+    light.dark_grey = 246;
+    light.light_grey = light.background_grey = 300;
+    BoardImage bright = board_image(board, 0.7, 0, light);
+    const std::string over = refusal_of(board, bright.view());
+    CAPTURE(over);
+    CHECK(over.find("overexposed") != std::string::npos);
+
+    light.dark_grey = 5;
+    light.light_grey = light.background_grey = 6;
+    BoardImage night = board_image(board, 0.7, 0, light);
+    CHECK(refusal_of(board, night.view()) == "no board found; too dark");
+    Image empty(640, 480);
+    CHECK(refusal_of(board, empty.view()) == "no board found");
+}
+
+TEST_CASE("two boards in view are refused") {
+    const calib::board board = plain_board(6, 5);
+    BoardImage one = board_image(board, 0.35, -0.25), two = board_image(board, 0.35, 0.25);
+    for (int y = 0; y < one.height; y++) {
+        for (int x = one.width / 2; x < one.width; x++) {
+            const size_t at = static_cast<size_t>(y * one.width + x);
+            one.pixels[at] = two.pixels[at];
+        }
+    }
+    CHECK(refusal_of(board, one.view()) == "two boards of this size are in view");
+}
+
+TEST_CASE("frames without a board are refused soon") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=" << seed);
+    Random random(seed);
+    const calib::board board = plain_board(9, 6);
+    Image image(2048, 1536);
+    const auto timed_refusal = [&](const std::string &what) {
+        const auto start = std::chrono::steady_clock::now();
+        const std::string why = refusal_of(board, image.view());
+        const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+        MESSAGE(what << ": " << why << ", " << took.count() << " s");
+        CHECK(why != "");
+        // A second when the machine is free; the sanitizers and other tests may slow it down.
+        CHECK(took.count() < 20);
+    };
+    image.paint([&](int, int) { return 128 + 60 * random.normal(); });
+    timed_refusal("strong noise");
+    image.paint([&](int, int) { return random.uniform(0, 2) < 1 ? 0.0 : 255.0; });
+    timed_refusal("black and white noise");
+    image.paint([&](int x, int y) {
+        const int row = y / 24, column = (x + (row % 2) * 30) / 60;
+        const bool joint = y % 24 < 4 || (x + (row % 2) * 30) % 60 < 4;
+        return (joint ? 200 : 90 + (row * 7 + column * 13) % 40) + 3 * random.normal();
+    });
+    timed_refusal("bricks");
+    image.paint([&](int x, int y) {
+        const bool window = x % 80 > 20 && x % 80 < 62 && y % 110 > 30 && y % 110 < 88;
+        return (window ? 40 : 180) + 3 * random.normal();
+    });
+    timed_refusal("windows");
+    image.paint([&](int x, int y) { return (x / 10 + y / 10) % 2 == 0 ? 40.0 : 210.0; });
+    timed_refusal("an endless chessboard");
+    image.paint([&](int x, int y) { return 128 + 100 * std::sin(x * 0.4) * std::sin(y * 0.4); });
+    timed_refusal("an egg crate");
+}
+
+TEST_CASE("odd images and odd boards do no harm") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=" << seed);
+    Random random(seed);
+    for (int i = 0; i < 60; i++) {
+        const int width = 1 + static_cast<int>(std::exp(random.uniform(0, 6)));
+        const int height = 1 + static_cast<int>(std::exp(random.uniform(0, 6)));
+        Image image(width, height);
+        const int period = 2 + static_cast<int>(random.uniform(0, 30));
+        const double noise = random.uniform(0, 60);
+        image.paint([&](int x, int y) {
+            return ((x / period + y / period) % 2 == 0 ? 60 : 190) + noise * random.normal();
+        });
+        calib::board board = plain_board(2 + i % 5, 2 + i % 3);
+        if (i % 2 == 1) {
+            board = coded_board(board.columns, board.rows, "4x4_50");
+        }
+        const calib::board_view view = calib::detect_board(board, image.view(), {});
+        CHECK(view.corners.empty() != view.refusal.empty());
+        for (const calib::corner &c : view.corners) {
+            CHECK(c.index >= 0);
+            CHECK(c.index < board.corner_count());
+            CHECK(c.sigma_px > 0);
+        }
+    }
+    for (const auto &[width, height] :
+         {std::pair{1, 1}, {4000, 1}, {1, 4000}, {4000, 17}, {16, 16}, {33, 2000}}) {
+        Image image(width, height);
+        CHECK(refusal_of(plain_board(9, 6), image.view()) != "");
+    }
+    Image nothing(0, 0);
+    CHECK(refusal_of(plain_board(255, 255), nothing.view()) != "");
+}

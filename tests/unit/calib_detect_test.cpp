@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// Corners of rendered boards against the truth: how far off, and whether the predicted standard
+// deviations say so.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <thread>
+
+#include "calib/detect.hpp"
+#include "synthetic/board_cases.hpp"
+
+using namespace synthetic;
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+struct Case {
+    std::string name;
+    double width_share, blur_px, noise_grey;
+    double worst_rms_px;
+};
+
+}  // namespace
+
+TEST_CASE("corners of plain boards lie where they are, and know how well") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=" << seed);
+    const calib::board board = plain_board(9, 6);
+    // Bounds: the figures that are promised for larger images, squares being smaller here.
+    const Case cases[] = {
+        {"large, sharp", 0.75, 0.7, 2, 0.03},       {"large, soft", 0.75, 2, 4, 0.03},
+        {"large, blurred", 0.75, 5, 4, 0.1},        {"middling", 0.4, 1, 3, 0.03},
+        {"small, sharp", 0.2, 0.7, 2, 0.03},        {"squares of 9 pixels", 0.12, 0.7, 2, 0.04},
+        {"tiny noise, sharp", 0.5, 0.7, 0.5, 0.02},
+    };
+    for (const Case &c : cases) {
+        CAPTURE(c.name);
+        Random random(seed);
+        Errors errors;
+        for (int i = 0; i < 4; i++) {
+            const Camera camera = lens_of(800, 600, random);
+            const BoardPose pose =
+                hold_board(board, camera, random_hold(c.width_share, 0.4, 0.5, random));
+            BoardLight light;
+            light.blur_px = c.blur_px;
+            light.noise_grey = c.noise_grey;
+            light.shade = 0.2;
+            light.seed = random.bits();
+            BoardImage image = photograph(board, camera, pose, light);
+            const calib::board_view view = calib::detect_board(board, image.view(), {});
+            CHECK(view.refusal == "");
+            CHECK(view.corners.size() == 54);
+            errors.add(image, view);
+        }
+        CAPTURE(errors.rms_px());
+        CAPTURE(errors.z_rms());
+        CAPTURE(errors.worst_px());
+        CHECK(errors.rms_px() <= c.worst_rms_px);
+        CHECK(errors.worst_px() <= 6 * c.worst_rms_px);
+        CHECK(errors.z_rms() > 0.7);
+        CHECK(errors.z_rms() < 1.3);
+    }
+}
+
+TEST_CASE("a board whose colours tell is numbered from its black corner, however it is held") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=" << seed);
+    Random random(seed);
+    for (const auto &[columns, rows] : {std::pair{9, 6}, {6, 9}, {5, 4}, {3, 3}, {5, 5}, {2, 3}}) {
+        const calib::board board = plain_board(columns, rows);
+        for (double roll = 0; roll < 2 * pi; roll += pi / 3.5) {
+            CAPTURE(columns);
+            CAPTURE(rows);
+            CAPTURE(roll);
+            const Camera camera = lens_of(480, 400, random);
+            BoardHold hold = random_hold(0.45, 0.2, 0.1, random);
+            hold.turn_rad.z = roll;
+            BoardLight light;
+            light.seed = random.bits();
+            BoardImage image = photograph(board, camera, hold_board(board, camera, hold), light);
+            const calib::board_view view = calib::detect_board(board, image.view(), {});
+            REQUIRE(view.refusal == "");
+            Errors straight, half;
+            straight.add(image, view);
+            calib::board_view other = view;
+            for (calib::corner &c : other.corners) {
+                c.index = board.corner_count() - 1 - c.index;
+            }
+            half.add(image, other);
+            const double error = board.looks_same_turned()
+                                     ? std::min(straight.rms_px(), half.rms_px())
+                                     : straight.rms_px();
+            CHECK(error < 0.1);
+        }
+    }
+}
+
+TEST_CASE("the same image gives the same bytes, in many threads at once") {
+    Random random(3);
+    const calib::board board = plain_board(9, 6);
+    const Camera camera = lens_of(640, 480, random);
+    BoardImage image = photograph(
+        board, camera, hold_board(board, camera, random_hold(0.6, 0.3, 0.3, random)), {});
+    const calib::board_view first = calib::detect_board(board, image.view(), {});
+    std::vector<calib::board_view> views(4);
+    std::vector<std::thread> threads;
+    for (calib::board_view &view : views) {
+        threads.emplace_back([&] { view = calib::detect_board(board, image.view(), {}); });
+    }
+    for (std::thread &thread : threads) {
+        thread.join();
+    }
+    for (const calib::board_view &view : views) {
+        REQUIRE(view.corners.size() == first.corners.size());
+        for (size_t i = 0; i < view.corners.size(); i++) {
+            CHECK(view.corners[i].index == first.corners[i].index);
+            CHECK(view.corners[i].x_px == first.corners[i].x_px);
+            CHECK(view.corners[i].y_px == first.corners[i].y_px);
+            CHECK(view.corners[i].sigma_px == first.corners[i].sigma_px);
+        }
+    }
+}
