@@ -8,6 +8,7 @@
 #include "core/match_kernels.h"
 #include "core/match_level.h"
 #include "core/match_paper.h"
+#include "core/match_rules.h"
 #include "core/match_state.h"
 #include "core/vet.h"
 
@@ -58,35 +59,6 @@ struct match_options match_default_options(int disparity_min, int disparity_coun
                                   .speckle_px = 60};
 }
 
-// Of any numbers that a caller may have written: no sum here can overflow.
-static bool range_is_legal(const struct match_options *options) {
-    return options->disparity_count >= 1 && options->disparity_count <= MATCH_MAX_DISPARITIES &&
-           options->disparity_min >= -MATCH_DISPARITY_LIMIT &&
-           options->disparity_min <= MATCH_DISPARITY_LIMIT - options->disparity_count;
-}
-
-static int check(const struct match_input *input, const struct match_options *options,
-                 const struct match_output *output) {
-    const struct image_u8 *left = &input->left;
-    if (input->right.width != left->width || input->right.height != left->height ||
-        output->disparity_q8.width != left->width || output->disparity_q8.height != left->height ||
-        output->reason.width != left->width || output->reason.height != left->height ||
-        output->confidence.width != left->width || output->confidence.height != left->height) {
-        return ERROR_SIZE_MISMATCH;
-    }
-    if (left->width > IMAGE_MAX_SIDE_PX || left->height > IMAGE_MAX_SIDE_PX) {
-        return ERROR_TOO_LARGE;
-    }
-    if (left->width < MATCH_MIN_WIDTH_PX || left->height < MATCH_MIN_HEIGHT_PX) {
-        return ERROR_TOO_SMALL;
-    }
-    if (!range_is_legal(options)) {
-        return ERROR_DISPARITY_RANGE;
-    }
-    const bool legal = options->speckle_px >= 0 && (unsigned)options->preset < MATCH_PRESET_COUNT;
-    return legal ? ERROR_OK : ERROR_ARGUMENT;
-}
-
 static void set_state(struct match_state *state, int width, int height,
                       const struct match_options *options, int threads) {
     state->options = *options;
@@ -99,7 +71,7 @@ static void set_state(struct match_state *state, int width, int height,
 }
 
 size_t match_need_bytes(int width, const struct match_options *options, int threads) {
-    if (width < 1 || width > IMAGE_MAX_SIDE_PX || !range_is_legal(options) ||
+    if (width < 1 || width > IMAGE_MAX_SIDE_PX || !match_range_is_legal(options) ||
         options->speckle_px < 0 || (unsigned)options->preset >= MATCH_PRESET_COUNT) {
         return 0;
     }
@@ -152,7 +124,7 @@ static bool run_levels(struct match_state *state, match_progress *progress, void
 int match_run(const struct match_input *input, const struct match_options *options,
               const struct parallel *parallel, match_progress *progress, void *progress_self,
               struct arena *arena, struct match_output *output) {
-    const int error = check(input, options, output);
+    const int error = match_check(input, options, output);
     if (error != ERROR_OK) {
         return error;
     }

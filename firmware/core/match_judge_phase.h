@@ -9,17 +9,15 @@
 
 #include "core/invariant.h"
 #include "core/match_finish_phase.h"
+#include "core/match_rules.h"
 #include "core/match_state.h"
 #include "core/reason.h"
 
 enum {
-    DISPARITY_ONE = 256,
     CLAIM_FIT = MATCH_MAX_DISPARITIES,  // a claim: cost times this, and the nearer lane first
     // Averaged cost of a winner: 99 % of the right ones on the same pairs stay below; images that
     // have nothing to do with each other mostly lie above.
     FIT_MAX = 40,
-    TEXTURE_RADIUS = 8,  // along the row
-    TEXTURE_MIN = 6,     // grey levels between the darkest and the brightest pixel
 };
 
 // Offset of the lowest point of the "V" through three costs, in 1/256 of a disparity, [-128, 128].
@@ -102,8 +100,7 @@ static void check_fits(const struct match_level *level, const struct match_line 
     for (int x = 0; x < width; x++) {
         fit[x] = (uint8_t)(around[x] >> 8);
     }
-    // A range of one or two has nothing but ends.
-    const int16_t first = level->disparity_count > 2 ? 1 : 0;
+    const int16_t first = (int16_t)match_range_ends(level->disparity_count);
     const int16_t last = (int16_t)(level->disparity_count - 1 - first);
     for (int x = 0; x < width; x++) {
         fits[x] = (lane[x] >= first) & (lane[x] <= last) & (fit[x] <= FIT_MAX);

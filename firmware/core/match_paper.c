@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/match_rules.h"
 #include "core/reason.h"
 #include "core/vet.h"
 
@@ -33,12 +34,9 @@ enum {
 };
 
 enum {
-    OFFSETS = 5,           // disparities -2 .. 2 beside a match
-    HERE = OFFSETS / 2,    // index of the match itself among them
-    FIELD_BITS = 12,       // of each sum where all are added at once
-    TEXTURE_REACH_PX = 8,  // as in match_row_phase.h
-    TEXTURE_MIN = 6,
-    DISPARITY_ONE = 256,
+    OFFSETS = 5,          // disparities -2 .. 2 beside a match
+    HERE = OFFSETS / 2,   // index of the match itself among them
+    FIELD_BITS = 12,      // of each sum where all are added at once
     NOWHERE = INT16_MIN,  // no disparity: the walk skipped this pixel
     TOO_DEAR = INT16_MAX,
     PROGRESS_ROWS = 8,
@@ -85,33 +83,8 @@ struct paper {
     uint64_t evaluations;
 };
 
-static bool range_is_legal(const struct match_options *options) {
-    return options->disparity_count >= 1 && options->disparity_count <= MATCH_MAX_DISPARITIES &&
-           options->disparity_min >= -MATCH_DISPARITY_LIMIT &&
-           options->disparity_min <= MATCH_DISPARITY_LIMIT - options->disparity_count;
-}
-
-static int check(const struct match_input *input, const struct match_options *options,
-                 const struct match_output *output) {
-    const struct image_u8 *left = &input->left;
-    if (input->right.width != left->width || input->right.height != left->height ||
-        output->disparity_q8.width != left->width || output->disparity_q8.height != left->height ||
-        output->reason.width != left->width || output->reason.height != left->height ||
-        output->confidence.width != left->width || output->confidence.height != left->height) {
-        return ERROR_SIZE_MISMATCH;
-    }
-    if (left->width > IMAGE_MAX_SIDE_PX || left->height > IMAGE_MAX_SIDE_PX) {
-        return ERROR_TOO_LARGE;
-    }
-    if (left->width < MATCH_MIN_WIDTH_PX || left->height < MATCH_MIN_HEIGHT_PX) {
-        return ERROR_TOO_SMALL;
-    }
-    const int speckle_error = options->speckle_px < 0 ? ERROR_ARGUMENT : ERROR_OK;
-    return range_is_legal(options) ? speckle_error : ERROR_DISPARITY_RANGE;
-}
-
 size_t match_paper_need_bytes(int width, const struct match_options *options) {
-    if (width < 1 || width > IMAGE_MAX_SIDE_PX || !range_is_legal(options) ||
+    if (width < 1 || width > IMAGE_MAX_SIDE_PX || !match_range_is_legal(options) ||
         options->speckle_px < 0) {
         return 0;
     }
@@ -355,8 +328,8 @@ static void join(struct paper *paper) {
 
 static bool textured(const struct paper *paper, int x, int y) {
     const uint8_t *grey = image_u8_row(&paper->input->left, y);
-    const int begin = clamp(x - TEXTURE_REACH_PX, paper->left.begin, paper->left.end);
-    const int end = clamp(x + TEXTURE_REACH_PX + 1, paper->left.begin, paper->left.end);
+    const int begin = clamp(x - TEXTURE_RADIUS, paper->left.begin, paper->left.end);
+    const int end = clamp(x + TEXTURE_RADIUS + 1, paper->left.begin, paper->left.end);
     uint8_t darkest = UINT8_MAX;
     uint8_t brightest = 0;
     for (int i = begin; i < end; i++) {
@@ -379,11 +352,13 @@ static enum reason judge(const struct paper *paper, int x, int y, const int *sum
                          int margin) {
     const struct column *column = &paper->column[x];
     INVARIANT(!column->kept || (sum[HERE] >= 0 && sum[HERE] <= count * SIGNATURE_BITS));
-    const bool at_end = column->disparity == paper->first || column->disparity == paper->last;
+    const int ends = match_range_ends(paper->options->disparity_count);
+    const bool at_end =
+        column->disparity < paper->first + ends || column->disparity > paper->last - ends;
     enum reason reason = REASON_VALID;
     if (!column->kept) {
         reason = REASON_OCCLUDED;
-    } else if (sum[HERE] > MISFIT * count || (at_end && paper->options->disparity_count > 2)) {
+    } else if (sum[HERE] > MISFIT * count || at_end) {
         reason = REASON_OUT_OF_RANGE;
     } else if (margin < MARGIN_MIN * count) {
         reason = REASON_AMBIGUOUS;
@@ -457,7 +432,7 @@ static void match_row(struct paper *paper, int y) {
 int match_paper_run_counted(const struct match_input *input, const struct match_options *options,
                             match_progress *progress, void *progress_self, struct arena *arena,
                             struct match_output *output, uint64_t *evaluations) {
-    const int error = check(input, options, output);
+    const int error = match_check(input, options, output);
     if (error != ERROR_OK) {
         return error;
     }

@@ -15,15 +15,14 @@
 #include "core/error.h"
 #include "core/geometry.h"
 #include "core/lens.h"
-#include "core/match.h"
 #include "core/match_kernels.h"
 #include "core/math.h"
 #include "core/mesh.h"
 #include "core/reason.h"
 #include "core/rectify.h"
-#include "core/refine.h"
 #include "core/triangulate.h"
 #include "core/vet.h"
+#include "digest_match.h"
 #include "digest_numbers.h"
 #include "digest_vectors.h"
 
@@ -262,168 +261,6 @@ static uint32_t digest_mesh(void) {
     return crc;
 }
 
-enum { PAIR_WIDTH = 90, PAIR_HEIGHT = 45, PAIR_PIXELS = PAIR_WIDTH * PAIR_HEIGHT };
-
-// A pair to be matched and what is found.
-static struct {
-    uint8_t left[PAIR_PIXELS], right[PAIR_PIXELS];
-    struct rectify_span left_span[PAIR_HEIGHT], right_span[PAIR_HEIGHT];
-    int32_t disparity_q8[PAIR_PIXELS];
-    uint8_t reason[PAIR_PIXELS], confidence[PAIR_PIXELS];
-    uint16_t sigma_q8[PAIR_PIXELS];
-} pair;
-
-static const struct match_input pair_input = {
-    .left = {pair.left, PAIR_WIDTH, PAIR_HEIGHT, PAIR_WIDTH},
-    .right = {pair.right, PAIR_WIDTH, PAIR_HEIGHT, PAIR_WIDTH},
-    .left_span = pair.left_span,
-    .right_span = pair.right_span,
-    .resampled = true,
-};
-
-static struct match_output pair_output(void) {
-    return (struct match_output){
-        .disparity_q8 = {pair.disparity_q8, PAIR_WIDTH, PAIR_HEIGHT, PAIR_WIDTH},
-        .reason = {pair.reason, PAIR_WIDTH, PAIR_HEIGHT, PAIR_WIDTH},
-        .confidence = {pair.confidence, PAIR_WIDTH, PAIR_HEIGHT, PAIR_WIDTH},
-    };
-}
-
-// Soft noise in front of soft noise; the right rows lie half a pixel lower and hold some noise of
-// their own. `near_px` and `far_px` are the disparities.
-static void make_pair(int near_px, int far_px) {
-    enum { MARGIN = 40, ROOM = PAIR_WIDTH + 2 * MARGIN };
-    static int noise[2][PAIR_HEIGHT + 2][ROOM];
-    for (int layer = 0; layer < 2; layer++) {
-        for (int y = 0; y < PAIR_HEIGHT + 2; y++) {
-            int before = 128;
-            for (int x = 0; x < ROOM; x++) {
-                const int fresh = (int)(next_random() >> 56);
-                noise[layer][y][x] = (before + fresh) / 2;
-                before = fresh;
-            }
-        }
-    }
-    for (int i = 0; i < PAIR_PIXELS; i++) {
-        const int x = i % PAIR_WIDTH, y = i / PAIR_WIDTH;
-        const int right_x = x + near_px;  // of the left pixel seen here if it is on the near layer
-        const int near_left = x >= 30 && x < 60 && y >= 10 && y < 35;
-        const int near_right = right_x >= 30 && right_x < 60 && y >= 10 && y < 35;
-        const int(*seen)[ROOM] = noise[near_left];
-        pair.left[i] = (uint8_t)((seen[y][x + MARGIN] + seen[y + 1][x + MARGIN]) / 2);
-        seen = noise[near_right];
-        const int from = x + MARGIN + (near_right ? near_px : far_px);
-        const int grey = (seen[y][from] + 3 * seen[y + 1][from]) / 4;
-        pair.right[i] = (uint8_t)(grey / 2 + 60 + (int)(next_random() >> 62));
-    }
-    for (int y = 0; y < PAIR_HEIGHT; y++) {
-        pair.left_span[y] = (struct rectify_span){(int16_t)(y % 7), (int16_t)(PAIR_WIDTH - y % 5)};
-        pair.right_span[y] =
-            (struct rectify_span){(int16_t)(y % 3), (int16_t)(PAIR_WIDTH - y % 11)};
-    }
-}
-
-static void must_succeed(int error, const char *what) {
-    if (error != ERROR_OK) {
-        fprintf(stderr, "core_digest: %s failed: %d\n", what, error);
-        exit(1);
-    }
-}
-
-static void match_pair(const struct match_options *options) {
-    const size_t bytes = match_need_bytes(PAIR_WIDTH, options, 1);
-    void *memory = must_have(bytes);
-    struct arena working;
-    arena_init(&working, memory, bytes);
-    struct match_output output = pair_output();
-    must_succeed(match_run(&pair_input, options, &parallel_serial, NULL, NULL, &working, &output),
-                 "match");
-    free(memory);
-}
-
-static uint32_t add_matches(uint32_t crc) {
-    for (int i = 0; i < PAIR_PIXELS; i++) {
-        crc = add_bits(crc, (uint32_t)pair.disparity_q8[i], 4);
-        crc = add_bits(crc, pair.reason[i], 1);
-        crc = add_bits(crc, pair.confidence[i], 1);
-    }
-    return crc;
-}
-
-// Every level of kernels that this processor runs must agree.
-static uint32_t match_with_all_levels(struct match_options options) {
-    static const char *const levels[] = {"plain", "sse41", "avx2", "neon"};
-    uint32_t plain = 0;
-    for (size_t level = 0; level < sizeof levels / sizeof levels[0]; level++) {
-        options.kernels = match_kernels_named(levels[level]);
-        if (options.kernels == NULL) {
-            continue;  // not on this processor
-        }
-        match_pair(&options);
-        const uint32_t sum = add_matches(0);
-        if (level == 0) {
-            plain = sum;
-        } else if (sum != plain) {
-            fprintf(stderr, "core_digest: match: %s differs from plain, preset %s\n", levels[level],
-                    match_preset_name(options.preset));
-            exit(1);
-        }
-    }
-    return plain;
-}
-
-static uint32_t digest_match(void) {
-    // Lanes that are compiled for, and others; disparities of both signs.
-    static const int counts[] = {12, 20, 40, 64};
-    uint32_t crc = 0;
-    for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
-        const int far_px = i % 2 == 0 ? 2 : -5;
-        make_pair(far_px + counts[i] / 3, far_px);
-        struct match_options options = match_default_options(far_px - 2, counts[i]);
-        options.keep_all = i == 3;
-        for (unsigned preset = 0; preset < MATCH_PRESET_COUNT; preset++) {
-            options.preset = (enum match_preset)preset;
-            crc = add_bits(crc, match_with_all_levels(options), 4);
-        }
-    }
-    return crc;
-}
-
-static uint32_t digest_refine(void) {
-    uint32_t crc = 0;
-    for (int i = 0; i < 3; i++) {
-        make_pair(9 + i, 3);
-        const struct match_options options = match_default_options(0, 16);
-        match_pair(&options);
-        const size_t needed[2] = {refine_need_bytes(PAIR_WIDTH, PAIR_HEIGHT, 1),
-                                  refine_vertical_need_bytes()};
-        const size_t bytes = (needed[0] > needed[1] ? needed[0] : needed[1]);
-        void *memory = must_have(bytes);
-        struct arena working;
-        arena_init(&working, memory, bytes);
-        struct match_output output = pair_output();
-        struct image_u16 sigma_q8 = {pair.sigma_q8, PAIR_WIDTH, PAIR_HEIGHT, PAIR_WIDTH};
-        must_succeed(
-            refine_disparities(&pair_input, &parallel_serial, &working, &output, &sigma_q8),
-            "refine");
-        struct triangulate_vertical vertical = {.samples = 0};
-        must_succeed(refine_measure_vertical(&pair_input, &output, &working, &vertical),
-                     "measurement of the vertical disparity");
-        must_succeed(vertical.samples > 0 ? ERROR_OK : ERROR_NO_SURFACE,
-                     "finding samples of the vertical disparity");
-        free(memory);
-        crc = add_matches(crc);
-        for (int k = 0; k < PAIR_PIXELS; k++) {
-            crc = add_bits(crc, pair.sigma_q8[k], 2);
-        }
-        const double numbers[] = {vertical.offset_px, vertical.slope_x,   vertical.slope_y,
-                                  vertical.rms_px,    vertical.median_px, vertical.p95_px};
-        crc = add_doubles(crc, numbers, 6);
-        crc = add_bits(crc, (uint64_t)vertical.samples, 4);
-    }
-    return crc;
-}
-
 static uint32_t digest_vet(void) {
     uint32_t crc = 0;
     for (int i = 0; i < 20; i++) {
@@ -478,6 +315,7 @@ static const struct {
     {"mesh", digest_mesh},
     {"vectors", digest_vectors},
     {"match", digest_match},
+    {"paper", digest_paper},
     {"refine", digest_refine},
     {"vet", digest_vet},
     {"debayer", digest_debayer},

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What the presets of the matcher have in common, whatever their method: which arguments are
+/// legal, and rules by which a pixel is rejected. Private to match*.c.
+#ifndef VERGENCE_CORE_MATCH_RULES_H
+#define VERGENCE_CORE_MATCH_RULES_H
+
+#include "core/match.h"
+
+enum {
+    DISPARITY_ONE = 256,
+    TEXTURE_RADIUS = 8,  // along the row
+    TEXTURE_MIN = 6,     // grey levels between the darkest and the brightest pixel
+};
+
+/// Whether the range of disparities is one that can be searched, whatever numbers a caller may have
+/// written.
+bool match_range_is_legal(const struct match_options *options);
+
+/// Checks the arguments of `match_run`. ERROR_SIZE_MISMATCH, ERROR_TOO_LARGE, ERROR_TOO_SMALL,
+/// ERROR_DISPARITY_RANGE, ERROR_ARGUMENT.
+int match_check(const struct match_input *input, const struct match_options *options,
+                const struct match_output *output);
+
+/// Disparities at each end of a range that no pixel is believed to have: the best may lie beyond. A
+/// range of one or two has nothing but ends.
+/*@ assigns \nothing;
+    ensures \result == (disparity_count > 2 ? 1 : 0); */
+static inline int match_range_ends(int disparity_count) {
+    return disparity_count > 2 ? 1 : 0;
+}
+
+#endif
