@@ -18,6 +18,7 @@ const size_t FOLDS = 5;
 struct contender {
     model_candidate candidate;
     bundle_state state;
+    double squares = 0;               // of all residuals when nothing is held out, in sigmas
     std::vector<double> cost;         // by used position: mean squared length, in sigmas
     std::vector<double> squares_px2;  // likewise: sum of squared lengths, in px
     std::vector<int> corners;
@@ -85,7 +86,7 @@ void contend(const bundle &data, int threads, std::vector<contender> *contenders
     parallel_pieces(threads, int(contenders->size()), [&](int k) {
         contender &one = (*contenders)[size_t(k)];
         forget_absent(one.candidate, &one.state);
-        adjust(data, options_for(one.candidate), &one.state);
+        one.squares = 2 * adjust(data, options_for(one.candidate), &one.state).cost;
         one.cost.assign(used.size(), 0.0);
         one.squares_px2.assign(used.size(), 0.0);
         one.corners.assign(used.size(), 0);
@@ -133,8 +134,29 @@ double held_out_rms_px(const contender &one) {
     return std::sqrt(squares / double(std::max(1L, corners)));
 }
 
+int parameters_of(const bundle &data, const model_candidate &candidate) {
+    return data.cameras * candidate.model.count() + (candidate.warped_board ? WARP_PLACES : 0);
+}
+
+// True when what the simpler one lacks shows in its residuals: their squares grow by more than two
+// variances for each number that it does without.
+// Source: H. Akaike, "A new look at the statistical model identification", 1974.
+bool is_contradicted(const bundle &data, const contender &simpler, const contender &best) {
+    double residuals = 0;
+    for (const int corners : best.corners) {
+        residuals += 2 * corners;
+    }
+    const double spare =
+        residuals - double(POSE_PLACES * best.corners.size()) - parameters_of(data, best.candidate);
+    const double variance = best.squares / std::max(1.0, spare);
+    const int lacking =
+        parameters_of(data, best.candidate) - parameters_of(data, simpler.candidate);
+    return simpler.squares - best.squares > 2 * std::max(0, lacking) * variance;
+}
+
 // Contenders stand in order of simplicity; returns the place of the chosen one.
-size_t elect(const std::vector<contender> &contenders, std::vector<model_score> *scores) {
+size_t elect(const bundle &data, const std::vector<contender> &contenders,
+             std::vector<model_score> *scores) {
     size_t best = 0;
     for (size_t k = 1; k < contenders.size(); k++) {
         if (mean_of(contenders[k].cost) < mean_of(contenders[best].cost)) {
@@ -144,7 +166,8 @@ size_t elect(const std::vector<contender> &contenders, std::vector<model_score> 
     size_t chosen = best;
     for (size_t k = contenders.size(); k-- > 0;) {
         const difference to_best = compare(contenders[k], contenders[best]);
-        if (to_best.mean <= to_best.error) {
+        if (k < best && to_best.mean <= to_best.error &&
+            !is_contradicted(data, contenders[k], contenders[best])) {
             chosen = k;
         }
         scores->push_back({contenders[k].candidate.model, contenders[k].candidate.warped_board,
@@ -178,21 +201,22 @@ model_choice choose_model(const bundle &data, const bundle_state &state, int thr
     std::vector<contender> contenders;
     for (const bool square : {true, false}) {
         for (const bool warped : {false, true}) {
-            contenders.push_back({{{lens_model::K1_K2_P1_P2, square}, warped}, state, {}, {}, {}});
+            contenders.push_back(
+                {{{lens_model::K1_K2_P1_P2, square}, warped}, state, 0, {}, {}, {}});
         }
     }
     contend(data, threads, &contenders);
-    const contender shape = contenders[elect(contenders, &result.scores)];
+    const contender shape = contenders[elect(data, contenders, &result.scores)];
     contenders.clear();
     for (int kind = 0; kind < lens_model::KINDS; kind++) {
-        contenders.push_back({shape.candidate, shape.state, {}, {}, {}});
+        contenders.push_back({shape.candidate, shape.state, 0, {}, {}, {}});
         contenders.back().candidate.model.distortion = lens_model::kind(kind);
     }
     contend(data, threads, &contenders);
     for (model_score &score : result.scores) {
         score.chosen = false;
     }
-    const contender &winner = contenders[elect(contenders, &result.scores)];
+    const contender &winner = contenders[elect(data, contenders, &result.scores)];
     result.chosen = winner.candidate;
     result.held_out_rms_px = held_out_rms_px(winner);
     result.state = winner.state;

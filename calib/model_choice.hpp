@@ -32,8 +32,10 @@ void forget_absent(const model_candidate &candidate, bundle_state *state);
 
 /// Scores candidates by cross-validation over five folds of the used positions and takes the
 /// simplest that is within one standard error of the best, the error being that of the mean
-/// difference to the best over the positions. Pixels and board are chosen first (square or not,
-/// flat or warped), with k1 k2 p1 p2, then the distortion. `state` is a solution to begin with.
+/// difference to the best over the positions; but not one whose own residuals say that something is
+/// missing, for they tell more than the few positions do. Pixels and board are chosen first (square
+/// or not, flat or warped), with k1 k2 p1 p2, then the distortion. `state` is a solution to begin
+/// with.
 model_choice choose_model(const bundle &data, const bundle_state &state, int threads);
 
 }  // namespace calib

@@ -11,6 +11,8 @@ namespace calib {
 
 namespace {
 
+const double SETTLED = 1e-8;  // gain of a step, over the cost, at which a pose is found
+
 using matrix6 = Eigen::Matrix<double, POSE_PLACES, POSE_PLACES>;
 using vector6 = Eigen::Matrix<double, POSE_PLACES, 1>;
 
@@ -97,18 +99,18 @@ double fit_pose(const bundle &data, const both_views &views, const bundle_state 
         matrix6 A;
         vector6 b;
         normal_equations(of, pose, scale, &A, &b);
-        bool better = false;
-        double gain = 0;
-        while (!better && damping < 1e8) {
+        bool settled = false, better = false;
+        while (!settled && !better && damping < 1e8) {
             matrix6 damped = A;
             damped.diagonal() *= 1 + damping;
             const vector6 step = damped.ldlt().solve(b);
             const rigid tried = moved_board(pose, step.data());
+            // What the step promises, as a share of the whole.
+            settled = !(step.dot(b) > SETTLED * cost * double(squares.size()));
             better = step.allFinite() && step.norm() < 10 &&
                      squared_residuals(of, tried, &tried_squares) &&
                      mean_loss(tried_squares, scale) < cost;
             if (better) {
-                gain = cost - mean_loss(tried_squares, scale);
                 pose = tried;
                 squares.swap(tried_squares);
                 damping = std::max(1e-9, 0.1 * damping);
@@ -116,7 +118,7 @@ double fit_pose(const bundle &data, const both_views &views, const bundle_state 
                 damping = std::max(1e-6, 10 * damping);
             }
         }
-        if (gain <= 1e-10 * cost) {
+        if (settled) {
             break;
         }
     }

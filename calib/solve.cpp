@@ -85,9 +85,8 @@ class solver {
         choose();
         finish();
         say("starting again from elsewhere");
-        const error_model errors(data(), final_options(), state_);
-        const start_test again = options_.second_start ? start_again(errors) : start_test{};
-        return report(errors, again);
+        const start_test again = options_.second_start ? start_again() : start_test{};
+        return report(error_model(data(), final_options(), state_), again);
     }
 
   private:
@@ -163,7 +162,9 @@ class solver {
         }
     }
 
-    start_test start_again(const error_model &errors) {
+    // Solves once more from other focal lengths; of two ends that differ the better one is kept.
+    start_test start_again() {
+        const error_model errors(data(), final_options(), state_);
         bundle copy = data();
         bundle_state other = state_;
         start_test result;
@@ -188,6 +189,9 @@ class solver {
                 std::max(result.focal_difference_sigma, difference / sigma);
         }
         result.agrees = result.focal_difference_sigma < AGREE_SIGMAS;
+        if (!result.agrees && other_cost < own_cost) {
+            state_ = other;
+        }
         return result;
     }
 

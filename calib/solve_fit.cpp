@@ -12,6 +12,7 @@ namespace {
 const int CELLS_ACROSS = 8, CELLS_DOWN = 6;
 const int LEAST_IN_CELL = 4;
 const double ALARM_Z = 5;
+const double LEAST_PATTERN_PX = 1e-3;  // rounding leaves patterns, too
 
 struct cell {
     double x = 0, y = 0;  // sums of residuals, in sigmas
@@ -88,7 +89,8 @@ fit_test test_fit(const bundle &data, const bundle_state &state, double sigma0) 
     result.systematic_px = noise_px * std::sqrt(std::max(in_image.excess, on_board.excess));
     result.systematic_share = std::sqrt(std::max(in_image.excess, on_board.excess) / 2);
     result.sigma_ratio = sigma0;
-    result.alarm = result.image_z > ALARM_Z || result.board_z > ALARM_Z;
+    result.alarm = (result.image_z > ALARM_Z || result.board_z > ALARM_Z) &&
+                   result.systematic_px > LEAST_PATTERN_PX;
     if (result.alarm) {
         result.widened = std::sqrt(std::max({1.0, in_image.ratio, on_board.ratio}));
     }

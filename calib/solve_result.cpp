@@ -70,13 +70,21 @@ void describe_view(const bundle &data, const bundle_state &state, size_t ordered
     summary.rms_px = std::sqrt(squares / std::max(1, summary.corners_used));
 }
 
-double rms_of(const std::vector<corner_residual_px> &residuals) {
+// Per point, over all used corners, added up in the solver's order: the caller's must not matter.
+double rms_of(const bundle &data, const bundle_state &state) {
     double squares = 0;
     long count = 0;
-    for (const corner_residual_px &one : residuals) {
-        if (one.used) {
-            squares += one.dx_px * one.dx_px + one.dy_px * one.dy_px;
-            count++;
+    for (size_t i = 0; i < data.sightings.size(); i++) {
+        for (int camera = 0; camera < data.cameras; camera++) {
+            const bundle_view &view = data.sightings[i][size_t(camera)];
+            for (const bundle_corner &corner : view.corners) {
+                double residual[2];
+                if (view.used && corner.used &&
+                    corner_residual(data, camera, corner, state, state.T_left_board[i], residual)) {
+                    squares += residual[0] * residual[0] + residual[1] * residual[1];
+                    count++;
+                }
+            }
         }
     }
     return std::sqrt(squares / double(std::max(1L, count)));
@@ -116,7 +124,7 @@ solution describe(const observations &seen, const ordered_bundle &ordered,
             }
         }
     }
-    result.rms_px = rms_of(result.residuals);
+    result.rms_px = solved ? rms_of(data, state) : 0;
     result.rig.rms_px = result.rms_px;
     return result;
 }

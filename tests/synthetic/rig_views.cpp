@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "synthetic/rig_views.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 namespace synthetic {
 
@@ -110,6 +112,11 @@ RigViews empty_views(const RigViewsPlan &plan, Random &random) {
 }
 
 }  // namespace
+
+int draws(int usual) {
+    const char *text = std::getenv("VERGENCE_DRAWS");
+    return text != nullptr ? std::max(1, std::atoi(text)) : usual;
+}
 
 RigViews make_rig_views(const RigViewsPlan &plan, uint64_t scene_seed, uint64_t noise_seed) {
     Random random(scene_seed), noise(noise_seed);

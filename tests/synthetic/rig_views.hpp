@@ -46,6 +46,9 @@ struct RigViews {
 /// `noise_seed` moves the corners.
 RigViews make_rig_views(const RigViewsPlan &plan, uint64_t scene_seed, uint64_t noise_seed);
 
+/// How many random draws a test makes: VERGENCE_DRAWS from the environment, else `usual`.
+int draws(int usual);
+
 }  // namespace synthetic
 
 #endif

@@ -170,15 +170,15 @@ void add_draw(const draw &one, all_scores *all) {
 
 }  // namespace
 
-TEST_CASE("error bars hold the truth over 480 independent draws") {
-    const int draws = 480;
+TEST_CASE("error bars hold the truth over 400 independent draws") {
+    const int draws = std::max(400, synthetic::draws(400));
     const uint64_t seed = synthetic::test_seed();
     INFO("VERGENCE_SEED=", seed);
     std::vector<draw> made(draws);
     calib::parallel_pieces(2, draws, [&](int i) {
-        // Twelve draws of the noise for each of forty scenes.
+        // Ten draws of the noise for each scene.
         made[size_t(i)] =
-            make_draw(small_rig(), seed + uint64_t(i / 12), seed + 5000 + uint64_t(i));
+            make_draw(small_rig(), seed + uint64_t(i / 10), seed + 5000 + uint64_t(i));
     });
     all_scores all;
     for (const draw &one : made) {
