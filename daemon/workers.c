@@ -16,9 +16,15 @@
 
 enum { SPINS_BEFORE_SLEEP = 4000 };  // some 20..50 us: longer than the gaps between bands of rows
 
+struct worker {
+    struct workers *workers;
+    int number;
+};
+
 struct workers {
     struct parallel parallel;
     pthread_t threads[WORKERS_MAX_THREADS];
+    struct worker worker[WORKERS_MAX_THREADS];
     int started;
 
     _Atomic uint64_t ticket;      // run number << 32 | parts not yet taken
@@ -41,6 +47,18 @@ static void relax(void) {
 #elif defined(__aarch64__)
     __asm__ volatile("yield");
 #endif
+}
+
+// For parts that wait for others: whoever is waited for may have lost its processor.
+static void relax_or_yield(void *self) {
+    (void)self;
+    enum { SPINS_BEFORE_YIELD = 256 };
+    static _Thread_local unsigned spins;
+    if (++spins % SPINS_BEFORE_YIELD == 0) {
+        sched_yield();
+    } else {
+        relax();
+    }
 }
 
 /// Takes and does parts until none is left.
@@ -87,8 +105,18 @@ static void wait_for_work(struct workers *workers) {
     pthread_mutex_unlock(&workers->mutex);
 }
 
+// Of the thread in its pool; threads that belong to none are 0, as is a pool's caller.
+static _Thread_local int thread_number;
+
+static int own_number(void *self) {
+    (void)self;
+    return thread_number;
+}
+
 static void *thread_main(void *argument) {
-    struct workers *workers = argument;
+    const struct worker *worker = argument;
+    struct workers *workers = worker->workers;
+    thread_number = worker->number;
     while (!atomic_load(&workers->stop)) {
         do_parts(workers);
         wait_for_work(workers);
@@ -159,12 +187,18 @@ struct workers *workers_create(int threads) {
     pthread_mutex_init(&workers->mutex, NULL);
     pthread_cond_init(&workers->wake, NULL);
     pthread_cond_init(&workers->done, NULL);
-    while (workers->started < wanted - 1 &&
-           pthread_create(&workers->threads[workers->started], NULL, thread_main, workers) == 0) {
-        workers->started++;
+    bool enough = true;
+    while (workers->started < wanted - 1 && enough) {
+        const int i = workers->started;
+        workers->worker[i] = (struct worker){workers, i + 1};
+        enough = pthread_create(&workers->threads[i], NULL, thread_main, &workers->worker[i]) == 0;
+        workers->started += enough ? 1 : 0;
     }
-    workers->parallel =
-        (struct parallel){.run = run, .self = workers, .threads = workers->started + 1};
+    workers->parallel = (struct parallel){.run = run,
+                                          .self = workers,
+                                          .threads = workers->started + 1,
+                                          .thread = own_number,
+                                          .relax = relax_or_yield};
     return workers;
 }
 

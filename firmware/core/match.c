@@ -83,7 +83,7 @@ size_t match_need_bytes(int width, const struct match_options *options, int thre
     set_state(&state, width, IMAGE_MAX_SIDE_PX, options, threads);
     struct match_memory memory = {0};
     match_take_memory(&state, &memory);
-    const size_t vetting = vet_need_bytes(options->speckle_px);
+    const size_t vetting = vet_need_bytes(width, options->speckle_px, threads);
     return memory.need_bytes > vetting ? memory.need_bytes : vetting;
 }
 
@@ -141,5 +141,6 @@ int match_run(const struct match_input *input, const struct match_options *optio
     if (!finished) {
         return memory.failed ? ERROR_MEMORY : ERROR_CANCELLED;
     }
-    return options->keep_all ? ERROR_OK : vet_speckles(options->speckle_px, arena, output);
+    return options->keep_all ? ERROR_OK
+                             : vet_speckles(options->speckle_px, parallel, arena, output);
 }

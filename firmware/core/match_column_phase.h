@@ -14,6 +14,7 @@
 
 struct column_view {
     const struct match_level *level;
+    const struct match_band *band;
     const struct match_tile *before, *tile, *next;  // windows of three bands
     int x_begin, columns;
     int last;                           // row that has none below it yet
@@ -50,7 +51,7 @@ static inline void steps_above(const struct column_view *view, int y,
 
 static inline uint8_t *ring_cells(const struct column_view *view, const struct match_tile *tile,
                                   int y) {
-    return match_cell(view->level->ring[y % MATCH_RING_ROWS], tile, 0);
+    return match_cell(view->level->ring[y % view->level->ring_rows], tile, 0);
 }
 
 // The blend where each lane of `a` may be replaced by a neighbour's value plus MATCH_LEAN: an
@@ -148,14 +149,14 @@ static inline void carry_up(struct column_view *view, int y, struct share_row *s
         shares->of_column[c] = match_share_between(carried[c], MATCH_MASS_ONE);
         view->mass[c] = (uint16_t)(MATCH_MASS_ONE + carried[c]);
     }
-    if (y < view->level->band_end) {
-        memcpy(view->mass_below[y - view->level->band_begin], carried, sizeof carried);
+    if (y < view->band->end) {
+        memcpy(view->mass_below[y - view->band->begin], carried, sizeof carried);
     }
 }
 
 // Through the rows of the next band that have arrived, into `running`.
 MATCH_INLINE void climb_ahead(struct column_view *view, uint8_t *running, const int lanes) {
-    for (int y = view->last - 1; y >= view->level->band_end; y--) {
+    for (int y = view->last - 1; y >= view->band->end; y--) {
         struct share_row shares;
         carry_up(view, y, &shares);
         climb(&shares, running, ring_cells(view, view->next, y), running, lanes);
@@ -164,15 +165,15 @@ MATCH_INLINE void climb_ahead(struct column_view *view, uint8_t *running, const 
 
 // Through the rows of the band: from_above of each row becomes the average of those below it.
 MATCH_INLINE void climb_band(struct column_view *view, int y_begin, const int lanes) {
-    const struct match_level *level = view->level;
-    for (int y = y_begin; y >= level->band_begin; y--) {
+    const struct match_band *band = view->band;
+    for (int y = y_begin; y >= band->begin; y--) {
         struct share_row shares;
         carry_up(view, y, &shares);
-        const int row = y - level->band_begin;
+        const int row = y - band->begin;
         if (row > 0) {
-            climb(&shares, match_cell(level->from_above[1 + row], view->tile, 0),
+            climb(&shares, match_cell(band->from_above[row], view->tile, 0),
                   ring_cells(view, view->tile, y),
-                  match_cell(level->from_above[row], view->tile, 0), lanes);
+                  match_cell(band->from_above[row - 1], view->tile, 0), lanes);
         }
     }
 }
@@ -191,18 +192,18 @@ static void realign_columns(const uint8_t *cells, const struct match_tile *from,
 // Leaves in from_above the average of the rows below each row of the band (those that have
 // arrived) and in mass_below its mass.
 static void average_upwards(struct column_view *view, uint8_t *running) {
-    const struct match_level *level = view->level;
+    const struct match_band *band = view->band;
     const struct match_tile *tile = view->tile;
     const int last = view->last;
-    const int below_band = level->band_end - level->band_begin;
-    INVARIANT(last >= level->band_end - 1);
+    const int below_band = band->end - band->begin;
+    INVARIANT(last >= band->end - 1);
     for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
         view->mass[c] = MATCH_MASS_ONE;
     }
-    if (last < level->band_end) {
+    if (last < band->end) {
         // The last row of the image: the one above it is the first to have something below it.
         if (below_band > 1) {
-            memcpy(match_cell(level->from_above[below_band - 1], tile, 0),
+            memcpy(match_cell(band->from_above[below_band - 2], tile, 0),
                    ring_cells(view, tile, last), (size_t)tile->lanes * MATCH_TILE_COLUMNS);
         }
 #define CLIMB_BAND(lanes) climb_band(view, last - 1, lanes)
@@ -215,9 +216,9 @@ static void average_upwards(struct column_view *view, uint8_t *running) {
 #define CLIMB_AHEAD(lanes) climb_ahead(view, running, lanes)
     MATCH_WITH_CONSTANT_LANES(next->lanes, CLIMB_AHEAD);
 #undef CLIMB_AHEAD
-    realign_columns(running, next, ring_cells(view, tile, level->band_end - 1), tile,
-                    match_cell(level->from_above[below_band], tile, 0));
-#define CLIMB_BAND(lanes) climb_band(view, level->band_end - 1, lanes)
+    realign_columns(running, next, ring_cells(view, tile, band->end - 1), tile,
+                    match_cell(band->from_above[below_band - 1], tile, 0));
+#define CLIMB_BAND(lanes) climb_band(view, band->end - 1, lanes)
     MATCH_WITH_CONSTANT_LANES(tile->lanes, CLIMB_BAND);
 #undef CLIMB_BAND
 }
@@ -282,7 +283,7 @@ MATCH_INLINE void descend(const struct column_shares *shares, bool below, uint8_
 static inline void carry_down(struct column_view *view, int y, struct column_shares *shares) {
     uint8_t step[MATCH_TILE_COLUMNS];
     steps_above(view, y, step);
-    const uint16_t *mass_below = view->mass_below[y - view->level->band_begin];
+    const uint16_t *mass_below = view->mass_below[y - view->band->begin];
     for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
         const uint16_t carried = match_carry(view->mass[c], match_weight(step[c]));
         shares->before[c] = match_share_between(carried, MATCH_MASS_ONE);
@@ -297,45 +298,47 @@ static inline void carry_down(struct column_view *view, int y, struct column_sha
 }
 
 MATCH_INLINE void descend_band(struct column_view *view, uint8_t *spare, const int lanes) {
-    const struct match_level *level = view->level;
+    const struct match_band *band = view->band;
     const struct match_tile *tile = view->tile;
-    uint8_t *down = match_cell(level->down[1], tile, 0);
+    uint8_t *down = match_cell(band->down, tile, 0);
     uint8_t *previous = spare;
-    uint8_t *cost = ring_cells(view, tile, level->band_begin);
-    if (level->band_begin == 0) {
+    uint8_t *cost = ring_cells(view, tile, band->begin);
+    if (band->begin == 0) {
         // A 128th of it changes no cost up to MATCH_COST_MAX.
         memset(down, MATCH_WEIGHT_ONE / 2 - 1, (size_t)lanes * MATCH_TILE_COLUMNS);
         memset(previous, 0, (size_t)lanes * MATCH_TILE_COLUMNS);
     } else {
-        if (level->down[0] != level->down[1]) {
-            realign_columns(match_cell(level->down[0], view->before, 0), view->before, cost, tile,
-                            down);
+        if (band->down_before != band->down) {
+            realign_columns(match_cell(band->down_before, view->before, 0), view->before, cost,
+                            tile, down);
         }
-        realign_columns(match_cell(level->from_above[0], view->before, 0), view->before, NULL, tile,
+        realign_columns(match_cell(band->last_above, view->before, 0), view->before, NULL, tile,
                         previous);
     }
-    for (int y = level->band_begin; y < level->band_end; y++) {
+    for (int y = band->begin; y < band->end; y++) {
         struct column_shares shares;
         carry_down(view, y, &shares);
         cost = ring_cells(view, tile, y);
-        uint8_t *message = match_cell(level->from_above[1 + y - level->band_begin], tile, 0);
+        uint8_t *message = match_cell(band->from_above[y - band->begin], tile, 0);
         descend(&shares, y < view->last, down, cost, previous, message, lanes);
         previous = message;
     }
 }
 
-// Tiles [begin, end) of the present band.
+// Tiles [begin, end) of the band.
 static void columns(struct match_level *level, struct match_scratch *scratch, int begin, int end) {
-    INVARIANT(level->cost_end >= level->band_end);
+    const struct match_band *band = scratch->band;
+    INVARIANT(band->cost_end >= band->end);
     for (int t = begin; t < end; t++) {
         struct column_view view = {
             .level = level,
-            .before = &level->tile[0][t],
-            .tile = &level->tile[1][t],
-            .next = &level->tile[2][t],
+            .band = band,
+            .before = &band->before[t],
+            .tile = &band->tile[t],
+            .next = &band->next[t],
             .x_begin = t * MATCH_TILE_COLUMNS,
             .columns = match_tile_columns(level, t),
-            .last = (level->cost_end < level->height ? level->cost_end : level->height) - 1,
+            .last = (band->cost_end < level->height ? band->cost_end : level->height) - 1,
         };
         average_upwards(&view, scratch->running);
         uint16_t *down_mass = level->down_mass + view.x_begin;

@@ -310,16 +310,17 @@ MATCH_INLINE void average_rows(const struct cost_view *view, const int groups) {
     }
 }
 
-// Rows [y_begin, y_begin + rows), all in the present band or all in the next one.
+// Rows [y_begin, y_begin + rows), all in the band or all in the next one.
 static void cost_rows(struct match_level *level, struct match_scratch *scratch, int y_begin,
                       int rows) {
     INVARIANT(rows == MATCH_ROWS_ABREAST || rows == MATCH_PAIR_ROWS);
     struct cost_view view = {.level = level, .line = scratch->line};
-    view.tiles = level->tile[y_begin < level->band_begin + MATCH_BAND_ROWS ? 1 : 2];
+    const struct match_band *band = scratch->band;
+    view.tiles = y_begin < band->begin + MATCH_BAND_ROWS ? band->tile : band->next;
     for (int r = 0; r < rows; r++) {
-        view.averaged[r] = level->ring[(y_begin + r) % MATCH_RING_ROWS];
+        view.averaged[r] = level->ring[(y_begin + r) % level->ring_rows];
         // Messages from above are not there before phase 2.
-        view.raw[r] = level->from_above[1 + scratch->first_slot + r];
+        view.raw[r] = band->from_above[r];
         view.running[r] = scratch->running + (size_t)r * (size_t)level->lanes;
     }
     right_features(level, scratch, y_begin, rows);

@@ -126,7 +126,7 @@ static void left_features(struct match_level *level, struct match_scratch *scrat
     for (int r = 0; r < rows; r++) {
         compute_features(scratch->source + r, level->width, &scratch->line[r].cost.left);
         if (level->guide[0] != NULL) {
-            memcpy(level->guide[(y_begin + r) % MATCH_GUIDE_ROWS],
+            memcpy(level->guide[(y_begin + r) % level->guide_rows],
                    scratch->source[r + MATCH_CENSUS_RADIUS] + MATCH_CENSUS_RADIUS,
                    (size_t)level->width);
         }

@@ -159,7 +159,7 @@ static void check_texture(const struct match_level *level, const struct match_li
 static void write_surface(struct match_level *level, const struct match_line *line, int y) {
     const uint8_t *restrict consistent = line->row.consistent;
     const uint8_t *restrict fits = line->row.fits;
-    int16_t *restrict surface = level->surface[y % MATCH_SURFACE_ROWS];
+    int16_t *restrict surface = level->surface[y % level->surface_rows];
     const int16_t *restrict lane = line->row.lane;
     const uint8_t *restrict margin = line->row.margin;
     // In indices of the finer level, whose pixels are half as large.

@@ -79,25 +79,42 @@ static void *take(struct match_memory *memory, size_t count, size_t element_byte
     return taken;
 }
 
+static void take_band(const struct match_level *level, bool first, struct match_memory *memory,
+                      struct match_band *band) {
+    for (int i = 0; i < MATCH_BAND_ROWS; i++) {
+        band->from_above[i] = take(memory, level->row_bytes, 1);
+    }
+    uint8_t *spare = take(memory, level->row_bytes, 1);
+    // Of the first band, the messages above it are no more needed when there are sums.
+    band->last_above = first ? spare : NULL;
+    band->last_sum = first ? NULL : spare;
+}
+
 static void take_level(struct match_level *level, struct match_memory *memory) {
+    const int threads = level->state->threads;
     const size_t columns = (size_t)level->tiles * MATCH_TILE_COLUMNS;
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < threads + 2; i++) {
         level->tile[i] = take(memory, (size_t)level->tiles, sizeof *level->tile[i]);
     }
-    for (int i = 0; i < MATCH_RING_ROWS; i++) {
+    for (int i = 0; i < threads; i++) {
+        take_band(level, i == 0, memory, &level->band[i]);
+    }
+    level->ring_rows = threads * MATCH_BAND_ROWS + MATCH_AHEAD_ROWS;
+    for (int i = 0; i < level->ring_rows; i++) {
         level->ring[i] = take(memory, level->row_bytes, 1);
     }
-    for (int i = 0; i <= MATCH_BAND_ROWS; i++) {
-        level->from_above[i] = take(memory, level->row_bytes, 1);
+    for (int i = 0; i < threads + 1; i++) {
+        // Where windows never change, the averages stay in place.
+        const bool new_row = i == 0 || level->coarser != NULL;
+        level->down[i] = new_row ? take(memory, level->row_bytes, 1) : level->down[0];
     }
-    level->down[0] = take(memory, level->row_bytes, 1);
-    // Where windows never change, the averages stay in place.
-    level->down[1] = level->coarser == NULL ? level->down[0] : take(memory, level->row_bytes, 1);
     level->down_mass = take(memory, columns, sizeof *level->down_mass);
-    for (int i = 0; i < MATCH_GUIDE_ROWS && level->shift_x + level->shift_y > 0; i++) {
+    level->guide_rows = threads * MATCH_BAND_ROWS + 8;
+    for (int i = 0; i < level->guide_rows && level->shift_x + level->shift_y > 0; i++) {
         level->guide[i] = take(memory, columns, 1);
     }
-    for (int i = 0; i < MATCH_SURFACE_ROWS && level != &level->state->level[0]; i++) {
+    level->surface_rows = 2 * threads * MATCH_BAND_ROWS + 16;
+    for (int i = 0; i < level->surface_rows && level != &level->state->level[0]; i++) {
         level->surface[i] = take(memory, columns, sizeof *level->surface[i]);
     }
 }
@@ -161,16 +178,11 @@ static void carve_row(const struct match_level *level, int rows, struct block *b
     scratch->finish = (int32_t *)scratch->line[0].row.claim;
 }
 
-static int rows_abreast(int threads) {
-    const int rows = MATCH_BAND_ROWS / threads / MATCH_PAIR_ROWS * MATCH_PAIR_ROWS;
-    return rows < MATCH_ROWS_ABREAST ? rows : MATCH_ROWS_ABREAST;
-}
-
 // Levels and phases take turns, so what is enough for the largest one serves all.
 static void take_scratch(const struct match_state *state, struct match_memory *memory,
                          struct match_scratch *scratch) {
     const struct match_level *level = &state->level[0];
-    const int rows = rows_abreast(state->threads);
+    const int rows = MATCH_ROWS_ABREAST;
     scratch->running = take(memory, (size_t)level->lanes * MATCH_TILE_COLUMNS, 1);
     struct block cost = {NULL, 0};
     struct block row = {NULL, 0};
@@ -194,99 +206,52 @@ void match_take_memory(struct match_state *state, struct match_memory *memory) {
         struct match_scratch counted;
         struct match_scratch *scratch = state->scratch == NULL ? &counted : &state->scratch[i];
         take_scratch(state, memory, scratch);
-        scratch->first_slot =
-            i * (MATCH_BAND_ROWS / state->threads / MATCH_PAIR_ROWS) * MATCH_PAIR_ROWS;
     }
 }
 
-static void plan(struct match_level *level, int band_begin) {
+// Plans the windows `tiles` of the band that begins at row `begin`.
+static void plan(struct match_level *level, int begin, const struct match_tile *above,
+                 struct match_tile *tiles) {
     if (level->coarser != NULL) {
-        match_advance(level->coarser, match_window_rows(level, band_begin));
+        match_advance(level->coarser, match_window_rows(level, begin));
     }
-    match_plan_windows(level, band_begin, level->state->scratch, level->tile[1], level->tile[2]);
+    match_plan_windows(level, begin, level->state->scratch, above, tiles);
+}
+
+// Cells of columns beyond the image and rows below it are looked at, though nothing comes of them.
+// Each band's rows are cleared by one thread, most likely the one that will write them.
+static void clear_part(void *level_pointer, int index) {
+    const struct match_level *level = level_pointer;
+    const struct match_band *band = &level->band[index];
+    for (int j = 0; j < MATCH_BAND_ROWS; j++) {
+        memset(band->from_above[j], 0, level->row_bytes);
+        memset(level->ring[index * MATCH_BAND_ROWS + j], 0, level->row_bytes);
+    }
+    memset(index == 0 ? band->last_above : band->last_sum, 0, level->row_bytes);
+    if (level->down[index + 1] != level->down[0]) {
+        memset(level->down[index + 1], 0, level->row_bytes);
+    }
+}
+
+static void clear_cells(struct match_level *level) {
+    const struct match_state *state = level->state;
+    state->parallel->run(state->parallel->self, clear_part, level, state->threads);
+    for (int j = state->threads * MATCH_BAND_ROWS; j < level->ring_rows; j++) {
+        memset(level->ring[j], 0, level->row_bytes);
+    }
+    memset(level->down[0], 0, level->row_bytes);
+    memset(level->down_mass, 0,
+           (size_t)level->tiles * MATCH_TILE_COLUMNS * sizeof *level->down_mass);
 }
 
 void match_begin_levels(struct match_state *state) {
     for (int i = state->levels - 1; i >= 0; i--) {
         struct match_level *level = &state->level[i];
-        level->band_begin = level->band_end = level->cost_end = level->rows_done = 0;
-        // Cells of columns beyond the image and rows below it are looked at, though nothing comes
-        // of them.
-        for (int j = 0; j < MATCH_RING_ROWS; j++) {
-            memset(level->ring[j], 0, level->row_bytes);
-        }
-        for (int j = 0; j <= MATCH_BAND_ROWS; j++) {
-            memset(level->from_above[j], 0, level->row_bytes);
-        }
-        memset(level->down[0], 0, level->row_bytes);
-        memset(level->down[1], 0, level->row_bytes);
-        memset(level->down_mass, 0,
-               (size_t)level->tiles * MATCH_TILE_COLUMNS * sizeof *level->down_mass);
-        memset(level->tile[1], 0, (size_t)level->tiles * sizeof *level->tile[1]);
-        plan(level, 0);
+        level->bands = level->rows_done = 0;
+        clear_cells(level);
+        memset(level->tile[0], 0, (size_t)level->tiles * sizeof *level->tile[0]);
+        plan(level, 0, level->tile[0], level->tile[1]);
     }
-}
-
-struct part_context {
-    struct match_level *level;
-    const struct match_kernels *kernels;
-    int begin, end;  // pairs of rows, or tiles
-    int parts;
-};
-
-static void part_range(const struct part_context *context, int index, int *begin, int *end) {
-    const int total = context->end - context->begin;
-    *begin = context->begin + total * index / context->parts;
-    *end = context->begin + total * (index + 1) / context->parts;
-}
-
-// Rows that one call may take from row y on: no more than `end`, and not beyond the band.
-static int rows_together(const struct match_level *level, int y, int end) {
-    const int abreast = rows_abreast(level->state->threads);
-    const int border = level->band_begin + MATCH_BAND_ROWS;
-    const int beyond = y < border && end > border ? border : end;
-    return beyond - y < abreast ? beyond - y : abreast;
-}
-
-static void cost_part(void *context_pointer, int index) {
-    struct part_context *context = context_pointer;
-    struct match_level *level = context->level;
-    int begin;
-    int end;
-    part_range(context, index, &begin, &end);
-    for (int y = MATCH_PAIR_ROWS * begin; y < MATCH_PAIR_ROWS * end;) {
-        const int rows = rows_together(level, y, MATCH_PAIR_ROWS * end);
-        context->kernels->cost_rows(level, &level->state->scratch[index], y, rows);
-        y += rows;
-    }
-}
-
-static void column_part(void *context_pointer, int index) {
-    struct part_context *context = context_pointer;
-    int begin;
-    int end;
-    part_range(context, index, &begin, &end);
-    context->kernels->columns(context->level, &context->level->state->scratch[index], begin, end);
-}
-
-static void row_part(void *context_pointer, int index) {
-    struct part_context *context = context_pointer;
-    struct match_level *level = context->level;
-    int begin;
-    int end;
-    part_range(context, index, &begin, &end);
-    for (int y = MATCH_PAIR_ROWS * begin; y < MATCH_PAIR_ROWS * end;) {
-        const int rows = rows_together(level, y, MATCH_PAIR_ROWS * end);
-        context->kernels->rows(level, &level->state->scratch[index], y, rows);
-        y += rows;
-    }
-}
-
-static void run_phase(struct match_level *level, void (*part)(void *context, int index), int begin,
-                      int end) {
-    const struct match_state *state = level->state;
-    struct part_context context = {level, state->options.kernels, begin, end, state->threads};
-    state->parallel->run(state->parallel->self, part, &context, context.parts);
 }
 
 static void swap_rows(uint8_t **a, uint8_t **b) {
@@ -295,54 +260,178 @@ static void swap_rows(uint8_t **a, uint8_t **b) {
     *b = kept;
 }
 
+static void swap_tiles(struct match_tile **a, struct match_tile **b) {
+    struct match_tile *kept = *a;
+    *a = *b;
+    *b = kept;
+}
+
+// What the last of the bands leaves behind is above the next ones.
+static void leave_bands(struct match_level *level) {
+    const int bands = level->bands;
+    if (bands == 0) {
+        return;
+    }
+    struct match_band *last = &level->band[bands - 1];
+    INVARIANT(last->end == level->rows_done && last->end - last->begin == MATCH_BAND_ROWS);
+    swap_rows(&level->band[0].last_above, &last->from_above[MATCH_BAND_ROWS - 1]);
+    swap_rows(&level->down[0], &level->down[bands]);
+    swap_tiles(&level->tile[0], &level->tile[bands]);
+    swap_tiles(&level->tile[1], &level->tile[bands + 1]);
+}
+
 // Pairs of rows up to row y.
 static int pairs(int y) {
     return (y + MATCH_PAIR_ROWS - 1) / MATCH_PAIR_ROWS;
 }
 
-static void begin_band(struct match_level *level) {
-    const int last = level->band_end - level->band_begin;
-    swap_rows(&level->from_above[0], &level->from_above[last]);
-    swap_rows(&level->down[0], &level->down[1]);
-    struct match_tile *before = level->tile[0];
-    level->tile[0] = level->tile[1];
-    level->tile[1] = level->tile[2];
-    level->tile[2] = before;
-    level->band_begin = level->band_end;
-    const int end = level->band_begin + MATCH_BAND_ROWS;
-    level->band_end = end < level->height ? end : level->height;
-    if (level->band_end < level->height) {
-        plan(level, level->band_end);
+static void begin_band(struct match_level *level, int i) {
+    struct match_band *band = &level->band[i];
+    const struct match_band *above = i == 0 ? NULL : &level->band[i - 1];
+    band->begin = level->rows_done + i * MATCH_BAND_ROWS;
+    const int end = band->begin + MATCH_BAND_ROWS;
+    band->end = end < level->height ? end : level->height;
+    const int ahead = end + MATCH_AHEAD_ROWS;
+    band->cost_begin = band->begin == 0 ? 0 : band->begin + MATCH_AHEAD_ROWS;
+    band->cost_end = pairs(ahead < level->height ? ahead : level->height) * MATCH_PAIR_ROWS;
+    band->before = level->tile[i];
+    band->tile = level->tile[i + 1];
+    band->next = level->tile[i + 2];
+    if (above == NULL) {
+        band->last_sum = band->last_above;
+    } else {
+        band->last_above = above->from_above[MATCH_BAND_ROWS - 1];
+    }
+    band->down_before = level->down[i];
+    band->down = level->down[i + 1];
+    atomic_store(&band->tiles_done, 0);
+    if (band->end < level->height) {
+        plan(level, band->end, band->tile, level->tile[i + 2]);
     }
 }
 
-static void run_band(struct match_level *level) {
-    begin_band(level);
-    const int ahead = level->band_begin + MATCH_RING_ROWS;
-    const int cost_end = pairs(ahead < level->height ? ahead : level->height) * MATCH_PAIR_ROWS;
-    INVARIANT(level->cost_end <= cost_end && cost_end - level->band_begin <= MATCH_RING_ROWS);
-    run_phase(level, cost_part, level->cost_end / MATCH_PAIR_ROWS, cost_end / MATCH_PAIR_ROWS);
-    level->cost_end = cost_end;
-    run_phase(level, column_part, 0, level->tiles);
-    run_phase(level, row_part, level->band_begin / MATCH_PAIR_ROWS, pairs(level->band_end));
-    level->rows_done = level->band_end;
+struct part_context {
+    struct match_level *level;
+    const struct match_kernels *kernels;
+    atomic_uint taken;  // a bit for each band
+};
+
+static void relax(const struct parallel *parallel) {
+    if (parallel->relax != NULL) {
+        parallel->relax(parallel->self);
+    }
 }
 
-static void finish_part(void *context_pointer, int index) {
+// Takes the band with the number of the calling thread, which has last written most of its memory,
+// or, if that one is gone or those before it are slow to be taken, the first that is left. In this
+// order whoever waits for the band above its own waits for somebody at work.
+static int take_a_band(struct part_context *context, const struct parallel *parallel, int index) {
+    enum { PATIENCE = 1000 };
+    const int own = parallel->thread == NULL ? index : parallel->thread(parallel->self);
+    for (int wait = 0;; wait++) {
+        unsigned taken = atomic_load(&context->taken);
+        int first = 0;
+        while ((taken >> first & 1) != 0) {
+            first++;
+        }
+        INVARIANT(first < context->level->bands);
+        if (own > first && own < context->level->bands && wait < PATIENCE &&
+            (taken >> own & 1) == 0) {
+            relax(parallel);
+        } else if (atomic_compare_exchange_weak(&context->taken, &taken, taken | 1u << first)) {
+            return first;
+        }
+    }
+}
+
+// Rows that one call may take from row y on: no more than `end`, and not beyond the band.
+static int rows_together(const struct match_band *band, int y, int end) {
+    const int border = band->begin + MATCH_BAND_ROWS;
+    const int beyond = y < border && end > border ? border : end;
+    return beyond - y < MATCH_ROWS_ABREAST ? beyond - y : MATCH_ROWS_ABREAST;
+}
+
+static void average_columns(const struct part_context *context, struct match_scratch *scratch,
+                            struct match_band *band, struct match_band *above) {
+    struct match_level *level = context->level;
+    const struct parallel *parallel = level->state->parallel;
+    for (int t = 0; t < level->tiles; t++) {
+        while (above != NULL && atomic_load(&above->tiles_done) <= t) {
+            relax(parallel);
+        }
+        context->kernels->columns(level, scratch, t, t + 1);
+        atomic_store(&band->tiles_done, t + 1);
+    }
+}
+
+// Takes one band. It only waits for bands that were taken before.
+static void band_part(void *context_pointer, int index) {
     struct part_context *context = context_pointer;
-    int begin;
-    int end;
-    part_range(context, index, &begin, &end);
-    context->kernels->finish(context->level, &context->level->state->scratch[index], begin, end);
+    struct match_level *level = context->level;
+    const int i = take_a_band(context, level->state->parallel, index);
+    struct match_band *band = &level->band[i];
+    struct match_scratch *scratch = &level->state->scratch[i];
+    scratch->band = band;
+    for (int y = band->cost_begin; y < band->cost_end;) {
+        const int rows = rows_together(band, y, band->cost_end);
+        context->kernels->cost_rows(level, scratch, y, rows);
+        y += rows;
+    }
+    average_columns(context, scratch, band, i == 0 ? NULL : &level->band[i - 1]);
+    const int end = pairs(band->end) * MATCH_PAIR_ROWS;
+    for (int y = band->begin; y < end;) {
+        const int rows = rows_together(band, y, end);
+        context->kernels->rows(level, scratch, y, rows);
+        y += rows;
+    }
+}
+
+// Gives each thread the rows of the ring that it wrote the last time, as far as nobody needs them.
+static void keep_ring(struct match_level *level) {
+    const int before = level->state->threads * MATCH_BAND_ROWS;
+    const int begin = level->band[0].begin;
+    for (int y = level->band[0].cost_begin; begin > 0 && y < begin + before; y++) {
+        swap_rows(&level->ring[y % level->ring_rows],
+                  &level->ring[(y - before) % level->ring_rows]);
+    }
+}
+
+static void run_bands(struct match_level *level) {
+    const struct match_state *state = level->state;
+    leave_bands(level);
+    const int rest = (level->height - level->rows_done + MATCH_BAND_ROWS - 1) / MATCH_BAND_ROWS;
+    level->bands = rest < state->threads ? rest : state->threads;
+    INVARIANT(level->bands > 0);
+    for (int i = 0; i < level->bands; i++) {
+        begin_band(level, i);
+    }
+    keep_ring(level);
+    struct part_context context = {.level = level, .kernels = state->options.kernels};
+    state->parallel->run(state->parallel->self, band_part, &context, level->bands);
+    level->rows_done = level->band[level->bands - 1].end;
+}
+
+struct finish_context {
+    struct match_level *level;
+    int parts;
+};
+
+static void finish_part(void *context_pointer, int index) {
+    const struct finish_context *context = context_pointer;
+    struct match_level *level = context->level;
+    const int begin = level->width * index / context->parts;
+    const int end = level->width * (index + 1) / context->parts;
+    level->state->options.kernels->finish(level, &level->state->scratch[index], begin, end);
 }
 
 void match_finish(struct match_state *state) {
-    run_phase(&state->level[0], finish_part, 0, state->level[0].width);
+    struct finish_context context = {&state->level[0], state->threads};
+    state->parallel->run(state->parallel->self, finish_part, &context, context.parts);
 }
 
 void match_advance(struct match_level *level, int rows) {
     INVARIANT(rows <= level->height);
     while (level->rows_done < rows) {
-        run_band(level);
+        run_bands(level);
     }
 }

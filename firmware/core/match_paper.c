@@ -92,7 +92,7 @@ size_t match_paper_need_bytes(int width, const struct match_options *options) {
     const size_t matching = arena_need_bytes(3 * (columns + 2 * SAMPLE_REACH_PX), 1) +
                             arena_need_bytes(2 * columns, sizeof(uint32_t)) +
                             arena_need_bytes(columns, sizeof(struct column));
-    const size_t vetting = vet_need_bytes(options->speckle_px);
+    const size_t vetting = vet_need_bytes(width, options->speckle_px, 1);
     return matching > vetting ? matching : vetting;
 }
 
@@ -462,7 +462,8 @@ int match_paper_run_counted(const struct match_input *input, const struct match_
     if (cancelled) {
         return ERROR_CANCELLED;
     }
-    return options->keep_all ? ERROR_OK : vet_speckles(options->speckle_px, arena, output);
+    return options->keep_all ? ERROR_OK
+                             : vet_speckles(options->speckle_px, &parallel_serial, arena, output);
 }
 
 int match_paper_run(const struct match_input *input, const struct match_options *options,

@@ -35,6 +35,7 @@ static const uint8_t outside_lanes[3 * MATCH_LANES] = {
 
 struct row_view {
     const struct match_level *level;
+    const struct match_tile *tiles;
     struct match_line *line;  // one a row
     const uint8_t *cost[MATCH_ROWS_ABREAST];
     const uint8_t *above[MATCH_ROWS_ABREAST];  // messages from above
@@ -385,7 +386,7 @@ MATCH_INLINE void pass_both_ways(const struct row_view *view, const int groups) 
     const struct match_level *level = view->level;
     const int rows = groups * VECTOR_MEMBERS;
     for (int t = 0; t < level->tiles; t++) {
-        const struct match_tile *tile = &level->tile[1][t];
+        const struct match_tile *tile = &view->tiles[t];
         const int columns = match_tile_columns(level, t);
         enter_tile_with_messages(view, rows, t == 0 ? NULL : tile - 1, tile);
 #define PASS_RIGHT(lanes) pass_right(view, tile, t *MATCH_TILE_COLUMNS, columns, groups, lanes)
@@ -393,7 +394,7 @@ MATCH_INLINE void pass_both_ways(const struct row_view *view, const int groups) 
 #undef PASS_RIGHT
     }
     for (int t = level->tiles - 1; t >= 0; t--) {
-        const struct match_tile *tile = &level->tile[1][t];
+        const struct match_tile *tile = &view->tiles[t];
         const int columns = match_tile_columns(level, t);
         const int x = t * MATCH_TILE_COLUMNS;
         const bool hidden = hides(view, rows, tile, x, columns);
@@ -423,20 +424,21 @@ static void prepare_line(const struct match_level *level, struct match_line *lin
     memset(line->row.claim, UINT8_MAX, (size_t)(width + 1) * sizeof *line->row.claim);
 }
 
-// Rows [y_begin, y_begin + row_count) of the present band.
+// Rows [y_begin, y_begin + row_count) of the band.
 static void rows(struct match_level *level, struct match_scratch *scratch, int y_begin,
                  int row_count) {
     INVARIANT(row_count == MATCH_ROWS_ABREAST || row_count == MATCH_PAIR_ROWS);
-    struct row_view view = {.level = level, .line = scratch->line};
+    const struct match_band *band = scratch->band;
+    struct row_view view = {.level = level, .tiles = band->tile, .line = scratch->line};
     for (int r = 0; r < row_count; r++) {
         const int y = y_begin + r;
-        const int row = y - level->band_begin;
+        const int row = y - band->begin;
+        INVARIANT(row < MATCH_BAND_ROWS);
         prepare_line(level, &scratch->line[r], y);
-        view.cost[r] = level->ring[y % MATCH_RING_ROWS];
-        view.above[r] = level->from_above[1 + row];
-        // The last row's messages are still needed by the next band; those before the first no
-        // more.
-        view.sum[r] = level->from_above[y == level->band_end - 1 ? 0 : 1 + row];
+        view.cost[r] = level->ring[y % level->ring_rows];
+        view.above[r] = band->from_above[row];
+        // The last row's messages are still needed by the next band.
+        view.sum[r] = y == band->end - 1 ? band->last_sum : band->from_above[row];
         view.message[r] = scratch->running + (size_t)r * (size_t)level->lanes;
         const int known = y < level->height ? y : level->height - 1;
         const struct match_input *input = level->state->input;

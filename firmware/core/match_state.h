@@ -5,14 +5,17 @@
 /// size of the one before. Every level goes through its rows in bands of MATCH_BAND_ROWS, cut into
 /// tiles of MATCH_TILE_COLUMNS columns; a tile searches a window of disparities of its own (all of
 /// them on the coarsest level, those near the coarser level's surface on the others). A band goes
-/// through three phases, each split over threads in a way that cannot change a byte:
+/// through three phases:
 ///   1. by rows:  features, cost, edge-aware average along the row            (match_cost_phase.h)
 ///   2. by tiles: edge-aware average down and up (with MATCH_AHEAD_ROWS rows of look-ahead),
 ///                dynamic-programming message from the row above            (match_column_phase.h)
 ///   3. by rows:  messages from the left and the right, winner, checks         (match_row_phase.h)
+/// Threads take one band each, so that nearly all of a band's cells stay in one processor's cache;
+/// in phase 2 a tile waits for the one above it.
 #ifndef VERGENCE_CORE_MATCH_STATE_H
 #define VERGENCE_CORE_MATCH_STATE_H
 
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -33,17 +36,18 @@ enum {
     MATCH_TILE_COLUMNS = 16,
     MATCH_BAND_ROWS = 8,
     MATCH_AHEAD_ROWS = 6,
-    MATCH_RING_ROWS = MATCH_BAND_ROWS + MATCH_AHEAD_ROWS,
-    MATCH_GUIDE_ROWS = 16,  // at least MATCH_RING_ROWS + 1
-    MATCH_SURFACE_ROWS = 32,
+    MATCH_MAX_THREADS = 8,
+    MATCH_MAX_BANDS_ROWS = MATCH_MAX_THREADS * MATCH_BAND_ROWS,
+    MATCH_MAX_RING_ROWS = MATCH_MAX_BANDS_ROWS + MATCH_AHEAD_ROWS,
+    MATCH_MAX_GUIDE_ROWS = MATCH_MAX_BANDS_ROWS + 8,
+    MATCH_MAX_SURFACE_ROWS = 2 * MATCH_MAX_BANDS_ROWS + 16,
     // A winner that beats its best rival by less than this is wrong more often than one in four
     // times (measured on ten pairs with ground truth).
     MATCH_MARGIN_MIN = 24,
     MATCH_DOUBTFUL = 1 << 14,  // added to an index of a surface with such a rival
     MATCH_TEXTURE_COLUMNS = 16,
     MATCH_ROWS_ABREAST = 4,  // rows that one call of a kernel takes at most
-    MATCH_PAIR_ROWS = 2,     // rows are shared out to threads in pairs
-    MATCH_MAX_THREADS = MATCH_BAND_ROWS / MATCH_PAIR_ROWS,
+    MATCH_PAIR_ROWS = 2,     // fewest rows that one call of a kernel takes
     MATCH_MAX_LEVELS = 7,
     MATCH_MASS_ONE = 512,  // masses of recursive averages are in 1/512, below 10 each
 };
@@ -96,11 +100,23 @@ struct match_line {
 /// Scratch of one thread.
 struct match_scratch {
     uint8_t *source[2 * MATCH_CENSUS_RADIUS + MATCH_ROWS_ABREAST];  // padded image rows
-    int first_slot;  // of its rows in from_above during phase 1
-    uint16_t *box;   // sums while a row is scaled down
+    struct match_band *band;                                        // in work
+    uint16_t *box;  // sums while a row is scaled down
     struct match_line line[MATCH_ROWS_ABREAST];
     uint8_t *running;  // averages or messages of MATCH_TILE_COLUMNS columns, all lanes
     int32_t *finish;   // a row of disparities when all is done
+};
+
+/// A band in work.
+struct match_band {
+    int begin, end;            // rows
+    int cost_begin, cost_end;  // rows whose costs its thread computes: some are of the next band
+    struct match_tile *before, *tile, *next;  // windows of the band above, of it, of the one below
+    uint8_t *last_above;                      // messages of the last row of the band above
+    uint8_t *from_above[MATCH_BAND_ROWS];
+    uint8_t *last_sum;            // sums of messages of the last row
+    uint8_t *down_before, *down;  // downward average before the band and after it
+    atomic_int tiles_done;        // of phase 2
 };
 
 /// How a preset works.
@@ -123,21 +139,22 @@ struct match_level {
     int width, height;
     int tiles;  // a row
     int disparity_min, disparity_count;
-    int right_pad;             // padding in front of the reversed right features
-    int right_length;          // of the padded features
-    int lanes;                 // most lanes of a tile
-    size_t row_bytes;          // of one row of cells
-    int band_begin, band_end;  // rows of the present band
-    int cost_end;              // first row whose cost is not yet in the ring
+    int right_pad;     // padding in front of the reversed right features
+    int right_length;  // of the padded features
+    int lanes;         // most lanes of a tile
+    size_t row_bytes;  // of one row of cells
     int rows_done;
 
-    struct match_tile *tile[3];                // of the band before, the present, the next one
-    uint8_t *ring[MATCH_RING_ROWS];            // aggregated cost, row y in slot y % MATCH_RING_ROWS
-    uint8_t *from_above[MATCH_BAND_ROWS + 1];  // [0]: last row of the band before
-    uint8_t *down[2];                  // downward average: before and after the present band
-    uint16_t *down_mass;               // by column
-    uint8_t *guide[MATCH_GUIDE_ROWS];  // left rows, row y in slot y % MATCH_GUIDE_ROWS; level > 0
-    int16_t *surface[MATCH_SURFACE_ROWS];  // disparity indices of the finer level by row, -1: none
+    struct match_band band[MATCH_MAX_THREADS];       // one below the other
+    int bands;                                       // in work
+    struct match_tile *tile[MATCH_MAX_THREADS + 2];  // windows of the bands, one above, one below
+    uint8_t *down[MATCH_MAX_THREADS + 1];            // downward averages between the bands
+    // What the bands in work share. Row y lies in slot y % ring_rows and so on.
+    int ring_rows, guide_rows, surface_rows;
+    uint8_t *ring[MATCH_MAX_RING_ROWS];        // aggregated cost
+    uint16_t *down_mass;                       // by column
+    uint8_t *guide[MATCH_MAX_GUIDE_ROWS];      // left rows, where they are scaled down
+    int16_t *surface[MATCH_MAX_SURFACE_ROWS];  // disparity indices of the finer level, -1: none
 };
 
 struct match_state {
@@ -265,7 +282,7 @@ static inline const uint8_t *match_guide(const struct match_level *level, int y)
     if (level->shift_x == 0 && level->shift_y == 0) {
         return image_u8_row(&level->state->input->left, row);
     }
-    return level->guide[row % MATCH_GUIDE_ROWS];
+    return level->guide[row % level->guide_rows];
 }
 
 /// Valid pixels of row y of a level: all input pixels below them are valid.

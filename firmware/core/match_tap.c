@@ -14,10 +14,9 @@ static const struct match_tap *tap_of(const struct match_level *level) {
     return (const struct match_tap *)level->state->options.kernels;
 }
 
-static struct match_tap_row row_of(const struct match_level *level, enum match_tap_event event,
-                                   int y) {
-    INVARIANT(y >= 0 && y < level->height);
-    const bool present = y < level->band_begin + MATCH_BAND_ROWS;
+static struct match_tap_row row_of(const struct match_level *level, const struct match_band *band,
+                                   enum match_tap_event event, int y) {
+    INVARIANT(y >= band->begin && y < level->height);
     return (struct match_tap_row){
         .event = event,
         .level = (int)(level - level->state->level),
@@ -29,7 +28,7 @@ static struct match_tap_row row_of(const struct match_level *level, enum match_t
         .disparity_min = level->disparity_min,
         .disparity_count = level->disparity_count,
         .plane_bytes = level->row_bytes,
-        .tiles = level->tile[present ? 1 : 2],
+        .tiles = y < band->begin + MATCH_BAND_ROWS ? band->tile : band->next,
         .owner = level,
     };
 }
@@ -40,29 +39,31 @@ static void tapped_cost_rows(struct match_level *level, struct match_scratch *sc
     tap->real->cost_rows(level, scratch, y_begin, rows);
     for (int r = 0; r < rows && y_begin + r < level->height; r++) {
         const struct match_features *left = &scratch->line[r].cost.left;
-        struct match_tap_row row = row_of(level, MATCH_TAP_COSTS, y_begin + r);
+        struct match_tap_row row = row_of(level, scratch->band, MATCH_TAP_COSTS, y_begin + r);
         for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {
             row.census[plane] = left->census[plane];
         }
         row.gradient = left->gradient;
-        row.cost = level->from_above[1 + scratch->first_slot + r];
-        row.cost_along = level->ring[row.y % MATCH_RING_ROWS];
+        row.cost = scratch->band->from_above[r];
+        row.cost_along = level->ring[row.y % level->ring_rows];
         tap->look(tap->self, &row);
     }
 }
 
-static void look_at_messages(const struct match_level *level, int y) {
+static void look_at_messages(const struct match_level *level, const struct match_band *band,
+                             int y) {
     const struct match_tap *tap = tap_of(level);
-    INVARIANT(y >= level->band_begin && y < level->band_end);
-    struct match_tap_row row = row_of(level, MATCH_TAP_MESSAGES, y);
-    row.cost_around = level->ring[y % MATCH_RING_ROWS];
-    row.from_above = level->from_above[1 + y - level->band_begin];
+    INVARIANT(y >= band->begin && y < band->end);
+    struct match_tap_row row = row_of(level, band, MATCH_TAP_MESSAGES, y);
+    row.cost_around = level->ring[y % level->ring_rows];
+    row.from_above = band->from_above[y - band->begin];
     tap->look(tap->self, &row);
 }
 
-static void look_at_winners(const struct match_level *level, const struct match_line *line, int y) {
+static void look_at_winners(const struct match_level *level, const struct match_band *band,
+                            const struct match_line *line, int y) {
     const struct match_tap *tap = tap_of(level);
-    struct match_tap_row row = row_of(level, MATCH_TAP_WINNERS, y);
+    struct match_tap_row row = row_of(level, band, MATCH_TAP_WINNERS, y);
     row.winner = line->row.lane;
     row.around = line->row.around;
     row.margin = line->row.margin;
@@ -79,11 +80,11 @@ static void tapped_rows(struct match_level *level, struct match_scratch *scratch
                         int rows) {
     const int end = y_begin + rows < level->height ? y_begin + rows : level->height;
     for (int y = y_begin; y < end; y++) {
-        look_at_messages(level, y);
+        look_at_messages(level, scratch->band, y);
     }
     tap_of(level)->real->rows(level, scratch, y_begin, rows);
     for (int y = y_begin; y < end; y++) {
-        look_at_winners(level, &scratch->line[y - y_begin], y);
+        look_at_winners(level, scratch->band, &scratch->line[y - y_begin], y);
     }
 }
 

@@ -50,9 +50,9 @@ static void search_columns(const struct match_level *level, int band_begin,
     int begin = (band_begin >> halvings_y(level)) - level->state->method->around_rows;
     begin = begin > 0 ? begin : 0;
     const int end = match_window_rows(level, band_begin);
-    INVARIANT(coarser->rows_done >= end && coarser->rows_done - begin <= MATCH_SURFACE_ROWS);
+    INVARIANT(coarser->rows_done >= end && coarser->rows_done - begin <= coarser->surface_rows);
     for (int y = begin; y < end; y++) {
-        const int16_t *restrict surface = coarser->surface[y % MATCH_SURFACE_ROWS];
+        const int16_t *restrict surface = coarser->surface[y % coarser->surface_rows];
         for (int x = 0; x < width; x++) {
             const int16_t doubtful = surface[x] >= MATCH_DOUBTFUL ? MATCH_DOUBTFUL : 0;
             const int16_t index = (int16_t)(surface[x] - doubtful);

@@ -13,6 +13,11 @@ struct parallel {
     void (*run)(void *self, void (*part)(void *context, int index), void *context, int count);
     void *self;
     int threads;  // how many parts may be in progress at once, >= 1: a hint for splitting
+    /// Which of the threads runs the part that calls this, 0 .. threads - 1: a hint for leaving
+    /// data in its cache. May be NULL.
+    int (*thread)(void *self);
+    /// What a part does again and again while it waits for another part in progress. May be NULL.
+    void (*relax)(void *self);
 };
 
 /// One thread: the parts run in order on the caller's.

@@ -5,6 +5,7 @@
 
 #include "core/arena.h"
 #include "core/match.h"
+#include "core/parallel.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -13,13 +14,15 @@ extern "C" {
 /// Largest step between neighbours of one island, in 1/256 px of disparity.
 enum { VET_ISLAND_STEP_Q8 = 256 };
 
-/// Working memory of `vet_speckles` in bytes: depends on the area limit only.
-size_t vet_need_bytes(int speckle_px);
+/// Working memory of `vet_speckles` in bytes for an image of that width.
+size_t vet_need_bytes(int width, int speckle_px, int threads);
 
 /// Gives every valid pixel of an island (4-connected, neighbours within VET_ISLAND_STEP_Q8) of
 /// fewer than `speckle_px` pixels REASON_SPECKLE. Each pixel is visited a constant number of times.
+/// Rows are shared out to threads; no answer depends on how.
 /// ERROR_MEMORY; nothing is changed then.
-int vet_speckles(int speckle_px, struct arena *arena, struct match_output *output);
+int vet_speckles(int speckle_px, const struct parallel *parallel, struct arena *arena,
+                 struct match_output *output);
 
 #ifdef __cplusplus
 }

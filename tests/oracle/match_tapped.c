@@ -14,7 +14,7 @@ static void tap_row(const struct match_tapped *tapped, struct match_level *level
         tapped->windows[pixel] =
             (struct match_window){tile->base, tile->base + tile->lanes, tile->doubtful};
         if (tapped->averages != NULL) {
-            memcpy(match_cell(level->ring[y % MATCH_RING_ROWS], tile, x % MATCH_TILE_COLUMNS),
+            memcpy(match_cell(level->ring[y % level->ring_rows], tile, x % MATCH_TILE_COLUMNS),
                    tapped->averages + pixel * level->lanes + tile->base, (size_t)tile->lanes);
         }
     }
@@ -29,9 +29,10 @@ static void tapped_cost_rows(struct match_level *level, struct match_scratch *sc
         return;
     }
     INVARIANT(level->shift_x == 0 && level->shift_y == 0);
-    const bool present = y_begin < level->band_begin + MATCH_BAND_ROWS;
+    const struct match_band *band = scratch->band;
+    const bool present = y_begin < band->begin + MATCH_BAND_ROWS;
     for (int y = y_begin; y < y_begin + rows && y < level->height; y++) {
-        tap_row(tapped, level, level->tile[present ? 1 : 2], y);
+        tap_row(tapped, level, present ? band->tile : band->next, y);
     }
 }
 

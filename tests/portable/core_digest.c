@@ -269,12 +269,12 @@ static uint32_t digest_vet(void) {
             pair.reason[k] = (uint8_t)(next_random() % 3u == 0 ? REASON_OCCLUDED : REASON_VALID);
         }
         const int speckle_px = 2 + 4 * i;
-        const size_t bytes = vet_need_bytes(speckle_px);
+        const size_t bytes = vet_need_bytes(PAIR_WIDTH, speckle_px, 1);
         void *memory = must_have(bytes);
         struct arena working;
         arena_init(&working, memory, bytes);
         struct match_output output = pair_output();
-        must_succeed(vet_speckles(speckle_px, &working, &output), "vet");
+        must_succeed(vet_speckles(speckle_px, &parallel_serial, &working, &output), "vet");
         free(memory);
         for (int k = 0; k < PAIR_PIXELS; k++) {
             crc = add_bits(crc, pair.reason[k], 1);

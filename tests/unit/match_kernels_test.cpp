@@ -170,7 +170,7 @@ void compare_levels(Random &random, Size size, int count) {
     match_options options = match_default_options(minimum, count);
     options.keep_all = random.one_in(2);
     Images images = random_images(random, size, options);
-    const int threads = random.between(1, 4);
+    const int threads = random.between(1, 9);
     const synthetic::Threads pool(threads, static_cast<uint64_t>(count));
     CAPTURE(size.width);
     CAPTURE(size.height);
