@@ -22,15 +22,19 @@ struct search {
     const calib::board &board;
     const std::vector<plane> &levels;
     near_miss nearest;
+    grid nearest_grid;
+    int nearest_level = 0;
     board_view best;      // with most corners, of all levels so far
     int most_boards = 0;  // whole plain boards seen on one level
 
     double clear_share() const {
         return board.coded() ? (1 - board.marker_mm / board.square_mm) / 2 : 1;
     }
-    void remember(const near_miss &miss) {
+    void remember(const near_miss &miss, int level, const grid &found) {
         if (miss.corners > nearest.corners || (miss.mirrored && !nearest.mirrored)) {
             nearest = miss;
+            nearest_grid = found;
+            nearest_level = level;
         }
     }
 };
@@ -49,25 +53,17 @@ void plain_boards(search *state, int level, const std::vector<grid> &grids) {
     const int least = least_corners(state->board);
     int boards = 0;
     for (const grid &found : grids) {
-        const bool fits = has_size_of(state->board, found) && found.found_count() >= least;
-        if (!fits && found.found_count() <= state->nearest.corners) {
-            continue;
-        }
         near_miss miss = near_miss_of(state->levels[static_cast<size_t>(level)], found);
-        if (static_cast<size_t>(found.found_count()) >= too_many_corners(state->board)) {
-            state->remember(miss);
-            continue;
-        }
-        const refined_grid refined = refine(state->levels, level, found, state->clear_share());
-        miss.blur_px = refined.blur_px;
-        miss.spacing_px = refined.spacing_px;
         board_view view;
-        if (fits && !too_blurred(refined.blur_px, refined.spacing_px)) {
-            view = plain_view(state->board, found, refined);
-            miss.corners = static_cast<int>(view.corners.size());
+        if (has_size_of(state->board, found) && miss.corners >= least) {
+            const refined_grid refined = refine(state->levels, level, found, state->clear_share());
+            if (!too_blurred(refined.blur_px, refined.spacing_px)) {
+                view = plain_view(state->board, found, refined);
+                miss.corners = static_cast<int>(view.corners.size());
+            }
         }
         if (static_cast<int>(view.corners.size()) < least) {
-            state->remember(miss);
+            state->remember(miss, level, found);
             continue;
         }
         boards++;
@@ -94,26 +90,35 @@ void coded_parts(search *state, int level, const std::vector<grid> &grids) {
     board_view view;
     for (const grid &found : grids) {
         near_miss miss = near_miss_of(state->levels[static_cast<size_t>(level)], found);
-        if (static_cast<size_t>(found.found_count()) >= too_many_corners(state->board)) {
-            state->remember(miss);
-            continue;
-        }
-        const refined_grid refined = refine(state->levels, level, found, state->clear_share());
-        const marker_reading reading = read_markers(state->board, state->levels, found, refined);
-        miss.blur_px = refined.blur_px;
-        miss.spacing_px = refined.spacing_px;
+        refined_grid corners = as_found(level, found);
+        const marker_reading reading = read_markers(state->board, state->levels, found, corners);
         miss.markers_seen = reading.seen;
         miss.markers_known = reading.known;
         miss.mirrored = reading.placed && reading.place.mirrored;
-        if (!reading.placed || miss.mirrored || too_blurred(refined.blur_px, refined.spacing_px)) {
-            state->remember(miss);
-            continue;
+        if (reading.placed && !miss.mirrored) {
+            corners = refine(state->levels, level, found, state->clear_share());
+            if (!too_blurred(corners.blur_px, corners.spacing_px)) {
+                merge(coded_view(state->board, found, corners, reading.place), &view);
+                continue;
+            }
         }
-        merge(coded_view(state->board, found, refined, reading.place), &view);
+        state->remember(miss, level, found);
     }
     if (view.corners.size() > state->best.corners.size()) {
         state->best = view;
     }
+}
+
+// The reason why there is no board, from the grid that came nearest.
+std::string reason(search *state) {
+    const size_t corners = static_cast<size_t>(state->nearest_grid.found_count());
+    if (corners > 0 && corners < too_many_corners(state->board)) {
+        const refined_grid refined =
+            refine(state->levels, state->nearest_level, state->nearest_grid, state->clear_share());
+        state->nearest.blur_px = refined.blur_px;
+        state->nearest.spacing_px = refined.spacing_px;
+    }
+    return refusal_of(state->board, state->levels, state->nearest);
 }
 
 board_view refused(std::string why) {
@@ -129,7 +134,7 @@ board_view detect_board(const board &board, const image_u8 &image, const detect_
         return refused("no board found; the image is too small to show one");
     }
     const std::vector<plane> levels = pyramid_of(image);
-    search state = {board, levels, {}, {}, 0};
+    search state = {board, levels, {}, {}, 0, {}, 0};
     const auto found_all = [&] {
         return static_cast<int>(state.best.corners.size()) == board.corner_count();
     };
@@ -153,9 +158,8 @@ board_view detect_board(const board &board, const image_u8 &image, const detect_
         return refused("two boards of this size are in view");
     }
     const int least = board.coded() ? fewest_coded_corners : least_corners(board);
-    return static_cast<int>(state.best.corners.size()) >= least
-               ? state.best
-               : refused(refusal_of(board, levels, state.nearest));
+    return static_cast<int>(state.best.corners.size()) >= least ? state.best
+                                                                : refused(reason(&state));
 }
 
 }  // namespace calib

@@ -22,7 +22,7 @@ enum parameter { X, Y, ANGLE_A, ANGLE_B, BLUR, BASE, SLOPE_X, SLOPE_Y, HALF_CONT
 using vector = Eigen::Matrix<double, COUNT, 1>;
 using matrix = Eigen::Matrix<double, COUNT, COUNT>;
 
-constexpr int most_rounds = 25;
+constexpr int most_rounds = 16;
 constexpr double settled_px = 5e-4;
 constexpr double settled_gain = 1e-3;
 constexpr size_t fewest_pixels = 24;

@@ -97,7 +97,7 @@ double nearest_neighbour_px(const points &known, int column, int row) {
 // A start with wide edges finds the corner from farther away; narrow ones get there sooner.
 corner_fit fit_from(const plane &level, corner_guess guess) {
     const double blur_px = guess.blur_px;
-    for (const double wider : {1.0, 2.0, 4.0}) {
+    for (const double wider : {1.0, 2.5}) {
         guess.blur_px = wider * blur_px;
         if (const std::optional<corner_fit> fit = fit_corner(level, guess)) {
             return *fit;
@@ -193,6 +193,18 @@ double median_spacing(const grid &shape, const points &known) {
 }
 
 }  // namespace
+
+refined_grid as_found(int level, const grid &found) {
+    refined_grid result;
+    for (const node &at : found.nodes) {
+        refined_corner corner;
+        corner.found = at.found;
+        corner.x = level_to_full(at.at.x, level);
+        corner.y = level_to_full(at.at.y, level);
+        result.corners.push_back(corner);
+    }
+    return result;
+}
 
 refined_grid refine(const std::vector<plane> &levels, int level, const grid &found,
                     double clear_share) {

@@ -22,6 +22,9 @@ struct refined_grid {
     double spacing_px = 0;                // median distance of neighbours
 };
 
+/// The corners where the search saw them, good to about half a pixel of the level; not measured.
+refined_grid as_found(int level, const grid &found);
+
 /// `clear_share`: how far the squares are free of print beside their edges, as a share of their
 /// side (a coded board's markers begin there).
 refined_grid refine(const std::vector<plane> &levels, int level, const grid &found,
