@@ -38,6 +38,9 @@ struct image_rgb8 {
 };
 
 /// First element of row y, 0 <= y < height.
+/*@ requires \valid_read(image) && -INT32_MAX <= image->stride <= INT32_MAX;
+    assigns \nothing;
+    ensures \result == image->data + y * image->stride; */
 static inline uint8_t *image_u8_row(const struct image_u8 *image, int y) {
     return image->data + (ptrdiff_t)y * image->stride;
 }
@@ -46,6 +49,9 @@ static inline uint16_t *image_u16_row(const struct image_u16 *image, int y) {
     return image->data + (ptrdiff_t)y * image->stride;
 }
 
+/*@ requires \valid_read(image) && -INT32_MAX <= image->stride <= INT32_MAX;
+    assigns \nothing;
+    ensures \result == image->data + y * image->stride; */
 static inline int32_t *image_i32_row(const struct image_i32 *image, int y) {
     return image->data + (ptrdiff_t)y * image->stride;
 }

@@ -34,21 +34,38 @@ struct column_shares {
 };
 
 // Edges between the rows y - 1 and y, by column of the tile; none outside the image.
+/*@ predicate is_column_view{L}(struct column_view *of) =
+        \valid_read(of) && match_has_guide(of->level) && 0 <= of->x_begin &&
+        1 <= of->columns <= MATCH_TILE_COLUMNS && of->x_begin + of->columns <= of->level->width; */
+
+/*@ requires is_column_view(view) && 0 <= y < IMAGE_MAX_SIDE_PX;
+    requires \valid(step + (0 .. MATCH_TILE_COLUMNS - 1));
+    assigns step[0 .. MATCH_TILE_COLUMNS - 1]; */
 static inline void steps_above(const struct column_view *view, int y,
                                uint8_t step[MATCH_TILE_COLUMNS]) {
     const uint8_t *here = match_guide(view->level, y) + view->x_begin;
     const uint8_t *above = match_guide(view->level, y - 1) + view->x_begin;
     if (view->columns == MATCH_TILE_COLUMNS) {
+        /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS;
+            loop assigns c, step[0 .. MATCH_TILE_COLUMNS - 1];
+            loop variant MATCH_TILE_COLUMNS - c; */
         for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
             step[c] = (uint8_t)match_step(here[c], above[c]);
         }
     } else {
+        /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS;
+            loop assigns c, step[0 .. MATCH_TILE_COLUMNS - 1];
+            loop variant MATCH_TILE_COLUMNS - c; */
         for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
             step[c] = c < view->columns ? (uint8_t)match_step(here[c], above[c]) : 0;
         }
     }
 }
 
+/*@ requires \valid_read(view) && \valid_read(view->level) && \valid_read(tile) && 0 <= y;
+    requires 1 <= view->level->ring_rows <= MATCH_MAX_RING_ROWS;
+    assigns \nothing;
+    ensures \result == view->level->ring[y % view->level->ring_rows] + tile->offset; */
 static inline uint8_t *ring_cells(const struct column_view *view, const struct match_tile *tile,
                                   int y) {
     return match_cell(view->level->ring[y % view->level->ring_rows], tile, 0);
@@ -139,11 +156,29 @@ MATCH_INLINE void climb(const struct share_row *shares, uint8_t *below, uint8_t 
     }
 }
 
+/*@ predicate is_mass_row{L}(uint16_t *mass) =
+        \forall integer c; 0 <= c < MATCH_TILE_COLUMNS ==> match_is_mass(mass[c]); */
+
 // What the masses below row y become on the way into it.
+/*@ requires is_column_view(view) && \valid(view) && 0 <= y < IMAGE_MAX_SIDE_PX - 1;
+    requires is_mass_row(&view->mass[0]) && \valid(shares);
+    requires \valid_read(view->band) && 0 <= view->band->begin <= y;
+    requires view->band->end <= view->band->begin + MATCH_BAND_ROWS;
+    requires \separated(view, view->level) && \separated(view, view->band, shares);
+    assigns view->mass[0 .. MATCH_TILE_COLUMNS - 1], shares->of_column[0 .. MATCH_TILE_COLUMNS - 1],
+        view->mass_below[y - view->band->begin][0 .. MATCH_TILE_COLUMNS - 1];
+    ensures is_mass_row(&view->mass[0]);
+    ensures are_shares(&shares->of_column[0], 0, MATCH_TILE_COLUMNS); */
 static inline void carry_up(struct column_view *view, int y, struct share_row *shares) {
     uint8_t step[MATCH_TILE_COLUMNS];
     steps_above(view, y + 1, step);
     uint16_t carried[MATCH_TILE_COLUMNS];
+    /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS && is_mass_row(&view->mass[0]);
+        loop invariant are_shares(&shares->of_column[0], 0, c);
+        loop assigns c, carried[0 .. MATCH_TILE_COLUMNS - 1],
+            view->mass[0 .. MATCH_TILE_COLUMNS - 1],
+            shares->of_column[0 .. MATCH_TILE_COLUMNS - 1];
+        loop variant MATCH_TILE_COLUMNS - c; */
     for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
         carried[c] = match_carry(view->mass[c], match_weight(step[c]));
         shares->of_column[c] = match_share_between(carried[c], MATCH_MASS_ONE);
@@ -180,9 +215,24 @@ MATCH_INLINE void climb_band(struct column_view *view, int y_begin, const int la
 
 // Brings the cells of the tile's columns from one window into another; where the old one has no
 // value, the row's own cells count, or infinity where `fill` is NULL.
+/*@ requires match_is_tile(from) && match_is_tile(to) && tile_valid(to_cells, to->lanes);
+    requires \valid_read(cells + (0 .. MATCH_TILE_COLUMNS * from->lanes - 1));
+    requires fill != NULL ==> \valid_read(fill + (0 .. MATCH_TILE_COLUMNS * to->lanes - 1));
+    requires \separated(to_cells + (0 .. MATCH_TILE_COLUMNS * to->lanes - 1),
+                        cells + (0 .. MATCH_TILE_COLUMNS * from->lanes - 1));
+    requires fill != NULL ==> \separated(to_cells + (0 .. MATCH_TILE_COLUMNS * to->lanes - 1),
+                                         fill + (0 .. MATCH_TILE_COLUMNS * to->lanes - 1));
+    assigns to_cells[0 .. MATCH_TILE_COLUMNS * to->lanes - 1]; */
 static void realign_columns(const uint8_t *cells, const struct match_tile *from,
                             const uint8_t *fill, const struct match_tile *to, uint8_t *to_cells) {
+    /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS;
+        loop assigns c, to_cells[0 .. MATCH_TILE_COLUMNS * to->lanes - 1];
+        loop variant MATCH_TILE_COLUMNS - c; */
     for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
+        //@ assert times(0, c, to->lanes) && times(c + 1, MATCH_TILE_COLUMNS, to->lanes);
+        //@ assert times(0, c, from->lanes) && times(c + 1, MATCH_TILE_COLUMNS, from->lanes);
+        /*@ assert fill != NULL ==>
+                \valid_read(fill + (c * to->lanes .. (c + 1) * to->lanes - 1)); */
         match_realign(cells + (ptrdiff_t)c * from->lanes, from,
                       fill == NULL ? NULL : fill + (ptrdiff_t)c * to->lanes, to,
                       to_cells + (ptrdiff_t)c * to->lanes);
@@ -280,10 +330,26 @@ MATCH_INLINE void descend(const struct column_shares *shares, bool below, uint8_
 
 // What the masses above row y become on the way into it. The first row of the image has nothing
 // above it: its average is its cost, and so is its message.
+/*@ requires is_column_view(view) && \valid(view) && 0 <= y < IMAGE_MAX_SIDE_PX;
+    requires is_mass_row(&view->mass[0]) && \valid(shares) && \valid_read(view->band);
+    requires 0 <= view->band->begin <= y < view->band->begin + MATCH_BAND_ROWS;
+    requires is_mass_row(&view->mass_below[y - view->band->begin][0]);
+    requires \separated(view, view->level) && \separated(view, view->band, shares);
+    assigns view->mass[0 .. MATCH_TILE_COLUMNS - 1], *shares;
+    ensures is_mass_row(&view->mass[0]);
+    ensures are_shares(&shares->before[0], 0, MATCH_TILE_COLUMNS);
+    ensures are_shares(&shares->below[0], 0, MATCH_TILE_COLUMNS); */
 static inline void carry_down(struct column_view *view, int y, struct column_shares *shares) {
     uint8_t step[MATCH_TILE_COLUMNS];
     steps_above(view, y, step);
     const uint16_t *mass_below = view->mass_below[y - view->band->begin];
+    /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS && is_mass_row(&view->mass[0]);
+        loop invariant is_mass_row(mass_below);
+        loop invariant are_shares(&shares->before[0], 0, c) && are_shares(&shares->below[0], 0, c);
+        loop assigns c, view->mass[0 .. MATCH_TILE_COLUMNS - 1],
+            shares->before[0 .. MATCH_TILE_COLUMNS - 1], shares->below[0 .. MATCH_TILE_COLUMNS - 1],
+            shares->penalty[0 .. MATCH_TILE_COLUMNS - 1];
+        loop variant MATCH_TILE_COLUMNS - c; */
     for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
         const uint16_t carried = match_carry(view->mass[c], match_weight(step[c]));
         shares->before[c] = match_share_between(carried, MATCH_MASS_ONE);

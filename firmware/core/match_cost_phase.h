@@ -265,9 +265,21 @@ MATCH_INLINE void average_backward(const struct cost_view *of, const struct matc
 // where that has no value, the neighbour has no say: the pixel's own cost. The first pixel on the
 // way
 // (`from` is NULL) is its own average.
+/*@ requires \valid_read(view) && 1 <= rows <= MATCH_ROWS_ABREAST && match_is_tile(tile);
+    requires from != NULL ==> match_is_tile(from);
+    requires \forall integer r; 0 <= r < rows ==>
+        \let own = view->raw[r] + tile->offset + column * tile->lanes;
+        \valid(view->running[r] + (0 .. tile->lanes - 1)) &&
+        (from != NULL ==> \valid_read(view->running[r] + (0 .. from->lanes - 1))) &&
+        \valid_read(own + (0 .. tile->lanes - 1)) &&
+        \separated(view->running[r] + (0 .. tile->lanes - 1), own + (0 .. tile->lanes - 1));
+    assigns view->running[0 .. rows - 1][0 .. tile->lanes - 1]; */
 static void enter_tile_with_averages(const struct cost_view *view, const int rows,
                                      const struct match_tile *from, const struct match_tile *tile,
                                      int column) {
+    /*@ loop invariant 0 <= r <= rows;
+        loop assigns r, view->running[0 .. rows - 1][0 .. tile->lanes - 1];
+        loop variant rows - r; */
     for (int r = 0; r < rows; r++) {
         const uint8_t *own = match_cell(view->raw[r], tile, column);
         if (from == NULL) {

@@ -59,16 +59,39 @@ static void source_row(const struct match_level *level, const struct image_u8 *i
            (size_t)(level->width + MATCH_CENSUS_RADIUS - span.end));
 }
 
+/*@ predicate are_padded{L}(uint8_t **window, integer width) =
+        \valid_read(window + (0 .. 2 * MATCH_CENSUS_RADIUS)) &&
+        (\forall integer i; 0 <= i <= 2 * MATCH_CENSUS_RADIUS ==>
+            \valid_read(window[i] + (0 .. width + 2 * MATCH_CENSUS_RADIUS - 1)));
+    predicate are_places{L}(int8_t (*offset)[2]) =
+        \valid_read(offset + (0 .. 7)) && (\forall integer i; 0 <= i < 8 ==>
+            0 <= offset[i][0] <= 2 * MATCH_CENSUS_RADIUS &&
+            0 <= offset[i][1] <= 2 * MATCH_CENSUS_RADIUS); */
+
 // Eight comparisons with the centre, a bit each. offset[] holds (row, column) of the neighbours.
+/*@ requires 1 <= width <= IMAGE_MAX_SIDE_PX && are_padded(window, width);
+    requires are_places(offset) && \valid(plane + (0 .. width - 1));
+    assigns plane[0 .. width - 1]; */
 static void census_plane(uint8_t *const window[], const int8_t offset[8][2], int width,
                          uint8_t *restrict plane) {
     const uint8_t *restrict centre = window[MATCH_CENSUS_RADIUS] + MATCH_CENSUS_RADIUS;
     const uint8_t *neighbour[8];
+    /*@ loop invariant 0 <= i <= 8;
+        loop invariant \forall integer j; 0 <= j < i ==>
+            \valid_read(neighbour[j] + (0 .. width - 1));
+        loop assigns i, neighbour[0 .. 7];
+        loop variant 8 - i; */
     for (int i = 0; i < 8; i++) {
         neighbour[i] = window[offset[i][0]] + offset[i][1];
     }
+    /*@ loop invariant 0 <= x <= width;
+        loop assigns x, plane[0 .. width - 1];
+        loop variant width - x; */
     for (int x = 0; x < width; x++) {
         uint8_t bits = 0;
+        /*@ loop invariant 0 <= i <= 8;
+            loop assigns i, bits;
+            loop variant 8 - i; */
         for (int i = 0; i < 8; i++) {
             bits = (uint8_t)(bits | (neighbour[i][x] > centre[x] ? 1 << i : 0));
         }
@@ -76,10 +99,16 @@ static void census_plane(uint8_t *const window[], const int8_t offset[8][2], int
     }
 }
 
+/*@ requires 1 <= width <= IMAGE_MAX_SIDE_PX && are_padded(window, width);
+    requires \valid(gradient + (0 .. width - 1));
+    assigns gradient[0 .. width - 1]; */
 static void gradient_row(uint8_t *const window[], int width, uint8_t *restrict gradient) {
     const uint8_t *restrict above = window[1] + 1;
     const uint8_t *restrict row = window[2] + 1;
     const uint8_t *restrict below = window[3] + 1;
+    /*@ loop invariant 0 <= x <= width;
+        loop assigns x, gradient[0 .. width - 1];
+        loop variant width - x; */
     for (int x = 0; x < width; x++) {
         const int16_t slope = (int16_t)(above[x + 2] - above[x] + 2 * (row[x + 2] - row[x]) +
                                         below[x + 2] - below[x]);
@@ -104,10 +133,19 @@ static void compute_features(uint8_t *const window[], int width,
 }
 
 // Index i of the result is right pixel (width - 1 + pad) - i; the ends are repeated.
+/*@ requires \valid_read(level) && match_is_size(level->width, level->height);
+    requires 0 <= level->right_pad <= MATCH_DISPARITY_LIMIT;
+    requires level->width + level->right_pad <= level->right_length <= INT16_MAX;
+    requires \valid_read(from + (0 .. level->width - 1));
+    requires \valid(to + (0 .. level->right_length - 1));
+    assigns to[0 .. level->right_length - 1]; */
 static void reverse_feature(const struct match_level *level, const uint8_t *restrict from,
                             uint8_t *restrict to) {
     const int width = level->width;
     uint8_t *restrict reversed = to + level->right_pad;
+    /*@ loop invariant 0 <= i <= width;
+        loop assigns i, reversed[0 .. width - 1];
+        loop variant width - i; */
     for (int i = 0; i < width; i++) {
         reversed[i] = from[width - 1 - i];
     }

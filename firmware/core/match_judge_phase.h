@@ -20,10 +20,16 @@ enum {
     FIT_MAX = 40,
 };
 
+/*@ predicate are_winners{L}(int16_t *lane, integer width) =
+        \forall integer x; 0 <= x < width ==> -1 <= lane[x] < MATCH_MAX_DISPARITIES; */
+
 // Offset of the lowest point of the "V" through three costs, in 1/256 of a disparity, [-128, 128].
 // It is taken from the averaged costs: the messages' sums hold the penalty for leaving a whole
 // disparity, which would pull every offset towards 0 (by 0.15 px, measured). Without branches and
 // in 16 bits, so that compilers take many pixels at once.
+/*@ requires 0 <= before <= UINT8_MAX && 0 <= middle <= UINT8_MAX && 0 <= after <= UINT8_MAX;
+    assigns \nothing;
+    ensures -DISPARITY_ONE / 2 <= \result <= DISPARITY_ONE / 2; */
 static inline int16_t sub_pixel_q8(int16_t before, int16_t middle, int16_t after) {
     const int16_t rise_before = (int16_t)(before - middle);
     const int16_t rise_after = (int16_t)(after - middle);
@@ -34,6 +40,9 @@ static inline int16_t sub_pixel_q8(int16_t before, int16_t middle, int16_t after
     // overruled it: half way is as far as they may be overruled.
     int16_t rest = size;
     int16_t quotient = 0;
+    /*@ loop invariant 0 <= i <= 7 && 0 <= quotient < 1 << i;
+        loop assigns i, rest, quotient;
+        loop variant 7 - i; */
     for (int i = 0; i < 7; i++) {
         rest = (int16_t)(2 * rest);
         const int16_t taken = rest >= steeper ? steeper : 0;
@@ -48,6 +57,20 @@ static inline int16_t sub_pixel_q8(int16_t before, int16_t middle, int16_t after
 // Completes what is known of the winner of pixel x, line->row.lane[x], in a window of which the
 // lanes [begin, end) could win. `cost`: the pixel's averaged costs. Each right pixel belongs to the
 // left one whose cost there is lowest.
+/*@ requires \valid_read(line) && match_is_tile(tile) && 0 <= x < IMAGE_MAX_SIDE_PX;
+    requires tile->base + tile->lanes <= MATCH_MAX_DISPARITIES;
+    requires -MATCH_DISPARITY_LIMIT <= origin <= MATCH_DISPARITY_LIMIT;
+    requires 0 <= begin && end <= tile->lanes && \valid_read(cost + (0 .. tile->lanes - 1));
+    requires \valid(line->row.lane + x) && begin <= line->row.lane[x] < end;
+    requires \valid(line->row.margin + x) && \valid(line->row.around + x);
+    requires \valid(line->row.right_x + x);
+    requires \let right = x - origin - line->row.lane[x] - tile->base;
+        0 <= right <= IMAGE_MAX_SIDE_PX && \valid(line->row.claim + right);
+    requires \separated(line->row.lane + x, line->row.right_x + x, tile);
+    assigns line->row.lane[x], line->row.margin[x], line->row.around[x], line->row.right_x[x],
+        line->row.claim[x - origin - line->row.lane[x] - tile->base];
+    ensures line->row.lane[x] == \old(line->row.lane[x]) + tile->base;
+    ensures line->row.right_x[x] == x - origin - line->row.lane[x]; */
 static inline void note_winner(struct match_line *line, int origin, const struct match_tile *tile,
                                int x, const uint8_t *cost, int begin, int end) {
     const int lane = line->row.lane[x];
@@ -61,6 +84,7 @@ static inline void note_winner(struct match_line *line, int origin, const struct
     }
     const uint32_t fit = around >> 8 & 0xff;
     const int index = lane + tile->base;
+    //@ assert 0 <= index < CLAIM_FIT;
     const int right_x = x - origin - index;
     uint32_t *claim = &line->row.claim[right_x];
     // Without a branch: which one of two claims is lower cannot be foreseen.
@@ -75,12 +99,23 @@ static inline void note_winner(struct match_line *line, int origin, const struct
 }
 
 // Whether the right pixel of each pixel belongs to it or to a neighbour on the same surface.
+/*@ requires \valid_read(level) && match_is_size(level->width, level->height);
+    requires \valid_read(line) && \valid(line->row.consistent + (0 .. level->width - 1));
+    requires \valid_read(line->row.lane + (0 .. level->width - 1));
+    requires \valid_read(line->row.right_x + (0 .. level->width - 1));
+    requires \valid_read(line->row.claim + (0 .. level->width));
+    requires \forall integer x; 0 <= x < level->width ==>
+        0 <= line->row.right_x[x] <= level->width;
+    assigns line->row.consistent[0 .. level->width - 1]; */
 static void check_claims(const struct match_level *level, const struct match_line *line) {
     uint8_t *restrict consistent = line->row.consistent;
     const int16_t *restrict lane = line->row.lane;
     const int16_t *restrict right_x = line->row.right_x;
     const uint32_t *restrict claim = line->row.claim;
     const int width = level->width;
+    /*@ loop invariant 0 <= x <= width;
+        loop assigns x, consistent[0 .. width - 1];
+        loop variant width - x; */
     for (int x = 0; x < width; x++) {
         // 0 and 2 are one lane off.
         const uint32_t gap =
@@ -91,17 +126,30 @@ static void check_claims(const struct match_level *level, const struct match_lin
 
 // Whether the winners lie inside the search range, not at its ends or in the lanes beyond it, and
 // fit.
+/*@ requires \valid_read(level) && match_is_size(level->width, level->height);
+    requires 1 <= level->disparity_count <= MATCH_MAX_DISPARITIES;
+    requires \valid_read(line) && \valid(line->row.fits + (0 .. level->width - 1));
+    requires \valid(line->row.fit + (0 .. level->width - 1));
+    requires \valid_read(line->row.lane + (0 .. level->width - 1));
+    requires \valid_read(line->row.around + (0 .. level->width - 1));
+    assigns line->row.fit[0 .. level->width - 1], line->row.fits[0 .. level->width - 1]; */
 static void check_fits(const struct match_level *level, const struct match_line *line) {
     uint8_t *restrict fits = line->row.fits;
     const int16_t *restrict lane = line->row.lane;
     const uint32_t *restrict around = line->row.around;
     uint8_t *restrict fit = line->row.fit;
     const int width = level->width;
+    /*@ loop invariant 0 <= x <= width;
+        loop assigns x, fit[0 .. width - 1];
+        loop variant width - x; */
     for (int x = 0; x < width; x++) {
         fit[x] = (uint8_t)(around[x] >> 8);
     }
     const int16_t first = (int16_t)match_range_ends(level->disparity_count);
     const int16_t last = (int16_t)(level->disparity_count - 1 - first);
+    /*@ loop invariant 0 <= x <= width;
+        loop assigns x, fits[0 .. width - 1];
+        loop variant width - x; */
     for (int x = 0; x < width; x++) {
         fits[x] = (lane[x] >= first) & (lane[x] <= last) & (fit[x] <= FIT_MAX);
     }
@@ -109,19 +157,37 @@ static void check_fits(const struct match_level *level, const struct match_line 
 
 // Extremes of twice as many pixels as before, `reach`, from each on; the last ones of the row have
 // fewer.
+/*@ requires 1 <= reach <= MATCH_TEXTURE_COLUMNS && reach <= width;
+    requires \valid(darkest + (0 .. width - 1)) && \valid(brightest + (0 .. width - 1));
+    assigns darkest[0 .. width - 1], brightest[0 .. width - 1]; */
 static inline __attribute__((always_inline)) void widen(uint8_t *restrict darkest,
                                                         uint8_t *restrict brightest, int width,
                                                         const int reach) {
     // Each pixel is written after it was read as a neighbour's.
+    /*@ loop invariant 0 <= x <= width;
+        loop assigns x, darkest[0 .. width - 1];
+        loop variant width - x; */
     for (int x = 0; x < width - reach; x++) {
         darkest[x] = darkest[x + reach] < darkest[x] ? darkest[x + reach] : darkest[x];
     }
+    /*@ loop invariant 0 <= x <= width;
+        loop assigns x, brightest[0 .. width - 1];
+        loop variant width - x; */
     for (int x = 0; x < width - reach; x++) {
         brightest[x] = brightest[x + reach] > brightest[x] ? brightest[x + reach] : brightest[x];
     }
 }
 
 // Whether the grey levels around each pixel differ; near the ends of the span, those inside of it.
+/*@ requires \valid_read(level) && match_is_size(level->width, level->height);
+    requires MATCH_MIN_WIDTH_PX <= level->width && match_is_span(span, level->width);
+    requires \valid_read(line) && \valid_read(guide + (0 .. level->width - 1));
+    requires \valid(textured + (0 .. level->width - 1));
+    requires \valid(line->row.darkest + (0 .. level->width - 1));
+    requires \valid(line->row.brightest + (0 .. level->width - 1));
+    requires \separated(guide + (0 .. level->width - 1), line->row.darkest + (0 .. level->width -
+   1), line->row.brightest + (0 .. level->width - 1)); assigns line->row.darkest[0 .. level->width -
+   1], line->row.brightest[0 .. level->width - 1], textured[0 .. level->width - 1]; */
 static void check_texture(const struct match_level *level, const struct match_line *line,
                           const uint8_t *guide, struct rectify_span span,
                           uint8_t *restrict textured) {
@@ -142,20 +208,45 @@ static void check_texture(const struct match_level *level, const struct match_li
     const int half = MATCH_TEXTURE_COLUMNS / 2;
     const int begin = span.begin + half < span.end ? span.begin + half : span.end;
     const int end = span.end - half > begin ? span.end - half : begin;
+    /*@ loop invariant begin <= x <= end;
+        loop assigns x, textured[0 .. width - 1];
+        loop variant end - x; */
     for (int x = begin; x < end; x++) {
         textured[x] = brightest[x - half] - darkest[x - half] >= TEXTURE_MIN;
     }
     const int first = span.begin;
     const int last =
         span.end - MATCH_TEXTURE_COLUMNS > first ? span.end - MATCH_TEXTURE_COLUMNS : first;
+    /*@ loop invariant span.begin <= x <= begin;
+        loop assigns x, textured[0 .. width - 1];
+        loop variant begin - x; */
     for (int x = span.begin; x < begin; x++) {
         textured[x] = brightest[first] - darkest[first] >= TEXTURE_MIN;
     }
+    /*@ loop invariant end <= x <= span.end;
+        loop assigns x, textured[0 .. width - 1];
+        loop variant span.end - x; */
     for (int x = end; x < span.end; x++) {
         textured[x] = brightest[last] - darkest[last] >= TEXTURE_MIN;
     }
 }
 
+/*@ requires \valid_read(level - 1) && \valid_read(level) && 0 <= y;
+    requires match_is_size(level->width, level->height);
+    requires 0 <= level->shift_x - (level - 1)->shift_x <= 2;
+    requires -MATCH_DISPARITY_LIMIT <= level->disparity_min <= MATCH_DISPARITY_LIMIT;
+    requires -MATCH_DISPARITY_LIMIT <= (level - 1)->disparity_min <= MATCH_DISPARITY_LIMIT;
+    requires 0 <= (level - 1)->shift_x && level->shift_x <= MATCH_SHIFT_MAX;
+    requires 1 <= level->surface_rows <= MATCH_MAX_SURFACE_ROWS;
+    requires \valid(level->surface[y % level->surface_rows] + (0 .. level->width - 1));
+    requires \valid_read(line) && \valid_read(line->row.consistent + (0 .. level->width - 1));
+    requires \valid_read(line->row.fits + (0 .. level->width - 1));
+    requires \valid_read(line->row.margin + (0 .. level->width - 1));
+    requires \valid_read(line->row.lane + (0 .. level->width - 1));
+    requires \separated(line->row.lane + (0 .. level->width - 1),
+        level->surface[y % level->surface_rows] + (0 .. level->width - 1));
+    requires are_winners(line->row.lane, level->width);
+    assigns level->surface[y % level->surface_rows][0 .. level->width - 1]; */
 static void write_surface(struct match_level *level, const struct match_line *line, int y) {
     const uint8_t *restrict consistent = line->row.consistent;
     const uint8_t *restrict fits = line->row.fits;
@@ -164,8 +255,12 @@ static void write_surface(struct match_level *level, const struct match_line *li
     const uint8_t *restrict margin = line->row.margin;
     // In indices of the finer level, whose pixels are half as large.
     const int factor = 1 << (level->shift_x - (level - 1)->shift_x);
+    //@ assert factor == 1 || factor == 2 || factor == 4;
     const int origin = factor * level->disparity_min - (level - 1)->disparity_min;
     const int width = level->width;
+    /*@ loop invariant 0 <= x <= width;
+        loop assigns x, surface[0 .. width - 1];
+        loop variant width - x; */
     for (int x = 0; x < width; x++) {
         const int finer = origin + factor * lane[x];
         const int index = finer < 0 ? 0 : finer;
@@ -175,11 +270,21 @@ static void write_surface(struct match_level *level, const struct match_line *li
 }
 
 // Why the winner of each pixel is not to be believed, or REASON_VALID.
+/*@ requires 0 <= width && \valid_read(line) && \valid(reason + (0 .. width - 1));
+    requires \valid_read(line->row.consistent + (0 .. width - 1));
+    requires \valid_read(line->row.fits + (0 .. width - 1));
+    requires \valid_read(line->row.textured + (0 .. width - 1));
+    requires \valid_read(line->row.margin + (0 .. width - 1));
+    requires \valid_read(line->row.lane + (0 .. width - 1));
+    assigns reason[0 .. width - 1]; */
 static void write_reasons(const struct match_line *line, int width, uint8_t *restrict reason) {
     const uint8_t *restrict consistent = line->row.consistent;
     const uint8_t *restrict fits = line->row.fits;
     const uint8_t *restrict textured = line->row.textured;
     const uint8_t *restrict margin = line->row.margin;
+    /*@ loop invariant 0 <= x <= width;
+        loop assigns x, reason[0 .. width - 1];
+        loop variant width - x; */
     for (int x = 0; x < width; x++) {
         uint8_t doubt = fits[x] == 0 ? REASON_OUT_OF_RANGE : REASON_AMBIGUOUS;
         doubt = textured[x] == 0 ? REASON_NO_TEXTURE : doubt;
@@ -188,11 +293,24 @@ static void write_reasons(const struct match_line *line, int width, uint8_t *res
         reason[x] = consistent[x] == 0 ? REASON_OCCLUDED : doubt;
     }
     const int16_t *restrict lane = line->row.lane;
+    /*@ loop invariant 0 <= x <= width;
+        loop assigns x, reason[0 .. width - 1];
+        loop variant width - x; */
     for (int x = 0; x < width; x++) {
         reason[x] = lane[x] < 0 ? REASON_BORDER : reason[x];
     }
 }
 
+/*@ requires \valid_read(level) && match_is_size(level->width, level->height) && 0 <= y;
+    requires 0 <= level->shift_y <= MATCH_SHIFT_MAX && y << level->shift_y < IMAGE_MAX_SIDE_PX;
+    requires -MATCH_DISPARITY_LIMIT <= level->disparity_min <= MATCH_DISPARITY_LIMIT;
+    requires 1 <= level->disparity_count <= MATCH_MAX_DISPARITIES;
+    requires \valid_read(level->state) && \valid_read(level->state->output);
+    requires \let image = &level->state->output->disparity_q8; match_is_stride(image->stride) &&
+        \valid(image->data + (y << level->shift_y) * image->stride + (0 .. level->width - 1));
+    requires \valid_read(line) && \valid_read(line->row.around + (0 .. level->width - 1));
+    requires \valid_read(line->row.lane + (0 .. level->width - 1));
+    requires are_winners(line->row.lane, level->width); */
 static void write_disparities(const struct match_level *level, const struct match_line *line,
                               int y) {
     const int16_t *restrict lane = line->row.lane;
@@ -202,6 +320,9 @@ static void write_disparities(const struct match_level *level, const struct matc
     const int lowest_q8 = DISPARITY_ONE * level->disparity_min;
     const int16_t last = (int16_t)(level->disparity_count - 1);
     const int width = level->width;
+    /*@ loop invariant 0 <= x <= width;
+        loop assigns x, disparity_q8[0 .. width - 1];
+        loop variant width - x; */
     for (int x = 0; x < width; x++) {
         const int16_t offset_q8 =
             sub_pixel_q8((int16_t)(around[x] & 0xff), (int16_t)(around[x] >> 8 & 0xff),
@@ -213,8 +334,13 @@ static void write_disparities(const struct match_level *level, const struct matc
 }
 
 // Medians of three along the row; the ends stay as they are.
+/*@ requires 1 <= width && \valid(disparity_q8 + (0 .. width - 1));
+    assigns disparity_q8[0 .. width - 1]; */
 static void smooth_along(int32_t *disparity_q8, int width) {
     int32_t before = disparity_q8[0];
+    /*@ loop invariant 1 <= x <= \max(width - 1, 1);
+        loop assigns x, before, disparity_q8[0 .. width - 1];
+        loop variant width - x; */
     for (int x = 1; x + 1 < width; x++) {
         const int32_t was = disparity_q8[x];
         disparity_q8[x] = median_of_three(before, was, disparity_q8[x + 1]);

@@ -59,11 +59,22 @@ struct row_view {
             \valid(of->line[r].row.lane + (x_begin .. x_begin + columns - 1)) &&
             \valid(of->line[r].row.margin + (x_begin .. x_begin + columns - 1))); */
 
+/*@ logic integer first_may_win{L}(struct row_view *of, integer r, struct match_tile *tile,
+                                   integer x) =
+        x - of->level->disparity_min - tile->base - of->right[r].end + 1;
+    logic integer beyond_may_win{L}(struct row_view *of, integer r, struct match_tile *tile,
+                                    integer x) =
+        x - of->level->disparity_min - tile->base - of->right[r].begin + 1;
+    predicate all_may_win{L}(struct row_view *of, integer r, struct match_tile *tile, integer x) =
+        first_may_win(of, r, tile, x) <= 0 && tile->lanes <= beyond_may_win(of, r, tile, x); */
+
 // Which lanes of the window may win at x: those whose right pixel lies inside the right row's span.
 /*@ requires \valid_read(view) && is_level(view->level) && 0 <= r < MATCH_ROWS_ABREAST;
     requires \valid_read(tile) && 0 <= x <= INT16_MAX;
-    requires \valid(begin) && \valid(end);
-    assigns *begin, *end; */
+    requires \valid(begin) && \valid(end) && \separated(begin, end);
+    assigns *begin, *end;
+    ensures *begin == \old(\max(first_may_win(view, r, tile, x), 0));
+    ensures *end == \old(\min(beyond_may_win(view, r, tile, x), tile->lanes)); */
 static inline void searched(const struct row_view *view, int r, const struct match_tile *tile,
                             int x, int *begin, int *end) {
     const struct match_level *level = view->level;
@@ -326,8 +337,17 @@ MATCH_INLINE void pass_left(const struct row_view *of, const struct match_tile *
 
 // Brings the messages from one window into another; nothing comes from beyond the ends of a row
 // (`from` is NULL): the first message is the cost.
+/*@ requires \valid_read(view) && 1 <= rows <= MATCH_ROWS_ABREAST && match_is_tile(tile);
+    requires from != NULL ==> match_is_tile(from);
+    requires \forall integer r; 0 <= r < rows ==>
+        \valid(view->message[r] + (0 .. tile->lanes - 1)) &&
+        (from != NULL ==> \valid_read(view->message[r] + (0 .. from->lanes - 1)));
+    assigns view->message[0 .. rows - 1][0 .. tile->lanes - 1]; */
 static void enter_tile_with_messages(const struct row_view *view, const int rows,
                                      const struct match_tile *from, const struct match_tile *tile) {
+    /*@ loop invariant 0 <= r <= rows;
+        loop assigns r, view->message[0 .. rows - 1][0 .. tile->lanes - 1];
+        loop variant rows - r; */
     for (int r = 0; r < rows; r++) {
         if (from == NULL) {
             memset(view->message[r], 0, (size_t)tile->lanes);
@@ -340,8 +360,21 @@ static void enter_tile_with_messages(const struct row_view *view, const int rows
 }
 
 // Whether some lane of some pixel of the tile may not win.
+/*@ requires \valid_read(view) && 1 <= rows <= MATCH_ROWS_ABREAST && is_level(view->level);
+    requires \valid_read(tile) && 1 <= columns <= MATCH_TILE_COLUMNS;
+    requires 0 <= x_begin && x_begin + columns <= view->level->width;
+    assigns \nothing;
+    ensures \result == \false ==> (\forall integer r; 0 <= r < rows ==>
+        (\forall integer x; x_begin <= x < x_begin + columns ==>
+            all_may_win(view, r, tile, x))); */
 static bool hides(const struct row_view *view, const int rows, const struct match_tile *tile,
                   int x_begin, int columns) {
+    /*@ loop invariant 0 <= r <= rows;
+        loop invariant \forall integer i; 0 <= i < r ==>
+            (\forall integer x; x_begin <= x < x_begin + columns ==>
+                all_may_win(view, i, tile, x));
+        loop assigns r;
+        loop variant rows - r; */
     for (int r = 0; r < rows; r++) {
         int begin;
         int end;
@@ -412,11 +445,20 @@ MATCH_INLINE void pass_both_ways(const struct row_view *view, const int groups) 
     }
 }
 
+/*@ requires match_has_guide(level) && \valid_read(line);
+    requires \valid(line->row.penalty + (0 .. level->width));
+    requires \valid(line->row.claim + (0 .. level->width));
+    requires \separated(line, line->row.claim + (0 .. level->width)) &&
+        \separated(level, line->row.claim + (0 .. level->width));
+    assigns line->row.penalty[0 .. level->width], line->row.claim[0 .. level->width]; */
 static void prepare_line(const struct match_level *level, struct match_line *line, int y) {
     const uint8_t *restrict guide = match_guide(level, y);
     uint8_t *restrict penalty = line->row.penalty;
     const int width = level->width;
     penalty[0] = 0;
+    /*@ loop invariant 1 <= x <= width;
+        loop assigns x, penalty[0 .. width - 1];
+        loop variant width - x; */
     for (int x = 1; x < width; x++) {
         penalty[x] = match_large_penalty(match_step(guide[x], guide[x - 1]));
     }

@@ -49,6 +49,7 @@ enum {
     MATCH_ROWS_ABREAST = 4,  // rows that one call of a kernel takes at most
     MATCH_PAIR_ROWS = 2,     // fewest rows that one call of a kernel takes
     MATCH_MAX_LEVELS = 7,
+    MATCH_SHIFT_MAX = 8,   // of a level's columns and rows: see match_set_levels
     MATCH_MASS_ONE = 512,  // masses of recursive averages are in 1/512, below 10 each
 };
 
@@ -196,7 +197,30 @@ struct match_state {
 
 /*@ predicate match_is_share(integer pair) =
         1 <= (pair & 0xff) < MATCH_WEIGHT_ONE && pair >> 8 == MATCH_WEIGHT_ONE - (pair & 0xff);
-    predicate match_is_mass(integer mass) = 0 <= mass < 10 * MATCH_MASS_ONE; */
+    predicate match_is_mass(integer mass) = 0 <= mass < 10 * MATCH_MASS_ONE;
+    predicate match_are_lanes(integer lanes) =
+        MATCH_LANES <= lanes <= MATCH_MAX_DISPARITIES && lanes % MATCH_LANES == 0;
+    predicate match_is_tile{L}(struct match_tile *of) =
+        \valid_read(of) && match_are_lanes(of->lanes) && 0 <= of->base < MATCH_MAX_DISPARITIES;
+    predicate match_is_size(integer width, integer height) =
+        1 <= width <= IMAGE_MAX_SIDE_PX && 1 <= height <= IMAGE_MAX_SIDE_PX;
+    predicate match_is_span(struct rectify_span of, integer width) =
+        0 <= of.begin <= of.end <= INT16_MAX && (of.begin < of.end ==> of.end <= width);
+    predicate match_is_stride(integer stride) = -INT32_MAX <= stride <= INT32_MAX;
+    predicate match_is_image{L}(struct image_u8 *of) =
+        \valid_read(of) && match_is_size(of->width, of->height) && match_is_stride(of->stride) &&
+        (\forall integer y; 0 <= y < of->height ==>
+            \valid_read(of->data + y * of->stride + (0 .. of->width - 1)));
+    predicate match_has_guide{L}(struct match_level *of) =
+        \valid_read(of) && match_is_size(of->width, of->height) &&
+        (of->shift_x == 0 && of->shift_y == 0 ?
+            \valid_read(of->state) && \valid_read(of->state->input) &&
+            match_is_image(&of->state->input->left) &&
+            of->width <= of->state->input->left.width &&
+            of->height <= of->state->input->left.height :
+            1 <= of->guide_rows <= MATCH_MAX_GUIDE_ROWS &&
+            (\forall integer i; 0 <= i < of->guide_rows ==>
+                \valid_read(of->guide[i] + (0 .. of->width - 1)))); */
 
 /// A pair of shares from the first one, between 1 and 127.
 /*@ requires 1 <= share < MATCH_WEIGHT_ONE;
@@ -250,7 +274,7 @@ static inline uint16_t match_weight(uint8_t step) {
 
 /// A neighbour's mass as it arrives across an edge of `weight`.
 /*@ assigns \nothing;
-    ensures match_is_mass(mass) && weight <= 58982 ==> \result <= 9 * MATCH_MASS_ONE; */
+    ensures match_is_mass(mass) && weight <= 58982 ==> \result < 9 * MATCH_MASS_ONE; */
 static inline uint16_t match_carry(uint16_t mass, uint16_t weight) {
     return (uint16_t)((uint32_t)mass * weight >> 16);
 }
@@ -272,11 +296,17 @@ static inline uint8_t match_step(uint8_t a, uint8_t b) {
 }
 
 /// The cells of column `column` of a tile in a row of cells.
+/*@ requires \valid_read(tile);
+    assigns \nothing;
+    ensures \result == row + tile->offset + column * tile->lanes; */
 static inline uint8_t *match_cell(uint8_t *row, const struct match_tile *tile, int column) {
     return row + tile->offset + (ptrdiff_t)column * tile->lanes;
 }
 
 /// Left row y of a level, for its edges; rows above and below the image repeat its ends.
+/*@ requires match_has_guide(level);
+    assigns \nothing;
+    ensures \valid_read(\result + (0 .. level->width - 1)); */
 static inline const uint8_t *match_guide(const struct match_level *level, int y) {
     const int row = y < 0 ? 0 : (y < level->height ? y : level->height - 1);
     if (level->shift_x == 0 && level->shift_y == 0) {
@@ -286,6 +316,16 @@ static inline const uint8_t *match_guide(const struct match_level *level, int y)
 }
 
 /// Valid pixels of row y of a level: all input pixels below them are valid.
+/*@ requires \valid_read(level) && \valid_read(image);
+    requires 0 <= level->shift_x <= MATCH_SHIFT_MAX && 0 <= level->shift_y <= MATCH_SHIFT_MAX;
+    requires match_is_size(level->width, level->height) && 0 <= y < level->height;
+    requires match_is_size(image->width, image->height);
+    requires (y + 1) << level->shift_y <= image->height;
+    requires spans != NULL ==>
+        (\forall integer i; y << level->shift_y <= i < (y + 1) << level->shift_y ==>
+            \valid_read(spans + i) && 0 <= spans[i].begin <= image->width && 0 <= spans[i].end);
+    assigns \nothing;
+    ensures match_is_span(\result, level->width); */
 static inline struct rectify_span match_span(const struct match_level *level,
                                              const struct image_u8 *image,
                                              const struct rectify_span *spans, int y) {
@@ -295,6 +335,10 @@ static inline struct rectify_span match_span(const struct match_level *level,
     }
     int begin = 0;
     int end = image->width;
+    /*@ loop invariant y << level->shift_y <= row <= (y + 1) << level->shift_y;
+        loop invariant 0 <= begin <= image->width && 0 <= end <= image->width;
+        loop assigns row, begin, end;
+        loop variant ((y + 1) << level->shift_y) - row; */
     for (int row = y << level->shift_y; row < (y + 1) << level->shift_y; row++) {
         begin = spans[row].begin > begin ? spans[row].begin : begin;
         end = spans[row].end < end ? spans[row].end : end;
@@ -306,6 +350,10 @@ static inline struct rectify_span match_span(const struct match_level *level,
 }
 
 /// Columns of tile t; the last one may be narrower.
+/*@ requires \valid_read(level) && match_is_size(level->width, level->height);
+    requires 0 <= t && t * MATCH_TILE_COLUMNS < level->width;
+    assigns \nothing;
+    ensures \result == \min(level->width - t * MATCH_TILE_COLUMNS, MATCH_TILE_COLUMNS); */
 static inline int match_tile_columns(const struct match_level *level, int t) {
     const int rest = level->width - t * MATCH_TILE_COLUMNS;
     return rest < MATCH_TILE_COLUMNS ? rest : MATCH_TILE_COLUMNS;
@@ -313,6 +361,14 @@ static inline int match_tile_columns(const struct match_level *level, int t) {
 
 /// Moves the cells of one pixel from the window `from` to the window `to`. Lanes that `from` does
 /// not have take the value of `fill`, or UINT8_MAX where that is NULL.
+/*@ requires match_is_tile(from) && match_is_tile(to);
+    requires \valid_read(from_cells + (0 .. from->lanes - 1));
+    requires fill != NULL ==> \valid_read(fill + (0 .. to->lanes - 1));
+    requires \valid(to_cells + (0 .. to->lanes - 1));
+    requires \separated(to_cells + (0 .. to->lanes - 1), from_cells + (0 .. from->lanes - 1));
+    requires fill != NULL ==>
+        \separated(to_cells + (0 .. to->lanes - 1), fill + (0 .. to->lanes - 1));
+    assigns to_cells[0 .. to->lanes - 1]; */
 static inline void match_realign(const uint8_t *from_cells, const struct match_tile *from,
                                  const uint8_t *fill, const struct match_tile *to,
                                  uint8_t *to_cells) {
@@ -320,6 +376,9 @@ static inline void match_realign(const uint8_t *from_cells, const struct match_t
     const int first = shift < 0 ? -shift : 0;
     const int beyond = from->lanes - shift < to->lanes ? from->lanes - shift : to->lanes;
     // In steps of constant size, which compilers turn into single moves.
+    /*@ loop invariant 0 <= i <= to->lanes && i % MATCH_LANES == 0;
+        loop assigns i, to_cells[0 .. to->lanes - 1];
+        loop variant to->lanes - i; */
     for (int i = 0; i < to->lanes; i += MATCH_LANES) {
         if (fill == NULL) {
             memset(to_cells + i, UINT8_MAX, MATCH_LANES);
@@ -329,11 +388,17 @@ static inline void match_realign(const uint8_t *from_cells, const struct match_t
     }
     if (beyond - first >= MATCH_LANES) {
         // The last step ends where the lanes end, over the one before.
+        /*@ loop invariant first <= i <= beyond + MATCH_LANES;
+            loop assigns i, to_cells[0 .. to->lanes - 1];
+            loop variant beyond - i; */
         for (int i = first; i < beyond; i += MATCH_LANES) {
             const int at = i + MATCH_LANES <= beyond ? i : beyond - MATCH_LANES;
             memcpy(to_cells + at, from_cells + at + shift, MATCH_LANES);
         }
     } else {
+        /*@ loop invariant first <= i;
+            loop assigns i, to_cells[0 .. to->lanes - 1];
+            loop variant beyond - i; */
         for (int i = first; i < beyond; i++) {
             to_cells[i] = from_cells[i + shift];
         }

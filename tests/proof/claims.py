@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is proved: which functions, against which errors, with how many goals at least."""
+import collections
+
+# `least_goals`: fewer mean that something fell out of the proof.
+Claim = collections.namedtuple("Claim", "name functions checks least_goals")
+
+# Beyond what -wp-rte looks for by itself: overflow of signed numbers, shifts, division by zero,
+# bounds of arrays, reads and writes of memory.
+CHECKS = [
+    "-warn-right-shift-negative",
+    # Contracts must not contradict themselves: then anything could be proved.
+    "-wp-smoke-tests", "-wp-no-smoke-dead-code", "-wp-no-smoke-dead-call",
+]
+
+VECTORS = [
+    "lower_u8", "vector_load", "vector_store", "vector_each", "vector_all", "vector_shares_each",
+    "vector_min", "vector_add", "vector_sub", "vector_or", "vector_up", "vector_down",
+    "vector_blend", "vector_lowest", "vector_first", "vector_equal", "count_bits", "vector_cost",
+]
+SMALL = [
+    "match_share_of", "match_share_between", "match_weight", "match_carry", "match_large_penalty",
+    "match_step", "match_same_window", "match_cell", "match_guide", "match_span",
+    "match_tile_columns", "match_range_ends", "match_realign", "image_u8_row", "image_i32_row",
+]
+MESSAGES = ["load_lanes", "store_lanes", "lower_neighbour", "pass_message"]
+FEATURES = ["census_plane", "gradient_row", "reverse_feature"]
+COSTS = ["tile_costs", "average_forward", "average_backward", "enter_tile_with_averages"]
+COLUMNS = [
+    "steps_above", "ring_cells", "blend_leaning", "member_cells", "member_shares", "climb",
+    "carry_up", "realign_columns", "descend", "carry_down",
+]
+ROWS = [
+    "searched", "hide_outside", "first_lowest", "choose", "pass_right", "pass_left",
+    "enter_tile_with_messages", "hides", "prepare_line",
+]
+JUDGEMENTS = [
+    "note_winner", "widen", "check_texture", "write_surface", "write_reasons",
+    "write_disparities", "smooth_along",
+]
+FINISH = ["median_of_three", "smooth_row", "fill_between"]
+# Numbers that are cut to fewer bits, or wrap, on purpose.
+CUT = ["match_share_swapped", "sub_pixel_q8", "check_claims", "check_fits"]
+
+ALL_CHECKS = [*CHECKS, "-warn-unsigned-overflow", "-warn-signed-downcast",
+              "-warn-unsigned-downcast"]
+CLAIMS = [
+    Claim("lemmas", [], [], 1),
+    Claim("vectors", VECTORS, ALL_CHECKS, 370),
+    Claim("small functions", SMALL, ALL_CHECKS, 310),
+    Claim("cut on purpose", CUT, CHECKS, 107),
+    Claim("messages", MESSAGES, ALL_CHECKS, 125),
+    Claim("features", FEATURES, ALL_CHECKS, 130),
+    Claim("costs", COSTS, ALL_CHECKS, 399),
+    Claim("columns", COLUMNS, ALL_CHECKS, 429),
+    Claim("rows", ROWS, ALL_CHECKS, 558),
+    Claim("judgements", JUDGEMENTS, ALL_CHECKS, 402),
+    Claim("finish", FINISH, ALL_CHECKS, 57),
+]
+
+# Statements in the sources that are believed without proof.
+TRUSTED = ["admit copied"] * 4
+
+# Mistakes: file, text, its replacement, the function whose proof must fail.
+MUTANTS = [
+    ("match_vector_plain.h", "here.lane[i + 1];\n", "here.lane[i + 2];\n", "vector_down"),
+    ("match_vector_plain.h", "MATCH_CENSUS_WEIGHT * differing", "11 * differing", "vector_cost"),
+    ("match_vector_plain.h", "twos - ((twos >> 1) & 0x55)", "twos - ((twos >> 1) & 0x54)",
+     "count_bits"),
+    ("match_state.h", "i < 7; i++", "i < 8; i++", "match_share_between"),
+    ("match_state.h", "65520 - 585 * capped", "65520 - 586 * capped", "match_weight"),
+    ("match_message.h", "k + 1 < lanes / MATCH_LANES ?", "k + 1 <= lanes / MATCH_LANES ?",
+     "lower_neighbour"),
+    ("match_column_phase.h", "(ptrdiff_t)(c + member) * lanes", "(ptrdiff_t)(c + member + 1) * lanes",
+     "member_cells"),
+    ("match_cost_phase.h", "first - x + i)", "first - x + i + 1)", "tile_costs"),
+    ("match_cost_phase.h", "tile->offset + (ptrdiff_t)columns * lanes",
+     "tile->offset + (ptrdiff_t)(columns + 1) * lanes", "average_backward"),
+    ("match_row_phase.h", "end > i + MATCH_LANES ? MATCH_LANES : end - i",
+     "end > i + MATCH_LANES ? end : end - i", "hide_outside"),
+    ("match_row_phase.h", "near_lanes + NEAR_MIDDLE - lane[r]",
+     "near_lanes + NEAR_MIDDLE + MATCH_LANES - lane[r]", "choose"),
+    ("match_state.h", "i + MATCH_LANES <= beyond ? i : beyond - MATCH_LANES",
+     "i + MATCH_LANES <= beyond ? i : beyond - MATCH_LANES + 1", "match_realign"),
+    ("match_judge_phase.h", "loop invariant 1 <= x <= \\max(width - 1, 1)",
+     "loop invariant x <= \\max(width - 1, 1)", "smooth_along"),
+    ("match_judge_phase.h", "lane > begin && lane + 1 < end", "lane > begin && lane + 1 <= end",
+     "note_winner"),
+    ("match_judge_phase.h", "span.begin + half < span.end ?", "span.begin + half <= span.end + 1 ?",
+     "check_texture"),
+    ("match_finish_phase.h", "requires \\valid_read(next + (0 .. columns - 1));\n",
+     "requires \\valid_read(next + (0 .. columns - 2));\n", "smooth_row"),
+]

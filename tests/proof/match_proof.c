@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// What Frama-C reads: the plain row kernels as they are compiled, after facts about bits and
+// contracts of the two functions that have no source here.
+#include "bit_facts.h"  // written by prove.py
+
+/*@ requires bits != 0;
+    assigns \nothing;
+    ensures 0 <= \result < 32;
+    ensures bits <= 0xffff ==> \result < 16; */
+int counted_zeros(unsigned bits);
+#define __builtin_ctz counted_zeros
+
+// An invariant that a contract implies must be proved to hold.
+/*@ requires \false;
+    assigns \nothing;
+    ensures \false; */
+_Noreturn void invariant_failed(const char *file, int line, const char *condition);
+
+#include "core/match_plain.c"
