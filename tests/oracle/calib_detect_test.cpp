@@ -119,7 +119,8 @@ TEST_CASE("all 26 recorded views are found, numbered alike, and fit better than 
 }
 
 TEST_CASE("coded boards as OpenCV draws them") {
-    for (const auto &[columns, rows] : {std::pair{9, 6}, {8, 5}, {6, 7}, {5, 4}}) {
+    for (const auto &size : {std::pair{9, 6}, {8, 5}, {6, 7}, {5, 4}}) {
+        const int columns = size.first, rows = size.second;
         CAPTURE(columns);
         CAPTURE(rows);
         const auto dictionary = cv::aruco::getPredefinedDictionary(cv::aruco::DICT_5X5_100);

@@ -69,7 +69,8 @@ TEST_CASE("a board whose colours tell is numbered from its black corner, however
     const uint64_t seed = test_seed();
     INFO("VERGENCE_SEED=" << seed);
     Random random(seed);
-    for (const auto &[columns, rows] : {std::pair{9, 6}, {6, 9}, {5, 4}, {3, 3}, {5, 5}, {2, 3}}) {
+    for (const auto &size : {std::pair{9, 6}, {6, 9}, {5, 4}, {3, 3}, {5, 5}, {2, 3}}) {
+        const int columns = size.first, rows = size.second;
         const calib::board board = plain_board(columns, rows);
         for (double roll = 0; roll < 2 * pi; roll += pi / 3.5) {
             CAPTURE(columns);
