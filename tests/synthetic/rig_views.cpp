@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <stdexcept>
 
 namespace synthetic {
 
@@ -123,7 +124,11 @@ RigViews make_rig_views(const RigViewsPlan &plan, uint64_t scene_seed, uint64_t 
     RigViews views = empty_views(plan, random);
     const double square_mm = views.seen.target.square_mm;
     const size_t all = size_t(plan.columns * plan.rows);
+    int attempts = 0;
     while (int(views.seen.sightings.size()) < plan.boards) {
+        if (++attempts > 1000 * plan.boards) {
+            throw std::runtime_error("the plan's boards are never in view");
+        }
         const Board board = random_board(plan, views.rig.left, random);
         calib::sighting sighting;
         const std::string number = std::to_string(1000 + views.seen.sightings.size()).substr(1);

@@ -43,7 +43,7 @@ struct RigViews {
 };
 
 /// The same plan and seeds give the same views. `scene_seed` places lenses and boards,
-/// `noise_seed` moves the corners.
+/// `noise_seed` moves the corners. Throws when hardly a board of the plan comes into view.
 RigViews make_rig_views(const RigViewsPlan &plan, uint64_t scene_seed, uint64_t noise_seed);
 
 /// How many random draws a test makes: VERGENCE_DRAWS from the environment, else `usual`.

@@ -123,7 +123,8 @@ TEST_CASE("focal lengths of 26,560 px are found as well as they can be") {
     const int draws = synthetic::draws(6);
     for (uint64_t seed = 1; seed <= uint64_t(draws); seed++) {
         INFO("seed ", seed);
-        const auto views = synthetic::make_rig_views(plan, seed, seed + 1000);
+        const uint64_t base = synthetic::test_seed() + seed;
+        const auto views = synthetic::make_rig_views(plan, base, base + 1000);
         const calib::solution found = solve(views.seen);
         const calibration truth = views.truth();
         REQUIRE(found.solved);
@@ -144,9 +145,10 @@ TEST_CASE("focal lengths of 26,560 px are found as well as they can be") {
     const double count = 2 * draws;
     MESSAGE(draws, " seeds: rms of f ", 100 * std::sqrt(squares / count), " %, predicted ",
             100 * std::sqrt(predicted / count), " %, worst ", worst, " sigma");
-    // Some hundred focal lengths give an rms to 7 %, a dozen to 20 %.
-    CHECK(std::sqrt(squares) < (1.1 + (draws < 50 ? 0.4 : 0)) * std::sqrt(predicted));
-    CHECK(worst < 4);
+    // The bounds leave room for chance: an rms of n values is known to 1 / sqrt(2 n), and among
+    // some hundred values one beyond 4 sigma is rare, not impossible.
+    CHECK(std::sqrt(squares) < (1.1 + 2 / std::sqrt(2 * count)) * std::sqrt(predicted));
+    CHECK(worst < 4.5);
 }
 
 TEST_CASE("one camera alone") {
@@ -163,10 +165,10 @@ TEST_CASE("one camera alone") {
 
 TEST_CASE("boards that one camera alone saw help that camera") {
     auto views = synthetic::make_rig_views(plain(), 7, 8);
-    for (const size_t i : {1, 4}) {
+    for (const size_t i : {size_t(1), size_t(4)}) {
         views.seen.sightings[i].view[0].corners.clear();
     }
-    for (const size_t i : {2, 8}) {
+    for (const size_t i : {size_t(2), size_t(8)}) {
         views.seen.sightings[i].view[1].corners.clear();
     }
     const calib::solution found = solve(views.seen);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 
 #include "calib/solve_parallel.hpp"
@@ -108,10 +109,11 @@ struct draw {
     calib::solution found;
 };
 
+// In a campaign (VERGENCE_DRAWS) the model is chosen anew in every draw, which takes longer.
 draw make_draw(const synthetic::RigViewsPlan &plan, uint64_t scene, uint64_t noise) {
     draw result{synthetic::make_rig_views(plan, scene, noise), {}};
     calib::solve_options options;
-    options.choose_model = false;
+    options.choose_model = std::getenv("VERGENCE_DRAWS") != nullptr;
     options.second_start = false;
     options.model = {calib::lens_model::K1_K2_P1_P2, true};
     result.found = calib::solve(result.views.seen, options);

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "calib/model_choice.hpp"
+#include "synthetic/rig_views.hpp"
+
+namespace {
+
+using calib::lens_model;
+
+synthetic::RigViewsPlan ideal() {
+    synthetic::RigViewsPlan plan;
+    plan.width = 1280;
+    plan.height = 960;
+    plan.focal_px = 1500;
+    plan.boards = 10;
+    plan.columns = 9;
+    plan.rows = 6;
+    plan.depth_range = 0.2;
+    plan.k1_px = plan.k2_px = plan.p1_px = plan.p2_px = 0;
+    return plan;
+}
+
+calib::solution solve(const synthetic::RigViewsPlan &plan, uint64_t seed) {
+    calib::solve_options options;
+    options.threads = 2;
+    options.second_start = false;
+    return calib::solve(synthetic::make_rig_views(plan, seed, seed + 30).seen, options);
+}
+
+// How many of eight scenes end with what `wanted` accepts.
+template <typename Wanted>
+int count(const synthetic::RigViewsPlan &plan, Wanted wanted) {
+    int found = 0;
+    for (uint64_t seed = 1; seed <= 8; seed++) {
+        found += wanted(solve(plan, seed));
+    }
+    return found;
+}
+
+}  // namespace
+
+TEST_CASE("an ideal camera and a flat board need nothing") {
+    CHECK(count(ideal(), [](const calib::solution &found) {
+              return found.model.distortion == lens_model::NONE;
+          }) >= 6);
+    CHECK(count(ideal(), [](const calib::solution &found) {
+              return found.model.square_pixels && !found.warped_board;
+          }) >= 6);
+}
+
+TEST_CASE("what is there is estimated") {
+    synthetic::RigViewsPlan plan = ideal();
+    SUBCASE("barrel") {
+        plan.k1_px = -3;
+        CHECK(count(plan, [](const calib::solution &found) {
+                  return found.model.distortion >= lens_model::K1;
+              }) == 8);
+        CHECK(count(plan, [](const calib::solution &found) {
+                  return found.model.distortion == lens_model::K1;
+              }) >= 6);
+    }
+    SUBCASE("a lens off its axis") {
+        plan.p1_px = 1;
+        CHECK(count(plan, [](const calib::solution &found) {
+                  return found.model.distortion >= lens_model::K1_K2_P1_P2;
+              }) == 8);
+    }
+    SUBCASE("pixels that are not square") {
+        plan.aspect = 1.002;
+        CHECK(count(plan,
+                    [](const calib::solution &found) { return !found.model.square_pixels; }) == 8);
+    }
+    SUBCASE("a bent board") {
+        plan.warp_mm[0] = 3;
+        CHECK(count(plan, [](const calib::solution &found) { return found.warped_board; }) == 8);
+    }
+}
+
+TEST_CASE("scores are told, one of them chosen, and held-out residuals are near the noise") {
+    synthetic::RigViewsPlan plan = ideal();
+    plan.k1_px = -10;
+    const calib::solution found = solve(plan, 3);
+    int chosen = 0;
+    for (const calib::model_score &score : found.scores) {
+        chosen += score.chosen;
+        CHECK(std::isfinite(score.held_out_rms_px));
+        if (score.chosen) {
+            CHECK(score.held_out_rms_px == found.held_out_rms_px);
+            CHECK(score.model.distortion == found.model.distortion);
+        }
+    }
+    CHECK(chosen == 1);
+    CHECK(found.held_out_rms_px > found.rms_px);
+    CHECK(found.held_out_rms_px < 1.1 * found.rms_px);
+}
+
+TEST_CASE("names of models") {
+    CHECK(std::string(calib::lens_model_name({lens_model::NONE, true})) == "no distortion");
+    CHECK(std::string(calib::lens_model_name({lens_model::K1_K2_P1_P2_K3, false})) ==
+          "k1 k2 p1 p2 k3, free fy");
+    CHECK(lens_model{lens_model::NONE, true}.count() == 3);
+    CHECK(lens_model{lens_model::K1_K2_P1_P2_K3, false}.count() == 9);
+}
