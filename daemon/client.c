@@ -42,6 +42,7 @@ static void print_help(FILE *file, const struct client_command *commands, int co
         "  2    the command line makes no sense\n"
         "  3    bad input: an image, a calibration or another file is unusable\n"
         "  4    no surface: the inputs are fine but nothing could be measured\n"
+        "  5    not good: a calibration was written, but it says not to trust it\n"
         "  130  interrupted (Ctrl-C); 143 terminated, 129 hung up\n"
         "Whatever is not 0 comes with one line on standard error that says why.\n",
         file);

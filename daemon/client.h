@@ -16,6 +16,7 @@ enum client_exit {
     CLIENT_USAGE = 2,       // the command line makes no sense
     CLIENT_BAD_INPUT = 3,   // an image, calibration or other input is unusable
     CLIENT_NO_SURFACE = 4,  // the inputs are fine but nothing could be measured
+    CLIENT_NOT_GOOD = 5,    // a calibration was written, but it is not good and says so
 };
 
 struct client_command {

@@ -1,30 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // The client as a host carries it: all formats, the report, evaluation and explanation.
 #include "daemon/client.h"
-#include "daemon/image_pnm.h"
-#include "daemon/image_raw.h"
 #include "daemon/reconstruct_command.h"
 #include "daemon/write.h"
 #include "tools/host/calibration_file.hpp"
 #include "tools/host/commands.hpp"
 #include "tools/host/debug.hpp"
 #include "tools/host/evaluate_truth.hpp"
-#include "tools/host/image_jpeg.hpp"
-#include "tools/host/image_png.hpp"
-#include "tools/host/image_tiff.hpp"
+#include "tools/host/image_formats.hpp"
 #include "tools/host/report.hpp"
 #include "tools/host/write_glb.hpp"
 #include "tools/host/write_png.hpp"
 
 namespace {
-
-const image_format formats[] = {
-    {"PNG", "png", image_png_probe, image_png_read},
-    {"JPEG", "jpg jpeg", image_jpeg_probe, image_jpeg_read},
-    {"PGM/PPM", "pgm ppm pnm", image_pnm_probe, image_pnm_read},
-    {"TIFF", "tif tiff", image_tiff_probe, image_tiff_read},
-    {"raw", "raw", nullptr, image_raw_read},
-};
 
 const result_writer writers[] = {
     {"disparity.pfm", false, write_pfm},
@@ -42,8 +30,8 @@ const result_writer writers[] = {
 
 int run_reconstruct(int argc, char **argv) {
     reconstruct_command_abilities abilities{};
-    abilities.formats = formats;
-    abilities.format_count = sizeof formats / sizeof formats[0];
+    abilities.formats = image_formats().first;
+    abilities.format_count = image_formats().count;
     abilities.load_calibration = calibration_file_loader;
     abilities.writers = writers;
     abilities.writer_count = sizeof writers / sizeof writers[0];
@@ -54,6 +42,8 @@ int run_reconstruct(int argc, char **argv) {
 
 const client_command commands[] = {
     {"reconstruct", "measure a surface from a pair of images", run_reconstruct},
+    {"calibrate", "calibrate a stereo pair from pictures of a board", command_calibrate},
+    {"board", "make a calibration board to be printed", command_board},
     {"evaluate", "compare a result with the ground truth", command_evaluate},
     {"info", "explain a calibration or a result", command_info},
 };

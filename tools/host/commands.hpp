@@ -4,6 +4,12 @@
 #ifndef VERGENCE_TOOLS_HOST_COMMANDS_HPP
 #define VERGENCE_TOOLS_HOST_COMMANDS_HPP
 
+/// `vergence board`: a calibration board as a PDF.
+int command_board(int argc, char **argv);
+
+/// `vergence calibrate`: a stereo pair from pictures of a board.
+int command_calibrate(int argc, char **argv);
+
 /// `vergence evaluate`: how far a result is from the ground truth.
 int command_evaluate(int argc, char **argv);
 

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What a calibration found, for people, for programs, and as our own text.
+#ifndef VERGENCE_TOOLS_HOST_CALIBRATE_RESULT_HPP
+#define VERGENCE_TOOLS_HOST_CALIBRATE_RESULT_HPP
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "calib/solve.hpp"
+#include "core/calibration.h"
+#include "tools/host/calibrate_views.hpp"
+
+/// How far rows of the rectified pair differ where both cameras saw the same corner.
+struct calibrate_rows {
+    int corners = 0;
+    double rms_px = 0, most_px = 0;  // at the mean focal length
+};
+
+struct calibrate_result {
+    const calibrate_views *views;
+    const calib::solution *solution;
+    calib::verdict verdict;          // the solution's, and what only the command knows
+    calibration rig{};               // with id, date and note; rounded. Of a pair only
+    calibrate_rows rows;             // of a pair only
+    std::vector<std::string> notes;  // what was left out
+};
+
+/// How far apart rectified rows are, over the corners that were used in both cameras.
+calibrate_rows calibrate_rows_of(const calib::solution &solution);
+
+/// The rig as our own text has it. A rig that is not good says so in its note. `id` "" makes one
+/// from the corners. Returns false with one sentence in `*error` when the text cannot hold it.
+bool calibrate_rig_name(const std::string &id, const std::string &date, const std::string &note,
+                        calibrate_result *result, std::string *error);
+
+/// All figures. No clock and no place of this machine is in it.
+nlohmann::ordered_json calibrate_result_json(const calibrate_result &result);
+
+/// The figures that matter, in some lines, the verdict last.
+std::string calibrate_result_text(const calibrate_result &result);
+
+/// One line for each view and corner that does not count, corners only the worst.
+std::vector<std::string> calibrate_result_rejections(const calibrate_result &result);
+
+#endif

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstddef>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <string>
+
+#include "core/error.h"
+#include "daemon/client.h"
+#include "daemon/options.h"
+#include "daemon/output_file.h"
+#include "tools/host/board_pdf.hpp"
+#include "tools/host/calibrate_board.hpp"
+#include "tools/host/commands.hpp"
+#include "tools/host/number_text.hpp"
+
+namespace {
+
+struct request {
+    int corners[2];
+    double square_mm, marker_mm;
+    const char *dictionary, *paper, *out;
+};
+
+const option options[] = {
+    {"board", OPTION_INT, offsetof(request, corners), "COLUMNSxROWS",
+     "Inner corners, along a row and from row to row; squares are one more each way. A plain board "
+     "with an odd and an even count cannot be taken the wrong way round. Needed.",
+     2, 255, 2, 'x', nullptr},
+    {"square", OPTION_REAL, offsetof(request, square_mm), "MM", "Side of one square. Needed.", 1e-3,
+     1e4, 0, 0, nullptr},
+    {"charuco", OPTION_TEXT, offsetof(request, dictionary), "DICT",
+     "Put markers of this dictionary into the white squares, as OpenCV's CharucoBoard does: 4x4_50 "
+     "to 7x7_1000, aruco_original, apriltag_36h11 and others.",
+     0, 0, 0, 0, nullptr},
+    {"marker", OPTION_REAL, offsetof(request, marker_mm), "MM",
+     "With --charuco: side of a marker, its black border included; about 3/4 of a square is good.",
+     1e-3, 1e4, 0, 0, nullptr},
+    {"paper", OPTION_TEXT, offsetof(request, paper), "PAPER",
+     "A4, A3, A2, A1, A0, letter, legal, tabloid, or WIDTHxHEIGHT in mm. It is turned when the "
+     "board fits better that way. Default: A4.",
+     0, 0, 0, 0, nullptr},
+    {"out", OPTION_TEXT, offsetof(request, out), "FILE", "The PDF to be written. Needed.", 0, 0, 0,
+     0, nullptr},
+};
+
+const option_page page = {
+    "vergence board",
+    "",
+    "make a calibration board to be printed",
+    "Writes a page in PDF with the board in its exact size, a ruler to check the print with, and "
+    "what to tell \"vergence calibrate\". Print it at 100 % (not \"fit to page\"), measure the "
+    "ruler, and glue the print onto something flat and stiff: glass, aluminium, a thick board.",
+    "vergence board --board 9x6 --square 25 --out board.pdf\n"
+    "vergence board --board 9x6 --square 38 --paper A3 --out board.pdf\n"
+    "vergence board --board 9x6 --square 25 --charuco 5x5_50 --marker 19 --out coded.pdf",
+    options,
+    sizeof options / sizeof options[0],
+    0,
+    0,
+};
+
+int refuse(int code, const std::string &text) {
+    message line{};
+    message_set(&line, 0, "%s", text.c_str());
+    std::fprintf(stderr, "vergence board: %s\n", line.text);
+    return code;
+}
+
+/// Under another name first, so that no half of a page ever stands under its own.
+bool write_file(const std::string &path, const std::string &text, std::string *error) {
+    const std::string temporary = path + ".part";
+    const auto file = std::make_unique<output_file>();
+    output_file_open(file.get(), temporary.c_str());
+    output_file_write(file.get(), text.data(), text.size());
+    message trouble{};
+    const bool written = output_file_close(file.get(), &trouble) == ERROR_OK;
+    if (written && std::rename(temporary.c_str(), path.c_str()) == 0) {
+        return true;
+    }
+    *error = written ? path + ": cannot be written: " + std::strerror(errno) : trouble.text;
+    unlink(temporary.c_str());
+    return false;
+}
+
+}  // namespace
+
+int command_board(int argc, char **argv) {
+    request asked{};
+    int count = 0;
+    const int parsed = options_parse(&page, argc, argv, &asked, nullptr, &count);
+    if (parsed != OPTIONS_CONTINUE) {
+        return parsed;
+    }
+    calibrate_board_request described;
+    described.corners[0] = asked.corners[0];
+    described.corners[1] = asked.corners[1];
+    described.square_mm = asked.square_mm;
+    described.dictionary = asked.dictionary;
+    described.marker_mm = asked.marker_mm;
+    calib::board board;
+    std::string error = calibrate_board_make(described, &board);
+    if (error.empty() && asked.out == nullptr) {
+        error = "--out FILE is missing: where shall the page go?";
+    }
+    board_paper paper;
+    const std::string paper_text = asked.paper != nullptr ? asked.paper : "A4";
+    if (error.empty() && !board_paper_parse(paper_text, &paper)) {
+        error = "--paper \"" + paper_text + "\": must be one of: " + board_paper_names();
+    }
+    const double largest_mm = error.empty() ? board_largest_square_mm(board, paper) : 0;
+    if (error.empty() && board.square_mm > largest_mm + 1e-9) {
+        error = "a board of " + std::to_string(board.columns + 1) + " x " +
+                std::to_string(board.rows + 1) + " squares of " + number_text(board.square_mm, 6) +
+                " mm does not fit on " + paper_text + ": squares of " + number_text(largest_mm, 6) +
+                " mm at most do";
+    }
+    if (!error.empty()) {
+        return refuse(CLIENT_USAGE, error);
+    }
+    double ruler_mm = 0;
+    const std::string pdf = board_pdf(board, paper, &ruler_mm);
+    if (!write_file(asked.out, pdf, &error)) {
+        return refuse(CLIENT_FAILED, error);
+    }
+    std::printf("%s: %d x %d squares of %s mm; print at 100 %%, the ruler must be %s mm long\n",
+                asked.out, board.columns + 1, board.rows + 1,
+                number_text(board.square_mm, 6).c_str(), number_text(ruler_mm, 6).c_str());
+    return CLIENT_OK;
+}

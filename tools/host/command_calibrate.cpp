@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include <cstddef>
+#include <cstdio>
+#include <fstream>
+#include <regex>
+
+#include "daemon/client.h"
+#include "daemon/input_file.h"
+#include "daemon/options.h"
+#include "daemon/workers.h"
+#include "tools/host/calibrate_board.hpp"
+#include "tools/host/calibrate_inputs.hpp"
+#include "tools/host/calibrate_job.hpp"
+#include "tools/host/commands.hpp"
+
+namespace {
+
+const int operands_max = 4096;
+
+struct request {
+    int corners[2];
+    double square_mm, marker_mm;
+    const char *dictionary, *out, *corner_cache, *id, *date, *note;
+    int threads;
+    bool single, json, quiet;
+};
+
+const option options[] = {
+    {"board", OPTION_INT, offsetof(request, corners), "COLUMNSxROWS",
+     "Inner corners of the board: one less than squares, along a row and from row to row. This "
+     "also counts for coded boards (a CharucoBoard of 10x7 squares is 9x6). Needed.",
+     2, 255, 2, 'x', nullptr},
+    {"square", OPTION_REAL, offsetof(request, square_mm), "MM",
+     "Side of one square in mm, measured on the print over as many squares as possible: all "
+     "lengths that are ever reconstructed hang on it. Needed.",
+     1e-3, 1e5, 0, 0, nullptr},
+    {"charuco", OPTION_TEXT, offsetof(request, dictionary), "DICT",
+     "The white squares carry markers of this dictionary, as in 5x5_50 or DICT_5X5_50. Such a "
+     "board may be seen in part and cannot be taken the wrong way round.",
+     0, 0, 0, 0, nullptr},
+    {"marker", OPTION_REAL, offsetof(request, marker_mm), "MM",
+     "With --charuco: side of a marker in mm, its black border included.", 1e-3, 1e5, 0, 0,
+     nullptr},
+    {"out", OPTION_TEXT, offsetof(request, out), "DIR",
+     "Directory for the results; created when missing. Files of an earlier run in it are "
+     "replaced. Default: calibration.",
+     0, 0, 0, 0, nullptr},
+    {"corners", OPTION_TEXT, offsetof(request, corner_cache), "FILE",
+     "Corners that need not be looked for, in mrcal's and mrgingham's form (vnlog); what it does "
+     "not name is looked for. Every run writes such a file, corners.vnl.",
+     0, 0, 0, 0, nullptr},
+    {"single", OPTION_FLAG, offsetof(request, single), nullptr,
+     "There is one camera: calibrate its lens alone. No rig.calibration is written then.", 0, 0, 0,
+     0, nullptr},
+    {"id", OPTION_TEXT, offsetof(request, id), "NAME",
+     "Name of the calibration: letters, digits, dot, dash and underline. Default: one made from "
+     "the corners.",
+     0, 0, 0, 0, nullptr},
+    {"date", OPTION_TEXT, offsetof(request, date), "YYYY-MM-DD",
+     "Date that the calibration states. Default: none, so that the same pictures give the same "
+     "bytes.",
+     0, 0, 0, 0, nullptr},
+    {"note", OPTION_TEXT, offsetof(request, note), "TEXT",
+     "A remark that travels with the calibration, in printable ASCII.", 0, 0, 0, 0, nullptr},
+    {"threads", OPTION_INT, offsetof(request, threads), "N",
+     "Threads to compute with; the result does not depend on it. Default: all processors.", 1,
+     WORKERS_MAX_THREADS, 0, 0, nullptr},
+    {"json", OPTION_FLAG, offsetof(request, json), nullptr,
+     "Print calibration.json on standard output instead of the summary.", 0, 0, 0, 0, nullptr},
+    {"quiet", OPTION_FLAG, offsetof(request, quiet), nullptr,
+     "Print neither summary nor notes nor progress.", 0, 0, 0, 0, nullptr},
+};
+
+const option_page page = {
+    "vergence calibrate",
+    "IMAGES...",
+    "calibrate a stereo pair from pictures of a board",
+    "Takes pictures of one board that both cameras saw at the same moments, in some fifteen "
+    "positions: near and far, in the middle and in the corners of the image, tilted by 30 degrees "
+    "to different sides. Finds the corners, the lenses, how the cameras stand, and what was wrong: "
+    "pictures without a usable board, boards that moved between left and right, single bad "
+    "corners. Each is named with the reason and left out.\n"
+    "IMAGES are pictures, folders, quoted patterns or lists, in any mixture. The side comes from "
+    "the names (left and right, or L and R, in the file's or the folder's name), pairs from what "
+    "else the names say (left07.png and right07.png). Where names say no side, name two folders or "
+    "two quoted patterns, the left camera's first. A list is a text with one or two names a line "
+    "(left, then right), or an image list of OpenCV in XML or YAML. A picture without a partner "
+    "counts for its own camera.\n"
+    "Pictures may be 8 or 16 bit, grey or colour, and are turned as their orientation tag says. "
+    "All of one camera must have one size and be turned alike. A plain board must be seen as a "
+    "whole; of a coded one (--charuco) any part will do.\n"
+    "The last line says whether the calibration is good, and if not, why. Results in DIR: "
+    "rig.calibration (for \"vergence reconstruct --calibration\"), calibration.html (residuals, "
+    "coverage, error bars: to be opened in a browser), calibration.json (all figures), corners.vnl "
+    "(the corners, as mrcal reads them). They appear when all is written; until then, and after "
+    "any failure, nothing of this run stands there.\n"
+    "Exit codes: 0 good; 5 written, but not good: the files say so (\"NOT GOOD\" in "
+    "rig.calibration's note, which \"vergence reconstruct\" repeats); 3 nothing could be "
+    "calibrated from these pictures; 1, 2 and 130 as \"vergence --help\" says.",
+    "vergence calibrate pictures/ --board 9x6 --square 30\n"
+    "vergence calibrate 'left*.jpg' 'right*.jpg' --board 9x6 --square 30 --out rig\n"
+    "vergence calibrate cam_a/ cam_b/ --board 9x6 --square 30\n"
+    "vergence calibrate stereo_calib.xml --board 9x6 --square 30 --json\n"
+    "vergence calibrate left/ right/ --board 13x9 --square 20 --charuco 5x5_100 --marker 15\n"
+    "vergence calibrate 'left*.jpg' --single --board 9x6 --square 30",
+    options,
+    sizeof options / sizeof options[0],
+    1,
+    operands_max,
+};
+
+int refuse(int code, const std::string &text) {
+    message line{};
+    message_set(&line, 0, "%s", text.c_str());
+    std::fprintf(stderr, "vergence calibrate: %s\n", line.text);
+    return code;
+}
+
+/// What the table cannot say about the texts that go into our own file; "" when all is well.
+std::string check_texts(const request &asked) {
+    if (asked.id != nullptr && !std::regex_match(asked.id, std::regex("[A-Za-z0-9._-]{1,47}"))) {
+        return "--id takes up to 47 letters, digits, dots, dashes and underlines";
+    }
+    if (asked.date != nullptr &&
+        !std::regex_match(asked.date, std::regex("\\d{4}-\\d\\d-\\d\\d"))) {
+        return "--date is written YYYY-MM-DD";
+    }
+    if (asked.note != nullptr && !std::regex_match(asked.note, std::regex("[ -~]{0,200}"))) {
+        return "--note takes up to 200 printable ASCII characters";
+    }
+    return "";
+}
+
+bool read_cache(const char *path, const calib::board &board, std::vector<calib::cached_view> *views,
+                std::string *error) {
+    message trouble{};
+    FILE *stream = input_file_open(path, &trouble);
+    if (stream == nullptr) {
+        *error = trouble.text;
+        return false;
+    }
+    std::fclose(stream);
+    std::ifstream in(path);
+    if (!calib::corner_cache_read(in, board, views, error)) {
+        *error = std::string(path) + ": " + *error;
+        return false;
+    }
+    return true;
+}
+
+}  // namespace
+
+int command_calibrate(int argc, char **argv) {
+    request asked{};
+    std::vector<const char *> operands(operands_max);
+    int count = 0;
+    const int parsed = options_parse(&page, argc, argv, &asked, operands.data(), &count);
+    if (parsed != OPTIONS_CONTINUE) {
+        return parsed;
+    }
+    calibrate_job job;
+    calibrate_board_request board;
+    board.corners[0] = asked.corners[0];
+    board.corners[1] = asked.corners[1];
+    board.square_mm = asked.square_mm;
+    board.dictionary = asked.dictionary;
+    board.marker_mm = asked.marker_mm;
+    std::string error = calibrate_board_make(board, &job.board);
+    error = error.empty() ? check_texts(asked) : error;
+    if (!error.empty()) {
+        return refuse(CLIENT_USAGE, error);
+    }
+    calibrate_names names;
+    const std::vector<std::string> paths(operands.begin(), operands.begin() + count);
+    if (!calibrate_names_expand(paths, &names, &error) ||
+        !calibrate_names_pair(names, asked.single, &job.inputs, &error)) {
+        return refuse(CLIENT_BAD_INPUT, error);
+    }
+    if (asked.corner_cache != nullptr &&
+        !read_cache(asked.corner_cache, job.board, &job.cache, &error)) {
+        return refuse(CLIENT_BAD_INPUT, error);
+    }
+    job.single = asked.single;
+    job.json = asked.json;
+    job.quiet = asked.quiet;
+    job.threads = asked.threads;
+    job.out_path = asked.out != nullptr ? asked.out : "calibration";
+    job.id = asked.id != nullptr ? asked.id : "";
+    job.date = asked.date != nullptr ? asked.date : "";
+    job.note = asked.note != nullptr ? asked.note : "";
+    return calibrate_job_run(&job);
+}
