@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 #include <iostream>
+#include <sstream>
 
 #include "core/calibration_grammar.h"
 #include "core/error.h"
@@ -12,6 +13,7 @@
 #include "daemon/input_file.h"
 #include "daemon/options.h"
 #include "tools/host/commands.hpp"
+#include "tools/host/export.hpp"
 #include "tools/host/info.hpp"
 
 namespace {
@@ -20,9 +22,9 @@ using json = nlohmann::ordered_json;
 
 struct request {
     bool json = false, grammar = false, accept_edits = false, rectified = false;
-    const char *convert = nullptr;
+    const char *convert = nullptr, *out = nullptr;
     int size_px[2] = {0, 0};
-    int unit = -1, first_camera = -1;
+    int unit = -1, first_camera = -1, export_format = -1;
 };
 
 const option options[] = {
@@ -30,6 +32,13 @@ const option options[] = {
      "Print one JSON document: a list with an object for each file.", 0, 0, 0, 0, nullptr},
     {"convert", OPTION_TEXT, offsetof(request, convert), "NEW",
      "Write the calibration as our own text to the file NEW.", 0, 0, 0, 0, nullptr},
+    {"export", OPTION_CHOICE, offsetof(request, export_format), "FORMAT",
+     "Write the calibration as the files of another program into the directory of --out: "
+     "intrinsics.yml and extrinsics.yml; left.yaml and right.yaml; camchain.yaml; left.cameramodel "
+     "and right.cameramodel.",
+     0, 0, 0, 0, export_formats},
+    {"out", OPTION_TEXT, offsetof(request, out), "DIR", "Where --export writes.", 0, 0, 0, 0,
+     nullptr},
     {"size", OPTION_INT, offsetof(request, size_px), "WIDTHxHEIGHT",
      "Size of the raw images in pixels, for calibrations that do not state it (OpenCV's, some of "
      "KITTI's).",
@@ -68,6 +77,7 @@ const option_page page_of_command = {
     "FILE,FILE.",
     "vergence info rig.txt\n"
     "vergence info intrinsics.yml --size 640x480 --convert rig.txt\n"
+    "vergence info rig.txt --export ros --out camera_info/\n"
     "vergence info results/ --json",
     options,
     sizeof options / sizeof options[0],
@@ -109,6 +119,41 @@ reader reader_for(const std::string &path) {
     return nullptr;
 }
 
+/// The word of a list of words that are separated by blanks.
+std::string choice_text(const char *choices, int number) {
+    std::istringstream words(choices);
+    std::string word;
+    for (int i = 0; i <= number; i++) {
+        words >> word;
+    }
+    return word;
+}
+
+/// What --convert and --export ask for.
+bool write_calibration(const std::string &path, const calibration &value, const request &asked,
+                       info_page *page, std::string *message) {
+    if (asked.convert != nullptr) {
+        if (calibration_file_write(asked.convert, value, message) != ERROR_OK) {
+            return false;
+        }
+        page->add("written", "written", asked.convert, asked.convert);
+    }
+    if (asked.out != nullptr) {
+        std::vector<std::string> paths;
+        const std::string format = choice_text(export_formats, asked.export_format);
+        if (export_write(value, format, asked.out, &paths, message) != ERROR_OK) {
+            *message = path + ": not exported: " + *message;
+            return false;
+        }
+        std::string text;
+        for (const std::string &written : paths) {
+            text += (text.empty() ? "" : ", ") + written;
+        }
+        page->add("exported", "exported", text, paths);
+    }
+    return true;
+}
+
 bool read_calibration(const std::string &path, const request &asked, info_page *page,
                       std::string *message) {
     static const char *const units[] = {"mm", "cm", "m"};
@@ -124,15 +169,8 @@ bool read_calibration(const std::string &path, const request &asked, info_page *
     if (calibration_file_load(path, import, &value, &report, message) != ERROR_OK) {
         return false;
     }
-    if (asked.convert != nullptr &&
-        calibration_file_write(asked.convert, value, message) != ERROR_OK) {
-        return false;
-    }
     *page = info_calibration(path, value, report);
-    if (asked.convert != nullptr) {
-        page->add("written", "written", asked.convert, asked.convert);
-    }
-    return true;
+    return write_calibration(path, value, asked, page, message);
 }
 
 bool read_page(const std::string &path, const request &asked, info_page *page,
@@ -141,7 +179,7 @@ bool read_page(const std::string &path, const request &asked, info_page *page,
     if (read == nullptr) {
         return read_calibration(path, asked, page, message);
     }
-    if (asked.convert != nullptr) {
+    if (asked.convert != nullptr || asked.out != nullptr) {
         *message = path + ": is no calibration: there is nothing to convert";
         return false;
     }
@@ -265,6 +303,12 @@ int command_info(int argc, char **argv) {
     }
     if (asked.convert != nullptr && count != 1) {
         return refuse("--convert takes exactly one calibration");
+    }
+    if ((asked.export_format >= 0) != (asked.out != nullptr)) {
+        return refuse("--export wants --out DIR, and --out wants --export FORMAT");
+    }
+    if (asked.out != nullptr && (count != 1 || *asked.out == '\0')) {
+        return refuse("--export takes exactly one calibration and a directory");
     }
     std::vector<std::string> paths;
     for (int i = 0; i < count; i++) {

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the exporters write comes back through the importers, and what a format cannot hold is said.
+#include "tools/host/export.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+
+#include "core/geometry.h"
+#include "core/rectify.h"
+#include "import_files.hpp"
+#include "random_rig.hpp"
+#include "synthetic/seed.hpp"
+
+using namespace import_files;
+
+namespace {
+
+std::string exported(const calibration &value, const std::string &format, const folder &here) {
+    std::vector<std::string> paths;
+    std::string message;
+    const int code = export_write(value, format, here / format, &paths, &message);
+    INFO(message);
+    REQUIRE(code == ERROR_OK);
+    for (const std::string &path : paths) {
+        CHECK(std::filesystem::exists(path));
+    }
+    return here / format;
+}
+
+void check_same(const calibration &a, const calibration &b, double tolerance) {
+    const double *first[] = {&a.left.fx_px, &a.right.fx_px};
+    const double *second[] = {&b.left.fx_px, &b.right.fx_px};
+    for (int side = 0; side < 2; side++) {
+        for (int i = 0; i < 9; i++) {  // fx fy cx cy k1 k2 p1 p2 k3
+            CHECK(first[side][i] == second[side][i]);
+        }
+    }
+    for (int i = 0; i < 3; i++) {
+        CHECK(std::fabs(a.rotation_right_left_rad[i] - b.rotation_right_left_rad[i]) <= tolerance);
+        CHECK(std::fabs(a.translation_right_left_mm[i] - b.translation_right_left_mm[i]) <=
+              1e3 * tolerance);
+    }
+}
+
+calibration random_calibration(random_rig::Random &random) {
+    calibration rig = random_rig::make(random);
+    std::strcpy(rig.id, "random");
+    REQUIRE(calibration_round(&rig) == ERROR_OK);
+    REQUIRE(calibration_validate(&rig, nullptr) == ERROR_OK);
+    return rig;
+}
+
+}  // namespace
+
+TEST_CASE("OpenCV's and ROS's files are read back as they were") {
+    const uint64_t seed = synthetic::test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    random_rig::Random random(seed);
+    for (int i = 0; i < 60; i++) {
+        const folder here;
+        const calibration rig = random_calibration(random);
+        import_options options;
+        const loaded opencv = load(exported(rig, "opencv", here), options);
+        INFO(opencv.message);
+        REQUIRE(opencv.code == ERROR_OK);
+        check_same(opencv.value, rig, 2e-12);
+        const loaded ros = load(exported(rig, "ros", here));
+        INFO(ros.message);
+        REQUIRE(ros.code == ERROR_OK);
+        check_same(ros.value, rig, 2e-12);
+        // The rectified cameras of the same files are a valid rectified pair with the same
+        // baseline.
+        options.rectified = true;
+        const loaded rectified = load(here / "opencv", options);
+        INFO(rectified.message);
+        REQUIRE(rectified.code == ERROR_OK);
+        CHECK(calibration_baseline_mm(&rectified.value) ==
+              doctest::Approx(calibration_baseline_mm(&rig)).epsilon(1e-9));
+    }
+}
+
+TEST_CASE("a rectified pair stays one") {
+    const folder here;
+    calibration rig = random_rig::plain_rig();
+    std::strcpy(rig.id, "rectified");
+    rig.rectified = true;
+    rig.right.cx_px += 12.5;
+    rig.left.fy_px = rig.right.fy_px = 602.5;
+    REQUIRE(calibration_validate(&rig, nullptr) == ERROR_OK);
+    const loaded ros = load(exported(rig, "ros", here));
+    INFO(ros.message);
+    REQUIRE(ros.code == ERROR_OK);
+    CHECK(ros.value.rectified);
+    check_same(ros.value, rig, 1e-12);
+    import_options options;
+    options.rectified = true;
+    const loaded opencv = load(exported(rig, "opencv", here), options);
+    REQUIRE(opencv.code == ERROR_OK);
+    check_same(opencv.value, rig, 1e-12);
+}
+
+TEST_CASE("rectified cameras keep the size, and disparity 0 is infinity where it is in reach") {
+    calibration rig = random_rig::plain_rig(0.001);
+    export_rectified parallel;
+    REQUIRE(export_rectify(rig, &parallel) == ERROR_OK);
+    CHECK(parallel.cx_left_px == parallel.cx_right_px);
+    CHECK(std::fabs(parallel.cx_left_px - 319.5) < 2);
+    rig = random_rig::plain_rig(0.2);
+    rig.depth_near_mm = 400;
+    rig.depth_far_mm = 600;
+    export_rectified verged;
+    REQUIRE(export_rectify(rig, &verged) == ERROR_OK);
+    CHECK(verged.cx_left_px - verged.cx_right_px < -50);
+    // What stands where the axes meet lies near the middle of both images.
+    const double verged_mm = calibration_vergence_depth_mm(&rig), point_mm[3] = {0, 0, verged_mm};
+    double rect_mm[3];
+    geometry_rotate(verged.R_rect_left, point_mm, rect_mm);
+    const double x_left = verged.cx_left_px + verged.f_px * rect_mm[0] / rect_mm[2];
+    const double x_right =
+        verged.cx_right_px + verged.f_px * (rect_mm[0] - verged.baseline_mm) / rect_mm[2];
+    CHECK(std::fabs(x_left - 319.5) < 100);
+    CHECK(std::fabs(x_right - 319.5) < 100);
+}
+
+TEST_CASE("images that are too large for matching are exported all the same") {
+    calibration rig = random_rig::plain_rig(0.01);
+    for (lens *one : {&rig.left, &rig.right}) {
+        one->width_px = 9000;
+        one->height_px = 6000;
+        one->fx_px = one->fy_px = 8000;
+        one->cx_px = 4499.5;
+        one->cy_px = 2999.5;
+    }
+    export_rectified found;
+    REQUIRE(export_rectify(rig, &found) == ERROR_OK);
+    CHECK(std::fabs(found.f_px / 8000 - 1) < 0.05);
+    CHECK(std::fabs(found.cy_px - 2999.5) < 10);
+}
+
+TEST_CASE("numbers are numbers for every reader of YAML") {
+    CHECK(export_numbers({0, -1, 0.5, 1e20, -5e-324, 0.1}) ==
+          "0, -1, 0.5, 1.0e+20, -4.9406564584124654e-324, 0.10000000000000001");
+}
+
+TEST_CASE("what a format cannot hold is said in one line") {
+    random_rig::Random random(5);
+    calibration rig = random_calibration(random);
+    std::vector<export_file> files;
+    std::string message;
+    CHECK(export_files(rig, "kalibr", &files, &message) == ERROR_DISTORTION);
+    CHECK(message.find("k3") != std::string::npos);
+    CHECK(files.empty());
+    rig.left.k3 = rig.right.k3 = 0;
+    CHECK(export_files(rig, "kalibr", &files, &message) == ERROR_OK);
+    CHECK(files.size() == 1);
+    rig.right.width_px += 2;
+    CHECK(export_files(rig, "opencv", &files, &message) == ERROR_RANGE);
+    CHECK(export_files(rig, "mrcal", &files, &message) == ERROR_OK);
+    CHECK(files[0].text.find("LENSMODEL_OPENCV4") != std::string::npos);
+    CHECK(export_files(rig, "matlab", &files, &message) == ERROR_ARGUMENT);
+    // A pair whose cameras look away from each other.
+    rig = random_rig::plain_rig(3.0);
+    CHECK(export_files(rig, "ros", &files, &message) != ERROR_OK);
+    CHECK(message.find('\n') == std::string::npos);
+}
