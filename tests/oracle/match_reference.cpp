@@ -104,7 +104,7 @@ Lanes arriving(const Lanes &average, const Lanes &own) {
 Lanes leaning(const Lanes &lanes) {
     Lanes result;
     for (size_t i = 0; i < lanes.size(); i++) {
-        result.push_back(std::min(lanes[i], lower_neighbour(lanes, i) + 4));
+        result.push_back(std::min(lanes[i], lower_neighbour(lanes, i) + 3));
     }
     return result;
 }
