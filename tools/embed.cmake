@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-# Writes OUTPUT, a C++ file that holds the report's sources of FOLDER as strings:
-#   cmake -DOUTPUT=... -DFOLDER=... "-DSCRIPTS=a.js b.js" -P embed.cmake
+# Writes OUTPUT, a C++ file that holds a report's sources of FOLDER as the strings NAME_page,
+# NAME_style and NAME_script, which tools/host/NAME.hpp declares:
+#   cmake -DOUTPUT=... -DFOLDER=... -DNAME=... "-DSCRIPTS=a.js b.js" -P embed.cmake
 # The scripts are joined in the given order, inside one function: nothing leaks into the page.
 function(append_string name text)
   string(FIND "${text}" ")embedded\"" clash)
@@ -11,16 +12,16 @@ function(append_string name text)
 endfunction()
 
 file(WRITE ${OUTPUT}.new "// SPDX-License-Identifier: Apache-2.0\n// Made by tools/embed.cmake.\n"
-     "#include \"tools/host/report_sources.hpp\"\n\n")
+     "#include \"tools/host/${NAME}.hpp\"\n\n")
 file(READ ${FOLDER}/report.html page)
-append_string(report_sources_page "${page}")
+append_string(${NAME}_page "${page}")
 file(READ ${FOLDER}/report.css style)
-append_string(report_sources_style "${style}")
+append_string(${NAME}_style "${style}")
 separate_arguments(scripts UNIX_COMMAND "${SCRIPTS}")
 set(joined "(() => {\n'use strict';\n")
 foreach(script IN LISTS scripts)
   file(READ ${FOLDER}/${script} text)
   string(APPEND joined "${text}")
 endforeach()
-append_string(report_sources_script "${joined}})();\n")
+append_string(${NAME}_script "${joined}})();\n")
 file(RENAME ${OUTPUT}.new ${OUTPUT})
