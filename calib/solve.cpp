@@ -7,6 +7,7 @@
 
 #include "calib/bundle.hpp"
 #include "calib/model_choice.hpp"
+#include "calib/noise_floor.hpp"
 #include "calib/robust.hpp"
 #include "calib/solve_fit.hpp"
 #include "calib/solve_input.hpp"
@@ -46,8 +47,8 @@ bundle_options cleaning_options(const bundle &data) {
     return options_of({lens_model::K1_K2_P1_P2, false}, views >= WARP_FROM, LOSS);
 }
 
-// Robust scale, with what the fit took from the residuals put back.
-double noise_scale(const bundle &data, const bundle_state &state, const bundle_options &options) {
+// The part of the residuals that a fit leaves.
+double spare_share(const bundle &data, const bundle_options &options) {
     double residuals = 0, parameters = 0;
     for (const bool one : options.free_lens) {
         parameters += one ? data.cameras : 0;
@@ -58,14 +59,21 @@ double noise_scale(const bundle &data, const bundle_state &state, const bundle_o
             residuals += view.used ? 2 * view.used_count() : 0;
         }
     }
-    const double spare = std::max(residuals - parameters, 0.1 * residuals);
-    return robust_scale(data, state) * std::sqrt(residuals / std::max(spare, 1.0));
+    return std::max(1 - parameters / std::max(residuals, 1.0), 0.1);
+}
+
+// Robust scale, with what the fit took from the residuals put back.
+double noise_scale(const bundle &data, const bundle_state &state, const bundle_options &options) {
+    return robust_scale(data, state) / std::sqrt(spare_share(data, options));
 }
 
 class solver {
   public:
     solver(const observations &seen, const solve_options &options)
-        : seen_(seen), options_(options), ordered_(order_observations(seen)) {}
+        : seen_(seen),
+          options_(options),
+          ordered_(order_observations(seen)),
+          floor_(ordered_.data) {}
 
     solution run() {
         records_ = inspect_views(&data());
@@ -116,6 +124,7 @@ class solver {
     void clean() {
         for (int round = 0; round < CLEANING_ROUNDS; round++) {
             bundle_options options = cleaning_options(data());
+            floor_.update(state_, spare_share(data(), options), &data());
             const double scale = noise_scale(data(), state_, options);
             const bool changed = judge(&data(), &state_, seen_.target, scale, &records_);
             options.loss_scale = LOSS * scale;
@@ -150,6 +159,7 @@ class solver {
     // Least squares on what is right, until what is right does not change.
     void finish() {
         const bundle_options options = final_options();
+        floor_.update(state_, spare_share(data(), options), &data());
         adjust(data(), options, &state_);
         for (int round = 0; round < FINAL_ROUNDS; round++) {
             bundle_state judged = state_;
@@ -203,6 +213,8 @@ class solver {
         result.scores = scores_;
         result.held_out_rms_px = held_out_rms_px_;
         result.fit = test_fit(data(), state_, errors.sigma0());
+        result.fit.sigma_ratio = floor_.ratio();
+        result.fit.floor_px = floor_.px();
         error_model widened = errors;
         widened.widen(result.fit.widened);
         describe_errors(data(), state_, widened, &result);
@@ -214,6 +226,7 @@ class solver {
     const observations &seen_;
     const solve_options &options_;
     ordered_bundle ordered_;
+    noise_floor floor_;
     view_records records_;
     bundle_state state_;
     model_candidate chosen_;

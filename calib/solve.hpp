@@ -66,7 +66,7 @@ struct corner_residual_px {
     int camera, index;
     double x_px, y_px;    // where it was seen
     double dx_px, dy_px;  // residual
-    double sigma_px;      // as given
+    double sigma_px;      // as weighted: as given, and `fit_test::floor_px` with it
     bool used;
 };
 
@@ -93,7 +93,10 @@ struct fit_test {
     double systematic_px = 0;     // rms of what is left in the image beyond noise
     double systematic_share = 0;  // of the whole rms
     double sigma_ratio = 0;       // residual scale over the sigmas that the corners came with
-    bool alarm = false;           // there is a pattern that noise does not make
+    /// What all corners are off by beyond the noise of their images (prints that are not exact,
+    /// compressed images): added to the variance of each.
+    double floor_px = 0;
+    bool alarm = false;  // there is a pattern that noise does not make
     /// Residuals with a pattern tell less than their number says; with an alarm all error bars of
     /// the solution were widened by this factor, the root of chi-square over its freedom.
     double widened = 1;
@@ -142,7 +145,7 @@ struct solution {
     std::vector<rejected_view> rejected_views;
 
     double rms_px = 0;  // per point, of all used corners
-    double sigma0 = 0;  // estimated sigma of a corner over the one that it came with
+    double sigma0 = 0;  // estimated sigma of a corner over the one that weighted it
     double held_out_rms_px = 0;
     int sightings_used = 0, pairs_used = 0;
     std::vector<model_score> scores;

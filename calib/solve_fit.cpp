@@ -88,7 +88,6 @@ fit_test test_fit(const bundle &data, const bundle_state &state, double sigma0) 
     const double noise_px = sigma0 * std::sqrt(sigma2_px2 / double(std::max(1L, count)));
     result.systematic_px = noise_px * std::sqrt(std::max(in_image.excess, on_board.excess));
     result.systematic_share = std::sqrt(std::max(in_image.excess, on_board.excess) / 2);
-    result.sigma_ratio = sigma0;
     result.alarm = (result.image_z > ALARM_Z || result.board_z > ALARM_Z) &&
                    result.systematic_px > LEAST_PATTERN_PX;
     if (result.alarm) {

@@ -21,8 +21,10 @@ const double FOCAL_SHARE = 0.01;                // largest tolerable sigma of f
 const double FOCAL_UNKNOWN = 0.05;              // beyond this f is not measured at all
 const double COVERAGE = 0.4;                    // share of the image's cells with corners
 const int FEW_BOARDS = 6, FEW_PAIRS = 4;
-const double SYSTEMATIC_SHARE = 0.4;  // of the residuals, that a model may leave as a pattern
-const double SIGMA_RATIO = 5;
+// What a model may leave as a pattern: this share of the residuals, or so many pixels.
+const double SYSTEMATIC_SHARE = 0.4, SYSTEMATIC_PX = 0.2;
+// What corners may be off by beyond the noise of their images: the larger of the two.
+const double FLOOR_PX = 0.5, FLOOR_SHARE = 1.0 / 4000;  // of the image's diagonal
 
 std::string text(const char *format, ...) __attribute__((format(printf, 1, 2)));
 std::string text(const char *format, ...) {
@@ -122,6 +124,11 @@ void look_at_camera(const bundle &data, const bundle_state &state, const solutio
     }
 }
 
+bool does_not_fit(const fit_test &fit) {
+    return fit.alarm && fit.systematic_share > SYSTEMATIC_SHARE &&
+           fit.systematic_px > SYSTEMATIC_PX;
+}
+
 std::string pattern_of(const fit_test &fit) {
     return text(
         "%.0f %% of the residuals (%.2f px) are a pattern that noise does not make (z = %.0f "
@@ -143,13 +150,14 @@ void look_at_rest(const bundle &data, const solution &found, std::vector<finding
         lens_validate(&found.rig.left) == ERROR_OK && lens_validate(&found.rig.right) == ERROR_OK) {
         findings->push_back({800, "the pose found for the right camera is impossible"});
     }
-    if (found.fit.alarm && found.fit.systematic_share > SYSTEMATIC_SHARE) {
+    if (does_not_fit(found.fit)) {
         findings->push_back({600, "the model does not fit: " + pattern_of(found.fit)});
     }
-    if (found.fit.sigma_ratio > SIGMA_RATIO) {
-        findings->push_back({550, text("residuals are %.1f times as large as the corners' noise "
-                                       "should be",
-                                       found.fit.sigma_ratio)});
+    if (found.fit.floor_px > std::max(FLOOR_PX, 2 * FLOOR_SHARE * data.frame[LEFT].radius_px)) {
+        findings->push_back({550, text("corners are off by %.2f px beyond the noise of their "
+                                       "images: is the board flat and its print exact, and did "
+                                       "nothing move?",
+                                       found.fit.floor_px)});
     }
     if (found.second_start.done && !found.second_start.agrees) {
         findings->push_back({850, text("the solver ends elsewhere from another start (%.1f sigma)",
@@ -185,7 +193,7 @@ verdict judge_solution(const bundle &data, const bundle_state &state, const solu
     for (const finding &one : findings) {
         result.reasons.push_back(one.reason);
     }
-    if (found.fit.alarm && found.fit.systematic_share <= SYSTEMATIC_SHARE) {
+    if (found.fit.alarm && !does_not_fit(found.fit)) {
         result.remarks.push_back(pattern_of(found.fit));
     }
     result.good = findings.empty();
