@@ -31,15 +31,16 @@ bool sample(const calibration_picture &picture, const double at_px[2], double *v
     return true;
 }
 
-/// Raw pixel of a pixel of the rectified image in its full size.
-bool raw_pixel(const lens &camera, const export_rectified &rectified, int side, double x_px,
-               double y_px, double pixel_px[2]) {
+/// Raw pixel of a pixel of the rectified image in its full size. `view_radius` is
+/// `lens_view_radius(&camera)`, which takes long to find.
+bool raw_pixel(const lens &camera, double view_radius, const export_rectified &rectified, int side,
+               double x_px, double y_px, double pixel_px[2]) {
     const double cx_px = side == 0 ? rectified.cx_left_px : rectified.cx_right_px;
     const double rect[3] = {(x_px - cx_px) / rectified.f_px,
                             (y_px - rectified.cy_px) / rectified.fy_px, 1};
     double ray[3];
     geometry_rotate_back(side == 0 ? rectified.R_rect_left : rectified.R_rect_right, rect, ray);
-    if (!(ray[2] > 0) || std::hypot(ray[0], ray[1]) > ray[2] * lens_view_radius(&camera)) {
+    if (!(ray[2] > 0) || std::hypot(ray[0], ray[1]) > ray[2] * view_radius) {
         return false;
     }
     return lens_project(&camera, ray, pixel_px);
@@ -94,6 +95,7 @@ calibration_picture calibration_picture_rectify(const calibration_picture &raw,
                                                 double scale) {
     INVARIANT(scale > 0 && scale <= 1);
     const lens &camera = side == 0 ? rig.left : rig.right;
+    const double view_radius = lens_view_radius(&camera);
     calibration_picture made;
     made.width_px = std::max(1, static_cast<int>(rig.left.width_px * scale));
     made.height_px = std::max(1, static_cast<int>(rig.left.height_px * scale));
@@ -106,7 +108,7 @@ calibration_picture calibration_picture_rectify(const calibration_picture &raw,
                 const double across = (part % parts + 0.5) / parts;
                 const double down = (part / parts + 0.5) / parts;
                 double pixel_px[2], value;
-                if (raw_pixel(camera, rectified, side, (x + across) / scale - 0.5,
+                if (raw_pixel(camera, view_radius, rectified, side, (x + across) / scale - 0.5,
                               (y + down) / scale - 0.5, pixel_px) &&
                     sample(raw, pixel_px, &value)) {
                     sum += value;
