@@ -83,3 +83,24 @@ bool calibrate_image_read(const std::string &path, calibrate_image *image, std::
     grey_rows(*file, &image->grey);
     return true;
 }
+
+void calibrate_image_enlarge(calibrate_image *image) {
+    if (image->shrink == 1) {
+        return;
+    }
+    std::vector<uint8_t> large;
+    large.reserve(static_cast<size_t>(image->file_width_px) *
+                  static_cast<size_t>(image->file_height_px));
+    for (int y = 0; y < image->file_height_px; y++) {
+        // What did not fill a whole block when it was shrunk takes the last pixel.
+        const int from_y = std::min(y / image->shrink, image->height_px - 1);
+        const uint8_t *row = image->grey.data() + size_t(from_y) * size_t(image->width_px);
+        for (int x = 0; x < image->file_width_px; x++) {
+            large.push_back(row[std::min(x / image->shrink, image->width_px - 1)]);
+        }
+    }
+    image->grey.swap(large);
+    image->width_px = image->file_width_px;
+    image->height_px = image->file_height_px;
+    image->shrink = 1;
+}

@@ -17,8 +17,10 @@
 #include "daemon/output_file.h"
 #include "daemon/progress.h"
 #include "daemon/workers.h"
+#include "tools/host/calibrate_mirror.hpp"
 #include "tools/host/calibrate_result.hpp"
 #include "tools/host/calibrate_views.hpp"
+#include "tools/host/calibration_report.hpp"
 
 namespace {
 
@@ -108,7 +110,9 @@ class runner {
         result_.notes = job_.inputs.notes;
         if (!solution_.solved) {
             reasons_ = calibrate_result_rejections(result_);
-            return fail(CLIENT_BAD_INPUT, solution_.verdict.sentence + hint_for_unsolved());
+            return fail(CLIENT_BAD_INPUT, is_mirrored()
+                                              ? mirrored_text()
+                                              : solution_.verdict.sentence + hint_for_unsolved());
         }
         judge();
         if (!job_.single &&
@@ -119,9 +123,9 @@ class runner {
                                                     nlohmann::json::error_handler_t::replace) +
                 "\n";
         const int code = write_results();
-        return code != CLIENT_OK      ? code
-               : result_.verdict.good ? CLIENT_OK
-                                      : fail(CLIENT_NOT_GOOD, result_.verdict.sentence);
+        return code != CLIENT_OK        ? code
+               : solution_.verdict.good ? CLIENT_OK
+                                        : fail(CLIENT_NOT_GOOD, solution_.verdict.sentence);
     }
 
     void find_views() {
@@ -197,27 +201,43 @@ class runner {
         stop_if_interrupted();
     }
 
+    /// Asked only where few pairs fit together.
+    bool is_mirrored() const {
+        return calibrate_one_camera_mirrors(views_.seen, workers_parallel(threads_.get())->threads,
+                                            solution_.pairs_used);
+    }
+
+    static std::string mirrored_text() {
+        return "one camera's pictures are mirrored, the other's are not: switch the mirroring off "
+               "(previews of webcams do it) and take them again";
+    }
+
+    void add_reason(const std::string &reason) {
+        solution_.verdict.good = false;
+        solution_.verdict.reasons.insert(solution_.verdict.reasons.begin(), reason);
+        solution_.verdict.sentence = "Not good: " + reason + ".";
+    }
+
     std::string hint_for_unsolved() const {
         const bool few = views_.pictures - static_cast<int>(views_.refusals.size()) < 10;
         return few ? " Photograph the board in some fifteen positions, tilted to different sides."
                    : "";
     }
 
-    /// The solver's verdict, and what it cannot know: that the cameras' names are exchanged.
+    /// Adds to the verdict what the solver cannot know.
     void judge() {
-        result_.verdict = solution_.verdict;
         if (job_.single) {
             return;
         }
         result_.rows = calibrate_rows_of(solution_);
         const double *shift_mm = solution_.T_right_left.t_mm;
         if (shift_mm[0] > 0 && shift_mm[0] > std::abs(shift_mm[1])) {
-            const std::string reason =
+            add_reason(
                 "the right camera stands to the left of the left one: left and right are "
-                "exchanged, or the pictures are mirrored";
-            result_.verdict.good = false;
-            result_.verdict.reasons.insert(result_.verdict.reasons.begin(), reason);
-            result_.verdict.sentence = "Not good: " + reason + ".";
+                "exchanged, or the pictures are mirrored");
+        }
+        if (2 * solution_.pairs_used < views_.pairs && is_mirrored()) {
+            add_reason(mirrored_text());
         }
     }
 
@@ -263,12 +283,40 @@ class runner {
         return std::string(text, static_cast<size_t>(length));
     }
 
+    std::string page_text() const {
+        calibration_page page{};
+        page.seen = &views_.seen;
+        page.result = &solution_;
+        page.title = job_.single ? "One camera" : result_.rig.id;
+        page.load = [this](size_t shot, int camera, std::vector<uint8_t> *grey, int *width,
+                           int *height) {
+            calibrate_image image;
+            std::string error;
+            const std::string &path = job_.inputs.shots[shot].path[static_cast<size_t>(camera)];
+            if (path.empty() || !calibrate_image_read(path, &image, &error)) {
+                return false;
+            }
+            calibrate_image_enlarge(&image);
+            grey->swap(image.grey);
+            *width = image.width_px;
+            *height = image.height_px;
+            return true;
+        };
+        std::ostringstream out;
+        const bool written = calibration_report_write(page, out);
+        INVARIANT(written);  // into memory
+        return out.str();
+    }
+
     int write_results() {
         progress_show(&progress_, STAGE_WRITE, "write", 0, 1);
         const std::string corners = corners_text();
         int code = job_.single ? CLIENT_OK : write_file("rig.calibration", rig_text());
         if (code == CLIENT_OK && !corners.empty()) {
             code = write_file("corners.vnl", corners);
+        }
+        if (code == CLIENT_OK) {
+            code = write_file("calibration.html", page_text());
         }
         if (code == CLIENT_OK) {
             code = write_file("calibration.json", json_);
@@ -294,7 +342,7 @@ class runner {
 
     void print_outcome() {
         print_notes(result_.notes);
-        print_notes(result_.verdict.remarks);
+        print_notes(solution_.verdict.remarks);
         print_notes(calibrate_result_rejections(result_));
         if (job_.json) {
             std::cout << json_;
@@ -305,8 +353,8 @@ class runner {
                           workers_parallel(threads_.get())->threads);
             std::cout << calibrate_result_text(result_) << cost << "results     " << job_.out_path
                       << "\n";
-            if (result_.verdict.good) {
-                std::cout << result_.verdict.sentence << "\n";
+            if (solution_.verdict.good) {
+                std::cout << solution_.verdict.sentence << "\n";
             }
         }
         std::cout.flush();

@@ -101,6 +101,7 @@ json fit_json(const calib::solution &solution) {
             {"systematic_px", fit.systematic_px},
             {"systematic_share", fit.systematic_share},
             {"sigma_ratio", fit.sigma_ratio},
+            {"floor_px", fit.floor_px},
             {"alarm", fit.alarm},
             {"error_bars_widened", fit.widened},
             {"second_start",
@@ -177,7 +178,7 @@ json rejected_json(const calibrate_result &result) {
 
 json calibrate_result_json(const calibrate_result &result) {
     const calib::solution &solution = *result.solution;
-    const calib::verdict &verdict = result.verdict;
+    const calib::verdict &verdict = result.solution->verdict;
     const bool pair = result.views->seen.cameras == 2;
     json page = {{"program", "vergence"},
                  {"version", client_version()},

@@ -157,9 +157,10 @@ bool calibrate_rig_name(const std::string &id, const std::string &date, const st
     std::snprintf(rig.id, sizeof rig.id, "%s", id.empty() ? made.c_str() : id.c_str());
     std::snprintf(rig.date, sizeof rig.date, "%s", date.c_str());
     std::string text = note;
-    if (!result->verdict.good) {
-        const std::string reason =
-            result->verdict.reasons.empty() ? "see calibration.json" : result->verdict.reasons[0];
+    if (!result->solution->verdict.good) {
+        const std::string reason = result->solution->verdict.reasons.empty()
+                                       ? "see calibration.json"
+                                       : result->solution->verdict.reasons[0];
         text = "NOT GOOD: " + reason + (note.empty() ? "" : "; " + note);
     }
     std::snprintf(rig.note, sizeof rig.note, "%s", text.c_str());

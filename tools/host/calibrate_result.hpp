@@ -20,7 +20,6 @@ struct calibrate_rows {
 struct calibrate_result {
     const calibrate_views *views;
     const calib::solution *solution;
-    calib::verdict verdict;          // the solution's, and what only the command knows
     calibration rig{};               // with id, date and note; rounded. Of a pair only
     calibrate_rows rows;             // of a pair only
     std::vector<std::string> notes;  // what was left out

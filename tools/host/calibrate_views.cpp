@@ -209,7 +209,7 @@ class finder {
             const auto [first, is_new] =
                 known.emplace(std::tuple(one.fingerprint, one.width_px, one.height_px), i);
             if (!is_new) {
-                refuse(i, "the same picture as " + path(first->second));
+                refuse(i, "the same picture as " + path(first->second).substr(common_folder()));
             }
         }
     }

@@ -26,6 +26,9 @@ struct calibrate_image {
 /// Returns false with one sentence in `*error` that names the file.
 bool calibrate_image_read(const std::string &path, calibrate_image *image, std::string *error);
 
+/// Makes a picture that was shrunk as large as its file says again, by repeating pixels.
+void calibrate_image_enlarge(calibrate_image *image);
+
 /// A picture that does not count, and why.
 struct calibrate_refusal {
     size_t shot;

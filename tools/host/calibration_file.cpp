@@ -94,6 +94,7 @@ std::vector<std::string> files_in(std::string directory) {
     }
     static const std::vector<std::vector<const char *>> usual = {
         {"calibration.txt"},
+        {"rig.calibration"},
         {"intrinsics.yml", "extrinsics.yml"},
         {"intrinsics.yaml", "extrinsics.yaml"},
         {"intrinsics.xml", "extrinsics.xml"},

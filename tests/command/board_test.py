@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`vergence board`: what is printed has its size, and is what OpenCV and we ourselves detect."""
+import os
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+import cv2
+import numpy
+
+import boards
+from pairs import run
+
+DOTS_A_MM = 10
+
+
+class Board(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="vergence-board-"))
+        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
+        self.page = self.folder / "board.pdf"
+
+    def make(self, *arguments):
+        done = run("board", *arguments, "--out", self.page)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        return done.stdout
+
+    def printed(self):
+        """The page as grey pixels, DOTS_A_MM a millimetre."""
+        subprocess.run(["pdftoppm", "-r", str(25.4 * DOTS_A_MM), "-gray", "-singlefile", self.page,
+                        self.folder / "page"], check=True, capture_output=True)
+        return cv2.imread(str(self.folder / "page.pgm"), cv2.IMREAD_GRAYSCALE)
+
+    def assert_size(self, page, size):
+        """Either way round; the program that draws the page rounds its size up."""
+        for got, expected in zip(sorted(page.shape), sorted(size)):
+            self.assertAlmostEqual(got, expected, delta=1)
+
+    def test_squares_and_ruler_have_their_size(self):
+        said = self.make("--board", "9x6", "--square", "24.5")
+        self.assertIn("the ruler must be 200 mm long", said)
+        page = self.printed()
+        self.assert_size(page, (2100, 2970))
+        found, corners = cv2.findChessboardCorners(page, (9, 6))
+        self.assertTrue(found)
+        end = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-4)
+        corners = cv2.cornerSubPix(page, corners, (20, 20), (-1, -1), end).reshape(6, 9, 2)
+        across = numpy.linalg.norm(corners[0, -1] - corners[0, 0]) / 8 / DOTS_A_MM
+        down = numpy.linalg.norm(corners[-1, 0] - corners[0, 0]) / 5 / DOTS_A_MM
+        self.assertAlmostEqual(across, 24.5, delta=0.01)
+        self.assertAlmostEqual(down, 24.5, delta=0.01)
+        # The longest dark run of pixels below the board is the ruler's line.
+        longest = max(int((row < 100).sum()) for row in page[1850:])
+        self.assertAlmostEqual(longest / DOTS_A_MM, 200, delta=0.4)
+
+    def test_papers(self):
+        for paper, size in (("A3", (2970, 4200)), ("letter", (2159, 2794)), ("500x300", (3000, 5000))):
+            self.make("--board", "9x6", "--square", "20", "--paper", paper)
+            self.assert_size(self.printed(), size)
+
+    def refuse(self, code, *arguments):
+        done = run("board", *arguments)
+        self.assertEqual((done.returncode, done.stdout), (code, ""))
+        self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+        return done.stderr
+
+    def test_refusals(self):
+        out = ["--out", self.page]
+        line = self.refuse(2, "--board", "9x6", "--square", "30", *out)
+        self.assertIn("does not fit on A4", line)
+        largest = line.split("squares of ")[2].split(" mm")[0]
+        self.make("--board", "9x6", "--square", largest)
+        self.refuse(2, "--board", "9x6", "--square", str(float(largest) + 0.2), *out)
+        for arguments, word in ((["--board", "9x6", "--square", "20"], "--out"),
+                                (["--square", "20", *out], "--board"),
+                                (["--board", "9x6", *out], "--square"),
+                                (["--board", "9x6", "--square", "20", "--paper", "B9", *out], "A4"),
+                                (["--board", "13x9", "--square", "15", "--charuco", "5x5_50",
+                                  "--marker", "11", *out], "70 markers")):
+            self.assertIn(word, self.refuse(2, *arguments))
+        line = self.refuse(1, "--board", "9x6", "--square", "20", "--out", self.folder / "no" / "x.pdf")
+        self.assertIn("No such file", line)
+
+    def views(self, page):
+        """The printed page on a table, seen from six sides; in a folder of its own."""
+        folder = self.folder / "views"
+        texture = cv2.resize(page, None, fx=boards.TEXELS_A_MM / DOTS_A_MM,
+                             fy=boards.TEXELS_A_MM / DOTS_A_MM, interpolation=cv2.INTER_AREA)
+        made = [(boards.picture(texture, boards.pose(*where), scale=2, seed=i), None)
+                for i, where in enumerate(boards.POSES[:8])]
+        boards.write(folder, made)
+        return folder
+
+    def test_coded_boards_are_what_opencv_and_we_detect(self):
+        for columns, rows, dictionary, name in ((9, 6, "5x5_50", "DICT_5X5_50"),
+                                                (8, 5, "DICT_6X6_250", "DICT_6X6_250"),
+                                                (7, 6, "apriltag_36h11", "DICT_APRILTAG_36h11")):
+            with self.subTest(dictionary=dictionary):
+                self.make("--board", f"{columns}x{rows}", "--square", 24, "--charuco", dictionary,
+                          "--marker", 18)
+                page = self.printed()
+                self.compare_with_opencv(page, columns, rows, name)
+                out = self.folder / "out"
+                done = run("calibrate", self.views(page), "--single", "--board",
+                           f"{columns}x{rows}", "--square", 24, "--charuco", dictionary, "--marker",
+                           18, "--out", out)
+                self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+                corners = (out / "corners.vnl").read_text().splitlines()
+                seen = [line for line in corners if not line.startswith("#") and " - " not in line]
+                self.assertGreater(len(seen), 0.9 * 8 * columns * rows)
+
+    def compare_with_opencv(self, page, columns, rows, name):
+        """Every marker is read where the board has it, in OpenCV's numbering."""
+        aruco = getattr(cv2, "aruco", None)
+        if aruco is None or not hasattr(aruco, "CharucoBoard_create"):
+            return
+        dictionary = aruco.getPredefinedDictionary(getattr(aruco, name))
+        theirs = aruco.CharucoBoard_create(columns + 1, rows + 1, 24, 18, dictionary)
+        found, numbers, _ = aruco.detectMarkers(page, dictionary)
+        self.assertEqual(len(found), (columns + 1) * (rows + 1) // 2)
+        _, places, corners = aruco.interpolateCornersCharuco(found, numbers, page, theirs)
+        self.assertEqual(len(places), columns * rows)
+        there = places[:, 0][numpy.argsort(corners[:, 0])].reshape(rows, columns, 2)
+        self.assertTrue((numpy.diff(there[:, :, 0], axis=1) > 0).all())
+        self.assertTrue((numpy.diff(there[:, :, 1], axis=0) > 0).all())
+
+
+if __name__ == "__main__":
+    unittest.main()

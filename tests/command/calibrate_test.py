@@ -1,0 +1,392 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`vergence calibrate`: what it makes of good pictures, and what it says of bad ones."""
+import json
+import os
+import pathlib
+import resource
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+import cv2
+import numpy
+from PIL import Image
+
+import boards
+from pairs import VERGENCE
+
+SAMPLES = os.environ.get("VERGENCE_OPENCV_SAMPLES", "")
+RESULTS = {"rig.calibration", "corners.vnl", "calibration.html", "calibration.json"}
+
+
+class Workshop(unittest.TestCase):
+    """A folder of its own with ten good pairs, to be spoiled."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.made = boards.pairs()
+
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="vergence-calibrate-"))
+        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
+        self.pictures = self.folder / "pictures"
+        self.pictures.mkdir()
+        self.out = self.folder / "out"
+
+    def good(self):
+        boards.write(self.pictures, self.made)
+
+    def run_on(self, *operands, board=None, out=None, **options):
+        arguments = [VERGENCE, "calibrate", *map(str, operands or [self.pictures]),
+                     *map(str, boards.OPTIONS if board is None else board), "--out",
+                     str(out or self.out)]
+        return subprocess.run(arguments, capture_output=True, text=True, timeout=300, **options)
+
+    def figures(self):
+        return json.loads((self.out / "calibration.json").read_text())
+
+    def assert_good(self, done, pairs=10):
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertIn("Good: ", done.stdout.splitlines()[-1])
+        figures = self.figures()
+        self.assertEqual(figures["fit"]["pairs_used"], pairs, done.stderr)
+        self.assertLess(figures["fit"]["rms_px"], 0.1)
+        rig = figures["rig"]
+        self.assertLess(abs(rig["baseline_mm"] - boards.BASELINE_MM),
+                        5 * rig["baseline_sigma_mm"] + 0.05)
+        return figures
+
+    def assert_not_good(self, done, *words):
+        """Written, and marked."""
+        self.assertEqual(done.returncode, 5, done.stdout + done.stderr)
+        last = done.stderr.splitlines()[-1]
+        self.assertTrue(last.startswith("vergence calibrate: Not good: "), last)
+        for word in words:
+            self.assertIn(word, last)
+        self.assertNotIn("Good: ", done.stdout)
+        self.assertFalse(self.figures()["verdict"]["good"])
+        self.assertIn("note NOT GOOD: ", (self.out / "rig.calibration").read_text())
+
+    def assert_refused(self, done, code, *words):
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        self.assertEqual(done.stdout, "")
+        last = done.stderr.splitlines()[-1]
+        self.assertTrue(last.startswith("vergence calibrate: "), done.stderr)
+        for word in words:
+            self.assertIn(word, last)
+        for line in done.stderr.splitlines()[:-1]:
+            self.assertTrue(line.startswith("vergence: note: "), line)
+        self.assertEqual([p.name for p in self.folder.iterdir() if p.name != "pictures"], [])
+
+    def note(self, done, name):
+        """The one note that names a picture."""
+        lines = [line for line in done.stderr.splitlines()
+                 if line.startswith("vergence: note: ") and name in line]
+        self.assertEqual(len(lines), 1, done.stderr)
+        return lines[0]
+
+
+class Names(Workshop):
+    """The same pairs are found however they are named, and give the same rig."""
+
+    def test_folders_patterns_and_lists(self):
+        self.good()
+        self.assert_good(self.run_on())
+        reference = (self.out / "rig.calibration").read_bytes()
+        self.assertEqual(set(os.listdir(self.out)), RESULTS)
+        sides = self.folder / "sides"
+        boards.write(sides, self.made, "left/{}.png", "right/{}.png")
+        cameras = self.folder / "cameras"
+        boards.write(cameras, self.made, "a/shot-{}.png", "b/shot-{}.png")
+        letters = self.folder / "letters"
+        boards.write(letters, self.made, "shot{}_L.png", "shot{}_R.png")
+        numbers = range(1, 11)
+        two = self.folder / "two.txt"
+        two.write_text("# left, right\n" + "".join(
+            f"pictures/left{n:02d}.png pictures/right{n:02d}.png\n" for n in numbers))
+        xml = self.folder / "list.xml"
+        xml.write_text('<?xml version="1.0"?>\n<opencv_storage>\n<imagelist>\n' + "".join(
+            f'"pictures/left{n:02d}.png"\n"pictures/right{n:02d}.png"\n' for n in numbers) +
+            "</imagelist>\n</opencv_storage>\n")
+        yaml = self.folder / "list.yaml"
+        yaml.write_text("%YAML:1.0\n---\nimages:\n" + "".join(
+            f"  - pictures/left{n:02d}.png\n  - pictures/right{n:02d}.png\n" for n in numbers))
+        ways = [[f"{self.pictures}/right*.png", f"{self.pictures}/left*.png"],
+                sorted(self.pictures.glob("*.png"), reverse=True), [sides],
+                [sides / "left", sides / "right"], [cameras / "a", cameras / "b"], [letters], [two],
+                [xml], [yaml]]
+        for way in ways:
+            with self.subTest(way=str(way)[:80]):
+                self.assert_good(self.run_on(*way))
+                self.assertEqual((self.out / "rig.calibration").read_bytes(), reference)
+
+    def test_names_that_say_nothing(self):
+        boards.write(self.pictures, self.made[:2], "x{}.png", "y{}.png")
+        self.assert_refused(self.run_on(), 3, "x1.png", "which camera")
+        self.assert_refused(self.run_on(self.pictures / "none*.png"), 3, "no file")
+        self.assert_refused(self.run_on(self.pictures / "none.png"), 3, "No such file")
+
+    def test_sides_that_have_nothing_in_common(self):
+        boards.write(self.pictures, self.made[:2], "left-a{}.png", "right-b1{}.png")
+        self.assert_refused(self.run_on(), 3, "partner")
+
+    def test_one_side_only(self):
+        boards.write(self.pictures, [(a, None) for a, _ in self.made])
+        self.assert_refused(self.run_on(), 3, "right", "--single")
+        done = self.run_on(self.pictures, "--single")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(set(os.listdir(self.out)), RESULTS - {"rig.calibration"})
+        camera = self.figures()["camera"]
+        self.assertLess(abs(camera["focal_px"][0] - boards.FOCAL_PX),
+                        5 * camera["focal_sigma_px"] + 0.3)
+
+    def test_an_empty_folder(self):
+        self.assert_refused(self.run_on(), 3, "pictures", "no pictures")
+
+
+class Output(Workshop):
+    def test_same_bytes_on_any_number_of_threads(self):
+        self.good()
+        other = self.folder / "other"
+        self.assert_good(self.run_on("--threads", 1, self.pictures))
+        self.assertEqual(self.run_on("--threads", 3, self.pictures, out=other).returncode, 0)
+        for name in RESULTS:
+            self.assertEqual((self.out / name).read_bytes(), (other / name).read_bytes(), name)
+
+    def test_corners_are_read_back(self):
+        self.good()
+        self.assert_good(self.run_on())
+        first = self.figures()
+        corners = self.folder / "corners.vnl"
+        shutil.move(self.out / "corners.vnl", corners)
+        # Pictures without a board now: whatever is found comes from the file.
+        for seed, path in enumerate(sorted(self.pictures.iterdir())):
+            random = numpy.random.default_rng(seed)
+            cv2.imwrite(str(path), random.integers(0, 255, (480, 640)).astype(numpy.uint8))
+        figures = self.assert_good(self.run_on(self.pictures, "--corners", corners))
+        self.assertAlmostEqual(figures["rig"]["baseline_mm"], first["rig"]["baseline_mm"], places=3)
+
+    def test_names_dates_and_notes(self):
+        self.good()
+        done = self.run_on(self.pictures, "--id", "bench-7", "--date", "2026-01-31", "--note",
+                           "focus at 0.5 m", "--quiet")
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
+        text = (self.out / "rig.calibration").read_text()
+        for line in ("id bench-7", "date 2026-01-31", "note focus at 0.5 m"):
+            self.assertIn(line + "\n", text)
+        printed = self.run_on(self.pictures, "--json")
+        self.assertEqual(json.loads(printed.stdout), self.figures())
+
+    def test_reconstruct_takes_the_folder(self):
+        self.good()
+        self.assert_good(self.run_on())
+        result = self.folder / "result"
+        done = subprocess.run(
+            [VERGENCE, "reconstruct", self.pictures / "left01.png", self.pictures / "right01.png",
+             "--calibration", self.out, "--depth", "350:800", "--out", result],
+            capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        depth = cv2.imread(str(result / "depth.png"), cv2.IMREAD_UNCHANGED)
+        self.assertAlmostEqual(numpy.median(depth[220:260, 300:340]), boards.ROOM_MM, delta=15)
+
+    def test_usage(self):
+        for arguments, word in (([], "--board"), (["--board", "9x6"], "--square"),
+                                (["--board", "9", "--square", "3"], "COLUMNSxROWS"),
+                                (["--board", "9x6", "--square", "0"], "--square"),
+                                (boards.OPTIONS + ["--marker", "3"], "--charuco"),
+                                (boards.OPTIONS + ["--charuco", "9x9"], "5x5_50"),
+                                (boards.OPTIONS + ["--charuco", "5x5_50"], "--marker"),
+                                (boards.OPTIONS + ["--charuco", "5x5_50", "--marker", 30], "smaller"),
+                                (boards.OPTIONS + ["--date", "today"], "YYYY"),
+                                (boards.OPTIONS + ["--id", "a b"], "--id")):
+            self.assert_refused(self.run_on(self.pictures, board=arguments), 2, word)
+
+    def test_a_write_that_fails_leaves_nothing(self):
+        self.good()
+
+        def limit():
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))
+        self.assert_refused(self.run_on(preexec_fn=limit), 1, "File too large", f"{self.out}/")
+        self.assert_refused(self.run_on(out=self.pictures / "left01.png" / "x"), 1, "directory")
+
+    def test_a_full_disk_leaves_nothing(self):
+        self.good()
+        for call, when in (("write", 2), ("fsync", 2), ("rename", 1), ("mkdir", 1)):
+            with self.subTest(call=call):
+                trace = ["strace", "-f", "-qq", "-o", "/dev/null", "-e", f"trace={call}", "-e",
+                         f"inject={call}:error=ENOSPC:when={when}"]
+                done = subprocess.run(
+                    [*trace, VERGENCE, "calibrate", str(self.pictures), *map(str, boards.OPTIONS),
+                     "--out", str(self.out)], capture_output=True, text=True, timeout=300)
+                self.assert_refused(done, 1, "No space left")
+
+    def test_ctrl_c(self):
+        self.good()
+        begin = time.monotonic()
+        self.assert_good(self.run_on())
+        whole = time.monotonic() - begin
+        shutil.rmtree(self.out)
+        stopped = 0
+        for part in (0.2, 0.4, 0.6, 0.8):
+            process = subprocess.Popen(
+                [VERGENCE, "calibrate", str(self.pictures), *map(str, boards.OPTIONS), "--out",
+                 str(self.out)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            time.sleep(part * whole)
+            process.send_signal(signal.SIGINT)
+            sent = time.monotonic()
+            _, complaint = process.communicate(timeout=60)
+            if process.returncode == 0:  # it was faster
+                shutil.rmtree(self.out)
+                continue
+            self.assertLess(time.monotonic() - sent, max(1.0, whole))
+            if process.returncode == 130:
+                stopped += 1
+                self.assertIn("interrupted", complaint)
+                self.assertEqual(complaint.count("\n"), 1)
+            self.assertEqual([p.name for p in self.folder.iterdir()], ["pictures"])
+        self.assertGreater(stopped, 0)
+
+
+class BadInput(Workshop):
+    """One clear line each; what is left is used."""
+
+    def spoil(self, name, image):
+        self.assertTrue(cv2.imwrite(str(self.pictures / name), image))
+
+    def test_a_missing_partner(self):
+        self.good()
+        (self.pictures / "right03.png").unlink()
+        done = self.run_on()
+        self.assert_good(done, 9)
+        self.assertIn("no right partner", self.note(done, "left03"))
+
+    def test_the_wrong_board(self):
+        self.good()
+        done = self.run_on(board=["--board", "8x6", "--square", 25])
+        self.assert_refused(done, 3, "found 9 x 6 corners, not 8 x 6", "--board")
+        self.assertEqual(done.stderr.count("\n"), 1)
+
+    def test_a_board_that_one_camera_sees(self):
+        grey = numpy.full((boards.HEIGHT, boards.WIDTH), 90, numpy.uint8)
+        boards.write(self.pictures, [(a, grey) for a, _ in self.made])
+        self.assert_refused(self.run_on(), 3, "both cameras")
+
+    def test_left_and_right_exchanged(self):
+        boards.write(self.pictures, [(b, a) for a, b in self.made])
+        self.assert_not_good(self.run_on(), "exchanged", "mirrored")
+
+    def test_one_mirrored_camera(self):
+        boards.write(self.pictures, [(a, b[:, ::-1]) for a, b in self.made])
+        done = self.run_on()
+        self.assertIn(done.returncode, (3, 5), done.stdout + done.stderr)
+        self.assertIn("mirror", done.stderr)
+
+    def test_the_same_picture_twice(self):
+        self.good()
+        self.spoil("left05.png", self.made[3][0])
+        self.spoil("right05.png", self.made[3][1])
+        done = self.run_on()
+        self.assert_good(done, 9)
+        self.assertIn("same picture as", self.note(done, "left05.png"))
+        self.assertIn("left04.png", self.note(done, "left05.png"))
+
+    def test_left_and_right_of_different_moments(self):
+        self.good()
+        self.spoil("right05.png", self.made[6][1])
+        (self.pictures / "right07.png").unlink()
+        done = self.run_on()
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("not of the same moment", self.note(done, "right05.png"))
+
+    def test_mixed_resolutions(self):
+        self.good()
+        self.spoil("right02.png", cv2.resize(self.made[1][1], (320, 240)))
+        done = self.run_on()
+        self.assert_good(done, 9)
+        self.assertIn("320x240 pixels; most of its camera have 640x480",
+                      self.note(done, "right02.png"))
+
+    def test_three_pictures_in_all(self):
+        boards.write(self.pictures, [self.made[0], (self.made[1][0], None)])
+        self.assert_refused(self.run_on(), 3, "fifteen positions")
+
+    def test_three_pairs(self):
+        boards.write(self.pictures, self.made[:3])
+        self.assert_not_good(self.run_on(), "only 3 boards")
+
+    def test_parallel_boards(self):
+        poses = [(0, 0, turn, x, y, z) for turn, x, y, z in
+                 ((0, 0, 0, 0), (5, 50, 20, 0), (-5, -40, 30, 0), (10, 20, -40, 0), (0, -50, -30, 0),
+                  (3, 60, -20, 0), (8, 0, 40, 0))]
+        boards.write(self.pictures, boards.pairs(poses=poses))
+        self.assert_not_good(self.run_on(), "parallel", "tilt")
+
+    def test_blurred_and_overexposed_boards(self):
+        self.good()
+        self.spoil("left02.png", cv2.GaussianBlur(self.made[1][0], (0, 0), 14))
+        self.spoil("right06.png", numpy.clip(self.made[5][1] * 9.0, 0, 255).astype(numpy.uint8))
+        done = self.run_on()
+        self.assert_good(done, 8)
+        self.assertIn("blurred", self.note(done, "left02.png"))
+        self.assertIn("overexposed", self.note(done, "right06.png"))
+
+    def test_files_that_cannot_be_read(self):
+        self.good()
+        whole = (self.pictures / "left02.png").read_bytes()
+        (self.pictures / "left02.png").write_bytes(whole[:len(whole) // 2])
+        (self.pictures / "right04.png").write_bytes(b"hello, world")
+        (self.pictures / "right08.png").write_bytes(b"")
+        done = self.run_on()
+        self.assert_good(done, 7)
+        self.note(done, "left02.png")
+        self.assertIn("no known image format", self.note(done, "right04.png"))
+        self.assertIn("empty", self.note(done, "right08.png"))
+
+    def test_photographs_of_twelve_megapixels_that_exif_turns(self):
+        """The sensor is on its side: its rows are the shown picture's columns."""
+        texture = boards.board_texture()
+        exif = Image.Exif()
+        exif[0x0112] = 6  # turn clockwise to see it upright
+        for number, where in enumerate(boards.POSES[:6], 1):
+            for right, name in enumerate(("left", "right")):
+                image = boards.picture(texture, boards.pose(*where), bool(right), scale=6,
+                                       seed=2 * number + right)[:3000, :]
+                lying = numpy.rot90(image)  # as the sensor has it
+                Image.fromarray(lying).save(self.pictures / f"{name}{number}.jpg", quality=92,
+                                            exif=exif)
+        done = self.run_on()
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        figures = self.figures()
+        self.assertEqual(figures["left"]["size_px"], [3840, 2880])
+        self.assertAlmostEqual(figures["rig"]["baseline_mm"], boards.BASELINE_MM, delta=0.2)
+        # One that is turned another way is another camera.
+        picture = Image.open(self.pictures / "left2.jpg")
+        exif[0x0112] = 8
+        picture.save(self.pictures / "left2.jpg", quality=92, exif=exif)
+        self.assertIn("turned another way", self.note(self.run_on(), "left2.jpg"))
+
+
+class Recorded(Workshop):
+    """opencv-doc's pairs against the published figures of their author."""
+
+    @unittest.skipUnless(os.path.exists(os.path.join(SAMPLES, "stereo_calib.xml")), "no opencv-doc")
+    def test_thirteen_pairs(self):
+        done = self.run_on(os.path.join(SAMPLES, "stereo_calib.xml"),
+                           board=["--board", "9x6", "--square", 30])
+        self.assertEqual(done.returncode, 0, done.stderr)
+        figures = self.figures()
+        self.assertEqual(figures["fit"]["pairs_used"], 13)
+        self.assertLessEqual(figures["fit"]["rms_px"], 0.210)
+        self.assertAlmostEqual(figures["rig"]["baseline_mm"], 99.80, delta=0.10)
+        self.assertLessEqual(figures["rig"]["rows_rms_px"], 0.15)
+        for got, published, wide in zip(figures["rig"]["rotation_right_left_rad"],
+                                        (0.00669, 0.00452, -0.00350), (0.0027, 0.0031, 0.0003)):
+            self.assertAlmostEqual(got, published, delta=wide)
+
+
+if __name__ == "__main__":
+    unittest.main()
