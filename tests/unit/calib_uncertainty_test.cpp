@@ -176,7 +176,7 @@ TEST_CASE("error bars hold the truth over 400 independent draws") {
     const int draws = std::max(400, synthetic::draws(400));
     const uint64_t seed = synthetic::test_seed();
     INFO("VERGENCE_SEED=", seed);
-    std::vector<draw> made(draws);
+    std::vector<draw> made(size_t(draws));
     calib::parallel_pieces(2, draws, [&](int i) {
         // Ten draws of the noise for each scene.
         made[size_t(i)] =
@@ -189,8 +189,9 @@ TEST_CASE("error bars hold the truth over 400 independent draws") {
         CHECK_FALSE(one.found.fit.alarm);
         add_draw(one, &all);
     }
-    for (const auto &[name, score] : all) {
-        INFO(name, ": z rms ", score.rms(), ", 95 % covers ", score.covered());
+    for (const auto &entry : all) {
+        const auto &score = entry.second;
+        INFO(entry.first, ": z rms ", score.rms(), ", 95 % covers ", score.covered());
         CHECK(score.rms() > 0.8);
         CHECK(score.rms() < 1.25);
         CHECK(score.covered() > 0.92);

@@ -27,7 +27,7 @@ struct calibration_measured {
     double plane_rms_mm = 0;    // of the points off each board's plane of best fit
 };
 
-enum { CALIBRATION_AREAS_X = 8, CALIBRATION_AREAS_Y = 6 };
+constexpr int CALIBRATION_AREAS_X = 8, CALIBRATION_AREAS_Y = 6;
 
 struct calibration_camera_figures {
     lens camera;
