@@ -46,7 +46,7 @@ class Arguments(pairs.Workshop):
                 self.assert_refused(pairs.run(*arguments), 2, word)
 
     def test_examples_can_be_copied_from_any_help(self):
-        for command in ("reconstruct", "evaluate", "info"):
+        for command in ("reconstruct", "calibrate", "board", "evaluate", "info"):
             page = pairs.run("help", command).stdout
             examples = page.split("\nExamples\n")[1]
             for line in examples.splitlines():

@@ -61,6 +61,12 @@ class Demo(unittest.TestCase):
         self.assertLess(board["plane_rms_mm"], 1.0)
         self.assertLess(board["off_plane"], 0.1 * board["corners"])
         self.assertFalse(load(self.folder.name, "chessboard", "result.json")["plan"]["identity"])
+        calibration = load(self.folder.name, "chessboard-calibration", "calibration.json")
+        self.assertTrue(calibration["verdict"]["good"])
+        self.assertAlmostEqual(calibration["rig"]["baseline_mm"], 99.80, delta=0.10)
+        page = os.path.join(self.folder.name, "chessboard-calibration", "calibration.html")
+        self.assertIn(page, self.first.stdout)
+        self.assertGreater(os.path.getsize(page), 100_000)
 
     def test_second_run_does_no_needless_work(self):
         second = run("demo", "--quick", "--out", self.folder.name)

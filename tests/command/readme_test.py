@@ -9,6 +9,8 @@ import unittest
 import cv2
 import numpy
 
+import boards
+
 ROOT = os.environ["VERGENCE_SOURCE"]
 WIDTH, HEIGHT, SHIFT_PX, FOCAL_PX, BASELINE_MM = 640, 480, 24, 600.0, 100.0
 
@@ -52,6 +54,7 @@ class Readme(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             write_pair(folder)
             write_calibration(os.path.join(folder, "calibration"))
+            boards.write(os.path.join(folder, "pictures"), boards.pairs())
             path = os.path.dirname(os.environ["VERGENCE"]) + os.pathsep + os.environ["PATH"]
             for line in lines:
                 done = subprocess.run(["bash", "-c", line], cwd=folder, text=True,

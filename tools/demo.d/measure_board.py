@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measures the chessboard in a result and compares it with the board's known squares.
 
-usage: measure_board.py RESULT BOARDS_JSON
+usage: measure_board.py RESULT CALIBRATION_JSON
 Corners come from OpenCV, in the rectified left image; depths from disparity.pfm. Prints JSON: count
 of corners measured, median square side and its scatter, distance of the corners from their plane and how many of them
 are off it.
@@ -17,13 +17,13 @@ import numpy as np
 OFF_MM = 2.0  # a corner farther than this from the board's plane is a wrong match
 
 
-def corner_points(result, boards):
+def corner_points(result, board):
     """The board's corners in the rectified left frame, in mm; NaN where nothing was measured."""
     image = cv2.imread(os.path.join(result, "left_rectified.png"), cv2.IMREAD_GRAYSCALE)
     disparity = cv2.imread(os.path.join(result, "disparity.pfm"), cv2.IMREAD_UNCHANGED)
     with open(os.path.join(result, "result.json"), encoding="utf-8") as file:
         plan = json.load(file)["plan"]
-    columns, rows = boards["corners"]
+    columns, rows = board["corners"]
     found, corners = cv2.findChessboardCorners(image, (columns, rows))
     if not found:
         sys.exit("measure_board: no chessboard in the rectified left image")
@@ -64,10 +64,10 @@ def distances_from_plane(points):
 
 def main():
     if len(sys.argv) != 3:
-        sys.exit("usage: measure_board.py RESULT BOARDS_JSON")
-    with open(sys.argv[2], encoding="ascii") as file:
-        boards = json.load(file)
-    points = corner_points(sys.argv[1], boards)
+        sys.exit("usage: measure_board.py RESULT CALIBRATION_JSON")
+    with open(sys.argv[2], encoding="utf-8") as file:
+        board = json.load(file)["board"]
+    points = corner_points(sys.argv[1], board)
     sides = np.concatenate([np.linalg.norm(np.diff(points, axis=axis), axis=2).ravel()
                             for axis in (0, 1)])
     sides = sides[np.isfinite(sides)]
@@ -79,7 +79,7 @@ def main():
     near = away[away <= OFF_MM]
     print(json.dumps({"corners": len(flat), "square_mm": float(np.median(sides)),
                       "square_scatter_mm": float(1.4826 * np.median(np.abs(sides - np.median(sides)))),
-                      "true_square_mm": boards["square_mm"],
+                      "true_square_mm": board["square_mm"],
                       "plane_rms_mm": float(np.sqrt(np.mean(near ** 2))),
                       "off_plane": int(len(away) - len(near)), "off_plane_mm": OFF_MM}))
 
