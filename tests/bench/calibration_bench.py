@@ -87,7 +87,7 @@ def rows_rms(rig, corners, pairs):
             turned = np.column_stack((rays, np.ones(len(rays)))) @ rect[i].T
             rows.append(f_px * turned[:, 1] / turned[:, 2])
         off.append(rows[0] - rows[1])
-    return float(np.sqrt(np.mean(np.concatenate(off) ** 2))) if off else None
+    return float(np.sqrt(np.nanmean(np.concatenate(off) ** 2))) if off else None
 
 
 def held_out_errors(rig, corners, pairs, grid):
@@ -99,14 +99,17 @@ def held_out_errors(rig, corners, pairs, grid):
         if not all(name in corners for name in pair):
             continue
         seen = [corners[name] for name in pair]
+        there = [np.isfinite(points[:, 0]) for points in seen]
 
-        def residuals(pose, wanted=seen):
+        def residuals(pose, wanted=seen, there=there):
             both = cv2.composeRT(pose[:3], pose[3:], cv2.Rodrigues(R)[0], T)
             left = cv2.projectPoints(grid, pose[:3], pose[3:], rig["K"][0], np.array(rig["D"][0]))[0]
             right = cv2.projectPoints(grid, both[0], both[1], rig["K"][1], np.array(rig["D"][1]))[0]
-            return np.concatenate((left[:, 0] - wanted[0], right[:, 0] - wanted[1])).ravel()
+            off = (left[:, 0] - wanted[0])[there[0]], (right[:, 0] - wanted[1])[there[1]]
+            return np.concatenate(off).ravel()
 
-        found, turn, shift = cv2.solvePnP(grid, seen[0], rig["K"][0], np.array(rig["D"][0]))
+        found, turn, shift = cv2.solvePnP(grid[there[0]], seen[0][there[0]], rig["K"][0],
+                                          np.array(rig["D"][0]))
         if not found:
             raise methods.Failure("a held out board has no place")
         best = least_squares(residuals, np.concatenate((turn.ravel(), shift.ravel())), x_scale="jac")

@@ -51,14 +51,16 @@ def points_of(context):
 # Ours.
 
 def read_vnl(path):
-    """Corners by image name, in the file's order; images without any are left out."""
+    """Corners by image name, in the file's order, those that were not seen as NaN; images without
+    any are left out."""
     corners = {}
     with open(path, encoding="utf-8") as file:
         for line in file:
             words = line.split()
-            if words and not words[0].startswith("#") and words[1] != "-":
-                corners.setdefault(words[0], []).append([float(words[1]), float(words[2])])
-    return {name: np.array(points) for name, points in corners.items()}
+            if words and not words[0].startswith("#"):
+                point = [float("nan") if word == "-" else float(word) for word in words[1:3]]
+                corners.setdefault(words[0], []).append(point)
+    return {name: np.array(points) for name, points in corners.items() if len(points) > 1}
 
 
 def ours(stage, context):
@@ -192,7 +194,8 @@ def write_vnl(path, names, corners):
         file.write("# filename x y level\n")
         for name in names:
             for x, y in corners.get(name, []):
-                file.write(f"{name} {x:.6f} {y:.6f} 0\n")
+                seen = np.isfinite(x)
+                file.write(f"{name} {x:.6f} {y:.6f} 0\n" if seen else f"{name} - - -\n")
             if name not in corners:
                 file.write(f"{name} - - -\n")
 
