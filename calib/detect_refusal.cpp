@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
+
+#include "calib/sentence.hpp"
 
 namespace calib::detect {
 
@@ -18,15 +18,6 @@ constexpr int white_grey = 252, dark_grey = 40;
 constexpr double most_white_share = 0.4, most_dark_share = 0.995;
 constexpr double blurred_px = 4;   // an image whose sharpest edges are wider than this is blurred
 constexpr int fewest_corners = 9;  // a smaller grid is taken for texture
-
-[[gnu::format(printf, 1, 2)]] std::string line(const char *format, ...) {
-    std::array<char, 200> text;
-    va_list values;
-    va_start(values, format);
-    std::vsnprintf(text.data(), text.size(), format, values);
-    va_end(values);
-    return text.data();
-}
 
 // Where one line of corners more would begin, beyond the first or last of a grid's row.
 bool next_is_outside(const plane &level, const saddle &inner, const saddle &outer) {
@@ -92,8 +83,8 @@ double steepest_edge_blur_px(const std::vector<plane> &levels) {
 
 std::string size_refusal(const board &board, const near_miss &nearest) {
     const bool wide = (nearest.columns >= nearest.rows) == (board.columns >= board.rows);
-    return line("found %d x %d corners, not %d x %d", wide ? nearest.columns : nearest.rows,
-                wide ? nearest.rows : nearest.columns, board.columns, board.rows);
+    return sentence("found %d x %d corners, not %d x %d", wide ? nearest.columns : nearest.rows,
+                    wide ? nearest.rows : nearest.columns, board.columns, board.rows);
 }
 
 std::string coded_refusal(const board &board, const near_miss &nearest) {
@@ -101,15 +92,15 @@ std::string coded_refusal(const board &board, const near_miss &nearest) {
         return "the board is mirrored: its markers read backwards";
     }
     if (nearest.markers_known >= 2) {
-        return line("the markers do not fit a coded board of %d x %d corners", board.columns,
-                    board.rows);
+        return sentence("the markers do not fit a coded board of %d x %d corners", board.columns,
+                        board.rows);
     }
     if (nearest.markers_seen >= 2) {
-        return line("%d markers found, but not those of dictionary %s", nearest.markers_seen,
-                    board.dictionary.c_str());
+        return sentence("%d markers found, but not those of dictionary %s", nearest.markers_seen,
+                        board.dictionary.c_str());
     }
-    return line("found %d corners, but cannot read enough markers to tell which they are",
-                nearest.corners);
+    return sentence("found %d corners, but cannot read enough markers to tell which they are",
+                    nearest.corners);
 }
 
 std::string image_refusal(const std::vector<plane> &levels) {
@@ -121,15 +112,15 @@ std::string image_refusal(const std::vector<plane> &levels) {
         dark += grey < dark_grey ? shares[grey] : 0;
     }
     if (white > most_white_share) {
-        return line("no board found; overexposed: %.0f %% of the image is white", 100 * white);
+        return sentence("no board found; overexposed: %.0f %% of the image is white", 100 * white);
     }
     if (dark > most_dark_share) {
         return "no board found; too dark";
     }
     const double blur_px = steepest_edge_blur_px(levels);
     if (blur_px > blurred_px) {
-        return line("no board found; blurred: the sharpest edges are about %.0f pixels wide",
-                    2.5 * blur_px);
+        return sentence("no board found; blurred: the sharpest edges are about %.0f pixels wide",
+                        2.5 * blur_px);
     }
     return "no board found";
 }
@@ -156,8 +147,8 @@ std::string refusal_of(const board &board, const std::vector<plane> &levels,
         return image_refusal(levels);
     }
     if (nearest.blur_px > suspect_blur_share * nearest.spacing_px) {
-        return line("too blurred: edges spread over %.1f pixels, squares are %.0f pixels wide",
-                    2.5 * nearest.blur_px, nearest.spacing_px);
+        return sentence("too blurred: edges spread over %.1f pixels, squares are %.0f pixels wide",
+                        2.5 * nearest.blur_px, nearest.spacing_px);
     }
     if (board.coded()) {
         return coded_refusal(board, nearest);
@@ -171,10 +162,10 @@ std::string refusal_of(const board &board, const std::vector<plane> &levels,
         return size_refusal(board, nearest);
     }
     if (nearest.cut) {
-        return line("the image's border cuts the board off: %d of %d corners", nearest.corners,
-                    wanted);
+        return sentence("the image's border cuts the board off: %d of %d corners", nearest.corners,
+                        wanted);
     }
-    return line("only %d of %d corners can be seen", nearest.corners, wanted);
+    return sentence("only %d of %d corners can be seen", nearest.corners, wanted);
 }
 
 }  // namespace calib::detect

@@ -4,9 +4,9 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
 #include <cstdio>
 
+#include "calib/sentence.hpp"
 #include "calib/uncertainty.hpp"
 #include "core/error.h"
 #include "core/geometry.h"
@@ -25,16 +25,6 @@ const int FEW_BOARDS = 6, FEW_PAIRS = 4;
 const double SYSTEMATIC_SHARE = 0.4, SYSTEMATIC_PX = 0.2;
 // What corners may be off by beyond the noise of their images: the larger of the two.
 const double FLOOR_PX = 0.5, FLOOR_SHARE = 1.0 / 4000;  // of the image's diagonal
-
-std::string text(const char *format, ...) __attribute__((format(printf, 1, 2)));
-std::string text(const char *format, ...) {
-    char line[400];
-    va_list arguments;
-    va_start(arguments, format);
-    std::vsnprintf(line, sizeof line, format, arguments);
-    va_end(arguments);
-    return line;
-}
 
 const char *camera_name(const bundle &data, int camera) {
     static const char *const names[CAMERAS] = {"left camera", "right camera"};
@@ -96,31 +86,34 @@ void look_at_camera(const bundle &data, const bundle_state &state, const solutio
     const double spread = normals_spread_rad(data, state, camera);
     if (spread < PARALLEL_RAD) {
         findings->push_back(
-            {1000, text("all boards of the %s stand parallel to each other (within %.1f degrees), "
-                        "so its focal length cannot be measured: tilt the board by 30 degrees and "
-                        "more, to different sides",
-                        who, spread * 180 / MATH_PI)});
+            {1000,
+             sentence("all boards of the %s stand parallel to each other (within %.1f degrees), "
+                      "so its focal length cannot be measured: tilt the board by 30 degrees and "
+                      "more, to different sides",
+                      who, spread * 180 / MATH_PI)});
     } else if (share > FOCAL_UNKNOWN) {
-        findings->push_back({900, text("the focal length of the %s is not determined (standard "
-                                       "deviation %.0f %%): tilt the board more, and to different "
-                                       "sides",
-                                       who, 100 * share)});
+        findings->push_back(
+            {900, sentence("the focal length of the %s is not determined (standard "
+                           "deviation %.0f %%): tilt the board more, and to different "
+                           "sides",
+                           who, 100 * share)});
     } else if (share > FOCAL_SHARE) {
         findings->push_back(
             {300 * share / FOCAL_SHARE,
-             text("the focal length of the %s is known to %.1f %% only", who, 100 * share)});
+             sentence("the focal length of the %s is known to %.1f %% only", who, 100 * share)});
     }
     if (views < FEW_BOARDS) {
-        findings->push_back({500 + 10.0 * (FEW_BOARDS - views),
-                             text("only %d boards in the %s, some fifteen are good", views, who)});
+        findings->push_back(
+            {500 + 10.0 * (FEW_BOARDS - views),
+             sentence("only %d boards in the %s, some fifteen are good", views, who)});
     }
     const double covered = coverage(data, camera);
     if (covered < COVERAGE) {
         findings->push_back(
-            {200, text("the boards cover only %.0f %% of the %s's image", 100 * covered, who)});
+            {200, sentence("the boards cover only %.0f %% of the %s's image", 100 * covered, who)});
     }
     if (lens_validate(&found.camera[camera]) != ERROR_OK) {
-        findings->push_back({800, text("the lens found for the %s is impossible", who)});
+        findings->push_back({800, sentence("the lens found for the %s is impossible", who)});
     }
 }
 
@@ -130,7 +123,7 @@ bool does_not_fit(const fit_test &fit) {
 }
 
 std::string pattern_of(const fit_test &fit) {
-    return text(
+    return sentence(
         "%.0f %% of the residuals (%.2f px) are a pattern that noise does not make (z = %.0f "
         "over the image, %.0f over the board); error bars are widened %.1f times",
         100 * fit.systematic_share, fit.systematic_px, fit.image_z, fit.board_z, fit.widened);
@@ -142,7 +135,7 @@ void look_at_rest(const bundle &data, const solution &found, std::vector<finding
     }
     if (data.cameras == CAMERAS && found.pairs_used < FEW_PAIRS) {
         findings->push_back(
-            {450, text("only %d boards were seen by both cameras", found.pairs_used)});
+            {450, sentence("only %d boards were seen by both cameras", found.pairs_used)});
     }
     calibration named = found.rig;
     std::snprintf(named.id, sizeof named.id, "unnamed");
@@ -154,14 +147,15 @@ void look_at_rest(const bundle &data, const solution &found, std::vector<finding
         findings->push_back({600, "the model does not fit: " + pattern_of(found.fit)});
     }
     if (found.fit.floor_px > std::max(FLOOR_PX, 2 * FLOOR_SHARE * data.frame[LEFT].radius_px)) {
-        findings->push_back({550, text("corners are off by %.2f px beyond the noise of their "
-                                       "images: is the board flat and its print exact, and did "
-                                       "nothing move?",
-                                       found.fit.floor_px)});
+        findings->push_back({550, sentence("corners are off by %.2f px beyond the noise of their "
+                                           "images: is the board flat and its print exact, and did "
+                                           "nothing move?",
+                                           found.fit.floor_px)});
     }
     if (found.second_start.done && !found.second_start.agrees) {
-        findings->push_back({850, text("the solver ends elsewhere from another start (%.1f sigma)",
-                                       found.second_start.focal_difference_sigma)});
+        findings->push_back(
+            {850, sentence("the solver ends elsewhere from another start (%.1f sigma)",
+                           found.second_start.focal_difference_sigma)});
     }
     size_t views = 0, wrong = 0;
     for (const auto &sighting : data.sightings) {
@@ -171,7 +165,7 @@ void look_at_rest(const bundle &data, const solution &found, std::vector<finding
         }
     }
     if (3 * wrong > views) {
-        findings->push_back({400, text("%zu of %zu views were rejected", wrong, views)});
+        findings->push_back({400, sentence("%zu of %zu views were rejected", wrong, views)});
     }
 }
 
@@ -200,8 +194,8 @@ verdict judge_solution(const bundle &data, const bundle_state &state, const solu
     if (!result.good) {
         result.sentence = "Not good: " + result.reasons[0];
         if (result.reasons.size() > 1) {
-            result.sentence += text("; and %zu more %s", result.reasons.size() - 1,
-                                    result.reasons.size() == 2 ? "reason" : "reasons");
+            result.sentence += sentence("; and %zu more %s", result.reasons.size() - 1,
+                                        result.reasons.size() == 2 ? "reason" : "reasons");
         }
         result.sentence += ".";
         return result;
@@ -209,13 +203,13 @@ verdict judge_solution(const bundle &data, const bundle_state &state, const solu
     const double worst = std::max(
         found.sigma.focal_px[LEFT] / found.camera[LEFT].fx_px,
         data.cameras == CAMERAS ? found.sigma.focal_px[RIGHT] / found.camera[RIGHT].fx_px : 0.0);
-    result.sentence = text(
+    result.sentence = sentence(
         "Good: %d boards fit to %.2f px (%.2f px where they were not taught), "
         "the focal length is known to %.2g %%",
         found.sightings_used, found.rms_px, found.held_out_rms_px, 100 * worst);
     if (data.cameras == CAMERAS) {
-        result.sentence += text(", the baseline of %.2f mm to %.2g mm",
-                                calibration_baseline_mm(&found.rig), found.sigma.baseline_mm);
+        result.sentence += sentence(", the baseline of %.2f mm to %.2g mm",
+                                    calibration_baseline_mm(&found.rig), found.sigma.baseline_mm);
     }
     result.sentence += ".";
     return result;

@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
 #include <vector>
 
 #include "calib/marker.hpp"
 #include "core/invariant.h"
+#include "tools/host/report_text.hpp"
 
 namespace {
 
@@ -24,15 +24,6 @@ const board_paper papers[] = {
     {"A4", 210, 297},  {"A3", 297, 420},         {"A2", 420, 594},        {"A1", 594, 841},
     {"A0", 841, 1189}, {"letter", 215.9, 279.4}, {"legal", 215.9, 355.6}, {"tabloid", 279.4, 431.8},
 };
-
-[[gnu::format(printf, 1, 2)]] std::string text_of(const char *format, ...) {
-    char text[300];
-    va_list values;
-    va_start(values, format);
-    std::vsnprintf(text, sizeof text, format, values);
-    va_end(values);
-    return text;
-}
 
 bool same_word(const std::string &a, const std::string &b) {
     return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](char x, char y) {
@@ -52,7 +43,7 @@ double largest_on(const calib::board &board, double width_mm, double height_mm) 
 class drawing {
   public:
     void rectangle(double x, double y, double width, double height) {
-        content_ += text_of("%.4f %.4f %.4f %.4f re\n", x, y, width, height);
+        content_ += report_text_format("%.4f %.4f %.4f %.4f re\n", x, y, width, height);
     }
     /// The rectangles up to `end` are filled as one shape, so that neighbours show no seam.
     void begin(bool black) { content_ += black ? "0 g\n" : "1 g\n"; }
@@ -64,8 +55,8 @@ class drawing {
                 c == '(' || c == ')' || c == '\\' ? std::string("\\") + c : std::string(1, c);
         }
         // Text is upright only where y grows upwards.
-        content_ += text_of("BT /F %.4f Tf 1 0 0 -1 %.4f %.4f Tm (", letters_mm, x, y) + escaped +
-                    ") Tj ET\n";
+        content_ += report_text_format("BT /F %.4f Tf 1 0 0 -1 %.4f %.4f Tm (", letters_mm, x, y) +
+                    escaped + ") Tj ET\n";
     }
     const std::string &content() const { return content_; }
 
@@ -133,16 +124,18 @@ double draw_ruler(double x, double y, double room_mm, drawing *page) {
 
 void draw_caption(const calib::board &board, const place &at, double width_mm, double ruler_mm,
                   drawing *page) {
-    std::string board_text = text_of("%d x %d inner corners, squares of %g mm", board.columns,
-                                     board.rows, board.square_mm);
+    std::string board_text = report_text_format("%d x %d inner corners, squares of %g mm",
+                                                board.columns, board.rows, board.square_mm);
     std::string command =
-        text_of("--board %dx%d --square %g", board.columns, board.rows, board.square_mm);
+        report_text_format("--board %dx%d --square %g", board.columns, board.rows, board.square_mm);
     if (board.coded()) {
-        board_text += text_of(", markers %s of %g mm", board.dictionary.c_str(), board.marker_mm);
-        command += text_of(" --charuco %s --marker %g", board.dictionary.c_str(), board.marker_mm);
+        board_text +=
+            report_text_format(", markers %s of %g mm", board.dictionary.c_str(), board.marker_mm);
+        command += report_text_format(" --charuco %s --marker %g", board.dictionary.c_str(),
+                                      board.marker_mm);
     }
     std::string print_text =
-        text_of("Print at 100 %%, glue it flat. The ruler is %g mm long.", ruler_mm);
+        report_text_format("Print at 100 %%, glue it flat. The ruler is %g mm long.", ruler_mm);
     const double most = width_mm / (letters_mm * widest_letter);
     const std::string with_command = print_text + "  vergence calibrate " + command;
     print_text = static_cast<double>(with_command.size()) < most ? with_command : print_text;
@@ -157,22 +150,23 @@ std::string wrapped(const std::string &content, const board_paper &paper) {
     const std::string objects[] = {
         "<< /Type /Catalog /Pages 2 0 R /ViewerPreferences << /PrintScaling /None >> >>",
         "<< /Type /Pages /Kids [3 0 R] /Count 1 >>",
-        text_of("<< /Type /Page /Parent 2 0 R /MediaBox [0 0 %.6f %.6f] /Contents 4 0 R "
-                "/Resources << /Font << /F 5 0 R >> >> >>",
-                width, height),
-        text_of("<< /Length %zu >>\nstream\n", content.size()) + content + "endstream",
+        report_text_format("<< /Type /Page /Parent 2 0 R /MediaBox [0 0 %.6f %.6f] /Contents 4 0 R "
+                           "/Resources << /Font << /F 5 0 R >> >> >>",
+                           width, height),
+        report_text_format("<< /Length %zu >>\nstream\n", content.size()) + content + "endstream",
         "<< /Type /Font /Subtype /Type1 /BaseFont /Helvetica >>",
     };
     std::string file = "%PDF-1.6\n";
     std::string table = "0000000000 65535 f \n";
     int number = 0;
     for (const std::string &object : objects) {
-        table += text_of("%010zu 00000 n \n", file.size());
-        file += text_of("%d 0 obj\n", ++number) + object + "\nendobj\n";
+        table += report_text_format("%010zu 00000 n \n", file.size());
+        file += report_text_format("%d 0 obj\n", ++number) + object + "\nendobj\n";
     }
     const size_t table_at = file.size();
-    return file + text_of("xref\n0 %d\n", number + 1) + table +
-           text_of("trailer\n<< /Size %d /Root 1 0 R >>\nstartxref\n%zu\n", number + 1, table_at) +
+    return file + report_text_format("xref\n0 %d\n", number + 1) + table +
+           report_text_format("trailer\n<< /Size %d /Root 1 0 R >>\nstartxref\n%zu\n", number + 1,
+                              table_at) +
            "%%EOF\n";
 }
 
@@ -235,7 +229,7 @@ std::string board_pdf(const calib::board &board, const board_paper &paper, doubl
     *scale_mm = draw_ruler(margin_mm, caption_y + 1, room_mm, &page);
     draw_caption(board, {margin_mm, caption_y + 1}, room_mm, *scale_mm, &page);
     // From points upwards to millimetres downwards.
-    const std::string scale = text_of("%.9f 0 0 %.9f 0 %.6f cm\n", 1 / point_mm, -1 / point_mm,
-                                      turned.height_mm / point_mm);
+    const std::string scale = report_text_format("%.9f 0 0 %.9f 0 %.6f cm\n", 1 / point_mm,
+                                                 -1 / point_mm, turned.height_mm / point_mm);
     return wrapped(scale + page.content(), turned);
 }

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
 #include <cstdio>
 #include <map>
 
@@ -12,20 +11,12 @@
 #include "core/geometry.h"
 #include "core/lens.h"
 #include "tools/host/calibration_file.hpp"
+#include "tools/host/report_text.hpp"
 
 namespace {
 
 const size_t corners_listed = 12;
 const char *const side_name[] = {"left", "right"};
-
-[[gnu::format(printf, 1, 2)]] std::string line(const char *format, ...) {
-    char text[512];
-    va_list values;
-    va_start(values, format);
-    std::vsnprintf(text, sizeof text, format, values);
-    va_end(values);
-    return text;
-}
 
 /// The axes of both rectified cameras, in the left frame: x along the baseline, z the mean view.
 struct rectified_axes {
@@ -87,9 +78,10 @@ uint32_t crc_of_corners(const calib::observations &seen) {
 std::string lens_text(const calib::solution &solution, int camera) {
     const lens &lens = solution.camera[camera];
     const auto place = static_cast<size_t>(camera);
-    return line("f %.2f +- %.2f px, centre %.2f +- %.2f, %.2f +- %.2f px", lens.fx_px,
-                solution.sigma.focal_px[place], lens.cx_px, solution.sigma.centre_x_px[place],
-                lens.cy_px, solution.sigma.centre_y_px[place]);
+    return report_text_format("f %.2f +- %.2f px, centre %.2f +- %.2f, %.2f +- %.2f px", lens.fx_px,
+                              solution.sigma.focal_px[place], lens.cx_px,
+                              solution.sigma.centre_x_px[place], lens.cy_px,
+                              solution.sigma.centre_y_px[place]);
 }
 
 const std::string &name_of(const calibrate_result &result, size_t shot, int camera) {
@@ -114,7 +106,7 @@ std::vector<std::string> grouped_refusals(const calibrate_result &result) {
             text += (i > 0 ? ", " : "") + names[i];
         }
         if (names.size() > shown) {
-            text += line(" and %zu more", names.size() - shown);
+            text += report_text_format(" and %zu more", names.size() - shown);
         }
         lines.push_back(text + ": " + reason);
     }
@@ -152,8 +144,8 @@ bool calibrate_rig_name(const std::string &id, const std::string &date, const st
                         calibrate_result *result, std::string *error) {
     calibration &rig = result->rig;
     rig = result->solution->rig;
-    const std::string made =
-        line("calibration-%08x", static_cast<unsigned>(crc_of_corners(result->views->seen)));
+    const std::string made = report_text_format(
+        "calibration-%08x", static_cast<unsigned>(crc_of_corners(result->views->seen)));
     std::snprintf(rig.id, sizeof rig.id, "%s", id.empty() ? made.c_str() : id.c_str());
     std::snprintf(rig.date, sizeof rig.date, "%s", date.c_str());
     std::string text = note;
@@ -178,25 +170,28 @@ std::string calibrate_result_text(const calibrate_result &result) {
     const calib::solution &solution = *result.solution;
     const calibrate_views &views = *result.views;
     const bool pair = views.seen.cameras == 2;
-    std::string text = line("pictures    %d, a board in %d", views.pictures, views.boards);
-    text += pair ? line(", %d pairs used\n", solution.pairs_used) : "\n";
+    std::string text =
+        report_text_format("pictures    %d, a board in %d", views.pictures, views.boards);
+    text += pair ? report_text_format(", %d pairs used\n", solution.pairs_used) : "\n";
     for (int camera = 0; camera < views.seen.cameras; camera++) {
-        text += line("%-12s%s\n", pair ? side_name[camera] : "camera",
-                     lens_text(solution, camera).c_str());
+        text += report_text_format("%-12s%s\n", pair ? side_name[camera] : "camera",
+                                   lens_text(solution, camera).c_str());
     }
-    text += line("lens model  %s%s\n", calib::lens_model_name(solution.model),
-                 solution.warped_board ? ", board not flat" : "");
+    text += report_text_format("lens model  %s%s\n", calib::lens_model_name(solution.model),
+                               solution.warped_board ? ", board not flat" : "");
     if (pair) {
-        text += line("baseline    %.3f +- %.3f mm\n", geometry_norm(solution.T_right_left.t_mm),
-                     solution.sigma.baseline_mm);
+        text += report_text_format("baseline    %.3f +- %.3f mm\n",
+                                   geometry_norm(solution.T_right_left.t_mm),
+                                   solution.sigma.baseline_mm);
     }
-    text += line("fit         %.3f px rms per point", solution.rms_px);
+    text += report_text_format("fit         %.3f px rms per point", solution.rms_px);
     text += solution.held_out_rms_px > 0
-                ? line(", %.3f px on boards held out\n", solution.held_out_rms_px)
+                ? report_text_format(", %.3f px on boards held out\n", solution.held_out_rms_px)
                 : "\n";
     if (pair) {
-        text += line("rows        %.3f px rms apart after rectification, %.2f px at most\n",
-                     result.rows.rms_px, result.rows.most_px);
+        text += report_text_format(
+            "rows        %.3f px rms apart after rectification, %.2f px at most\n",
+            result.rows.rms_px, result.rows.most_px);
     }
     return text;
 }
@@ -213,11 +208,13 @@ std::vector<std::string> calibrate_result_rejections(const calibrate_result &res
     for (size_t i = 0; i < std::min(corners.size(), corners_listed); i++) {
         const calib::rejected_corner &corner = corners[i];
         lines.push_back(name_of(result, corner.sighting, corner.camera) +
-                        line(": corner %d ", corner.index) + corner.reason + " (left out)");
+                        report_text_format(": corner %d ", corner.index) + corner.reason +
+                        " (left out)");
     }
     if (corners.size() > corners_listed) {
-        lines.push_back(line("%zu corners more are left out; calibration.json names them",
-                             corners.size() - corners_listed));
+        lines.push_back(
+            report_text_format("%zu corners more are left out; calibration.json names them",
+                               corners.size() - corners_listed));
     }
     return lines;
 }
