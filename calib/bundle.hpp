@@ -89,6 +89,25 @@ bool make_corner_rows(const bundle &data, int camera, const bundle_corner &corne
 bool corner_residual(const bundle &data, int camera, const bundle_corner &corner,
                      const bundle_state &state, const rigid &T_left_board, double residual_px[2]);
 
+/// Calls `call(corner, residual_px)` for each corner in use that lies in front of its camera,
+/// sighting by sighting.
+template <class Call>
+void for_used_residuals(const bundle &data, const bundle_state &state, const Call &call) {
+    for (size_t i = 0; i < data.sightings.size(); i++) {
+        for (int camera = 0; camera < data.cameras; camera++) {
+            const bundle_view &view = data.sightings[i][size_t(camera)];
+            for (const bundle_corner &corner : view.corners) {
+                double residual_px[2];
+                if (view.used && corner.used &&
+                    corner_residual(data, camera, corner, state, state.T_left_board[i],
+                                    residual_px)) {
+                    call(corner, residual_px);
+                }
+            }
+        }
+    }
+}
+
 /// The pose after the increment described at `corner_rows`.
 rigid moved_board(const rigid &T_left_board, const double increment[POSE_PLACES]);
 rigid moved_rig(const rigid &T_right_left, const double increment[POSE_PLACES]);

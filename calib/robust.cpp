@@ -296,18 +296,9 @@ view_records inspect_views(bundle *data) {
 
 double robust_scale(const bundle &data, const bundle_state &state) {
     std::vector<double> lengths;
-    for (size_t i = 0; i < data.sightings.size(); i++) {
-        for (int camera = 0; camera < data.cameras; camera++) {
-            const bundle_view &view = data.sightings[i][size_t(camera)];
-            for (const bundle_corner &corner : view.corners) {
-                double residual[2];
-                if (view.used && corner.used &&
-                    corner_residual(data, camera, corner, state, state.T_left_board[i], residual)) {
-                    lengths.push_back(std::hypot(residual[0], residual[1]) / corner.sigma_px);
-                }
-            }
-        }
-    }
+    for_used_residuals(data, state, [&](const bundle_corner &corner, const double *residual_px) {
+        lengths.push_back(std::hypot(residual_px[0], residual_px[1]) / corner.sigma_px);
+    });
     return lengths.empty() ? 1 : std::max(1e-9, median_of(&lengths) / MEDIAN_RADIUS);
 }
 

@@ -74,19 +74,10 @@ void describe_view(const bundle &data, const bundle_state &state, size_t ordered
 double rms_of(const bundle &data, const bundle_state &state) {
     double squares = 0;
     long count = 0;
-    for (size_t i = 0; i < data.sightings.size(); i++) {
-        for (int camera = 0; camera < data.cameras; camera++) {
-            const bundle_view &view = data.sightings[i][size_t(camera)];
-            for (const bundle_corner &corner : view.corners) {
-                double residual[2];
-                if (view.used && corner.used &&
-                    corner_residual(data, camera, corner, state, state.T_left_board[i], residual)) {
-                    squares += residual[0] * residual[0] + residual[1] * residual[1];
-                    count++;
-                }
-            }
-        }
-    }
+    for_used_residuals(data, state, [&](const bundle_corner &, const double *residual_px) {
+        squares += residual_px[0] * residual_px[0] + residual_px[1] * residual_px[1];
+        count++;
+    });
     return std::sqrt(squares / double(std::max(1L, count)));
 }
 
