@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/host/calibration_file.hpp"
 
-#include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,6 +13,7 @@
 #include "core/crc.h"
 #include "core/error.h"
 #include "daemon/input_file.h"
+#include "tools/host/whole_file.hpp"
 
 namespace {
 
@@ -373,36 +372,8 @@ int calibration_file_write(const std::string &path, const calibration &value,
         *message = path + ": not written: " + error_text(length);
         return length;
     }
-    const auto failed = [&](const std::string &temporary) {
-        *message = path + ": cannot be written: " + std::strerror(errno);
-        if (!temporary.empty()) {
-            unlink(temporary.c_str());
-        }
-        return static_cast<int>(ERROR_BUFFER);
-    };
-    if (input_file_is_directory(path.c_str())) {
-        errno = EISDIR;
-        return failed("");
-    }
-    std::string temporary = path + ".XXXXXX";
-    const int descriptor = mkstemp(&temporary[0]);
-    if (descriptor < 0) {
-        return failed("");
-    }
-    bool good = true;
-    for (int done = 0; good && done < length;) {
-        const ssize_t count = write(descriptor, text + done, static_cast<size_t>(length - done));
-        good = count > 0 || (count < 0 && errno == EINTR);
-        done += count > 0 ? static_cast<int>(count) : 0;
-    }
-    const mode_t mask = umask(0);
-    umask(mask);
-    good = good && fchmod(descriptor, 0666 & ~mask) == 0 && fsync(descriptor) == 0;
-    const int saved = errno;
-    good = close(descriptor) == 0 && good;
-    errno = good ? errno : saved;
-    if (!good || std::rename(temporary.c_str(), path.c_str()) != 0) {
-        return failed(temporary);
+    if (!whole_file_write(path, std::string(text, static_cast<std::size_t>(length)), message)) {
+        return ERROR_BUFFER;
     }
     return ERROR_OK;
 }

@@ -1,42 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <unistd.h>
-
-#include <cerrno>
 #include <cstddef>
 #include <cstdio>
-#include <cstring>
-#include <memory>
 #include <string>
 
 #include "core/error.h"
 #include "daemon/client.h"
+#include "daemon/message.h"
 #include "daemon/options.h"
-#include "daemon/output_file.h"
 #include "tools/host/board_pdf.hpp"
 #include "tools/host/calibrate_board.hpp"
 #include "tools/host/commands.hpp"
 #include "tools/host/number_text.hpp"
+#include "tools/host/whole_file.hpp"
 
 namespace {
 
 struct request {
-    int corners[2];
-    double square_mm, marker_mm;
-    const char *dictionary, *paper, *out;
+    calibrate_board_request board;
+    const char *paper, *out;
 };
 
 const option options[] = {
-    {"board", OPTION_INT, offsetof(request, corners), "COLUMNSxROWS",
+    {"board", OPTION_INT, offsetof(request, board.corners), "COLUMNSxROWS",
      "Inner corners, along a row and from row to row; squares are one more each way. A plain board "
      "with an odd and an even count cannot be taken the wrong way round. Needed.",
      2, 255, 2, 'x', nullptr},
-    {"square", OPTION_REAL, offsetof(request, square_mm), "MM", "Side of one square. Needed.", 1e-3,
-     1e4, 0, 0, nullptr},
-    {"charuco", OPTION_TEXT, offsetof(request, dictionary), "DICT",
+    {"square", OPTION_REAL, offsetof(request, board.square_mm), "MM", "Side of one square. Needed.",
+     1e-3, 1e4, 0, 0, nullptr},
+    {"charuco", OPTION_TEXT, offsetof(request, board.dictionary), "DICT",
      "Put markers of this dictionary into the white squares, as OpenCV's CharucoBoard does: 4x4_50 "
      "to 7x7_1000, aruco_original, apriltag_36h11 and others.",
      0, 0, 0, 0, nullptr},
-    {"marker", OPTION_REAL, offsetof(request, marker_mm), "MM",
+    {"marker", OPTION_REAL, offsetof(request, board.marker_mm), "MM",
      "With --charuco: side of a marker, its black border included; about 3/4 of a square is good.",
      1e-3, 1e4, 0, 0, nullptr},
     {"paper", OPTION_TEXT, offsetof(request, paper), "PAPER",
@@ -70,22 +65,6 @@ int refuse(int code, const std::string &text) {
     return code;
 }
 
-/// Under another name first, so that no half of a page ever stands under its own.
-bool write_file(const std::string &path, const std::string &text, std::string *error) {
-    const std::string temporary = path + ".part";
-    const auto file = std::make_unique<output_file>();
-    output_file_open(file.get(), temporary.c_str());
-    output_file_write(file.get(), text.data(), text.size());
-    message trouble{};
-    const bool written = output_file_close(file.get(), &trouble) == ERROR_OK;
-    if (written && std::rename(temporary.c_str(), path.c_str()) == 0) {
-        return true;
-    }
-    *error = written ? path + ": cannot be written: " + std::strerror(errno) : trouble.text;
-    unlink(temporary.c_str());
-    return false;
-}
-
 }  // namespace
 
 int command_board(int argc, char **argv) {
@@ -95,14 +74,8 @@ int command_board(int argc, char **argv) {
     if (parsed != OPTIONS_CONTINUE) {
         return parsed;
     }
-    calibrate_board_request described;
-    described.corners[0] = asked.corners[0];
-    described.corners[1] = asked.corners[1];
-    described.square_mm = asked.square_mm;
-    described.dictionary = asked.dictionary;
-    described.marker_mm = asked.marker_mm;
     calib::board board;
-    std::string error = calibrate_board_make(described, &board);
+    std::string error = calibrate_board_make(asked.board, &board);
     if (error.empty() && asked.out == nullptr) {
         error = "--out FILE is missing: where shall the page go?";
     }
@@ -123,7 +96,7 @@ int command_board(int argc, char **argv) {
     }
     double ruler_mm = 0;
     const std::string pdf = board_pdf(board, paper, &ruler_mm);
-    if (!write_file(asked.out, pdf, &error)) {
+    if (!whole_file_write(asked.out, pdf, &error)) {
         return refuse(CLIENT_FAILED, error);
     }
     std::printf("%s: %d x %d squares of %s mm; print at 100 %%, the ruler must be %s mm long\n",

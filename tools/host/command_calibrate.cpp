@@ -19,27 +19,26 @@ namespace {
 const int operands_max = 4096;
 
 struct request {
-    int corners[2];
-    double square_mm, marker_mm;
-    const char *dictionary, *out, *corner_cache, *id, *date, *note;
+    calibrate_board_request board;
+    const char *out, *corner_cache, *id, *date, *note;
     int threads;
     bool single, json, quiet;
 };
 
 const option options[] = {
-    {"board", OPTION_INT, offsetof(request, corners), "COLUMNSxROWS",
+    {"board", OPTION_INT, offsetof(request, board.corners), "COLUMNSxROWS",
      "Inner corners of the board: one less than squares, along a row and from row to row. This "
      "also counts for coded boards (a CharucoBoard of 10x7 squares is 9x6). Needed.",
      2, 255, 2, 'x', nullptr},
-    {"square", OPTION_REAL, offsetof(request, square_mm), "MM",
+    {"square", OPTION_REAL, offsetof(request, board.square_mm), "MM",
      "Side of one square in mm, measured on the print over as many squares as possible: all "
      "lengths that are ever reconstructed hang on it. Needed.",
      1e-3, 1e5, 0, 0, nullptr},
-    {"charuco", OPTION_TEXT, offsetof(request, dictionary), "DICT",
+    {"charuco", OPTION_TEXT, offsetof(request, board.dictionary), "DICT",
      "The white squares carry markers of this dictionary, as in 5x5_50 or DICT_5X5_50. Such a "
      "board may be seen in part and cannot be taken the wrong way round.",
      0, 0, 0, 0, nullptr},
-    {"marker", OPTION_REAL, offsetof(request, marker_mm), "MM",
+    {"marker", OPTION_REAL, offsetof(request, board.marker_mm), "MM",
      "With --charuco: side of a marker in mm, its black border included.", 1e-3, 1e5, 0, 0,
      nullptr},
     {"out", OPTION_TEXT, offsetof(request, out), "DIR",
@@ -160,13 +159,7 @@ int command_calibrate(int argc, char **argv) {
         return parsed;
     }
     calibrate_job job;
-    calibrate_board_request board;
-    board.corners[0] = asked.corners[0];
-    board.corners[1] = asked.corners[1];
-    board.square_mm = asked.square_mm;
-    board.dictionary = asked.dictionary;
-    board.marker_mm = asked.marker_mm;
-    std::string error = calibrate_board_make(board, &job.board);
+    std::string error = calibrate_board_make(asked.board, &job.board);
     error = error.empty() ? check_texts(asked) : error;
     if (!error.empty()) {
         return refuse(CLIENT_USAGE, error);
