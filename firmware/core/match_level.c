@@ -99,7 +99,7 @@ static void take_level(struct match_level *level, struct match_memory *memory) {
     for (int i = 0; i < threads; i++) {
         take_band(level, i == 0, memory, &level->band[i]);
     }
-    level->ring_rows = threads * MATCH_BAND_ROWS + MATCH_AHEAD_ROWS;
+    level->ring_rows = MATCH_RING_ROWS(threads);
     for (int i = 0; i < level->ring_rows; i++) {
         level->ring[i] = take(memory, level->row_bytes, 1);
     }
@@ -109,11 +109,11 @@ static void take_level(struct match_level *level, struct match_memory *memory) {
         level->down[i] = new_row ? take(memory, level->row_bytes, 1) : level->down[0];
     }
     level->down_mass = take(memory, columns, sizeof *level->down_mass);
-    level->guide_rows = threads * MATCH_BAND_ROWS + 8;
+    level->guide_rows = MATCH_GUIDE_ROWS(threads);
     for (int i = 0; i < level->guide_rows && level->shift_x + level->shift_y > 0; i++) {
         level->guide[i] = take(memory, columns, 1);
     }
-    level->surface_rows = 2 * threads * MATCH_BAND_ROWS + 16;
+    level->surface_rows = MATCH_SURFACE_ROWS(threads);
     for (int i = 0; i < level->surface_rows && level != &level->state->level[0]; i++) {
         level->surface[i] = take(memory, columns, sizeof *level->surface[i]);
     }

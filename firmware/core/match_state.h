@@ -23,6 +23,11 @@
 
 #include "core/match.h"
 
+// Rows of what the bands in work share, for so many threads.
+#define MATCH_RING_ROWS(threads) ((threads)*MATCH_BAND_ROWS + MATCH_AHEAD_ROWS)
+#define MATCH_GUIDE_ROWS(threads) ((threads)*MATCH_BAND_ROWS + 8)
+#define MATCH_SURFACE_ROWS(threads) (2 * (threads)*MATCH_BAND_ROWS + 16)
+
 enum {
     MATCH_LANES = 16,          // disparities are padded to a multiple of this
     MATCH_SMALL_PENALTY = 20,  // of a change by one disparity
@@ -37,10 +42,9 @@ enum {
     MATCH_BAND_ROWS = 8,
     MATCH_AHEAD_ROWS = 6,
     MATCH_MAX_THREADS = 8,
-    MATCH_MAX_BANDS_ROWS = MATCH_MAX_THREADS * MATCH_BAND_ROWS,
-    MATCH_MAX_RING_ROWS = MATCH_MAX_BANDS_ROWS + MATCH_AHEAD_ROWS,
-    MATCH_MAX_GUIDE_ROWS = MATCH_MAX_BANDS_ROWS + 8,
-    MATCH_MAX_SURFACE_ROWS = 2 * MATCH_MAX_BANDS_ROWS + 16,
+    MATCH_MAX_RING_ROWS = MATCH_RING_ROWS(MATCH_MAX_THREADS),
+    MATCH_MAX_GUIDE_ROWS = MATCH_GUIDE_ROWS(MATCH_MAX_THREADS),
+    MATCH_MAX_SURFACE_ROWS = MATCH_SURFACE_ROWS(MATCH_MAX_THREADS),
     // A winner that beats its best rival by less than this is wrong more often than one in four
     // times (measured on ten pairs with ground truth).
     MATCH_MARGIN_MIN = 24,
