@@ -36,6 +36,9 @@ struct corner {
 struct board_view {
     std::vector<corner> corners;
     std::string refusal;  // why nothing can be used, one line; "" when the corners can
+    double clipped = 0;   // share of the white squares that is overexposed, 0..1
+
+    bool overexposed() const { return clipped > 0.5; }
 };
 
 }  // namespace calib

@@ -33,7 +33,8 @@ struct bundle_corner {
 
 struct bundle_view {
     std::vector<bundle_corner> corners;
-    bool used = false;  // false: nothing of it counts
+    bool used = false;         // false: nothing of it counts
+    bool overexposed = false;  // its corners may be off for that
 
     bool empty() const { return corners.empty(); }
     int used_count() const;

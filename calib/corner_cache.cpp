@@ -15,6 +15,7 @@ namespace {
 
 constexpr double foreign_sigma_px = 0.1;  // level 0 of a file that does not say
 constexpr double highest_level = 30;      // mrcal shifts a one by so many bits
+const char overexposed_comment[] = "## overexposed white squares, and their share:";
 const char sigma_comment[] = "## a corner of level 0 has a standard deviation of";
 
 bool can_be_named(const std::string &name) {
@@ -36,6 +37,9 @@ void write_view(std::ostream &out, const board &board, const cached_view &cached
         out << cached.filename << " - - -\n";
         return;
     }
+    if (cached.view.clipped > 0) {
+        out << overexposed_comment << ' ' << cached.filename << ' ' << cached.view.clipped << '\n';
+    }
     auto next = cached.view.corners.begin();
     for (int index = 0; index < board.corner_count(); index++) {
         if (next == cached.view.corners.end() || next->index != index) {
@@ -54,6 +58,13 @@ bool number_of(const std::string &word, double *value) {
     in.imbue(std::locale::classic());
     return static_cast<bool>(in >> *value) && in.peek() == std::char_traits<char>::eof() &&
            std::isfinite(*value);
+}
+
+// Whether `text` begins with `begin`; the rest goes to `*words`.
+bool begins(const std::string &text, const std::string &begin, std::istringstream *words) {
+    const bool does = text.compare(0, begin.size(), begin) == 0;
+    words->str(does ? text.substr(begin.size()) : "");
+    return does;
 }
 
 class reader {
@@ -89,17 +100,22 @@ class reader {
     }
 
     bool comment(const std::string &text) {
-        const std::string begin = sigma_comment;
-        if (text.compare(0, begin.size(), begin) == 0) {
-            std::istringstream words(text.substr(begin.size()));
+        std::istringstream words;
+        if (begins(text, sigma_comment, &words)) {
             std::string word;
             words >> word;
             if (!number_of(word, &sigma_px_) || sigma_px_ <= 0) {
                 return fail("the standard deviation is no positive number");
             }
+        } else if (begins(text, overexposed_comment, &words)) {
+            std::string share;
+            words >> clipped_name_ >> share;
+            if (!number_of(share, &clipped_) || clipped_ < 0 || clipped_ > 1) {
+                return fail("the share is no number from 0 to 1");
+            }
         } else if (text.compare(0, 2, "##") != 0 && !legend_seen_) {
             legend_seen_ = true;
-            std::istringstream words(text.substr(1));
+            words.str(text.substr(1));
             std::string names[4];
             words >> names[0] >> names[1] >> names[2] >> names[3];
             weights_ = names[3] == "weight";
@@ -122,6 +138,7 @@ class reader {
                 return false;
             }
             views_.push_back({name, {}});
+            views_.back().view.clipped = name == clipped_name_ ? clipped_ : 0;
             lines_of_image_ = 0;
         }
         if (lines_of_image_ >= board_.corner_count()) {
@@ -151,6 +168,8 @@ class reader {
     std::string *error_;
     int line_ = 0, lines_of_image_ = 0;
     double sigma_px_ = foreign_sigma_px;
+    std::string clipped_name_;  // the view to come that is overexposed
+    double clipped_ = 0;
     bool legend_seen_ = false, weights_ = false;
     std::vector<cached_view> views_;
 };

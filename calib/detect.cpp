@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "calib/detect_exposure.hpp"
 #include "calib/detect_order.hpp"
 #include "calib/detect_refusal.hpp"
 
@@ -158,8 +159,11 @@ board_view detect_board(const board &board, const image_u8 &image, const detect_
         return refused("two boards of this size are in view");
     }
     const int least = board.coded() ? fewest_coded_corners : least_corners(board);
-    return static_cast<int>(state.best.corners.size()) >= least ? state.best
-                                                                : refused(reason(&state));
+    if (static_cast<int>(state.best.corners.size()) < least) {
+        return refused(reason(&state));
+    }
+    state.best.clipped = clipped_share(board, state.clear_share(), image, state.best);
+    return state.best;
 }
 
 }  // namespace calib

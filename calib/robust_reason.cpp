@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <vector>
 
+#include "calib/sentence.hpp"
 #include "core/geometry.h"
 #include "core/math.h"
 
@@ -96,14 +96,9 @@ std::string corner_reason(const bundle &data, int camera, const bundle_corner &c
             square_px = std::min(square_px, distance(pixels[i], pixels[size_t(corner.index)]));
         }
     }
-    char text[160];
-    if (nearest != size_t(corner.index) && distance(pixels[nearest], seen) < CLOSE * square_px) {
-        std::snprintf(text, sizeof text, "lies where corner %zu belongs, %.1f px off", nearest,
-                      off_px);
-    } else {
-        std::snprintf(text, sizeof text, "lies %.2f px off", off_px);
-    }
-    return text;
+    return nearest != size_t(corner.index) && distance(pixels[nearest], seen) < CLOSE * square_px
+               ? sentence("lies where corner %zu belongs, %.1f px off", nearest, off_px)
+               : sentence("lies %.2f px off", off_px);
 }
 
 mismatch explain_mismatch(const bundle &data, const bundle_state &state, size_t sighting,
@@ -125,12 +120,13 @@ mismatch explain_mismatch(const bundle &data, const bundle_state &state, size_t 
     if (result.reason.empty()) {
         const double moved_mm[3] = {right.t_mm[0] - left.t_mm[0], right.t_mm[1] - left.t_mm[1],
                                     right.t_mm[2] - left.t_mm[2]};
-        char text[240];
-        std::snprintf(text, sizeof text,
-                      "left and right do not show the same position of the board (%.1f mm and "
-                      "%.1f degrees apart): not of the same moment, or the wrong partner",
-                      geometry_norm(moved_mm), turn_between_rad(left, right) * 180 / MATH_PI);
-        result.reason = text;
+        const bool overexposed = view.overexposed || data.sightings[sighting][LEFT].overexposed;
+        result.reason = sentence(
+            "left and right do not show the same position of the board (%.1f mm and %.1f degrees "
+            "apart): %s",
+            geometry_norm(moved_mm), turn_between_rad(left, right) * 180 / MATH_PI,
+            overexposed ? "overexposed, which moves corners, or not of the same moment"
+                        : "not of the same moment, or the wrong partner");
     }
     return result;
 }

@@ -103,10 +103,12 @@ ordered_bundle order_observations(const observations &seen) {
     for (const size_t place : result.caller) {
         data.sightings.emplace_back();
         for (int camera = 0; camera < seen.cameras; camera++) {
-            for (const corner &one : seen.sightings[place].view[size_t(camera)].corners) {
+            const board_view &from = seen.sightings[place].view[size_t(camera)];
+            bundle_view &view = data.sightings.back()[size_t(camera)];
+            view.overexposed = from.overexposed();
+            for (const corner &one : from.corners) {
                 const double sigma_px = one.sigma_px > 0 ? one.sigma_px : SIGMA_UNKNOWN_PX;
-                data.sightings.back()[size_t(camera)].corners.push_back(
-                    {one.index, one.x_px, one.y_px, sigma_px, true});
+                view.corners.push_back({one.index, one.x_px, one.y_px, sigma_px, true});
             }
         }
     }

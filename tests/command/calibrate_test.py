@@ -334,6 +334,18 @@ class BadInput(Workshop):
         self.assertIn("blurred", self.note(done, "left02.png"))
         self.assertIn("overexposed", self.note(done, "right06.png"))
 
+    def test_a_board_whose_white_is_overexposed(self):
+        """It can be used, but its corners may be off: the user must know, from a cache too."""
+        self.good()
+        self.spoil("right06.png", numpy.clip(self.made[5][1] * 1.6, 0, 255).astype(numpy.uint8))
+        done = self.run_on()
+        self.assert_good(done, 10)
+        self.assertIn("expose less", self.note(done, "right06.png"))
+        self.assertIn("expose less", "".join(self.figures()["notes"]))
+        again = self.run_on(self.pictures, "--corners", self.out / "corners.vnl",
+                            out=self.folder / "again")
+        self.assertIn("expose less", self.note(again, "right06.png"))
+
     def test_files_that_cannot_be_read(self):
         self.good()
         whole = (self.pictures / "left02.png").read_bytes()

@@ -27,6 +27,7 @@ std::vector<calib::cached_view> some_views() {
             part.view.corners.push_back({i, 5.0 + i, 1000.25, 0.2});
         }
     }
+    part.view.clipped = 0.83;
     none.view.refusal = "no board found";
     return {whole, part, none};
 }
@@ -54,6 +55,7 @@ TEST_CASE("a cache is read back as it was written") {
     REQUIRE(back.size() == views.size());
     for (size_t i = 0; i < views.size(); i++) {
         CHECK(back[i].filename == views[i].filename);
+        CHECK(back[i].view.clipped == doctest::Approx(views[i].view.clipped).epsilon(1e-6));
         CHECK(back[i].view.refusal.empty() == views[i].view.refusal.empty());
         REQUIRE(back[i].view.corners.size() == views[i].view.corners.size());
         for (size_t k = 0; k < views[i].view.corners.size(); k++) {

@@ -65,6 +65,31 @@ TEST_CASE("corners of plain boards lie where they are, and know how well") {
     }
 }
 
+TEST_CASE("a view tells which share of its white squares is overexposed") {
+    Random random(7);
+    for (const bool coded : {false, true}) {
+        const calib::board board = coded ? coded_board(9, 6, "5x5_100") : plain_board(9, 6);
+        const Camera camera = lens_of(640, 480, random);
+        const BoardPose pose = hold_board(board, camera, random_hold(0.7, 0.3, 0, random));
+        double shares[3];
+        for (int i = 0; i < 3; i++) {
+            BoardLight light;
+            light.light_grey = i == 0 ? 205 : 275;
+            light.shade = i == 1 ? 0.25 : 0;  // the right side is darker
+            BoardImage image = photograph(board, camera, pose, light);
+            const calib::board_view view = calib::detect_board(board, image.view(), {});
+            REQUIRE(view.corners.size() == 54);
+            shares[i] = view.clipped;
+            CHECK(view.overexposed() == (i == 2));
+        }
+        CAPTURE(shares[1]);
+        CHECK(shares[0] == 0);
+        CHECK(shares[1] > 0.05);
+        CHECK(shares[1] < 0.5);
+        CHECK(shares[2] == 1);
+    }
+}
+
 TEST_CASE("a board whose colours tell is numbered from its black corner, however it is held") {
     const uint64_t seed = test_seed();
     INFO("VERGENCE_SEED=" << seed);

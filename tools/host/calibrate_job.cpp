@@ -108,6 +108,9 @@ class runner {
         result_.views = &views_;
         result_.solution = &solution_;
         result_.notes = job_.inputs.notes;
+        for (const std::string &line : calibrate_result_overexposed(result_)) {
+            result_.notes.push_back(line);
+        }
         if (!solution_.solved) {
             reasons_ = calibrate_result_rejections(result_);
             return fail(CLIENT_BAD_INPUT, is_mirrored()

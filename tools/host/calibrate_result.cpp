@@ -88,10 +88,11 @@ const std::string &name_of(const calibrate_result &result, size_t shot, int came
     return result.views->seen.sightings[shot].name[static_cast<size_t>(camera)];
 }
 
-/// Refusals with the same reason in one line.
-std::vector<std::string> grouped_refusals(const calibrate_result &result) {
+/// Pictures with the same reason in one line.
+std::vector<std::string> grouped(const calibrate_result &result,
+                                 const std::vector<calibrate_refusal> &refusals) {
     std::vector<std::pair<std::string, std::vector<std::string>>> groups;
-    for (const calibrate_refusal &one : result.views->refusals) {
+    for (const calibrate_refusal &one : refusals) {
         const auto same = std::find_if(groups.begin(), groups.end(), [&](const auto &group) {
             return group.first == one.reason;
         });
@@ -196,8 +197,23 @@ std::string calibrate_result_text(const calibrate_result &result) {
     return text;
 }
 
+std::vector<std::string> calibrate_result_overexposed(const calibrate_result &result) {
+    std::vector<calibrate_refusal> overexposed;
+    const auto &sightings = result.views->seen.sightings;
+    for (size_t shot = 0; shot < sightings.size(); shot++) {
+        for (int camera = 0; camera < result.views->seen.cameras; camera++) {
+            if (sightings[shot].view[static_cast<size_t>(camera)].overexposed()) {
+                overexposed.push_back({shot, camera,
+                                       "most of the board's white is overexposed, which moves "
+                                       "corners: expose less"});
+            }
+        }
+    }
+    return grouped(result, overexposed);
+}
+
 std::vector<std::string> calibrate_result_rejections(const calibrate_result &result) {
-    std::vector<std::string> lines = grouped_refusals(result);
+    std::vector<std::string> lines = grouped(result, result.views->refusals);
     for (const calib::rejected_view &view : result.solution->rejected_views) {
         lines.push_back(name_of(result, view.sighting, view.camera) + ": " + view.reason +
                         (view.repaired ? " (mended)" : " (left out)"));

@@ -39,6 +39,9 @@ nlohmann::ordered_json calibrate_result_json(const calibrate_result &result);
 /// The figures that matter, in some lines, the verdict last.
 std::string calibrate_result_text(const calibrate_result &result);
 
+/// One line that names the pictures whose white squares are overexposed; none when there is none.
+std::vector<std::string> calibrate_result_overexposed(const calibrate_result &result);
+
 /// One line for each view and corner that does not count, corners only the worst.
 std::vector<std::string> calibrate_result_rejections(const calibrate_result &result);
 
