@@ -115,8 +115,10 @@ std::string test_table(const calib::solution &result) {
     const calib::fit_test &fit = result.fit;
     const calib::start_test &again = result.second_start;
     std::string rows =
-        row("corner noise over what was predicted", report_text_format("%.2f", fit.sigma_ratio),
-            "near 1") +
+        row("corners off by, over the noise of their images",
+            report_text_format("%.2f times", fit.sigma_ratio), "1 for a perfect print and lens") +
+        row("of it beyond that noise", report_text_format("%.3f px", fit.floor_px),
+            "print, compression; the error bars count it") +
         row("pattern over the image", report_text_format("%+.1f", fit.image_z), "below 3 or so") +
         row("pattern over the board", report_text_format("%+.1f", fit.board_z), "below 3 or so") +
         row("systematic part", report_text_format("%.3f px", fit.systematic_px),
