@@ -28,7 +28,11 @@ std::vector<board_point> make_board_points(const board &board, double half_mm[2]
             const double y = row * board.square_mm - half_mm[1];
             const double a = x / half_mm[0], b = y / half_mm[1];
             // Free of mean over the board, so that the warp does not look like a distance.
-            points.push_back({x, y, {a * a - 1.0 / 3, b * b - 1.0 / 3}});
+            const double stretch_mm = 0.5 / half_mm[0];
+            points.push_back({x,
+                              y,
+                              {a * a - 1.0 / 3, b * b - 1.0 / 3, a * b},
+                              {stretch_mm * x, -stretch_mm * y}});
         }
     }
     return points;
@@ -48,10 +52,17 @@ bundle single_camera(const bundle &data, int camera) {
     return result;
 }
 
+double print_stretch(const bundle &data, const bundle_state &state) {
+    return std::fabs(state.warp_mm[board_model::STRETCH]) / data.half_mm[0];
+}
+
 void warped(const board_point &point, const double warp_mm[WARP_PLACES], double point_mm[3]) {
-    point_mm[0] = point.x_mm;
-    point_mm[1] = point.y_mm;
-    point_mm[2] = warp_mm[0] * point.lift[0] + warp_mm[1] * point.lift[1];
+    point_mm[0] = point.x_mm + warp_mm[board_model::STRETCH] * point.stretch[0];
+    point_mm[1] = point.y_mm + warp_mm[board_model::STRETCH] * point.stretch[1];
+    point_mm[2] = 0;
+    for (int i = 0; i < 3; i++) {
+        point_mm[2] += warp_mm[i] * point.lift[i];
+    }
 }
 
 namespace {
@@ -105,10 +116,13 @@ bool make_corner_rows(const bundle &data, int camera, const bundle_corner &corne
         by_board[3] = by_left[0] * z_mm;
         by_board[4] = by_left[1] * z_mm;
         by_board[5] = geometry_dot(by_left, T_left_board.t_mm);
-        const double by_lift = by_left[0] * T_left_board.R[2] + by_left[1] * T_left_board.R[5] +
-                               by_left[2] * T_left_board.R[8];
-        rows->by_warp[axis][0] = by_lift * drawn.lift[0];
-        rows->by_warp[axis][1] = by_lift * drawn.lift[1];
+        double by_drawn[3];  // px per mm of the board's frame
+        geometry_rotate_back(T_left_board.R, by_left, by_drawn);
+        for (int i = 0; i < 3; i++) {
+            rows->by_warp[axis][i] = by_drawn[2] * drawn.lift[i];
+        }
+        rows->by_warp[axis][board_model::STRETCH] =
+            by_drawn[0] * drawn.stretch[0] + by_drawn[1] * drawn.stretch[1];
     }
     return true;
 }
@@ -148,12 +162,14 @@ rigid moved_rig(const rigid &T_right_left, const double increment[POSE_PLACES]) 
     return result;
 }
 
-bundle_options options_of(lens_model model, bool warp, double loss_scale) {
+bundle_options options_of(lens_model lens, board_model board, double loss_scale) {
     bundle_options options;
     for (int place = 0; place < LENS_PLACES; place++) {
-        options.free_lens[size_t(place)] = model.estimates(place);
+        options.free_lens[size_t(place)] = lens.estimates(place);
     }
-    options.free_warp = warp;
+    for (int place = 0; place < WARP_PLACES; place++) {
+        options.free_warp[size_t(place)] = board.estimates(place);
+    }
     options.loss_scale = loss_scale;
     return options;
 }

@@ -15,12 +15,13 @@
 namespace calib {
 
 enum { LEFT, RIGHT, CAMERAS };
-enum { POSE_PLACES = 6, WARP_PLACES = 2 };
+enum { POSE_PLACES = 6, WARP_PLACES = board_model::PLACES };
 
-/// A corner of the board where it was drawn, and what one unit of each warp adds to its z.
+/// A corner of the board where it was drawn, and by how much one mm of each warp moves it.
 struct board_point {
     double x_mm, y_mm;
-    double lift[WARP_PLACES];  // (x / half width)^2 - 1/3, likewise for y
+    double lift[3];     // out of the plane, by BEND_X, BEND_Y and TWIST
+    double stretch[2];  // within it
 };
 
 /// One corner in one image as the solver uses it.
@@ -56,7 +57,7 @@ struct bundle {
 struct bundle_state {
     lens_state lens[CAMERAS];
     rigid T_right_left;
-    double warp_mm[WARP_PLACES] = {0, 0};
+    double warp_mm[WARP_PLACES] = {0, 0, 0, 0};
     std::vector<rigid> T_left_board;  // by sighting
 };
 
@@ -66,6 +67,9 @@ std::vector<board_point> make_board_points(const board &board, double half_mm[2]
 /// The camera's own part of a bundle as a bundle of one camera, and of a state. Poses are told in
 /// that camera's frame.
 bundle single_camera(const bundle &data, int camera);
+
+/// By which share the print's rows are longer than drawn against its columns, without sign.
+double print_stretch(const bundle &data, const bundle_state &state);
 
 /// Position of a board point in the board's frame, warp included.
 void warped(const board_point &point, const double warp_mm[WARP_PLACES], double point_mm[3]);
@@ -116,7 +120,7 @@ rigid moved_rig(const rigid &T_right_left, const double increment[POSE_PLACES]);
 /// What is estimated and how.
 struct bundle_options {
     std::array<bool, LENS_PLACES> free_lens{};
-    bool free_warp = false;
+    std::array<bool, WARP_PLACES> free_warp{};
     /// Scale in standard deviations of the Cauchy loss on a corner's distance; 0 for least squares.
     double loss_scale = 0;
     int max_iterations = 60;
@@ -125,8 +129,8 @@ struct bundle_options {
     double tolerance = 1e-13;
 };
 
-/// All numbers of the lens that the model estimates, with or without the warp.
-bundle_options options_of(lens_model model, bool warp, double loss_scale);
+/// All numbers that the models estimate.
+bundle_options options_of(lens_model lens, board_model board, double loss_scale);
 
 /// Tolerance of what is only a step on the way.
 const double ROUGH_TOLERANCE = 1e-7;

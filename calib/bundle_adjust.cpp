@@ -153,17 +153,18 @@ struct blocks {
     std::vector<std::array<double, POSE_PLACES>> board;
 };
 
-void hold_lens(const bundle_options &options, double *block, ceres::Problem *problem) {
+template <size_t Places>
+void hold(const std::array<bool, Places> &free, double *block, ceres::Problem *problem) {
     std::vector<int> constant;
-    for (int place = 0; place < LENS_PLACES; place++) {
-        if (!options.free_lens[size_t(place)]) {
-            constant.push_back(place);
+    for (size_t place = 0; place < Places; place++) {
+        if (!free[place]) {
+            constant.push_back(int(place));
         }
     }
-    if (constant.size() == LENS_PLACES) {
+    if (constant.size() == Places) {
         problem->SetParameterBlockConstant(block);
     } else if (!constant.empty()) {
-        problem->SetManifold(block, new ceres::SubsetManifold(LENS_PLACES, constant));
+        problem->SetManifold(block, new ceres::SubsetManifold(int(Places), constant));
     }
 }
 
@@ -189,15 +190,13 @@ int describe(const bundle &data, const bundle_options &options, const bundle_sta
     }
     for (int camera = 0; camera < CAMERAS; camera++) {
         if (sees[camera]) {
-            hold_lens(options, moving->lens[camera].value.data(), problem);
+            hold(options.free_lens, moving->lens[camera].value.data(), problem);
             ordering->AddElementToGroup(moving->lens[camera].value.data(), 1);
         }
     }
     if (sees[LEFT] || sees[RIGHT]) {
         ordering->AddElementToGroup(moving->warp_mm, 1);
-        if (!options.free_warp) {
-            problem->SetParameterBlockConstant(moving->warp_mm);
-        }
+        hold(options.free_warp, moving->warp_mm, problem);
     }
     if (sees[RIGHT]) {
         ordering->AddElementToGroup(moving->rig, 1);

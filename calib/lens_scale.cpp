@@ -179,4 +179,10 @@ const char *lens_model_name(lens_model model) {
     return names[model.square_pixels][model.distortion];
 }
 
+const char *board_model_name(board_model model) {
+    static const char *const names[2][2] = {{"flat", "flat, print stretched"},
+                                            {"bent", "bent, print stretched"}};
+    return names[model.bent][model.stretched];
+}
+
 }  // namespace calib

@@ -66,8 +66,23 @@ struct lens_model {
     int count() const;
 };
 
+/// What is estimated of the board: how it is bent out of its plane, and by how much its print is
+/// longer along the rows than across. (Pixels of digital cameras are square to some 1e-4, prints
+/// often are not to 1e-3: a stretched print seen from one side only looks like pixels that are not
+/// square.)
+struct board_model {
+    enum { BEND_X, BEND_Y, TWIST, STRETCH, PLACES };
+    bool bent = false, stretched = false;
+
+    bool estimates(int place) const { return place == STRETCH ? stretched : bent; }
+    int count() const { return (bent ? 3 : 0) + (stretched ? 1 : 0); }
+};
+
 /// "k1 k2 p1 p2", "no distortion", ...; "free fy" is added for pixels that are not square.
 const char *lens_model_name(lens_model model);
+
+/// "flat", "bent", "flat, print stretched" or "bent, print stretched".
+const char *board_model_name(board_model model);
 
 }  // namespace calib
 

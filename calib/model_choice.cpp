@@ -35,7 +35,7 @@ std::vector<size_t> used_sightings(const bundle &data) {
 }
 
 bundle_options options_for(const model_candidate &candidate) {
-    bundle_options options = options_of(candidate.model, candidate.warped_board, 0);
+    bundle_options options = options_of(candidate.model, candidate.target, 0);
     options.tolerance = ROUGH_TOLERANCE;
     return options;
 }
@@ -81,20 +81,25 @@ void run_fold(const bundle &data, const std::vector<size_t> &used, size_t fold, 
 }
 
 // Solves and cross-validates all of them.
-void contend(const bundle &data, int threads, std::vector<contender> *contenders) {
+void contend(const bundle &data, int threads, const std::function<void()> &between,
+             std::vector<contender> *contenders) {
     const std::vector<size_t> used = used_sightings(data);
-    parallel_pieces(threads, int(contenders->size()), [&](int k) {
-        contender &one = (*contenders)[size_t(k)];
-        forget_absent(one.candidate, &one.state);
-        one.squares = 2 * adjust(data, options_for(one.candidate), &one.state).cost;
-        one.cost.assign(used.size(), 0.0);
-        one.squares_px2.assign(used.size(), 0.0);
-        one.corners.assign(used.size(), 0);
-    });
+    parallel_pieces(
+        threads, int(contenders->size()),
+        [&](int k) {
+            contender &one = (*contenders)[size_t(k)];
+            forget_absent(one.candidate, &one.state);
+            one.squares = 2 * adjust(data, options_for(one.candidate), &one.state).cost;
+            one.cost.assign(used.size(), 0.0);
+            one.squares_px2.assign(used.size(), 0.0);
+            one.corners.assign(used.size(), 0);
+        },
+        between);
     const int folds = int(std::min(FOLDS, used.size()));
-    parallel_pieces(threads, int(contenders->size()) * folds, [&](int k) {
-        run_fold(data, used, size_t(k % folds), &(*contenders)[size_t(k / folds)]);
-    });
+    parallel_pieces(
+        threads, int(contenders->size()) * folds,
+        [&](int k) { run_fold(data, used, size_t(k % folds), &(*contenders)[size_t(k / folds)]); },
+        between);
 }
 
 double mean_of(const std::vector<double> &values) {
@@ -135,7 +140,7 @@ double held_out_rms_px(const contender &one) {
 }
 
 int parameters_of(const bundle &data, const model_candidate &candidate) {
-    return data.cameras * candidate.model.count() + (candidate.warped_board ? WARP_PLACES : 0);
+    return data.cameras * candidate.model.count() + candidate.target.count();
 }
 
 // True when what the simpler one lacks shows in its residuals: their squares grow by more than two
@@ -154,23 +159,29 @@ bool is_contradicted(const bundle &data, const contender &simpler, const contend
     return simpler.squares - best.squares > 2 * std::max(0, lacking) * variance;
 }
 
-// Contenders stand in order of simplicity; returns the place of the chosen one.
-size_t elect(const bundle &data, const std::vector<contender> &contenders,
+// Contenders stand in order of simplicity; returns the place of the chosen one. Those before
+// `usual` must be better than it by more than chance: error bars know nothing of a distortion that
+// was left out although it was there, and say too much of one that is estimated in vain only in
+// places where nothing is known.
+size_t elect(const bundle &data, const std::vector<contender> &contenders, size_t usual,
              std::vector<model_score> *scores) {
-    size_t best = 0;
-    for (size_t k = 1; k < contenders.size(); k++) {
-        if (mean_of(contenders[k].cost) < mean_of(contenders[best].cost)) {
+    size_t best = usual;
+    for (size_t k = 0; k < contenders.size(); k++) {
+        const difference to_usual = compare(contenders[k], contenders[usual]);
+        if (mean_of(contenders[k].cost) < mean_of(contenders[best].cost) &&
+            (k > usual || to_usual.mean < -to_usual.error)) {
             best = k;
         }
     }
+    const size_t simplest = std::min(best, usual);
     size_t chosen = best;
     for (size_t k = contenders.size(); k-- > 0;) {
         const difference to_best = compare(contenders[k], contenders[best]);
-        if (k < best && to_best.mean <= to_best.error &&
+        if (k < best && k >= simplest && to_best.mean <= to_best.error &&
             !is_contradicted(data, contenders[k], contenders[best])) {
             chosen = k;
         }
-        scores->push_back({contenders[k].candidate.model, contenders[k].candidate.warped_board,
+        scores->push_back({contenders[k].candidate.model, contenders[k].candidate.target,
                            held_out_rms_px(contenders[k]), to_best.mean, to_best.error, false});
     }
     (*scores)[scores->size() - 1 - chosen].chosen = true;
@@ -187,36 +198,43 @@ void forget_absent(const model_candidate &candidate, bundle_state *state) {
             }
         }
     }
-    if (!candidate.warped_board) {
-        std::fill_n(state->warp_mm, int(WARP_PLACES), 0.0);
+    for (int place = 0; place < WARP_PLACES; place++) {
+        state->warp_mm[place] *= candidate.target.estimates(place) ? 1 : 0;
     }
 }
 
 model_candidate modest_model() {
-    return {{lens_model::K1, true}, false};
+    return {{lens_model::K1, true}, {}};
 }
 
-model_choice choose_model(const bundle &data, const bundle_state &state, int threads) {
+static model_candidate shape_of(bool square_pixels, board_model target) {
+    return {{lens_model::K1_K2_P1_P2, square_pixels}, target};
+}
+
+model_choice choose_model(const bundle &data, const bundle_state &state, int threads,
+                          const std::function<void()> &between) {
     model_choice result;
     std::vector<contender> contenders;
-    for (const bool square : {true, false}) {
-        for (const bool warped : {false, true}) {
-            contenders.push_back(
-                {{{lens_model::K1_K2_P1_P2, square}, warped}, state, 0, {}, {}, {}});
-        }
+    // What both explain is rather the print's fault than the pixels'.
+    for (const model_candidate &candidate :
+         {shape_of(true, {false, false}), shape_of(true, {false, true}),
+          shape_of(true, {true, false}), shape_of(false, {false, false}),
+          shape_of(true, {true, true}), shape_of(false, {true, false})}) {
+        contenders.push_back({candidate, state, 0, {}, {}, {}});
     }
-    contend(data, threads, &contenders);
-    const contender shape = contenders[elect(data, contenders, &result.scores)];
+    contend(data, threads, between, &contenders);
+    const contender shape = contenders[elect(data, contenders, 0, &result.scores)];
     contenders.clear();
     for (int kind = 0; kind < lens_model::KINDS; kind++) {
         contenders.push_back({shape.candidate, shape.state, 0, {}, {}, {}});
         contenders.back().candidate.model.distortion = lens_model::kind(kind);
     }
-    contend(data, threads, &contenders);
+    contend(data, threads, between, &contenders);
     for (model_score &score : result.scores) {
         score.chosen = false;
     }
-    const contender &winner = contenders[elect(data, contenders, &result.scores)];
+    const contender &winner =
+        contenders[elect(data, contenders, lens_model::K1_K2_P1_P2, &result.scores)];
     result.chosen = winner.candidate;
     result.held_out_rms_px = held_out_rms_px(winner);
     result.state = winner.state;

@@ -4,6 +4,7 @@
 #ifndef VERGENCE_CALIB_MODEL_CHOICE_HPP
 #define VERGENCE_CALIB_MODEL_CHOICE_HPP
 
+#include <functional>
 #include <vector>
 
 #include "calib/bundle.hpp"
@@ -13,7 +14,7 @@ namespace calib {
 
 struct model_candidate {
     lens_model model;
-    bool warped_board = false;
+    board_model target;
 };
 
 struct model_choice {
@@ -34,9 +35,11 @@ void forget_absent(const model_candidate &candidate, bundle_state *state);
 /// simplest that is within one standard error of the best, the error being that of the mean
 /// difference to the best over the positions; but not one whose own residuals say that something is
 /// missing, for they tell more than the few positions do. Pixels and board are chosen first (square
-/// or not, flat or warped), with k1 k2 p1 p2, then the distortion. `state` is a solution to begin
-/// with.
-model_choice choose_model(const bundle &data, const bundle_state &state, int threads);
+/// or not, flat or bent, print stretched or not), with k1 k2 p1 p2, then the distortion; a simpler
+/// one than k1 k2 p1 p2 must be better by more than one standard error. `state` is a solution to
+/// begin with; `between` is called now and then on the calling thread and may throw.
+model_choice choose_model(const bundle &data, const bundle_state &state, int threads,
+                          const std::function<void()> &between);
 
 }  // namespace calib
 

@@ -141,6 +141,9 @@ void renumber_turned(const bundle &data, bundle_view *view) {
 }
 
 std::string garbage_reason(const bundle_view &view, const explanation &alone, int camera) {
+    if (alone.off[camera].empty()) {
+        return "no position of the board in front of the camera explains its corners";
+    }
     size_t wrong = 0;
     for (size_t i = 0; i < alone.off[camera].size(); i++) {
         wrong += !judge_of_sighting::is_right(view.corners[i], alone.off[camera][i],

@@ -28,7 +28,7 @@ bundle stand_ins(const lens_frame &frame, const std::vector<homography> &seen) {
             const double z = H[6] * x + H[7] * y + H[8];
             view.corners.push_back({int(result.points.size()), (H[0] * x + H[1] * y + H[2]) / z,
                                     (H[3] * x + H[4] * y + H[5]) / z, 1, true});
-            result.points.push_back({x, y, {0, 0}});
+            result.points.push_back({x, y, {}, {}});
         }
         result.sightings.emplace_back();
         result.sightings.back()[LEFT] = view;

@@ -22,7 +22,8 @@ namespace {
 
 const double LOSS = 3;
 const int CLEANING_ROUNDS = 8, FINAL_ROUNDS = 4;
-const int WARP_FROM = 6;           // positions of the board
+const int WARP_FROM = 6;  // positions of the board
+const double SCATTERED_Z = 4;
 const double AGREE_SIGMAS = 0.05;  // two starts that end nearer to each other agree
 
 int count_views(const bundle &data, int camera) {
@@ -42,9 +43,10 @@ int fewest_views(const bundle &data) {
 bundle_options cleaning_options(const bundle &data) {
     const int views = fewest_views(data);
     if (views < LEAST_FOR_CHOICE) {
-        return options_of(modest_model().model, modest_model().warped_board, LOSS);
+        return options_of(modest_model().model, modest_model().target, LOSS);
     }
-    return options_of({lens_model::K1_K2_P1_P2, false}, views >= WARP_FROM, LOSS);
+    const bool shape = views >= WARP_FROM;
+    return options_of({lens_model::K1_K2_P1_P2, false}, {shape, shape}, LOSS);
 }
 
 // The part of the residuals that a fit leaves.
@@ -82,16 +84,19 @@ class solver {
         if (!failure.empty()) {
             return failed(failure);
         }
-        say("looking for blunders");
         clean();
         const int fewest = fewest_views(data());
         if (fewest < 3) {
             return failed("too few boards: blunders left only " + std::to_string(fewest) +
-                          " usable views of one camera");
+                          (fewest == 1 ? " usable view" : " usable views") + " of one camera");
         }
-        say("choosing the model");
+        const bool few = fewest < LEAST_FOR_CHOICE;
         choose();
         finish();
+        if (few && fewest_views(data()) >= LEAST_FOR_CHOICE) {  // some views are right after all
+            choose();
+            finish();
+        }
         say("starting again from elsewhere");
         const start_test again = options_.second_start ? start_again() : start_test{};
         return report(error_model(data(), final_options(), state_), again);
@@ -123,6 +128,7 @@ class solver {
 
     void clean() {
         for (int round = 0; round < CLEANING_ROUNDS; round++) {
+            say("looking for blunders");
             bundle_options options = cleaning_options(data());
             floor_.update(state_, spare_share(data(), options), &data());
             const double scale = noise_scale(data(), state_, options);
@@ -138,11 +144,12 @@ class solver {
 
     void choose() {
         if (!options_.choose_model) {
-            chosen_ = {options_.model, options_.warped_board};
+            chosen_ = {options_.model, options_.target};
         } else if (fewest_views(data()) < LEAST_FOR_CHOICE) {
             chosen_ = modest_model();
         } else {
-            const model_choice choice = choose_model(data(), state_, options_.threads);
+            const model_choice choice = choose_model(data(), state_, options_.threads,
+                                                     [this] { say("choosing the model"); });
             chosen_ = choice.chosen;
             state_ = choice.state;
             scores_ = choice.scores;
@@ -152,9 +159,7 @@ class solver {
         forget_absent(chosen_, &state_);
     }
 
-    bundle_options final_options() const {
-        return options_of(chosen_.model, chosen_.warped_board, 0);
-    }
+    bundle_options final_options() const { return options_of(chosen_.model, chosen_.target, 0); }
 
     // Least squares on what is right, until what is right does not change.
     void finish() {
@@ -205,19 +210,37 @@ class solver {
         return result;
     }
 
+    // Error bars that also count what fit and scatter show.
+    error_model widened(const error_model &errors, fit_test *fit) {
+        error_model result = errors;
+        fit->scatter_ratio = errors.scatter_ratio();
+        fit->scatter_z = errors.scatter_z();
+        fit->scattered = errors.scatter_z() > SCATTERED_Z;
+        if (fit->scattered) {
+            const double by_scatter = std::sqrt(errors.scatter_ratio());
+            result.heed_scatter();
+            fit->widened = std::max(fit->widened, by_scatter);
+            result.widen(fit->widened / by_scatter);
+        } else {
+            result.widen(fit->widened);
+        }
+        // Nobody knows along which of its sides a stretched print has the size that was told.
+        result.doubt_scale(0.5 * print_stretch(data(), state_));
+        return result;
+    }
+
     solution report(const error_model &errors, const start_test &again) {
         solution result = describe(seen_, ordered_, records_, state_);
         result.solved = true;
         result.model = chosen_.model;
-        result.warped_board = chosen_.warped_board;
+        result.target = chosen_.target;
         result.scores = scores_;
         result.held_out_rms_px = held_out_rms_px_;
         result.fit = test_fit(data(), state_, errors.sigma0());
         result.fit.sigma_ratio = floor_.ratio();
         result.fit.floor_px = floor_.px();
-        error_model widened = errors;
-        widened.widen(result.fit.widened);
-        describe_errors(data(), state_, widened, &result);
+        const error_model honest = widened(errors, &result.fit);
+        describe_errors(data(), state_, honest, &result);
         result.second_start = again;
         result.verdict = judge_solution(data(), state_, result);
         return result;

@@ -37,9 +37,10 @@ struct solve_options {
     /// False: the model below is taken as it is, which saves the cross-validation.
     bool choose_model = true;
     lens_model model;
-    bool warped_board = false;
+    board_model target;
     bool second_start = true;
-    /// Told what begins, for people; may be empty.
+    /// Told what is being done, for people, and asked often, so that it may throw to end the work
+    /// early; may be empty.
     std::function<void(const char *)> progress;
 };
 
@@ -79,7 +80,7 @@ struct view_summary {
 /// One line of the choice of the model.
 struct model_score {
     lens_model model;
-    bool warped_board;
+    board_model target;
     double held_out_rms_px;  // per point, over views that the lenses and the rig had not seen
     double worse_than_best;  // mean difference to the best in squared sigma, per corner
     double worse_than_best_sigma;
@@ -97,8 +98,12 @@ struct fit_test {
     /// compressed images): added to the variance of each.
     double floor_px = 0;
     bool alarm = false;  // there is a pattern that noise does not make
-    /// Residuals with a pattern tell less than their number says; with an alarm all error bars of
-    /// the solution were widened by this factor, the root of chi-square over its freedom.
+    /// Whether the positions of the board agree on lenses and rig: the variance of these over what
+    /// the noise of corners makes, and its standard score (`board_scatter.hpp`).
+    double scatter_ratio = 1, scatter_z = 0;
+    bool scattered = false;
+    /// Residuals with a pattern tell less than their number says; with an alarm, or scattered
+    /// positions, all error bars of the solution were widened by about this factor.
     double widened = 1;
 };
 
@@ -132,10 +137,11 @@ struct solution {
     lens camera[2] = {};
     rigid T_right_left;
     lens_model model;
-    bool warped_board = false;
-    /// Height of the middle of the board's edges over its middle, along x and along y: the board
-    /// stands at z = x_mm (2 x / width)^2 + y_mm (2 y / height)^2 from its middle.
-    double warp_mm[2] = {0, 0};
+    board_model target;
+    /// How the board is not as it was drawn, by board_model's places. With x and y from its middle,
+    /// a = 2 x / width and b = 2 y / height it stands at z = BEND_X a^2 + BEND_Y b^2 + TWIST a b;
+    /// its rows are longer than drawn by STRETCH / width, its columns shorter by the same share.
+    double warp_mm[board_model::PLACES] = {0, 0, 0, 0};
 
     std::vector<rigid> T_left_board;  // by sighting, board's frame as in board.hpp
     std::vector<bool> board_known;

@@ -9,8 +9,11 @@
 namespace calib {
 
 /// Calls `piece(0)` to `piece(count - 1)`, each once, on up to `threads` threads; returns when all
-/// are done. Pieces must not throw and must not share what they write.
-void parallel_pieces(int threads, int count, const std::function<void(int)> &piece);
+/// are done. Pieces must not throw and must not share what they write. `between`, if any, is called
+/// on the calling thread before each of its own pieces; what it throws ends the work early and goes
+/// on to the caller.
+void parallel_pieces(int threads, int count, const std::function<void(int)> &piece,
+                     const std::function<void()> &between = nullptr);
 
 }  // namespace calib
 

@@ -18,7 +18,8 @@ rigid to_first_corner(const bundle &data, const bundle_state &state, const rigid
     rigid T_middle_corner;
     T_middle_corner.t_mm[0] = -data.half_mm[0];
     T_middle_corner.t_mm[1] = -data.half_mm[1];
-    T_middle_corner.t_mm[2] = -(state.warp_mm[0] + state.warp_mm[1]) / 3;
+    T_middle_corner.t_mm[2] =
+        -(state.warp_mm[board_model::BEND_X] + state.warp_mm[board_model::BEND_Y]) / 3;
     return T_left_middle * T_middle_corner;
 }
 

@@ -71,10 +71,10 @@ bundle_state start_single(single_start from, double focal_px, const bundle_optio
     rough.free_lens = {};
     rough.free_lens[LOG_FOCAL] = true;
     rough.free_lens[RADIAL_2] = robust.free_lens[RADIAL_2];
-    rough.free_warp = false;
+    rough.free_warp = {};
     adjust_robustly(from.data, rough, &state);
     bundle_options flat = robust;
-    flat.free_warp = false;
+    flat.free_warp = {};
     adjust_robustly(from.data, flat, &state);
     return state;
 }
@@ -133,7 +133,8 @@ std::string start_singles(const bundle &data, const view_records &records,
             const std::string who =
                 data.cameras == 1 ? "the camera" : std::string("the ") + whose[camera] + " camera";
             return "too few boards: " + who + " has " + std::to_string(from.back().seen.size()) +
-                   " usable views, three are the least and some fifteen are good";
+                   (from.back().seen.size() == 1 ? " usable view" : " usable views") +
+                   ", three are the least and some fifteen are good";
         }
     }
     std::vector<double> focal_px[CAMERAS];

@@ -23,8 +23,21 @@ const double COVERAGE = 0.4;                    // share of the image's cells wi
 const int FEW_BOARDS = 6, FEW_PAIRS = 4;
 // What a model may leave as a pattern: this share of the residuals, or so many pixels.
 const double SYSTEMATIC_SHARE = 0.4, SYSTEMATIC_PX = 0.2;
-// What corners may be off by beyond the noise of their images: the larger of the two.
-const double FLOOR_PX = 0.5, FLOOR_SHARE = 1.0 / 4000;  // of the image's diagonal
+// What corners may be off by beyond the noise of their images.
+const double FLOOR_PX = 0.5;
+// Of large images both may be more: this share of the diagonal.
+const double LARGE_IMAGE = 1.0 / 4000;
+const double SCATTER_RATIO = 25;     // of the variances that positions of the board show
+const double BASELINE_SHARE = 0.01;  // largest tolerable sigma of the baseline
+const double STRETCH_SHARE = 0.005;  // by which a print's rows and columns may differ
+const double OUTER = 0.7;            // of half a diagonal: where lenses bend most
+const int OUTER_FEWEST = 5;          // corners that must be left out there to mean something
+const double OUTER_REJECTED = 0.02;  // share of corners there that a fitting lens may lose
+
+struct finding {
+    double weight;  // bigger is worse
+    std::string reason;
+};
 
 const char *camera_name(const bundle &data, int camera) {
     static const char *const names[CAMERAS] = {"left camera", "right camera"};
@@ -70,11 +83,6 @@ double coverage(const bundle &data, int camera) {
     return double(std::count(seen, seen + across * down, true)) / (across * down);
 }
 
-struct finding {
-    double weight;  // bigger is worse
-    std::string reason;
-};
-
 void look_at_camera(const bundle &data, const bundle_state &state, const solution &found,
                     int camera, std::vector<finding> *findings) {
     const char *who = camera_name(data, camera);
@@ -117,9 +125,86 @@ void look_at_camera(const bundle &data, const bundle_state &state, const solutio
     }
 }
 
-bool does_not_fit(const fit_test &fit) {
+// The larger one of what is told in pixels and of a share of the image's diagonal.
+double tolerable_px(const bundle &data, double px) {
+    return std::max(px, 2 * LARGE_IMAGE * data.frame[LEFT].radius_px);
+}
+
+bool does_not_fit(const bundle &data, const fit_test &fit) {
     return fit.alarm && fit.systematic_share > SYSTEMATIC_SHARE &&
-           fit.systematic_px > SYSTEMATIC_PX;
+           fit.systematic_px > tolerable_px(data, SYSTEMATIC_PX);
+}
+
+bool contradict(const fit_test &fit) {
+    return fit.scattered && fit.scatter_ratio > SCATTER_RATIO;
+}
+
+std::string scatter_of(const fit_test &fit) {
+    return sentence(
+        "the positions of the board contradict each other %.1f times as much as the noise of "
+        "their corners explains: did the board move between left and right pictures, or a camera, "
+        "or its focus, between positions? Error bars are widened %.1f times",
+        std::sqrt(fit.scatter_ratio), fit.widened);
+}
+
+// Corners of good views that were left out near the edges of the images tell of a lens that the
+// model cannot describe, when they are many there.
+void look_at_edges(const bundle &data, std::vector<finding> *findings) {
+    int rejected = 0, rejected_outside = 0, outside = 0;
+    for (const auto &sighting : data.sightings) {
+        for (int camera = 0; camera < data.cameras; camera++) {
+            const lens_frame &frame = data.frame[camera];
+            const bundle_view &view = sighting[size_t(camera)];
+            for (const bundle_corner &corner : view.corners) {
+                const double radius_px =
+                    std::hypot(corner.x_px - frame.middle_x_px, corner.y_px - frame.middle_y_px);
+                const bool outer = view.used && radius_px > OUTER * frame.radius_px;
+                outside += outer;
+                rejected += view.used && !corner.used;
+                rejected_outside += outer && !corner.used;
+            }
+        }
+    }
+    if (rejected_outside >= OUTER_FEWEST && rejected_outside > OUTER_REJECTED * outside &&
+        2 * rejected_outside > rejected) {
+        findings->push_back(
+            {650, sentence("%d of %d corners near the edges of the images do not fit: the lens "
+                           "bends more there than the model can tell, as wide-angle and fisheye "
+                           "lenses do",
+                           rejected_outside, outside)});
+    }
+}
+
+void look_at_rig(const solution &found, std::vector<finding> *findings) {
+    if (found.pairs_used < FEW_PAIRS) {
+        findings->push_back(
+            {450, sentence("only %d boards were seen by both cameras", found.pairs_used)});
+    }
+    calibration named = found.rig;
+    std::snprintf(named.id, sizeof named.id, "unnamed");
+    if (calibration_validate(&named, nullptr) != ERROR_OK &&
+        lens_validate(&found.rig.left) == ERROR_OK && lens_validate(&found.rig.right) == ERROR_OK) {
+        findings->push_back({800, "the pose found for the right camera is impossible"});
+    }
+    const double baseline_mm = geometry_norm(found.T_right_left.t_mm);
+    if (found.sigma.baseline_mm > BASELINE_SHARE * baseline_mm) {
+        findings->push_back(
+            {700, sentence("the baseline of %.2g mm is known to %.2g mm only: the cameras stand "
+                           "in one place, or --square is not in mm",
+                           baseline_mm, found.sigma.baseline_mm)});
+    }
+}
+
+// What two sides of a print differ by, in words; "" when they do not.
+std::string stretch_of(const bundle &data, const bundle_state &state, const solution &found) {
+    const double stretch = print_stretch(data, state);
+    if (!found.target.stretched) {
+        return "";
+    }
+    return sentence(
+        "the print's rows are %.2f %% %s than drawn against its columns (or pixels are not "
+        "square): all lengths may be wrong by half of that; measure --square along both",
+        100 * stretch, state.warp_mm[board_model::STRETCH] > 0 ? "longer" : "shorter");
 }
 
 std::string pattern_of(const fit_test &fit) {
@@ -129,24 +214,25 @@ std::string pattern_of(const fit_test &fit) {
         100 * fit.systematic_share, fit.systematic_px, fit.image_z, fit.board_z, fit.widened);
 }
 
-void look_at_rest(const bundle &data, const solution &found, std::vector<finding> *findings) {
+void look_at_rest(const bundle &data, const bundle_state &state, const solution &found,
+                  std::vector<finding> *findings) {
     if (found.errors->is_singular()) {
         findings->push_back({950, "something that was estimated cannot be known from these views"});
     }
-    if (data.cameras == CAMERAS && found.pairs_used < FEW_PAIRS) {
-        findings->push_back(
-            {450, sentence("only %d boards were seen by both cameras", found.pairs_used)});
+    if (data.cameras == CAMERAS) {
+        look_at_rig(found, findings);
     }
-    calibration named = found.rig;
-    std::snprintf(named.id, sizeof named.id, "unnamed");
-    if (data.cameras == CAMERAS && calibration_validate(&named, nullptr) != ERROR_OK &&
-        lens_validate(&found.rig.left) == ERROR_OK && lens_validate(&found.rig.right) == ERROR_OK) {
-        findings->push_back({800, "the pose found for the right camera is impossible"});
-    }
-    if (does_not_fit(found.fit)) {
+    look_at_edges(data, findings);
+    if (does_not_fit(data, found.fit)) {
         findings->push_back({600, "the model does not fit: " + pattern_of(found.fit)});
     }
-    if (found.fit.floor_px > std::max(FLOOR_PX, 2 * FLOOR_SHARE * data.frame[LEFT].radius_px)) {
+    if (contradict(found.fit)) {
+        findings->push_back({620, scatter_of(found.fit)});
+    }
+    if (print_stretch(data, state) > STRETCH_SHARE) {
+        findings->push_back({610, stretch_of(data, state, found)});
+    }
+    if (found.fit.floor_px > tolerable_px(data, FLOOR_PX)) {
         findings->push_back({550, sentence("corners are off by %.2f px beyond the noise of their "
                                            "images: is the board flat and its print exact, and did "
                                            "nothing move?",
@@ -164,7 +250,7 @@ void look_at_rest(const bundle &data, const solution &found, std::vector<finding
             wrong += !view.empty() && !view.used;
         }
     }
-    if (3 * wrong > views) {
+    if (4 * wrong > views) {
         findings->push_back({400, sentence("%zu of %zu views were rejected", wrong, views)});
     }
 }
@@ -180,15 +266,21 @@ verdict judge_solution(const bundle &data, const bundle_state &state, const solu
     for (int camera = 0; camera < data.cameras; camera++) {
         look_at_camera(data, state, found, camera, &findings);
     }
-    look_at_rest(data, found, &findings);
+    look_at_rest(data, state, found, &findings);
     std::stable_sort(findings.begin(), findings.end(),
                      [](const finding &a, const finding &b) { return a.weight > b.weight; });
     verdict result;
     for (const finding &one : findings) {
         result.reasons.push_back(one.reason);
     }
-    if (found.fit.alarm && !does_not_fit(found.fit)) {
+    if (found.fit.alarm && !does_not_fit(data, found.fit)) {
         result.remarks.push_back(pattern_of(found.fit));
+    }
+    if (found.fit.scattered && !contradict(found.fit)) {
+        result.remarks.push_back(scatter_of(found.fit));
+    }
+    if (found.target.stretched && print_stretch(data, state) <= STRETCH_SHARE) {
+        result.remarks.push_back(stretch_of(data, state, found));
     }
     result.good = findings.empty();
     if (!result.good) {
@@ -203,10 +295,12 @@ verdict judge_solution(const bundle &data, const bundle_state &state, const solu
     const double worst = std::max(
         found.sigma.focal_px[LEFT] / found.camera[LEFT].fx_px,
         data.cameras == CAMERAS ? found.sigma.focal_px[RIGHT] / found.camera[RIGHT].fx_px : 0.0);
-    result.sentence = sentence(
-        "Good: %d boards fit to %.2f px (%.2f px where they were not taught), "
-        "the focal length is known to %.2g %%",
-        found.sightings_used, found.rms_px, found.held_out_rms_px, 100 * worst);
+    result.sentence =
+        sentence("Good: %d boards fit to %.2f px", found.sightings_used, found.rms_px);
+    if (found.held_out_rms_px > 0) {
+        result.sentence += sentence(" (%.2f px where they were not taught)", found.held_out_rms_px);
+    }
+    result.sentence += sentence(", the focal length is known to %.2g %%", 100 * worst);
     if (data.cameras == CAMERAS) {
         result.sentence += sentence(", the baseline of %.2f mm to %.2g mm",
                                     calibration_baseline_mm(&found.rig), found.sigma.baseline_mm);

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/board_scatter.hpp"
+#include "calib/reduced_equations.hpp"
 #include "core/geometry.h"
 #include "core/invariant.h"
 
@@ -12,134 +14,18 @@ namespace calib {
 
 namespace {
 
-// Places of the shared numbers.
 enum {
-    LENS_AT = 0,
-    RIG_AT = CAMERAS * LENS_PLACES,
-    WARP_AT = RIG_AT + POSE_PLACES,
-    SHARED = WARP_AT + WARP_PLACES,
     FRAME_AT = SHARED,  // turn and shift of the boards' frame
     SIZE = SHARED + POSE_PLACES,
 };
 
 using matrix = Eigen::MatrixXd;
-using shared_rows = Eigen::Matrix<double, 2, SHARED>;
-using board_rows = Eigen::Matrix<double, 2, POSE_PLACES>;
-using square6 = Eigen::Matrix<double, POSE_PLACES, POSE_PLACES>;
-
-void spread(const corner_rows &rows, int camera, double weight, shared_rows *shared,
-            board_rows *board) {
-    shared->setZero();
-    for (int axis = 0; axis < 2; axis++) {
-        for (int i = 0; i < LENS_PLACES; i++) {
-            (*shared)(axis, LENS_AT + camera * LENS_PLACES + i) = weight * rows.by_lens[axis][i];
-        }
-        for (int i = 0; i < POSE_PLACES; i++) {
-            (*shared)(axis, RIG_AT + i) = weight * rows.by_rig[axis][i];
-            (*board)(axis, i) = weight * rows.by_board[axis][i];
-        }
-        for (int i = 0; i < WARP_PLACES; i++) {
-            (*shared)(axis, WARP_AT + i) = weight * rows.by_warp[axis][i];
-        }
-    }
-}
-
-std::vector<int> free_places(const bundle &data, const bundle_options &options) {
-    std::vector<int> places;
-    for (int i = 0; i < data.cameras * LENS_PLACES; i++) {
-        if (options.free_lens[size_t(i % LENS_PLACES)]) {
-            places.push_back(LENS_AT + i);
-        }
-    }
-    for (int i = 0; data.cameras == CAMERAS && i < POSE_PLACES; i++) {
-        places.push_back(RIG_AT + i);
-    }
-    for (int i = 0; options.free_warp && i < WARP_PLACES; i++) {
-        places.push_back(WARP_AT + i);
-    }
-    return places;
-}
-
-// Normal equations with every board eliminated, one board after the other.
-struct reduced_equations {
-    Eigen::Matrix<double, SHARED, SHARED> shared = Eigen::Matrix<double, SHARED, SHARED>::Zero();
-    // The boards' frame: mean over the boards of their increments, as it follows the shared numbers
-    // and by its own noise.
-    Eigen::Matrix<double, POSE_PLACES, SHARED> frame_by_shared =
-        Eigen::Matrix<double, POSE_PLACES, SHARED>::Zero();
-    square6 frame_noise = square6::Zero();
-    double squares = 0;
-    long residuals = 0;
-    int boards = 0;
-};
-
-// What a board's increment does to the frame: turn, then shift of the left frame's origin.
-square6 frame_by_board(const rigid &T_left_board) {
-    const double *t = T_left_board.t_mm;
-    square6 M = square6::Zero();
-    M.topLeftCorner<3, 3>().setIdentity();
-    // shift = dt - turn x t
-    M(3, 1) = -t[2];
-    M(3, 2) = t[1];
-    M(4, 0) = t[2];
-    M(4, 2) = -t[0];
-    M(5, 0) = -t[1];
-    M(5, 1) = t[0];
-    M(3, 3) = t[2];
-    M(4, 4) = t[2];
-    for (int i = 0; i < 3; i++) {
-        M(3 + i, 5) = t[i];
-    }
-    return M;
-}
-
-void eliminate(const bundle &data, const bundle_state &state, size_t sighting,
-               reduced_equations *result) {
-    square6 board = square6::Zero();
-    Eigen::Matrix<double, SHARED, POSE_PLACES> mixed =
-        Eigen::Matrix<double, SHARED, POSE_PLACES>::Zero();
-    const rigid &pose = state.T_left_board[sighting];
-    for (int camera = 0; camera < data.cameras; camera++) {
-        const bundle_view &view = data.sightings[sighting][size_t(camera)];
-        for (const bundle_corner &corner : view.corners) {
-            corner_rows rows;
-            if (!view.used || !corner.used ||
-                !make_corner_rows(data, camera, corner, state.lens[camera], pose,
-                                  state.T_right_left, state.warp_mm, &rows)) {
-                continue;
-            }
-            const double weight = 1 / corner.sigma_px;
-            shared_rows by_shared;
-            board_rows by_board;
-            spread(rows, camera, weight, &by_shared, &by_board);
-            result->shared.noalias() += by_shared.transpose() * by_shared;
-            mixed.noalias() += by_shared.transpose() * by_board;
-            board.noalias() += by_board.transpose() * by_board;
-            for (const double residual : rows.residual_px) {
-                result->squares += weight * weight * residual * residual;
-            }
-            result->residuals += 2;
-        }
-    }
-    const square6 inverse = board.ldlt().solve(square6::Identity());
-    const square6 M = frame_by_board(pose);
-    result->shared.noalias() -= mixed * inverse * mixed.transpose();
-    result->frame_by_shared.noalias() -= M * inverse * mixed.transpose();
-    result->frame_noise.noalias() += M * inverse * M.transpose();
-    result->boards++;
-}
-
-// Inverse of a symmetric matrix with its diagonal scaled to 1; what it cannot know becomes huge,
-// not infinite.
-matrix inverse_of(const matrix &A, bool *singular) {
-    const Eigen::VectorXd scale = A.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    const matrix scaled = scale.asDiagonal() * A * scale.asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<matrix> eigen(scaled);
-    const double least = 1e-13 * eigen.eigenvalues().maxCoeff();
-    *singular = !(eigen.eigenvalues().minCoeff() > least);
-    const Eigen::VectorXd values = eigen.eigenvalues().cwiseMax(least).cwiseInverse();
-    return scale.asDiagonal() * eigen.eigenvectors() * values.asDiagonal() *
-           eigen.eigenvectors().transpose() * scale.asDiagonal();
+void add(const board_equations &board, board_equations *sum) {
+    sum->shared += board.shared;
+    sum->frame_by_shared += board.frame_by_shared;
+    sum->frame_noise += board.frame_noise;
+    sum->squares += board.squares;
+    sum->residuals += board.residuals;
 }
 
 // Turn and shift of the frame move a point: by_left of a pixel becomes its row by the frame.
@@ -160,33 +46,46 @@ error_model::error_model(const bundle &data, const bundle_options &options,
       frame_{data.frame[LEFT], data.frame[RIGHT]},
       cameras_(data.cameras),
       covariance_(size_t(SIZE * SIZE), 0.0) {
-    reduced_equations equations;
+    std::vector<board_equations> boards;
+    board_equations sum;
     for (size_t i = 0; i < data.sightings.size(); i++) {
         if (data.used(i)) {
-            eliminate(data, state, i, &equations);
+            boards.push_back(eliminate_board(data, state, i));
+            add(boards.back(), &sum);
         }
     }
     const std::vector<int> places = free_places(data, options);
-    const long count = long(places.size());
-    matrix reduced(count, count), follow(SIZE, count);
+    const long count = long(places.size()), board_count = std::max(1L, long(boards.size()));
+    matrix follow(SIZE, count);
     follow.setZero();
-    for (long row = 0; row < count; row++) {
-        for (long column = 0; column < count; column++) {
-            reduced(row, column) = equations.shared(places[size_t(row)], places[size_t(column)]);
-        }
-        follow(places[size_t(row)], row) = 1;
-        follow.col(row).tail<POSE_PLACES>() =
-            equations.frame_by_shared.col(places[size_t(row)]) / std::max(1, equations.boards);
+    for (long column = 0; column < count; column++) {
+        follow(places[size_t(column)], column) = 1;
+        follow.col(column).tail<POSE_PLACES>() =
+            sum.frame_by_shared.col(places[size_t(column)]) / double(board_count);
     }
-    const long spare = equations.residuals - count - long(POSE_PLACES) * equations.boards;
-    sigma0_ = std::sqrt(equations.squares / double(std::max(1L, spare)));
-    const matrix inverse = inverse_of(reduced, &singular_);
+    const long spare = sum.residuals - count - long(POSE_PLACES) * board_count;
+    sigma0_ = std::sqrt(sum.squares / double(std::max(1L, spare)));
+    const matrix inverse = inverse_of(picked(sum.shared, places), &singular_);
     singular_ = singular_ || spare < 1;
     Eigen::Map<matrix> result(covariance_.data(), SIZE, SIZE);
     result = follow * inverse * follow.transpose();
     result.bottomRightCorner<POSE_PLACES, POSE_PLACES>() +=
-        equations.frame_noise / (double(equations.boards) * equations.boards);
+        sum.frame_noise / double(board_count * board_count);
     result *= sigma0_ * sigma0_;
+    if (!singular_) {
+        const board_scatter scatter = scatter_of(boards, places, sigma0_);
+        scatter_z_ = scatter.z;
+        scatter_ratio_ = std::max(1.0, scatter.ratio);
+        const matrix seen = follow * scatter.covariance * follow.transpose();
+        scattered_.assign(seen.data(), seen.data() + SIZE * SIZE);
+    }
+}
+
+void error_model::heed_scatter() {
+    INVARIANT(scatter_ratio_ >= 1 && scattered_.size() == covariance_.size());
+    for (size_t i = 0; i < covariance_.size(); i++) {
+        covariance_[i] = 0.5 * (scatter_ratio_ * covariance_[i] + scattered_[i]);
+    }
 }
 
 void error_model::widen(double factor) {
@@ -194,6 +93,12 @@ void error_model::widen(double factor) {
     for (double &value : covariance_) {
         value *= factor * factor;
     }
+}
+
+void error_model::doubt_scale(double share) {
+    Eigen::Map<matrix> C(covariance_.data(), SIZE, SIZE);
+    const Eigen::Map<const Eigen::Vector3d> t(state_.T_right_left.t_mm);
+    C.block<3, 3>(RIG_AT + 3, RIG_AT + 3) += share * share * t * t.transpose();
 }
 
 double error_model::covariance(const std::vector<double> &a, const std::vector<double> &b) const {

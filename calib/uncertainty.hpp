@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// How far a solution can be trusted: standard deviations that follow from the corners' noise, as
-/// estimated from the residuals, by linear propagation. They know nothing of a model that is wrong;
-/// `fit_test` is there for that.
+/// estimated from the residuals, by linear propagation. They know nothing of a model that is wrong,
+/// unless the positions of the board show it; `fit_test` is there for the rest.
 #ifndef VERGENCE_CALIB_UNCERTAINTY_HPP
 #define VERGENCE_CALIB_UNCERTAINTY_HPP
 
@@ -23,7 +23,18 @@ class error_model {
     /// Multiplies every standard deviation but `sigma0`.
     void widen(double factor);
 
+    /// All lengths may be wrong by this share, all together.
+    void doubt_scale(double share);
+
     double sigma0() const { return sigma0_; }
+
+    /// Do the positions of the board contradict each other? `board_scatter.hpp`.
+    double scatter_z() const { return scatter_z_; }
+    double scatter_ratio() const { return scatter_ratio_; }
+    /// Replaces the covariance by the mean of itself, widened by the ratio, and of what the scatter
+    /// of the positions shows: the first knows all directions, the second which of them suffer.
+    void heed_scatter();
+
     /// True when something that was estimated cannot be known from these views.
     bool is_singular() const { return singular_; }
 
@@ -58,7 +69,9 @@ class error_model {
     int cameras_;
     double sigma0_ = 0;
     bool singular_ = false;
+    double scatter_z_ = 0, scatter_ratio_ = 1;
     std::vector<double> covariance_;  // SIZE x SIZE, numbers that were not estimated are 0
+    std::vector<double> scattered_;   // likewise, from the scatter of the positions
 };
 
 }  // namespace calib

@@ -50,7 +50,8 @@ Board random_board(const RigViewsPlan &plan, const Camera &left, Random &random)
     const double towards = random.uniform(-pi, pi);
     const Matrix tilted =
         rotation_from_vector({tilt * std::cos(towards), tilt * std::sin(towards), 0});
-    const Matrix rolled = rotation_from_vector({0, 0, random.uniform(-0.4, 0.4)});
+    const Matrix rolled =
+        rotation_from_vector({0, 0, random.uniform(-plan.roll_most_rad, plan.roll_most_rad)});
     const double depth =
         plan.distance_mm * random.uniform(1 - plan.depth_range, 1 + plan.depth_range);
     const Vector ray = left.direction(
@@ -61,9 +62,9 @@ Board random_board(const RigViewsPlan &plan, const Camera &left, Random &random)
 Vector corner_of(const RigViewsPlan &plan, double square_mm, const Board &board, int index) {
     const double half_x = (plan.columns - 1) / 2.0, half_y = (plan.rows - 1) / 2.0;
     const double x = index % plan.columns - half_x, y = index / plan.columns - half_y;
-    const double z =
-        plan.warp_mm[0] * std::pow(x / half_x, 2) + plan.warp_mm[1] * std::pow(y / half_y, 2);
-    return board.R * Vector{x * square_mm, y * square_mm, z} + board.middle_mm;
+    const double a = x / half_x, b = y / half_y;
+    const double z = plan.warp_mm[0] * a * a + plan.warp_mm[1] * b * b + plan.twist_mm * a * b;
+    return board.R * Vector{x * square_mm * (1 + plan.stretch), y * square_mm, z} + board.middle_mm;
 }
 
 // Pixels without noise of the corners inside the image.
@@ -124,6 +125,10 @@ RigViews make_rig_views(const RigViewsPlan &plan, uint64_t scene_seed, uint64_t 
     RigViews views = empty_views(plan, random);
     const double square_mm = views.seen.target.square_mm;
     const size_t all = size_t(plan.columns * plan.rows);
+    const Rig after_knock =
+        posed_rig(views.rig.left, views.rig.right,
+                  views.rotation_rad + Vector{0, plan.knock_rad, 0}, views.translation_mm);
+    const Camera &knocked_right = after_knock.right;
     int attempts = 0;
     while (int(views.seen.sightings.size()) < plan.boards) {
         if (++attempts > 1000 * plan.boards) {
@@ -134,7 +139,12 @@ RigViews make_rig_views(const RigViewsPlan &plan, uint64_t scene_seed, uint64_t 
         const std::string number = std::to_string(1000 + views.seen.sightings.size()).substr(1);
         sighting.name = {"left" + number, "right" + number};
         sighting.view[0].corners = look(plan, views.rig.left, square_mm, board);
-        sighting.view[1].corners = look(plan, views.rig.right, square_mm, board);
+        const size_t place = views.seen.sightings.size();
+        const double moved_mm = place % 2 == 0 ? 0 : plan.moved_mm;
+        const Board later = {board.R, board.middle_mm + moved_mm * Vector{1, -0.7, 0.5}};
+        const bool knocked = 2 * place >= size_t(plan.boards);
+        sighting.view[1].corners =
+            look(plan, knocked ? knocked_right : views.rig.right, square_mm, later);
         const size_t least = plan.all_in_view ? all : all / 3;
         if (sighting.view[0].corners.size() < least ||
             (plan.cameras == 2 && sighting.view[1].corners.size() < least)) {

@@ -27,6 +27,12 @@ struct RigViewsPlan {
     double k1_px = 12, k2_px = -3, p1_px = 0.5, p2_px = -0.4;
     double centre_px = 15;       // principal points off by up to this
     double warp_mm[2] = {0, 0};  // z = a (2x/width)^2 + b (2y/height)^2 from the board's middle
+    double twist_mm = 0;         // and z = c (2x/width) (2y/height)
+    double stretch = 0;          // the print's rows are longer by this share, its columns as drawn
+    // Of every other pair, between the left and the right picture: shift of the board along all its
+    // axes, and turn of the right camera about its vertical axis for the second half of all pairs.
+    double moved_mm = 0, knock_rad = 0;
+    double roll_most_rad = 0.4;  // of the board about its normal
     double waves_px = 0;         // distortion that no lens model has: sin along both axes
     bool all_in_view = true;     // false: corners outside an image are just not seen
 };

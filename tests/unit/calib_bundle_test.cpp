@@ -62,6 +62,8 @@ scene random_scene(uint64_t seed, double focal_px) {
     result.state.T_right_left.t_mm[0] = -0.05 * distance_mm;
     result.state.warp_mm[0] = 0.5;
     result.state.warp_mm[1] = -0.3;
+    result.state.warp_mm[2] = 0.2;
+    result.state.warp_mm[3] = 0.4;
     result.data.sightings.emplace_back();
     for (int camera = 0; camera < 2; camera++) {
         calib::bundle_view &view = result.data.sightings[0][size_t(camera)];

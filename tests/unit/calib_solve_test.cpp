@@ -77,7 +77,7 @@ TEST_CASE("without noise the truth comes out: lenses, rig, warp, boards") {
         CHECK(std::fabs(found.rig.translation_right_left_mm[i] -
                         truth.translation_right_left_mm[i]) < 1e-3);
     }
-    CHECK(found.warped_board);
+    CHECK(found.target.bent);
     CHECK_FALSE(found.model.square_pixels);
     CHECK(found.warp_mm[0] == doctest::Approx(0.8).epsilon(1e-4));
     CHECK(found.warp_mm[1] == doctest::Approx(-0.5).epsilon(1e-4));

@@ -76,15 +76,19 @@ json model_json(const calib::solution &solution) {
     json scores = json::array();
     for (const calib::model_score &score : solution.scores) {
         scores.push_back({{"model", calib::lens_model_name(score.model)},
-                          {"warped_board", score.warped_board},
+                          {"board", calib::board_model_name(score.target)},
                           {"held_out_rms_px", score.held_out_rms_px},
                           {"worse_than_best", score.worse_than_best},
                           {"worse_than_best_sigma", score.worse_than_best_sigma},
                           {"chosen", score.chosen}});
     }
     return {{"lens", calib::lens_model_name(solution.model)},
-            {"warped_board", solution.warped_board},
-            {"warp_mm", {solution.warp_mm[0], solution.warp_mm[1]}},
+            {"board", calib::board_model_name(solution.target)},
+            {"board_bend_mm",
+             {solution.warp_mm[calib::board_model::BEND_X],
+              solution.warp_mm[calib::board_model::BEND_Y]}},
+            {"board_twist_mm", solution.warp_mm[calib::board_model::TWIST]},
+            {"board_stretch_mm", solution.warp_mm[calib::board_model::STRETCH]},
             {"candidates", scores}};
 }
 
@@ -101,6 +105,8 @@ json fit_json(const calib::solution &solution) {
             {"systematic_px", fit.systematic_px},
             {"systematic_share", fit.systematic_share},
             {"sigma_ratio", fit.sigma_ratio},
+            {"scatter_ratio", fit.scatter_ratio},
+            {"scatter_z", fit.scatter_z},
             {"floor_px", fit.floor_px},
             {"alarm", fit.alarm},
             {"error_bars_widened", fit.widened},

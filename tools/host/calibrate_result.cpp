@@ -84,6 +84,12 @@ std::string lens_text(const calib::solution &solution, int camera) {
                               solution.sigma.centre_y_px[place]);
 }
 
+std::string board_text(const calib::solution &solution) {
+    return solution.target.count() == 0
+               ? std::string()
+               : std::string(", board ") + calib::board_model_name(solution.target);
+}
+
 const std::string &name_of(const calibrate_result &result, size_t shot, int camera) {
     return result.views->seen.sightings[shot].name[static_cast<size_t>(camera)];
 }
@@ -179,7 +185,7 @@ std::string calibrate_result_text(const calibrate_result &result) {
                                    lens_text(solution, camera).c_str());
     }
     text += report_text_format("lens model  %s%s\n", calib::lens_model_name(solution.model),
-                               solution.warped_board ? ", board not flat" : "");
+                               board_text(solution).c_str());
     if (pair) {
         text += report_text_format("baseline    %.3f +- %.3f mm\n",
                                    geometry_norm(solution.T_right_left.t_mm),

@@ -135,7 +135,7 @@ std::string measured_table(const calibration_page &page, const calibration_figur
            rows +
            "</tbody></table><p class=\"hint\">Corners triangulated from both images, lengths "
            "between neighbours, heights over each board's own plane of best fit" +
-           (page.result->warped_board ? std::string(" (the board itself is bent, see below)")
+           (page.result->target.bent ? std::string(" (the board itself is bent, see below)")
                                       : std::string()) +
            ".</p></div>\n";
 }

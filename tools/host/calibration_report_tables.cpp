@@ -102,12 +102,22 @@ std::string board_table(const calibration_page &page) {
             "");
     }
     rows +=
-        page.result->warped_board
+        page.result->target.bent
             ? row("bent along its rows", report_text_format("%+.3f mm", page.result->warp_mm[0]),
                   "edge over middle") +
                   row("bent along its columns",
-                      report_text_format("%+.3f mm", page.result->warp_mm[1]), "edge over middle")
+                      report_text_format("%+.3f mm", page.result->warp_mm[1]), "edge over middle") +
+                  row("twisted",
+                      report_text_format("%+.3f mm",
+                                         page.result->warp_mm[calib::board_model::TWIST]),
+                      "a corner's height")
             : row("shape", "flat", "chosen");
+    if (page.result->target.stretched) {
+        rows += row(
+            "rows longer than columns by",
+            report_text_format("%+.3f mm", 2 * page.result->warp_mm[calib::board_model::STRETCH]),
+            "over the width of its corners");
+    }
     return table("Board", rows, "");
 }
 
@@ -123,6 +133,8 @@ std::string test_table(const calib::solution &result) {
         row("pattern over the board", report_text_format("%+.1f", fit.board_z), "below 3 or so") +
         row("systematic part", report_text_format("%.3f px", fit.systematic_px),
             report_text_format("%.0f %% of the rms", 100 * fit.systematic_share)) +
+        row("positions contradict each other", report_text_format("%+.1f", fit.scatter_z),
+            report_text_format("below 4; %.1f times the noise", std::sqrt(fit.scatter_ratio))) +
         row("error bars widened", report_text_format("%.2f times", fit.widened),
             fit.alarm ? "the model does not fit" : "1 where the model fits");
     rows += again.done ? row("second start", again.agrees ? "agrees" : "ends elsewhere",
@@ -142,7 +154,7 @@ std::string scores_table(const calib::solution &result) {
         rows += report_text_format(
             "<tr%s><th scope=\"row\">%s, %s board%s</th><td>%.4f px</td><td>%s</td></tr>\n",
             score.chosen ? " class=\"chosen\"" : "", calib::lens_model_name(score.model),
-            score.warped_board ? "bent" : "flat", score.chosen ? " <b>chosen</b>" : "",
+            calib::board_model_name(score.target), score.chosen ? " <b>chosen</b>" : "",
             score.held_out_rms_px,
             score.worse_than_best == 0 ? "best"
                                        : report_text_format("%+.3g ± %.2g", score.worse_than_best,

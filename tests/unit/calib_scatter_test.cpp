@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is wrong for a whole view at once, so that residuals look well: error bars must tell, and
+// from some size on the verdict.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "calib/solve.hpp"
+#include "synthetic/rig_views.hpp"
+#include "synthetic/seed.hpp"
+
+namespace {
+
+synthetic::RigViewsPlan handheld() {
+    synthetic::RigViewsPlan plan;
+    plan.width = 1280;
+    plan.height = 960;
+    plan.focal_px = 1000;
+    plan.columns = 9;
+    plan.rows = 6;
+    plan.boards = 15;
+    plan.distance_mm = 900;
+    plan.baseline_mm = 120;
+    plan.depth_range = 0.35;
+    plan.k1_px = -20;
+    plan.fill = 0.45;
+    return plan;
+}
+
+struct outcome {
+    int scenes = 0, good = 0, scattered = 0, stretched = 0;
+    double baseline_z2 = 0, focal_z2 = 0, turn_z2 = 0;  // sums of squared standard scores
+    std::string words;
+
+    double rms(double sum) const { return std::sqrt(sum / scenes); }
+};
+
+outcome solve_some(const synthetic::RigViewsPlan &plan, int scenes) {
+    outcome result;
+    const uint64_t seed = synthetic::test_seed();
+    INFO("VERGENCE_SEED=" << seed);
+    for (uint64_t i = 0; i < uint64_t(scenes); i++) {
+        const auto views = synthetic::make_rig_views(plan, seed + i, seed + 500 + i);
+        const calibration truth = views.truth();
+        calib::solve_options options;
+        options.threads = 2;
+        options.second_start = false;
+        const calib::solution found = calib::solve(views.seen, options);
+        REQUIRE(found.solved);
+        result.scenes++;
+        result.good += found.verdict.good;
+        result.scattered += found.fit.scattered;
+        result.stretched += found.target.stretched;
+        for (const std::string &text : found.verdict.reasons) {
+            result.words += text;
+        }
+        for (const std::string &text : found.verdict.remarks) {
+            result.words += text;
+        }
+        result.baseline_z2 +=
+            std::pow((calibration_baseline_mm(&found.rig) - calibration_baseline_mm(&truth)) /
+                         found.sigma.baseline_mm,
+                     2);
+        result.focal_z2 +=
+            std::pow((found.camera[0].fx_px - truth.left.fx_px) / found.sigma.focal_px[0], 2);
+        result.turn_z2 +=
+            std::pow((found.rig.rotation_right_left_rad[1] - truth.rotation_right_left_rad[1]) /
+                         found.sigma.rotation_rad[1],
+                     2);
+    }
+    return result;
+}
+
+}  // namespace
+
+TEST_CASE("views that agree are not called scattered") {
+    const outcome seen = solve_some(handheld(), 8);
+    CHECK(seen.scattered == 0);
+    CHECK(seen.good == 8);
+    CHECK(seen.rms(seen.baseline_z2) < 2);
+}
+
+TEST_CASE("boards that moved between left and right pictures widen the error bars") {
+    synthetic::RigViewsPlan plan = handheld();
+    plan.moved_mm = 0.3;
+    const outcome seen = solve_some(plan, 8);
+    CHECK(seen.scattered == 8);
+    CHECK(seen.words.find("did the board move between left and right pictures") !=
+          std::string::npos);
+    // All moved the same way, which no scatter shows; without it this is 5.
+    CHECK(seen.rms(seen.baseline_z2) < 3.5);
+    CHECK(seen.rms(seen.turn_z2) < 2.5);
+    CHECK(seen.rms(seen.focal_z2) < 2);
+}
+
+TEST_CASE("a rig that was knocked is not good") {
+    synthetic::RigViewsPlan plan = handheld();
+    plan.knock_rad = 0.002;
+    const outcome seen = solve_some(plan, 8);
+    CHECK(seen.scattered >= 7);
+    CHECK(seen.good <= 3);
+}
+
+TEST_CASE("a stretched print makes all lengths doubtful, and says so") {
+    synthetic::RigViewsPlan plan = handheld();
+    plan.stretch = 0.003;
+    const outcome seen = solve_some(plan, 8);
+    CHECK(seen.stretched == 8);
+    CHECK(seen.good == 8);
+    CHECK(seen.words.find("measure --square along both") != std::string::npos);
+    CHECK(seen.rms(seen.baseline_z2) < 2);
+    CHECK(seen.rms(seen.focal_z2) < 2);
+    plan.stretch = 0.012;
+    CHECK(solve_some(plan, 2).good == 0);
+}
+
+TEST_CASE("a twisted board does not bend the focal length") {
+    synthetic::RigViewsPlan plan = handheld();
+    plan.twist_mm = 1;
+    const outcome seen = solve_some(plan, 8);
+    CHECK(seen.good == 8);
+    CHECK(seen.rms(seen.focal_z2) < 2);
+}
+
+TEST_CASE("cameras in the same place have no baseline") {
+    synthetic::RigViewsPlan plan = handheld();
+    plan.baseline_mm = 0.05;
+    const outcome seen = solve_some(plan, 2);
+    CHECK(seen.good == 0);
+    CHECK(seen.words.find("--square is not in mm") != std::string::npos);
+}
