@@ -15,6 +15,8 @@ namespace {
 
 constexpr double foreign_sigma_px = 0.1;  // level 0 of a file that does not say
 constexpr double highest_level = 30;      // mrcal shifts a one by so many bits
+// No detector is better or worse than this; weights far outside make the solution worthless.
+constexpr double smallest_sigma_px = 1e-6, largest_sigma_px = 1e3;
 const char overexposed_comment[] = "## overexposed white squares, and their share:";
 const char sigma_comment[] = "## a corner of level 0 has a standard deviation of";
 
@@ -58,6 +60,10 @@ bool number_of(const std::string &word, double *value) {
     in.imbue(std::locale::classic());
     return static_cast<bool>(in >> *value) && in.peek() == std::char_traits<char>::eof() &&
            std::isfinite(*value);
+}
+
+bool is_plausible(double sigma_px) {
+    return sigma_px >= smallest_sigma_px && sigma_px <= largest_sigma_px;
 }
 
 // Whether `text` begins with `begin`; the rest goes to `*words`.
@@ -104,8 +110,8 @@ class reader {
         if (begins(text, sigma_comment, &words)) {
             std::string word;
             words >> word;
-            if (!number_of(word, &sigma_px_) || sigma_px_ <= 0) {
-                return fail("the standard deviation is no positive number");
+            if (!number_of(word, &sigma_px_) || !is_plausible(sigma_px_)) {
+                return fail("the standard deviation must be from 0.000001 to 1000 px");
             }
         } else if (begins(text, overexposed_comment, &words)) {
             std::string share;
@@ -160,6 +166,9 @@ class reader {
         }
         next.sigma_px =
             sigma_px_ * (weights_ ? 1 / size : std::exp2(std::min(size, highest_level)));
+        if (!is_plausible(next.sigma_px) && weights_) {
+            return fail("the weight stands for a standard deviation outside 0.000001 to 1000 px");
+        }
         views_.back().view.corners.push_back(next);
         return true;
     }

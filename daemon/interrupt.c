@@ -3,23 +3,40 @@
 
 #include <signal.h>
 #include <stddef.h>
+#include <unistd.h>
 
 #include "core/invariant.h"
 
 static volatile sig_atomic_t caught_signal;
 
+/// Calls only what a signal handler may.
+static void set_handler(int number, void (*handler)(int)) {
+    struct sigaction action = {.sa_handler = handler};
+    sigemptyset(&action.sa_mask);
+    sigaction(number, &action, NULL);
+}
+
+static void end_at_once(int number) {
+    static const char text[] =
+        "vergence: ended at once; a hidden directory .vergence-* may be left, which the next run "
+        "there removes\n";
+    const ssize_t written = write(STDERR_FILENO, text, sizeof text - 1);
+    (void)written;  // nobody is left to tell
+    set_handler(number, SIG_DFL);
+    raise(number);
+}
+
 static void remember(int number) {
     caught_signal = number;
+    set_handler(number, end_at_once);
 }
 
 void interrupt_catch(void) {
     static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
     for (size_t i = 0; i < sizeof signals / sizeof signals[0]; i++) {
         struct sigaction old;
-        struct sigaction action = {.sa_handler = remember, .sa_flags = (int)SA_RESETHAND};
-        sigemptyset(&action.sa_mask);
         if (sigaction(signals[i], NULL, &old) == 0 && old.sa_handler != SIG_IGN) {
-            sigaction(signals[i], &action, NULL);
+            set_handler(signals[i], remember);
         }
     }
 }

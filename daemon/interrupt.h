@@ -10,7 +10,8 @@ extern "C" {
 #endif
 
 /// From here on SIGINT, SIGTERM and SIGHUP are remembered instead of ending the process; a second
-/// one ends it at once. A signal that is ignored already (nohup) stays ignored.
+/// one of the same kind ends it at once, with a line about what it leaves. A signal that is ignored
+/// already (nohup) stays ignored.
 void interrupt_catch(void);
 
 /// Whether one has come. May be asked from any thread.

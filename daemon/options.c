@@ -106,7 +106,7 @@ static int set_numbers(const struct option *option, const char *text, void *valu
     for (int i = 0; i < count && good; i++) {
         good = scan_number(option, &at, &numbers[i]);
         const char expected = i + 1 < count ? option->separator : '\0';
-        good = good && *at == expected;
+        good = good && tolower((unsigned char)*at) == expected;  // sizes are also written 9X6
         at += expected != '\0';
     }
     if (!good) {

@@ -83,6 +83,59 @@ class Board(unittest.TestCase):
         line = self.refuse(1, "--board", "9x6", "--square", "20", "--out", self.folder / "no" / "x.pdf")
         self.assertIn("No such file", line)
 
+    def test_a_board_that_cannot_be_used_is_refused(self):
+        out = ["--out", self.page]
+        coded = ["--board", "9x6", "--square", "25", "--charuco", "5x5_50", *out]
+        for arguments, word in (([*coded, "--marker", "24.9"], "white"),
+                                ([*coded, "--marker", "2"], "too small"),
+                                (["--board", "255x255", "--square", "0.001", *out], "--square")):
+            self.assertIn(word, self.refuse(2, *arguments))
+            self.assertFalse(self.page.exists())
+        self.make(*coded[:-2], "--marker", "12.5")
+        done = run("board", *coded, "--marker", "21")
+        self.assertEqual(done.returncode, 0)
+        self.assertIn("note: OpenCV overlooks some markers larger than 19.5 mm", done.stderr)
+
+    def test_what_is_no_file_is_written_to_as_it_stands(self):
+        arguments = ["--board", "9X6", "--square", "20"]
+        self.make(*arguments)
+        expected = self.page.read_bytes()
+        pipe = self.folder / "pipe"
+        os.mkfifo(pipe)
+        reader = subprocess.Popen(["cat", pipe], stdout=subprocess.PIPE)
+        done = run("board", *arguments, "--out", pipe)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(reader.communicate(timeout=10)[0], expected)
+        self.assertTrue(pipe.is_fifo())
+        # A link to the device, so that a mistake costs the link and not the machine's device.
+        full = self.folder / "full"
+        full.symlink_to("/dev/full")
+        self.assertIn(f"{full}: cannot be written: No space left",
+                      self.refuse(1, *arguments, "--out", full))
+        self.assertTrue(full.is_symlink())
+
+    def test_links_stay_and_lead_to_the_new_file(self):
+        arguments = ["--board", "9x6", "--square", "20"]
+        self.make(*arguments)
+        expected = self.page.read_bytes()
+        inner = self.folder / "inner"
+        inner.mkdir()
+        for before in ("old", None):  # a file that is there, and one to come
+            target, link = inner / "target.pdf", self.folder / "link.pdf"
+            link.unlink(missing_ok=True)
+            target.unlink(missing_ok=True)
+            if before:
+                target.write_text(before)
+            link.symlink_to("inner/target.pdf")
+            done = run("board", *arguments, "--out", link)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            self.assertTrue(link.is_symlink())
+            self.assertEqual(target.read_bytes(), expected)
+        self.assertEqual({p.name for p in inner.iterdir()}, {"target.pdf"})
+        circle = self.folder / "circle"
+        circle.symlink_to("circle")
+        self.assertIn(f"{circle}: cannot be written", self.refuse(1, *arguments, "--out", circle))
+
     def views(self, page):
         """The printed page on a table, seen from six sides; in a folder of its own."""
         folder = self.folder / "views"

@@ -111,6 +111,30 @@ class Signals(pairs.Workshop):
                 json.loads((self.out / "result.json").read_text())
 
 
+    def test_a_second_interrupt_ends_at_once_and_says_what_is_left(self):
+        ended = 0
+        whole = self.measure()
+        subprocess.run(["rm", "-r", str(self.out)], check=True)
+        for part in (0.2, 0.3, 0.4, 0.5, 0.6):
+            process = subprocess.Popen(self.command, stdout=subprocess.DEVNULL,
+                                       stderr=subprocess.PIPE, text=True)
+            time.sleep(part * whole)
+            process.send_signal(signal.SIGINT)
+            time.sleep(0.002)
+            process.send_signal(signal.SIGINT)
+            _, complaint = process.communicate(timeout=30)
+            if process.returncode == -signal.SIGINT and complaint:
+                ended += 1
+                self.assertEqual(complaint.splitlines()[-1].split(";")[0],
+                                 "vergence: ended at once")
+                self.assertIn(".vergence-", complaint)
+            for name in os.listdir(self.directory):
+                if name.startswith(".vergence-") or name == self.out.name:
+                    subprocess.run(["rm", "-r", str(self.directory / name)], check=True)
+            self.assertEqual(self.traces(), [])
+        self.assertGreater(ended, 0)
+
+
 class Terminal(pairs.Workshop):
     def on_terminal(self, *arguments, interrupt_after=None):
         """Runs with standard error on a terminal of its own; what it shows, and the exit code."""

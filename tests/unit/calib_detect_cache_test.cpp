@@ -43,6 +43,18 @@ std::string read_error(const std::string &text) {
 
 }  // namespace
 
+TEST_CASE("standard deviations that no detector has are refused") {
+    for (const char *sigma : {"1e-300", "9e-7", "1001", "0", "-1", "nan"}) {
+        CHECK(read_error("## a corner of level 0 has a standard deviation of " +
+                         std::string(sigma) + " px\n")
+                  .find("line 1: the standard deviation") == 0);
+    }
+    for (const char *weight : {"1e300", "1e-300"}) {
+        CHECK(read_error("# filename x y weight\na.png 1 2 " + std::string(weight) + "\n")
+                  .find("line 2: the weight") == 0);
+    }
+}
+
 TEST_CASE("a cache is read back as it was written") {
     const std::vector<calib::cached_view> views = some_views();
     std::ostringstream out;

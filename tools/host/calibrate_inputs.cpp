@@ -18,6 +18,7 @@
 namespace {
 
 const size_t list_limit_bytes = 4u << 20;
+const char *const formats_read = "PNG, JPEG, PGM, TIFF";
 
 std::string lower(std::string text) {
     for (char &c : text) {
@@ -43,6 +44,12 @@ bool is_picture_name(const std::string &path) {
     return std::any_of(formats.first, formats.first + formats.count, [&](const image_format &one) {
         return has_word(one.extensions, extension);
     });
+}
+
+/// Pictures of formats that are not read. (What has no such name is no picture.)
+bool is_foreign_picture_name(const std::string &path) {
+    return has_word("bmp webp gif heic heif avif jp2 jxl exr dng cr2 cr3 nef arw raf rw2 orf",
+                    extension_of(path));
 }
 
 bool is_list_name(const std::string &path) {
@@ -112,9 +119,14 @@ class expander {
         size_t count = 0;
         for (const std::string &name : names_in(path)) {
             const std::string file = joined(path, name);
-            if (is_picture_name(name) && !input_file_is_directory(file.c_str())) {
+            if (input_file_is_directory(file.c_str())) {
+                continue;
+            }
+            if (is_picture_name(name)) {
                 add(file, true);
                 count++;
+            } else if (is_foreign_picture_name(name)) {
+                foreign_.push_back(file);
             }
         }
         group_ += count > 0;
@@ -122,15 +134,28 @@ class expander {
     }
 
     bool folder(const std::string &path) {
-        if (pictures_of(path) > 0) {
-            return true;
-        }
-        size_t count = 0;
-        for (const std::string &name : names_in(path)) {
+        size_t count = pictures_of(path);
+        for (const std::string &name : count > 0 ? std::vector<std::string>() : names_in(path)) {
             const std::string inner = joined(path, name);
             count += input_file_is_directory(inner.c_str()) ? pictures_of(inner) : 0;
         }
-        return count > 0 || fail(path + ": the folder holds no pictures (PNG, JPEG, PGM, TIFF)");
+        if (count == 0) {
+            return fail(path + ": the folder holds no pictures (" + formats_read + ")" +
+                        (foreign_.empty() ? "" : "; " + foreign_text()));
+        }
+        if (!foreign_.empty()) {
+            names_->notes.push_back(foreign_text());
+            foreign_.clear();
+        }
+        return true;
+    }
+
+    /// What is said of pictures that a folder holds and nobody here can read.
+    std::string foreign_text() const {
+        const size_t more = foreign_.size() - 1;
+        const std::string others = more > 0 ? " and " + std::to_string(more) + " more" : "";
+        return foreign_[0] + others + (more > 0 ? " are" : " is") +
+               " left out: of pictures only these formats are read: " + formats_read;
     }
 
     bool pattern(const std::string &path) {
@@ -242,7 +267,8 @@ class expander {
 
     calibrate_names *names_;
     std::string *error_;
-    std::string folder_;  // of the list
+    std::string folder_;                // of the list
+    std::vector<std::string> foreign_;  // pictures of the folder that cannot be read
     size_t group_ = 0;
 };
 

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/host/calibrate_job.hpp"
 
+#include <glog/logging.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
-#include <map>
 #include <memory>
 #include <sstream>
 
 #include "calib/solve.hpp"
 #include "core/error.h"
+#include "core/geometry.h"
 #include "core/invariant.h"
 #include "daemon/client.h"
 #include "daemon/interrupt.h"
@@ -18,6 +20,7 @@
 #include "daemon/progress.h"
 #include "daemon/workers.h"
 #include "tools/host/calibrate_mirror.hpp"
+#include "tools/host/calibrate_refusal.hpp"
 #include "tools/host/calibrate_result.hpp"
 #include "tools/host/calibrate_views.hpp"
 #include "tools/host/calibration_report.hpp"
@@ -56,6 +59,8 @@ class runner {
 
     int run() {
         interrupt_catch();
+        // What its solver has to say of strange numbers, the verdict says better.
+        FLAGS_minloglevel = google::GLOG_FATAL;
         start_us_ = progress_now_us();
         progress_begin(&progress_, job_.quiet);
         int code;
@@ -104,6 +109,9 @@ class runner {
         if (!have_enough()) {
             return CLIENT_BAD_INPUT;
         }
+        if (is_plainly_mirrored()) {
+            return fail(CLIENT_BAD_INPUT, mirrored_text());
+        }
         solve();
         result_.views = &views_;
         result_.solution = &solution_;
@@ -120,6 +128,9 @@ class runner {
         judge();
         if (!job_.single &&
             !calibrate_rig_name(job_.id, job_.date, job_.note, &result_, &message_)) {
+            if (is_mirrored()) {
+                message_ = mirrored_text();
+            }
             return CLIENT_BAD_INPUT;
         }
         json_ = calibrate_result_json(result_).dump(2, ' ', false,
@@ -151,35 +162,10 @@ class runner {
         stop_if_interrupted();
     }
 
-    /// The reason that most pictures were refused for, with an example.
-    std::string commonest_refusal() const {
-        std::map<std::string, int> count;
-        for (const calibrate_refusal &one : views_.refusals) {
-            count[one.reason]++;
-        }
-        const auto most =
-            std::max_element(count.begin(), count.end(),
-                             [](const auto &a, const auto &b) { return a.second < b.second; });
-        if (most == count.end()) {
-            return "";
-        }
-        return most->first + " (" + std::to_string(most->second) + " of " +
-               std::to_string(views_.pictures) + " pictures)";
-    }
-
     /// Says in one line what is missing before the solver would.
     bool have_enough() {
-        const std::string board = std::to_string(job_.board.columns) + " x " +
-                                  std::to_string(job_.board.rows) + " corners";
-        const std::string refusal = commonest_refusal();
-        if (views_.boards == 0) {
-            message_ = "no picture shows a board of " + board + ": " + refusal +
-                       "; does --board count inner corners, and is it the right board?";
-        } else if (!job_.single && views_.pairs == 0) {
-            message_ = "no board was seen by both cameras in the same moment" +
-                       (refusal.empty() ? "" : ": " + refusal) +
-                       "; both must see the whole board (a coded one in part) at the same time";
-        } else {
+        message_ = calibrate_refusal_text(views_);
+        if (message_.empty()) {
             return true;
         }
         result_.views = &views_;
@@ -204,10 +190,22 @@ class runner {
         stop_if_interrupted();
     }
 
-    /// Asked only where few pairs fit together.
-    bool is_mirrored() const {
-        return calibrate_one_camera_mirrors(views_.seen, workers_parallel(threads_.get())->threads,
-                                            solution_.pairs_used);
+    bool is_plainly_mirrored() {
+        return calibrate_one_camera_mirrors_at_a_glance(
+            views_.seen, workers_parallel(threads_.get())->threads,
+            [this](const char *) { stop_if_interrupted(); });
+    }
+
+    /// Asked only where few pairs fit together, or badly.
+    bool is_mirrored() {
+        if (!mirror_known_) {
+            mirrored_ = calibrate_one_camera_mirrors(
+                views_.seen, workers_parallel(threads_.get())->threads, solution_,
+                [this](const char *) { stop_if_interrupted(); });
+            stop_if_interrupted();
+            mirror_known_ = true;
+        }
+        return mirrored_;
     }
 
     static std::string mirrored_text() {
@@ -233,13 +231,16 @@ class runner {
             return;
         }
         result_.rows = calibrate_rows_of(solution_);
-        const double *shift_mm = solution_.T_right_left.t_mm;
-        if (shift_mm[0] > 0 && shift_mm[0] > std::abs(shift_mm[1])) {
+        // From the right camera to the left one, in the left frame: where the right camera hangs on
+        // its head, its own frame says the opposite.
+        double back_mm[3];
+        geometry_rotate_back(solution_.T_right_left.R, solution_.T_right_left.t_mm, back_mm);
+        if (back_mm[0] > 0 && back_mm[0] > std::abs(back_mm[1])) {
             add_reason(
                 "the right camera stands to the left of the left one: left and right are "
                 "exchanged, or the pictures are mirrored");
         }
-        if (2 * solution_.pairs_used < views_.pairs && is_mirrored()) {
+        if (!calibrate_pairs_fit(solution_, views_.pairs) && is_mirrored()) {
             add_reason(mirrored_text());
         }
     }
@@ -372,6 +373,7 @@ class runner {
     calib::solution solution_;
     calibrate_result result_{};
     std::string json_, message_;
+    bool mirror_known_ = false, mirrored_ = false;
     std::vector<std::string> reasons_;  // why nothing came of it, beside the message
 };
 

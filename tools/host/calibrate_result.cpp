@@ -164,8 +164,7 @@ bool calibrate_rig_name(const std::string &id, const std::string &date, const st
     }
     std::snprintf(rig.note, sizeof rig.note, "%s", text.c_str());
     calibration_fault fault{};
-    int code = calibration_round(&rig);
-    code = code == ERROR_OK ? calibration_validate(&rig, &fault) : code;
+    const int code = calibration_file_settle(&rig, &fault);
     if (code != ERROR_OK) {
         *error = "the calibration found cannot be used: " + calibration_file_explain(code, fault);
         return false;

@@ -9,6 +9,7 @@
 #include "calib/detect.hpp"
 #include "calib/pair_order.hpp"
 #include "core/invariant.h"
+#include "tools/host/calibrate_refusal.hpp"
 
 namespace {
 
@@ -81,6 +82,7 @@ class finder {
             [](void *self, int index) { static_cast<finder *>(self)->look(size_t(index)); }, this,
             static_cast<int>(named_.size()));
         refuse_other_sizes();
+        refuse_parts_of_another_board();
         refuse_doubles();
         decide_orders();
         return report();
@@ -198,6 +200,29 @@ class finder {
         }
     }
 
+    /// Where most pictures show a board of one other size, what some show of the board asked for is
+    /// a part of that one, cut off or half hidden.
+    void refuse_parts_of_another_board() {
+        std::map<std::pair<int, int>, int> others;
+        int asked_for = 0;
+        for (const size_t i : named_) {
+            std::pair<int, int> size;
+            if (calibrate_refusal_size(pictures_[i].reason, &size.first, &size.second)) {
+                others[size]++;
+            }
+            asked_for += !pictures_[i].view.corners.empty();
+        }
+        for (const auto &[size, count] : others) {
+            for (const size_t i : named_) {
+                if (count > asked_for && !pictures_[i].view.corners.empty()) {
+                    refuse(i, "only a part, it seems, of the board of " +
+                                  std::to_string(size.first) + " x " + std::to_string(size.second) +
+                                  " corners that most pictures show");
+                }
+            }
+        }
+    }
+
     /// A picture that counts twice would make the error bars too small.
     void refuse_doubles() {
         std::map<std::tuple<uint64_t, int, int>, size_t> known;
@@ -208,7 +233,9 @@ class finder {
             }
             const auto [first, is_new] =
                 known.emplace(std::tuple(one.fingerprint, one.width_px, one.height_px), i);
-            if (!is_new) {
+            if (!is_new && first->second == i - 1 && i % 2 == 1) {
+                refuse(i, "left and right are the same picture");
+            } else if (!is_new) {
                 refuse(i, "the same picture as " + path(first->second).substr(common_folder()));
             }
         }

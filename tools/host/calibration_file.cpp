@@ -12,6 +12,7 @@
 #include "core/calibration_grammar.h"
 #include "core/crc.h"
 #include "core/error.h"
+#include "core/invariant.h"
 #include "daemon/input_file.h"
 #include "tools/host/whole_file.hpp"
 
@@ -119,9 +120,15 @@ std::vector<std::string> files_in(std::string directory) {
         }
     }
     if (found.empty()) {
+        if (exists(directory + "calibration.json")) {
+            fail(ERROR_ARGUMENT,
+                 directory +
+                     ": holds the calibration of one camera alone (calibration.json)"
+                     ": no pair, and so nothing to load, convert or export");
+        }
         fail(ERROR_ARGUMENT,
              directory +
-                 ": holds no calibration under a usual name (calibration.txt, "
+                 ": holds no calibration under a usual name (calibration.txt, rig.calibration, "
                  "intrinsics.yml and extrinsics.yml, left.yaml and right.yaml, calib.txt, "
                  "calib_cam_to_cam.txt): name the file");
     }
@@ -285,10 +292,8 @@ void set_id(const std::vector<import_file> &files, import_pair *pair) {
 
 /// Rounds, validates, and notices a pair that is rectified without saying so.
 void finish_import(const std::string &path, import_pair *pair) {
-    calibration_fault fault;
-    int code = calibration_round(&pair->value);
-    const int valid = calibration_validate(&pair->value, &fault);
-    code = valid != ERROR_OK ? valid : code;
+    calibration_fault fault{};
+    const int code = calibration_file_settle(&pair->value, &fault);
     if (code != ERROR_OK) {
         fail(code, path + ": cannot be used: " + calibration_file_explain(code, fault));
     }
@@ -303,6 +308,13 @@ void finish_import(const std::string &path, import_pair *pair) {
 }
 
 }  // namespace
+
+int calibration_file_settle(calibration *value, calibration_fault *fault) {
+    const int rounded = calibration_round(value);
+    const int code = calibration_validate(value, fault);  // rounding does not fill `fault`
+    INVARIANT(rounded == ERROR_OK || code != ERROR_OK);
+    return code;
+}
 
 std::string calibration_file_explain(int code, const calibration_fault &fault) {
     std::string text;

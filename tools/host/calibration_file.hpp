@@ -39,6 +39,10 @@ int calibration_file_write(const std::string &path, const calibration &value, st
 /// The same as `calibration_file_load` for the client (C).
 extern "C" calibration_loader calibration_file_loader;
 
+/// Rounds a calibration to the decimals of our text and validates it. Returns what
+/// `calibration_validate` does; `*fault` says more then.
+int calibration_file_settle(calibration *value, calibration_fault *fault);
+
 /// The sentence that says why our own text was refused, without the file's name.
 std::string calibration_file_explain(int code, const calibration_fault &fault);
 

@@ -26,14 +26,14 @@ const option options[] = {
      "with an odd and an even count cannot be taken the wrong way round. Needed.",
      2, 255, 2, 'x', nullptr},
     {"square", OPTION_REAL, offsetof(request, board.square_mm), "MM", "Side of one square. Needed.",
-     1e-3, 1e4, 0, 0, nullptr},
+     1, 1e4, 0, 0, nullptr},
     {"charuco", OPTION_TEXT, offsetof(request, board.dictionary), "DICT",
      "Put markers of this dictionary into the white squares, as OpenCV's CharucoBoard does: 4x4_50 "
      "to 7x7_1000, aruco_original, apriltag_36h11 and others.",
      0, 0, 0, 0, nullptr},
     {"marker", OPTION_REAL, offsetof(request, board.marker_mm), "MM",
      "With --charuco: side of a marker, its black border included; about 3/4 of a square is good.",
-     1e-3, 1e4, 0, 0, nullptr},
+     0.1, 1e4, 0, 0, nullptr},
     {"paper", OPTION_TEXT, offsetof(request, paper), "PAPER",
      "A4, A3, A2, A1, A0, letter, legal, tabloid, or WIDTHxHEIGHT in mm. It is turned when the "
      "board fits better that way. Default: A4.",
@@ -58,6 +58,27 @@ const option_page page = {
     0,
 };
 
+// Shares of a square's side. Larger markers have too little white around them for their edges to be
+// found, smaller ones waste the paper and are read from near only.
+const double marker_most = 0.9, marker_least = 0.4;
+// OpenCV 4.6 read all markers of drawn boards up to this share, and left out up to four of ten from
+// 0.79 to 0.9: it takes marker and square for two sightings of one marker.
+const double marker_opencv = 0.78;
+
+/// Whether the markers of a board to be printed can be read; one sentence says what is wrong.
+std::string check_readable(const calib::board &board) {
+    const double share = board.marker_mm / board.square_mm;
+    if (!board.coded() || (share >= marker_least && share <= marker_most)) {
+        return "";
+    }
+    return "--marker " + number_text(board.marker_mm, 6) +
+           (share > marker_most ? " leaves too little white around a marker to read it"
+                                : " is too small to be read from where the board fills an image") +
+           ": with --square " + number_text(board.square_mm, 6) + " it must be from " +
+           number_text(marker_least * board.square_mm, 6) + " to " +
+           number_text(marker_most * board.square_mm, 6);
+}
+
 int refuse(int code, const std::string &text) {
     message line{};
     message_set(&line, 0, "%s", text.c_str());
@@ -76,6 +97,7 @@ int command_board(int argc, char **argv) {
     }
     calib::board board;
     std::string error = calibrate_board_make(asked.board, &board);
+    error = error.empty() ? check_readable(board) : error;
     if (error.empty() && asked.out == nullptr) {
         error = "--out FILE is missing: where shall the page go?";
     }
@@ -98,6 +120,12 @@ int command_board(int argc, char **argv) {
     const std::string pdf = board_pdf(board, paper, &ruler_mm);
     if (!whole_file_write(asked.out, pdf, &error)) {
         return refuse(CLIENT_FAILED, error);
+    }
+    if (board.coded() && board.marker_mm > marker_opencv * board.square_mm + 1e-9) {
+        std::fprintf(stderr,
+                     "vergence: note: OpenCV overlooks some markers larger than %s mm on such "
+                     "squares\n",
+                     number_text(marker_opencv * board.square_mm, 6).c_str());
     }
     std::printf("%s: %d x %d squares of %s mm; print at 100 %%, the ruler must be %s mm long\n",
                 asked.out, board.columns + 1, board.rows + 1,

@@ -5,6 +5,8 @@
 #include <fstream>
 #include <regex>
 
+#include "core/calibration.h"
+#include "core/error.h"
 #include "daemon/client.h"
 #include "daemon/input_file.h"
 #include "daemon/options.h"
@@ -116,14 +118,22 @@ int refuse(int code, const std::string &text) {
     return code;
 }
 
+/// Whether the calendar has this day, as our own text wants it.
+bool is_day(const char *date) {
+    calibration probe{};
+    std::snprintf(probe.id, sizeof probe.id, "probe");
+    const int length = std::snprintf(probe.date, sizeof probe.date, "%s", date);
+    return length < static_cast<int>(sizeof probe.date) &&
+           calibration_validate(&probe, nullptr) != ERROR_SYNTAX;  // it looks at the texts first
+}
+
 /// What the table cannot say about the texts that go into our own file; "" when all is well.
 std::string check_texts(const request &asked) {
     if (asked.id != nullptr && !std::regex_match(asked.id, std::regex("[A-Za-z0-9._-]{1,47}"))) {
         return "--id takes up to 47 letters, digits, dots, dashes and underlines";
     }
-    if (asked.date != nullptr &&
-        !std::regex_match(asked.date, std::regex("\\d{4}-\\d\\d-\\d\\d"))) {
-        return "--date is written YYYY-MM-DD";
+    if (asked.date != nullptr && !is_day(asked.date)) {
+        return std::string("--date \"") + asked.date + "\": must be a day as YYYY-MM-DD";
     }
     if (asked.note != nullptr && !std::regex_match(asked.note, std::regex("[ -~]{0,200}"))) {
         return "--note takes up to 200 printable ASCII characters";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// result.json, as people read it. Members that are missing (an older or newer version wrote the
-/// file) are left out.
+/// result.json and calibration.json, as people read them. Members that are missing (an older or
+/// newer version wrote the file) are left out.
 #include <fstream>
 
 #include "tools/host/info.hpp"
@@ -60,50 +60,54 @@ std::string fill(const json &document, const std::string &pattern) {
     return text;
 }
 
-}  // namespace
+const line lines_of_calibration[] = {
+    {"made by", "vergence {version}"},
+    {"verdict", "{verdict/sentence}"},
+    {"board", "{board/corners} corners, squares of {board/square_mm} mm"},
+    {"pictures", "{pictures}, a board in {pictures_with_board}"},
+    {"left", "f {left/focal_px} +- {left/focal_sigma_px} px, centre {left/centre_px} px"},
+    {"right", "f {right/focal_px} +- {right/focal_sigma_px} px, centre {right/centre_px} px"},
+    {"camera", "f {camera/focal_px} +- {camera/focal_sigma_px} px, centre {camera/centre_px} px"},
+    {"lens model", "{model/lens}"},
+    {"baseline", "{rig/baseline_mm} +- {rig/baseline_sigma_mm} mm"},
+    {"fit", "{fit/rms_px} px rms per point"},
+    {"rows", "{rig/rows_rms_px} px rms apart after rectification"},
+};
 
-bool info_result(const std::string &path, info_page *page, std::string *message) {
-    std::ifstream stream(path, std::ios::binary);
-    // Printing goes down into it by recursion, so that its depth is limited while it is read.
-    bool too_deep = false;
-    const auto watch_depth = [&](int depth, json::parse_event_t, json &) {
-        too_deep = too_deep || depth > depth_max;
-        return !too_deep;
-    };
-    const json document = json::parse(stream, watch_depth, false);
-    if (too_deep || document.is_discarded() || !document.is_object() ||
-        find(document, "program") != "vergence") {
-        *message = path + ": is no result of vergence reconstruct, or is damaged";
-        return false;
-    }
-    page->kind = "result of a reconstruction";
-    static const line lines[] = {
-        {"made by", "vergence {version}, build {build_id}"},
-        {"left", "{input/left}"},
-        {"right", "{input/right}"},
-        {"images", "{input/width_px} x {input/height_px} px, {input/bits} bit {input/layout}"},
-        {"calibration", "{calibration/id} ({calibration/format}), crc32 {calibration/crc32}"},
-        {"rectified",
-         "{plan/width_px} x {plan/height_px} px, focal length {plan/f_px} px, "
-         "baseline {plan/baseline_mm} mm"},
-        {"searched", "{plan/disparity_count} disparities from {plan/disparity_min} px on"},
-        {"", "depths from {plan/depth_near_mm} mm to {plan/depth_far_mm} mm"},
-        {"measured", "{density_percent} % of {counts/pixels} pixels"},
-        {"surface", "{counts/vertices} points, {counts/triangles} triangles"},
-        {"extent", "from {bounds_mm/least} mm"},
-        {"", "to {bounds_mm/greatest} mm (x y z)"},
-        {"vertical",
-         "median {vertical_disparity/median_px} px, p95 {vertical_disparity/p95_px} px "
-         "(health of the calibration)"},
-        {"time", "{time_ms/total} ms, {options/threads} threads"},
-        {"memory", "{memory_bytes/process_peak} bytes"},
-    };
+const line lines_of_reconstruction[] = {
+    {"made by", "vergence {version}, build {build_id}"},
+    {"left", "{input/left}"},
+    {"right", "{input/right}"},
+    {"images", "{input/width_px} x {input/height_px} px, {input/bits} bit {input/layout}"},
+    {"calibration", "{calibration/id} ({calibration/format}), crc32 {calibration/crc32}"},
+    {"rectified",
+     "{plan/width_px} x {plan/height_px} px, focal length {plan/f_px} px, "
+     "baseline {plan/baseline_mm} mm"},
+    {"searched", "{plan/disparity_count} disparities from {plan/disparity_min} px on"},
+    {"", "depths from {plan/depth_near_mm} mm to {plan/depth_far_mm} mm"},
+    {"measured", "{density_percent} % of {counts/pixels} pixels"},
+    {"surface", "{counts/vertices} points, {counts/triangles} triangles"},
+    {"extent", "from {bounds_mm/least} mm"},
+    {"", "to {bounds_mm/greatest} mm (x y z)"},
+    {"vertical",
+     "median {vertical_disparity/median_px} px, p95 {vertical_disparity/p95_px} px "
+     "(health of the calibration)"},
+    {"time", "{time_ms/total} ms, {options/threads} threads"},
+    {"memory", "{memory_bytes/process_peak} bytes"},
+};
+
+template <size_t count>
+void add_lines(const line (&lines)[count], const json &document, info_page *page) {
     for (const line &line : lines) {
         const std::string text = fill(document, line.pattern);
         if (!text.empty()) {
             page->add("", line.label, text, nullptr);
         }
     }
+}
+
+void add_reconstruction(const json &document, info_page *page) {
+    add_lines(lines_of_reconstruction, document, page);
     const json reasons = find(document, "reasons");
     if (reasons.is_object()) {
         bool first = true;
@@ -121,6 +125,33 @@ bool info_result(const std::string &path, info_page *page, std::string *message)
         for (const json &warning : warnings) {
             page->add("", "warning", text_of(warning, 6), nullptr);
         }
+    }
+}
+
+}  // namespace
+
+bool info_result(const std::string &path, info_page *page, std::string *message) {
+    std::ifstream stream(path, std::ios::binary);
+    // Printing goes down into it by recursion, so that its depth is limited while it is read.
+    bool too_deep = false;
+    const auto watch_depth = [&](int depth, json::parse_event_t, json &) {
+        too_deep = too_deep || depth > depth_max;
+        return !too_deep;
+    };
+    const json document = json::parse(stream, watch_depth, false);
+    if (too_deep || document.is_discarded() || !document.is_object() ||
+        find(document, "program") != "vergence") {
+        *message = path + ": is no result of vergence, or is damaged";
+        return false;
+    }
+    const bool calibration = find(document, "kind") == "calibration";
+    if (calibration) {
+        page->kind = find(document, "camera").is_null() ? "figures of a calibration"
+                                                        : "figures of one camera's calibration";
+        add_lines(lines_of_calibration, document, page);
+    } else {
+        page->kind = "result of a reconstruction";
+        add_reconstruction(document, page);
     }
     page->add("result", "", "", document);
     return true;

@@ -6,7 +6,8 @@
 #include <string>
 
 /// Writes `content` to the file `path`, which keeps its old content until the new one is on the
-/// disk. False, with one sentence in `*message` that names the file, when it cannot be written.
+/// disk. A link stays, and the file it leads to is written; a device or a pipe is written to as it
+/// stands. False, with one sentence in `*message` that names `path`, when it cannot be written.
 bool whole_file_write(const std::string &path, const std::string &content, std::string *message);
 
 #endif
