@@ -6,6 +6,7 @@
 
 #include "calib/seed_pose.hpp"
 #include "calib/solve_parallel.hpp"
+#include "core/error.h"
 #include "core/invariant.h"
 
 namespace calib {
@@ -22,6 +23,7 @@ struct contender {
     std::vector<double> cost;         // by used position: mean squared length, in sigmas
     std::vector<double> squares_px2;  // likewise: sum of squared lengths, in px
     std::vector<int> corners;
+    bool possible = true;  // its lenses fold nowhere, and their numbers can be told
 };
 
 std::vector<size_t> used_sightings(const bundle &data) {
@@ -90,6 +92,10 @@ void contend(const bundle &data, int threads, const std::function<void()> &betwe
             contender &one = (*contenders)[size_t(k)];
             forget_absent(one.candidate, &one.state);
             one.squares = 2 * adjust(data, options_for(one.candidate), &one.state).cost;
+            for (int camera = 0; camera < data.cameras; camera++) {
+                const lens lens = lens_from_state(data.frame[camera], one.state.lens[camera]);
+                one.possible = one.possible && lens_validate(&lens) == ERROR_OK;
+            }
             one.cost.assign(used.size(), 0.0);
             one.squares_px2.assign(used.size(), 0.0);
             one.corners.assign(used.size(), 0);
@@ -165,8 +171,14 @@ bool is_contradicted(const bundle &data, const contender &simpler, const contend
 // places where nothing is known.
 size_t elect(const bundle &data, const std::vector<contender> &contenders, size_t usual,
              std::vector<model_score> *scores) {
+    while (usual > 0 && !contenders[usual].possible) {
+        usual--;
+    }
     size_t best = usual;
     for (size_t k = 0; k < contenders.size(); k++) {
+        if (!contenders[k].possible) {
+            continue;
+        }
         const difference to_usual = compare(contenders[k], contenders[usual]);
         if (mean_of(contenders[k].cost) < mean_of(contenders[best].cost) &&
             (k > usual || to_usual.mean < -to_usual.error)) {
@@ -177,7 +189,7 @@ size_t elect(const bundle &data, const std::vector<contender> &contenders, size_
     size_t chosen = best;
     for (size_t k = contenders.size(); k-- > 0;) {
         const difference to_best = compare(contenders[k], contenders[best]);
-        if (k < best && k >= simplest && to_best.mean <= to_best.error &&
+        if (contenders[k].possible && k < best && k >= simplest && to_best.mean <= to_best.error &&
             !is_contradicted(data, contenders[k], contenders[best])) {
             chosen = k;
         }
@@ -220,13 +232,13 @@ model_choice choose_model(const bundle &data, const bundle_state &state, int thr
          {shape_of(true, {false, false}), shape_of(true, {false, true}),
           shape_of(true, {true, false}), shape_of(false, {false, false}),
           shape_of(true, {true, true}), shape_of(false, {true, false})}) {
-        contenders.push_back({candidate, state, 0, {}, {}, {}});
+        contenders.push_back({candidate, state, 0, {}, {}, {}, true});
     }
     contend(data, threads, between, &contenders);
     const contender shape = contenders[elect(data, contenders, 0, &result.scores)];
     contenders.clear();
     for (int kind = 0; kind < lens_model::KINDS; kind++) {
-        contenders.push_back({shape.candidate, shape.state, 0, {}, {}, {}});
+        contenders.push_back({shape.candidate, shape.state, 0, {}, {}, {}, true});
         contenders.back().candidate.model.distortion = lens_model::kind(kind);
     }
     contend(data, threads, between, &contenders);

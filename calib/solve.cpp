@@ -24,7 +24,8 @@ const double LOSS = 3;
 const int CLEANING_ROUNDS = 8, FINAL_ROUNDS = 4;
 const int WARP_FROM = 6;  // positions of the board
 const double SCATTERED_Z = 4;
-const double AGREE_SIGMAS = 0.05;  // two starts that end nearer to each other agree
+const double LEAST_SCATTER_PX = 1e-3;  // rounding scatters, too
+const double AGREE_SIGMAS = 0.05;      // two starts that end nearer to each other agree
 
 int count_views(const bundle &data, int camera) {
     int views = 0;
@@ -211,11 +212,11 @@ class solver {
     }
 
     // Error bars that also count what fit and scatter show.
-    error_model widened(const error_model &errors, fit_test *fit) {
+    error_model widened(const error_model &errors, double rms_px, fit_test *fit) {
         error_model result = errors;
         fit->scatter_ratio = errors.scatter_ratio();
         fit->scatter_z = errors.scatter_z();
-        fit->scattered = errors.scatter_z() > SCATTERED_Z;
+        fit->scattered = errors.scatter_z() > SCATTERED_Z && rms_px > LEAST_SCATTER_PX;
         if (fit->scattered) {
             const double by_scatter = std::sqrt(errors.scatter_ratio());
             result.heed_scatter();
@@ -239,7 +240,7 @@ class solver {
         result.fit = test_fit(data(), state_, errors.sigma0());
         result.fit.sigma_ratio = floor_.ratio();
         result.fit.floor_px = floor_.px();
-        const error_model honest = widened(errors, &result.fit);
+        const error_model honest = widened(errors, result.rms_px, &result.fit);
         describe_errors(data(), state_, honest, &result);
         result.second_start = again;
         result.verdict = judge_solution(data(), state_, result);

@@ -45,19 +45,15 @@ int compare_views(const board_view &a, const board_view &b) {
     return 0;
 }
 
+// By what was seen before by name: the same pictures give the same bytes, whatever they are called.
 bool stands_before(const sighting &a, const sighting &b) {
-    for (size_t camera = 0; camera < CAMERAS; camera++) {
-        if (a.name[camera] != b.name[camera]) {
-            return a.name[camera] < b.name[camera];
-        }
-    }
     for (size_t camera = 0; camera < CAMERAS; camera++) {
         const int order = compare_views(a.view[camera], b.view[camera]);
         if (order != 0) {
             return order < 0;
         }
     }
-    return false;
+    return a.name < b.name;
 }
 
 }  // namespace

@@ -96,7 +96,7 @@ class Seen(Workshop):
         self.assertLess(board_mm[:, 2].max(), 0)
         alone = seen_corners.pixels(board_mm, R, t_mm)
         done = self.run_seen([*made, [None, alone]])
-        self.assertIn("left out", self.note(done, "right13.png: "))
+        self.assertIn("in front of the camera", self.note(done, "right13.png: "))
         named = [view["name"] for view in self.figures()["rejected"]["views"]]
         self.assertIn("right13.png", named)
 

@@ -180,10 +180,13 @@ class runner {
     void solve() {
         calib::solve_options options;
         options.threads = workers_parallel(threads_.get())->threads;
-        int step = 0;
-        options.progress = [this, &step](const char *) {
+        int step = -1;
+        std::string last;
+        options.progress = [this, &step, &last](const char *what) {
             stop_if_interrupted();
-            progress_show(&progress_, STAGE_SOLVE, "solve", std::min(step++, solve_steps),
+            step += last == what ? 0 : 1;
+            last = what;
+            progress_show(&progress_, STAGE_SOLVE, "solve", std::min(step, solve_steps),
                           solve_steps);
         };
         solution_ = calib::solve(views_.seen, options);
