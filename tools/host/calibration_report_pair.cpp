@@ -136,7 +136,7 @@ std::string measured_table(const calibration_page &page, const calibration_figur
            "</tbody></table><p class=\"hint\">Corners triangulated from both images, lengths "
            "between neighbours, heights over each board's own plane of best fit" +
            (page.result->target.bent ? std::string(" (the board itself is bent, see below)")
-                                      : std::string()) +
+                                     : std::string()) +
            ".</p></div>\n";
 }
 
