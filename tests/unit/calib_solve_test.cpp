@@ -30,8 +30,19 @@ calib::solution solve(const calib::observations &seen, int threads = 2) {
     return calib::solve(seen, options);
 }
 
+// What lies between the text fields of a calibration counts for nothing.
+bool same_rig(const calibration &a, const calibration &b) {
+    return std::memcmp(&a.left, &b.left, sizeof a.left) == 0 &&
+           std::memcmp(&a.right, &b.right, sizeof a.right) == 0 &&
+           std::memcmp(a.rotation_right_left_rad, b.rotation_right_left_rad,
+                       sizeof a.rotation_right_left_rad) == 0 &&
+           std::memcmp(a.translation_right_left_mm, b.translation_right_left_mm,
+                       sizeof a.translation_right_left_mm) == 0 &&
+           a.rms_px == b.rms_px;
+}
+
 bool same_bytes(const calib::solution &a, const calib::solution &b) {
-    return std::memcmp(&a.rig, &b.rig, sizeof a.rig) == 0 &&
+    return same_rig(a.rig, b.rig) &&
            std::memcmp(a.warp_mm, b.warp_mm, sizeof a.warp_mm) == 0 &&
            std::memcmp(&a.sigma, &b.sigma, sizeof a.sigma) == 0 && a.rms_px == b.rms_px &&
            a.held_out_rms_px == b.held_out_rms_px && a.verdict.sentence == b.verdict.sentence;
