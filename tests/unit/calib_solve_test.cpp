@@ -42,8 +42,7 @@ bool same_rig(const calibration &a, const calibration &b) {
 }
 
 bool same_bytes(const calib::solution &a, const calib::solution &b) {
-    return same_rig(a.rig, b.rig) &&
-           std::memcmp(a.warp_mm, b.warp_mm, sizeof a.warp_mm) == 0 &&
+    return same_rig(a.rig, b.rig) && std::memcmp(a.warp_mm, b.warp_mm, sizeof a.warp_mm) == 0 &&
            std::memcmp(&a.sigma, &b.sigma, sizeof a.sigma) == 0 && a.rms_px == b.rms_px &&
            a.held_out_rms_px == b.held_out_rms_px && a.verdict.sentence == b.verdict.sentence;
 }
