@@ -3,7 +3,8 @@
 // Lets whole frames through. It opens and closes only while frame_i is low, so the first frame that
 // passes passes from its start and the last one to its end.
 //
-// clk_i       negative edges: frame_i, made at positive ones, has half a period before and after
+// clk_i is the inverted PPI clock: frame_i, made at the other edge, has half a period before and after.
+//
 // frame_i     ^^^^^|_____________|^^^^^^^^^^^^^^^^^|_________|^^^^^^^^^^
 // request_i   __|^^^^^^^^^^^^^^^^^^^^^^^^^^^|_________________________
 // open_o      ___________|^^^^^^^^^^^^^^^^^^^^^^^^^^|___________________
@@ -28,7 +29,7 @@ module frame_gate (
   reg [1:0] quiet;
   wire ready = !frame_i && quiet == 2'd3;
 
-  always @(negedge clk_i or posedge rst_i) begin
+  always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) begin
       open_o <= 1'b0;
       cut_o <= 1'b0;

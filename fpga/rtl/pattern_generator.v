@@ -8,12 +8,12 @@
 //                 hblank   width   hblank   width
 //
 // A row is hblank_i clocks of blanking and width_i pixels; a frame is height_i rows with frame_o high and
-// vblank_i rows with frame_o low: (hblank + width) * (height + vblank) clocks. 0 counts as 1. A number
-// that changes counts at once; a frame is exact when they stand still.
+// vblank_i rows with frame_o low: (hblank + width) * (height + vblank) clocks. 0 counts as 4096. When a
+// number changes, one frame may have any size up to 4096 x 4096; it ends like every other.
 // run_i is looked at where a frame would start: frames are whole. Without it the blanking stands.
-// kind_i: 0 ramp: column + row + frame (frames since run_i began); 1 checker: squares of 16 x 16, 0 or
-// 1023; 2 prbs: x^10 + x^7 + 1 from seed_i (0 counts as 1), new in each frame; 3 walking ones: one bit,
-// from bit 0 in each frame; 4 constant: seed_i.
+// kind_i: 0 ramp: column + row * (width + 1) + frame * height * (width + 1), frames since run_i began;
+// 1 checker: squares of 16 x 16, 0 or 1023; 2 prbs: x^10 + x^7 + 1 from seed_i with its bit 0 set, new
+// in each frame; 3 walking ones: one bit, from bit 0 in each frame; 4 constant: seed_i.
 // Latency: data_o belongs to line_o of the same clock.
 
 `default_nettype none
@@ -30,12 +30,11 @@ module pattern_generator (
   input  wire [9:0] seed_i,
   output reg  frame_o,
   output wire line_o,
-  output reg  [9:0] data_o
+  output wire [9:0] data_o
 );
 
   localparam [2:0] RAMP = 3'd0;
   localparam [2:0] CHECKER = 3'd1;
-  localparam [2:0] PRBS = 3'd2;
   localparam [2:0] WALKING = 3'd3;
 
   reg visible;
@@ -47,9 +46,9 @@ module pattern_generator (
 
   wire [11:0] x_next = x + 12'd1;
   wire [11:0] y_next = y + 12'd1;
-  wire part_ends = x_next >= (visible ? width_i : {2'd0, hblank_i});
+  wire part_ends = x_next == (visible ? width_i : {2'd0, hblank_i});
   wire row_ends = visible && part_ends;
-  wire field_ends = y_next >= (frame_o ? height_i : {4'd0, vblank_i});
+  wire field_ends = y_next == (frame_o ? height_i : {4'd0, vblank_i});
   wire frame_ends = row_ends && field_ends && frame_o;
   wire may_start = row_ends && field_ends && !frame_o;
   wire starts = may_start && run_i;
@@ -69,29 +68,21 @@ module pattern_generator (
     end
   end
 
-  // Ramp: value is the first pixel of the row. It goes on by one where a frame starts and in each row,
-  // and back by the height where the frame ends: by one for each frame.
-  wire row_starts = frame_o && !visible && x == 12'd0;
+  // The ramp goes on through all frames, and one more for each row, so that no two rows are alike.
   wire ramp = kind_i == RAMP;
-  wire [9:0] ramp_next = value + (frame_ends ? ~height_i[9:0] : 10'd0) + 10'd1;
-  wire ramp_moves = frame_ends || starts || row_starts;
-  wire [9:0] shifted = {value[8:0], kind_i == WALKING ? value[9] : value[9] ^ value[6]};
+  wire walking = kind_i == WALKING;
+  wire load = ramp ? stands : !frame_o;
+  wire step = frame_o && (visible || (ramp && part_ends)) && !kind_i[2];
+  wire [9:0] first = ramp ? 10'h3FF : {walking ? 9'd0 : seed_i[9:1], seed_i[0] || !kind_i[2]};
+  wire [9:0] next = ramp ? value + 10'd1
+                         : {value[8:0], walking ? value[9] : value[9] ^ value[6]};
 
   always @(posedge clk_i or posedge rst_i) begin
-    if (rst_i) value <= 10'h3FE;
-    else if (ramp) value <= stands ? 10'h3FE : ramp_moves ? ramp_next : value;
-    else if (!frame_o) value <= kind_i == PRBS && seed_i != 10'd0 ? seed_i : 10'd1;
-    else if (visible) value <= shifted;
+    if (rst_i) value <= 10'h3FF;
+    else if (load || step) value <= load ? first : next;
   end
 
-  always @* begin
-    case (kind_i)
-      RAMP: data_o = value + x[9:0];
-      CHECKER: data_o = {10{x[4] ^ y[4]}};
-      PRBS, WALKING: data_o = value;
-      default: data_o = seed_i;
-    endcase
-  end
+  assign data_o = kind_i == CHECKER ? {10{x[4] ^ y[4]}} : value;
 
 `ifdef FORMAL
   pattern_generator_properties properties (

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The PPI's pins: data and the two frame syncs, at the negative edge of the PPI clock; the DSP samples
-// at the positive one.
+// The PPI's pins: data and the two frame syncs. clk_i is the inverted PPI clock: the pins change at its
+// falling edge, the DSP samples at its rising one.
 //
 // clk_i            ^|_|^|_|^|_|^|_|^|_|^|_|^|_|^|_|^|_|^|_|^|_|^|_|^|_
 // open_i           |^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^
@@ -45,7 +45,7 @@ module ppi_output (
   wire line = line_i && frame;
   wire first_pixel = line && !line_o && !after_first;
 
-  always @(negedge clk_i or posedge rst_i) begin
+  always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) begin
       first_line <= 1'b0;
       tag <= 1'b0;
@@ -67,7 +67,7 @@ module ppi_output (
     end
   end
 
-  always @(negedge clk_i or posedge counter_rst_i) begin
+  always @(posedge clk_i or posedge counter_rst_i) begin
     if (counter_rst_i) number <= 8'd0;
     else if (first_pixel) number <= number + 8'd1;
   end

@@ -9,7 +9,7 @@
 //   sources --> mux --> frame_gate, ppi_output --> ppi pins
 //
 // clk_i         control domain: camera_select
-// ppi_clock_o   falling edges: frame_gate, ppi_output, and the end of the clock
+// launch_clock  the inverted PPI clock: frame_gate, ppi_output; the clock ends at the same edges
 //
 // The gate holds the clock while it is open, in the same clock domain and without any crossing; that
 // alone makes it impossible to leave a source inside a frame, but by force. A frame that is cut by
@@ -113,9 +113,10 @@ module stream_switch #(
   wire line = pattern ? pattern_line_i : right ? line1_i : line0_i;
   wire frame = pattern ? pattern_frame_i : right ? frame1_i : frame0_i;
 
+  wire launch_clock = !ppi_clock_o;
   wire ppi_rst;
   reset_sync #(.STAGES(2)) ppi_reset (
-    .clk_i(ppi_clock_o),
+    .clk_i(launch_clock),
     .rst_i(rst_i),
     .request_i(1'b0),
     .rst_o(ppi_rst)
@@ -124,15 +125,15 @@ module stream_switch #(
 
   wire gate_there;
   sync_bit gate_level (
-    .clk_i(ppi_clock_o), .rst_i(ppi_rst), .level_i(gate), .level_o(gate_there)
+    .clk_i(launch_clock), .rst_i(ppi_rst), .level_i(gate), .level_o(gate_there)
   );
   wire force_there;
   sync_bit force_level (
-    .clk_i(ppi_clock_o), .rst_i(ppi_rst), .level_i(forcing), .level_o(force_there)
+    .clk_i(launch_clock), .rst_i(ppi_rst), .level_i(forcing), .level_o(force_there)
   );
 
   frame_gate gate_of_frames (
-    .clk_i(ppi_clock_o),
+    .clk_i(launch_clock),
     .rst_i(gate_rst),
     .request_i(gate_there),
     .abort_i(force_there),
@@ -142,7 +143,7 @@ module stream_switch #(
   );
 
   ppi_output pins (
-    .clk_i(ppi_clock_o),
+    .clk_i(launch_clock),
     .rst_i(gate_rst),
     .counter_rst_i(ppi_rst),
     .first_line_i(first_line_i),
