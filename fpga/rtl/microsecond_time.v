@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Time since reset, or since it was set, in microseconds; wraps after 71.6 minutes. Its millisecond
-// tick is for all timers of milliseconds and goes on undisturbed when the time is set.
+// Time since reset in microseconds, wrapping after 71.6 minutes, and a tick for all timers that count
+// milliseconds.
 //
 // tick_us_i  _|^|_____|^|_____|^|____    one clock for each microsecond; may be high for ever
 // time_us_o  ==X= n ==|= n+1 =|= n+2     changes at the clock after the tick
@@ -15,15 +15,12 @@ module microsecond_time (
   input  wire clk_i,
   input  wire rst_i,
   input  wire tick_us_i,
-  input  wire set_i,
-  input  wire [31:0] value_i,
   output reg  [31:0] time_us_o,
   output reg  tick_ms_o
 );
 
   always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) time_us_o <= 32'd0;
-    else if (set_i) time_us_o <= value_i;
     else if (tick_us_i) time_us_o <= time_us_o + 32'd1;
   end
 

@@ -12,11 +12,13 @@
 // Latency: 2 rising edges of clk_i; with SIM_RANDOM_DELAY (simulation only) a changing level takes 2
 // or 3 by chance, as metastability would make it.
 // RESET_LEVEL: what level_o is during reset.
+// SIM_DELAY: 0 leaves this one out of SIM_RANDOM_DELAY, for signals whose samples are counted.
 
 `default_nettype none
 
 module sync_bit #(
-  parameter RESET_LEVEL = 1'b0
+  parameter RESET_LEVEL = 1'b0,
+  parameter SIM_DELAY = 1
 ) (
   input  wire clk_i,
   input  wire rst_i,
@@ -34,13 +36,14 @@ module sync_bit #(
   reg missed = 1'b0;
   wire [31:0] noise_a = noise ^ (noise << 13);
   wire [31:0] noise_b = noise_a ^ (noise_a >> 17);
-  wire miss = noise[7] && !missed && level_i != meta;
+  wire miss = SIM_DELAY != 0 && noise[7] && !missed && level_i != meta;
   always @(posedge clk_i) begin
     noise <= noise_b ^ (noise_b << 5) ^ {31'd0, level_i};
     missed <= miss;
   end
   wire sampled = miss ? meta : level_i;
 `else
+  wire unused_sim_delay = SIM_DELAY != 0;
   wire sampled = level_i;
 `endif
 

@@ -17,7 +17,6 @@ class Field:
     constant  read only, fixed            stored  a register of its own
     input     read only, from hardware    pulse   one clock high for each written 1, reads 0
     w1c       input, cleared by ones      clear   input, cleared by any write
-    set       input, written in a pair of words
     """
 
     name: str
@@ -54,14 +53,21 @@ class Field:
         return self.name == "value"
 
     @property
-    def refuses(self):
-        """Are there values that are not stored at all?"""
-        return bool(self.codes) and self.maximum < (1 << self.width) - 1
-
-    @property
-    def clamps(self):
+    def is_number(self):
+        """Is it a number whose whole word is compared with its limits?"""
         limited = self.minimum > 0 or self.maximum < WORD_MASK
         return self.kind == "stored" and self.whole and self.width == 16 and limited
+
+    @property
+    def limit_register(self):
+        """Name of the register that limits it, if there is one."""
+        return self.minimum_register or self.maximum_register
+
+    @property
+    def has_gaps(self):
+        """Are there codes without a name?"""
+        narrow = self.maximum < (1 << self.width) - 1
+        return self.kind == "stored" and bool(self.codes) and narrow
 
 
 @dataclass
@@ -110,22 +116,20 @@ class MapError(Exception):
     """The map breaks a rule of its own."""
 
 
-def field_kind(node, paired):
+def field_kind(node):
     """Which kind of Field a SystemRDL field is."""
     hardware_writes = node.is_hw_writable
     if not node.is_sw_readable:
         return "pulse"
     if not node.is_sw_writable:
         return "input" if hardware_writes else "constant"
-    if paired:
-        return "set"
     if hardware_writes:
         kinds = {OnWriteType.woclr: "w1c", OnWriteType.wclr: "clear"}
         return kinds[node.get_property("onwrite")]
     return "stored"
 
 
-def read_field(node, paired):
+def read_field(node):
     width = node.width
     encode = node.get_property("encode")
     codes = []
@@ -137,7 +141,7 @@ def read_field(node, paired):
         name=node.inst_name,
         low=node.low,
         width=width,
-        kind=field_kind(node, paired),
+        kind=field_kind(node),
         reset=node.get_property("reset") or 0,
         text=text,
         unit=node.get_property("unit") or "",
@@ -171,7 +175,7 @@ def read_register(node, root):
     )
     for child in node.children():
         if isinstance(child, FieldNode):
-            register.fields.append(read_field(child, pair_high or pair_low))
+            register.fields.append(read_field(child))
     for field in register.fields:
         for limit in ("minimum_register", "maximum_register"):
             name = getattr(field, limit)
@@ -202,8 +206,8 @@ def check(registers):
             if field.zero_low_bits and field.reset % (1 << field.zero_low_bits):
                 raise MapError(f"{what}: reset value has low bits that are not stored")
             narrow = field.maximum < (1 << field.width) - 1
-            if field.kind == "stored" and narrow and not (field.clamps or field.refuses):
-                raise MapError(f"{what}: a part of a register cannot be clamped; give it codes")
+            if field.kind == "stored" and narrow and not (field.is_number or field.has_gaps):
+                raise MapError(f"{what}: only codes and whole words can have limits")
     for high, low in zip(registers, registers[1:]):
         if high.pair_high and not (low.pair_low and low.index == high.index + 1):
             raise MapError(f"{high.name}: the low word must follow")

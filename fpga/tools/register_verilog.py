@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Verilog-2005 from the register map: the constants and the register file."""
 
+import textwrap
+
 HEADER = """\
 // SPDX-License-Identifier: Apache-2.0
 // Made by fpga/tools/registers.py from fpga/registers.rdl; do not edit.
@@ -10,22 +12,22 @@ REGISTER_FILE_TEXT = """\
 //
 // Registers of the bridge between the I2C target and the hardware.
 //
-//            ___     ___     ___     ___     ___     ___     ___
-// clk_i    _|   |___|   |___|   |___|   |___|   |___|   |___|   |__
-// index_i  =X== index, held for at least two clocks ==============
-//                  _______
-// write_strobe_i _|       |_______________________________________
-// committed_o    _________|^^^^^^^|_______________________________
-// a port _o      =================X= new value ===================
-//                  _______
-// read_strobe_i  _|       |_______________________________________
-// read_data_o    =================X= word, held ==================
+//                    ___     ___     ___     ___     ___     ___
+// clk_i            _|   |___|   |___|   |___|   |___|   |___|   |__
+// index_i          =X== index, held ================================
+// write_data_i     =X== word, held =================================
+// write_allowed_o  _________|^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^
+// write_strobe_i   _________________|^^^^^^^|_______________________
+// <name>_o         =========================X= new value ===========
+// read_strobe_i    _________|^^^^^^^|_______________________________
+// read_data_o      =========================X= word, held ==========
 //
-// A write is compared with its limits in the first clock and stored in the second. A number outside
-// its limits is moved to the nearer one; a code without a name is not stored; what is only for the
-// unlocked map is not stored while it is locked.
-// Ports: <register>[_<field>] with _o for what software sets, _i for what hardware tells,
-// _clear_o and _set_o for pulses of one clock. Latency: 2 clocks for reads and writes.
+// write_allowed_o and index_known_o follow their inputs by one clock; write_strobe_i may come only
+// while write_allowed_o is high. Refused are: a number outside its limits, a code without a name,
+// what needs the unlocked map while it is locked, and registers that are only read.
+// Ports: <register>[_<field>] with _o for what software sets (for one clock only, where 1 starts
+// something), _i for what hardware tells and _clear_o for pulses of one clock that clear it.
+// <block>_hold_o: the hardware keeps the values of the block. Latency: 2 clocks.
 """
 
 
@@ -64,7 +66,7 @@ class RegisterFile:
         self.resets = []
         self.stores = []
         self.wires = []
-        self.words = []  # (register, expression of its 16 bits)
+        self.bits = {r.index: {} for r in registers}  # index: bit: what it reads
 
     def text(self):
         for register in self.registers:
@@ -80,32 +82,17 @@ class RegisterFile:
     # Ports and storage, register by register.
 
     def add_register(self, register):
-        if register.pair_high or register.pair_low:
-            self.add_pair(register)
+        bits = self.bits[register.index]
+        if register.pair_high:
+            self.ports.append(f"input  wire [31:0] {register.pair}_i")
+            bits.update({bit: f"{register.pair}_i[{bit + 16}]" for bit in range(16)})
+        elif register.pair_low:
+            bits.update({bit: f"low_word[{bit}]" for bit in range(16)})
         elif register.vector:
             self.add_vector(register)
         else:
-            word = {}
             for field in register.fields:
-                word[field.low] = self.add_field(register, field)
-            self.words.append((register, self.join(register, word)))
-
-    def add_pair(self, register):
-        name = register.pair
-        settable = register.fields[0].kind == "set"
-        if register.pair_high:
-            self.ports.append(f"input  wire [31:0] {name}_i")
-            if settable:
-                self.ports.append(f"output wire        {name}_set_o")
-                self.ports.append(f"output wire [31:0] {name}_value_o")
-            self.words.append((register, f"{name}_i[31:16]"))
-            return
-        owner = self.owner(register, "read")
-        self.words.append((register, f"pair_owner == {owner} ? pair_word : {name}_i[15:0]"))
-        if settable:
-            high = f"pair_owner == {self.owner(register, 'write')} ? pair_word : {name}_i[31:16]"
-            self.wires.append(f"assign {name}_set_o = {self.written(register)};")
-            self.wires.append(f"assign {name}_value_o = {{{high}, value}};")
+                self.add_field(register, field)
 
     def add_vector(self, register):
         bits = len(register.fields)
@@ -114,22 +101,25 @@ class RegisterFile:
         self.ports.append(f"output wire {width}{register.name}_clear_o")
         self.wires.append(
             f"assign {register.name}_clear_o = {{{bits}{{{self.written(register)}}}}}"
-            f" & value[{bits - 1}:0];")
-        self.words.append((register, f"{{{16 - bits}'d0, {register.name}_i}}"))
+            f" & write_data_i[{bits - 1}:0];")
+        self.reads(register, 0, bits, f"{register.name}_i")
 
     def add_field(self, register, field):
-        """Declares ports and storage of a field; returns its value and width for reading."""
+        """Declares ports and storage of a field."""
         name = register.port(field)
         if field.kind == "constant":
-            return f"{field.width}'h{field.reset:X}", field.width
+            ones = [bit for bit in range(field.width) if field.reset >> bit & 1]
+            self.bits[register.index].update({field.low + bit: "1'b1" for bit in ones})
+            return
         if field.kind == "stored":
-            return self.add_stored(register, field, name)
-        bits = slice_of("value", field)
+            self.add_stored(register, field, name)
+            return
+        bits = slice_of("write_data_i", field)
         if field.kind == "pulse":
             self.ports.append(f"output wire {vector(field.width)}{name}_o")
             self.wires.append(
                 f"assign {name}_o = {repeat(self.written(register), field.width)} & {bits};")
-            return None
+            return
         self.ports.append(f"input  wire {vector(field.width)}{name}_i")
         if field.kind in ("w1c", "clear"):
             condition = self.written(register)
@@ -137,7 +127,7 @@ class RegisterFile:
                 condition += f" & {bits}"
             self.ports.append(f"output wire {name}_clear_o")
             self.wires.append(f"assign {name}_clear_o = {condition};")
-        return f"{name}_i", field.width
+        self.reads(register, field.low, field.width, f"{name}_i")
 
     def add_stored(self, register, field, name):
         bits, zeros = field.bits, field.zero_low_bits
@@ -152,33 +142,20 @@ class RegisterFile:
         self.resets.append(f"{stored} <= {bits - zeros}'d{field.reset >> zeros};")
         condition = self.written(register)
         top, bottom = field.low + bits - 1, field.low + zeros
-        source = f"value[{top}:{bottom}]" if top > bottom else f"value[{top}]"
+        source = f"write_data_i[{top}:{bottom}]" if top > bottom else f"write_data_i[{top}]"
         if field.key is not None:
-            source = f"value == 16'h{field.key:04X}"
-        elif field.refuses:
-            condition += f" && {source} <= {bits}'d{field.maximum}"
+            source = f"write_data_i == 16'h{field.key:04X}"
         self.stores.append(f"if ({condition}) {stored} <= {source};")
-        return f"{name}_o", bits
+        self.reads(register, field.low, bits, f"{name}_o", zeros)
 
-    def join(self, register, word):
-        """Concatenation of the fields of a register, gaps filled with zeros."""
-        pieces, at = [], 0
-        for low in sorted(word):
-            if word[low] is None:
-                continue
-            expression, width = word[low]
-            if low > at:
-                pieces.append(f"{low - at}'d0")
-            pieces.append(expression)
-            at = low + width
-        if at == 0:
-            return "16'd0"
-        if at < 16:
-            pieces.append(f"{16 - at}'d0")
-        return pieces[0] if len(pieces) == 1 else "{" + ", ".join(reversed(pieces)) + "}"
+    def reads(self, register, low, width, port, zeros=0):
+        """Notes that `width` bits of a register from bit `low` on read a port."""
+        for bit in range(zeros, width):
+            source = f"{port}[{bit}]" if width > 1 else port
+            self.bits[register.index][low + bit] = source
 
     def written(self, register):
-        return f"(committed && index_i == 8'h{register.index:02X})"
+        return f"(write_strobe_i && index_i == 8'h{register.index:02X})"
 
     # Parts of the text.
 
@@ -191,76 +168,87 @@ class RegisterFile:
             "input  wire reading_i",
             "input  wire read_strobe_i",
             "output reg  [15:0] read_data_o",
+            "output reg  write_allowed_o",
             "input  wire write_strobe_i",
             "input  wire [15:0] write_data_i",
-            "output wire committed_o",
         ]
         bus += [f"output reg  {r.block}_hold_o" for r in self.registers if r.holds_block]
         return ",\n".join("  " + port for port in bus + self.ports)
 
     def limits(self):
-        lines = ["  // Limits of the register at the index.",
-                 "  reg [15:0] lowest;", "  reg [15:0] highest;", "  reg unlock_only;",
-                 "  always @* begin", "    lowest = 16'd0;", "    highest = 16'hFFFF;",
-                 "    unlock_only = 1'b0;", "    case (index_i)"]
+        lines = ["  // Numbers are compared with constants bit by bit, with each other by one comparison."]
+        for constant in sorted(self.constants("minimum") | self.constants("minimum_unlocked")):
+            lines.append(wrapped(f"wire at_least_{constant} = {at_least(constant)};"))
+        for constant in sorted(self.constants("maximum")):
+            lines.append(wrapped(f"wire at_most_{constant} = !({at_least(constant + 1)});"))
+        lines += self.comparison() + [
+            "", "  // What may be written to the register at the index.", "  reg allowed;",
+            "  always @* case (index_i)"]
         for register in self.registers:
+            if register.writable:
+                condition = " && ".join(self.conditions(register)) or "1'b1"
+                lines.append(f"    8'h{register.index:02X}: allowed = {condition};")
+        lines += [
+            "    default: allowed = 1'b0;", "  endcase", "",
+            "  always @(posedge clk_i or posedge rst_i) begin",
+            "    if (rst_i) write_allowed_o <= 1'b0;",
+            "    else write_allowed_o <= allowed;",
+            "  end", ""]
+        return "\n".join(lines)
+
+    def constants(self, limit):
+        """All constant limits of one kind that need a comparison."""
+        numbers = [r.fields[0] for r in self.registers if r.fields[0].is_number]
+        return {getattr(f, limit) for f in numbers} - {None, 0, 0xFFFF}
+
+    def comparison(self):
+        """One comparator for all registers whose limit is another register."""
+        limited = [r for r in self.registers if r.fields[0].limit_register]
+        if not limited:
+            return []
+        zeros = limited[0].fields[0].zero_low_bits
+        lines = [f"  reg [15:{zeros}] other;", "  reg equal_is_less;", "  always @* begin",
+                 "    equal_is_less = 1'b0;", "    case (index_i)"]
+        for register in limited:
             field = register.fields[0]
-            body = []
-            if field.clamps:
-                body = self.limit_lines(field)
-            if register.unlock_only:
-                body.append("unlock_only = 1'b1;")
-            if body:
-                lines.append(f"      8'h{register.index:02X}: begin  // {register.name}")
-                lines += ["        " + line for line in body]
-                lines.append("      end")
-        return "\n".join(lines + ["      default: ;", "    endcase", "  end", ""])
+            assert field.zero_low_bits == zeros
+            line = f"      8'h{register.index:02X}: other = {field.limit_register}_o[15:{zeros}];"
+            if field.maximum_register:
+                line = line.replace(": ", ": begin ", 1) + " equal_is_less = 1'b1; end"
+            lines.append(line)
+        return lines + [
+            f"      default: other = {16 - zeros}'d0;", "    endcase", "  end",
+            f"  wire less = {{write_data_i[15:{zeros}], !equal_is_less}} < {{other, 1'b1}};"]
 
     @staticmethod
-    def limit_lines(field):
-        lines = []
-        if field.minimum_register:
-            lines.append(f"lowest = {field.minimum_register}_o;")
-        elif field.minimum_unlocked is not None:
-            lines.append(
-                f"lowest = unlock_o ? 16'd{field.minimum_unlocked} : 16'd{field.minimum};")
-        elif field.minimum:
-            lines.append(f"lowest = 16'd{field.minimum};")
-        if field.maximum_register:
-            lines.append(f"highest = {field.maximum_register}_o;")
-        elif field.maximum < 0xFFFF:
-            lines.append(f"highest = 16'd{field.maximum};")
-        return lines
+    def conditions(register):
+        """What must be true for a write."""
+        terms = ["unlock_o"] if register.unlock_only else []
+        for field in register.fields:
+            if field.has_gaps:
+                terms.append(f"{slice_of('write_data_i', field)} <= {field.width}'d{field.maximum}")
+        field = register.fields[0]
+        if field.is_number:
+            if field.minimum_unlocked == 0:
+                terms.append(f"(unlock_o || at_least_{field.minimum})")
+            elif field.minimum:
+                terms.append(f"at_least_{field.minimum}")
+            if field.maximum < 0xFFFF:
+                terms.append(f"at_most_{field.maximum}")
+            if field.maximum_register:
+                terms.append("less")
+            if field.minimum_register:
+                terms.append("!less")
+        return terms
 
     def write_path(self):
-        lines = [
-            "  // First clock: compare. Second clock: store what the limits allow.",
-            "  reg below;", "  reg above;", "  reg committed;",
-            "  always @(posedge clk_i or posedge rst_i) begin",
-            "    if (rst_i) begin", "      below <= 1'b0;", "      above <= 1'b0;",
-            "      committed <= 1'b0;", "    end else begin",
-            "      below <= write_data_i < lowest;", "      above <= write_data_i > highest;",
-            "      committed <= write_strobe_i && index_known_o && (unlock_o || !unlock_only);",
-            "    end", "  end",
-            "  wire [15:0] value = below ? lowest : above ? highest : write_data_i;",
-            "  assign committed_o = committed;", ""]
-        lines += ["  " + line for line in self.declarations] + [
+        lines = ["  " + line for line in self.declarations] + [
             "  always @(posedge clk_i or posedge rst_i) begin", "    if (rst_i) begin"]
         lines += ["      " + line for line in self.resets]
         lines.append("    end else begin")
         lines += ["      " + line for line in self.stores] + ["    end", "  end", ""]
         lines += ["  " + line for line in self.wires]
         return "\n".join(lines + [""])
-
-    def owner(self, register, access):
-        """Number that says for what the kept half of a 32-bit value is meant; 0 is nobody."""
-        owners = []
-        for other in self.registers:
-            if other.pair_high:
-                owners.append((other.pair, "read"))
-                if other.writable:
-                    owners.append((other.pair, "write"))
-        return f"2'd{owners.index((register.pair, access)) + 1}"
 
     def hold(self):
         lines = ["  // A snapshot lasts from the first word of a block until the transfer leaves it."]
@@ -280,40 +268,19 @@ class RegisterFile:
                 "  end"]
         return "\n".join(lines + [""])
 
-    def pair_lines(self):
-        reads, writes = [], []
+    def read_path(self):
+        lines = [
+            "  // The low half of the 32-bit value whose high half was read last.",
+            "  reg fetch;", "  reg [15:0] low_word;",
+            "  always @(posedge clk_i or posedge rst_i) begin",
+            "    if (rst_i) low_word <= 16'd0;", "    else if (fetch) case (index_i)"]
         for register in self.registers:
             if register.pair_high:
-                reads.append(
-                    f"        8'h{register.index:02X}: begin pair_word <= {register.pair}_i[15:0];"
-                    f" pair_owner <= {self.owner(register, 'read')}; end")
-                if register.writable:
-                    writes.append(
-                        f"      if {self.written(register)} begin pair_word <= value;"
-                        f" pair_owner <= {self.owner(register, 'write')}; end")
-            if register.pair_low:
-                reads.append(
-                    f"        8'h{register.index:02X}: pair_owner <= 2'd0;")
-                if register.writable:
-                    writes.append(f"      if {self.written(register)} pair_owner <= 2'd0;")
-        return reads, writes
-
-    def read_path(self):
-        reads, writes = self.pair_lines()
-        lines = [
-            "  // Half of a 32-bit value, and whose half it is.",
-            "  reg [15:0] pair_word;", "  reg [1:0] pair_owner;", "  reg fetch;",
-            "  always @(posedge clk_i or posedge rst_i) begin", "    if (rst_i) begin",
-            "      pair_word <= 16'd0;", "      pair_owner <= 2'd0;", "    end else begin",
-            "      if (fetch) case (index_i)", *reads, "        default: ;", "      endcase",
-            *writes, "    end", "  end", "",
-            "  reg [15:0] word;", "  reg known;", "  always @* begin",
-            "    known = 1'b1;", "    case (index_i)"]
-        for register, expression in self.words:
-            lines.append(f"      8'h{register.index:02X}: word = {expression};  // {register.name}")
+                lines.append(
+                    f"      8'h{register.index:02X}: low_word <= {register.pair}_i[15:0];")
+        lines += ["      default: ;", "    endcase", "  end", ""]
+        lines += self.read_words()
         lines += [
-            "      default: begin", "        word = 16'd0;", "        known = 1'b0;", "      end",
-            "    endcase", "  end", "",
             "  always @(posedge clk_i or posedge rst_i) begin", "    if (rst_i) begin",
             "      fetch <= 1'b0;", "      read_data_o <= 16'd0;", "      index_known_o <= 1'b0;",
             "    end else begin", "      fetch <= read_strobe_i;",
@@ -321,9 +288,91 @@ class RegisterFile:
             "    end", "  end", ""]
         return "\n".join(lines)
 
+    def read_words(self):
+        """The choice of a word: two registers share a look-up table, a carry chain joins them all."""
+        lines = ["  // Registers stand in pairs whose indices differ in one bit; a look-up table chooses",
+                 "  // between the two, and a carry chain joins the pairs."]
+        pairs = self.pair_up()
+        for first, second, bit in pairs:
+            near = f"(index_i & 8'h{0xFF ^ 1 << bit:02X})" if second is not None else "index_i"
+            lines.append(f"  wire {pair_name(first, second)} = {near} == 8'h{first:02X};")
+        lines += ["  wire [15:0] word;"]
+        for bit in range(16):
+            terms = [t for t in (self.read_term(pair, bit) for pair in pairs) if t]
+            lines += [f"  carry_or #(.WIDTH({len(terms)})) word_{bit} (.any_o(word[{bit}]), .bits_i({{"]
+            lines += ["    " + ",\n    ".join(terms), "  }));"]
+        return lines + self.known()
+
+    def read_term(self, pair, bit):
+        """A bit of the register of a pair that the index chooses; empty if neither has it."""
+        first, second, differs = pair
+        name = pair_name(first, second)
+        low = self.bits[first].get(bit)
+        high = self.bits[second].get(bit) if second is not None else None
+        if second is None:
+            return f"{name} & {low}" if low else ""
+        if low and high:
+            return name if low == high == "1'b1" else (
+                f"{name} & (index_i[{differs}] ? {high} : {low})")
+        if low:
+            return f"{name} & !index_i[{differs}] & {low}"
+        return f"{name} & index_i[{differs}] & {high}" if high else ""
+
+    def pair_up(self):
+        """Pairs of indices that differ in one bit, those with most bits in common first.
+
+        Returns (first, second, bit that differs); second is None for those left alone.
+        """
+        candidates = []
+        readable = {index for index, bits in self.bits.items() if bits}
+        for first in readable:
+            for bit in range(8):
+                second = first ^ 1 << bit
+                if first < second and second in readable:
+                    common = len(self.bits[first].keys() & self.bits[second].keys())
+                    candidates.append((-common, bit, first, second))
+        pairs, used = [], set()
+        for _, bit, first, second in sorted(candidates):
+            if not used & {first, second}:
+                used |= {first, second}
+                pairs.append((first, second, bit))
+        return sorted(pairs + [(index, None, 0) for index in readable - used])
+
+    def known(self):
+        indices = [f"8'h{register.index:02X}" for register in self.registers]
+        lines = ["", "  reg known;", "  always @* case (index_i)"]
+        for at in range(0, len(indices), 10):
+            end = ": known = 1'b1;" if at + 10 >= len(indices) else ","
+            lines.append("    " + ", ".join(indices[at:at + 10]) + end)
+        return lines + ["    default: known = 1'b0;", "  endcase", ""]
+
     @staticmethod
     def formal():
         return "`ifdef FORMAL\n`include \"register_file_properties.vh\"\n`endif\n"
+
+
+def at_least(constant):
+    """Expression for write_data_i >= constant, of its bits, run by run from the lowest 1 on."""
+    low = (constant & -constant).bit_length() - 1
+    expression = ""
+    while low < 16:
+        one = constant >> low & 1
+        high = low
+        while high < 15 and (constant >> (high + 1) & 1) == one:
+            high += 1
+        sign = "&" if one else "|"
+        run = f"{sign}write_data_i[{high}:{low}]" if high > low else f"write_data_i[{low}]"
+        expression = f"{run} {sign} ({expression})" if expression else run
+        low = high + 1
+    return expression
+
+
+def wrapped(statement):
+    return "\n".join(textwrap.wrap(statement, 96, initial_indent="  ", subsequent_indent="    "))
+
+
+def pair_name(first, second):
+    return f"at_{first:02x}" if second is None else f"at_{first:02x}_{second:02x}"
 
 
 def slice_of(name, field):

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// any_o = |bits_i, written as the carry out of an addition: on the carry chain of an FPGA the joining
+// of many bits takes no look-up tables beyond those that make the bits.
+//
+// bits_i  =X= 000 =X= 010 =X= 000 =
+// any_o   ____|^^^^^^^|___________
+//
+// WIDTH: number of bits. No clock.
+
+`default_nettype none
+
+module carry_or #(
+  parameter WIDTH = 8
+) (
+  input  wire [WIDTH-1:0] bits_i,
+  output wire any_o
+);
+
+  wire [WIDTH-1:0] unused_sum;
+  assign {any_o, unused_sum} = {1'b0, {WIDTH{1'b1}}} + {1'b0, bits_i};
+
+endmodule
+
+`default_nettype wire
