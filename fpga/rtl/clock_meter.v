@@ -37,16 +37,16 @@ module clock_meter (
     .level_o(slow)
   );
 
-  reg before;
+  reg slow_before;
   reg [2:0] quiet;
-  assign activity_o = slow != before;
+  assign activity_o = slow != slow_before;
   assign lost_o = quiet[2];
   always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) begin
-      before <= 1'b0;
+      slow_before <= 1'b0;
       quiet <= 3'd0;
     end else begin
-      before <= slow;
+      slow_before <= slow;
       if (activity_o) quiet <= 3'd0;
       else if (strobe_i && !lost_o) quiet <= quiet + 3'd1;
     end

@@ -48,16 +48,16 @@ module frame_record (
     .level_o(measuring)
   );
 
-  reg before;
+  reg was_measuring;
   always @(posedge clk_i or posedge rst_i) begin
-    if (rst_i) before <= 1'b0;
-    else before <= measuring;
+    if (rst_i) was_measuring <= 1'b0;
+    else was_measuring <= measuring;
   end
 
   assign frame_valid_o = measuring;
-  assign taken_o = before;
-  assign start_o = measuring && !before;
-  wire finish = !measuring && before;
+  assign taken_o = was_measuring;
+  assign start_o = measuring && !was_measuring;
+  wire finish = !measuring && was_measuring;
 
   // Before the first frame there is nothing to compare with.
   wire expecting = expect_height_i != 12'd0;
@@ -101,7 +101,7 @@ module frame_record (
 
 `ifdef FORMAL
   frame_record_properties properties (
-    .clk_i(clk_i), .rst_i(rst_i), .hold_i(hold_i), .measuring(measuring), .before(before),
+    .clk_i(clk_i), .rst_i(rst_i), .hold_i(hold_i), .measuring(measuring), .was_measuring(was_measuring),
     .lines_i(lines_i), .width_i(width_i), .wrong_i(wrong_i), .wrong_line_i(wrong_line_i),
     .expect_height_i(expect_height_i), .start_o(start_o), .finish(finish),
     .wrong_height(wrong_height), .frame_error_o(frame_error_o), .frames_o(frames_o),
