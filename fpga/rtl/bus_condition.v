@@ -51,6 +51,14 @@ module bus_condition #(
   assign start_o = changed[HOLD-1] && scl_i && !sda_i;
   assign stop_o = changed[HOLD-1] && scl_i && sda_i;
 
+`ifdef PROVE_BUS_CONDITION
+  bus_condition_properties #(.HOLD(HOLD)) properties (
+    .clk_i(clk_i), .rst_i(rst_i), .scl_i(scl_i), .sda_i(sda_i), .scl_rise_o(scl_rise_o),
+    .scl_fall_o(scl_fall_o), .start_o(start_o), .stop_o(stop_o), .scl_last_i(scl_last),
+    .sda_last_i(sda_last)
+  );
+`endif
+
 endmodule
 
 `default_nettype wire

@@ -20,6 +20,12 @@ module carry_or #(
   wire [WIDTH-1:0] unused_sum;
   assign {any_o, unused_sum} = {1'b0, {WIDTH{1'b1}}} + {1'b0, bits_i};
 
+`ifdef PROVE_CARRY_OR
+  carry_or_properties #(.WIDTH(WIDTH)) properties (
+    .bits_i(bits_i), .any_o(any_o)
+  );
+`endif
+
 endmodule
 
 `default_nettype wire

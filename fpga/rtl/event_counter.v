@@ -29,6 +29,12 @@ module event_counter #(
     else if (event_i && !full) count_o <= count_o + 1'b1;
   end
 
+`ifdef PROVE_EVENT_COUNTER
+  event_counter_properties #(.BITS(BITS)) properties (
+    .clk_i(clk_i), .rst_i(rst_i), .event_i(event_i), .clear_i(clear_i), .count_o(count_o)
+  );
+`endif
+
 endmodule
 
 `default_nettype wire

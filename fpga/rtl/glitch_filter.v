@@ -53,7 +53,7 @@ module glitch_filter #(
 
   assign spike_o = sample == level_o && earlier[0] != level_o;
 
-`ifdef FORMAL
+`ifdef PROVE_GLITCH_FILTER
   glitch_filter_properties #(.SAMPLES(SAMPLES)) properties (
     .clk_i(clk_i), .rst_i(rst_i), .line_i(line_i), .level_o(level_o), .spike_o(spike_o),
     .sample_i(sample), .earlier_i(earlier)

@@ -35,6 +35,13 @@ module microsecond_time (
     end
   end
 
+`ifdef FORMAL
+  microsecond_time_properties properties (
+    .clk_i(clk_i), .rst_i(rst_i), .tick_us_i(tick_us_i), .time_us_o(time_us_o),
+    .tick_ms_o(tick_ms_o), .count_i(count)
+  );
+`endif
+
 endmodule
 
 `default_nettype wire

@@ -34,6 +34,12 @@ module reset_sync #(
 
   assign rst_o = active[STAGES-1];
 
+`ifdef PROVE_RESET_SYNC
+  reset_sync_properties #(.STAGES(STAGES)) properties (
+    .clk_i(clk_i), .rst_i(rst_i), .request_i(request_i), .rst_o(rst_o), .active_i(active)
+  );
+`endif
+
 endmodule
 
 `default_nettype wire

@@ -23,6 +23,9 @@ module sync_bit #(
   input  wire clk_i,
   input  wire rst_i,
   input  wire level_i,
+`ifdef PROVE_SYNC_PULSE
+  output wire meta_o,
+`endif
   output wire level_o
 );
 
@@ -58,6 +61,15 @@ module sync_bit #(
   end
 
   assign level_o = stable;
+`ifdef PROVE_SYNC_PULSE
+  assign meta_o = meta;
+`endif
+
+`ifdef PROVE_SYNC_BIT
+  sync_bit_properties #(.RESET_LEVEL(RESET_LEVEL)) properties (
+    .clk_i(clk_i), .rst_i(rst_i), .level_i(level_i), .level_o(level_o), .meta_i(meta)
+  );
+`endif
 
 endmodule
 

@@ -29,10 +29,16 @@ module sync_pulse (
   end
 
   wire arrived;
+`ifdef PROVE_SYNC_PULSE
+  wire meta;
+`endif
   sync_bit crossing (
     .clk_i(to_clk_i),
     .rst_i(to_rst_i),
     .level_i(toggle),
+`ifdef PROVE_SYNC_PULSE
+    .meta_o(meta),
+`endif
     .level_o(arrived)
   );
 
@@ -43,6 +49,13 @@ module sync_pulse (
   end
 
   assign pulse_o = arrived != seen;
+
+`ifdef PROVE_SYNC_PULSE
+  sync_pulse_properties properties (
+    .from_clk_i(from_clk_i), .from_rst_i(from_rst_i), .pulse_i(pulse_i), .to_clk_i(to_clk_i),
+    .to_rst_i(to_rst_i), .pulse_o(pulse_o), .toggle_i(toggle), .meta_i(meta), .arrived_i(arrived), .seen_i(seen)
+  );
+`endif
 
 endmodule
 
