@@ -10,7 +10,9 @@
 #include "verilated.h"
 
 // Verilator's own code asks for this where no SystemC is.
-double sc_time_stamp() { return 0; }
+double sc_time_stamp() {
+    return 0;
+}
 
 namespace {
 
@@ -123,8 +125,12 @@ uint32_t collect(bridge_model &model) {
         events |= BRIDGE_EVENT_SENSOR;
     }
     if (now.sda_low != was.sda_low || now.branch_low != was.branch_low) {
-        events |= (now.sda_low != was.sda_low ? BRIDGE_EVENT_BUS : 0u) |
-                  (now.branch_low != was.branch_low ? BRIDGE_EVENT_BRANCH : 0u);
+        if (now.sda_low != was.sda_low) {
+            events |= BRIDGE_EVENT_BUS;
+        }
+        if (now.branch_low != was.branch_low) {
+            events |= BRIDGE_EVENT_BRANCH;
+        }
         join_lines(model);
     }
     model.pins = now;
@@ -162,10 +168,11 @@ void take_inputs(bridge_model &model) {
 
 void edge_of_control(bridge_model &model, Clock &clock) {
     clock.level = !clock.level;
+    const unsigned next_phase = model.idle ? 0 : (model.phase + 1) % BRIDGE_CLOCKS_PER_US;
     if (clock.level) {
-        model.phase = model.idle ? 0 : (model.phase + 1) % BRIDGE_CLOCKS_PER_US;
-        // What is set now is seen at this rising edge: the tick ends the microsecond.
-        model.top->tick_us_i = model.phase == 0;
+        model.phase = next_phase;
+    } else {
+        model.top->tick_next_i = next_phase == 0;
     }
     model.top->clk_i = clock.level;
     const uint32_t period =
@@ -190,7 +197,8 @@ void step(bridge_model &model) {
         camera_edges |= 1u << i;
     }
     if (camera_edges != 0) {
-        model.top->pix_clk_i = static_cast<uint8_t>(model.clocks[0].level | model.clocks[1].level << 1);
+        model.top->pix_clk_i =
+            static_cast<uint8_t>(model.clocks[0].level | model.clocks[1].level << 1);
     }
     settle(model);
     if (camera_edges != 0 && model.on_clock != nullptr) {
@@ -227,7 +235,7 @@ bridge_model *bridge_model_create(uint32_t seed) {
     Vbridge_sim &top = *model->top;
     top.clk_i = 1;
     top.pix_clk_i = 0;
-    top.tick_us_i = 0;
+    top.tick_next_i = 0;
     take_inputs(*model);
     top.eval();
     join_lines(*model);
@@ -316,9 +324,13 @@ void bridge_model_advance(bridge_model *model, uint64_t duration_ps) {
     }
 }
 
-void bridge_model_interrupt(bridge_model *model) { model->interrupted = true; }
+void bridge_model_interrupt(bridge_model *model) {
+    model->interrupted = true;
+}
 
-uint64_t bridge_model_time_ps(const bridge_model *model) { return model->now_ps; }
+uint64_t bridge_model_time_ps(const bridge_model *model) {
+    return model->now_ps;
+}
 
 void bridge_model_on_event(bridge_model *model, uint32_t events, bridge_event_callback callback,
                            void *context) {

@@ -80,8 +80,8 @@ typedef void (*bridge_event_callback)(void *context, uint64_t time_ps, uint32_t 
 typedef void (*bridge_clock_callback)(void *context, uint64_t time_ps, int camera, int level);
 
 /* A model just after power-up: registers are random, clocks stand (but for the control clock's 25
- * MHz), lines are let go, reset is active. Synchronisers take a random extra clock now and then. The
- * seed rules both. NULL: out of memory. The caller destroys it. */
+ * MHz), lines are let go, reset is active. Synchronisers take a random extra clock now and then.
+ * The seed rules both. NULL: out of memory. The caller destroys it. */
 bridge_model *bridge_model_create(uint32_t seed);
 void bridge_model_destroy(bridge_model *model);
 
@@ -98,13 +98,15 @@ void bridge_model_set_clock(bridge_model *model, int clock, uint32_t period_ps);
 
 /* Idle: one period of the control clock takes a microsecond, and every one carries the tick. Timers
  * run as they would, 25 times cheaper; nothing may move on a bus of I2C meanwhile, and a servo edge
- * comes at the next whole microsecond. Takes effect at a tick: this advances to it (less than 1 us). */
+ * comes at the next whole microsecond. Takes effect at a tick: this advances to it (less than 1
+ * us). */
 void bridge_model_set_idle(bridge_model *model, int idle);
 
 /* Lets so much time pass. */
 void bridge_model_advance(bridge_model *model, uint64_t duration_ps);
 
-/* For callbacks: the running advance ends at this event; bridge_model_time_ps() tells when that was. */
+/* For callbacks: the running advance ends at this event; bridge_model_time_ps() tells when that
+ * was. */
 void bridge_model_interrupt(bridge_model *model);
 
 uint64_t bridge_model_time_ps(const bridge_model *model);

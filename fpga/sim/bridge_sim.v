@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The bridge as bridge_model.cpp sees it: groups of pins joined to words, one word an event group.
 //
-// No logic and no latency: names and order only. Lines of I2C are joined outside.
+// Names and order only, but for the tick: it comes from a flip-flop, as the board's does, which also
+// spares the simulation all logic behind it at every change of an input. Lines of I2C are joined
+// outside. tick_next_i: the next rising edge of clk_i has the tick; taken at the falling edge.
 `default_nettype none
 module bridge_sim (
     input  wire        rst_i,
     input  wire        clk_i,
-    input  wire        tick_us_i,
+    input  wire        tick_next_i,
     input  wire [ 1:0] pix_clk_i,
     input  wire        scl_i,
     input  wire        sda_i,
@@ -24,10 +26,13 @@ module bridge_sim (
     output wire [12:0] ppi_o,         // FS3, FS2, FS1, data
     output wire [ 9:0] sensor_o       // trigger, extclk, oe, standby, reset_n of both
 );
+  reg tick_us;
+  always @(negedge clk_i) tick_us <= tick_next_i;
+
   bridge_core core (
       .rst_i(rst_i),
       .clk_i(clk_i),
-      .tick_us_i(tick_us_i),
+      .tick_us_i(tick_us),
       .scl_i(scl_i),
       .sda_i(sda_i),
       .sda_low_o(sda_low_o),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The simulated bridge with what stands around it in every test: a queue of moments, listeners, and
-/// a checker of the servo pulses that cannot be switched off.
+/// The simulated bridge with what stands around it in every test: a queue of moments, listeners,
+/// and a checker of the servo pulses that cannot be switched off.
 #ifndef VERGENCE_TESTS_HDL_BENCH_BRIDGE_HPP
 #define VERGENCE_TESTS_HDL_BENCH_BRIDGE_HPP
 

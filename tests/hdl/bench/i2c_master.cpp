@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "i2c_master.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace hdl {
@@ -14,6 +15,16 @@ I2cTiming standard_timing(unsigned khz) {
         return {period - 600 * kNs, 600 * kNs, 600 * kNs, 600 * kNs, 600 * kNs, 1300 * kNs, 0};
     }
     return {period - 260 * kNs, 260 * kNs, 260 * kNs, 260 * kNs, 260 * kNs, 500 * kNs, 0};
+}
+
+I2cTiming branch_timing(unsigned khz) {
+    I2cTiming timing = standard_timing(khz);
+    timing.high = std::max(timing.high, 700 * kNs);
+    timing.start_setup = std::max(timing.start_setup, 700 * kNs);
+    timing.start_hold = std::max(timing.start_hold, 700 * kNs);
+    timing.stop_setup = std::max(timing.stop_setup, 700 * kNs);
+    timing.low = kMs / khz - timing.high;
+    return timing;
 }
 
 void I2cMaster::count() {
@@ -133,13 +144,26 @@ void I2cMaster::let_go() {
 
 bool I2cMaster::clear_bus() {
     never_abort();
-    in_transfer_ = true;
-    scl(false);
-    for (int i = 0; i < 9; i++) {
-        bit(true);
+    for (int clocks = 0; clocks < 18; clocks++) {
+        scl(false);
+        sda(true);
+        wait(timing_.low);
+        if (bridge_.out().sda != 0) {
+            // A STOP at once: each further clock could be a bit of a word that somebody takes.
+            sda(false);
+            wait(timing_.low);
+        }
+        scl(true);
+        wait(timing_.stop_setup);
+        const bool stopping = bridge_.in.sda == 0;
+        sda(true);
+        wait(timing_.free);
+        if (stopping && bridge_.out().sda != 0 && bridge_.out().scl != 0) {
+            in_transfer_ = false;
+            return true;
+        }
     }
-    stop();
-    return bridge_.out().sda != 0 && bridge_.out().scl != 0;
+    return false;
 }
 
 bool Registers::write(uint8_t index, uint16_t value) {

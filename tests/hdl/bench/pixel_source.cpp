@@ -45,10 +45,9 @@ void PixelSource::on_pixel_clock(uint64_t, int camera, int level) {
     }
     // The frame begins a little before its first line, and ends after its last.
     const unsigned lead = 8;
-    const bool frame_valid = row_ < window_.height - lines_short_by_ &&
-                             (row_ != 0 || column_ >= lead) &&
-                             (row_ + 1 != window_.height - lines_short_by_ ||
-                              column_ < window_.width + 2 * lead + 8);
+    const bool frame_valid =
+        row_ < window_.height - lines_short_by_ && (row_ != 0 || column_ >= lead) &&
+        (row_ + 1 != window_.height - lines_short_by_ || column_ < window_.width + 2 * lead + 8);
     const unsigned x = column_ - 2 * lead;
     const unsigned width = window_.width - (row_ == 2 ? short_by_ : 0);
     const bool line_valid = frame_valid && column_ >= 2 * lead && x < width;

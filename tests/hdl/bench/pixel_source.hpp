@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The picture side of an MT9T001: PIXCLK, frame valid, line valid and ten bits, with its timing, and
-/// a receiver like the Blackfin's PPI that knows every pixel in advance.
+/// The picture side of an MT9T001: PIXCLK, frame valid, line valid and ten bits, with its timing,
+/// and a receiver like the Blackfin's PPI that knows every pixel in advance.
 #ifndef VERGENCE_TESTS_HDL_BENCH_PIXEL_SOURCE_HPP
 #define VERGENCE_TESTS_HDL_BENCH_PIXEL_SOURCE_HPP
 
@@ -77,8 +77,8 @@ class PpiReceiver : public Listener {
     uint64_t edge_ps_ = 0;
 };
 
-/// Which camera's frame this is and whether each of its pixels is right: "" then, else what is wrong.
-/// camera and number are set when they could be told.
+/// Which camera's frame this is and whether each of its pixels is right: "" then, else what is
+/// wrong. camera and number are set when they could be told.
 std::string check_frame(const Received &frame, const Window &window, int &camera, uint32_t &number);
 
 }  // namespace hdl

@@ -25,9 +25,7 @@ class Random {
     uint32_t below(uint32_t bound) { return uint32_t((next() >> 32) * bound >> 32); }
     /// low .. high
     uint64_t between(uint64_t low, uint64_t high) { return low + next() % (high - low + 1); }
-    bool chance(double probability) {
-        return double(next() >> 11) * 0x1p-53 < probability;
-    }
+    bool chance(double probability) { return double(next() >> 11) * 0x1p-53 < probability; }
 
   private:
     uint64_t state_;

@@ -21,8 +21,8 @@ void ServoChecker::on_event(uint64_t time_ps, uint32_t, const bridge_outputs &no
             if (period_ps_[servo] != 0 && demanded_before_[servo] &&
                 time_ps - rise_ps_[servo] != period_ps_[servo]) {
                 fault(servo, time_ps,
-                      "frame of " + std::to_string(double(time_ps - rise_ps_[servo]) / double(kUs)) +
-                          " us");
+                      "frame of " +
+                          std::to_string(double(time_ps - rise_ps_[servo]) / double(kUs)) + " us");
             }
             demanded_before_[servo] = period_ps_[servo] != 0;
             rise_ps_[servo] = time_ps;
