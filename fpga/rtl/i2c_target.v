@@ -16,7 +16,7 @@
 // its second byte; half a word changes nothing. Not acknowledged are: other addresses and the general
 // call, data for an index that is not known, and a low byte that would make a word that is not
 // allowed. Reading what is not known gives zeros. SCL is never held.
-// When SCL has not moved for TIMEOUT_MS - 1 to TIMEOUT_MS ms in a transfer, or while it is low, the
+// When nothing moves for TIMEOUT_MS - 1 to TIMEOUT_MS ms in a transfer, or while SCL is low, the
 // transfer ends, SDA is free, and the target waits for START.
 //
 // read_strobe_o comes at least 3 clocks before read_data_i is used. write_data_o is whole at least 3
@@ -93,7 +93,7 @@ module i2c_target #(
       timeout_o <= 1'b0;
     end else begin
       timeout_o <= 1'b0;
-      if (scl_rise || scl_fall || (scl_o && state == IDLE)) begin
+      if (scl_rise || scl_fall || start_o || (scl_o && state == IDLE)) begin
         still_ms <= 5'd0;
       end else if (tick_ms_i && waiting && !too_long) begin
         still_ms <= still_ms + 5'd1;
@@ -107,8 +107,10 @@ module i2c_target #(
   reg [7:0] shift;
   reg [7:0] high;
   wire sending = state == SEND_HIGH || state == SEND_LOW;
-  wire byte_done = scl_fall && bits == 4'd8;
-  wire acknowledge_rise = scl_rise && bits == 4'd8;
+  wire rise = scl_rise && !timeout_o;  // an edge that comes with the time-out is too late
+  wire fall = scl_fall && !timeout_o;
+  wire byte_done = fall && bits == 4'd8;
+  wire acknowledge_rise = rise && bits == 4'd8;
   wire addressed = shift[7:1] == ADDRESS;
   wire next_bit = read_data_i[{state == SEND_HIGH, ~bits[2:0]}];
 
@@ -132,7 +134,7 @@ module i2c_target #(
       state <= IDLE;
       bits <= 4'd0;
     end else begin
-      if (scl_rise) bits <= bits == 4'd8 ? 4'd0 : bits + 4'd1;
+      if (rise) bits <= bits == 4'd8 ? 4'd0 : bits + 4'd1;
       if (byte_done && !sending && !accept) state <= IDLE;
       if (acknowledge_rise) case (state)
         TARGET: state <= shift[0] ? SEND_HIGH : INDEX;
@@ -152,7 +154,7 @@ module i2c_target #(
       high <= 8'd0;
       index_o <= 8'd0;
     end else begin
-      if (scl_rise && bits != 4'd8) shift <= {shift[6:0], sda_o};
+      if (rise && bits != 4'd8) shift <= {shift[6:0], sda_o};
       if (byte_done && state == HIGH) high <= shift;
       if (byte_done && state == INDEX) index_o <= shift;
       else if (acknowledge_rise && (state == LOW || state == SEND_LOW)) index_o <= index_o + 8'd1;
@@ -166,7 +168,7 @@ module i2c_target #(
       write_strobe_o <= 1'b0;
     end else begin
       if (start_o || stop_o || timeout_o) sda_low_o <= 1'b0;
-      else if (scl_fall) sda_low_o <= bits == 4'd8 ? accept : sending && !next_bit;
+      else if (fall) sda_low_o <= bits == 4'd8 ? accept : sending && !next_bit;
       read_strobe_o <= acknowledge_rise
         && ((state == TARGET && shift[0]) || (state == SEND_LOW && !sda_o));
       write_strobe_o <= byte_done && state == LOW && write_allowed_i;
@@ -177,6 +179,17 @@ module i2c_target #(
   assign write_data_o = {high, shift};
   assign protocol_error_o = (start_o || stop_o) && state != IDLE
     && (bits > 4'd1 || state == LOW || sending);
+
+`ifdef FORMAL
+  i2c_target_properties #(.ADDRESS(ADDRESS), .TIMEOUT_MS(TIMEOUT_MS)) properties (
+    .clk_i(clk_i), .rst_i(rst_i), .tick_ms_i(tick_ms_i), .scl_i(scl_o), .sda_i(sda_o),
+    .start_i(start_o), .stop_i(stop_o), .sda_low_i(sda_low_o), .index_i(index_o),
+    .index_known_i(index_known_i), .reading_i(reading_o), .read_strobe_i(read_strobe_o),
+    .read_data_i(read_data_i), .write_data_i(write_data_o), .write_allowed_i(write_allowed_i),
+    .write_strobe_i(write_strobe_o), .timeout_i(timeout_o), .protocol_error_i(protocol_error_o),
+    .state_i(state), .bits_i(bits), .still_ms_i(still_ms)
+  );
+`endif
 
 endmodule
 
