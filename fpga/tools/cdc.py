@@ -73,6 +73,7 @@ class Design:
                 if other not in outputs:
                     for bit in pins[other]:
                         self.users[bit].append((name, other))
+        self.clocks = {flop["clock"] for flop in self.flops.values()}
         for name, port in module["ports"].items():
             if port["direction"] == "output":
                 for bit in port["bits"]:
@@ -87,8 +88,8 @@ class Design:
         for name, net in module["netnames"].items():
             for i, bit in enumerate(net["bits"]):
                 title = f"{name}[{i}]" if len(net["bits"]) > 1 else name
-                rank = (name not in inputs, net["hide_name"], name in outputs, -name.count("."),
-                        len(name), title)
+                rank = (name not in inputs, net["hide_name"], name in outputs, name.endswith("_i"),
+                        -name.count("."), len(name), title)
                 if bit not in names or rank < names[bit]:
                     names[bit] = rank
         return {bit: rank[-1] for bit, rank in names.items()}
@@ -131,6 +132,8 @@ class Design:
         """The clock of a flip-flop's output or of an input."""
         if origin in self.flops:
             return self.clock_name(self.flops[origin]["clock"])
+        if origin in self.clocks:
+            return self.name(origin)
         name, index = self.inputs[origin]
         for key in (f"{name}[{index}]", name):
             if key in self.ports:
