@@ -23,6 +23,7 @@ module i2c_bus_clear (
   input  wire sda_i,         // all lines to be freed are high
   output wire scl_low_o,
   output wire sda_low_o,
+  output wire busy_o,
   output wire done_o
 );
   // Ticks within a clock: SCL falls at 0 and rises at 5.
@@ -87,12 +88,13 @@ module i2c_bus_clear (
 
   assign scl_low_o = scl_low;
   assign sda_low_o = sda_low;
+  assign busy_o = busy;
   assign done_o = done;
 
 `ifdef FORMAL
   i2c_bus_clear_properties properties (
     .clk_i(clk_i), .rst_i(rst_i), .tick_us_i(tick_us_i), .go_i(go_i), .sda_i(sda_i),
-    .scl_low_o(scl_low_o), .sda_low_o(sda_low_o), .done_o(done_o), .busy_i(busy),
+    .scl_low_o(scl_low_o), .sda_low_o(sda_low_o), .done_o(done_o), .busy_i(busy_o),
     .started_i(started), .phase_i(phase), .clock_i(clock)
   );
 `endif

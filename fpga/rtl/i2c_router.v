@@ -210,14 +210,14 @@ module i2c_router (
         attached <= {2{enable_i}} & ~clearing;
         sda_low <= {2{enable_i}} & ~clearing & ~sda_low;
         answer_low <= 1'b0;
-      end else if (fall) begin
+      end else if (fall && (attached != 2'd0)) begin
         attached <= stays;
-      end else if (track) begin
+      end else if (track && (attached != 2'd0)) begin
         sda_low <= attached & ~branch_bit & {2{!to_master}};
         answer_low <= to_master && answer;
       end else if (up && (count == START_AGAIN)) begin
         sda_low <= attached;
-      end else if (tick_ms_i && (attached == 2'd0)) begin
+      end else if (tick_ms_i && ((attached | scl_low) == 2'd0)) begin
         sda_low <= 2'd0;
       end
       if (fall) begin
@@ -234,7 +234,7 @@ module i2c_router (
   always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) begin
       still_ms <= 5'd0;
-    end else if ((scl_i != scl) || (attached == 2'd0)) begin
+    end else if ((scl_i != scl) || start_i || (attached == 2'd0)) begin
       still_ms <= 5'd0;
     end else if (tick_ms_i) begin
       still_ms <= still_ms + 5'd1;
@@ -242,13 +242,13 @@ module i2c_router (
   end
 
   // ---- bus clear
-  wire clear_scl_low, clear_sda_low;
+  wire clear_scl_low, clear_sda_low, clear_busy;
 
   i2c_bus_clear bus_clear (
     .clk_i(clk_i), .rst_i(rst_i), .tick_us_i(tick_us_i),
     .go_i((clearing != 2'd0) && ((clearing & (attached | scl_low | sda_low)) == 2'd0)),
     .sda_i(&(branch_sda_i | ~clearing)), .scl_low_o(clear_scl_low), .sda_low_o(clear_sda_low),
-    .done_o(clear_done)
+    .busy_o(clear_busy), .done_o(clear_done)
   );
 
   always @(posedge clk_i or posedge rst_i) begin
@@ -256,7 +256,7 @@ module i2c_router (
       clearing <= 2'd0;
     end else if (clear_done) begin
       clearing <= 2'd0;
-    end else if (clearing == 2'd0) begin
+    end else if (clearing == 2'd0 && !clear_busy) begin
       clearing <= clear_i;
     end
   end
@@ -282,7 +282,7 @@ module i2c_router (
     .bit_i(bit_index), .addressing_i(addressing), .match_i(match), .address1_i(address1),
     .reading_i(reading), .failed_i(failed), .value_i(value), .attached_i(attached),
     .selected_i(selected), .bypass_q_i(bypass), .still_ms_i(still_ms),
-    .clear_scl_low_i(clear_scl_low), .clear_sda_low_i(clear_sda_low)
+    .clear_scl_low_i(clear_scl_low), .clear_sda_low_i(clear_sda_low), .clear_busy_i(clear_busy)
   );
 `endif
 endmodule
