@@ -92,7 +92,7 @@ struct Bench {
 }  // namespace
 
 TEST_CASE("random switches with drifting and stopped clocks: no torn frame, no short clock") {
-    const uint64_t seed = synthetic::test_seed(), switches = hdl::draws(300);
+    const uint64_t seed = synthetic::test_seed(), switches = hdl::draws(1000);
     INFO("seed " << seed);
     Bench bench(seed);
     int camera = 0;
