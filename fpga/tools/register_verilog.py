@@ -124,7 +124,7 @@ class RegisterFile:
         if field.kind in ("w1c", "clear"):
             condition = self.written(register)
             if field.kind == "w1c":
-                condition += f" & {bits}"
+                condition += f" && {bits}"
             self.ports.append(f"output wire {name}_clear_o")
             self.wires.append(f"assign {name}_clear_o = {condition};")
         self.reads(register, field.low, field.width, f"{name}_i")
@@ -155,7 +155,7 @@ class RegisterFile:
             self.bits[register.index][low + bit] = source
 
     def written(self, register):
-        return f"(write_strobe_i && index_i == 8'h{register.index:02X})"
+        return f"write_strobe_i && index_i == 8'h{register.index:02X}"
 
     # Parts of the text.
 
@@ -184,10 +184,13 @@ class RegisterFile:
         lines += self.comparison() + [
             "", "  // What may be written to the register at the index.", "  reg allowed;",
             "  always @* case (index_i)"]
+        groups = {}
         for register in self.registers:
             if register.writable:
                 condition = " && ".join(self.conditions(register)) or "1'b1"
-                lines.append(f"    8'h{register.index:02X}: allowed = {condition};")
+                groups.setdefault(condition, []).append(f"8'h{register.index:02X}")
+        for condition, indices in groups.items():
+            lines.append(wrapped(f"{', '.join(indices)}: allowed = {condition};", 4))
         lines += [
             "    default: allowed = 1'b0;", "  endcase", "",
             "  always @(posedge clk_i or posedge rst_i) begin",
@@ -289,34 +292,44 @@ class RegisterFile:
         return "\n".join(lines)
 
     def read_words(self):
-        """The choice of a word: two registers share a look-up table, a carry chain joins them all."""
-        lines = ["  // Registers stand in pairs whose indices differ in one bit; a look-up table chooses",
-                 "  // between the two, and a carry chain joins the pairs."]
+        """The choice of a word; each term that a carry chain joins fits a look-up table."""
         pairs = self.pair_up()
+        lines = ["  // Registers stand in pairs whose indices differ in one bit; a look-up table chooses",
+                 "  // between the two or takes two bits that stand alone, and a carry chain joins them."]
+        chosen = []
+        alone = set()
+        for bit in range(16):
+            terms, singles = self.read_terms(pairs, bit)
+            alone |= {index for index, _ in singles}
+            for at in range(0, len(singles), 2):
+                terms.append(" | ".join(f"at_{index:02x} & {source}" if source != "1'b1"
+                                        else f"at_{index:02x}"
+                                        for index, source in singles[at:at + 2]))
+            chosen += [f"  carry_or #(.WIDTH({len(terms)})) word_{bit}"
+                       f" (.any_o(word[{bit}]), .bits_i({{"]
+            chosen += ["    " + ",\n    ".join(terms), "  }));"]
         for first, second, bit in pairs:
             near = f"(index_i & 8'h{0xFF ^ 1 << bit:02X})" if second is not None else "index_i"
             lines.append(f"  wire {pair_name(first, second)} = {near} == 8'h{first:02X};")
-        lines += ["  wire [15:0] word;"]
-        for bit in range(16):
-            terms = [t for t in (self.read_term(pair, bit) for pair in pairs) if t]
-            lines += [f"  carry_or #(.WIDTH({len(terms)})) word_{bit} (.any_o(word[{bit}]), .bits_i({{"]
-            lines += ["    " + ",\n    ".join(terms), "  }));"]
-        return lines + self.known()
+            for index in sorted(alone & {first, second}) if second is not None else ():
+                sign = "" if index >> bit & 1 else "!"
+                lines.append(f"  wire at_{index:02x} = {pair_name(first, second)}"
+                             f" & {sign}index_i[{bit}];")
+        return lines + ["  wire [15:0] word;"] + chosen + self.known(pairs)
 
-    def read_term(self, pair, bit):
-        """A bit of the register of a pair that the index chooses; empty if neither has it."""
-        first, second, differs = pair
-        name = pair_name(first, second)
-        low = self.bits[first].get(bit)
-        high = self.bits[second].get(bit) if second is not None else None
-        if second is None:
-            return f"{name} & {low}" if low else ""
-        if low and high:
-            return name if low == high == "1'b1" else (
-                f"{name} & (index_i[{differs}] ? {high} : {low})")
-        if low:
-            return f"{name} & !index_i[{differs}] & {low}"
-        return f"{name} & index_i[{differs}] & {high}" if high else ""
+    def read_terms(self, pairs, bit):
+        """Terms of the pairs that both have a bit, and (index, source) where only one has it."""
+        terms, singles = [], []
+        for first, second, differs in pairs:
+            low = self.bits[first].get(bit)
+            high = self.bits[second].get(bit) if second is not None else None
+            if low and high:
+                name = pair_name(first, second)
+                terms.append(f"{name} & (index_i[{differs}] ? {high} : {low})")
+            else:
+                singles += [(first, low)] if low else []
+                singles += [(second, high)] if high else []
+        return terms, singles
 
     def pair_up(self):
         """Pairs of indices that differ in one bit, those with most bits in common first.
@@ -324,11 +337,10 @@ class RegisterFile:
         Returns (first, second, bit that differs); second is None for those left alone.
         """
         candidates = []
-        readable = {index for index, bits in self.bits.items() if bits}
-        for first in readable:
+        for first in self.bits:
             for bit in range(8):
                 second = first ^ 1 << bit
-                if first < second and second in readable:
+                if first < second and second in self.bits:
                     common = len(self.bits[first].keys() & self.bits[second].keys())
                     candidates.append((-common, bit, first, second))
         pairs, used = [], set()
@@ -336,15 +348,12 @@ class RegisterFile:
             if not used & {first, second}:
                 used |= {first, second}
                 pairs.append((first, second, bit))
-        return sorted(pairs + [(index, None, 0) for index in readable - used])
+        return sorted(pairs + [(index, None, 0) for index in self.bits if index not in used])
 
-    def known(self):
-        indices = [f"8'h{register.index:02X}" for register in self.registers]
-        lines = ["", "  reg known;", "  always @* case (index_i)"]
-        for at in range(0, len(indices), 10):
-            end = ": known = 1'b1;" if at + 10 >= len(indices) else ","
-            lines.append("    " + ", ".join(indices[at:at + 10]) + end)
-        return lines + ["    default: known = 1'b0;", "  endcase", ""]
+    @staticmethod
+    def known(pairs):
+        names = [pair_name(first, second) for first, second, _ in pairs]
+        return ["", wrapped("wire known = " + " | ".join(names) + ";"), ""]
 
     @staticmethod
     def formal():
@@ -354,6 +363,8 @@ class RegisterFile:
 def at_least(constant):
     """Expression for write_data_i >= constant, of its bits, run by run from the lowest 1 on."""
     low = (constant & -constant).bit_length() - 1
+    if constant == 1 << low:
+        return f"|write_data_i[15:{low}]"
     expression = ""
     while low < 16:
         one = constant >> low & 1
@@ -362,13 +373,15 @@ def at_least(constant):
             high += 1
         sign = "&" if one else "|"
         run = f"{sign}write_data_i[{high}:{low}]" if high > low else f"write_data_i[{low}]"
-        expression = f"{run} {sign} ({expression})" if expression else run
+        inner = expression if expression.count("write") == 1 else f"({expression})"
+        expression = f"{run} {sign} {inner}" if expression else run
         low = high + 1
     return expression
 
 
-def wrapped(statement):
-    return "\n".join(textwrap.wrap(statement, 96, initial_indent="  ", subsequent_indent="    "))
+def wrapped(statement, indent=2):
+    return "\n".join(textwrap.wrap(statement, 100, initial_indent=" " * indent,
+                                   subsequent_indent=" " * (indent + 2)))
 
 
 def pair_name(first, second):
@@ -382,7 +395,7 @@ def slice_of(name, field):
 
 
 def repeat(expression, width):
-    return expression if width == 1 else f"{{{width}{{{expression}}}}}"
+    return f"({expression})" if width == 1 else f"{{{width}{{{expression}}}}}"
 
 
 def register_file(registers):

@@ -3,6 +3,7 @@
 
   bridge_registers.vh    constants for Verilog
   register_file.v        the registers themselves
+  register_file_properties.vh  what is proved of them
   bridge_registers.h     indices, fields and a table for C
   registers.md           table for people
   bridge_registers.json  test vectors
@@ -15,6 +16,7 @@ import argparse
 import sys
 from pathlib import Path
 
+import register_properties
 import register_text
 import register_verilog
 from register_model import MapError, read_map
@@ -25,6 +27,7 @@ MAKERS = {
     "bridge_registers.vh": register_verilog.constants,
     "register_file.v": register_verilog.register_file,
     "bridge_registers.h": register_text.c_header,
+    "register_file_properties.vh": register_properties.properties,
     "registers.md": register_text.documentation,
     "bridge_registers.json": register_text.vectors,
 }
