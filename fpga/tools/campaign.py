@@ -15,7 +15,7 @@ CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.
 SHARDS = 10  # of a search, each with a seed of its own
 # Name: test program, its case, rounds altogether, shards.
 SEARCHES = {
-    "symbols": ("hdl_symbols_test", "random bus symbols*", 100_000_000, SHARDS),
+    "symbols": ("hdl_symbols_test", "random bus symbols at 1*", 100_000_000, SHARDS),
     "lines": ("hdl_symbols_test", "random moves*", 10_000_000, SHARDS),
     "spikes": ("hdl_spikes_test", "isolated*", 100_000, SHARDS),
     "routing": ("hdl_routing_test", "random transfers*", 120_000, SHARDS),
