@@ -23,7 +23,7 @@ SEARCHES = {
     "aborts": ("hdl_abort_test", "broken off*", 1, 1)}
 TOOLS = {
     "proofs": ["prove.py", "--no-cache"],
-    "netlists": ["conformance.py", "rtl", "xc3s", "ice40"],
+    "netlists": ["conformance.py", "--every", "5", "rtl", "xc3s", "ice40"],
     "mutation": ["mutate.py"],
     "synthesis": ["synth.py"]}
 

@@ -14,7 +14,7 @@ import time
 import xml.etree.ElementTree
 
 FPGA = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
-TIMEOUT_S = 900
+TIMEOUT_S = 7200
 SHARE = "/usr/share/yosys"
 SYNTHESIS = {
     "xc3s": "synth_xilinx -family xc3s -top bridge_core -noiopad -noclkbuf -flatten -nowidelut",
