@@ -7,8 +7,8 @@
 //            frame_meter  <== handshake ==>  frame_record --> counts  (domain of clk_i)
 //   pixel_clk_i ----------- clock_meter ----------------> activity_o, lost_o
 //
-// The domain of the camera is in reset from rst_i until two edges of its own clock after it; a camera
-// without a clock stays in reset, with frame_o low.
+// The domain of the camera is in reset from rst_i until two edges of its own clock after it; a
+// camera without a clock stays in reset, with frame_o high (see pixel_capture).
 
 `default_nettype none
 
@@ -63,10 +63,18 @@ module camera_channel (
 
   wire taken;
   wire taken_there;
+`ifdef PROVE_CAMERA_CHANNEL
+  wire taken_meta;
+  wire measuring_meta;
+  wire finish;
+`endif
   sync_bit taken_level (
     .clk_i(pixel_clk_i),
     .rst_i(pixel_rst),
     .level_i(taken),
+`ifdef PROVE_CAMERA_CHANNEL
+    .meta_o(taken_meta),
+`endif
     .level_o(taken_there)
   );
 
@@ -111,6 +119,10 @@ module camera_channel (
     .wrong_i(wrong),
     .wrong_line_i(wrong_line_here),
     .expect_height_i(expect_height_i),
+`ifdef PROVE_CAMERA_CHANNEL
+    .meta_o(measuring_meta),
+    .finish_o(finish),
+`endif
     .taken_o(taken),
     .start_o(start_o),
     .frame_error_o(frame_error),
@@ -134,11 +146,12 @@ module camera_channel (
     .lost_o(lost_o)
   );
 
-`ifdef FORMAL
+`ifdef PROVE_CAMERA_CHANNEL
   camera_channel_properties properties (
-    .clk_i(clk_i), .rst_i(rst_i), .pixel_clk_i(pixel_clk_i), .pixel_rst(pixel_rst),
+    .clk_i(clk_i), .rst_i(rst_i), .pixel_clk_i(pixel_clk_i),
     .measuring(measuring), .lines(lines), .width(width), .wrong(wrong), .taken(taken),
-    .taken_there(taken_there), .finish(record.finish), .begins(meter.begins)
+    .taken_there(taken_there), .frame_valid(frame_valid_o),
+    .measuring_meta(measuring_meta), .taken_meta(taken_meta), .finish(finish)
   );
 `endif
 

@@ -3,22 +3,22 @@
 // Decides which source feeds the PPI, and leads each change: end of frame, clock off, other source,
 // clock on, start of frame.
 //
-// request_i     == left ==X= right =======================================
-// state         = IDLE ====X= STOP ===============X= CHANGE =X= START ====X= IDLE
-// gate_o        ^^^^^^^^^^^|__________________________________|^^^^^^^^^^^^^^^^^^   stream_i = 1
-// select_o      == 001 ====X= 000 ==============================X= 010 ========
-// clock_busy_i  ^^^^^^^^^^^^^^^^^^^^^^^^^^^^|_______________________|^^^^^^^^^^^   (frame has ended)
-// gate_reset_o  ___________________________________|^^^^^^^^^^^|______________
-// active_o      == left =========================================X= right =====
-// switched_o    ______________________________________________________|^|____
+// request_i     == left =X= right ==================================
+// state         = IDLE ==X= STOP =========X= CHANGE =X= START ===X= IDLE
+// gate_o        ^^^^^^^^^|___________________________|^^^^^^^^^^^^^^^^^^
+// select_o      == 001 ==X= 000 =====================X= 010 ==========
+// clock_busy_i  ^^^^^^^^^^^^^^^^^^^^^|____________________|^^^^^^^^^^^^^^   low: it ended
+// gate_reset_o  _____________________________|^^^^^^^^^|_______________
+// active_o      == left =============================X= right ========
+// switched_o    ____________________________________________|^|_______
 //
-// STOP waits for the clock to end, which clock_switch delays while a frame passes; when timeout_ms_i is
-// over, or the source's clock is lost, force_o cuts. START waits for the gate to open, and gives up after
-// timeout_ms_i or when the new source is lost too: then the source stays selected and comes by itself
-// when its clock comes back. timed_out_o: a wait was given up. forced_o: the last change was forced.
-// The gate itself is reset while no clock runs, so it is closed for sure when the next clock starts.
-// With alternating_i the cameras change after frames_each_i frames (0 counts as 1), and away from a lost
-// camera, but not to one.
+// STOP waits for the clock to end, which clock_switch delays while a frame passes; when
+// timeout_ms_i is over, or the source's clock is lost, force_o cuts. START waits for the gate to
+// open, and gives up after timeout_ms_i or when the new source is lost too: then the source stays
+// selected and comes by itself when its clock comes back. timed_out_o: a wait was given up.
+// forced_o: the last change was forced. The gate itself is reset while no clock runs, so it is
+// closed for sure when the next clock starts. With alternating_i the cameras change after
+// frames_each_i frames (0 counts as 1), and away from a lost camera, but not to one.
 // Both waits are at most timeout_ms_i milliseconds, after force_o a little more (clock_switch).
 
 `default_nettype none
@@ -36,6 +36,11 @@ module camera_select (
   input  wire clock_busy_i,
   input  wire gate_open_i,
   input  wire frame_start_i,
+`ifdef PROVE_STREAM_SWITCH
+  output wire [1:0] state_o,
+  output wire [1:0] settled_o,
+  output wire [1:0] target_o,
+`endif
   output reg  [1:0] active_o,
   output reg  [2:0] select_o,
   output reg  gate_o,
@@ -138,7 +143,12 @@ module camera_select (
     end
   end
 
-`ifdef FORMAL
+`ifdef PROVE_STREAM_SWITCH
+  assign state_o = state;
+  assign settled_o = settled;
+  assign target_o = target;
+`endif
+`ifdef PROVE_CAMERA_SELECT
   camera_select_properties properties (
     .clk_i(clk_i), .rst_i(rst_i), .tick_ms_i(tick_ms_i), .stream_i(stream_i),
     .request_i(request_i), .alternating_i(alternating_i), .frames_each_i(frames_each_i),

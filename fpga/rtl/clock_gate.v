@@ -5,13 +5,13 @@
 //             ___     ___     ___     ___     ___     ___     ___
 // clk_i     _|   |___|   |___|   |___|   |___|   |___|   |___|   |__
 // want_i    ___|^^^^^^^^^^^^^^^^^^^^^^^^^^^^^|________________________
-// asked     _____|^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^|____________________   falling edges
-// enabled   _____________|^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^|____________
+// asked_o   _____|^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^|____________________   falling edges
+// enabled_o _____________|^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^|____________
 //                          ___     ___     ___     ___
 // clk_o     ______________|   |___|   |___|   |___|   |____________
 //
-// hold_i keeps the clock running (it changes at falling edges of clk_o): a frame is not left without
-// a clock. stop_i clears at once, without any edge; only for a clock that stands still.
+// hold_i keeps the clock running (it changes at falling edges of clk_o): a frame is not left
+// without a clock. stop_i clears at once, without any edge; only for a clock that stands still.
 // Latency: 1 to 2 falling edges, then the next rising edge.
 
 `default_nettype none
@@ -22,26 +22,24 @@ module clock_gate (
   input  wire stop_i,
   input  wire want_i,
   input  wire hold_i,
-  output wire busy_o,
+  (* ASYNC_REG = "TRUE" *) output reg  asked_o,
+  (* ASYNC_REG = "TRUE" *) output reg  enabled_o,
   output wire clk_o
 );
 
   wire clear = rst_i || stop_i;
 
-  (* ASYNC_REG = "TRUE", keep *) reg asked;
-  (* ASYNC_REG = "TRUE", keep *) reg enabled;
   always @(negedge clk_i or posedge clear) begin
     if (clear) begin
-      asked <= 1'b0;
-      enabled <= 1'b0;
+      asked_o <= 1'b0;
+      enabled_o <= 1'b0;
     end else begin
-      asked <= want_i;
-      enabled <= asked || (enabled && hold_i);
+      asked_o <= want_i;
+      enabled_o <= asked_o || (enabled_o && hold_i);
     end
   end
 
-  assign busy_o = asked || enabled;
-  assign clk_o = clk_i && enabled;
+  assign clk_o = clk_i && enabled_o;
 
 endmodule
 

@@ -52,7 +52,7 @@ module clock_meter (
     end
   end
 
-`ifdef FORMAL
+`ifdef PROVE_CLOCK_METER
   clock_meter_properties properties (
     .clk_i(clk_i), .rst_i(rst_i), .strobe_i(strobe_i), .slow(slow), .quiet(quiet),
     .activity_o(activity_o), .lost_o(lost_o)

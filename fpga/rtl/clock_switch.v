@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The PPI clock: one of three clocks, or none. No phase of it is ever shorter than that phase of the
-// source, whatever the clocks do: drift, stop high or low, come back at any moment.
+// The PPI clock: one of three clocks, or none. No phase of it is ever shorter than that phase of
+// the source, whatever the clocks do: drift, stop high or low, come back at any moment.
 //
 // clock0_i   _|^|_|^|_|^|_|^|_|^|_|^|_|^|_|^|_|^|_|^|_|^|_|^|_|^|_
 // clock1_i   |^^|__|^^|__|^^|__|^^|__|^^|__|^^|__|^^|__|^^|__|^^|_
@@ -30,25 +30,36 @@ module clock_switch #(
   input  wire clock0_i,
   input  wire clock1_i,
   input  wire clock2_i,
+`ifdef PROVE_STREAM_SWITCH
+  output wire [2:0] legs_asked_o,
+  output wire [2:0] legs_enabled_o,
+  output wire stop_o,
+  output wire busy_meta_o,
+`endif
   output wire busy_o,
   output wire clock_o
 );
 
-  wire [2:0] busy;
+  wire [2:0] asked;
+  wire [2:0] enabled;
+  wire [2:0] busy = asked | enabled;
   wire [2:0] gated;
   wire stop;
 
   clock_gate leg0 (
     .clk_i(clock0_i), .rst_i(rst_i), .stop_i(stop), .hold_i(hold_i),
-    .want_i(select_i[0] && !busy[1] && !busy[2]), .busy_o(busy[0]), .clk_o(gated[0])
+    .want_i(select_i[0] && !busy[1] && !busy[2]), .asked_o(asked[0]),
+    .enabled_o(enabled[0]), .clk_o(gated[0])
   );
   clock_gate leg1 (
     .clk_i(clock1_i), .rst_i(rst_i), .stop_i(stop), .hold_i(hold_i),
-    .want_i(select_i[1] && !busy[0] && !busy[2]), .busy_o(busy[1]), .clk_o(gated[1])
+    .want_i(select_i[1] && !busy[0] && !busy[2]), .asked_o(asked[1]),
+    .enabled_o(enabled[1]), .clk_o(gated[1])
   );
   clock_gate leg2 (
     .clk_i(clock2_i), .rst_i(rst_i), .stop_i(stop), .hold_i(hold_i),
-    .want_i(select_i[2] && !busy[0] && !busy[1]), .busy_o(busy[2]), .clk_o(gated[2])
+    .want_i(select_i[2] && !busy[0] && !busy[1]), .asked_o(asked[2]),
+    .enabled_o(enabled[2]), .clk_o(gated[2])
   );
 
   assign clock_o = gated[0] || gated[1] || gated[2];
@@ -57,12 +68,21 @@ module clock_switch #(
     .clk_i(clk_i),
     .rst_i(rst_i),
     .level_i(|busy),
+`ifdef PROVE_STREAM_SWITCH
+    .meta_o(busy_meta_o),
+`endif
     .level_o(busy_o)
   );
 
   // The output itself clears these chains, so no edge of clk_i is needed to see a clock come back.
-  wire low_ends = rst_i || clock_o;
-  wire high_ends = rst_i || !clock_o;
+`ifdef FORMAL
+  wire standing;
+  time_step clearing (.level_i(clock_o), .level_o(standing));
+`else
+  wire standing = clock_o;
+`endif
+  wire low_ends = rst_i || standing;
+  wire high_ends = rst_i || !standing;
   reg [STUCK-1:0] low;
   reg [STUCK-1:0] high;
   always @(posedge clk_i or posedge low_ends) begin
@@ -76,12 +96,16 @@ module clock_switch #(
 
   assign stop = force_i && (low[STUCK-1] || high[STUCK-1]);
 
-`ifdef FORMAL
+`ifdef PROVE_STREAM_SWITCH
+  assign legs_asked_o = asked;
+  assign legs_enabled_o = enabled;
+  assign stop_o = stop;
+`endif
+`ifdef PROVE_CLOCK_SWITCH
   clock_switch_properties #(.STUCK(STUCK)) properties (
     .clk_i(clk_i), .rst_i(rst_i), .tick_us_i(tick_us_i), .select_i(select_i), .hold_i(hold_i),
-    .force_i(force_i), .clocks({clock2_i, clock1_i, clock0_i}), .gated(gated), .clock_o(clock_o),
-    .asked({leg2.asked, leg1.asked, leg0.asked}),
-    .enabled({leg2.enabled, leg1.enabled, leg0.enabled}), .low(low), .high(high), .stop(stop)
+    .force_i(force_i), .clocks({clock2_i, clock1_i, clock0_i}), .clock_o(clock_o),
+    .asked(asked), .enabled(enabled), .low(low), .high(high), .stop(stop)
   );
 `endif
 

@@ -3,7 +3,8 @@
 // Lets whole frames through. It opens and closes only while frame_i is low, so the first frame that
 // passes passes from its start and the last one to its end.
 //
-// clk_i is the inverted PPI clock: frame_i, made at the other edge, has half a period before and after.
+// clk_i is the inverted PPI clock: frame_i, made at the other edge, has half a period before and
+// after.
 //
 // frame_i     ^^^^^|_____________|^^^^^^^^^^^^^^^^^|_________|^^^^^^^^^^
 // request_i   __|^^^^^^^^^^^^^^^^^^^^^^^^^^^|_________________________
@@ -22,6 +23,9 @@ module frame_gate (
   input  wire request_i,
   input  wire abort_i,
   input  wire frame_i,
+`ifdef PROVE_STREAM_SWITCH
+  output wire [1:0] quiet_o,
+`endif
   output reg  open_o,
   output reg  cut_o
 );
@@ -52,7 +56,10 @@ module frame_gate (
     end
   end
 
-`ifdef FORMAL
+`ifdef PROVE_STREAM_SWITCH
+  assign quiet_o = quiet;
+`endif
+`ifdef PROVE_FRAME_GATE
   frame_gate_properties properties (
     .clk_i(clk_i), .rst_i(rst_i), .request_i(request_i), .abort_i(abort_i), .frame_i(frame_i),
     .open_o(open_o), .cut_o(cut_o), .quiet(quiet)

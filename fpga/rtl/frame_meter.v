@@ -41,7 +41,7 @@ module frame_meter (
   reg first;
   reg [11:0] pixels;
   wire pixel = frame_i && line_i && (measuring_o || begins);
-  wire line_ends = in_line && !pixel;
+  wire line_ends = in_line && !pixel && measuring_o;
   wire expecting = expect_width_i != 12'd0;
 
   assign wrong_line_o = line_ends && (expecting ? pixels != expect_width_i
@@ -49,7 +49,7 @@ module frame_meter (
 
   always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) begin
-      frame_before <= 1'b0;
+      frame_before <= 1'b1;
       measuring_o <= 1'b0;
       in_line <= 1'b0;
       first <= 1'b1;
@@ -76,12 +76,12 @@ module frame_meter (
     end
   end
 
-`ifdef FORMAL
+`ifdef PROVE_FRAME_METER
   frame_meter_properties properties (
     .clk_i(clk_i), .rst_i(rst_i), .frame_i(frame_i), .line_i(line_i),
     .expect_width_i(expect_width_i), .taken_i(taken_i), .measuring_o(measuring_o),
     .lines_o(lines_o), .width_o(width_o), .wrong_o(wrong_o), .wrong_line_o(wrong_line_o),
-    .begins(begins), .ends(ends), .pixels(pixels), .in_line(in_line), .first(first)
+    .pixels(pixels), .in_line(in_line), .first(first)
   );
 `endif
 

@@ -9,11 +9,11 @@
 // lines_o       ==== frame before ==========X= frame
 // results       ________________________|<->|________   end: two to three clocks after measuring_i
 //
-// While hold_i is high the size (lines_o, pixels_o) and its flags stay those of the frame that was the
-// last when hold_i rose, so that they belong to the count in frames_o that was read with it; the counts
-// go on. frames_o wraps; short_lines_o and short_frames_o count what differs from the expected size (or
-// from the first line, from the frame before) and stay at 255. expect_height_i = 0: as the frame before.
-// Bad lines must be 3 clk_i apart to be counted each.
+// While hold_i is high the size (lines_o, pixels_o) and its flags stay those of the frame that was
+// the last when hold_i rose, so that they belong to the count in frames_o that was read with it;
+// the counts go on. frames_o wraps; short_lines_o and short_frames_o count what differs from the
+// expected size (or from the first line, from the frame before) and stay at 255. expect_height_i =
+// 0: as the frame before. Bad lines must be 3 clk_i apart to be counted each.
 
 `default_nettype none
 
@@ -27,6 +27,10 @@ module frame_record (
   input  wire wrong_i,
   input  wire wrong_line_i,
   input  wire [11:0] expect_height_i,
+`ifdef PROVE_CAMERA_CHANNEL
+  output wire meta_o,
+  output wire finish_o,
+`endif
   output wire taken_o,
   output wire start_o,
   output wire frame_error_o,
@@ -45,6 +49,9 @@ module frame_record (
     .clk_i(clk_i),
     .rst_i(rst_i),
     .level_i(measuring_i),
+`ifdef PROVE_CAMERA_CHANNEL
+    .meta_o(meta_o),
+`endif
     .level_o(measuring)
   );
 
@@ -99,10 +106,14 @@ module frame_record (
     .count_o(short_frames_o)
   );
 
-`ifdef FORMAL
+`ifdef PROVE_CAMERA_CHANNEL
+  assign finish_o = finish;
+`endif
+`ifdef PROVE_FRAME_RECORD
   frame_record_properties properties (
-    .clk_i(clk_i), .rst_i(rst_i), .hold_i(hold_i), .measuring(measuring), .was_measuring(was_measuring),
-    .lines_i(lines_i), .width_i(width_i), .wrong_i(wrong_i), .wrong_line_i(wrong_line_i),
+    .clk_i(clk_i), .rst_i(rst_i), .hold_i(hold_i), .measuring(measuring),
+    .was_measuring(was_measuring), .lines_i(lines_i), .width_i(width_i),
+    .wrong_i(wrong_i), .wrong_line_i(wrong_line_i),
     .expect_height_i(expect_height_i), .start_o(start_o), .finish(finish),
     .wrong_height(wrong_height), .frame_error_o(frame_error_o), .frames_o(frames_o),
     .lines_o(lines_o), .pixels_o(pixels_o), .short_line_o(short_line_o),

@@ -8,9 +8,10 @@
 // since               0..a      0.........b     0..a
 // skew_us_o      ==========X= +a ================== (b > a is not the skew) ==
 //
-// Starts of the two cameras alternate; of the two distances in between the smaller one is the skew. A
-// distance is taken when it is not longer than the skew that stands, or when the one before was not
-// taken either: so it follows cameras that drift. Saturates at +-32767; since stays at 32767.
+// Starts of the two cameras alternate; of the two distances in between the smaller one is the
+// skew. A distance is taken when it is not longer than the skew that stands, or when the one
+// before was not taken either: so it follows cameras that drift. Saturates at +-32767; since stays
+// at 32767.
 // ppi_start_i    ___|^|___________    frame_time_o is time_us_i of that clock
 // Latency: 1 clock.
 
@@ -66,7 +67,7 @@ module frame_time (
   // One's complement and a carry in: the sign of a distance.
   assign skew_us_o = ({1'b0, distance} ^ {16{left_later}}) + {15'd0, left_later};
 
-`ifdef FORMAL
+`ifdef PROVE_FRAME_TIME
   frame_time_properties properties (
     .clk_i(clk_i), .rst_i(rst_i), .tick_us_i(tick_us_i), .time_us_i(time_us_i),
     .ppi_start_i(ppi_start_i), .start_left_i(start_left_i), .start_right_i(start_right_i),

@@ -2,18 +2,20 @@
 //
 // A test picture with exact timing, in place of a camera, for bring-up.
 //
-// line counter   | row 0          | row 1          | ... | vblank rows     | row 0
-// frame_o        _|^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^|_________________|^^^^^
-// line_o         ________|^^^^^^^^|________|^^^^^^^^|_..^^^|________________________
-//                 hblank   width   hblank   width
+// rows           | row 0           | row 1           | vblank rows     | row 0
+// frame_o        _|^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^|_________________|^^^^^
+// line_o         __________|^^^^^^^|_________|^^^^^^^|________________________
+//                  hblank    width   hblank    width
 //
-// A row is hblank_i clocks of blanking and width_i pixels; a frame is height_i rows with frame_o high and
-// vblank_i rows with frame_o low: (hblank + width) * (height + vblank) clocks. 0 counts as 4096. When a
-// number changes, one frame may have any size up to 4096 x 4096; it ends like every other.
+// A row is hblank_i clocks of blanking and width_i pixels; a frame is height_i rows with frame_o
+// high and vblank_i rows with frame_o low: (hblank + width) * (height + vblank) clocks. 0 counts
+// as 4096. When a number changes, one frame may have any size up to 4096 x 4096; it ends like
+// every other.
 // run_i is looked at where a frame would start: frames are whole. Without it the blanking stands.
-// kind_i: 0 ramp: column + row * (width + 1) + frame * height * (width + 1), frames since run_i began;
-// 1 checker: squares of 16 x 16, 0 or 1023; 2 prbs: x^10 + x^7 + 1 from seed_i with its bit 0 set, new
-// in each frame; 3 walking ones: one bit, from bit 0 in each frame; 4 constant: seed_i.
+// kind_i: 0 ramp: column + row * (width + 1) + frame * height * (width + 1), frames since run_i
+// began;
+// 1 checker: squares of 16 x 16, 0 or 1023; 2 prbs: x^10 + x^7 + 1 from seed_i with its bit 0 set,
+// new in each frame; 3 walking ones: one bit, from bit 0 in each frame; 4 constant: seed_i.
 // Latency: data_o belongs to line_o of the same clock.
 
 `default_nettype none
@@ -84,7 +86,7 @@ module pattern_generator (
 
   assign data_o = kind_i == CHECKER ? {10{x[4] ^ y[4]}} : value;
 
-`ifdef FORMAL
+`ifdef PROVE_PATTERN_GENERATOR
   pattern_generator_properties properties (
     .clk_i(clk_i), .rst_i(rst_i), .run_i(run_i), .width_i(width_i), .height_i(height_i),
     .hblank_i(hblank_i), .vblank_i(vblank_i), .kind_i(kind_i), .seed_i(seed_i),

@@ -10,6 +10,7 @@
 // pins, falling_i = 1  ==X= p0  =X= p1  =X= p2  =X====================   change at rising edges
 // data_o               ==========X= p0  =X= p1  =X= p2  =X============   falling, then rising edge
 //
+// In reset frame_o is high: a frame may be under way, and only a frame whose start was seen counts.
 // falling_i may come from another domain: it crosses here. A change of it may spoil one pixel.
 // BITS: data pins. Latency: half a period (falling_i = 0: the pin to the register itself).
 
@@ -44,7 +45,7 @@ module pixel_capture #(
     if (rst_i) begin
       falling_data <= {BITS{1'b0}};
       falling_line <= 1'b0;
-      falling_frame <= 1'b0;
+      falling_frame <= 1'b1;
     end else begin
       falling_data <= data_i;
       falling_line <= line_i;
@@ -56,7 +57,7 @@ module pixel_capture #(
     if (rst_i) begin
       data_o <= {BITS{1'b0}};
       line_o <= 1'b0;
-      frame_o <= 1'b0;
+      frame_o <= 1'b1;
     end else begin
       data_o <= falling ? falling_data : data_i;
       line_o <= falling ? falling_line : line_i;
@@ -64,10 +65,11 @@ module pixel_capture #(
     end
   end
 
-`ifdef FORMAL
+`ifdef PROVE_PIXEL_CAPTURE
   pixel_capture_properties #(.BITS(BITS)) properties (
     .clk_i(clk_i), .rst_i(rst_i), .falling(falling), .data_i(data_i), .line_i(line_i),
-    .frame_i(frame_i), .data_o(data_o), .line_o(line_o), .frame_o(frame_o)
+    .frame_i(frame_i), .data_o(data_o), .line_o(line_o), .frame_o(frame_o),
+    .stored({falling_data, falling_line, falling_frame})
   );
 `endif
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The PPI's pins: data and the two frame syncs. clk_i is the inverted PPI clock: the pins change at its
-// falling edge, the DSP samples at its rising one.
+// The PPI's pins: data and the two frame syncs. clk_i is the inverted PPI clock: the pins change
+// at its falling edge, the DSP samples at its rising one.
 //
 // clk_i            ^|_|^|_|^|_|^|_|^|_|^|_|^|_|^|_|^|_|^|_|^|_|^|_|^|_
 // open_i           |^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^
@@ -11,9 +11,9 @@
 // frame_o (FS2)    ______|^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^|__________    first_line_i = 0
 // frame_o (FS2)    __________|^^^^^^^^^|_______________________________    first_line_i = 1
 //
-// A line exists only inside a frame that the gate lets through. With tag_i the first pixel of a frame is
-// {source_i, number of the frame since reset}. Both modes, and the source, are taken while the gate is
-// closed; they may come from any domain.
+// A line exists only inside a frame that the gate lets through. With tag_i the first pixel of a
+// frame is {source_i, number of the frame since reset}. Both modes, and the source, are taken
+// while the gate is closed; they may come from any domain.
 // counter_rst_i starts the number again; rst_i, given while the clock stands, only the rest.
 // Latency: half a period.
 
@@ -72,7 +72,7 @@ module ppi_output (
     else if (first_pixel) number <= number + 8'd1;
   end
 
-`ifdef FORMAL
+`ifdef PROVE_PPI_OUTPUT
   ppi_output_properties properties (
     .clk_i(clk_i), .rst_i(rst_i), .counter_rst_i(counter_rst_i), .first_line_i(first_line_i),
     .tag_i(tag_i), .source_i(source_i), .open_i(open_i), .data_i(data_i), .line_i(line_i),

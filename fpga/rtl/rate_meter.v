@@ -66,7 +66,7 @@ module rate_meter (
     end
   end
 
-`ifdef FORMAL
+`ifdef PROVE_RATE_METER
   rate_meter_properties properties (
     .clk_i(clk_i), .rst_i(rst_i), .tick_10us_i(tick_10us_i), .tick_16ms_i(tick_16ms_i),
     .hold_i(hold_i), .activity_i(activity_i), .start_i(start_i), .clock0_khz_o(clock0_khz_o),

@@ -11,9 +11,10 @@
 // clk_i         control domain: camera_select
 // launch_clock  the inverted PPI clock: frame_gate, ppi_output; the clock ends at the same edges
 //
-// The gate holds the clock while it is open, in the same clock domain and without any crossing; that
-// alone makes it impossible to leave a source inside a frame, but by force. A frame that is cut by
-// force is told by cut_o, one bit for each camera, until the next frame of that camera.
+// The gate holds the clock while it is open, in the same clock domain and without any crossing;
+// that alone makes it impossible to leave a source inside a frame, but by force. A frame that is
+// cut by force is told by cut_o, one bit for each camera, until the next frame of that camera; a
+// cut frame of the pattern, like every other, by forced_o.
 
 `default_nettype none
 
@@ -67,6 +68,20 @@ module stream_switch #(
   wire cut;
   wire passing;
 
+`ifdef PROVE_STREAM_SWITCH
+  wire [1:0] state;
+  wire [1:0] settled;
+  wire [1:0] target;
+  wire [2:0] asked;
+  wire [2:0] enabled;
+  wire stop;
+  wire busy_meta;
+  wire passing_meta;
+  wire cut_meta;
+  wire force_meta;
+  wire [1:0] quiet;
+`endif
+
   camera_select selector (
     .clk_i(clk_i),
     .rst_i(rst_i),
@@ -80,6 +95,11 @@ module stream_switch #(
     .clock_busy_i(clock_busy),
     .gate_open_i(gate_open_o),
     .frame_start_i(frame_start_o),
+`ifdef PROVE_STREAM_SWITCH
+    .state_o(state),
+    .settled_o(settled),
+    .target_o(target),
+`endif
     .active_o(active_o),
     .select_o(select),
     .gate_o(gate),
@@ -102,6 +122,12 @@ module stream_switch #(
     .clock0_i(clock0_i),
     .clock1_i(clock1_i),
     .clock2_i(clk_i),
+`ifdef PROVE_STREAM_SWITCH
+    .legs_asked_o(asked),
+    .legs_enabled_o(enabled),
+    .stop_o(stop),
+    .busy_meta_o(busy_meta),
+`endif
     .busy_o(clock_busy),
     .clock_o(ppi_clock_o)
   );
@@ -129,6 +155,9 @@ module stream_switch #(
   );
   wire force_there;
   sync_bit force_level (
+`ifdef PROVE_STREAM_SWITCH
+    .meta_o(force_meta),
+`endif
     .clk_i(launch_clock), .rst_i(ppi_rst), .level_i(forcing), .level_o(force_there)
   );
 
@@ -138,6 +167,9 @@ module stream_switch #(
     .request_i(gate_there),
     .abort_i(force_there),
     .frame_i(frame),
+`ifdef PROVE_STREAM_SWITCH
+    .quiet_o(quiet),
+`endif
     .open_o(open),
     .cut_o(cut)
   );
@@ -165,9 +197,15 @@ module stream_switch #(
     .clk_i(clk_i), .rst_i(rst_i), .level_i(open), .level_o(gate_open_o)
   );
   sync_bit passing_level (
+`ifdef PROVE_STREAM_SWITCH
+    .meta_o(passing_meta),
+`endif
     .clk_i(clk_i), .rst_i(rst_i), .level_i(passing), .level_o(passing_here)
   );
   sync_bit cut_level (
+`ifdef PROVE_STREAM_SWITCH
+    .meta_o(cut_meta),
+`endif
     .clk_i(clk_i), .rst_i(rst_i), .level_i(cut), .level_o(cut_here)
   );
 
@@ -187,15 +225,19 @@ module stream_switch #(
     end
   end
 
-`ifdef FORMAL
-  stream_switch_properties #(.STUCK(STUCK)) properties (
-    .clk_i(clk_i), .rst_i(rst_i), .ppi_clock(ppi_clock_o), .gate_rst(gate_rst), .select(select),
-    .enabled({clocks.leg2.enabled, clocks.leg1.enabled, clocks.leg0.enabled}),
-    .asked({clocks.leg2.asked, clocks.leg1.asked, clocks.leg0.asked}),
-    .gate_reset(gate_reset), .forcing(forcing), .ending(ending), .broken(broken), .open(open),
-    .cut(cut), .passing(passing), .frame(frame), .active(active_o), .force_there(force_there),
-    .ppi_rst(ppi_rst), .stop(clocks.stop), .state(selector.state), .settled(selector.settled),
-    .clock_busy(clock_busy), .passing_here(passing_here), .cut_here(cut_here), .cut_o(cut_o)
+`ifdef PROVE_STREAM_SWITCH
+  stream_switch_properties properties (
+    .clk_i(clk_i), .rst_i(rst_i), .ppi_clock(ppi_clock_o), .clocks({clk_i, clock1_i, clock0_i}),
+    .gate_rst(gate_rst), .gate_reset(gate_reset), .ppi_rst(ppi_rst), .select(select),
+    .asked(asked), .enabled(enabled), .stop(stop), .ending(ending), .open(open), .cut(cut),
+    .passing(passing), .active(active_o), .state(state), .settled(settled),
+    .clock_busy(clock_busy), .busy_meta(busy_meta), .passing_here(passing_here),
+    .passing_meta(passing_meta), .cut_here(cut_here), .cut_meta(cut_meta), .cut_o(cut_o),
+    .quiet(quiet), .target(target), .forcing(forcing),
+    .force_meta(force_meta), .force_there(force_there), .forced(forced_o),
+    .sources({pattern_data_i, pattern_line_i, pattern_frame_i, data1_i, line1_i, frame1_i,
+              data0_i, line0_i, frame0_i}),
+    .pins({ppi_data_o, ppi_line_o, passing})
   );
 `endif
 

@@ -2,10 +2,10 @@
 //
 // Slow ticks of the pixel path's meters, one clock wide.
 //
-// tick_us_i  _|_|_|_|_|_|_|_|_|_|_|_|_|_|_    may be high for ever: one clock is then 1 us
-// tick_10us_o __________|_______________|_    every 10th tick_us_i
-// tick_50us_o ____________________________    every 5th tick_10us_o
-// tick_16ms_o                                 every 16th tick_ms_i
+// tick_us_i    _|_|_|_|_|_|_|_|_|_|_|_|_|_    may be high for ever: one clock is then 1 us
+// tick_10us_o  _____________________|______    every 10th tick_us_i
+// tick_50us_o  every 5th tick_10us_o
+// tick_16ms_o  every 16th tick_ms_i
 //
 // Latency: none (each is the input pulse itself, let through).
 
@@ -41,7 +41,7 @@ module time_base (
     end
   end
 
-`ifdef FORMAL
+`ifdef PROVE_TIME_BASE
   time_base_properties properties (
     .clk_i(clk_i), .rst_i(rst_i), .tick_us_i(tick_us_i), .tick_ms_i(tick_ms_i),
     .tick_10us_o(tick_10us_o), .tick_50us_o(tick_50us_o), .tick_16ms_o(tick_16ms_o),

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The pixel path: two cameras and the pattern generator in, the DSP's PPI out, and all that is measured
-// on the way. Ports without a domain of their own belong to clk_i.
+// The pixel path: two cameras and the pattern generator in, the DSP's PPI out, and all that is
+// measured on the way. Ports without a domain of their own belong to clk_i.
 //
 //   camera 0 pins -> camera_channel --+
 //   camera 1 pins -> camera_channel --+-> stream_switch -> PPI
