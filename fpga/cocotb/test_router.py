@@ -163,17 +163,17 @@ async def random_transfers(dut, rate):
     assert int(dut.stretches.value) == 0
 
 
-@cocotb.test()
+@cocotb.test(timeout_time=1, timeout_unit="sec")
 async def transfers_at_100_khz(dut):
     await random_transfers(dut, 100e3)
 
 
-@cocotb.test()
+@cocotb.test(timeout_time=1, timeout_unit="sec")
 async def transfers_at_400_khz(dut):
     await random_transfers(dut, 400e3)
 
 
-@cocotb.test()
+@cocotb.test(timeout_time=1, timeout_unit="sec")
 async def other_addresses_give_no_clocks(dut):
     """After an address that is for nobody, nine clocks at most came to each branch."""
     bus = await start(dut, 400e3)
@@ -186,7 +186,7 @@ async def other_addresses_give_no_clocks(dut):
     bus.check()
 
 
-@cocotb.test()
+@cocotb.test(timeout_time=1, timeout_unit="sec")
 async def broadcast_needs_both(dut):
     """A sensor that does not know its address: broadcast writes are not acknowledged."""
     bus = await start(dut, 400e3)
@@ -206,7 +206,7 @@ async def broadcast_needs_both(dut):
     bus.sensors[1].addr = 0x5D
 
 
-@cocotb.test()
+@cocotb.test(timeout_time=1, timeout_unit="sec")
 async def abort_at_every_bit(dut):
     """STOP or START after any number of bits, of a write, and of a read's address: the next
     transfers are right, and no word is changed but by bytes that came whole."""
@@ -233,7 +233,7 @@ async def abort_at_every_bit(dut):
                 await bus.some_traffic()
 
 
-@cocotb.test()
+@cocotb.test(timeout_time=1, timeout_unit="sec")
 async def held_sda(dut):
     """A sensor that holds SDA: not acknowledged, the other one is not disturbed."""
     bus = await start(dut, 400e3)
@@ -277,7 +277,7 @@ async def cleared(bus, k):
     await bus.some_traffic()
 
 
-@cocotb.test()
+@cocotb.test(timeout_time=1, timeout_unit="sec")
 async def bus_clear(dut):
     """Reset frees sensors that hold SDA; so does the command, nine clocks and STOP."""
     bus = await start(dut, 400e3)
@@ -299,7 +299,7 @@ async def bus_clear(dut):
         await cleared(bus, k)
 
 
-@cocotb.test()
+@cocotb.test(timeout_time=1, timeout_unit="sec")
 async def bus_clear_writes_nothing(dut):
     """A write broken off anywhere, then reset: no clock of the bus clear makes a byte whole."""
     bus = await start(dut, 400e3)
@@ -328,7 +328,7 @@ async def bus_clear_writes_nothing(dut):
         await bus.some_traffic()
 
 
-@cocotb.test()
+@cocotb.test(timeout_time=1, timeout_unit="sec")
 async def reset_anywhere(dut):
     """Reset after any number of bits; the master goes on, ends with STOP, and all works again."""
     bus = await start(dut, 400e3)
@@ -351,7 +351,7 @@ async def reset_anywhere(dut):
             await bus.some_traffic()
 
 
-@cocotb.test()
+@cocotb.test(timeout_time=1, timeout_unit="sec")
 async def silence_releases_all(dut):
     """The master stops anywhere: within 32 ms no line is held, and the next START works."""
     bus = await start(dut, 400e3)
@@ -380,7 +380,7 @@ async def silence_releases_all(dut):
             await bus.some_traffic()
 
 
-@cocotb.test()
+@cocotb.test(timeout_time=1, timeout_unit="sec")
 async def bypass(dut):
     """For bring-up: one branch under its own address; nothing is translated there."""
     bus = await start(dut, 100e3)
@@ -397,7 +397,7 @@ async def bypass(dut):
         await bus.some_traffic()
 
 
-@cocotb.test()
+@cocotb.test(timeout_time=1, timeout_unit="sec")
 async def stretching_is_counted(dut):
     bus = await start(dut, 100e3)
     dut.hold_scl.value = 2
@@ -410,7 +410,7 @@ async def stretching_is_counted(dut):
     await bus.some_traffic()
 
 
-@cocotb.test()
+@cocotb.test(timeout_time=1, timeout_unit="sec")
 async def disabled(dut):
     bus = await start(dut, 100e3)
     dut.enable.value = 0

@@ -27,7 +27,9 @@
 // counted (error_o). A sensor that holds SCL is not waited for, only counted (stretch_o).
 // If scl_i does not move for 30 to 31 ms in a transfer, all lines are released until the next START:
 // the branch's SDA 1 ms after the others, so that the sensor sees STOP.
-// clear_i frees a branch (i2c_bus_clear) when no transfer goes there; until then it gets no START.
+// i2c_bus_clear frees a branch when clear_i asks for it, after such a silence, and both after reset:
+// then a sensor may hold SDA for a bit whose clock never came to an end. It waits until no transfer
+// goes there, takes 105 us, and until then the branch gets no START (not acknowledged).
 // bypass_i: this branch gets all addresses unchanged, and its answers go to the DSP's bus.
 //
 // Timing, clk_i at 25 MHz (40 ns), with filters of 5 clocks (2 + 3 samples) on all lines:
@@ -253,11 +255,11 @@ module i2c_router (
 
   always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) begin
-      clearing <= 2'd0;
+      clearing <= 2'd3;
     end else if (clear_done) begin
       clearing <= 2'd0;
     end else if (clearing == 2'd0 && !clear_busy) begin
-      clearing <= clear_i;
+      clearing <= clear_i | (attached & {2{timeout}});
     end
   end
 
