@@ -18,7 +18,7 @@ TIMEOUT_S = 7200
 SHARE = "/usr/share/yosys"
 SYNTHESIS = {
     "xc3s": "synth_xilinx -family xc3s -top bridge_core -noiopad -noclkbuf -flatten -nowidelut",
-    "ice40": "synth_ice40 -abc9 -device hx -top bridge_core -flatten"}
+    "ice40": "synth_ice40 -device hx -top bridge_core -flatten"}
 CELLS = {"xc3s": f"{SHARE}/xilinx/cells_sim.v", "ice40": f"{SHARE}/ice40/cells_sim.v"}
 
 
