@@ -13,12 +13,12 @@
     f_any == 8'h0E ? {wdg_ms_o} :
     f_any == 8'h0F ? {14'd0, wdg_action_o} :
     f_any == 8'h10 ? {servo0_target_q4_o} :
-    f_any == 8'h12 ? {servo0_min_q4_o} :
+    f_any == 8'h12 ? {1'd0, servo0_min_q4_o} :
     f_any == 8'h13 ? {servo0_max_q4_o} :
     f_any == 8'h14 ? {servo0_safe_q4_o} :
     f_any == 8'h15 ? {5'd0, servo0_slew_q4_o} :
     f_any == 8'h18 ? {servo1_target_q4_o} :
-    f_any == 8'h1A ? {servo1_min_q4_o} :
+    f_any == 8'h1A ? {1'd0, servo1_min_q4_o} :
     f_any == 8'h1B ? {servo1_max_q4_o} :
     f_any == 8'h1C ? {servo1_safe_q4_o} :
     f_any == 8'h1D ? {5'd0, servo1_slew_q4_o} :
@@ -46,21 +46,21 @@
     f_any == 8'h0E ? 16'hFFFF :
     f_any == 8'h0F ? 16'h0003 :
     f_any == 8'h10 ? 16'hFFFF :
-    f_any == 8'h12 ? 16'hFFF0 :
-    f_any == 8'h13 ? 16'hFFF0 :
-    f_any == 8'h14 ? 16'hFFF0 :
+    f_any == 8'h12 ? 16'h7FC0 :
+    f_any == 8'h13 ? 16'hFFC0 :
+    f_any == 8'h14 ? 16'hFFC0 :
     f_any == 8'h15 ? 16'h07FF :
     f_any == 8'h18 ? 16'hFFFF :
-    f_any == 8'h1A ? 16'hFFF0 :
-    f_any == 8'h1B ? 16'hFFF0 :
-    f_any == 8'h1C ? 16'hFFF0 :
+    f_any == 8'h1A ? 16'h7FC0 :
+    f_any == 8'h1B ? 16'hFFC0 :
+    f_any == 8'h1C ? 16'hFFC0 :
     f_any == 8'h1D ? 16'h07FF :
     f_any == 8'h20 ? 16'hFF03 :
     f_any == 8'h22 ? 16'h00FF :
     f_any == 8'h23 ? 16'h0131 :
-    f_any == 8'h24 ? 16'h0FFF :
-    f_any == 8'h25 ? 16'h0FFF :
-    f_any == 8'h26 ? 16'h03FF :
+    f_any == 8'h24 ? 16'h0FF0 :
+    f_any == 8'h25 ? 16'h0FF8 :
+    f_any == 8'h26 ? 16'h03FC :
     f_any == 8'h27 ? 16'h00FF :
     f_any == 8'h28 ? 16'h0007 :
     f_any == 8'h29 ? 16'h03FF :
@@ -93,7 +93,7 @@
     f_any == 8'h23 ? 16'h0000 :
     f_any == 8'h24 ? 16'h0280 :
     f_any == 8'h25 ? 16'h01E0 :
-    f_any == 8'h26 ? 16'h008E :
+    f_any == 8'h26 ? 16'h0090 :
     f_any == 8'h27 ? 16'h0019 :
     f_any == 8'h28 ? 16'h0000 :
     f_any == 8'h29 ? 16'h0001 :
@@ -108,15 +108,15 @@
     f_any == 8'h07 ? 16'd15000 :
     f_any == 8'h10 ? 16'd9600 :
     f_any == 8'h12 ? 16'd9600 :
-    f_any == 8'h13 ? 16'd9600 :
+    f_any == 8'h13 ? 16'd24000 :
     f_any == 8'h14 ? 16'd9600 :
     f_any == 8'h18 ? 16'd9600 :
     f_any == 8'h1A ? 16'd9600 :
-    f_any == 8'h1B ? 16'd9600 :
+    f_any == 8'h1B ? 16'd24000 :
     f_any == 8'h1C ? 16'd9600 :
     f_any == 8'h22 ? 16'd1 :
     f_any == 8'h24 ? 16'd16 :
-    f_any == 8'h25 ? 16'd1 :
+    f_any == 8'h25 ? 16'd8 :
     f_any == 8'h26 ? 16'd8 :
     f_any == 8'h27 ? 16'd1 :
     f_any == 8'h42 ? 16'd1 :
@@ -125,12 +125,12 @@
     f_any == 8'h07 ? 16'd25000 :
     f_any == 8'h0E ? 16'd65535 :
     f_any == 8'h10 ? 16'd38400 :
-    f_any == 8'h12 ? 16'd38400 :
+    f_any == 8'h12 ? 16'd24000 :
     f_any == 8'h13 ? 16'd38400 :
     f_any == 8'h14 ? 16'd38400 :
     f_any == 8'h15 ? 16'd2047 :
     f_any == 8'h18 ? 16'd38400 :
-    f_any == 8'h1A ? 16'd38400 :
+    f_any == 8'h1A ? 16'd24000 :
     f_any == 8'h1B ? 16'd38400 :
     f_any == 8'h1C ? 16'd38400 :
     f_any == 8'h1D ? 16'd2047 :
@@ -242,14 +242,14 @@
     f_any == 8'h0F ? {14'd0, wdg_action_o} | {7'd0, wdg_fired_i, 8'd0} :
     f_any == 8'h10 ? {servo0_target_q4_o} :
     f_any == 8'h11 ? {servo0_actual_q4_i} :
-    f_any == 8'h12 ? {servo0_min_q4_o} :
+    f_any == 8'h12 ? {1'd0, servo0_min_q4_o} :
     f_any == 8'h13 ? {servo0_max_q4_o} :
     f_any == 8'h14 ? {servo0_safe_q4_o} :
     f_any == 8'h15 ? {5'd0, servo0_slew_q4_o} :
     f_any == 8'h16 ? {8'd0, servo0_frames_i} :
     f_any == 8'h18 ? {servo1_target_q4_o} :
     f_any == 8'h19 ? {servo1_actual_q4_i} :
-    f_any == 8'h1A ? {servo1_min_q4_o} :
+    f_any == 8'h1A ? {1'd0, servo1_min_q4_o} :
     f_any == 8'h1B ? {servo1_max_q4_o} :
     f_any == 8'h1C ? {servo1_safe_q4_o} :
     f_any == 8'h1D ? {5'd0, servo1_slew_q4_o} :
@@ -311,15 +311,15 @@
     index_i == 8'h0E ? (unlock_o ? 16'd0 : 16'd1) :
     index_i == 8'h10 ? 16'd9600 :
     index_i == 8'h12 ? 16'd9600 :
-    index_i == 8'h13 ? 16'd9600 :
+    index_i == 8'h13 ? 16'd24000 :
     index_i == 8'h14 ? 16'd9600 :
     index_i == 8'h18 ? 16'd9600 :
     index_i == 8'h1A ? 16'd9600 :
-    index_i == 8'h1B ? 16'd9600 :
+    index_i == 8'h1B ? 16'd24000 :
     index_i == 8'h1C ? 16'd9600 :
     index_i == 8'h22 ? 16'd1 :
     index_i == 8'h24 ? 16'd16 :
-    index_i == 8'h25 ? 16'd1 :
+    index_i == 8'h25 ? 16'd8 :
     index_i == 8'h26 ? 16'd8 :
     index_i == 8'h27 ? 16'd1 :
     index_i == 8'h42 ? 16'd1 :
@@ -328,12 +328,12 @@
     index_i == 8'h07 ? 16'd25000 :
     index_i == 8'h0E ? 16'd65535 :
     index_i == 8'h10 ? 16'd38400 :
-    index_i == 8'h12 ? 16'd38400 :
+    index_i == 8'h12 ? 16'd24000 :
     index_i == 8'h13 ? 16'd38400 :
     index_i == 8'h14 ? 16'd38400 :
     index_i == 8'h15 ? 16'd2047 :
     index_i == 8'h18 ? 16'd38400 :
-    index_i == 8'h1A ? 16'd38400 :
+    index_i == 8'h1A ? 16'd24000 :
     index_i == 8'h1B ? 16'd38400 :
     index_i == 8'h1C ? 16'd38400 :
     index_i == 8'h1D ? 16'd2047 :
@@ -357,13 +357,13 @@
     index_i == 8'h0E ? write_data_i >= f_floor && write_data_i <= f_ceiling :
     index_i == 8'h0F ? write_data_i[1:0] <= 2 :
     index_i == 8'h10 ? write_data_i >= f_floor && write_data_i <= f_ceiling :
-    index_i == 8'h12 ? unlock_o && write_data_i >= f_floor && write_data_i <= f_ceiling && write_data_i[15:4] <= servo0_max_q4_o[15:4] :
-    index_i == 8'h13 ? unlock_o && write_data_i >= f_floor && write_data_i <= f_ceiling && write_data_i[15:4] >= servo0_min_q4_o[15:4] :
+    index_i == 8'h12 ? unlock_o && write_data_i >= f_floor && write_data_i <= f_ceiling :
+    index_i == 8'h13 ? unlock_o && write_data_i >= f_floor && write_data_i <= f_ceiling :
     index_i == 8'h14 ? write_data_i >= f_floor && write_data_i <= f_ceiling :
     index_i == 8'h15 ? write_data_i >= f_floor && write_data_i <= f_ceiling :
     index_i == 8'h18 ? write_data_i >= f_floor && write_data_i <= f_ceiling :
-    index_i == 8'h1A ? unlock_o && write_data_i >= f_floor && write_data_i <= f_ceiling && write_data_i[15:4] <= servo1_max_q4_o[15:4] :
-    index_i == 8'h1B ? unlock_o && write_data_i >= f_floor && write_data_i <= f_ceiling && write_data_i[15:4] >= servo1_min_q4_o[15:4] :
+    index_i == 8'h1A ? unlock_o && write_data_i >= f_floor && write_data_i <= f_ceiling :
+    index_i == 8'h1B ? unlock_o && write_data_i >= f_floor && write_data_i <= f_ceiling :
     index_i == 8'h1C ? write_data_i >= f_floor && write_data_i <= f_ceiling :
     index_i == 8'h1D ? write_data_i >= f_floor && write_data_i <= f_ceiling :
     index_i == 8'h20 ? write_data_i[1:0] <= 2 :
@@ -541,7 +541,6 @@
       == (f_writes[0] && f_index == 8'h0D ? f_data == 16'h4C4B : f_unlocked));
     a_range: assert (f_word >= f_lowest && f_word <= f_highest);
     a_codes: assert (f_codes_named);
-    a_limits_in_order: assert (servo0_min_q4_o <= servo0_max_q4_o && servo1_min_q4_o <= servo1_max_q4_o);
 
     // What a write does at once.
     a_pulses: assert (f_pulses

@@ -95,12 +95,12 @@ module bridge_core #(
   wire [1:0] wdg_action;
   wire wdg_fired_clear;
   wire [15:0] servo0_target_q4;
-  wire [15:0] servo0_min_q4;
+  wire [14:0] servo0_min_q4;
   wire [15:0] servo0_max_q4;
   wire [15:0] servo0_safe_q4;
   wire [10:0] servo0_slew_q4;
   wire [15:0] servo1_target_q4;
-  wire [15:0] servo1_min_q4;
+  wire [14:0] servo1_min_q4;
   wire [15:0] servo1_max_q4;
   wire [15:0] servo1_safe_q4;
   wire [10:0] servo1_slew_q4;
@@ -378,12 +378,12 @@ module bridge_core #(
     .period_us_i(servo_period_us),
     .enable_i({ctrl_servo1_enable, ctrl_servo0_enable}),
     .servo0_target_q4_i(servo0_target_q4),
-    .servo0_min_q4_i(servo0_min_q4),
+    .servo0_min_q4_i({1'b0, servo0_min_q4}),
     .servo0_max_q4_i(servo0_max_q4),
     .servo0_safe_q4_i(servo0_safe_q4),
     .servo0_slew_q4_i(servo0_slew_q4),
     .servo1_target_q4_i(servo1_target_q4),
-    .servo1_min_q4_i(servo1_min_q4),
+    .servo1_min_q4_i({1'b0, servo1_min_q4}),
     .servo1_max_q4_i(servo1_max_q4),
     .servo1_safe_q4_i(servo1_safe_q4),
     .servo1_slew_q4_i(servo1_slew_q4),

@@ -29,8 +29,6 @@ class Field:
     minimum: int
     maximum: int
     minimum_unlocked: int | None
-    minimum_register: str | None
-    maximum_register: str | None
     zero_low_bits: int
     key: int | None
     signed: bool
@@ -57,11 +55,6 @@ class Field:
         """Is it a number whose whole word is compared with its limits?"""
         limited = self.minimum > 0 or self.maximum < WORD_MASK
         return self.kind == "stored" and self.whole and self.width == 16 and limited
-
-    @property
-    def limit_register(self):
-        """Name of the register that limits it, if there is one."""
-        return self.minimum_register or self.maximum_register
 
     @property
     def has_gaps(self):
@@ -148,8 +141,6 @@ def read_field(node):
         minimum=node.get_property("min") or 0,
         maximum=(1 << width) - 1 if maximum is None else maximum,
         minimum_unlocked=node.get_property("min_unlocked"),
-        minimum_register=node.get_property("min_register"),
-        maximum_register=node.get_property("max_register"),
         zero_low_bits=node.get_property("zero_low_bits") or 0,
         key=node.get_property("key"),
         signed=bool(node.get_property("two_complement")),
@@ -176,17 +167,11 @@ def read_register(node, root):
     for child in node.children():
         if isinstance(child, FieldNode):
             register.fields.append(read_field(child))
-    for field in register.fields:
-        for limit in ("minimum_register", "maximum_register"):
-            name = getattr(field, limit)
-            if name is not None:
-                setattr(field, limit, f"{block}_{name}" if block else name)
     return register
 
 
 def check(registers):
     """Rules that SystemRDL does not know."""
-    names = {r.name for r in registers}
     for register in registers:
         where = f"{register.name} at {register.index:02X}"
         if register.index > 0xFF:
@@ -197,12 +182,11 @@ def check(registers):
                 raise MapError(f"{what}: 'value' stands alone at bit 0")
             if field.codes and [c[1] for c in field.codes] != list(range(field.maximum + 1)):
                 raise MapError(f"{what}: codes must run from 0 to max")
-            for limit in (field.minimum_register, field.maximum_register):
-                if limit is not None and limit not in names:
-                    raise MapError(f"{what}: no register {limit}")
             bounds = field.minimum <= field.reset <= field.maximum
             if field.kind == "stored" and not bounds:
                 raise MapError(f"{what}: reset value outside min..max")
+            if field.zero_low_bits and field.minimum % (1 << field.zero_low_bits):
+                raise MapError(f"{what}: min has low bits that are not stored")
             if field.zero_low_bits and field.reset % (1 << field.zero_low_bits):
                 raise MapError(f"{what}: reset value has low bits that are not stored")
             narrow = field.maximum < (1 << field.width) - 1

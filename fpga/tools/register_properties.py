@@ -70,7 +70,6 @@ PROPERTIES = """\
       == (f_writes[0] && f_index == 8'h{unlock:02X} ? f_data == 16'h{key:04X} : f_unlocked));
     a_range: assert (f_word >= f_lowest && f_word <= f_highest);
     a_codes: assert (f_codes_named);
-    a_limits_in_order: assert ({ordered});
 
     // What a write does at once.
     a_pulses: assert (f_pulses
@@ -160,11 +159,6 @@ def allowed(register):
     field = register.fields[0]
     if field.is_number:
         terms += ["write_data_i >= f_floor", "write_data_i <= f_ceiling"]
-        zeros = field.zero_low_bits
-        if field.maximum_register:
-            terms.append(f"write_data_i[15:{zeros}] <= {field.maximum_register}_o[15:{zeros}]")
-        if field.minimum_register:
-            terms.append(f"write_data_i[15:{zeros}] >= {field.minimum_register}_o[15:{zeros}]")
     for part in register.fields:
         if part.has_gaps:
             top = part.low + part.width - 1
@@ -255,13 +249,10 @@ def properties(registers):
     """The text of register_file_properties.vh."""
     firsts = [r for r in registers if r.holds_block]
     key = next(r for r in registers if is_key(r))
-    ordered = [f"{r.fields[0].minimum_register}_o <= {r.name}_o"
-               for r in registers if r.fields[0].minimum_register]
     highs = [f"f_index == 8'h{r.index:02X}" for r in registers if r.pair_high]
     text = PROPERTIES.format(
         blocks=len(firsts) - 1, blocks_=len(firsts), unlock=key.index, key=key.fields[0].key,
-        holds=", ".join(f"{r.block}_hold_o" for r in reversed(firsts)),
-        ordered=" && ".join(ordered), highs=" || ".join(highs))
+        holds=", ".join(f"{r.block}_hold_o" for r in reversed(firsts)), highs=" || ".join(highs))
     head, tail = text.split("  reg f_begun", 1)
     return "\n".join([HEADER.rstrip("\n"), head.rstrip("\n"), "  reg [7:0] f_index;",
                       *choices(registers), *block_choices(registers), "  reg f_begun" + tail])

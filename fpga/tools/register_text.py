@@ -32,9 +32,6 @@ enum {
     BRIDGE_HOLDS_BLOCK = 1 << 7   ///< reading on from here shows the block of one moment
 };
 
-/// `limit_index` of a register that no other limits.
-enum { BRIDGE_NO_LIMIT = 0xFF };
-
 /// One register. A write outside `min`..`max`, or with a code that has no name, is not acknowledged
 /// and changes nothing.
 struct bridge_register {
@@ -47,7 +44,6 @@ struct bridge_register {
     uint16_t pulse_mask;   ///< bits that start something when written as 1 and read 0
     uint16_t min;
     uint16_t max;
-    uint8_t limit_index;  ///< register whose value must not be passed, or BRIDGE_NO_LIMIT
 };
 """
 
@@ -111,7 +107,6 @@ def c_fields(register):
 
 def c_header(registers):
     """The text of bridge_registers.h."""
-    indices = {r.name: r.index for r in registers}
     lines = [C_HEADER, "/// Indices.", "enum {"]
     lines += [f"    BRIDGE_{r.name.upper()} = 0x{r.index:02X}," for r in registers]
     lines[-1] = lines[-1].rstrip(",")
@@ -123,15 +118,13 @@ def c_header(registers):
               "/// All registers in order of their index.",
               "static const struct bridge_register bridge_registers[BRIDGE_REGISTER_COUNT] = {"]
     for register in registers:
-        field = register.fields[0]
         lowest, highest = limits(register)
-        limit = f"0x{indices[field.limit_register]:02X}" if field.limit_register else "BRIDGE_NO_LIMIT"
         masks = [
             register.reset, register.known_at_reset, stored_mask(register),
             kind_mask(register, "w1c"), kind_mask(register, "pulse")]
         members = [f"0x{register.index:02X}",
                    " | ".join(f"BRIDGE_{name}" for name in flags(register)),
-                   *(f"0x{mask:04X}" for mask in masks), str(lowest), str(highest), limit]
+                   *(f"0x{mask:04X}" for mask in masks), str(lowest), str(highest)]
         lines += [f"    // {register.name}", initializer(members)]
     lines[-1] = lines[-1].rstrip(",")
     return "\n".join(lines + ["};"]) + C_FOOTER
@@ -198,8 +191,8 @@ def documentation(registers):
     return "\n".join(lines) + "\n"
 
 
-def accepts(register, value, unlocked, resets):
-    """Is `value` stored when all other registers are as after reset?"""
+def accepts(register, value, unlocked):
+    """Is `value` stored?"""
     if not register.writable or (register.unlock_only and not unlocked):
         return False
     field = register.fields[0]
@@ -207,18 +200,13 @@ def accepts(register, value, unlocked, resets):
         lowest = field.minimum
         if unlocked and field.minimum_unlocked is not None:
             lowest = field.minimum_unlocked
-        step = ~((1 << field.zero_low_bits) - 1)
         if not lowest <= value <= field.maximum:
-            return False
-        if field.minimum_register and (value & step) < resets[field.minimum_register]:
-            return False
-        if field.maximum_register and (value & step) > resets[field.maximum_register]:
             return False
     return all(
         (value >> f.low & (1 << f.width) - 1) <= f.maximum for f in register.fields if f.has_gaps)
 
 
-def values_to_write(register, resets):
+def values_to_write(register):
     """Words worth writing: patterns, both sides of each limit, each code."""
     values = {0x0000, 0xFFFF, 0x5555, 0xAAAA, register.reset}
     field = register.fields[0]
@@ -226,7 +214,6 @@ def values_to_write(register, resets):
     if field.is_number:
         edges |= {field.minimum, field.maximum}
         step = 1 << field.zero_low_bits
-        edges |= {resets[name] for name in (field.minimum_register, field.maximum_register) if name}
         values |= {edge + offset for edge in edges for offset in (-step, -1, 0, 1, step)}
     if field.key is not None:
         values |= {field.key, field.key ^ 1, field.key ^ 0x8000}
@@ -238,14 +225,14 @@ def values_to_write(register, resets):
     return sorted({value & ~pulses for value in values if 0 <= value <= 0xFFFF})
 
 
-def write_vectors(register, resets):
+def write_vectors(register):
     vectors = []
     mask = register.known_at_reset
     for unlocked in (False, True):
         if register.name == "unlock" and unlocked:
             continue
-        for value in values_to_write(register, resets):
-            accepted = accepts(register, value, unlocked, resets)
+        for value in values_to_write(register):
+            accepted = accepts(register, value, unlocked)
             reads = register.reset & mask
             if accepted:
                 reads = value & stored_mask(register) | register.reset & kind_mask(register, "constant")
@@ -262,7 +249,6 @@ def vectors(registers):
     words is written to a bridge that was just reset; `accepted` says whether the second byte is
     acknowledged.
     """
-    resets = {r.name: r.reset for r in registers}
     entries = []
     for register in registers:
         lowest, highest = limits(register)
@@ -280,7 +266,7 @@ def vectors(registers):
             "fields": [
                 {"name": f.name, "low": f.low, "width": f.width, "kind": f.kind, "unit": f.unit}
                 for f in register.fields],
-            "writes": write_vectors(register, resets),
+            "writes": write_vectors(register),
         })
     known = {r.index for r in registers}
     lines = [json.dumps(entry) for entry in entries]

@@ -176,12 +176,12 @@ class RegisterFile:
         return ",\n".join("  " + port for port in bus + self.ports)
 
     def limits(self):
-        lines = ["  // Numbers are compared with constants bit by bit, with each other by one comparison."]
+        lines = ["  // Numbers are compared with constants bit by bit."]
         for constant in sorted(self.constants("minimum") | self.constants("minimum_unlocked")):
             lines.append(wrapped(f"wire at_least_{constant} = {at_least(constant)};"))
         for constant in sorted(self.constants("maximum")):
             lines.append(wrapped(f"wire at_most_{constant} = !({at_least(constant + 1)});"))
-        lines += self.comparison() + [
+        lines += [
             "", "  // What may be written to the register at the index.", "  reg allowed;",
             "  always @* case (index_i)"]
         groups = {}
@@ -204,25 +204,6 @@ class RegisterFile:
         numbers = [r.fields[0] for r in self.registers if r.fields[0].is_number]
         return {getattr(f, limit) for f in numbers} - {None, 0, 0xFFFF}
 
-    def comparison(self):
-        """One comparator for all registers whose limit is another register."""
-        limited = [r for r in self.registers if r.fields[0].limit_register]
-        if not limited:
-            return []
-        zeros = limited[0].fields[0].zero_low_bits
-        lines = [f"  reg [15:{zeros}] other;", "  reg equal_is_less;", "  always @* begin",
-                 "    equal_is_less = 1'b0;", "    case (index_i)"]
-        for register in limited:
-            field = register.fields[0]
-            assert field.zero_low_bits == zeros
-            line = f"      8'h{register.index:02X}: other = {field.limit_register}_o[15:{zeros}];"
-            if field.maximum_register:
-                line = line.replace(": ", ": begin ", 1) + " equal_is_less = 1'b1; end"
-            lines.append(line)
-        return lines + [
-            f"      default: other = {16 - zeros}'d0;", "    endcase", "  end",
-            f"  wire less = {{write_data_i[15:{zeros}], !equal_is_less}} < {{other, 1'b1}};"]
-
     @staticmethod
     def conditions(register):
         """What must be true for a write."""
@@ -238,10 +219,6 @@ class RegisterFile:
                 terms.append(f"at_least_{field.minimum}")
             if field.maximum < 0xFFFF:
                 terms.append(f"at_most_{field.maximum}")
-            if field.maximum_register:
-                terms.append("less")
-            if field.minimum_register:
-                terms.append("!less")
         return terms
 
     def write_path(self):

@@ -3,14 +3,14 @@
 // I2C target and register file behind a small master: writes, reads after repeated START and after
 // STOP, runs of words, aborts at every bit, refused words, time-outs.
 // Plus arguments: +low_ns= +high_ns= (of SCL), +hold_ns= (SDA after the falling edge of SCL),
-// +clock_ps= (half period of clk_i). Prints "PASS n" or the first differences.
+// +clock_ps= (half period of clk_i), +step= (aborts after every step-th bit only). Prints "PASS n" or the first differences.
 
 `timescale 1ps/1ps
 `default_nettype none
 
 module control_bench;
 
-  integer low_ps, high_ps, hold_ps, clock_ps;
+  integer low_ps, high_ps, hold_ps, clock_ps, step;
   integer checks = 0;
   integer failures = 0;
 
@@ -218,6 +218,7 @@ module control_bench;
     if (!$value$plusargs("high_ns=%d", high_ps)) high_ps = 1200;
     if (!$value$plusargs("hold_ns=%d", hold_ps)) hold_ps = 0;
     if (!$value$plusargs("clock_ps=%d", clock_ps)) clock_ps = 20000;
+    if (!$value$plusargs("step=%d", step)) step = 1;
     low_ps = low_ps * 1000;
     high_ps = high_ps * 1000;
     hold_ps = hold_ps * 1000;
@@ -236,7 +237,7 @@ module control_bench;
     byte_out(8'h24, a);
     for (n = 0; n < 4; n = n + 1) begin
       byte_out(8'h00, a);
-      byte_out(8'h20 + n, b);
+      byte_out(8'h20 * (n + 1), b);
       check({a, b}, 2'b11, "run of writes");
     end
     stop;
@@ -247,7 +248,7 @@ module control_bench;
     read_on(1'b0);
     check(got, 16'd1, "index after a run: seed");
     stop;
-    for (n = 0; n < 4; n = n + 1) read_word(8'h24 + n, n[0], 16'h0020 + n);
+    for (n = 0; n < 4; n = n + 1) read_word(8'h24 + n, n[0], 16'h0020 * (n + 1));
 
     // Refused: range, lock, code, read only, unknown.
     write_word(8'h10, 16'd9599, 1'b0);
@@ -291,7 +292,7 @@ module control_bench;
     // Every abort leaves SCRATCH alone and the next transfer whole.
     check(protocol_errors, 0, "protocol errors");
     for (how = 0; how < 3; how = how + 1) begin
-      for (n = how == 2 ? 8 : 0; n < 36; n = n + (how == 2 ? 9 : 1)) begin
+      for (n = how == 2 ? 8 : 0; n < 36; n = n + (how == 2 ? 9 : step)) begin
         before = stores;
         aborted(n, how);
         if (n < 35) check(stores, before, "stores of an aborted write");
