@@ -212,6 +212,9 @@ module i2c_target_properties #(
     a_protocol_error: assert (!protocol_error_i || ((start_i || stop_i) && place != NOBODY));
     a_half_word_is_an_error: assert (!((start_i || stop_i) && place == SECOND) || protocol_error_i);
     a_whole_word_is_none: assert (!(place == FIRST && clocks <= 4'd1) || !protocol_error_i);
+    // Whole transfers are hundreds of clocks long; simulations reach those.
+    c_error: cover (protocol_error_i);
+    c_time_out: cover (timeout_i && place == WHO);
   end
 endmodule
 

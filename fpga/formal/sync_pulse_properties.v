@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What sync_pulse promises, in steps of time finer than both clocks: every pulse arrives once, within
-// three edges of the receiving clock, if pulses are at least that far apart.
+// What sync_pulse promises, in steps of time finer than both clocks: every pulse is taken once, by
+// the third edge of the receiving clock, if the next one waits for that.
 `default_nettype none
 
 module sync_pulse_properties (

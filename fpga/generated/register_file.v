@@ -324,7 +324,7 @@ module register_file (
   assign spikes_clear_o = write_strobe_i && index_i == 8'h54;
   assign bus_clear_o = {2{write_strobe_i && index_i == 8'h55}} & write_data_i[1:0];
 
-  // A snapshot lasts from the first word of a block until the transfer leaves it.
+  // A snapshot lasts from a block's first word until the transfer leaves it.
   always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) camera0_hold_o <= 1'b0;
     else if (!reading_i) camera0_hold_o <= 1'b0;
@@ -350,8 +350,9 @@ module register_file (
     endcase
   end
 
-  // Registers stand in pairs whose indices differ in one bit; a look-up table chooses
-  // between the two or takes two bits that stand alone, and a carry chain joins them.
+  // Registers stand in pairs whose indices differ in one bit; a look-up table
+  // chooses between the two or takes two bits that stand alone, and a carry
+  // chain joins them.
   wire at_00_02 = (index_i & 8'hFD) == 8'h00;
   wire at_02 = at_00_02 & index_i[1];
   wire at_01_03 = (index_i & 8'hFD) == 8'h01;

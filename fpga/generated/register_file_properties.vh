@@ -562,7 +562,8 @@
     a_hold_begins: assert (!f_reads[0] || !f_reading || (f_hold & f_first) == f_first);
     a_hold_ends: assert (f_reading || f_hold == 2'd0);
     a_hold_leaves: assert (!f_reads[0] || (f_hold & ~f_inside) == 2'd0);
-    a_hold_stays: assert (!f_reads[0] || !f_reading || (f_hold_before & f_inside & ~f_hold) == 2'd0);
+    a_hold_stays: assert (!f_reads[0] || !f_reading
+      || (f_hold_before & f_inside & ~f_hold) == 2'd0);
     a_hold_lasts: assert (!f_reading || f_reads[0] || f_hold == f_hold_before);
     a_hold_from_the_first:
       assert ((f_hold & ~f_hold_before) == 2'd0

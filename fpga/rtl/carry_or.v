@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// any_o = |bits_i, written as the borrow of 0 - bits_i: on the carry chain of an FPGA the joining of
-// many bits takes no look-up tables beyond those that make the bits.
+// any_o = |bits_i, written as the borrow of 0 - bits_i: on the carry chain of an FPGA the joining
+// of many bits takes no look-up tables beyond those that make the bits.
 //
 // bits_i  =X= 000 =X= 010 =X= 000 =
 // any_o   ____|^^^^^^^|___________

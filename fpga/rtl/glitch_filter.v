@@ -11,8 +11,8 @@
 // level_o                                  |________|
 // spike_o  ________________|^^^|______________________________
 //
-// SAMPLES: at least 2; a level or spike shorter than SAMPLES - 1 periods of clk_i is always removed,
-// one longer than SAMPLES periods always passes. At 25 MHz 3 samples remove 80 ns; the
+// SAMPLES: at least 2; a spike shorter than SAMPLES - 1 periods of clk_i is always removed, a level
+// longer than SAMPLES periods always passes. At 25 MHz 3 samples remove 80 ns; the
 // specification asks for 50 ns. spike_o: one clock for each run of samples that was removed.
 // Latency: 2 (synchroniser) + SAMPLES rising edges. The line is high during reset.
 

@@ -12,16 +12,16 @@
 // sda_low_o  _______________________________________|^^^^^^^|________     acknowledge
 // write_strobe_o  ___________________________________|^|_____________     with that of a low byte
 //
-// The index goes on by one with each whole word and stays where it is at STOP. A word is stored with
-// its second byte; half a word changes nothing. Not acknowledged are: other addresses and the general
-// call, data for an index that is not known, and a low byte that would make a word that is not
-// allowed. Reading what is not known gives zeros. SCL is never held.
+// The index goes on by one with each whole word and stays where it is at STOP. A word is stored
+// with its second byte; half a word changes nothing. Not acknowledged are: other addresses and the
+// general call, data for an index that is not known, and a low byte that would make a word that is
+// not allowed. Reading what is not known gives zeros. SCL is never held.
 // When nothing moves for TIMEOUT_MS - 1 to TIMEOUT_MS ms in a transfer, or while SCL is low, the
 // transfer ends, SDA is free, and the target waits for START.
 //
-// read_strobe_o comes at least 3 clocks before read_data_i is used. write_data_o is whole at least 3
-// clocks before write_strobe_o, which comes only while write_allowed_i is high; data and index stay
-// for 3 clocks after it.
+// read_strobe_o comes at least 2 clocks before read_data_i is used. write_data_o and index_o stand
+// for 2 clocks before write_strobe_o, which comes only if write_allowed_i was high in the clock
+// before it, and stay for 2 clocks after it.
 // protocol_error_o: START or STOP inside a byte, after half a word, or instead of a read's end.
 // ADDRESS: 7 bits. Latency: SDA moves 6 or 7 clocks after the edge of SCL at the pin.
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Interrupt status and line. An event sets its status bit, writing 1 clears it, an event in the same
-// clock wins. The line is high while an enabled bit is set.
+// Interrupt status and line. An event sets its status bit, writing 1 clears it, an event in the
+// same clock wins. The line is high while an enabled bit is set.
 //
 //             ___     ___     ___     ___     ___     ___
 // clk_i     _|   |___|   |___|   |___|   |___|   |___|   |__
@@ -10,7 +10,7 @@
 // clear_i   ____________________________|^^^^^^^|__________
 // line_o    ____________________|^^^^^^^^^^^^^^^^^^^^^^^|__    (enable_i = 1)
 //
-// SOURCES: number of bits. Latency: status_o 1 clock, line_o 2 clocks (it is a register: no glitches).
+// SOURCES: number of bits. Latency: status_o 1 clock, line_o 2 clocks (a register: no glitches).
 
 `default_nettype none
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Time since reset in microseconds, wrapping after 71.6 minutes, and a tick for all timers that count
-// milliseconds.
+// Time since reset in microseconds, wrapping after 71.6 minutes, and a tick for all timers that
+// count milliseconds.
 //
 // tick_us_i  _|^|_____|^|_____|^|____    one clock for each microsecond; may be high for ever
 // time_us_o  ==X= n ==|= n+1 =|= n+2     changes at the clock after the tick

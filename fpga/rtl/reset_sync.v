@@ -9,8 +9,8 @@
 //              ___________________________________
 // rst_o     __|                                   |________________
 //
-// request_i, a pulse in the domain of clk_i, makes the same reset from the next edge on; it may come
-// from a register that rst_o itself clears.
+// request_i, a pulse in the domain of clk_i, makes the same reset from the next edge on; it may
+// come from a register that rst_o itself clears.
 // STAGES: edges of clk_i from the end of rst_i to the end of rst_o, at least 2.
 
 `default_nettype none

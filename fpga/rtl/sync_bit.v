@@ -9,8 +9,8 @@
 //                          _____________________
 // level_o  _______________|
 //
-// Latency: 2 rising edges of clk_i; with SIM_RANDOM_DELAY (simulation only) a changing level takes 2
-// or 3 by chance, as metastability would make it.
+// Latency: 2 rising edges of clk_i; with SIM_RANDOM_DELAY (simulation only) a changing level takes
+// 2 or 3 by chance, as metastability would make it.
 // RESET_LEVEL: what level_o is during reset.
 // SIM_DELAY: 0 leaves this one out of SIM_RANDOM_DELAY, for signals whose samples are counted.
 

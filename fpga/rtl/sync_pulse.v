@@ -53,7 +53,8 @@ module sync_pulse (
 `ifdef PROVE_SYNC_PULSE
   sync_pulse_properties properties (
     .from_clk_i(from_clk_i), .from_rst_i(from_rst_i), .pulse_i(pulse_i), .to_clk_i(to_clk_i),
-    .to_rst_i(to_rst_i), .pulse_o(pulse_o), .toggle_i(toggle), .meta_i(meta), .arrived_i(arrived), .seen_i(seen)
+    .to_rst_i(to_rst_i), .pulse_o(pulse_o), .toggle_i(toggle), .meta_i(meta),
+    .arrived_i(arrived), .seen_i(seen)
   );
 `endif
 

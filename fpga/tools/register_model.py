@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The register map read from SystemRDL into plain objects, with the rules of this project checked."""
+"""The register map read from SystemRDL into plain objects, with this project's rules checked."""
 
 from dataclasses import dataclass, field as dataclass_field
 
@@ -205,7 +205,8 @@ def read_map(path):
         root = compiler.elaborate().top
     except RDLCompileError as error:
         raise MapError(f"{path} is not valid SystemRDL") from error
-    registers = [read_register(node, root) for node in root.descendants() if isinstance(node, RegNode)]
+    registers = [read_register(node, root) for node in root.descendants()
+                 if isinstance(node, RegNode)]
     registers.sort(key=lambda r: r.index)
     check(registers)
     return registers

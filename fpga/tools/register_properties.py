@@ -91,7 +91,8 @@ PROPERTIES = """\
     a_hold_begins: assert (!f_reads[0] || !f_reading || (f_hold & f_first) == f_first);
     a_hold_ends: assert (f_reading || f_hold == {blocks_}'d0);
     a_hold_leaves: assert (!f_reads[0] || (f_hold & ~f_inside) == {blocks_}'d0);
-    a_hold_stays: assert (!f_reads[0] || !f_reading || (f_hold_before & f_inside & ~f_hold) == {blocks_}'d0);
+    a_hold_stays: assert (!f_reads[0] || !f_reading
+      || (f_hold_before & f_inside & ~f_hold) == {blocks_}'d0);
     a_hold_lasts: assert (!f_reading || f_reads[0] || f_hold == f_hold_before);
     a_hold_from_the_first:
       assert ((f_hold & ~f_hold_before) == {blocks_}'d0
@@ -136,7 +137,8 @@ def reference(register):
     if register.pair_low:
         return "low_word"
     parts = []
-    for kinds, suffix in (({"stored"}, "_o"), ({"input", "w1c", "clear"}, "_i"), ({"constant"}, "")):
+    for kinds, suffix in (
+            ({"stored"}, "_o"), ({"input", "w1c", "clear"}, "_i"), ({"constant"}, "")):
         if any(f.kind in kinds for f in register.fields):
             parts.append(concatenation(register, kinds, suffix))
     return " | ".join(parts) or "16'd0"
@@ -145,7 +147,8 @@ def reference(register):
 def choice(name, bits, selector, entries, default):
     """A wire chosen by an index; no case, which could become a memory with free contents."""
     size = f"[{bits - 1}:0] " if bits > 1 else ""
-    terms = [f"{selector} == 8'h{index:02X} ? {value}" for index, value in entries if value != default]
+    terms = [f"{selector} == 8'h{index:02X} ? {value}"
+             for index, value in entries if value != default]
     return [f"  wire {size}{name} =", *(f"    {term} :" for term in terms), f"    {default};"]
 
 
@@ -166,69 +169,104 @@ def allowed(register):
     return " && ".join(terms) or "1'b1"
 
 
+# What stands in the tables: functions of a register.
+
+def number(register):
+    return register.fields[0].is_number
+
+
+def floor(register):
+    field = register.fields[0]
+    if field.minimum_unlocked is None:
+        return f"16'd{field.minimum}"
+    return f"(unlock_o ? 16'd{field.minimum_unlocked} : 16'd{field.minimum})"
+
+
+def lowest(register):
+    field = register.fields[0]
+    return f"16'd{field.minimum if field.minimum_unlocked is None else field.minimum_unlocked}"
+
+
+def codes(register):
+    terms = [f"{register.port(f)}_o <= {f.maximum}" for f in register.fields if f.has_gaps]
+    return " && ".join(terms) or "1'b1"
+
+
+def highest(register):
+    return f"16'd{register.fields[0].maximum}"
+
+
+def pulse_mask(register):
+    return f"16'h{kind_mask(register, 'pulse') | kind_mask(register, 'w1c'):04X}"
+
+
+def pulses(register):
+    both = [(kinds, suffix) for kinds, suffix in (({"pulse"}, "_o"), ({"w1c"}, "_clear_o"))
+            if any(f.kind in kinds for f in register.fields)]
+    return " | ".join(concatenation(register, k, s) for k, s in both) or "16'd0"
+
+
+def clear(register):
+    return f"{register.port(register.fields[0])}_clear_o"
+
+
+def is_clear(register):
+    return register.fields[0].kind == "clear"
+
+
+def pair(register):
+    return f"{register.pair}_i"
+
+
+def is_high(register):
+    return register.pair_high
+
+
+def yes(_):
+    return "1'b1"
+
+
+def stores(register):
+    return stored_mask(register) != 0
+
+
+def stored(register):
+    return concatenation(register, {"stored"}, "_o")
+
+
+def mask(register):
+    return f"16'h{stored_mask(register):04X}"
+
+
+def reset(register):
+    return f"16'h{register.reset & stored_mask(register):04X}"
+
+
 def choices(registers):
     """All tables over the index."""
     def table(make, wanted=lambda r: True):
         return [(r.index, make(r)) for r in registers if wanted(r)]
 
-    def number(register):
-        return register.fields[0].is_number
-
-    def floor(register):
-        field = register.fields[0]
-        if field.minimum_unlocked is None:
-            return f"16'd{field.minimum}"
-        return f"(unlock_o ? 16'd{field.minimum_unlocked} : 16'd{field.minimum})"
-
-    def lowest(register):
-        field = register.fields[0]
-        return f"16'd{field.minimum if field.minimum_unlocked is None else field.minimum_unlocked}"
-
-    def codes(register):
-        terms = [f"{register.port(f)}_o <= {f.maximum}" for f in register.fields if f.has_gaps]
-        return " && ".join(terms) or "1'b1"
-
-    def highest(register):
-        return f"16'd{register.fields[0].maximum}"
-
-    def pulse_mask(register):
-        return f"16'h{kind_mask(register, 'pulse') | kind_mask(register, 'w1c'):04X}"
-
-    def pulses(register):
-        both = [(kinds, suffix) for kinds, suffix in (({"pulse"}, "_o"), ({"w1c"}, "_clear_o"))
-                if any(f.kind in kinds for f in register.fields)]
-        return " | ".join(concatenation(register, k, s) for k, s in both) or "16'd0"
-
-    def clear(register):
-        return f"{register.port(register.fields[0])}_clear_o"
-
-    def is_clear(register):
-        return register.fields[0].kind == "clear"
-
-    storing = [r for r in registers if stored_mask(r)]
     return (
-        choice("f_word", 16, "f_any", [(r.index, concatenation(r, {"stored"}, "_o")) for r in storing],
-               "16'd0")
-        + choice("f_stored", 16, "f_any", [(r.index, f"16'h{stored_mask(r):04X}") for r in storing],
-                 "16'd0")
-        + choice("f_reset", 16, "f_any",
-                 [(r.index, f"16'h{r.reset & stored_mask(r):04X}") for r in storing], "16'd0")
+        choice("f_word", 16, "f_any", table(stored, stores), "16'd0")
+        + choice("f_stored", 16, "f_any", table(mask, stores), "16'd0")
+        + choice("f_reset", 16, "f_any", table(reset, stores), "16'd0")
         + choice("f_lowest", 16, "f_any", table(lowest, number), "16'd0")
         + choice("f_highest", 16, "f_any", table(highest, number), "16'hFFFF")
         + choice("f_codes_named", 1, "f_any", table(codes), "1'b1")
-        + choice("f_needs_unlock", 1, "f_any", table(lambda r: "1'b1", lambda r: r.unlock_only), "1'b0")
-        + choice("f_writable", 1, "f_any", table(lambda r: "1'b1", lambda r: r.writable), "1'b0")
+        + choice("f_needs_unlock", 1, "f_any", table(yes, lambda r: r.unlock_only), "1'b0")
+        + choice("f_writable", 1, "f_any", table(yes, lambda r: r.writable), "1'b0")
         + choice("f_pulses", 16, "f_any", table(pulses), "16'd0")
         + choice("f_pulse_mask", 16, "f_any", table(pulse_mask), "16'h0000")
         + choice("f_clear", 1, "f_any", table(clear, is_clear), "1'b0")
-        + choice("f_clearable", 1, "f_any", table(lambda r: "1'b1", is_clear), "1'b0")
+        + choice("f_clearable", 1, "f_any", table(yes, is_clear), "1'b0")
         + choice("f_reference", 16, "f_any", table(reference), "16'd0")
-        + choice("f_pair", 32, "f_any", table(lambda r: f"{r.pair}_i", lambda r: r.pair_high), "32'd0")
-        + choice("f_is_high", 1, "f_any", table(lambda r: "1'b1", lambda r: r.pair_high), "1'b0")
+        + choice("f_pair", 32, "f_any", table(pair, is_high), "32'd0")
+        + choice("f_is_high", 1, "f_any", table(yes, is_high), "1'b0")
         + choice("f_floor", 16, "index_i", table(floor, number), "16'd0")
         + choice("f_ceiling", 16, "index_i", table(highest, number), "16'hFFFF")
         + choice("f_allow", 1, "index_i", table(allowed, lambda r: r.writable), "1'b0")
-        + choice("f_known", 1, "index_i", table(lambda r: "1'b1"), "1'b0")
+        + choice("f_known", 1, "index_i", table(yes), "1'b0")
         + ["  reg f_allowed_due, f_known_due;"])
 
 

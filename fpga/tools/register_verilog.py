@@ -231,7 +231,7 @@ class RegisterFile:
         return "\n".join(lines + [""])
 
     def hold(self):
-        lines = ["  // A snapshot lasts from the first word of a block until the transfer leaves it."]
+        lines = ["  // A snapshot lasts from a block's first word until the transfer leaves it."]
         for register in self.registers:
             if not register.holds_block:
                 continue
@@ -271,8 +271,9 @@ class RegisterFile:
     def read_words(self):
         """The choice of a word; each term that a carry chain joins fits a look-up table."""
         pairs = self.pair_up()
-        lines = ["  // Registers stand in pairs whose indices differ in one bit; a look-up table chooses",
-                 "  // between the two or takes two bits that stand alone, and a carry chain joins them."]
+        lines = ["  // Registers stand in pairs whose indices differ in one bit; a look-up table",
+                 "  // chooses between the two or takes two bits that stand alone, and a carry",
+                 "  // chain joins them."]
         chosen = []
         alone = set()
         for bit in range(16):

@@ -55,7 +55,8 @@ def main():
         if not arguments.check:
             path.write_text(text, encoding="utf-8")
     if arguments.check and stale:
-        print(f"registers.py: stale: {', '.join(stale)}; run fpga/tools/registers.py", file=sys.stderr)
+        names = ", ".join(stale)
+        print(f"registers.py: stale: {names}; run fpga/tools/registers.py", file=sys.stderr)
         return 1
     print(f"registers.py: {len(registers)} registers, {len(stale)} files written")
     return 0

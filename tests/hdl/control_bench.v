@@ -3,7 +3,8 @@
 // I2C target and register file behind a small master: writes, reads after repeated START and after
 // STOP, runs of words, aborts at every bit, refused words, time-outs.
 // Plus arguments: +low_ns= +high_ns= (of SCL), +hold_ns= (SDA after the falling edge of SCL),
-// +clock_ps= (half period of clk_i), +step= (aborts after every step-th bit only). Prints "PASS n" or the first differences.
+// +clock_ps= (half period of clk_i), +step= (aborts after every step-th bit only). Prints
+// "PASS n" or the first differences.
 
 `timescale 1ps/1ps
 `default_nettype none

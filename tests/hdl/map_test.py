@@ -72,12 +72,14 @@ class Map(unittest.TestCase):
     def test_the_header_compiles_alone(self):
         header = os.path.join(FPGA, "generated", "bridge_registers.h")
         for command in (["cc", "-std=c11", "-x", "c"], ["c++", "-std=c++17", "-x", "c++"]):
-            done = subprocess.run([*command, "-Wall", "-Wextra", "-Werror", "-fsyntax-only", header],
-                                  capture_output=True, text=True)
+            done = subprocess.run(
+                [*command, "-Wall", "-Wextra", "-Werror", "-fsyntax-only", header],
+                capture_output=True, text=True)
             self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_vectors_know_both_outcomes(self):
-        with open(os.path.join(FPGA, "generated", "bridge_registers.json"), encoding="utf-8") as file:
+        path = os.path.join(FPGA, "generated", "bridge_registers.json")
+        with open(path, encoding="utf-8") as file:
             registers = json.load(file)["registers"]
         for register in registers:
             outcomes = {write["accepted"] for write in register["writes"]}
