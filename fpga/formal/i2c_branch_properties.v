@@ -98,12 +98,15 @@ module i2c_branch_properties (
       assume (!(rise && clear_sda_low_i) || !zero);
     end
     if (tell_i) begin
-      // Its own address and R/W come to a branch only when it is meant.
-      a_not_meant: assert (!(rise && listening && seen == 4'd7 && word[6:0] == SENSOR) || chosen);
-      a_selected_is_meant: assert (!(selected_i && attached_i && pos_i == 4'd8) || meant_i);
-      a_meant_sees_it: assert (!(rise && attached_i && first_byte_i && pos_i == 4'd7 &&
-                                 selected_i && !bypass_i) ||
-                               (listening && seen == 4'd7 && word[6:0] == SENSOR));
+      // A branch shows a sensor its own address only when the DSP's bus means it: not the seventh
+      // bit of it while it stands on SDA, not all seven later, and not in a bus clear (a_ones).
+      a_not_meant: assert (!(listening && !from_clear) ||
+          (!(seen == 4'd6 && attached_i && settled_i && scl_low && scl_low_i && !sda_low_i &&
+             word[5:0] == SENSOR[6:1]) || meant6_i) &&
+          (!(seen == 4'd7 && word[6:0] == SENSOR) || chosen));
+      a_meant_sees_it: assert (!(attached_i && first_byte_i && pos_i == 4'd7 && selected_i &&
+                                 !bypass_i) ||
+                               (listening && seen >= 4'd7 && before[6:0] == SENSOR));
       a_no_clocks: assert (!(attached_i && !first_byte_i) || meant_i);
       a_scl_only_attached: assert (!(own_scl_low_i && !own_scl_low) || attached_i);
       a_data_as_it_is: assert (!(settled_i && attached_i && !answers_i && pos_i < 4'd8 &&
@@ -111,8 +114,8 @@ module i2c_branch_properties (
                                own_sda_low_i == !value_i);
       a_released_to_answer: assert (!(attached_i && answers_i && settled_i) || !own_sda_low_i);
       a_sda_edges: assert (!(steady && moved) || start_i || stop_i ||
-                           (count_i == 4'd10 && upper_i) || clearing || (ms_i && !sda_low_i));
-      a_hold: assert (!(moved && scl_low && scl_low_i && attached) || low_time >= 4'd5);
+                           (count_i == 4'd10 && upper_i) || (!attached && (clearing || (ms_i && !sda_low_i))));
+      a_hold: assert (!(moved && scl_low_i && attached) || (scl_low && low_time >= 4'd5));
       a_set_up: assert (!(rise && attached) || (!moved && sda_time >= 4'd2));
       a_disabled: assert (!(start_i && !enable_i) || !attached_i);
       a_clear_apart: assert (!(clearing_i && clear_busy_i) ||
@@ -135,17 +138,13 @@ module i2c_branch_properties (
                                                                          !value_i));
       a_chosen: assert (!(listening && !from_clear && seen >= 4'd7 && attached_i && !bypass_i &&
                           first_byte_i && pos_i == 4'd7) || chosen == selected_i);
-      a_stays_chosen: assert (!(listening && !from_clear && seen == 4'd7 && word[6:0] == SENSOR) ||
-                              chosen);
-      a_ones: assert (!(from_clear && listening) ||
-                      ((zeros & (zeros - 8'd1)) == 8'd0 && (zero || !cleared || zeros == 8'd0)));
-      a_scl_follows: assert (!attached_i || (own_scl_low_i == !up_i && (up_i || pos_i != 4'd15)));
+      a_ones: assert ((!cleared || from_clear) && (!(from_clear && listening) ||
+                      ((zeros & (zeros - 8'd1)) == 8'd0 && (zero || !cleared || zeros == 8'd0))));
+      a_scl_follows: assert (!attached_i || (own_scl_low_i == !up_i && (up_i || pos_i != 4'd15) &&
+                             (!own_scl_low_i || {1'b0, low_time} + 5'd1 >= {1'b0, low_clocks_i})));
       a_holds: assert (!(attached_i && first_byte_i && pos_i == 4'd6 && !settled_i && !bypass_i) ||
                        own_sda_low_i || meant6_i);
-      a_low_time: assert (!(attached_i && own_scl_low_i) || {1'b0, low_time} + 5'd1 >=
-                                                            {1'b0, low_clocks_i});
       a_before_clear: assert (!(clearing_i && clear_busy_i && !cleared) || !scl_low);
-      a_clear_listens: assert (!cleared || from_clear);
       a_own_scl: assert (!own_scl_low_i || attached_i || attached);
     end
   end

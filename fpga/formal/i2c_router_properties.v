@@ -62,9 +62,10 @@ module i2c_router_properties (
   wire       answers = (pos == 4'd8) ? (first_byte || !reads) : (reads && !first_byte);
 
   // ---- time since SCL moved
-  reg        scl, sda;
+  reg        sda;
   reg [3:0]  low_clocks;            // of scl_i, this clock not counted
-  reg        tracked;               // SDA was copied in this low time
+  wire       scl = (low_clocks == 4'd0);      // in the clock before
+  wire       tracked = (low_clocks > 4'd5);   // SDA was copied in this low time
   reg [5:0]  still_ms;
 
   reg        long_still;            // one clock after 31 ticks
@@ -82,7 +83,6 @@ module i2c_router_properties (
     end
     begun <= 1'b1;
     reset <= rst_i;
-    scl <= scl_i || rst_i;
     sda <= sda_i;
     start <= start_i;
     stop <= stop_i;
@@ -96,7 +96,6 @@ module i2c_router_properties (
     branch_low <= ~branch_sda_i;
     count <= count_i;
     low_clocks <= (rst_i || scl_i) ? 4'd0 : (low_clocks == 4'd15) ? low_clocks : low_clocks + 4'd1;
-    tracked <= !rst_i && !scl_i && (tracked || low_clocks >= 4'd5);
     still_ms <= (rst_i || scl_i != scl || start_i) ? 6'd0 :
                 (tick_ms_i && still_ms != 6'd63) ? still_ms + 6'd1 : still_ms;
     long_still <= !rst_i && still_ms >= 6'd31;
@@ -172,7 +171,6 @@ module i2c_router_properties (
           (selected_i & ~meant) == 2'd0);
       a_count: assert (scl ? (up_i || count_i <= 4'd2) && (count_i <= 4'd1 || pos == 4'd15) :
                        count_i == (low_clocks > 4'd6 ? 4'd5 : low_clocks - 4'd1));
-      a_low_clocks: assert (scl == (low_clocks == 4'd0) && tracked == (low_clocks > 4'd5));
       a_answers_attached: assert (!sda_low_o || (attached_i & selected_i) != 2'd0);
       a_selected_attached: assert (attached_i == 2'd0 || (selected_i & ~attached_i) == 2'd0);
       a_alone: assert (attached_i == 2'd0 || (sda_low_i & ~attached_i) == 2'd0);
@@ -181,7 +179,6 @@ module i2c_router_properties (
       a_still: assert (attached_i == 2'd0 || (still_ms == {1'b0, still_ms_i} &&
                                               still_ms_i <= 5'd30));
       a_told_released: assert (!told || (attached_i == 2'd0 && !sda_low_o));
-      a_answer_bit: assert (!(sda_low_o && !up_i && !tracked) || low_clocks <= 4'd5);
     end
   end
 
