@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Measures the frames of one camera, in the camera's pixel clock: pixels of the first line, lines,
+// lines of a wrong length. frame_record takes the results over into the control domain.
+//
+// frame_i     _|^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^|___________________|^^^
+// line_i      ____|^^^^^|____|^^^^^|____|^^^^^|_______________________
+// measuring_o __|^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^|________________|^^^
+// taken_i     _________|^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^|_______________
+// lines_o     --X== 0 ====X==== 1 ====X==== 2 ===X====== 3 ========X= 0
+// results                                        |<---- still ---->|
+//
+// measuring_o and taken_i shake hands: a frame begins only when the results of the one before have
+// been taken, and ends only when its beginning has been seen. Frames nearer than that (about four
+// periods of the slower clock) are not measured, never measured wrongly.
+// A line is line_i inside frame_i. expect_width_i stands still while frames are measured; 0 means:
+// as the first line of the frame. Counts stay at their greatest value.
+// Latency: 1 clock.
+
+`default_nettype none
+
+module frame_meter (
+  input  wire clk_i,
+  input  wire rst_i,
+  input  wire frame_i,
+  input  wire line_i,
+  input  wire [11:0] expect_width_i,
+  input  wire taken_i,
+  output reg  measuring_o,
+  output reg  [11:0] lines_o,
+  output reg  [11:0] width_o,
+  output reg  wrong_o,
+  output wire wrong_line_o
+);
+
+  reg frame_before;
+  wire begins = frame_i && !frame_before && !measuring_o && !taken_i;
+  wire ends = measuring_o && !frame_i && taken_i;
+
+  reg in_line;
+  reg first;
+  reg [11:0] pixels;
+  wire pixel = frame_i && line_i && (measuring_o || begins);
+  wire line_ends = in_line && !pixel && measuring_o;
+  wire expecting = expect_width_i != 12'd0;
+
+  assign wrong_line_o = line_ends && (expecting ? pixels != expect_width_i
+                                                : pixels != width_o && !first);
+
+  always @(posedge clk_i or posedge rst_i) begin
+    if (rst_i) begin
+      frame_before <= 1'b1;
+      measuring_o <= 1'b0;
+      in_line <= 1'b0;
+      first <= 1'b1;
+      pixels <= 12'd0;
+      width_o <= 12'd0;
+      lines_o <= 12'd0;
+      wrong_o <= 1'b0;
+    end else begin
+      frame_before <= frame_i;
+      measuring_o <= (measuring_o || begins) && !ends;
+      in_line <= pixel;
+      if (!pixel) pixels <= 12'd0;
+      else if (pixels != 12'hFFF) pixels <= pixels + 12'd1;
+      if (begins) begin
+        first <= 1'b1;
+        lines_o <= 12'd0;
+        wrong_o <= 1'b0;
+      end else if (line_ends) begin
+        first <= 1'b0;
+        if (first) width_o <= pixels;
+        if (lines_o != 12'hFFF) lines_o <= lines_o + 12'd1;
+        if (wrong_line_o) wrong_o <= 1'b1;
+      end
+    end
+  end
+
+`ifdef PROVE_FRAME_METER
+  frame_meter_properties properties (
+    .clk_i(clk_i), .rst_i(rst_i), .frame_i(frame_i), .line_i(line_i),
+    .expect_width_i(expect_width_i), .taken_i(taken_i), .measuring_o(measuring_o),
+    .lines_o(lines_o), .width_o(width_o), .wrong_o(wrong_o), .wrong_line_o(wrong_line_o),
+    .pixels(pixels), .in_line(in_line), .first(first)
+  );
+`endif
+
+endmodule
+
+`default_nettype wire

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// Time base of the servo frames, shared by both channels.
+//
+// Counts microseconds and marks the start of every frame. The last microsecond of a count is the
+// first one of the next frame, so that no subtraction of one is needed anywhere:
+//
+//   tick_us_i    _|'|_______|'|_______|'|_______|'|_______|'|__
+//   phase_us     P-2 |  P-1    |    P    |    1    |    2          P: the period in use
+//   frame_o      _______________|'|____________________________    first clock of phase P
+//   sub_clock_o  ... |0 1 2 ..  |0 1 2 .. |0 1 2 .. |0 1 2 ..      clocks since the last tick
+//
+// The period is taken over between two frames, and only if it is inside 15 000 .. 25 000 us: a
+// value outside is ignored and the last good one stays (20 000 us after reset).
+//
+// step_o runs freely over the 64 clocks of one round of servo_width; both channels share it.
+//
+// Latency: frame_o is high in the clock after the tick.
+`default_nettype none
+
+module servo_frame (
+  input  wire        clk_i,
+  input  wire        rst_i,
+  input  wire        tick_us_i,
+  input  wire [14:0] period_us_i,
+  output wire        frame_o,      // one clock: a frame starts
+  output wire [11:0] phase_us_o,   // microseconds since then, modulo 4096 ...
+  output wire        early_o,      // ... and this is 1 while there were fewer than 4096
+  output wire [4:0]  sub_clock_o,  // clocks since the last tick, modulo 32
+  output wire [5:0]  step_o
+);
+  localparam [14:0] SHORTEST_US = 15'd15000;
+  localparam [14:0] LONGEST_US = 15'd25000;
+  localparam [14:0] RESET_US = 15'd20000;
+
+  reg [14:0] phase;
+  reg [14:0] period;
+  reg        fresh;
+  reg [4:0]  sub_clock;
+  reg [5:0]  step;
+
+  wire last = (phase == period);
+  wire period_good = (period_us_i >= SHORTEST_US) && (period_us_i <= LONGEST_US);
+
+  always @(posedge clk_i or posedge rst_i) begin
+    if (rst_i) begin
+      phase <= 15'd1;
+      period <= RESET_US;
+      fresh <= 1'b0;
+      sub_clock <= 5'd0;
+      step <= 6'd0;
+    end else begin
+      fresh <= tick_us_i;
+      step <= step + 6'd1;
+      sub_clock <= tick_us_i ? 5'd0 : sub_clock + 5'd1;
+      if (tick_us_i) begin
+        phase <= last ? 15'd1 : phase + 15'd1;
+        if (last && period_good) begin
+          period <= period_us_i;
+        end
+      end
+    end
+  end
+
+  assign frame_o = fresh && last;
+  assign phase_us_o = phase[11:0];
+  assign early_o = (phase[14:12] == 3'd0);
+  assign sub_clock_o = sub_clock;
+  assign step_o = step;
+
+`ifdef FORMAL
+  servo_frame_properties properties (
+    .clk_i(clk_i), .rst_i(rst_i), .tick_us_i(tick_us_i), .period_us_i(period_us_i),
+    .frame_o(frame_o), .phase_us_o(phase_us_o), .early_o(early_o), .sub_clock_o(sub_clock_o),
+    .step_o(step_o), .phase_i(phase), .period_i(period)
+  );
+`endif
+endmodule
+
+`default_nettype wire

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// Watchdog over the DSP: fires when no register was written for period_ms_i.
+//
+//   arm_i     ___|''''''''''''''''''''''''''''''''''''''''''   a servo was enabled: armed from now
+//   kick_i    ___|'|______|'|_________________________________
+//   ticks                   |<-- period_ms * 1000 -->|
+//   fired_o   _______________________________________|'''''|__
+//   event_o   _______________________________________|'|______
+//   clear_i   _________________________________________|'|____   (counts as a kick)
+//
+// The period is read in the clock after a kick, so a write of the period that is itself the kick
+// counts with the new value. Period 0: off. Arming lasts until reset. Once fired it stays so, and
+// does not fire again, until clear_i. What the servos do meanwhile: action 0 hold their width,
+// 1 go to the safe position, 2 and 3 no pulses.
+//
+// Exactness: ticks are counted from the second clock after the kick; fired_o rises in the clock
+// after the last of period_ms * 1000 ticks.
+`default_nettype none
+
+module watchdog (
+  input  wire        clk_i,
+  input  wire        rst_i,
+  input  wire        tick_us_i,
+  input  wire [15:0] period_ms_i,
+  input  wire [1:0]  action_i,
+  input  wire        arm_i,
+  input  wire        kick_i,
+  input  wire        clear_i,
+  output wire        fired_o,
+  output wire        event_o,
+  output wire        hold_o,
+  output wire        safe_o,
+  output wire        off_o
+);
+  reg [9:0]  us;
+  reg [15:0] ms;
+  reg        armed;
+  reg        fired;
+  reg        event_q;
+  reg        load;
+
+  wire kick = kick_i || clear_i || !armed;
+  wire ms_end = tick_us_i && (us == 10'd0);
+  wire expire = ms_end && (ms == 16'd1) && !load && !kick;
+
+  always @(posedge clk_i or posedge rst_i) begin
+    if (rst_i) begin
+      us <= 10'd999;
+      ms <= 16'd0;
+      armed <= 1'b0;
+      fired <= 1'b0;
+      event_q <= 1'b0;
+      load <= 1'b1;
+    end else begin
+      armed <= armed || arm_i;
+      load <= kick;
+      event_q <= expire;
+      fired <= expire || (fired && !clear_i);
+      if (load || ms_end) begin
+        us <= 10'd999;
+      end else if (tick_us_i) begin
+        us <= us - 10'd1;
+      end
+      if (load) begin
+        ms <= fired && !clear_i ? 16'd0 : period_ms_i;
+      end else if (ms_end && (ms != 16'd0)) begin
+        ms <= ms - 16'd1;
+      end
+    end
+  end
+
+  assign fired_o = fired;
+  assign event_o = event_q;
+  assign hold_o = fired && (action_i == 2'd0);
+  assign safe_o = fired && (action_i == 2'd1);
+  assign off_o = fired && action_i[1];
+
+`ifdef FORMAL
+  watchdog_properties properties (
+    .clk_i(clk_i), .rst_i(rst_i), .tick_us_i(tick_us_i), .period_ms_i(period_ms_i),
+    .action_i(action_i), .arm_i(arm_i), .kick_i(kick_i), .clear_i(clear_i), .fired_o(fired_o),
+    .event_o(event_o), .hold_o(hold_o), .safe_o(safe_o), .off_o(off_o), .us_i(us), .ms_i(ms),
+    .load_i(load), .armed_i(armed)
+  );
+`endif
+endmodule
+
+`default_nettype wire

@@ -1,0 +1,9 @@
+# SPDX-License-Identifier: Apache-2.0
+# Writes OUT, which includes every C++ file that Verilator left in FOLDER.
+file(GLOB sources ${FOLDER}/*.cpp)
+list(SORT sources)
+set(text "")
+foreach(source ${sources})
+  string(APPEND text "#include \"${source}\"\n")
+endforeach()
+file(WRITE ${OUT} "${text}")

@@ -1,0 +1,345 @@
+// SPDX-License-Identifier: Apache-2.0
+// Clocks and events around the Verilated bridge. See bridge_model.h.
+#include "bridge_model.h"
+
+#include <algorithm>
+#include <memory>
+#include <new>
+
+#include "Vbridge_sim.h"
+#include "verilated.h"
+
+// Verilator's own code asks for this where no SystemC is.
+double sc_time_stamp() {
+    return 0;
+}
+
+namespace {
+
+constexpr uint64_t kNever = UINT64_MAX;
+
+struct Clock {
+    uint32_t period_ps = 0;
+    uint64_t next_ps = kNever;
+    bool level = false;
+};
+
+// The Verilated outputs, one word an event group.
+struct Pins {
+    uint8_t sda_low, branch_low, servo, irq, ppi_clk;
+    uint16_t ppi, sensor;
+};
+
+}  // namespace
+
+struct bridge_model {
+    VerilatedContext context;
+    std::unique_ptr<Vbridge_sim> top;
+    bridge_inputs inputs{};
+    bridge_outputs outputs{};
+    Pins pins{};
+    Clock clocks[BRIDGE_CLOCKS];
+    uint64_t now_ps = 0;
+    uint32_t control_period_ps = BRIDGE_CONTROL_PERIOD_PS;
+    unsigned phase = 0;  // of the microsecond: the tick comes with the rising edge that ends it
+    bool idle = false;
+    bool interrupted = false;
+    bool inputs_changed = true;
+    bool unsettled = false;  // inputs were applied and no event has come since
+    uint32_t wanted = 0;
+    bridge_event_callback on_event = nullptr;
+    void *event_context = nullptr;
+    bridge_clock_callback on_clock = nullptr;
+    void *clock_context = nullptr;
+};
+
+namespace {
+
+void apply_inputs(bridge_model &model) {
+    const bridge_inputs &in = model.inputs;
+    Vbridge_sim &top = *model.top;
+    top.rst_i = in.reset;
+    top.frame_valid_i = static_cast<uint8_t>(in.frame_valid[0] | in.frame_valid[1] << 1);
+    top.line_valid_i = static_cast<uint8_t>(in.line_valid[0] | in.line_valid[1] << 1);
+    top.left_data_i = in.pixel[0] & 0x3FFu;
+    top.right_data_i = in.pixel[1] & 0x3FFu;
+    model.inputs_changed = false;
+    model.unsettled = true;
+}
+
+// The wires of the buses are what both sides leave of them.
+void join_lines(bridge_model &model) {
+    const bridge_inputs &in = model.inputs;
+    const unsigned low = model.top->branch_low_o;
+    bridge_outputs &out = model.outputs;
+    out.scl = in.scl;
+    out.sda = in.sda & static_cast<uint8_t>(!model.top->sda_low_o);
+    for (unsigned i = 0; i < 2; i++) {
+        out.branch_scl[i] = in.branch_scl[i] & static_cast<uint8_t>(~(low >> i) & 1u);
+        out.branch_sda[i] = in.branch_sda[i] & static_cast<uint8_t>(~(low >> (i + 2)) & 1u);
+    }
+    model.top->scl_i = out.scl ^ in.scl_noise;
+    model.top->sda_i = out.sda ^ in.sda_noise;
+    model.top->branch_scl_i = static_cast<uint8_t>(out.branch_scl[0] | out.branch_scl[1] << 1);
+    model.top->branch_sda_i = static_cast<uint8_t>(out.branch_sda[0] | out.branch_sda[1] << 1);
+}
+
+void spread(uint8_t (&pair)[2], unsigned bits) {
+    pair[0] = bits & 1u;
+    pair[1] = bits >> 1 & 1u;
+}
+
+// Compares the outputs with what they were; returns the groups that changed.
+uint32_t collect(bridge_model &model) {
+    const Vbridge_sim &top = *model.top;
+    const Pins now = {top.sda_low_o, top.branch_low_o, top.servo_o, top.irq_o,
+                      top.ppi_clk_o, top.ppi_o,        top.sensor_o};
+    const Pins was = model.pins;
+    bridge_outputs &out = model.outputs;
+    uint32_t events = 0;
+    if (now.servo != was.servo) {
+        spread(out.servo, now.servo);
+        events |= BRIDGE_EVENT_SERVO;
+    }
+    if (now.irq != was.irq) {
+        out.irq = now.irq;
+        events |= BRIDGE_EVENT_IRQ;
+    }
+    if (now.ppi_clk != was.ppi_clk) {
+        out.ppi_clk = now.ppi_clk;
+        events |= BRIDGE_EVENT_PPI_CLK;
+    }
+    if (now.ppi != was.ppi) {
+        out.ppi_data = now.ppi & 0x3FFu;
+        out.ppi_fs1 = now.ppi >> 10 & 1u;
+        out.ppi_fs2 = now.ppi >> 11 & 1u;
+        out.ppi_fs3 = now.ppi >> 12 & 1u;
+        events |= BRIDGE_EVENT_PPI;
+    }
+    if (now.sensor != was.sensor) {
+        spread(out.sensor_reset_n, now.sensor);
+        spread(out.sensor_standby, now.sensor >> 2);
+        spread(out.sensor_oe, now.sensor >> 4);
+        spread(out.sensor_extclk_enable, now.sensor >> 6);
+        spread(out.trigger, now.sensor >> 8);
+        events |= BRIDGE_EVENT_SENSOR;
+    }
+    if (now.sda_low != was.sda_low || now.branch_low != was.branch_low) {
+        if (now.sda_low != was.sda_low) {
+            events |= BRIDGE_EVENT_BUS;
+        }
+        if (now.branch_low != was.branch_low) {
+            events |= BRIDGE_EVENT_BRANCH;
+        }
+        join_lines(model);
+    }
+    model.pins = now;
+    return events;
+}
+
+void settle(bridge_model &model) {
+    model.top->eval();
+    model.unsettled = false;
+    const uint32_t events = collect(model) & model.wanted;
+    if (events != 0) {
+        model.on_event(model.event_context, model.now_ps, events, &model.outputs);
+    }
+}
+
+void take_inputs(bridge_model &model) {
+    apply_inputs(model);
+    const bridge_outputs was = model.outputs;
+    join_lines(model);
+    const bridge_outputs &now = model.outputs;
+    uint32_t events = 0;
+    if (was.scl != now.scl || was.sda != now.sda) {
+        events |= BRIDGE_EVENT_BUS;
+    }
+    for (unsigned i = 0; i < 2; i++) {
+        if (was.branch_scl[i] != now.branch_scl[i] || was.branch_sda[i] != now.branch_sda[i]) {
+            events |= BRIDGE_EVENT_BRANCH;
+        }
+    }
+    events &= model.wanted;
+    if (events != 0) {
+        model.on_event(model.event_context, model.now_ps, events, &model.outputs);
+    }
+}
+
+void edge_of_control(bridge_model &model, Clock &clock) {
+    clock.level = !clock.level;
+    const unsigned next_phase = model.idle ? 0 : (model.phase + 1) % BRIDGE_CLOCKS_PER_US;
+    if (clock.level) {
+        model.phase = next_phase;
+    } else {
+        model.top->tick_next_i = next_phase == 0;
+    }
+    model.top->clk_i = clock.level;
+    const uint32_t period =
+        model.idle ? model.control_period_ps * BRIDGE_CLOCKS_PER_US : model.control_period_ps;
+    clock.next_ps += clock.level ? period / 2 : period - period / 2;
+}
+
+// Runs one moment at which at least one clock has an edge.
+void step(bridge_model &model) {
+    unsigned camera_edges = 0;
+    for (int i = 0; i < BRIDGE_CLOCKS; i++) {
+        Clock &clock = model.clocks[i];
+        if (clock.next_ps != model.now_ps) {
+            continue;
+        }
+        if (i == BRIDGE_CLOCK_CONTROL) {
+            edge_of_control(model, clock);
+            continue;
+        }
+        clock.level = !clock.level;
+        clock.next_ps += clock.level ? clock.period_ps / 2 : clock.period_ps - clock.period_ps / 2;
+        camera_edges |= 1u << i;
+    }
+    if (camera_edges != 0) {
+        model.top->pix_clk_i =
+            static_cast<uint8_t>(model.clocks[0].level | model.clocks[1].level << 1);
+    }
+    settle(model);
+    if (camera_edges != 0 && model.on_clock != nullptr) {
+        for (int i = 0; i < BRIDGE_CAMERAS; i++) {
+            if ((camera_edges >> i & 1u) != 0) {
+                model.on_clock(model.clock_context, model.now_ps, i, model.clocks[i].level);
+            }
+        }
+    }
+}
+
+uint64_t next_edge(const bridge_model &model) {
+    return std::min({model.clocks[0].next_ps, model.clocks[1].next_ps, model.clocks[2].next_ps});
+}
+
+}  // namespace
+
+bridge_model *bridge_model_create(uint32_t seed) {
+    auto *model = new (std::nothrow) bridge_model;
+    if (model == nullptr) {
+        return nullptr;
+    }
+    model->context.randSeed(static_cast<int>(seed >> 1 | 1u));
+    model->context.randReset(2);
+    model->top = std::make_unique<Vbridge_sim>(&model->context, "");
+    bridge_inputs &in = model->inputs;
+    in.reset = 1;
+    in.scl = in.sda = 1;
+    in.branch_scl[0] = in.branch_scl[1] = in.branch_sda[0] = in.branch_sda[1] = 1;
+    Clock &control = model->clocks[BRIDGE_CLOCK_CONTROL];
+    control.period_ps = BRIDGE_CONTROL_PERIOD_PS;
+    control.level = true;  // the first edge is a falling one, the first rising one ends a period
+    control.next_ps = BRIDGE_CONTROL_PERIOD_PS / 2;
+    Vbridge_sim &top = *model->top;
+    top.clk_i = 1;
+    top.pix_clk_i = 0;
+    top.tick_next_i = 0;
+    take_inputs(*model);
+    top.eval();
+    join_lines(*model);
+    top.eval();
+    // All groups differ from this, so that the outputs are read once.
+    model->pins = {0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFFFF, 0xFFFF};
+    collect(*model);
+    return model;
+}
+
+void bridge_model_destroy(bridge_model *model) {
+    if (model != nullptr) {
+        model->top->final();
+        delete model;
+    }
+}
+
+void bridge_model_set_inputs(bridge_model *model, const bridge_inputs *inputs) {
+    model->inputs = *inputs;
+    model->inputs_changed = true;
+}
+
+void bridge_model_get_inputs(const bridge_model *model, bridge_inputs *inputs) {
+    *inputs = model->inputs;
+}
+
+void bridge_model_get_outputs(const bridge_model *model, bridge_outputs *outputs) {
+    *outputs = model->outputs;
+}
+
+void bridge_model_set_clock(bridge_model *model, int clock, uint32_t period_ps) {
+    Clock &which = model->clocks[clock];
+    if (clock == BRIDGE_CLOCK_CONTROL) {
+        model->control_period_ps = period_ps;
+        return;
+    }
+    if (period_ps == 0) {
+        which.next_ps = kNever;
+    } else if (which.next_ps == kNever) {
+        which.next_ps = model->now_ps + period_ps / 2;
+    }
+    which.period_ps = period_ps;
+}
+
+void bridge_model_set_idle(bridge_model *model, int idle) {
+    if (model->idle == (idle != 0)) {
+        return;
+    }
+    // To the moment just after the rising edge with a tick.
+    const Clock &control = model->clocks[BRIDGE_CLOCK_CONTROL];
+    while (model->phase != 0 || !control.level) {
+        bridge_model_advance(model, next_edge(*model) - model->now_ps);
+    }
+    Clock &changed = model->clocks[BRIDGE_CLOCK_CONTROL];
+    const uint32_t old_period =
+        model->idle ? model->control_period_ps * BRIDGE_CLOCKS_PER_US : model->control_period_ps;
+    const uint64_t rise = changed.next_ps - old_period / 2;
+    model->idle = idle != 0;
+    const uint32_t period =
+        model->idle ? model->control_period_ps * BRIDGE_CLOCKS_PER_US : model->control_period_ps;
+    changed.next_ps = rise + period / 2;
+}
+
+void bridge_model_advance(bridge_model *model, uint64_t duration_ps) {
+    const uint64_t end_ps = model->now_ps + duration_ps;
+    model->interrupted = false;
+    if (model->inputs_changed) {
+        take_inputs(*model);
+    }
+    while (!model->interrupted) {
+        const uint64_t next_ps = next_edge(*model);
+        if (next_ps > end_ps) {
+            break;
+        }
+        model->now_ps = next_ps;
+        step(*model);
+        if (model->inputs_changed) {
+            take_inputs(*model);
+        }
+    }
+    if (!model->interrupted) {
+        model->now_ps = end_ps;
+    }
+    if (model->unsettled) {  // a reset acts without a clock
+        settle(*model);
+    }
+}
+
+void bridge_model_interrupt(bridge_model *model) {
+    model->interrupted = true;
+}
+
+uint64_t bridge_model_time_ps(const bridge_model *model) {
+    return model->now_ps;
+}
+
+void bridge_model_on_event(bridge_model *model, uint32_t events, bridge_event_callback callback,
+                           void *context) {
+    model->wanted = callback == nullptr ? 0 : events;
+    model->on_event = callback;
+    model->event_context = context;
+}
+
+void bridge_model_on_clock(bridge_model *model, bridge_clock_callback callback, void *context) {
+    model->on_clock = callback;
+    model->clock_context = context;
+}

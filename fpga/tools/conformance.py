@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs fpga/cocotb/test_conformance.py under icarus on the RTL or on a netlist after synthesis.
+
+Needs the Python environment of tools/fpga_python, and runs itself in it.
+"""
+import argparse
+import glob
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+import xml.etree.ElementTree
+
+FPGA = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
+TIMEOUT_S = 7200
+SHARE = "/usr/share/yosys"
+SYNTHESIS = {
+    "xc3s": "synth_xilinx -family xc3s -top bridge_core -noiopad -noclkbuf -flatten -nowidelut",
+    "ice40": "synth_ice40 -device hx -top bridge_core -flatten"}
+CELLS = {"xc3s": f"{SHARE}/xilinx/cells_sim.v", "ice40": f"{SHARE}/ice40/cells_sim.v"}
+
+
+def rtl():
+    return [path for name in ("rtl", "generated")
+            for path in sorted(glob.glob(os.path.join(FPGA, name, "*.v")))]
+
+
+def netlist(target, folder):
+    """The sources of a netlist: itself and the cells' models."""
+    path = os.path.join(folder, f"{target}.v")
+    subprocess.run(["yosys", "-q", "-p", f"read_verilog -I{FPGA}/generated {' '.join(rtl())}; "
+                    f"{SYNTHESIS[target]}; write_verilog -noattr {path}"], check=True)
+    return [path, CELLS[target]]
+
+
+def run(design, folder, every):
+    """Compiles and runs. Returns names of tests passed and failed."""
+    sources = rtl() if design == "rtl" else netlist(design, folder)
+    image = os.path.join(folder, "bench.vvp")
+    subprocess.run(["iverilog", "-g2005", "-DNO_ICE40_DEFAULT_ASSIGNMENTS", f"-I{FPGA}/generated",
+                    "-s", "conformance_bench", "-o", image,
+                    os.path.join(FPGA, "cocotb", "conformance_bench.v"), *sources],
+                   check=True, capture_output=True)
+    config = [sys.executable, "-m", "cocotb_tools.config"]
+    libraries = subprocess.run([*config, "--lib-dir"], check=True, capture_output=True,
+                               text=True).stdout.strip()
+    python = subprocess.run([*config, "--libpython"], check=True, capture_output=True,
+                            text=True).stdout.strip()
+    entry = subprocess.run([sys.executable, "-c", "import cocotb_tools.config as c; "
+                            "print(c.pygpi_entry_point())"], check=True, capture_output=True,
+                           text=True).stdout.strip()
+    results = os.path.join(folder, "results.xml")
+    done = subprocess.run(
+        ["vvp", "-m", os.path.join(libraries, "libcocotbvpi_icarus.so"), image], cwd=folder,
+        capture_output=True, text=True, timeout=TIMEOUT_S, env={
+            **os.environ, "PYTHONPATH": os.path.join(FPGA, "cocotb"), "GPI_USERS": f"{python};{entry}",
+            "PYGPI_PYTHON_BIN": sys.executable, "COCOTB_TEST_MODULES": "test_conformance",
+            "TOPLEVEL": "conformance_bench", "COCOTB_TOPLEVEL": "conformance_bench",
+            "TOPLEVEL_LANG": "verilog", "COCOTB_RESULTS_FILE": results, "EVERY": str(every),
+            "PYTHONDONTWRITEBYTECODE": "1", "COCOTB_RANDOM_SEED": "1",
+            "REGISTER_MAP": os.path.join(FPGA, "generated", "bridge_registers.json")})
+    if not os.path.exists(results):
+        sys.exit(f"conformance.py: {done.stdout[-2000:]}{done.stderr[-2000:]}")
+    cases = list(xml.etree.ElementTree.parse(results).iter("testcase"))
+    failed = [case.get("name") for case in cases if case.find("failure") is not None
+              or case.find("error") is not None]
+    if failed:
+        print("\n".join(re.findall(r".*(?:Error|assert|FAIL).*", done.stdout)[:20]))
+    return [case.get("name") for case in cases], failed
+
+
+def main():
+    found = subprocess.run([os.path.join(FPGA, "..", "tools", "fpga_python")], check=True,
+                           capture_output=True, text=True).stdout.strip()
+    own = os.path.join(found, "python3")
+    if os.path.realpath(sys.prefix) != os.path.realpath(os.path.join(found, "..")):
+        os.execv(own, [own, "-B", *sys.argv])
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("designs", nargs="*", default=["rtl"], metavar="DESIGN",
+                        help="rtl (default), xc3s, ice40")
+    parser.add_argument("--every", type=int, default=1, help="every N-th vector only")
+    options = parser.parse_args()
+    wrong = 0
+    for design in options.designs:
+        if design != "rtl" and design not in SYNTHESIS:
+            parser.error(f"unknown design {design}")
+        started = time.monotonic()
+        with tempfile.TemporaryDirectory(prefix="conformance-") as folder:
+            tests, failed = run(design, folder, options.every)
+        wrong += len(failed) + (not tests)
+        print(f"{design}: {len(tests)} tests, failed: {', '.join(failed) or 'none'} "
+              f"({time.monotonic() - started:.1f} s)", flush=True)
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,359 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Proves the properties of the bridge's modules and shows that no property is empty.
+
+Every file fpga/formal/NAME.json describes one proof:
+  module      the top of the proof
+  sources     Verilog files, relative to fpga/; the property module is one of them
+  depth       k of the induction; also the depth of the base case unless base_depth is there
+  multiclock  true: several clocks; the step of the proof is then finer than each of them
+  defines     further macros (FORMAL and SYNTHESIS are always defined)
+  parameters  of the top; left out: those of the source, that is full size
+  cover       {"depth", "parameters", "defines"}: how the cover statements are reached; false: none
+  mutants     [{"name", "file", "replace", "with", "kills": [labels], "depth"}]: a mistake in the RTL and
+              the assertions that must fail with it
+
+A proof is a base case (no assertion fails within so many steps of a reset) and an induction, so it
+holds for all time. A mutant is killed by an assertion when a counterexample from reset violates it
+(how: base) or when its induction fails (how: step); the second is needed where a servo frame of
+500000 clocks lies between reset and the mistake. Every assertion needs a label a_*, every cover one
+c_*, and every assertion some mutant that it kills.
+
+Results are kept in the cache under a checksum of all that they depend on.
+"""
+import argparse
+import concurrent.futures
+import glob
+import hashlib
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+
+FPGA = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
+CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "vergence")
+RECIPE = 3  # to be raised when the same sources may give another result
+TIMEOUT_S = 600
+KNOWN = {"module", "sources", "mode", "depth", "base_depth", "multiclock", "defines", "parameters",
+         "cover", "mutants", "comment"}
+KNOWN_MUTANT = {"name", "file", "replace", "with", "kills", "depth", "comment"}
+
+
+class Failed(Exception):
+    """A proof that could not even be tried: wrong description, Verilog that does not compile."""
+
+
+def environment():
+    """PATH with the Python environment's solver first."""
+    found = subprocess.run([os.path.join(FPGA, "..", "tools", "fpga_python")], capture_output=True,
+                           text=True)
+    path = os.environ["PATH"]
+    if found.returncode == 0:
+        path = found.stdout.strip() + os.pathsep + path
+    return {**os.environ, "PATH": path}
+
+
+def versions(env, solver):
+    """The text that stands for the tools in the checksums."""
+    words = {"yices": ["yices-smt2", "--version"], "z3": ["z3", "--version"]}[solver]
+    return "".join(subprocess.run(command, capture_output=True, text=True, env=env,
+                                  check=True).stdout for command in (["yosys", "-V"], words))
+
+
+class Proof:
+    """One description, read and checked."""
+
+    def __init__(self, path):
+        self.name = os.path.splitext(os.path.basename(path))[0]
+        with open(path, encoding="ascii") as file:
+            self.data = json.load(file)
+        unknown = set(self.data) - KNOWN
+        if unknown:
+            raise Failed(f"{self.name}: unknown keys {sorted(unknown)}")
+        for mutant in self.data.get("mutants", []):
+            if set(mutant) - KNOWN_MUTANT or not mutant.get("kills"):
+                raise Failed(f"{self.name}: mutant {mutant.get('name')} has unknown keys or no kills")
+        self.top = self.data["module"]
+        self.depth = self.data["depth"]
+        self.texts = {}
+        for source in self.data["sources"]:
+            with open(os.path.join(FPGA, source), encoding="utf-8") as file:
+                self.texts[source] = file.read()
+        for path in sorted(glob.glob(os.path.join(FPGA, "*", "*.vh"))):
+            with open(path, encoding="utf-8") as file:
+                self.texts[os.path.relpath(path, FPGA)] = file.read()
+
+    def mutated(self, mutant):
+        """The sources with the mutant's mistake."""
+        texts = dict(self.texts)
+        text = texts.get(mutant["file"])
+        if text is None or text.count(mutant["replace"]) != 1:
+            times = 0 if text is None else text.count(mutant["replace"])
+            raise Failed(f"{self.name}: mutant {mutant['name']}: its text stands {times} times "
+                         f"in {mutant['file']}")
+        texts[mutant["file"]] = text.replace(mutant["replace"], mutant["with"])
+        return texts
+
+    def cover(self):
+        """Settings of the cover run."""
+        given = self.data.get("cover", {})
+        return None if given is False else {"depth": 40, **given}
+
+
+class Runner:
+    """Runs the tools for one proof; keeps results."""
+
+    def __init__(self, solver, use_cache):
+        self.solver = solver
+        self.env = environment()
+        if not shutil.which({"yices": "yices-smt2", "z3": "z3"}[solver], path=self.env["PATH"]):
+            raise Failed(f"no {solver} here; see tools/install_packages fpga")
+        self.versions = versions(self.env, solver)
+        self.folder = os.path.join(CACHE, "fpga-proofs") if use_cache else None
+        self.busy_s = 0.0
+        self.kept = 0
+        self.lock = threading.Lock()
+
+    def cached(self, question, compute):
+        """compute() or what it gave when it was asked the same before."""
+        key = hashlib.sha256(json.dumps([RECIPE, self.solver, self.versions, question],
+                                        sort_keys=True).encode()).hexdigest()
+        path = self.folder and os.path.join(self.folder, key + ".json")
+        if path and os.path.exists(path):
+            with open(path, encoding="ascii") as file:
+                answer = json.load(file)
+            with self.lock:
+                self.kept += 1
+            return answer
+        started = time.monotonic()
+        answer = compute()
+        answer["seconds"] = round(time.monotonic() - started, 2)
+        with self.lock:
+            self.busy_s += answer["seconds"]
+        if path:
+            os.makedirs(self.folder, exist_ok=True)
+            with tempfile.NamedTemporaryFile("w", dir=self.folder, delete=False,
+                                             encoding="ascii") as file:
+                json.dump(answer, file)
+            os.replace(file.name, path)
+        return answer
+
+    def model(self, proof, texts, folder, defines=(), parameters=None, only=None):
+        """Writes model.smt2 into the folder. Returns labels of asserts and covers.
+
+        only: this assertion alone stays one, the others become assumptions about earlier steps.
+        """
+        for name, text in texts.items():
+            path = os.path.join(folder, name)
+            os.makedirs(os.path.dirname(path), exist_ok=True)
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(text)
+        macros = ["FORMAL", "SYNTHESIS", *proof.data.get("defines", []), *defines]
+        parameters = {**proof.data.get("parameters", {}), **(parameters or {})}
+        script = [f"read_verilog -formal {' '.join('-D' + macro for macro in macros)} -Irtl "
+                  f"-Igenerated -Iformal {' '.join(proof.data['sources'])}"]
+        if parameters:
+            settings = " ".join(f"-chparam {name} {value}" for name, value in parameters.items())
+            script += [f"hierarchy -top {proof.top} {settings}", "rename -top " + proof.top]
+        if proof.data.get("multiclock"):
+            # One step is a step of time: clocks are inputs like others.
+            script += [f"prep -flatten -top {proof.top}", "clk2fflogic", "opt_clean"]
+        else:
+            script += [f"prep -top {proof.top}", "async2sync", "dffunmap"]
+        if only:
+            quoted = re.sub(r"[\[\]]", "?", only)
+            script.append(f"select -set kept */{quoted} */*.{quoted} %u")
+            script.append("select -set others t:$assert @kept %d")
+            # At the last step the others may fail: they hold one step late.
+            script += ["chformal -assert -delay 1 @others", "chformal -assert2assume @others"]
+        script.append("write_smt2 -wires model.smt2")
+        done = subprocess.run(["yosys", "-q", "-p", "; ".join(script)], cwd=folder, env=self.env,
+                              capture_output=True, text=True)
+        if done.returncode != 0:
+            raise Failed(f"{proof.name}: yosys: {done.stderr.strip() or done.stdout.strip()}")
+        with open(os.path.join(folder, "model.smt2"), encoding="utf-8") as file:
+            text = file.read()
+        return {kind: re.findall(rf"^; yosys-smt2-{kind} \d+ (\S+)", text, re.MULTILINE)
+                for kind in ("assert", "cover", "assume")}
+
+    def check(self, folder, *arguments):
+        """One run of the model checker: passed, and the labels of what failed or was reached."""
+        command = ["yosys-smtbmc", "-s", self.solver, "--noprogress", *arguments, "model.smt2"]
+        try:
+            done = subprocess.run(command, cwd=folder, env=self.env, capture_output=True, text=True,
+                                  timeout=TIMEOUT_S)
+        except subprocess.TimeoutExpired:
+            return {"passed": False, "failed": [], "reached": [], "timeout": True, "log": "time-out"}
+        log = done.stdout + done.stderr
+        if "Status: PASSED" not in log and "Status: FAILED" not in log:
+            raise Failed(f"yosys-smtbmc: {log.strip()[-500:]}")
+        return {"passed": done.returncode == 0 and "Status: PASSED" in log, "timeout": False,
+                "failed": sorted({label(name) for name in
+                                  re.findall(r"Assert failed in \S+: (\S+)", log)}),
+                "reached": [label(name) for name in
+                            re.findall(r"Reached cover statement at (\S+) in step", log)],
+                "log": "\n".join(log.splitlines()[-12:])}
+
+
+def label(name):
+    """The last part of a name that flattening made long."""
+    return name.rsplit(".", 1)[-1]
+
+
+def prove_one(runner, proof):
+    """Base case, induction and covers of the RTL as it is."""
+    def compute():
+        answer = {}
+        with tempfile.TemporaryDirectory(prefix="prove-") as folder:
+            found = runner.model(proof, proof.texts, folder)
+            answer["asserts"] = [label(name) for name in found["assert"]]
+            covers = [label(name) for name in found["cover"]]
+            unnamed = [name for name in found["assert"] + found["cover"] if "$" in name]
+            if unnamed:
+                raise Failed(f"{proof.name}: without a label: {', '.join(unnamed)}")
+            # At depth k the base case must reach the k steps that the induction takes for granted.
+            base_depth = max(proof.data.get("base_depth", proof.depth), proof.depth)
+            answer["base"] = runner.check(folder, "-t", str(base_depth + 1))
+            answer["induction"] = runner.check(folder, "-i", "-t", str(proof.depth))
+        cover = proof.cover()
+        answer["covers"] = covers if cover else []
+        answer["reached"] = []
+        if cover and covers:
+            with tempfile.TemporaryDirectory(prefix="prove-") as folder:
+                runner.model(proof, proof.texts, folder, cover.get("defines", []),
+                             cover.get("parameters"))
+                answer["reached"] = runner.check(folder, "-c", "-t", str(cover["depth"]))["reached"]
+        return answer
+    return runner.cached(["proof", proof.texts, {key: value for key, value in proof.data.items()
+                                                 if key not in ("mutants", "comment")}], compute)
+
+
+def kill_one(runner, proof, mutant):
+    """Which assertions fail with the mutant, and how."""
+    texts = proof.mutated(mutant)
+
+    def compute():
+        killed = {}
+        depth = str(mutant.get("depth", max(proof.data.get("base_depth", proof.depth),
+                                            proof.depth) + 1))
+        with tempfile.TemporaryDirectory(prefix="prove-") as folder:
+            runner.model(proof, texts, folder)
+            for name in runner.check(folder, "-t", depth, "--keep-going")["failed"]:
+                killed[name] = "base"
+            if set(mutant["kills"]) - set(killed):
+                for name in runner.check(folder, "-i", "-t", str(proof.depth))["failed"]:
+                    killed.setdefault(name, "step")
+        # What was hidden behind another failure is asked for alone.
+        for name in sorted(set(mutant["kills"]) - set(killed)):
+            with tempfile.TemporaryDirectory(prefix="prove-") as folder:
+                runner.model(proof, texts, folder, only=name)
+                if name in runner.check(folder, "-t", depth)["failed"]:
+                    killed[name] = "base"
+                elif name in runner.check(folder, "-i", "-t", str(proof.depth))["failed"]:
+                    killed[name] = "step"
+        return {"killed": killed}
+    return runner.cached(["mutant", texts, mutant["kills"], mutant.get("depth"),
+                          {key: value for key, value in proof.data.items()
+                           if key not in ("mutants", "comment", "cover")}], compute)
+
+
+def judge(proof, result, mutants, want_mutants):
+    """Sentences about what is wrong with one proof."""
+    wrong = []
+    for part in ("base", "induction"):
+        if not result[part]["passed"]:
+            which = ", ".join(result[part]["failed"]) or result[part]["log"].strip()
+            wrong.append(f"{part} fails: {which}")
+    unreached = sorted(set(result["covers"]) - set(result["reached"]))
+    if unreached:
+        wrong.append(f"not reached: {', '.join(unreached)}")
+    if not result["asserts"]:
+        wrong.append("no assertion")
+    killed = set()
+    for mutant, answer in mutants:
+        missed = sorted(set(mutant["kills"]) - set(answer["killed"]))
+        if missed:
+            wrong.append(f"mutant {mutant['name']} survives {', '.join(missed)}")
+        killed |= set(answer["killed"])
+    never = sorted(set(result["asserts"]) - killed)
+    if want_mutants and never:
+        wrong.append(f"no mutant makes it fail: {', '.join(never)}")
+    return wrong
+
+
+def run_all(runner, proofs, jobs, want_mutants):
+    """Yields name, result, mutants with answers, sentences; in order of the names."""
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        asked = []
+        for proof in proofs:
+            mutants = proof.data.get("mutants", []) if want_mutants else []
+            asked.append((proof, pool.submit(prove_one, runner, proof),
+                          [(mutant, pool.submit(kill_one, runner, proof, mutant))
+                           for mutant in mutants]))
+        for proof, result, mutants in asked:
+            try:
+                answer = result.result()
+                killed = [(mutant, future.result()) for mutant, future in mutants]
+                yield proof.name, answer, killed, judge(proof, answer, killed, want_mutants)
+            except Failed as failure:
+                yield proof.name, None, [], [str(failure)]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--module", action="append", help="only this proof (may be repeated)")
+    parser.add_argument("--no-mutants", action="store_true")
+    parser.add_argument("--no-cache", action="store_true", help="prove again what is known")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--solver", choices=("yices", "z3"), default="yices")
+    parser.add_argument("--json", help="write the results here")
+    options = parser.parse_args()
+    started = time.monotonic()
+    try:
+        proofs = [Proof(path) for path in sorted(glob.glob(os.path.join(FPGA, "formal", "*.json")))]
+        proofs = [proof for proof in proofs if not options.module or proof.name in options.module
+                  or proof.top in options.module]
+        if not proofs:
+            raise Failed("no such proof")
+        runner = Runner(options.solver, not options.no_cache)
+    except (Failed, OSError, KeyError, ValueError) as failure:
+        print(f"prove.py: {failure}", file=sys.stderr)
+        return 2
+    print(f"{'proof':24} {'asserts':>7} {'covers':>6} {'k':>3} {'base':>5} {'ind.':>5} "
+          f"{'mutants':>8} {'seconds':>8}")
+    report, sentences = [], []
+    for name, result, mutants, wrong in run_all(runner, proofs, options.jobs,
+                                                not options.no_mutants):
+        sentences += [f"{name}: {sentence}" for sentence in wrong]
+        report.append({"proof": name, "result": result, "wrong": wrong,
+                       "mutants": [{"name": mutant["name"], **answer} for mutant, answer in mutants]})
+        if result is None:
+            print(f"{name:24} FAILED", flush=True)
+            continue
+        dead = sum(set(mutant["kills"]) <= set(answer["killed"]) for mutant, answer in mutants)
+        seconds = result["seconds"] + sum(answer["seconds"] for _, answer in mutants)
+        depth = next(proof.depth for proof in proofs if proof.name == name)
+        print(f"{name:24} {len(result['asserts']):7} "
+              f"{len(result['reached']):3}/{len(result['covers']):<2} {depth:3} "
+              f"{'ok' if result['base']['passed'] else 'FAIL':>5} "
+              f"{'ok' if result['induction']['passed'] else 'FAIL':>5} "
+              f"{dead:4}/{len(mutants):<3} {seconds:8.1f}", flush=True)
+    total = [entry["result"] for entry in report if entry["result"]]
+    print(f"{len(total)} proofs, {sum(len(result['asserts']) for result in total)} assertions, "
+          f"{sum(len(entry['mutants']) for entry in report)} mutants: "
+          f"{time.monotonic() - started:.1f} s ({runner.busy_s:.1f} s of work, "
+          f"{runner.kept} answers kept)")
+    for sentence in sentences:
+        print(f"prove.py: {sentence}", file=sys.stderr)
+    if options.json:
+        with open(options.json, "w", encoding="ascii") as file:
+            json.dump(report, file, indent=1)
+    return 1 if sentences else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,381 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Verilog-2005 from the register map: the constants and the register file."""
+
+import textwrap
+
+HEADER = """\
+// SPDX-License-Identifier: Apache-2.0
+// Made by fpga/tools/registers.py from fpga/registers.rdl; do not edit.
+"""
+
+REGISTER_FILE_TEXT = """\
+//
+// Registers of the bridge between the I2C target and the hardware.
+//
+//                    ___     ___     ___     ___     ___     ___
+// clk_i            _|   |___|   |___|   |___|   |___|   |___|   |__
+// index_i          =X== index, held ================================
+// write_data_i     =X== word, held =================================
+// write_allowed_o  _________|^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^
+// write_strobe_i   _________________|^^^^^^^|_______________________
+// <name>_o         =========================X= new value ===========
+// read_strobe_i    _________|^^^^^^^|_______________________________
+// read_data_o      =========================X= word, held ==========
+//
+// write_allowed_o and index_known_o follow their inputs by one clock; write_strobe_i may come only
+// while write_allowed_o is high. Refused are: a number outside its limits, a code without a name,
+// what needs the unlocked map while it is locked, and registers that are only read.
+// Ports: <register>[_<field>] with _o for what software sets (for one clock only, where 1 starts
+// something), _i for what hardware tells and _clear_o for pulses of one clock that clear it.
+// <block>_hold_o: the hardware keeps the values of the block. Latency: 2 clocks.
+"""
+
+
+def vector(bits):
+    return f"[{bits - 1}:0] " if bits > 1 else ""
+
+
+def constants(registers):
+    """The text of bridge_registers.vh."""
+    lines = [HEADER, "`ifndef BRIDGE_REGISTERS_VH", "`define BRIDGE_REGISTERS_VH", ""]
+    for register in registers:
+        name = f"BRIDGE_{register.name.upper()}"
+        lines.append(f"`define {name}_INDEX 8'h{register.index:02X}")
+        lines.append(f"`define {name}_RESET 16'h{register.reset:04X}")
+        for field in register.fields:
+            if field.whole:
+                continue
+            part = f"{name}_{field.name.upper()}"
+            lines.append(f"`define {part}_LOW {field.low}")
+            lines.append(f"`define {part}_BITS {field.width}")
+        for field in register.fields:
+            for code, value, _ in field.codes:
+                part = name if field.whole else f"{name}_{field.name.upper()}"
+                lines.append(f"`define {part}_IS_{code.upper()} {field.width}'d{value}")
+    lines += ["", "`endif", ""]
+    return "\n".join(lines)
+
+
+class RegisterFile:
+    """Collects the parts of register_file.v while it goes through the registers."""
+
+    def __init__(self, registers):
+        self.registers = registers
+        self.ports = []
+        self.declarations = []
+        self.resets = []
+        self.stores = []
+        self.wires = []
+        self.bits = {r.index: {} for r in registers}  # index: bit: what it reads
+
+    def text(self):
+        for register in self.registers:
+            self.add_register(register)
+        parts = [
+            HEADER.rstrip("\n"), REGISTER_FILE_TEXT, "`default_nettype none", "",
+            "module register_file (", self.port_list(), ");", "",
+            self.limits(), self.write_path(), self.hold(), self.read_path(), self.formal(),
+            "endmodule", "", "`default_nettype wire", "",
+        ]
+        return "\n".join(parts)
+
+    # Ports and storage, register by register.
+
+    def add_register(self, register):
+        bits = self.bits[register.index]
+        if register.pair_high:
+            self.ports.append(f"input  wire [31:0] {register.pair}_i")
+            bits.update({bit: f"{register.pair}_i[{bit + 16}]" for bit in range(16)})
+        elif register.pair_low:
+            bits.update({bit: f"low_word[{bit}]" for bit in range(16)})
+        elif register.vector:
+            self.add_vector(register)
+        else:
+            for field in register.fields:
+                self.add_field(register, field)
+
+    def add_vector(self, register):
+        bits = len(register.fields)
+        width = vector(bits)
+        self.ports.append(f"input  wire {width}{register.name}_i")
+        self.ports.append(f"output wire {width}{register.name}_clear_o")
+        self.wires.append(
+            f"assign {register.name}_clear_o = {{{bits}{{{self.written(register)}}}}}"
+            f" & write_data_i[{bits - 1}:0];")
+        self.reads(register, 0, bits, f"{register.name}_i")
+
+    def add_field(self, register, field):
+        """Declares ports and storage of a field."""
+        name = register.port(field)
+        if field.kind == "constant":
+            ones = [bit for bit in range(field.width) if field.reset >> bit & 1]
+            self.bits[register.index].update({field.low + bit: "1'b1" for bit in ones})
+            return
+        if field.kind == "stored":
+            self.add_stored(register, field, name)
+            return
+        bits = slice_of("write_data_i", field)
+        if field.kind == "pulse":
+            self.ports.append(f"output wire {vector(field.width)}{name}_o")
+            self.wires.append(
+                f"assign {name}_o = {repeat(self.written(register), field.width)} & {bits};")
+            return
+        self.ports.append(f"input  wire {vector(field.width)}{name}_i")
+        if field.kind in ("w1c", "clear"):
+            condition = self.written(register)
+            if field.kind == "w1c":
+                condition += f" && {bits}"
+            self.ports.append(f"output wire {name}_clear_o")
+            self.wires.append(f"assign {name}_clear_o = {condition};")
+        self.reads(register, field.low, field.width, f"{name}_i")
+
+    def add_stored(self, register, field, name):
+        bits, zeros = field.bits, field.zero_low_bits
+        stored = f"{name}_o"
+        if zeros:
+            stored = name
+            self.ports.append(f"output wire {vector(bits)}{name}_o")
+            self.declarations.append(f"reg {vector(bits - zeros)}{name};")
+            self.wires.append(f"assign {name}_o = {{{name}, {zeros}'d0}};")
+        else:
+            self.ports.append(f"output reg  {vector(bits)}{name}_o")
+        self.resets.append(f"{stored} <= {bits - zeros}'d{field.reset >> zeros};")
+        condition = self.written(register)
+        top, bottom = field.low + bits - 1, field.low + zeros
+        source = f"write_data_i[{top}:{bottom}]" if top > bottom else f"write_data_i[{top}]"
+        if field.key is not None:
+            source = f"write_data_i == 16'h{field.key:04X}"
+        self.stores.append(f"if ({condition}) {stored} <= {source};")
+        self.reads(register, field.low, bits, f"{name}_o", zeros)
+
+    def reads(self, register, low, width, port, zeros=0):
+        """Notes that `width` bits of a register from bit `low` on read a port."""
+        for bit in range(zeros, width):
+            source = f"{port}[{bit}]" if width > 1 else port
+            self.bits[register.index][low + bit] = source
+
+    def written(self, register):
+        return f"write_strobe_i && index_i == 8'h{register.index:02X}"
+
+    # Parts of the text.
+
+    def port_list(self):
+        bus = [
+            "input  wire clk_i",
+            "input  wire rst_i",
+            "input  wire [7:0] index_i",
+            "output reg  index_known_o",
+            "input  wire reading_i",
+            "input  wire read_strobe_i",
+            "output reg  [15:0] read_data_o",
+            "output reg  write_allowed_o",
+            "input  wire write_strobe_i",
+            "input  wire [15:0] write_data_i",
+        ]
+        bus += [f"output reg  {r.block}_hold_o" for r in self.registers if r.holds_block]
+        return ",\n".join("  " + port for port in bus + self.ports)
+
+    def limits(self):
+        lines = ["  // Numbers are compared with constants bit by bit."]
+        for constant in sorted(self.constants("minimum") | self.constants("minimum_unlocked")):
+            lines.append(wrapped(f"wire at_least_{constant} = {at_least(constant)};"))
+        for constant in sorted(self.constants("maximum")):
+            lines.append(wrapped(f"wire at_most_{constant} = !({at_least(constant + 1)});"))
+        lines += [
+            "", "  // What may be written to the register at the index.", "  reg allowed;",
+            "  always @* case (index_i)"]
+        groups = {}
+        for register in self.registers:
+            if register.writable:
+                condition = " && ".join(self.conditions(register)) or "1'b1"
+                groups.setdefault(condition, []).append(f"8'h{register.index:02X}")
+        for condition, indices in groups.items():
+            lines.append(wrapped(f"{', '.join(indices)}: allowed = {condition};", 4))
+        lines += [
+            "    default: allowed = 1'b0;", "  endcase", "",
+            "  always @(posedge clk_i or posedge rst_i) begin",
+            "    if (rst_i) write_allowed_o <= 1'b0;",
+            "    else write_allowed_o <= allowed;",
+            "  end", ""]
+        return "\n".join(lines)
+
+    def constants(self, limit):
+        """All constant limits of one kind that need a comparison."""
+        numbers = [r.fields[0] for r in self.registers if r.fields[0].is_number]
+        return {getattr(f, limit) for f in numbers} - {None, 0, 0xFFFF}
+
+    @staticmethod
+    def conditions(register):
+        """What must be true for a write."""
+        terms = ["unlock_o"] if register.unlock_only else []
+        for field in register.fields:
+            if field.has_gaps:
+                terms.append(f"{slice_of('write_data_i', field)} <= {field.width}'d{field.maximum}")
+        field = register.fields[0]
+        if field.is_number:
+            if field.minimum_unlocked == 0:
+                terms.append(f"(unlock_o || at_least_{field.minimum})")
+            elif field.minimum:
+                terms.append(f"at_least_{field.minimum}")
+            if field.maximum < 0xFFFF:
+                terms.append(f"at_most_{field.maximum}")
+        return terms
+
+    def write_path(self):
+        lines = ["  " + line for line in self.declarations] + [
+            "  always @(posedge clk_i or posedge rst_i) begin", "    if (rst_i) begin"]
+        lines += ["      " + line for line in self.resets]
+        lines.append("    end else begin")
+        lines += ["      " + line for line in self.stores] + ["    end", "  end", ""]
+        lines += ["  " + line for line in self.wires]
+        return "\n".join(lines + [""])
+
+    def hold(self):
+        lines = ["  // A snapshot lasts from a block's first word until the transfer leaves it."]
+        for register in self.registers:
+            if not register.holds_block:
+                continue
+            last = max(r.index for r in self.registers if r.block == register.block)
+            inside = f"index_i[7:3] == 5'h{register.index >> 3:02X}"
+            assert last >> 3 == register.index >> 3 and register.index % 8 == 0
+            lines += [
+                "  always @(posedge clk_i or posedge rst_i) begin",
+                f"    if (rst_i) {register.block}_hold_o <= 1'b0;",
+                f"    else if (!reading_i) {register.block}_hold_o <= 1'b0;",
+                f"    else if (read_strobe_i) {register.block}_hold_o <=",
+                f"      index_i == 8'h{register.index:02X}"
+                f" || ({register.block}_hold_o && {inside});",
+                "  end"]
+        return "\n".join(lines + [""])
+
+    def read_path(self):
+        lines = [
+            "  // The low half of the 32-bit value whose high half was read last.",
+            "  reg fetch;", "  reg [15:0] low_word;",
+            "  always @(posedge clk_i or posedge rst_i) begin",
+            "    if (rst_i) low_word <= 16'd0;", "    else if (fetch) case (index_i)"]
+        for register in self.registers:
+            if register.pair_high:
+                lines.append(
+                    f"      8'h{register.index:02X}: low_word <= {register.pair}_i[15:0];")
+        lines += ["      default: ;", "    endcase", "  end", ""]
+        lines += self.read_words()
+        lines += [
+            "  always @(posedge clk_i or posedge rst_i) begin", "    if (rst_i) begin",
+            "      fetch <= 1'b0;", "      read_data_o <= 16'd0;", "      index_known_o <= 1'b0;",
+            "    end else begin", "      fetch <= read_strobe_i;",
+            "      if (fetch) read_data_o <= word;", "      index_known_o <= known;",
+            "    end", "  end", ""]
+        return "\n".join(lines)
+
+    def read_words(self):
+        """The choice of a word; each term that a carry chain joins fits a look-up table."""
+        pairs = self.pair_up()
+        lines = ["  // Registers stand in pairs whose indices differ in one bit; a look-up table",
+                 "  // chooses between the two or takes two bits that stand alone, and a carry",
+                 "  // chain joins them."]
+        chosen = []
+        alone = set()
+        for bit in range(16):
+            terms, singles = self.read_terms(pairs, bit)
+            alone |= {index for index, _ in singles}
+            for at in range(0, len(singles), 2):
+                terms.append(" | ".join(f"at_{index:02x} & {source}" if source != "1'b1"
+                                        else f"at_{index:02x}"
+                                        for index, source in singles[at:at + 2]))
+            chosen += [f"  carry_or #(.WIDTH({len(terms)})) word_{bit}"
+                       f" (.any_o(word[{bit}]), .bits_i({{"]
+            chosen += ["    " + ",\n    ".join(terms), "  }));"]
+        for first, second, bit in pairs:
+            near = f"(index_i & 8'h{0xFF ^ 1 << bit:02X})" if second is not None else "index_i"
+            lines.append(f"  wire {pair_name(first, second)} = {near} == 8'h{first:02X};")
+            for index in sorted(alone & {first, second}) if second is not None else ():
+                sign = "" if index >> bit & 1 else "!"
+                lines.append(f"  wire at_{index:02x} = {pair_name(first, second)}"
+                             f" & {sign}index_i[{bit}];")
+        return lines + ["  wire [15:0] word;"] + chosen + self.known(pairs)
+
+    def read_terms(self, pairs, bit):
+        """Terms of the pairs that both have a bit, and (index, source) where only one has it."""
+        terms, singles = [], []
+        for first, second, differs in pairs:
+            low = self.bits[first].get(bit)
+            high = self.bits[second].get(bit) if second is not None else None
+            if low and high:
+                name = pair_name(first, second)
+                terms.append(f"{name} & (index_i[{differs}] ? {high} : {low})")
+            else:
+                singles += [(first, low)] if low else []
+                singles += [(second, high)] if high else []
+        return terms, singles
+
+    def pair_up(self):
+        """Pairs of indices that differ in one bit, those with most bits in common first.
+
+        Returns (first, second, bit that differs); second is None for those left alone.
+        """
+        candidates = []
+        for first in self.bits:
+            for bit in range(8):
+                second = first ^ 1 << bit
+                if first < second and second in self.bits:
+                    common = len(self.bits[first].keys() & self.bits[second].keys())
+                    candidates.append((-common, bit, first, second))
+        pairs, used = [], set()
+        for _, bit, first, second in sorted(candidates):
+            if not used & {first, second}:
+                used |= {first, second}
+                pairs.append((first, second, bit))
+        return sorted(pairs + [(index, None, 0) for index in self.bits if index not in used])
+
+    @staticmethod
+    def known(pairs):
+        names = [pair_name(first, second) for first, second, _ in pairs]
+        return ["", wrapped("wire known = " + " | ".join(names) + ";"), ""]
+
+    @staticmethod
+    def formal():
+        return "`ifdef FORMAL\n`include \"register_file_properties.vh\"\n`endif\n"
+
+
+def at_least(constant):
+    """Expression for write_data_i >= constant, of its bits, run by run from the lowest 1 on."""
+    low = (constant & -constant).bit_length() - 1
+    if constant == 1 << low:
+        return f"|write_data_i[15:{low}]"
+    expression = ""
+    while low < 16:
+        one = constant >> low & 1
+        high = low
+        while high < 15 and (constant >> (high + 1) & 1) == one:
+            high += 1
+        sign = "&" if one else "|"
+        run = f"{sign}write_data_i[{high}:{low}]" if high > low else f"write_data_i[{low}]"
+        inner = expression if expression.count("write") == 1 else f"({expression})"
+        expression = f"{run} {sign} {inner}" if expression else run
+        low = high + 1
+    return expression
+
+
+def wrapped(statement, indent=2):
+    return "\n".join(textwrap.wrap(statement, 100, initial_indent=" " * indent,
+                                   subsequent_indent=" " * (indent + 2)))
+
+
+def pair_name(first, second):
+    return f"at_{first:02x}" if second is None else f"at_{first:02x}_{second:02x}"
+
+
+def slice_of(name, field):
+    if field.width == 1:
+        return f"{name}[{field.low}]"
+    return f"{name}[{field.low + field.width - 1}:{field.low}]"
+
+
+def repeat(expression, width):
+    return f"({expression})" if width == 1 else f"{{{width}{{{expression}}}}}"
+
+
+def register_file(registers):
+    """The text of register_file.v."""
+    return RegisterFile(registers).text()

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Makes what follows from the register map fpga/registers.rdl, in fpga/generated.
+
+  bridge_registers.vh    constants for Verilog
+  register_file.v        the registers themselves
+  register_file_properties.vh  what is proved of them
+  bridge_registers.h     indices, fields and a table for C
+  registers.md           table for people
+  bridge_registers.json  test vectors
+
+Needs systemrdl-compiler (fpga/tools/requirements.txt). Exit code: 0 when all is written or, with
+--check, as it should be; 1 when a file is stale; 2 when the map is wrong.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+import register_properties
+import register_text
+import register_verilog
+from register_model import MapError, read_map
+
+FPGA = Path(__file__).resolve().parent.parent
+
+MAKERS = {
+    "bridge_registers.vh": register_verilog.constants,
+    "register_file.v": register_verilog.register_file,
+    "bridge_registers.h": register_text.c_header,
+    "register_file_properties.vh": register_properties.properties,
+    "registers.md": register_text.documentation,
+    "bridge_registers.json": register_text.vectors,
+}
+
+
+def main():
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--check", action="store_true", help="only say which files are stale")
+    parser.add_argument("--map", type=Path, default=FPGA / "registers.rdl", help="the map")
+    parser.add_argument("--into", type=Path, default=FPGA / "generated", help="where the files are")
+    arguments = parser.parse_args()
+    try:
+        registers = read_map(arguments.map)
+    except MapError as error:
+        print(f"registers.py: {error}", file=sys.stderr)
+        return 2
+    stale = []
+    for name, maker in MAKERS.items():
+        path = arguments.into / name
+        text = maker(registers)
+        if path.exists() and path.read_text(encoding="utf-8") == text:
+            continue
+        stale.append(name)
+        if not arguments.check:
+            path.write_text(text, encoding="utf-8")
+    if arguments.check and stale:
+        names = ", ".join(stale)
+        print(f"registers.py: stale: {names}; run fpga/tools/registers.py", file=sys.stderr)
+        return 1
+    print(f"registers.py: {len(registers)} registers, {len(stale)} files written")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+// Random transfers to the left sensor, the right one, both and the bridge itself: each arrives
+// where it belongs and nowhere else.
+#include <doctest/doctest.h>
+
+#include <string>
+
+#include "bench/i2c_master.hpp"
+#include "bench/i2c_sensor.hpp"
+#include "bench/servo_checker.hpp"
+
+namespace {
+
+constexpr uint8_t kLeft = 0x5C, kRight = 0x5E, kBoth = 0x5D, kBranchCtrl = 0x56;
+
+struct Bench {
+    hdl::Bridge bridge;
+    hdl::I2cMaster master;
+    hdl::Registers registers;
+    hdl::I2cSensor left, right;
+    std::array<uint16_t, 256> left_expected{}, right_expected{};
+    hdl::Random random;
+
+    Bench(uint64_t seed, uint64_t answer_ps)
+        : bridge(seed),
+          master(bridge, hdl::branch_timing(400)),
+          registers(master),
+          left(bridge, 0, answer_ps),
+          right(bridge, 1, answer_ps),
+          random(seed) {
+        REQUIRE(registers.write(kBranchCtrl, 1));
+    }
+
+    uint8_t some_address() { return uint8_t(kLeft + random.below(3)); }
+    bool is_left(uint8_t address) const { return address != kRight; }
+    bool is_right(uint8_t address) const { return address != kLeft; }
+
+    bool write(uint8_t address) {
+        const auto first = uint8_t(random.below(256));
+        std::vector<uint8_t> bytes = {first};
+        const uint32_t words = 1 + random.below(3);
+        for (uint32_t i = 0; i < words; i++) {
+            const auto value = uint16_t(random.below(65536));
+            bytes.push_back(uint8_t(value >> 8));
+            bytes.push_back(uint8_t(value));
+            const auto index = uint8_t(first + i);
+            if (is_left(address)) {
+                left_expected[index] = value;
+            }
+            if (is_right(address)) {
+                right_expected[index] = value;
+            }
+        }
+        return master.write(address, bytes) == bytes.size() + 1;
+    }
+
+    bool read(uint8_t address) {
+        const auto index = uint8_t(random.below(255));
+        if (master.write(address, {index}, random.chance(0.5)) != 2) {
+            return false;
+        }
+        const auto bytes = master.read(address, 4);
+        const auto &expected = is_left(address) ? left_expected : right_expected;
+        return bytes && ((*bytes)[0] << 8 | (*bytes)[1]) == expected[index] &&
+               ((*bytes)[2] << 8 | (*bytes)[3]) == expected[uint8_t(index + 1)];
+    }
+
+    bool own() {
+        const auto value = uint16_t(random.below(65536));
+        return registers.write(0x04, value) && registers.read(0x04) == value;
+    }
+
+    bool same() const {
+        return left.registers == left_expected && right.registers == right_expected;
+    }
+};
+
+}  // namespace
+
+TEST_CASE("random transfers to both sensors: none goes astray") {
+    const uint64_t seed = synthetic::test_seed(), transfers = hdl::draws(2000);
+    INFO("seed " << seed);
+    uint64_t wrong = 0, astray = 0, done = 0;
+    for (uint64_t answer_ns : {0u, 300u, 900u}) {
+        for (unsigned khz : {100u, 400u}) {
+            Bench bench(seed + answer_ns + khz, answer_ns * hdl::kNs);
+            bench.master.set_timing(hdl::branch_timing(khz));
+            for (uint64_t i = 0; i < transfers / (khz == 100 ? 30 : 4); i++, done++) {
+                const uint64_t left = bench.left.addressed, right = bench.right.addressed;
+                const uint32_t kind = bench.random.below(8);
+                const uint8_t address = bench.some_address();
+                const bool right_way = kind == 0   ? bench.own()
+                                       : kind <= 4 ? bench.write(address)
+                                                   : bench.read(address);
+                wrong += !right_way || !bench.same();
+                // Who was spoken to, and who not.
+                astray +=
+                    kind == 0 && (bench.left.addressed != left || bench.right.addressed != right);
+                astray += kind != 0 && (bench.left.addressed != left) != bench.is_left(address);
+                astray += kind != 0 && (bench.right.addressed != right) != bench.is_right(address);
+                if (!bench.same()) {
+                    bench.left_expected = bench.left.registers;
+                    bench.right_expected = bench.right.registers;
+                }
+            }
+            CAPTURE(khz);
+            CAPTURE(answer_ns);
+            CHECK(bench.left.broken + bench.right.broken == 0);
+            CHECK(bench.left.short_clocks + bench.right.short_clocks == 0);
+        }
+    }
+    CHECK(wrong == 0);
+    CHECK(astray == 0);
+    MESSAGE(done << " transfers");
+}
+
+TEST_CASE("no sensor there: not acknowledged, and the bus stays free") {
+    hdl::Bridge bridge(synthetic::test_seed());
+    hdl::I2cMaster master(bridge, hdl::branch_timing(400));
+    hdl::Registers registers(master);
+    CHECK(registers.write(kBranchCtrl, 1));
+    for (uint8_t address : {kLeft, kRight, kBoth}) {
+        CHECK(master.write(address, {1, 2, 3}) == 0);
+        CHECK(!master.read(address, 2));
+    }
+    CHECK(registers.read(0x00) == 0x5B1D);
+}
+
+TEST_CASE("a hung sensor does not take the DSP's bus with it") {
+    Bench bench(synthetic::test_seed(), 0);
+    for (bool sda : {true, false}) {
+        bench.left.hang(sda, !sda);
+        bench.bridge.run_idle(40 * hdl::kMs);
+        CHECK(bench.registers.read(0x00) == 0x5B1D);
+        CHECK(bench.write(kRight));
+        bench.left.hang(false, false);
+        bench.bridge.run_idle(40 * hdl::kMs);
+        CHECK(bench.write(kLeft));
+        CHECK(bench.read(kLeft));
+    }
+    CHECK(bench.same());
+}
