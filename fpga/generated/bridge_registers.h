@@ -428,8 +428,7 @@ static const struct bridge_register bridge_registers[BRIDGE_REGISTER_COUNT] = {
     // bus_clear
     {0x55, BRIDGE_WRITE, 0x0000, 0x0000, 0x0000, 0x0000, 0x0003, 0, 65535},
     // branch_ctrl
-    {0x56, BRIDGE_READ | BRIDGE_WRITE, 0x0001, 0x0007, 0x0007, 0x0000, 0x0000, 0, 65535}
-};
+    {0x56, BRIDGE_READ | BRIDGE_WRITE, 0x0001, 0x0007, 0x0007, 0x0000, 0x0000, 0, 65535}};
 #ifdef __cplusplus
 }
 #endif
