@@ -28,7 +28,16 @@
     X(SIZE_MISMATCH, -17, "the images differ in size from each other or the calibration") \
     X(NO_SURFACE, -18, "no surface was found")                                            \
     X(CANCELLED, -19, "cancelled")                                                        \
-    X(BUFFER, -20, "the output buffer is too small")
+    X(BUFFER, -20, "the output buffer is too small")                                      \
+    X(I2C_NACK, -21, "the device on the I2C bus does not answer")                         \
+    X(I2C_ARBITRATION, -22, "something else drove the I2C bus at the same time")          \
+    X(I2C_STUCK, -23, "a line of the I2C bus is held low")                                \
+    X(TIMEOUT, -24, "the time limit was reached")                                         \
+    X(DEVICE, -25, "the device is not the expected one, or of another version")           \
+    X(REFUSED, -26, "the device refused the value")                                       \
+    X(VERIFY, -27, "a value that was written does not read back")                         \
+    X(UNSUPPORTED, -28, "the hardware cannot do this")                                    \
+    X(RESTARTED, -29, "the device has restarted and lost its settings")
 
 enum error_code {
 #define ERROR_ENUM(name, number, text) ERROR_##name = (number),

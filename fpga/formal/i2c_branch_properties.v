@@ -114,7 +114,8 @@ module i2c_branch_properties (
                                own_sda_low_i == !value_i);
       a_released_to_answer: assert (!(attached_i && answers_i && settled_i) || !own_sda_low_i);
       a_sda_edges: assert (!(steady && moved) || start_i || stop_i ||
-                           (count_i == 4'd10 && upper_i) || (!attached && (clearing || (ms_i && !sda_low_i))));
+                           (count_i == 4'd10 && upper_i) || (!attached &&
+                                                      (clearing || (ms_i && !sda_low_i))));
       a_hold: assert (!(moved && scl_low_i && attached) || (scl_low && low_time >= 4'd5));
       a_set_up: assert (!(rise && attached) || (!moved && sda_time >= 4'd2));
       a_disabled: assert (!(start_i && !enable_i) || !attached_i);
@@ -127,7 +128,8 @@ module i2c_branch_properties (
                           pos_i == 4'd15 ? 4'd0 : pos_i + {3'd0, steady})));
       a_word: assert (!(attached_i && first_byte_i && !bypass_i) || pos_i == 4'd15 ||
           (before & ~(8'hFF << pos_i)) ==
-          (pos_i <= 4'd5 ? address_i & ~(8'hFF << pos_i) : pos_i == 4'd6 ? {2'd0, address_i[5:1], 1'b0} :
+          (pos_i <= 4'd5 ? address_i & ~(8'hFF << pos_i) :
+           pos_i == 4'd6 ? {2'd0, address_i[5:1], 1'b0} :
            pos_i == 4'd7 ? {1'b0, address_i[6:2], 1'b0, selected_i} :
                            {address_i[7:3], 1'b0, selected_i, address_i[0]}));
       a_bit: assert (!(attached_i && first_byte_i && steady && pos_i < 4'd8) ||

@@ -60,7 +60,8 @@ module i2c_bus_clear_properties (
                                    7'd5 + {3'd0, clock_i} * 7'd10 + {3'd0, phase_i})));
       a_only_on_command: assert (!begin_run || go);
       a_sda_moves_low: assert (sda_low_o == sda_low || (scl_low && scl_low_o) || start || stop);
-      a_start_when_free: assert (!start || (rises < 4'd10 && !free_start && (sda || rises == 4'd0)));
+      a_start_when_free: assert (!start || (rises < 4'd10 && !free_start &&
+                                            (sda || rises == 4'd0)));
       a_start_first: assert (!scl_low_o || start_sent || begin_run);
       a_one_zero: assert (!(rise && sda_low_o) || (!zero_sent && rises == 4'd9));
       a_one_stop: assert (!stop || rises == 4'd10);

@@ -139,8 +139,8 @@ module i2c_router_properties (
       // ---- bounds
       a_released_in_time: assert (!(still_ms >= 6'd31 && long_still) ||
                                   (scl_low_i == 2'd0 && !sda_low_o && attached_i == 2'd0));
-      a_sda_released_in_time: assert (!(ms && attached == 2'd0 && attached_i == 2'd0 && scl_low == 2'd0 && !start &&
-                                        !left) || sda_low_i == 2'd0);
+      a_sda_released_in_time: assert (!(ms && attached == 2'd0 && attached_i == 2'd0 &&
+                                        scl_low == 2'd0 && !start && !left) || sda_low_i == 2'd0);
       a_timeout_told: assert (timeout_o == (attached_i != 2'd0 && tick_ms_i &&
                                             still_ms == 6'd30 && scl_i == scl));
 

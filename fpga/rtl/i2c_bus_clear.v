@@ -7,10 +7,10 @@
 //   sda (held)   ________|''|___|'' ...  ''''''|_____|''''    free after a clock: START there
 //   done_o       _______________________________________|'|__
 //
-// START is sent before the clocks, and again in the first high phase in which SDA is free if it was
-// not. After it no device takes the further clocks, with SDA released, for anything but the reserved
-// address 0x7F: the bare nine clocks would fill up the byte of a write that was broken off, and so
-// write a register by accident.
+// START is sent before the clocks, and again in the first high phase in which SDA is free if it
+// was not. After it no device takes the further clocks, with SDA released, for anything but the
+// reserved address 0x7F: the bare nine clocks would fill up the byte of a write that was broken
+// off, and so write a register by accident.
 //
 // Latency: starts with the first tick after go_i; done_o 105 ticks later.
 `default_nettype none

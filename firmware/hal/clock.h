@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The clock that all waits and deadlines use. Simulations and replays bring their own, so that
+/// nothing ever sleeps in real time there.
+#ifndef VERGENCE_HAL_CLOCK_H
+#define VERGENCE_HAL_CLOCK_H
+
+#include <stdint.h>
+
+/// What a backend implements; `self` is that of `struct hal_clock`.
+struct hal_clock_operations {
+    /// Microseconds since an arbitrary moment; never goes back.
+    uint64_t (*now_us)(void *self);
+    /// Returns at `time_us` or later, at once when that has passed.
+    void (*wait_until_us)(void *self, uint64_t time_us);
+};
+
+/// A clock. The backend owns what `self` points to, which must outlive all users.
+struct hal_clock {
+    const struct hal_clock_operations *operations;
+    void *self;
+};
+
+#endif
