@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The hal's I2C bus and clock on the simulated bridge's pins: every bit of a driver's transfers
+/// goes over two open-drain wires that others may pull as well.
+#ifndef VERGENCE_TESTS_HDL_BENCH_DRIVER_BUS_HPP
+#define VERGENCE_TESTS_HDL_BENCH_DRIVER_BUS_HPP
+
+#include <functional>
+
+#include "bridge.hpp"
+#include "hal/clock.h"
+#include "hal/i2c.h"
+#include "i2c_master.hpp"
+
+namespace hdl {
+
+class DriverBus {
+  public:
+    /// A master with these times. Lines that the bridge's inputs already pull stay pulled: they are
+    /// what an earlier master left, until this one lets them go.
+    DriverBus(Bridge &bridge, const I2cTiming &timing);
+
+    const hal_i2c *bus() const { return &bus_; }
+    const hal_clock *clock() const { return &clock_; }
+    /// Hides the lines from recovery, as Linux i2c-dev does.
+    void hide_lines();
+
+    /// What something else pulls (HAL_I2C_*), from now on.
+    void others_pull(unsigned lines);
+    unsigned others() const { return others_; }
+    /// They let go at the rise of this clock of a recovery.
+    void release_after(uint64_t recovery_falls) { release_after_ = recovery_falls; }
+    /// Called after each fall of SCL that a transfer makes, with the number of SCL's falls since
+    /// this was set, 1 for that of START.
+    void on_fall(std::function<void(uint64_t)> hook) {
+        hook_ = std::move(hook);
+        falls_ = 0;
+    }
+    /// SCL's falls in transfers, and those made through lines().
+    uint64_t falls() const { return falls_; }
+    uint64_t recovery_falls() const { return recovery_falls_; }
+    uint64_t transfers() const { return transfers_; }
+    /// Long waits are simulated 25 times cheaper, which allows no line to move in them.
+    void allow_idle(bool allowed) { idle_ = allowed; }
+
+  private:
+    struct Failure {
+        int error;
+    };
+    static int transfer(void *self, const hal_i2c_message *messages, size_t count,
+                        uint64_t deadline_us, size_t *begun);
+    static int lines(void *self, unsigned pulled, unsigned *high);
+    static uint64_t now_us(void *self);
+    static void wait_until_us(void *self, uint64_t time_us);
+
+    int run(const hal_i2c_message *messages, size_t count, size_t &begun);
+    void message(const hal_i2c_message &message, size_t &begun);
+    void start(bool repeated);
+    void stop();
+    bool bit(bool level, bool own);
+    bool write_byte(uint8_t value, size_t &begun);
+    uint8_t read_byte(bool acknowledge, size_t &begun);
+    void pull(unsigned lines);
+    void fall();
+    void rise();
+    bool high(unsigned line) const;
+    void drive();
+
+    Bridge &bridge_;
+    I2cTiming timing_;
+    hal_i2c_operations operations_{transfer, lines};
+    hal_clock_operations clock_operations_{now_us, wait_until_us};
+    hal_i2c bus_;
+    hal_clock clock_;
+    unsigned own_ = 0, others_ = 0;  // lines pulled
+    uint64_t deadline_ps_ = 0, falls_ = 0, recovery_falls_ = 0, transfers_ = 0;
+    uint64_t release_after_ = UINT64_MAX;
+    bool idle_ = true;
+    std::function<void(uint64_t)> hook_;
+};
+
+}  // namespace hdl
+
+#endif
