@@ -113,15 +113,18 @@ int fpga_bridge_watchdog_feed(struct fpga_bridge *self) {
     if (error != ERROR_OK) {
         return error;
     }
+    // A write that failed may have been taken all the same.
+    self->restarted |= self->fed != 0 && old != self->fed && old != self->offered;
     // Never 0, which a reset leaves.
-    const uint16_t next = (uint16_t)(self->fed == UINT16_MAX ? 1 : self->fed + 1);
+    const uint16_t next = (uint16_t)(self->offered == UINT16_MAX ? 1 : self->offered + 1);
     INVARIANT(next != 0);
+    self->offered = next;
     error = fpga_bridge_write(self, BRIDGE_SCRATCH, next);
     if (error != ERROR_OK) {
         return error;
     }
-    const bool first = self->fed == 0;
-    const bool lost = !first && old != self->fed;
     self->fed = next;
-    return lost ? ERROR_RESTARTED : ERROR_OK;
+    const bool restarted = self->restarted;
+    self->restarted = false;
+    return restarted ? ERROR_RESTARTED : ERROR_OK;
 }
