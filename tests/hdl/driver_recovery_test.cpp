@@ -281,8 +281,8 @@ TEST_CASE("recovery begun after each move of each transfer writes nothing") {
     Result result;
     for (const Kind &kind : kinds()) {
         break_off(
-            kind, ours, [&](size_t, unsigned) { return all || random.below(14 * kWays) == 0; }, true,
-            result);
+            kind, ours, [&](size_t, unsigned) { return all || random.below(14 * kWays) == 0; },
+            true, result);
     }
     MESSAGE(result.tries << " recoveries");
     CHECK(result.wrong == 0);

@@ -197,6 +197,7 @@ int DriverBus::transfer(void *self, const hal_i2c_message *messages, size_t coun
     auto *bus = static_cast<DriverBus *>(self);
     bus->deadline_ps_ = deadline_us * kUs;
     bus->transfers_++;
+    bus->falls_ = 0;
     *begun = 0;
     return bus->run(messages, count, *begun);
 }

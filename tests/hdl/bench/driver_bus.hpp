@@ -31,15 +31,13 @@ class DriverBus {
     void release_after(uint64_t recovery_falls) { release_after_ = recovery_falls; }
     /// When they let go last.
     uint64_t released_ps() const { return released_ps_; }
-    /// Called after each fall of SCL that a transfer makes, with the number of SCL's falls since
-    /// this was set, 1 for that of START.
-    void on_fall(std::function<void(uint64_t)> hook) {
-        hook_ = std::move(hook);
-        falls_ = 0;
-    }
-    /// The master reads SDA wrongly after those falls for which this says so.
+    /// Called after each fall of SCL in a transfer, with its number in this transfer, 1 for that of
+    /// START: after fall 9 * n + k + 1 comes bit k of byte n (the address is 0, bit 8
+    /// acknowledges). A repeated START has a fall of its own.
+    void on_fall(std::function<void(uint64_t)> hook) { hook_ = std::move(hook); }
+    /// The master reads SDA wrongly in the bit after those falls for which this says so.
     void misread(std::function<bool(uint64_t)> wrong) { wrong_ = std::move(wrong); }
-    /// SCL's falls since on_fall(), and those made through lines().
+    /// SCL's falls in the present or last transfer, and those made through lines().
     uint64_t falls() const { return falls_; }
     uint64_t recovery_falls() const { return recovery_falls_; }
     uint64_t transfers() const { return transfers_; }
