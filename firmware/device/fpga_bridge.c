@@ -41,6 +41,10 @@ static struct hal_i2c_message message(uint8_t *data, size_t bytes, bool read) {
     return (struct hal_i2c_message){data, (uint16_t)bytes, BRIDGE_I2C_ADDRESS, read};
 }
 
+static uint16_t word(const uint8_t *bytes) {
+    return (uint16_t)(bytes[0] << 8 | bytes[1]);
+}
+
 // The words from `index` on, in one transfer. The index need not exist.
 static int read_words(struct fpga_bridge *self, uint8_t index, size_t count, uint16_t *values) {
     INVARIANT(values != NULL);
@@ -58,7 +62,7 @@ static int read_words(struct fpga_bridge *self, uint8_t index, size_t count, uin
     const int error = fpga_bridge_bus_run(&self->bus, &job);
     if (error == ERROR_OK) {
         for (size_t i = 0; i < count; i++) {
-            values[i] = (uint16_t)(bytes[2 * i] << 8 | bytes[2 * i + 1]);
+            values[i] = word(&bytes[2 * i]);
         }
     }
     return error;
@@ -97,13 +101,6 @@ static int write_once(struct fpga_bridge *self, uint8_t index, uint16_t value) {
     return fpga_bridge_bus_run(&self->bus, &job);
 }
 
-// The next fpga_bridge_watchdog_feed is the first.
-static void forget_feeding(struct fpga_bridge *self) {
-    self->fed = 0;
-    self->offered = 0;
-    self->restarted = false;
-}
-
 int fpga_bridge_open(struct fpga_bridge *self, const struct hal_i2c *bus,
                      const struct hal_clock *clock) {
     const struct bridge_register *id = fpga_bridge_register(BRIDGE_ID);
@@ -127,7 +124,7 @@ int fpga_bridge_open(struct fpga_bridge *self, const struct hal_i2c *bus,
     opened.version = words[1];
     opened.build = words[2];
     opened.caps = words[3];
-    forget_feeding(&opened);
+    opened.marked = false;
     *self = opened;
     return ERROR_OK;
 }
@@ -247,6 +244,29 @@ int fpga_bridge_start(struct fpga_bridge *self, uint8_t index, uint16_t bits) {
     return write_once(self, index, bits);
 }
 
+int fpga_bridge_touch(struct fpga_bridge *self, uint8_t index, uint16_t *value) {
+    if (!can(fpga_bridge_register(index), BRIDGE_READ)) {
+        return ERROR_ARGUMENT;
+    }
+    INVARIANT(fpga_bridge_register(BRIDGE_IRQ_TEST)->stored_mask == 0);
+    uint8_t nothing[] = {BRIDGE_IRQ_TEST, 0, 0};
+    uint8_t bytes[2 + GUARD_BYTES];
+    const struct hal_i2c_message messages[] = {message(nothing, sizeof nothing, false),
+                                               message(&index, 1, false),
+                                               message(bytes, sizeof bytes, true)};
+    const struct fpga_bridge_job job = {.messages = messages,
+                                        .count = 3,
+                                        .repeatable_bytes = SIZE_MAX,
+                                        .guarded = bytes,
+                                        .guarded_bytes = sizeof bytes,
+                                        .lost_index = lost_index(index)};
+    const int error = fpga_bridge_bus_run(&self->bus, &job);
+    if (error == ERROR_OK) {
+        *value = word(bytes);
+    }
+    return error;
+}
+
 int fpga_bridge_write_unlocked(struct fpga_bridge *self, uint8_t index, uint16_t value) {
     int error = write_and_verify(self, BRIDGE_UNLOCK, BRIDGE_UNLOCK_KEY, 1, 1);
     if (error == ERROR_OK) {
@@ -267,7 +287,7 @@ int fpga_bridge_soft_reset(struct fpga_bridge *self) {
     if (error != ERROR_OK) {
         return error;
     }
-    forget_feeding(self);
+    self->marked = false;
     return (value & ctrl->stored_mask) == (ctrl->reset & ctrl->stored_mask) ? ERROR_OK
                                                                             : ERROR_VERIFY;
 }

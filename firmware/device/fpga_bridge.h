@@ -31,10 +31,8 @@ struct fpga_bridge {
     struct fpga_bridge_bus bus;
     uint16_t version;  ///< major.minor, as read by fpga_bridge_open; so are the next two
     uint16_t build;
-    uint16_t caps;     ///< BRIDGE_CAPS_*
-    uint16_t fed;      ///< what is in SCRATCH (see fpga_bridge_watchdog_feed); 0: not known
-    uint16_t offered;  ///< what was last sent to SCRATCH, and may be in it as well
-    bool restarted;    ///< found, and not yet told
+    uint16_t caps;  ///< BRIDGE_CAPS_*
+    bool marked;    ///< SCRATCH was given a mark: see fpga_bridge_watchdog_feed
 };
 
 /// A field of a register.
@@ -95,6 +93,10 @@ int fpga_bridge_clear_count(struct fpga_bridge *self, uint8_t index);
 
 /// Writes ones that start something. Never sent twice: after an error it may or may not have begun.
 int fpga_bridge_start(struct fpga_bridge *self, uint8_t index, uint16_t bits);
+
+/// Reads a word after a write that changes and starts nothing, but shows the bridge's watchdog that
+/// the DSP is alive.
+int fpga_bridge_touch(struct fpga_bridge *self, uint8_t index, uint16_t *value);
 
 /// Writes a register that is locked, or a value that is only allowed when unlocked (three
 /// transfers). The map is locked again in any case; if that fails, that is the error.

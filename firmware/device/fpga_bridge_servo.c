@@ -7,6 +7,8 @@
 enum {
     STRIDE = BRIDGE_SERVO1_TARGET_Q4 - BRIDGE_SERVO0_TARGET_Q4,
     WORDS = BRIDGE_SERVO0_FRAMES - BRIDGE_SERVO0_TARGET_Q4 + 1,
+    // Neither 0, which a reset leaves, nor all ones, nor the first register.
+    MARK = 0x6A35,
 };
 
 // A register of a servo, by that of servo 0.
@@ -108,23 +110,20 @@ int fpga_bridge_watchdog_clear(struct fpga_bridge *self) {
 }
 
 int fpga_bridge_watchdog_feed(struct fpga_bridge *self) {
-    uint16_t old = 0;
-    int error = fpga_bridge_read(self, BRIDGE_SCRATCH, &old);
+    bool restarted = false;
+    if (self->marked) {
+        uint16_t mark = 0;
+        const int error = fpga_bridge_touch(self, BRIDGE_SCRATCH, &mark);
+        if (error != ERROR_OK || mark == MARK) {
+            return error;
+        }
+        restarted = true;
+    }
+    // A restart that this cannot mark as told is found again next time.
+    const int error = fpga_bridge_write(self, BRIDGE_SCRATCH, MARK);
     if (error != ERROR_OK) {
         return error;
     }
-    // A write that failed may have been taken all the same.
-    self->restarted |= self->fed != 0 && old != self->fed && old != self->offered;
-    // Never 0, which a reset leaves.
-    const uint16_t next = (uint16_t)(self->offered == UINT16_MAX ? 1 : self->offered + 1);
-    INVARIANT(next != 0);
-    self->offered = next;
-    error = fpga_bridge_write(self, BRIDGE_SCRATCH, next);
-    if (error != ERROR_OK) {
-        return error;
-    }
-    self->fed = next;
-    const bool restarted = self->restarted;
-    self->restarted = false;
+    self->marked = true;
     return restarted ? ERROR_RESTARTED : ERROR_OK;
 }
