@@ -350,9 +350,8 @@ module register_file (
     endcase
   end
 
-  // Registers stand in pairs whose indices differ in one bit; a look-up table
-  // chooses between the two or takes two bits that stand alone, and a carry
-  // chain joins them.
+  // Registers stand in pairs whose indices differ in one bit: one look-up table for
+  // each bit chooses between the two, or takes two bits that stand alone.
   wire at_00_02 = (index_i & 8'hFD) == 8'h00;
   wire at_02 = at_00_02 & index_i[1];
   wire at_01_03 = (index_i & 8'hFD) == 8'h01;
@@ -410,401 +409,169 @@ module register_file (
   wire at_52_53 = (index_i & 8'hFE) == 8'h52;
   wire at_55 = index_i == 8'h55;
   wire at_56 = index_i == 8'h56;
+  wire [15:0] term_0 = {16{at_00_02}} & (index_i[1] ? {1'd0, build_i[14], 1'd0, build_i[12:11],
+    1'd0, build_i[9:8], 3'd0, build_i[4:2], 1'd0, build_i[0]} : {1'd0, 1'd1, 1'd0, 2'd3, 1'd0, 2'd3,
+    3'd0, 3'd7, 1'd0, 1'd1});
+  wire [15:0] term_1 = {16{at_07_27}} & (index_i[5] ? {8'd0, pattern_vblank_o[7:0]} : {8'd0,
+    servo_period_us_o[7:0]});
+  wire [15:0] term_2 = {16{at_08_48}} & (index_i[6] ? {14'd0, sensor_reset_n_o[1:0]} : {14'd0,
+    ctrl_servo1_enable_o, ctrl_servo0_enable_o});
+  wire [15:0] term_3 = {16{at_09_29}} & (index_i[5] ? {9'd0, pattern_seed_o[6:0]} : {9'd0,
+    status_irq_line_i, status_switching_i, status_camera1_lost_i, status_camera0_lost_i,
+    status_watchdog_fired_i, status_servo1_active_i, status_servo0_active_i});
+  wire [15:0] term_4 = {16{at_0a_0b}} & (index_i[0] ? {8'd0, irq_enable_o[7:0]} : {8'd0,
+    irq_status_i[7:0]});
+  wire [15:0] term_5 = {16{at_0e_0f}} & (index_i[0] ? {7'd0, wdg_fired_i, 6'd0, wdg_action_o[1:0]} :
+    {7'd0, wdg_ms_o[8], 6'd0, wdg_ms_o[1:0]});
+  wire [15:0] term_6 = {16{at_10_11}} & (index_i[0] ? {servo0_actual_q4_i[15:0]} :
+    {servo0_target_q4_o[15:0]});
+  wire [15:0] term_7 = {16{at_12_1a}} & (index_i[3] ? {1'd0, servo1_min_q4_o[14:6], 6'd0} : {1'd0,
+    servo0_min_q4_o[14:6], 6'd0});
+  wire [15:0] term_8 = {16{at_13_1b}} & (index_i[3] ? {servo1_max_q4_o[15:6], 6'd0} :
+    {servo0_max_q4_o[15:6], 6'd0});
+  wire [15:0] term_9 = {16{at_14_1c}} & (index_i[3] ? {servo1_safe_q4_o[15:6], 6'd0} :
+    {servo0_safe_q4_o[15:6], 6'd0});
+  wire [15:0] term_10 = {16{at_15_1d}} & (index_i[3] ? {5'd0, servo1_slew_q4_o[10:0]} : {5'd0,
+    servo0_slew_q4_o[10:0]});
+  wire [15:0] term_11 = {16{at_16_1e}} & (index_i[3] ? {8'd0, servo1_frames_i[7:0]} : {8'd0,
+    servo0_frames_i[7:0]});
+  wire [15:0] term_12 = {16{at_18_19}} & (index_i[0] ? {servo1_actual_q4_i[15:0]} :
+    {servo1_target_q4_o[15:0]});
+  wire [15:0] term_13 = {16{at_20_28}} & (index_i[3] ? {14'd0, pattern_kind_o[1:0]} : {14'd0,
+    cam_select_source_o[1:0]});
+  wire [15:0] term_14 = {16{at_21_23}} & (index_i[1] ? {10'd0, ppi_mode_edge1_o, ppi_mode_edge0_o,
+    3'd0, ppi_mode_sync_shape_o} : {10'd0, cam_state_switching_i, cam_state_gate_open_i, 3'd0,
+    cam_state_active_i[0]});
+  wire [15:0] term_15 = {16{at_22_26}} & (index_i[2] ? {8'd0, pattern_hblank_o[7:2], 2'd0} : {8'd0,
+    switch_timeout_ms_o[7:2], 2'd0});
+  wire [15:0] term_16 = {16{at_24_25}} & (index_i[0] ? {4'd0, pattern_height_o[11:4], 4'd0} : {4'd0,
+    pattern_width_o[11:4], 4'd0});
+  wire [15:0] term_17 = {16{at_2a_2b}} & (index_i[0] ? {4'd0, expect_height_o[11:0]} : {4'd0,
+    expect_width_o[11:0]});
+  wire [15:0] term_18 = {16{at_30_34}} & (index_i[2] ? {camera0_pixclk_khz_i[15:0]} :
+    {camera0_frames_i[15:0]});
+  wire [15:0] term_19 = {16{at_31_39}} & (index_i[3] ? {4'd0, camera1_lines_i[11:0]} : {4'd0,
+    camera0_lines_i[11:0]});
+  wire [15:0] term_20 = {16{at_32_3a}} & (index_i[3] ? {4'd0, camera1_pixels_i[11:0]} : {4'd0,
+    camera0_pixels_i[11:0]});
+  wire [15:0] term_21 = {16{at_33_3b}} & (index_i[3] ? {camera1_period_10us_i[15:0]} :
+    {camera0_period_10us_i[15:0]});
+  wire [15:0] term_22 = {16{at_35_3d}} & (index_i[3] ? {8'd0, camera1_short_lines_i[7:0]} : {8'd0,
+    camera0_short_lines_i[7:0]});
+  wire [15:0] term_23 = {16{at_36_3e}} & (index_i[3] ? {8'd0, camera1_short_frames_i[7:0]} : {8'd0,
+    camera0_short_frames_i[7:0]});
+  wire [15:0] term_24 = {16{at_37_3f}} & (index_i[3] ? {11'd0, camera1_flags_cut_i,
+    camera1_flags_short_frame_i, camera1_flags_short_line_i, camera1_flags_frame_valid_i,
+    camera1_flags_lost_i} : {11'd0, camera0_flags_cut_i, camera0_flags_short_frame_i,
+    camera0_flags_short_line_i, camera0_flags_frame_valid_i, camera0_flags_lost_i});
+  wire [15:0] term_25 = {16{at_38_3c}} & (index_i[2] ? {camera1_pixclk_khz_i[15:0]} :
+    {camera1_frames_i[15:0]});
+  wire [15:0] term_26 = {16{at_41_51}} & (index_i[4] ? {8'd0, i2c_timeouts_i[7:0]} : {8'd0,
+    trigger_delay_us_o[7:0]});
+  wire [15:0] term_27 = {16{at_42_46}} & (index_i[2] ? {low_word[15:0]} :
+    {trigger_width_us_o[15:0]});
+  wire [15:0] term_28 = {16{at_44_45}} & (index_i[0] ? {frame_time_i[31:16]} : {skew_us_i[15:0]});
+  wire [15:0] term_29 = {16{at_4a_4b}} & (index_i[0] ? {low_word[15:0]} : {time_i[31:16]});
+  wire [15:0] term_30 = {16{at_50_54}} & (index_i[2] ? {10'd0, spikes_i[5:0]} : {10'd0,
+    i2c_diag_branch_sda_i[1:0], i2c_diag_branch_scl_i[1:0], i2c_diag_sda_i, i2c_diag_scl_i});
+  wire [15:0] term_31 = {16{at_52_53}} & (index_i[0] ? {8'd0, branch_errors_i[7:0]} : {8'd0,
+    i2c_protocol_errors_i[7:0]});
+  wire [15:0] term_32 = {16{at_04}} & {scratch_o[15:0]} | {16{at_0e}} & {wdg_ms_o[15:9], 1'd0,
+    wdg_ms_o[7:2], 2'd0} | {16{at_22}} & {14'd0, switch_timeout_ms_o[1:0]} | {16{at_01}} & {7'd0,
+    1'd1, 8'd0};
+  wire [15:0] term_33 = {16{at_20}} & {cam_select_frames_each_o[6:0], cam_select_alternating_o,
+    8'd0} | {16{at_41}} & {trigger_delay_us_o[15:8], 8'd0} | {16{at_48}} & {8'd0,
+    sensor_extclk_o[1:0], sensor_oe_o[1:0], sensor_standby_o[1:0], 2'd0} | {16{at_56}} & {13'd0,
+    branch_ctrl_bypass_o[1:0], branch_ctrl_router_enable_o} | {16{at_21}} & {9'd0,
+    cam_state_forced_i, 4'd0, cam_state_active_i[1], 1'd0} | {16{at_0d}} & {15'd0, unlock_o} |
+    {16{at_25}} & {12'd0, pattern_height_o[3], 3'd0};
+  wire [15:0] term_34 = {16{at_02}} & {build_i[15], 1'd0, build_i[13], 2'd0, build_i[10], 2'd0,
+    build_i[7:5], 3'd0, build_i[1], 1'd0} | {16{at_07}} & {1'd0, servo_period_us_o[14:8], 8'd0} |
+    {16{at_03}} & {10'd0, caps_tag_i, caps_alternating_i, caps_trigger_i, caps_pattern_i,
+    caps_router_i, caps_camera1_i} | {16{at_29}} & {6'd0, pattern_seed_o[9:7], 7'd0} | {16{at_28}} &
+    {13'd0, pattern_kind_o[2], 2'd0};
+  wire [15:0] term_35 = {16{at_26}} & {6'd0, pattern_hblank_o[9:8], 8'd0} | {16{at_54}} & {8'd0,
+    spikes_i[7:6], 6'd0} | {16{at_08}} & {7'd0, ctrl_stream_enable_o, 8'd0};
+  wire [15:0] term_36 = {16{at_23}} & {7'd0, ppi_mode_tag_o, 8'd0} | {16{at_40}} & {7'd0,
+    trigger_ctrl_busy_i, 8'd0};
+  wire [15:0] term_37 = {16{at_50}} & {7'd0, i2c_diag_clear_busy_i, 8'd0};
   wire [15:0] word;
-  carry_or #(.WIDTH(30)) word_0 (.any_o(word[0]), .bits_i({
-    at_00_02 & (index_i[1] ? build_i[0] : 1'b1),
-    at_07_27 & (index_i[5] ? pattern_vblank_o[0] : servo_period_us_o[0]),
-    at_08_48 & (index_i[6] ? sensor_reset_n_o[0] : ctrl_servo0_enable_o),
-    at_09_29 & (index_i[5] ? pattern_seed_o[0] : status_servo0_active_i),
-    at_0a_0b & (index_i[0] ? irq_enable_o[0] : irq_status_i[0]),
-    at_0e_0f & (index_i[0] ? wdg_action_o[0] : wdg_ms_o[0]),
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[0] : servo0_target_q4_o[0]),
-    at_15_1d & (index_i[3] ? servo1_slew_q4_o[0] : servo0_slew_q4_o[0]),
-    at_16_1e & (index_i[3] ? servo1_frames_i[0] : servo0_frames_i[0]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[0] : servo1_target_q4_o[0]),
-    at_20_28 & (index_i[3] ? pattern_kind_o[0] : cam_select_source_o[0]),
-    at_21_23 & (index_i[1] ? ppi_mode_sync_shape_o : cam_state_active_i[0]),
-    at_2a_2b & (index_i[0] ? expect_height_o[0] : expect_width_o[0]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[0] : camera0_frames_i[0]),
-    at_31_39 & (index_i[3] ? camera1_lines_i[0] : camera0_lines_i[0]),
-    at_32_3a & (index_i[3] ? camera1_pixels_i[0] : camera0_pixels_i[0]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[0] : camera0_period_10us_i[0]),
-    at_35_3d & (index_i[3] ? camera1_short_lines_i[0] : camera0_short_lines_i[0]),
-    at_36_3e & (index_i[3] ? camera1_short_frames_i[0] : camera0_short_frames_i[0]),
-    at_37_3f & (index_i[3] ? camera1_flags_lost_i : camera0_flags_lost_i),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[0] : camera1_frames_i[0]),
-    at_41_51 & (index_i[4] ? i2c_timeouts_i[0] : trigger_delay_us_o[0]),
-    at_42_46 & (index_i[2] ? low_word[0] : trigger_width_us_o[0]),
-    at_44_45 & (index_i[0] ? frame_time_i[16] : skew_us_i[0]),
-    at_4a_4b & (index_i[0] ? low_word[0] : time_i[16]),
-    at_50_54 & (index_i[2] ? spikes_i[0] : i2c_diag_scl_i),
-    at_52_53 & (index_i[0] ? branch_errors_i[0] : i2c_protocol_errors_i[0]),
-    at_03 & caps_camera1_i | at_04 & scratch_o[0],
-    at_0d & unlock_o | at_22 & switch_timeout_ms_o[0],
-    at_56 & branch_ctrl_router_enable_o
-  }));
-  carry_or #(.WIDTH(28)) word_1 (.any_o(word[1]), .bits_i({
-    at_07_27 & (index_i[5] ? pattern_vblank_o[1] : servo_period_us_o[1]),
-    at_08_48 & (index_i[6] ? sensor_reset_n_o[1] : ctrl_servo1_enable_o),
-    at_09_29 & (index_i[5] ? pattern_seed_o[1] : status_servo1_active_i),
-    at_0a_0b & (index_i[0] ? irq_enable_o[1] : irq_status_i[1]),
-    at_0e_0f & (index_i[0] ? wdg_action_o[1] : wdg_ms_o[1]),
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[1] : servo0_target_q4_o[1]),
-    at_15_1d & (index_i[3] ? servo1_slew_q4_o[1] : servo0_slew_q4_o[1]),
-    at_16_1e & (index_i[3] ? servo1_frames_i[1] : servo0_frames_i[1]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[1] : servo1_target_q4_o[1]),
-    at_20_28 & (index_i[3] ? pattern_kind_o[1] : cam_select_source_o[1]),
-    at_2a_2b & (index_i[0] ? expect_height_o[1] : expect_width_o[1]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[1] : camera0_frames_i[1]),
-    at_31_39 & (index_i[3] ? camera1_lines_i[1] : camera0_lines_i[1]),
-    at_32_3a & (index_i[3] ? camera1_pixels_i[1] : camera0_pixels_i[1]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[1] : camera0_period_10us_i[1]),
-    at_35_3d & (index_i[3] ? camera1_short_lines_i[1] : camera0_short_lines_i[1]),
-    at_36_3e & (index_i[3] ? camera1_short_frames_i[1] : camera0_short_frames_i[1]),
-    at_37_3f & (index_i[3] ? camera1_flags_frame_valid_i : camera0_flags_frame_valid_i),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[1] : camera1_frames_i[1]),
-    at_41_51 & (index_i[4] ? i2c_timeouts_i[1] : trigger_delay_us_o[1]),
-    at_42_46 & (index_i[2] ? low_word[1] : trigger_width_us_o[1]),
-    at_44_45 & (index_i[0] ? frame_time_i[17] : skew_us_i[1]),
-    at_4a_4b & (index_i[0] ? low_word[1] : time_i[17]),
-    at_50_54 & (index_i[2] ? spikes_i[1] : i2c_diag_sda_i),
-    at_52_53 & (index_i[0] ? branch_errors_i[1] : i2c_protocol_errors_i[1]),
-    at_02 & build_i[1] | at_03 & caps_router_i,
-    at_04 & scratch_o[1] | at_21 & cam_state_active_i[1],
-    at_22 & switch_timeout_ms_o[1] | at_56 & branch_ctrl_bypass_o[0]
-  }));
-  carry_or #(.WIDTH(27)) word_2 (.any_o(word[2]), .bits_i({
-    at_00_02 & (index_i[1] ? build_i[2] : 1'b1),
-    at_07_27 & (index_i[5] ? pattern_vblank_o[2] : servo_period_us_o[2]),
-    at_09_29 & (index_i[5] ? pattern_seed_o[2] : status_watchdog_fired_i),
-    at_0a_0b & (index_i[0] ? irq_enable_o[2] : irq_status_i[2]),
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[2] : servo0_target_q4_o[2]),
-    at_15_1d & (index_i[3] ? servo1_slew_q4_o[2] : servo0_slew_q4_o[2]),
-    at_16_1e & (index_i[3] ? servo1_frames_i[2] : servo0_frames_i[2]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[2] : servo1_target_q4_o[2]),
-    at_22_26 & (index_i[2] ? pattern_hblank_o[2] : switch_timeout_ms_o[2]),
-    at_2a_2b & (index_i[0] ? expect_height_o[2] : expect_width_o[2]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[2] : camera0_frames_i[2]),
-    at_31_39 & (index_i[3] ? camera1_lines_i[2] : camera0_lines_i[2]),
-    at_32_3a & (index_i[3] ? camera1_pixels_i[2] : camera0_pixels_i[2]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[2] : camera0_period_10us_i[2]),
-    at_35_3d & (index_i[3] ? camera1_short_lines_i[2] : camera0_short_lines_i[2]),
-    at_36_3e & (index_i[3] ? camera1_short_frames_i[2] : camera0_short_frames_i[2]),
-    at_37_3f & (index_i[3] ? camera1_flags_short_line_i : camera0_flags_short_line_i),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[2] : camera1_frames_i[2]),
-    at_41_51 & (index_i[4] ? i2c_timeouts_i[2] : trigger_delay_us_o[2]),
-    at_42_46 & (index_i[2] ? low_word[2] : trigger_width_us_o[2]),
-    at_44_45 & (index_i[0] ? frame_time_i[18] : skew_us_i[2]),
-    at_4a_4b & (index_i[0] ? low_word[2] : time_i[18]),
-    at_50_54 & (index_i[2] ? spikes_i[2] : i2c_diag_branch_scl_i[0]),
-    at_52_53 & (index_i[0] ? branch_errors_i[2] : i2c_protocol_errors_i[2]),
-    at_03 & caps_pattern_i | at_04 & scratch_o[2],
-    at_48 & sensor_standby_o[0] | at_0e & wdg_ms_o[2],
-    at_28 & pattern_kind_o[2] | at_56 & branch_ctrl_bypass_o[1]
-  }));
-  carry_or #(.WIDTH(27)) word_3 (.any_o(word[3]), .bits_i({
-    at_00_02 & (index_i[1] ? build_i[3] : 1'b1),
-    at_07_27 & (index_i[5] ? pattern_vblank_o[3] : servo_period_us_o[3]),
-    at_09_29 & (index_i[5] ? pattern_seed_o[3] : status_camera0_lost_i),
-    at_0a_0b & (index_i[0] ? irq_enable_o[3] : irq_status_i[3]),
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[3] : servo0_target_q4_o[3]),
-    at_15_1d & (index_i[3] ? servo1_slew_q4_o[3] : servo0_slew_q4_o[3]),
-    at_16_1e & (index_i[3] ? servo1_frames_i[3] : servo0_frames_i[3]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[3] : servo1_target_q4_o[3]),
-    at_22_26 & (index_i[2] ? pattern_hblank_o[3] : switch_timeout_ms_o[3]),
-    at_2a_2b & (index_i[0] ? expect_height_o[3] : expect_width_o[3]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[3] : camera0_frames_i[3]),
-    at_31_39 & (index_i[3] ? camera1_lines_i[3] : camera0_lines_i[3]),
-    at_32_3a & (index_i[3] ? camera1_pixels_i[3] : camera0_pixels_i[3]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[3] : camera0_period_10us_i[3]),
-    at_35_3d & (index_i[3] ? camera1_short_lines_i[3] : camera0_short_lines_i[3]),
-    at_36_3e & (index_i[3] ? camera1_short_frames_i[3] : camera0_short_frames_i[3]),
-    at_37_3f & (index_i[3] ? camera1_flags_short_frame_i : camera0_flags_short_frame_i),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[3] : camera1_frames_i[3]),
-    at_41_51 & (index_i[4] ? i2c_timeouts_i[3] : trigger_delay_us_o[3]),
-    at_42_46 & (index_i[2] ? low_word[3] : trigger_width_us_o[3]),
-    at_44_45 & (index_i[0] ? frame_time_i[19] : skew_us_i[3]),
-    at_4a_4b & (index_i[0] ? low_word[3] : time_i[19]),
-    at_50_54 & (index_i[2] ? spikes_i[3] : i2c_diag_branch_scl_i[1]),
-    at_52_53 & (index_i[0] ? branch_errors_i[3] : i2c_protocol_errors_i[3]),
-    at_03 & caps_trigger_i | at_04 & scratch_o[3],
-    at_48 & sensor_standby_o[1] | at_0e & wdg_ms_o[3],
-    at_25 & pattern_height_o[3]
-  }));
-  carry_or #(.WIDTH(28)) word_4 (.any_o(word[4]), .bits_i({
-    at_00_02 & (index_i[1] ? build_i[4] : 1'b1),
-    at_07_27 & (index_i[5] ? pattern_vblank_o[4] : servo_period_us_o[4]),
-    at_09_29 & (index_i[5] ? pattern_seed_o[4] : status_camera1_lost_i),
-    at_0a_0b & (index_i[0] ? irq_enable_o[4] : irq_status_i[4]),
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[4] : servo0_target_q4_o[4]),
-    at_15_1d & (index_i[3] ? servo1_slew_q4_o[4] : servo0_slew_q4_o[4]),
-    at_16_1e & (index_i[3] ? servo1_frames_i[4] : servo0_frames_i[4]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[4] : servo1_target_q4_o[4]),
-    at_21_23 & (index_i[1] ? ppi_mode_edge0_o : cam_state_gate_open_i),
-    at_22_26 & (index_i[2] ? pattern_hblank_o[4] : switch_timeout_ms_o[4]),
-    at_24_25 & (index_i[0] ? pattern_height_o[4] : pattern_width_o[4]),
-    at_2a_2b & (index_i[0] ? expect_height_o[4] : expect_width_o[4]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[4] : camera0_frames_i[4]),
-    at_31_39 & (index_i[3] ? camera1_lines_i[4] : camera0_lines_i[4]),
-    at_32_3a & (index_i[3] ? camera1_pixels_i[4] : camera0_pixels_i[4]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[4] : camera0_period_10us_i[4]),
-    at_35_3d & (index_i[3] ? camera1_short_lines_i[4] : camera0_short_lines_i[4]),
-    at_36_3e & (index_i[3] ? camera1_short_frames_i[4] : camera0_short_frames_i[4]),
-    at_37_3f & (index_i[3] ? camera1_flags_cut_i : camera0_flags_cut_i),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[4] : camera1_frames_i[4]),
-    at_41_51 & (index_i[4] ? i2c_timeouts_i[4] : trigger_delay_us_o[4]),
-    at_42_46 & (index_i[2] ? low_word[4] : trigger_width_us_o[4]),
-    at_44_45 & (index_i[0] ? frame_time_i[20] : skew_us_i[4]),
-    at_4a_4b & (index_i[0] ? low_word[4] : time_i[20]),
-    at_50_54 & (index_i[2] ? spikes_i[4] : i2c_diag_branch_sda_i[0]),
-    at_52_53 & (index_i[0] ? branch_errors_i[4] : i2c_protocol_errors_i[4]),
-    at_03 & caps_alternating_i | at_04 & scratch_o[4],
-    at_48 & sensor_oe_o[0] | at_0e & wdg_ms_o[4]
-  }));
-  carry_or #(.WIDTH(27)) word_5 (.any_o(word[5]), .bits_i({
-    at_07_27 & (index_i[5] ? pattern_vblank_o[5] : servo_period_us_o[5]),
-    at_09_29 & (index_i[5] ? pattern_seed_o[5] : status_switching_i),
-    at_0a_0b & (index_i[0] ? irq_enable_o[5] : irq_status_i[5]),
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[5] : servo0_target_q4_o[5]),
-    at_15_1d & (index_i[3] ? servo1_slew_q4_o[5] : servo0_slew_q4_o[5]),
-    at_16_1e & (index_i[3] ? servo1_frames_i[5] : servo0_frames_i[5]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[5] : servo1_target_q4_o[5]),
-    at_21_23 & (index_i[1] ? ppi_mode_edge1_o : cam_state_switching_i),
-    at_22_26 & (index_i[2] ? pattern_hblank_o[5] : switch_timeout_ms_o[5]),
-    at_24_25 & (index_i[0] ? pattern_height_o[5] : pattern_width_o[5]),
-    at_2a_2b & (index_i[0] ? expect_height_o[5] : expect_width_o[5]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[5] : camera0_frames_i[5]),
-    at_31_39 & (index_i[3] ? camera1_lines_i[5] : camera0_lines_i[5]),
-    at_32_3a & (index_i[3] ? camera1_pixels_i[5] : camera0_pixels_i[5]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[5] : camera0_period_10us_i[5]),
-    at_35_3d & (index_i[3] ? camera1_short_lines_i[5] : camera0_short_lines_i[5]),
-    at_36_3e & (index_i[3] ? camera1_short_frames_i[5] : camera0_short_frames_i[5]),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[5] : camera1_frames_i[5]),
-    at_41_51 & (index_i[4] ? i2c_timeouts_i[5] : trigger_delay_us_o[5]),
-    at_42_46 & (index_i[2] ? low_word[5] : trigger_width_us_o[5]),
-    at_44_45 & (index_i[0] ? frame_time_i[21] : skew_us_i[5]),
-    at_4a_4b & (index_i[0] ? low_word[5] : time_i[21]),
-    at_50_54 & (index_i[2] ? spikes_i[5] : i2c_diag_branch_sda_i[1]),
-    at_52_53 & (index_i[0] ? branch_errors_i[5] : i2c_protocol_errors_i[5]),
-    at_02 & build_i[5] | at_03 & caps_tag_i,
-    at_04 & scratch_o[5] | at_48 & sensor_oe_o[1],
-    at_0e & wdg_ms_o[5]
-  }));
-  carry_or #(.WIDTH(28)) word_6 (.any_o(word[6]), .bits_i({
-    at_07_27 & (index_i[5] ? pattern_vblank_o[6] : servo_period_us_o[6]),
-    at_09_29 & (index_i[5] ? pattern_seed_o[6] : status_irq_line_i),
-    at_0a_0b & (index_i[0] ? irq_enable_o[6] : irq_status_i[6]),
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[6] : servo0_target_q4_o[6]),
-    at_12_1a & (index_i[3] ? servo1_min_q4_o[6] : servo0_min_q4_o[6]),
-    at_13_1b & (index_i[3] ? servo1_max_q4_o[6] : servo0_max_q4_o[6]),
-    at_14_1c & (index_i[3] ? servo1_safe_q4_o[6] : servo0_safe_q4_o[6]),
-    at_15_1d & (index_i[3] ? servo1_slew_q4_o[6] : servo0_slew_q4_o[6]),
-    at_16_1e & (index_i[3] ? servo1_frames_i[6] : servo0_frames_i[6]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[6] : servo1_target_q4_o[6]),
-    at_22_26 & (index_i[2] ? pattern_hblank_o[6] : switch_timeout_ms_o[6]),
-    at_24_25 & (index_i[0] ? pattern_height_o[6] : pattern_width_o[6]),
-    at_2a_2b & (index_i[0] ? expect_height_o[6] : expect_width_o[6]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[6] : camera0_frames_i[6]),
-    at_31_39 & (index_i[3] ? camera1_lines_i[6] : camera0_lines_i[6]),
-    at_32_3a & (index_i[3] ? camera1_pixels_i[6] : camera0_pixels_i[6]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[6] : camera0_period_10us_i[6]),
-    at_35_3d & (index_i[3] ? camera1_short_lines_i[6] : camera0_short_lines_i[6]),
-    at_36_3e & (index_i[3] ? camera1_short_frames_i[6] : camera0_short_frames_i[6]),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[6] : camera1_frames_i[6]),
-    at_41_51 & (index_i[4] ? i2c_timeouts_i[6] : trigger_delay_us_o[6]),
-    at_42_46 & (index_i[2] ? low_word[6] : trigger_width_us_o[6]),
-    at_44_45 & (index_i[0] ? frame_time_i[22] : skew_us_i[6]),
-    at_4a_4b & (index_i[0] ? low_word[6] : time_i[22]),
-    at_52_53 & (index_i[0] ? branch_errors_i[6] : i2c_protocol_errors_i[6]),
-    at_02 & build_i[6] | at_04 & scratch_o[6],
-    at_48 & sensor_extclk_o[0] | at_0e & wdg_ms_o[6],
-    at_21 & cam_state_forced_i | at_54 & spikes_i[6]
-  }));
-  carry_or #(.WIDTH(27)) word_7 (.any_o(word[7]), .bits_i({
-    at_07_27 & (index_i[5] ? pattern_vblank_o[7] : servo_period_us_o[7]),
-    at_0a_0b & (index_i[0] ? irq_enable_o[7] : irq_status_i[7]),
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[7] : servo0_target_q4_o[7]),
-    at_12_1a & (index_i[3] ? servo1_min_q4_o[7] : servo0_min_q4_o[7]),
-    at_13_1b & (index_i[3] ? servo1_max_q4_o[7] : servo0_max_q4_o[7]),
-    at_14_1c & (index_i[3] ? servo1_safe_q4_o[7] : servo0_safe_q4_o[7]),
-    at_15_1d & (index_i[3] ? servo1_slew_q4_o[7] : servo0_slew_q4_o[7]),
-    at_16_1e & (index_i[3] ? servo1_frames_i[7] : servo0_frames_i[7]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[7] : servo1_target_q4_o[7]),
-    at_22_26 & (index_i[2] ? pattern_hblank_o[7] : switch_timeout_ms_o[7]),
-    at_24_25 & (index_i[0] ? pattern_height_o[7] : pattern_width_o[7]),
-    at_2a_2b & (index_i[0] ? expect_height_o[7] : expect_width_o[7]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[7] : camera0_frames_i[7]),
-    at_31_39 & (index_i[3] ? camera1_lines_i[7] : camera0_lines_i[7]),
-    at_32_3a & (index_i[3] ? camera1_pixels_i[7] : camera0_pixels_i[7]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[7] : camera0_period_10us_i[7]),
-    at_35_3d & (index_i[3] ? camera1_short_lines_i[7] : camera0_short_lines_i[7]),
-    at_36_3e & (index_i[3] ? camera1_short_frames_i[7] : camera0_short_frames_i[7]),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[7] : camera1_frames_i[7]),
-    at_41_51 & (index_i[4] ? i2c_timeouts_i[7] : trigger_delay_us_o[7]),
-    at_42_46 & (index_i[2] ? low_word[7] : trigger_width_us_o[7]),
-    at_44_45 & (index_i[0] ? frame_time_i[23] : skew_us_i[7]),
-    at_4a_4b & (index_i[0] ? low_word[7] : time_i[23]),
-    at_52_53 & (index_i[0] ? branch_errors_i[7] : i2c_protocol_errors_i[7]),
-    at_02 & build_i[7] | at_04 & scratch_o[7],
-    at_48 & sensor_extclk_o[1] | at_29 & pattern_seed_o[7],
-    at_0e & wdg_ms_o[7] | at_54 & spikes_i[7]
-  }));
-  carry_or #(.WIDTH(24)) word_8 (.any_o(word[8]), .bits_i({
-    at_00_02 & (index_i[1] ? build_i[8] : 1'b1),
-    at_0e_0f & (index_i[0] ? wdg_fired_i : wdg_ms_o[8]),
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[8] : servo0_target_q4_o[8]),
-    at_12_1a & (index_i[3] ? servo1_min_q4_o[8] : servo0_min_q4_o[8]),
-    at_13_1b & (index_i[3] ? servo1_max_q4_o[8] : servo0_max_q4_o[8]),
-    at_14_1c & (index_i[3] ? servo1_safe_q4_o[8] : servo0_safe_q4_o[8]),
-    at_15_1d & (index_i[3] ? servo1_slew_q4_o[8] : servo0_slew_q4_o[8]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[8] : servo1_target_q4_o[8]),
-    at_24_25 & (index_i[0] ? pattern_height_o[8] : pattern_width_o[8]),
-    at_2a_2b & (index_i[0] ? expect_height_o[8] : expect_width_o[8]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[8] : camera0_frames_i[8]),
-    at_31_39 & (index_i[3] ? camera1_lines_i[8] : camera0_lines_i[8]),
-    at_32_3a & (index_i[3] ? camera1_pixels_i[8] : camera0_pixels_i[8]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[8] : camera0_period_10us_i[8]),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[8] : camera1_frames_i[8]),
-    at_42_46 & (index_i[2] ? low_word[8] : trigger_width_us_o[8]),
-    at_44_45 & (index_i[0] ? frame_time_i[24] : skew_us_i[8]),
-    at_4a_4b & (index_i[0] ? low_word[8] : time_i[24]),
-    at_01 | at_04 & scratch_o[8],
-    at_07 & servo_period_us_o[8] | at_08 & ctrl_stream_enable_o,
-    at_29 & pattern_seed_o[8] | at_20 & cam_select_alternating_o,
-    at_23 & ppi_mode_tag_o | at_26 & pattern_hblank_o[8],
-    at_40 & trigger_ctrl_busy_i | at_41 & trigger_delay_us_o[8],
-    at_50 & i2c_diag_clear_busy_i
-  }));
-  carry_or #(.WIDTH(21)) word_9 (.any_o(word[9]), .bits_i({
-    at_00_02 & (index_i[1] ? build_i[9] : 1'b1),
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[9] : servo0_target_q4_o[9]),
-    at_12_1a & (index_i[3] ? servo1_min_q4_o[9] : servo0_min_q4_o[9]),
-    at_13_1b & (index_i[3] ? servo1_max_q4_o[9] : servo0_max_q4_o[9]),
-    at_14_1c & (index_i[3] ? servo1_safe_q4_o[9] : servo0_safe_q4_o[9]),
-    at_15_1d & (index_i[3] ? servo1_slew_q4_o[9] : servo0_slew_q4_o[9]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[9] : servo1_target_q4_o[9]),
-    at_24_25 & (index_i[0] ? pattern_height_o[9] : pattern_width_o[9]),
-    at_2a_2b & (index_i[0] ? expect_height_o[9] : expect_width_o[9]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[9] : camera0_frames_i[9]),
-    at_31_39 & (index_i[3] ? camera1_lines_i[9] : camera0_lines_i[9]),
-    at_32_3a & (index_i[3] ? camera1_pixels_i[9] : camera0_pixels_i[9]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[9] : camera0_period_10us_i[9]),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[9] : camera1_frames_i[9]),
-    at_42_46 & (index_i[2] ? low_word[9] : trigger_width_us_o[9]),
-    at_44_45 & (index_i[0] ? frame_time_i[25] : skew_us_i[9]),
-    at_4a_4b & (index_i[0] ? low_word[9] : time_i[25]),
-    at_04 & scratch_o[9] | at_07 & servo_period_us_o[9],
-    at_29 & pattern_seed_o[9] | at_0e & wdg_ms_o[9],
-    at_20 & cam_select_frames_each_o[0] | at_26 & pattern_hblank_o[9],
-    at_41 & trigger_delay_us_o[9]
-  }));
-  carry_or #(.WIDTH(19)) word_10 (.any_o(word[10]), .bits_i({
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[10] : servo0_target_q4_o[10]),
-    at_12_1a & (index_i[3] ? servo1_min_q4_o[10] : servo0_min_q4_o[10]),
-    at_13_1b & (index_i[3] ? servo1_max_q4_o[10] : servo0_max_q4_o[10]),
-    at_14_1c & (index_i[3] ? servo1_safe_q4_o[10] : servo0_safe_q4_o[10]),
-    at_15_1d & (index_i[3] ? servo1_slew_q4_o[10] : servo0_slew_q4_o[10]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[10] : servo1_target_q4_o[10]),
-    at_24_25 & (index_i[0] ? pattern_height_o[10] : pattern_width_o[10]),
-    at_2a_2b & (index_i[0] ? expect_height_o[10] : expect_width_o[10]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[10] : camera0_frames_i[10]),
-    at_31_39 & (index_i[3] ? camera1_lines_i[10] : camera0_lines_i[10]),
-    at_32_3a & (index_i[3] ? camera1_pixels_i[10] : camera0_pixels_i[10]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[10] : camera0_period_10us_i[10]),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[10] : camera1_frames_i[10]),
-    at_42_46 & (index_i[2] ? low_word[10] : trigger_width_us_o[10]),
-    at_44_45 & (index_i[0] ? frame_time_i[26] : skew_us_i[10]),
-    at_4a_4b & (index_i[0] ? low_word[10] : time_i[26]),
-    at_02 & build_i[10] | at_04 & scratch_o[10],
-    at_07 & servo_period_us_o[10] | at_0e & wdg_ms_o[10],
-    at_20 & cam_select_frames_each_o[1] | at_41 & trigger_delay_us_o[10]
-  }));
-  carry_or #(.WIDTH(19)) word_11 (.any_o(word[11]), .bits_i({
-    at_00_02 & (index_i[1] ? build_i[11] : 1'b1),
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[11] : servo0_target_q4_o[11]),
-    at_12_1a & (index_i[3] ? servo1_min_q4_o[11] : servo0_min_q4_o[11]),
-    at_13_1b & (index_i[3] ? servo1_max_q4_o[11] : servo0_max_q4_o[11]),
-    at_14_1c & (index_i[3] ? servo1_safe_q4_o[11] : servo0_safe_q4_o[11]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[11] : servo1_target_q4_o[11]),
-    at_24_25 & (index_i[0] ? pattern_height_o[11] : pattern_width_o[11]),
-    at_2a_2b & (index_i[0] ? expect_height_o[11] : expect_width_o[11]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[11] : camera0_frames_i[11]),
-    at_31_39 & (index_i[3] ? camera1_lines_i[11] : camera0_lines_i[11]),
-    at_32_3a & (index_i[3] ? camera1_pixels_i[11] : camera0_pixels_i[11]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[11] : camera0_period_10us_i[11]),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[11] : camera1_frames_i[11]),
-    at_42_46 & (index_i[2] ? low_word[11] : trigger_width_us_o[11]),
-    at_44_45 & (index_i[0] ? frame_time_i[27] : skew_us_i[11]),
-    at_4a_4b & (index_i[0] ? low_word[11] : time_i[27]),
-    at_04 & scratch_o[11] | at_07 & servo_period_us_o[11],
-    at_0e & wdg_ms_o[11] | at_20 & cam_select_frames_each_o[2],
-    at_41 & trigger_delay_us_o[11]
-  }));
-  carry_or #(.WIDTH(15)) word_12 (.any_o(word[12]), .bits_i({
-    at_00_02 & (index_i[1] ? build_i[12] : 1'b1),
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[12] : servo0_target_q4_o[12]),
-    at_12_1a & (index_i[3] ? servo1_min_q4_o[12] : servo0_min_q4_o[12]),
-    at_13_1b & (index_i[3] ? servo1_max_q4_o[12] : servo0_max_q4_o[12]),
-    at_14_1c & (index_i[3] ? servo1_safe_q4_o[12] : servo0_safe_q4_o[12]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[12] : servo1_target_q4_o[12]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[12] : camera0_frames_i[12]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[12] : camera0_period_10us_i[12]),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[12] : camera1_frames_i[12]),
-    at_42_46 & (index_i[2] ? low_word[12] : trigger_width_us_o[12]),
-    at_44_45 & (index_i[0] ? frame_time_i[28] : skew_us_i[12]),
-    at_4a_4b & (index_i[0] ? low_word[12] : time_i[28]),
-    at_04 & scratch_o[12] | at_07 & servo_period_us_o[12],
-    at_0e & wdg_ms_o[12] | at_20 & cam_select_frames_each_o[3],
-    at_41 & trigger_delay_us_o[12]
-  }));
-  carry_or #(.WIDTH(14)) word_13 (.any_o(word[13]), .bits_i({
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[13] : servo0_target_q4_o[13]),
-    at_12_1a & (index_i[3] ? servo1_min_q4_o[13] : servo0_min_q4_o[13]),
-    at_13_1b & (index_i[3] ? servo1_max_q4_o[13] : servo0_max_q4_o[13]),
-    at_14_1c & (index_i[3] ? servo1_safe_q4_o[13] : servo0_safe_q4_o[13]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[13] : servo1_target_q4_o[13]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[13] : camera0_frames_i[13]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[13] : camera0_period_10us_i[13]),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[13] : camera1_frames_i[13]),
-    at_42_46 & (index_i[2] ? low_word[13] : trigger_width_us_o[13]),
-    at_44_45 & (index_i[0] ? frame_time_i[29] : skew_us_i[13]),
-    at_4a_4b & (index_i[0] ? low_word[13] : time_i[29]),
-    at_02 & build_i[13] | at_04 & scratch_o[13],
-    at_07 & servo_period_us_o[13] | at_0e & wdg_ms_o[13],
-    at_20 & cam_select_frames_each_o[4] | at_41 & trigger_delay_us_o[13]
-  }));
-  carry_or #(.WIDTH(15)) word_14 (.any_o(word[14]), .bits_i({
-    at_00_02 & (index_i[1] ? build_i[14] : 1'b1),
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[14] : servo0_target_q4_o[14]),
-    at_12_1a & (index_i[3] ? servo1_min_q4_o[14] : servo0_min_q4_o[14]),
-    at_13_1b & (index_i[3] ? servo1_max_q4_o[14] : servo0_max_q4_o[14]),
-    at_14_1c & (index_i[3] ? servo1_safe_q4_o[14] : servo0_safe_q4_o[14]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[14] : servo1_target_q4_o[14]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[14] : camera0_frames_i[14]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[14] : camera0_period_10us_i[14]),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[14] : camera1_frames_i[14]),
-    at_42_46 & (index_i[2] ? low_word[14] : trigger_width_us_o[14]),
-    at_44_45 & (index_i[0] ? frame_time_i[30] : skew_us_i[14]),
-    at_4a_4b & (index_i[0] ? low_word[14] : time_i[30]),
-    at_04 & scratch_o[14] | at_07 & servo_period_us_o[14],
-    at_0e & wdg_ms_o[14] | at_20 & cam_select_frames_each_o[5],
-    at_41 & trigger_delay_us_o[14]
-  }));
-  carry_or #(.WIDTH(13)) word_15 (.any_o(word[15]), .bits_i({
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[15] : servo0_target_q4_o[15]),
-    at_13_1b & (index_i[3] ? servo1_max_q4_o[15] : servo0_max_q4_o[15]),
-    at_14_1c & (index_i[3] ? servo1_safe_q4_o[15] : servo0_safe_q4_o[15]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[15] : servo1_target_q4_o[15]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[15] : camera0_frames_i[15]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[15] : camera0_period_10us_i[15]),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[15] : camera1_frames_i[15]),
-    at_42_46 & (index_i[2] ? low_word[15] : trigger_width_us_o[15]),
-    at_44_45 & (index_i[0] ? frame_time_i[31] : skew_us_i[15]),
-    at_4a_4b & (index_i[0] ? low_word[15] : time_i[31]),
-    at_02 & build_i[15] | at_04 & scratch_o[15],
-    at_0e & wdg_ms_o[15] | at_20 & cam_select_frames_each_o[6],
-    at_41 & trigger_delay_us_o[15]
-  }));
+`ifdef SYNTHESIS
+  carry_or #(.WIDTH(30)) word_0 (.any_o(word[0]), .bits_i({term_0[0], term_1[0], term_2[0],
+    term_3[0], term_4[0], term_5[0], term_6[0], term_10[0], term_11[0], term_12[0], term_13[0],
+    term_14[0], term_17[0], term_18[0], term_19[0], term_20[0], term_21[0], term_22[0], term_23[0],
+    term_24[0], term_25[0], term_26[0], term_27[0], term_28[0], term_29[0], term_30[0], term_31[0],
+    term_32[0], term_33[0], term_34[0]}));
+  carry_or #(.WIDTH(28)) word_1 (.any_o(word[1]), .bits_i({term_1[1], term_2[1], term_3[1],
+    term_4[1], term_5[1], term_6[1], term_10[1], term_11[1], term_12[1], term_13[1], term_17[1],
+    term_18[1], term_19[1], term_20[1], term_21[1], term_22[1], term_23[1], term_24[1], term_25[1],
+    term_26[1], term_27[1], term_28[1], term_29[1], term_30[1], term_31[1], term_32[1], term_33[1],
+    term_34[1]}));
+  carry_or #(.WIDTH(27)) word_2 (.any_o(word[2]), .bits_i({term_0[2], term_1[2], term_3[2],
+    term_4[2], term_6[2], term_10[2], term_11[2], term_12[2], term_15[2], term_17[2], term_18[2],
+    term_19[2], term_20[2], term_21[2], term_22[2], term_23[2], term_24[2], term_25[2], term_26[2],
+    term_27[2], term_28[2], term_29[2], term_30[2], term_31[2], term_32[2], term_33[2],
+    term_34[2]}));
+  carry_or #(.WIDTH(27)) word_3 (.any_o(word[3]), .bits_i({term_0[3], term_1[3], term_3[3],
+    term_4[3], term_6[3], term_10[3], term_11[3], term_12[3], term_15[3], term_17[3], term_18[3],
+    term_19[3], term_20[3], term_21[3], term_22[3], term_23[3], term_24[3], term_25[3], term_26[3],
+    term_27[3], term_28[3], term_29[3], term_30[3], term_31[3], term_32[3], term_33[3],
+    term_34[3]}));
+  carry_or #(.WIDTH(29)) word_4 (.any_o(word[4]), .bits_i({term_0[4], term_1[4], term_3[4],
+    term_4[4], term_6[4], term_10[4], term_11[4], term_12[4], term_14[4], term_15[4], term_16[4],
+    term_17[4], term_18[4], term_19[4], term_20[4], term_21[4], term_22[4], term_23[4], term_24[4],
+    term_25[4], term_26[4], term_27[4], term_28[4], term_29[4], term_30[4], term_31[4], term_32[4],
+    term_33[4], term_34[4]}));
+  carry_or #(.WIDTH(27)) word_5 (.any_o(word[5]), .bits_i({term_1[5], term_3[5], term_4[5],
+    term_6[5], term_10[5], term_11[5], term_12[5], term_14[5], term_15[5], term_16[5], term_17[5],
+    term_18[5], term_19[5], term_20[5], term_21[5], term_22[5], term_23[5], term_25[5], term_26[5],
+    term_27[5], term_28[5], term_29[5], term_30[5], term_31[5], term_32[5], term_33[5],
+    term_34[5]}));
+  carry_or #(.WIDTH(29)) word_6 (.any_o(word[6]), .bits_i({term_1[6], term_3[6], term_4[6],
+    term_6[6], term_7[6], term_8[6], term_9[6], term_10[6], term_11[6], term_12[6], term_15[6],
+    term_16[6], term_17[6], term_18[6], term_19[6], term_20[6], term_21[6], term_22[6], term_23[6],
+    term_25[6], term_26[6], term_27[6], term_28[6], term_29[6], term_31[6], term_32[6], term_33[6],
+    term_34[6], term_35[6]}));
+  carry_or #(.WIDTH(28)) word_7 (.any_o(word[7]), .bits_i({term_1[7], term_4[7], term_6[7],
+    term_7[7], term_8[7], term_9[7], term_10[7], term_11[7], term_12[7], term_15[7], term_16[7],
+    term_17[7], term_18[7], term_19[7], term_20[7], term_21[7], term_22[7], term_23[7], term_25[7],
+    term_26[7], term_27[7], term_28[7], term_29[7], term_31[7], term_32[7], term_33[7], term_34[7],
+    term_35[7]}));
+  carry_or #(.WIDTH(24)) word_8 (.any_o(word[8]), .bits_i({term_0[8], term_5[8], term_6[8],
+    term_7[8], term_8[8], term_9[8], term_10[8], term_12[8], term_16[8], term_17[8], term_18[8],
+    term_19[8], term_20[8], term_21[8], term_25[8], term_27[8], term_28[8], term_29[8], term_32[8],
+    term_33[8], term_34[8], term_35[8], term_36[8], term_37[8]}));
+  carry_or #(.WIDTH(21)) word_9 (.any_o(word[9]), .bits_i({term_0[9], term_6[9], term_7[9],
+    term_8[9], term_9[9], term_10[9], term_12[9], term_16[9], term_17[9], term_18[9], term_19[9],
+    term_20[9], term_21[9], term_25[9], term_27[9], term_28[9], term_29[9], term_32[9], term_33[9],
+    term_34[9], term_35[9]}));
+  carry_or #(.WIDTH(19)) word_10 (.any_o(word[10]), .bits_i({term_6[10], term_7[10], term_8[10],
+    term_9[10], term_10[10], term_12[10], term_16[10], term_17[10], term_18[10], term_19[10],
+    term_20[10], term_21[10], term_25[10], term_27[10], term_28[10], term_29[10], term_32[10],
+    term_33[10], term_34[10]}));
+  carry_or #(.WIDTH(19)) word_11 (.any_o(word[11]), .bits_i({term_0[11], term_6[11], term_7[11],
+    term_8[11], term_9[11], term_12[11], term_16[11], term_17[11], term_18[11], term_19[11],
+    term_20[11], term_21[11], term_25[11], term_27[11], term_28[11], term_29[11], term_32[11],
+    term_33[11], term_34[11]}));
+  carry_or #(.WIDTH(15)) word_12 (.any_o(word[12]), .bits_i({term_0[12], term_6[12], term_7[12],
+    term_8[12], term_9[12], term_12[12], term_18[12], term_21[12], term_25[12], term_27[12],
+    term_28[12], term_29[12], term_32[12], term_33[12], term_34[12]}));
+  carry_or #(.WIDTH(14)) word_13 (.any_o(word[13]), .bits_i({term_6[13], term_7[13], term_8[13],
+    term_9[13], term_12[13], term_18[13], term_21[13], term_25[13], term_27[13], term_28[13],
+    term_29[13], term_32[13], term_33[13], term_34[13]}));
+  carry_or #(.WIDTH(15)) word_14 (.any_o(word[14]), .bits_i({term_0[14], term_6[14], term_7[14],
+    term_8[14], term_9[14], term_12[14], term_18[14], term_21[14], term_25[14], term_27[14],
+    term_28[14], term_29[14], term_32[14], term_33[14], term_34[14]}));
+  carry_or #(.WIDTH(13)) word_15 (.any_o(word[15]), .bits_i({term_6[15], term_8[15], term_9[15],
+    term_12[15], term_18[15], term_21[15], term_25[15], term_27[15], term_28[15], term_29[15],
+    term_32[15], term_33[15], term_34[15]}));
+`else  // the same at once, for simulators
+  assign word = term_0 | term_1 | term_2 | term_3 | term_4 | term_5 | term_6 | term_7 | term_8 |
+    term_9 | term_10 | term_11 | term_12 | term_13 | term_14 | term_15 | term_16 | term_17 | term_18
+    | term_19 | term_20 | term_21 | term_22 | term_23 | term_24 | term_25 | term_26 | term_27 |
+    term_28 | term_29 | term_30 | term_31 | term_32 | term_33 | term_34 | term_35 | term_36 |
+    term_37;
+`endif
 
   wire known = at_00_02 | at_01_03 | at_04 | at_07_27 | at_08_48 | at_09_29 | at_0a_0b | at_0c_0d |
     at_0e_0f | at_10_11 | at_12_1a | at_13_1b | at_14_1c | at_15_1d | at_16_1e | at_18_19 | at_20_28

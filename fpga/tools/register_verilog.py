@@ -269,45 +269,60 @@ class RegisterFile:
         return "\n".join(lines)
 
     def read_words(self):
-        """The choice of a word; each term that a carry chain joins fits a look-up table."""
+        """The choice of a word, as words that a carry chain for each bit joins."""
         pairs = self.pair_up()
-        lines = ["  // Registers stand in pairs whose indices differ in one bit; a look-up table",
-                 "  // chooses between the two or takes two bits that stand alone, and a carry",
-                 "  // chain joins them."]
-        chosen = []
-        alone = set()
-        for bit in range(16):
-            terms, singles = self.read_terms(pairs, bit)
-            alone |= {index for index, _ in singles}
-            for at in range(0, len(singles), 2):
-                terms.append(" | ".join(f"at_{index:02x} & {source}" if source != "1'b1"
-                                        else f"at_{index:02x}"
-                                        for index, source in singles[at:at + 2]))
-            chosen += [f"  carry_or #(.WIDTH({len(terms)})) word_{bit}"
-                       f" (.any_o(word[{bit}]), .bits_i({{"]
-            chosen += ["    " + ",\n    ".join(terms), "  }));"]
+        lines = ["  // Registers stand in pairs whose indices differ in one bit: one look-up table for",
+                 "  // each bit chooses between the two, or takes two bits that stand alone."]
+        terms, alone = [], []
+        for first, second, differs in pairs:
+            common = self.bits[first].keys() & self.bits.get(second, {}).keys()
+            if common:
+                terms.append((common, f"{{16{{{pair_name(first, second)}}}}} & (index_i[{differs}]"
+                              f" ? {self.word(second, common)} : {self.word(first, common)})"))
+            alone += [(index, self.bits[index].keys() - common)
+                      for index in (first, second) if index is not None]
+        for shared in two_for_each_bit([item for item in alone if item[1]]):
+            terms.append((set().union(*(bits for _, bits in shared)), " | ".join(
+                f"{{16{{at_{index:02x}}}}} & {self.word(index, bits)}" for index, bits in shared)))
+        needed = {index for index, bits in alone if bits}
         for first, second, bit in pairs:
             near = f"(index_i & 8'h{0xFF ^ 1 << bit:02X})" if second is not None else "index_i"
             lines.append(f"  wire {pair_name(first, second)} = {near} == 8'h{first:02X};")
-            for index in sorted(alone & {first, second}) if second is not None else ():
+            for index in sorted(needed & {first, second}) if second is not None else ():
                 sign = "" if index >> bit & 1 else "!"
                 lines.append(f"  wire at_{index:02x} = {pair_name(first, second)}"
                              f" & {sign}index_i[{bit}];")
-        return lines + ["  wire [15:0] word;"] + chosen + self.known(pairs)
+        lines += [wrapped(f"wire [15:0] term_{n} = {text};") for n, (_, text) in enumerate(terms)]
+        return lines + self.join([bits for bits, _ in terms]) + self.known(pairs)
 
-    def read_terms(self, pairs, bit):
-        """Terms of the pairs that both have a bit, and (index, source) where only one has it."""
-        terms, singles = [], []
-        for first, second, differs in pairs:
-            low = self.bits[first].get(bit)
-            high = self.bits[second].get(bit) if second is not None else None
-            if low and high:
-                name = pair_name(first, second)
-                terms.append(f"{name} & (index_i[{differs}] ? {high} : {low})")
+    @staticmethod
+    def join(terms):
+        """The word from its terms, of which each has some bits only."""
+        lines = ["  wire [15:0] word;", "`ifdef SYNTHESIS"]
+        for bit in range(16):
+            inputs = [f"term_{n}[{bit}]" for n, bits in enumerate(terms) if bit in bits]
+            lines.append(wrapped(f"carry_or #(.WIDTH({len(inputs)})) word_{bit} (.any_o(word[{bit}]),"
+                                 f" .bits_i({{{', '.join(inputs)}}}));"))
+        return lines + ["`else  // the same at once, for simulators",
+                        wrapped("assign word = "
+                                + " | ".join(f"term_{n}" for n in range(len(terms))) + ";"),
+                        "`endif"]
+
+    def word(self, index, bits):
+        """A register's word with some of its bits, others 0."""
+        pieces = []  # [name or constant, highest bit, lowest bit]
+        for bit in range(15, -1, -1):
+            source = self.bits[index].get(bit, "0") if bit in bits else "0"
+            name, _, place = source.removesuffix("]").partition("[")
+            name = "0" if name == "0" else "1" if name == "1'b1" else name
+            at = int(place) if place else None
+            constant = name in ("0", "1")
+            if pieces and pieces[-1][0] == name and (constant or pieces[-1][2] == (at or 0) + 1):
+                pieces[-1][2] = at
+                pieces[-1][3] += 1
             else:
-                singles += [(first, low)] if low else []
-                singles += [(second, high)] if high else []
-        return terms, singles
+                pieces.append([name, at, at, 1])
+        return "{" + ", ".join(piece_text(*piece) for piece in pieces) + "}"
 
     def pair_up(self):
         """Pairs of indices that differ in one bit, those with most bits in common first.
@@ -336,6 +351,34 @@ class RegisterFile:
     @staticmethod
     def formal():
         return "`ifdef FORMAL\n`include \"register_file_properties.vh\"\n`endif\n"
+
+
+def piece_text(name, high, low, bits):
+    """A part of a concatenation: a run of constant bits, a signal, or a slice of it."""
+    if name in ("0", "1"):
+        value = 0 if name == "0" else (1 << bits) - 1
+        return f"{bits}'d{value}"
+    if high is None:
+        return name
+    return f"{name}[{high}]" if high == low else f"{name}[{high}:{low}]"
+
+
+def two_for_each_bit(items):
+    """Groups of (index, bits) in which no bit stands more than twice."""
+    groups = []
+    for item in sorted(items, key=lambda item: -len(item[1])):
+        best = None
+        for group in groups:
+            counts = {bit: sum(bit in bits for _, bits in group) for bit in item[1]}
+            if max(counts.values()) < 2:
+                gain = sum(count == 1 for count in counts.values())
+                if best is None or gain > best[0]:
+                    best = (gain, group)
+        if best:
+            best[1].append(item)
+        else:
+            groups.append([item])
+    return groups
 
 
 def at_least(constant):
