@@ -65,9 +65,10 @@ def run_shard(image, every, shard, shards):
     os.mkdir(folder)
     library, environment = cocotb_environment()
     results = os.path.join(folder, "results.xml")
+    environment.update({"COCOTB_RESULTS_FILE": results, "EVERY": str(every),
+                        "SHARD": f"{shard}/{shards}"})
     done = subprocess.run(["vvp", "-m", library, image], cwd=folder, capture_output=True, text=True,
-                          timeout=TIMEOUT_S, env={**environment, "COCOTB_RESULTS_FILE": results,
-                                                  "EVERY": str(every), "SHARD": f"{shard}/{shards}"})
+                          timeout=TIMEOUT_S, env=environment)
     if not os.path.exists(results):
         sys.exit(f"conformance.py: {done.stdout[-2000:]}{done.stderr[-2000:]}")
     cases = list(xml.etree.ElementTree.parse(results).iter("testcase"))

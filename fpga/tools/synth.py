@@ -28,7 +28,8 @@ import synthesis_table
 FPGA = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
 CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "vergence")
 SEEDS = (1, 2, 3, 4, 5)
-HALF_PERIOD = 1e3 / 48 / 2  # ns: from the edge that takes a pixel to the one that gives it to the PPI
+# ns: from the edge that takes a pixel to the one that gives it to the PPI.
+HALF_PERIOD = 1e3 / 48 / 2
 # Upper-case names must not be above their goal, lower-case ones (MHz) not below.
 GOALS = {"xc3s": {"LUT4": 1600, "FF": 1200, "BRAM": 0, "MULT": 0},
          "hx8k": {"control": 75.0, "pixel": 96.0, "HOP": HALF_PERIOD},
@@ -55,7 +56,8 @@ def run(words, folder, log):
         text = file.read()
     # A crashed mapper is only a warning to yosys, whose netlist then is not what it would be.
     if code != 0 or "failed: return code" in text:
-        raise Failed(f"{words[0]}: {synthesis_table.last_error(text)} ({os.path.join(folder, log)})")
+        why = synthesis_table.last_error(text)
+        raise Failed(f"{words[0]}: {why} ({os.path.join(folder, log)})")
     return text
 
 
@@ -187,7 +189,8 @@ def place(folder, options, command):
 
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         placed = dict(zip(seeds, pool.map(one, seeds)))
-    best = max(seeds, key=lambda seed: min(placed[seed]["control"] / 25, placed[seed]["pixel"] / 48))
+    best = max(seeds,
+               key=lambda seed: min(placed[seed]["control"] / 25, placed[seed]["pixel"] / 48))
     worst = {"HOP": max(result["HOP"] for result in placed.values()),
              "cells": placed[best]["cells"], "share": placed[best]["share"],
              "seeds": {str(seed): [result["control"], result["pixel"]]

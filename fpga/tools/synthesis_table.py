@@ -26,7 +26,8 @@ def resources(targets, goals):
         words = []
         for name in ("LUT4", "through", "carry", "FF", "BRAM", "MULT"):
             goal = goals[target].get(name)
-            words.append(f"{result.get(name, '')}" + (f" (goal {goal})" if goal is not None else ""))
+            beside = f" (goal {goal})" if goal is not None else ""
+            words.append(f"{result.get(name, '')}{beside}")
         lines.append(f"| {DEVICES[target]} | {' | '.join(words)} | {result['share']:.1%} |")
     return lines
 
@@ -42,7 +43,8 @@ def timings(targets, goals):
         words = []
         for name in ("control", "pixel", "HOP"):
             goal = goals[target].get(name)
-            words.append(f"{result[name]:.1f}" + (f" (goal {goal:.3g})" if goal is not None else ""))
+            beside = f" (goal {goal:.3g})" if goal is not None else ""
+            words.append(f"{result[name]:.1f}{beside}")
         seeds = ", ".join(f"{control:.1f}" for control, _ in result["seeds"].values())
         lines.append(f"| {DEVICES[target]} | {' | '.join(words)} | {seeds} | {file} |")
     return lines

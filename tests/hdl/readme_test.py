@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""fpga/README.md: its quick commands run, its other commands and all files it names exist."""
+"""fpga/README.md, firmware/HARDWARE.md: commands run, files exist, pins are those built."""
 import os
 import re
 import subprocess
@@ -46,6 +46,20 @@ class Readme(unittest.TestCase):
         for name in links + [name for name in own if "*" not in name]:
             self.assertTrue(os.path.exists(os.path.join(FPGA, name))
                             or os.path.exists(os.path.join(SOURCE, name)), name)
+
+    def test_the_wiring_is_that_of_the_pin_file(self):
+        with open(os.path.join(FPGA, "boards", "ice40_hx8k", "ice40_hx8k.pcf"),
+                  encoding="utf-8") as file:
+            built = {}
+            for line in file:
+                if header := re.match(r"# ---- (J\d)", line):
+                    name = header[1]
+                elif pin := re.match(r"set_io (?:-\S+ \w+ )?(\S+)\s+\w+\s+#.*?(\d+)\s*$", line):
+                    built[pin[1]] = f"{name}-{pin[2]}"
+        with open(os.path.join(SOURCE, "firmware", "HARDWARE.md"), encoding="utf-8") as file:
+            told = dict(re.findall(r"`([\w\[\]]+)` (J\d-\d+)", file.read()))
+        self.assertGreater(len(built), 55)
+        self.assertEqual(told, built)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The published figures of the synthesis are of this Verilog, and one placement gives them again."""
+"""The published figures of the synthesis are of this Verilog; one placement gives them again."""
 import json
 import os
 import subprocess
@@ -17,16 +17,19 @@ def published():
         return json.load(file)
 
 
+def run(*arguments):
+    return subprocess.run([sys.executable, "-B", TOOL, *arguments], capture_output=True, text=True)
+
+
 class Synthesis(unittest.TestCase):
     def test_the_published_figures_are_up_to_date(self):
-        done = subprocess.run([sys.executable, "-B", TOOL, "--check"], capture_output=True, text=True)
+        done = run("--check")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def test_a_bitstream_from_one_command(self):
         with tempfile.TemporaryDirectory(prefix="synthesis-") as folder:
             record = os.path.join(folder, "record.json")
-            done = subprocess.run([sys.executable, "-B", TOOL, "hx8k", "--seeds", "1", "--out", folder,
-                                   "--json", record], capture_output=True, text=True)
+            done = run("hx8k", "--seeds", "1", "--out", folder, "--json", record)
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
             with open(record, encoding="utf-8") as file:
                 made = json.load(file)
