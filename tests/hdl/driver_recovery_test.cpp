@@ -103,8 +103,8 @@ unsigned half_period(const hal_i2c *bus, const hal_clock *clock, unsigned pulled
 }
 
 void stop(const hal_i2c *bus, const hal_clock *clock) {
-    for (unsigned pulled : {+HAL_I2C_SCL, HAL_I2C_SCL | HAL_I2C_SDA, +HAL_I2C_SDA, 0}) {
-        half_period(bus, clock, pulled);
+    for (int pulled : {+HAL_I2C_SCL, HAL_I2C_SCL | HAL_I2C_SDA, +HAL_I2C_SDA, 0}) {
+        half_period(bus, clock, unsigned(pulled));
     }
 }
 
