@@ -33,7 +33,7 @@ HALF_PERIOD = 1e3 / 48 / 2
 # Upper-case names must not be above their goal, lower-case ones (MHz) not below.
 GOALS = {"xc3s": {"LUT4": 1600, "FF": 1200, "BRAM": 0, "MULT": 0},
          "hx8k": {"control": 75.0, "pixel": 96.0, "HOP": HALF_PERIOD},
-         "up5k": {"control": 30.0, "pixel": 60.0},
+         "up5k": {"control": 30.0, "pixel": 60.0, "HOP": HALF_PERIOD},
          "ecp5": {"control": 75.0, "pixel": 96.0, "HOP": HALF_PERIOD}}
 BOARDS = {"xc3s": "xc3s1000", "hx8k": "ice40_hx8k", "up5k": "ice40_up5k", "ecp5": "ecp5"}
 DEVICE_LUTS = {"xc3s": 15360, "hx8k": 7680, "up5k": 5280, "ecp5": 24288}
