@@ -3,7 +3,7 @@
 `default_nettype none
 
 module bus_condition_properties #(
-  parameter HOLD = 5
+  parameter HOLD = 4
 ) (
   input wire clk_i,
   input wire rst_i,

@@ -14,15 +14,15 @@
 // - SCL stays high, filtered, for HOLD clocks after the change of SDA.
 // - Of the 5 samples of SCL before the last, at most 2 are low. Spikes of 50 ns that stand 200 ns
 //   apart darken 2 of 5 samples at most, and a true fall hidden by one shows 3 of them.
-// At 25 MHz, START and STOP need SCL high for 240 ns (HOLD clocks and 1 of sampling) after the
-// edge; at 1 MHz they last 260. Data may follow SCL's fall at once, spikes or not.
+// START and STOP need SCL high for HOLD clocks and 1 of sampling after the edge: 200 ns at 25 MHz,
+// 222 ns at 22.5; at 1 MHz they last 260. Data may follow SCL's fall at once, spikes or not.
 // scl_i, sda_i: filtered; scl_sample_i: the same SCL as sampled, 3 clocks ahead of scl_i.
 // Latency: edges 0 clocks (combinational), START and STOP HOLD clocks.
 
 `default_nettype none
 
 module bus_condition #(
-  parameter HOLD = 5
+  parameter HOLD = 4
 ) (
   input  wire clk_i,
   input  wire rst_i,

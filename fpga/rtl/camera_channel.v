@@ -67,6 +67,7 @@ module camera_channel (
   wire taken_meta;
   wire measuring_meta;
   wire finish;
+  wire closing;
 `endif
   sync_bit taken_level (
     .clk_i(pixel_clk_i),
@@ -94,6 +95,9 @@ module camera_channel (
     .lines_o(lines),
     .width_o(width),
     .wrong_o(wrong),
+`ifdef PROVE_CAMERA_CHANNEL
+    .closing_o(closing),
+`endif
     .wrong_line_o(wrong_line)
   );
 
@@ -151,7 +155,7 @@ module camera_channel (
     .clk_i(clk_i), .rst_i(rst_i), .pixel_clk_i(pixel_clk_i),
     .measuring(measuring), .lines(lines), .width(width), .wrong(wrong), .taken(taken),
     .taken_there(taken_there), .frame_valid(frame_valid_o),
-    .measuring_meta(measuring_meta), .taken_meta(taken_meta), .finish(finish)
+    .measuring_meta(measuring_meta), .taken_meta(taken_meta), .finish(finish), .closing(closing)
   );
 `endif
 

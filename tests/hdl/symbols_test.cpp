@@ -104,7 +104,7 @@ void play_symbols(uint64_t symbols, const Pace &pace) {
     for (const std::string &fault : bridge.servos().faults()) {
         FAIL_CHECK(fault);
     }
-    CHECK(oracle.stored() > symbols / 2000);
+    CHECK(oracle.stored() > symbols / 4000);
     // Both agree about what is stored in the end.
     hdl::I2cMaster master(bridge, hdl::standard_timing(1000));
     master.clear_bus();

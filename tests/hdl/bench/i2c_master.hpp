@@ -25,7 +25,7 @@ struct I2cTiming {
 I2cTiming standard_timing(unsigned khz);
 
 /// For the sensors' branches at 400 kHz: the router takes up to 80 ns off the high times and 200 ns
-/// off the hold time of START (see i2c_router.v), so the master gives 700 and 820 ns.
+/// off the hold time of START (see i2c_router.v), so the master gives 700 and 800 ns.
 I2cTiming branch_timing(unsigned khz);
 
 /// Ends a transfer in its middle (see I2cMaster::abort_after).
