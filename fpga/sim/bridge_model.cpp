@@ -8,6 +8,7 @@
 
 #include "Vbridge_sim.h"
 #include "Vbridge_sim___024root.h"
+#include "bridge_coverage.hpp"
 #include "verilated.h"
 
 // Verilator's own code asks for this where no SystemC is.
@@ -274,6 +275,7 @@ bridge_model *bridge_model_create(uint32_t seed) {
 void bridge_model_destroy(bridge_model *model) {
     if (model != nullptr) {
         model->top->final();
+        add_coverage(*model->top);
         delete model;
     }
 }
