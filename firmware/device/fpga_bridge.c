@@ -125,6 +125,7 @@ int fpga_bridge_open(struct fpga_bridge *self, const struct hal_i2c *bus,
     opened.build = words[2];
     opened.caps = words[3];
     opened.marked = false;
+    opened.restarted = false;
     *self = opened;
     return ERROR_OK;
 }
@@ -288,6 +289,7 @@ int fpga_bridge_soft_reset(struct fpga_bridge *self) {
         return error;
     }
     self->marked = false;
+    self->restarted = false;
     return (value & ctrl->stored_mask) == (ctrl->reset & ctrl->stored_mask) ? ERROR_OK
                                                                             : ERROR_VERIFY;
 }

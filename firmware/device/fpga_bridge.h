@@ -31,8 +31,9 @@ struct fpga_bridge {
     struct fpga_bridge_bus bus;
     uint16_t version;  ///< major.minor, as read by fpga_bridge_open; so are the next two
     uint16_t build;
-    uint16_t caps;  ///< BRIDGE_CAPS_*
-    bool marked;    ///< SCRATCH was given a mark: see fpga_bridge_watchdog_feed
+    uint16_t caps;   ///< BRIDGE_CAPS_*
+    bool marked;     ///< SCRATCH was given a mark: see fpga_bridge_watchdog_feed
+    bool restarted;  ///< found by it, and not yet told
 };
 
 /// A field of a register.

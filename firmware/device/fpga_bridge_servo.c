@@ -110,20 +110,27 @@ int fpga_bridge_watchdog_clear(struct fpga_bridge *self) {
 }
 
 int fpga_bridge_watchdog_feed(struct fpga_bridge *self) {
-    bool restarted = false;
+    uint16_t mark = 0;
+    int error = ERROR_OK;
     if (self->marked) {
-        uint16_t mark = 0;
-        const int error = fpga_bridge_touch(self, BRIDGE_SCRATCH, &mark);
-        if (error != ERROR_OK || mark == MARK) {
+        error = fpga_bridge_touch(self, BRIDGE_SCRATCH, &mark);
+        if (error == ERROR_OK && mark != MARK) {  // a wrong bit in what is read is no restart
+            error = fpga_bridge_read(self, BRIDGE_SCRATCH, &mark);
+        }
+        if (error != ERROR_OK) {
             return error;
         }
-        restarted = true;
+        // Kept until it is told: a write that fails may have been taken all the same.
+        self->restarted |= mark != MARK;
     }
-    // A restart that this cannot mark as told is found again next time.
-    const int error = fpga_bridge_write(self, BRIDGE_SCRATCH, MARK);
+    if (mark != MARK) {
+        error = fpga_bridge_write(self, BRIDGE_SCRATCH, MARK);
+    }
     if (error != ERROR_OK) {
         return error;
     }
     self->marked = true;
+    const bool restarted = self->restarted;
+    self->restarted = false;
     return restarted ? ERROR_RESTARTED : ERROR_OK;
 }

@@ -138,6 +138,15 @@ TEST_CASE("feeding the watchdog misses no restart, and reports none that was not
     rig.heal();
     CHECK(fpga_bridge_watchdog_feed(&rig.driver) == ERROR_RESTARTED);
     CHECK(fpga_bridge_watchdog_feed(&rig.driver) == ERROR_OK);
+    // The same when the mark was taken and the driver heard of it wrongly.
+    rig.world.bridge.reset();
+    rig.bus.wait(200 * kUs);
+    const uint64_t looks = rig.bus.transfers() + 2;
+    rig.bus.misread([&](uint64_t n) { return n == 9 * 3 + 8 + 1 && rig.bus.transfers() > looks; });
+    CHECK(fpga_bridge_watchdog_feed(&rig.driver) == ERROR_REFUSED);
+    rig.heal();
+    CHECK(fpga_bridge_watchdog_feed(&rig.driver) == ERROR_RESTARTED);
+    CHECK(fpga_bridge_watchdog_feed(&rig.driver) == ERROR_OK);
 }
 
 TEST_CASE("the trigger is never started twice, and started when the driver says so") {
