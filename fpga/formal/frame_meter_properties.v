@@ -33,8 +33,8 @@ module frame_meter_properties (
   reg live_frame;
   wire pixel = frame_i && line_i && counting;
   wire line_ended = in_line_before && !pixel;
-  wire [11:0] pixels_held = true_pixels[12] ? 12'hFFF : true_pixels[11:0];
-  wire [11:0] lines_held = true_lines[12] ? 12'hFFF : true_lines[11:0];
+  wire [11:0] pixels_held = true_pixels >= 13'hF00 ? 12'hF00 : true_pixels[11:0];
+  wire [11:0] lines_held = true_lines >= 13'hF00 ? 12'hF00 : true_lines[11:0];
   always @(posedge clk_i) begin
     if (!begun) assume (rst_i);
     begun <= 1'b1;

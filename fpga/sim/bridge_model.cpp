@@ -248,7 +248,9 @@ bridge_model *bridge_model_create(uint32_t seed) {
         return nullptr;
     }
     model->context.randSeed(static_cast<int>(seed >> 1 | 1u));
-    model->context.randReset(2);
+    // Every flip-flop has an asynchronous reset, which the board holds at power-up. Verilator
+    // carries such a reset out at its edge only: from zeros, all of them see one.
+    model->context.randReset(0);
     model->top = std::make_unique<Vbridge_sim>(&model->context, "");
     bridge_inputs &in = model->inputs;
     in.reset = 1;
@@ -262,6 +264,9 @@ bridge_model *bridge_model_create(uint32_t seed) {
     top.clk_i = 1;
     top.pix_clk_i = 0;
     top.tick_next_i = 0;
+    join_lines(*model);
+    top.rst_i = 0;
+    top.eval();
     take_inputs(*model);
     top.eval();
     join_lines(*model);
