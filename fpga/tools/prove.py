@@ -9,7 +9,7 @@ Every file fpga/formal/NAME.json describes one proof:
   defines     further macros (FORMAL and SYNTHESIS are always defined)
   parameters  of the top; left out: those of the source, that is full size
   cover       {"depth", "parameters", "defines"}: how the cover statements are reached; false: none
-  kill        {"depth", "parameters", "defines"}: how mutants are looked at from reset
+  kill        {"depth", "parameters", "defines"}: how mutants are looked at from reset (12 steps)
   mutants     [{"name", "file", "replace", "with", "kills": [labels], "depth"}]: a mistake in the RTL and
               the assertions that must fail with it
   steps       {label: reason}: assertions for which no mutant has a counterexample from reset
@@ -42,6 +42,7 @@ FPGA = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
 CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "vergence")
 RECIPE = 4  # to be raised when the same sources may give another result
 TIMEOUT_S = 600
+KILL_DEPTH = 12  # steps from reset in which a mutant's mistake is looked for, at least
 KNOWN = {"module", "sources", "mode", "depth", "base_depth", "multiclock", "defines", "parameters",
          "cover", "kill", "mutants", "steps", "comment"}
 NOT_OF_THE_PROOF = ("kill", "mutants", "steps", "comment")
@@ -241,8 +242,8 @@ def kill_one(runner, proof, mutant):
     """Which assertions fail with the mutant, and how."""
     texts, wanted = proof.mutated(mutant), set(mutant["kills"])
     kill = proof.data.get("kill", {})
-    depth = str(mutant.get("depth", kill.get("depth", max(proof.data.get("base_depth", proof.depth),
-                                                          proof.depth) + 1)))
+    depth = str(mutant.get("depth", kill.get("depth", max(proof.data.get("base_depth", 0),
+                                                          proof.depth, KILL_DEPTH - 1) + 1)))
     special = kill.get("defines", []), kill.get("parameters")
 
     def from_reset(killed):
