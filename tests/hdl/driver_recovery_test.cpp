@@ -271,6 +271,9 @@ void break_off(const Kind &kind, const Recovery &recovery, const Choose &choose,
             } catch (const hdl::Aborted &) {
             }
             world.bridge.remove(falls);
+            // Others that take SCL down end the bit that the master left high.
+            const bool scl_taken = way == kSclLong || way == kBothLong;
+            falls.count += scl_taken && world.bridge.out().scl != 0;
             std::string wrong = recover(world.bridge, Others(way), recovery);
             clock_without_start(world.bridge);
             const auto state = world.state();
@@ -279,8 +282,8 @@ void break_off(const Kind &kind, const Recovery &recovery, const Choose &choose,
             result.tries++;
             result.wrong += !wrong.empty();
             if (report && !wrong.empty()) {
-                FAIL_CHECK(std::string(kind.name)
-                           << " after " << moves << " moves, " << kNames[way] << ": " << wrong);
+                FAIL_CHECK(std::string(kind.name) << " after " << moves << " moves, "
+                                                  << std::string(kNames[way]) << ": " << wrong);
             }
         }
     }
