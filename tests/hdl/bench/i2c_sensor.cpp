@@ -90,7 +90,7 @@ void I2cSensor::byte_is_there() {
         case State::kWrite:
             bytes_written++;
             if (low_byte_) {
-                registers[index_++] = uint16_t(high_ << 8 | shift_);
+                registers[index_++] = uint16_t(unsigned(high_) << 8 | shift_);
             }
             high_ = uint8_t(shift_);
             low_byte_ = !low_byte_;
