@@ -146,7 +146,8 @@ TEST_CASE("idle time changes nothing") {
             INFO("pause " << i << " register " << int(index));
             // A frame's start crosses from the camera's clock, which takes a clock more by chance.
             const bool crossed = index >= 0x44 && index <= 0x46;
-            CHECK(std::abs(int(word.second) - int(idle.registers[i].at(index))) <= (crossed ? 1 : 0));
+            CHECK(std::abs(int(word.second) - int(idle.registers[i].at(index))) <=
+                  (crossed ? 1 : 0));
         }
     }
     CHECK(exact.frames == idle.frames);
