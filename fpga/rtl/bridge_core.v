@@ -81,8 +81,6 @@ module bridge_core #(
   // ---- registers
   wire camera0_hold;
   wire camera1_hold;
-  wire [15:0] scratch;
-  wire [14:0] servo_period_us;
   wire ctrl_servo0_enable;
   wire ctrl_servo1_enable;
   wire ctrl_stream_enable;
@@ -94,16 +92,6 @@ module bridge_core #(
   wire [15:0] wdg_ms;
   wire [1:0] wdg_action;
   wire wdg_fired_clear;
-  wire [15:0] servo0_target_q4;
-  wire [14:0] servo0_min_q4;
-  wire [15:0] servo0_max_q4;
-  wire [15:0] servo0_safe_q4;
-  wire [10:0] servo0_slew_q4;
-  wire [15:0] servo1_target_q4;
-  wire [14:0] servo1_min_q4;
-  wire [15:0] servo1_max_q4;
-  wire [15:0] servo1_safe_q4;
-  wire [10:0] servo1_slew_q4;
   wire [1:0] cam_select_source;
   wire cam_select_alternating;
   wire [6:0] cam_select_frames_each;
@@ -138,7 +126,9 @@ module bridge_core #(
   wire [1:0] camera_lost, cam_active, frame_valid, short_line, short_frame, frame_cut;
   wire switching, gate_open, forced;
   wire [7:0] irq_status;
-  wire [15:0] servo0_actual_q4, servo1_actual_q4;
+  wire [3:0] servo_place;
+  wire [15:0] servo_word, servo_store_q4;
+  wire servo_store, servo_stored, filling;
   wire [7:0] servo0_frames, servo1_frames;
   wire trigger_busy;
   wire [15:0] skew_us;
@@ -163,6 +153,12 @@ module bridge_core #(
     .write_allowed_o(write_allowed),
     .write_strobe_i(write_strobe),
     .write_data_i(write_data),
+    .filling_o(filling),
+    .memory_place_i(servo_place),
+    .memory_word_o(servo_word),
+    .memory_store_i(servo_store),
+    .memory_data_i(servo_store_q4),
+    .memory_stored_o(servo_stored),
     .camera0_hold_o(camera0_hold),
     .camera1_hold_o(camera1_hold),
     .build_i(BUILD),
@@ -172,8 +168,6 @@ module bridge_core #(
     .caps_trigger_i(1'b1),
     .caps_alternating_i(1'b1),
     .caps_tag_i(1'b1),
-    .scratch_o(scratch),
-    .servo_period_us_o(servo_period_us),
     .ctrl_servo0_enable_o(ctrl_servo0_enable),
     .ctrl_servo1_enable_o(ctrl_servo1_enable),
     .ctrl_stream_enable_o(ctrl_stream_enable),
@@ -194,19 +188,7 @@ module bridge_core #(
     .wdg_action_o(wdg_action),
     .wdg_fired_i(watchdog_fired),
     .wdg_fired_clear_o(wdg_fired_clear),
-    .servo0_target_q4_o(servo0_target_q4),
-    .servo0_actual_q4_i(servo0_actual_q4),
-    .servo0_min_q4_o(servo0_min_q4),
-    .servo0_max_q4_o(servo0_max_q4),
-    .servo0_safe_q4_o(servo0_safe_q4),
-    .servo0_slew_q4_o(servo0_slew_q4),
     .servo0_frames_i(servo0_frames),
-    .servo1_target_q4_o(servo1_target_q4),
-    .servo1_actual_q4_i(servo1_actual_q4),
-    .servo1_min_q4_o(servo1_min_q4),
-    .servo1_max_q4_o(servo1_max_q4),
-    .servo1_safe_q4_o(servo1_safe_q4),
-    .servo1_slew_q4_o(servo1_slew_q4),
     .servo1_frames_i(servo1_frames),
     .cam_select_source_o(cam_select_source),
     .cam_select_alternating_o(cam_select_alternating),
@@ -282,7 +264,7 @@ module bridge_core #(
   );
 
   // For the DSP alone.
-  wire unused = &{1'b0, scratch, unlock};
+  wire unused = &{1'b0, unlock};
 
   // ---- the DSP's bus
   wire target_low, router_low, bus_start, bus_stop;
@@ -375,22 +357,15 @@ module bridge_core #(
     .watchdog_clear_i(wdg_fired_clear),
     .watchdog_fired_o(watchdog_fired),
     .watchdog_event_o(watchdog_event),
-    .period_us_i(servo_period_us),
     .enable_i({ctrl_servo1_enable, ctrl_servo0_enable}),
-    .servo0_target_q4_i(servo0_target_q4),
-    .servo0_min_q4_i({1'b0, servo0_min_q4}),
-    .servo0_max_q4_i(servo0_max_q4),
-    .servo0_safe_q4_i(servo0_safe_q4),
-    .servo0_slew_q4_i(servo0_slew_q4),
-    .servo1_target_q4_i(servo1_target_q4),
-    .servo1_min_q4_i({1'b0, servo1_min_q4}),
-    .servo1_max_q4_i(servo1_max_q4),
-    .servo1_safe_q4_i(servo1_safe_q4),
-    .servo1_slew_q4_i(servo1_slew_q4),
+    .place_o(servo_place),
+    .word_i(servo_word),
+    .filling_i(filling),
+    .store_o(servo_store),
+    .store_q4_o(servo_store_q4),
+    .stored_i(servo_stored),
     .servo_o(servo_o),
     .active_o(servo_active),
-    .servo0_actual_q4_o(servo0_actual_q4),
-    .servo1_actual_q4_o(servo1_actual_q4),
     .servo0_frames_o(servo0_frames),
     .servo1_frames_o(servo1_frames)
   );

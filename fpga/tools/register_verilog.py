@@ -66,15 +66,18 @@ class RegisterFile:
         self.resets = []
         self.stores = []
         self.wires = []
-        self.bits = {r.index: {} for r in registers}  # index: bit: what it reads
+        self.memory = [r for r in registers if r.place is not None]
+        self.bits = {r.index: {} for r in registers if r.place is None}  # index: bit: what it reads
 
     def text(self):
         for register in self.registers:
-            self.add_register(register)
+            if register.place is None:
+                self.add_register(register)
         parts = [
             HEADER.rstrip("\n"), REGISTER_FILE_TEXT, "`default_nettype none", "",
             "module register_file (", self.port_list(), ");", "",
-            self.limits(), self.write_path(), self.hold(), self.read_path(), self.formal(),
+            self.limits(), self.write_path(), self.memory_path(), self.hold(),
+            self.read_path(), self.formal(),
             "endmodule", "", "`default_nettype wire", "",
         ]
         return "\n".join(parts)
@@ -172,6 +175,14 @@ class RegisterFile:
             "input  wire write_strobe_i",
             "input  wire [15:0] write_data_i",
         ]
+        bus += [
+            "output wire filling_o",
+            "input  wire [3:0] memory_place_i",
+            "output wire [15:0] memory_word_o",
+            "input  wire memory_store_i",
+            "input  wire [15:0] memory_data_i",
+            "output wire memory_stored_o",
+        ]
         bus += [f"output reg  {r.block}_hold_o" for r in self.registers if r.holds_block]
         return ",\n".join("  " + port for port in bus + self.ports)
 
@@ -230,6 +241,59 @@ class RegisterFile:
         lines += ["  " + line for line in self.wires]
         return "\n".join(lines + [""])
 
+    def memory_path(self):
+        """The registers that stand in memory."""
+        stored = [r for r in self.memory if r.fields[0].kind == "stored"]
+        lines = [
+            "  // Some registers stand in a memory of 16 words, which the bus and the hardware read at",
+            "  // the same time. After reset it is filled; then the bus comes first, and the hardware",
+            "  // waits for memory_stored_o.",
+            "  reg [15:0] memory [0:15];", "  reg [4:0] fill;", "  reg fetch;",
+            "  always @(posedge clk_i or posedge rst_i) begin", "    if (rst_i) fill <= 5'd0;",
+            "    else if (!fill[4]) fill <= fill + 5'd1;", "  end", "  assign filling_o = !fill[4];",
+            "", "  // Not as case: yosys could make memories of them, with any contents in a proof."]
+        here = [f"fill[3:0] == 4'd{r.place}" for r in stored]
+        lines.append(wrapped(f"wire filled_here = {' || '.join(here)};"))
+        resets = {}
+        for register in stored:
+            if register.reset:
+                resets.setdefault(register.reset, []).append(f"fill[3:0] == 4'd{register.place}")
+        words = " : ".join(f"{' || '.join(at)} ? 16'd{reset}" for reset, at in resets.items())
+        lines.append(wrapped(f"wire [15:0] fill_word = {words} : 16'd0;"))
+        lines.append(wrapped("wire in_memory = " + " || ".join(
+            f"index_i == 8'h{r.index:02X}" for r in self.memory) + ";"))
+        lines += [
+            "",
+            "  assign memory_stored_o = memory_store_i && !filling_o && !write_strobe_i && !fetch;",
+            f"  wire [3:0] place = filling_o ? fill[3:0] : memory_stored_o ? memory_place_i",
+            f"    : {self.place_of_index()};",
+            "  wire store = filling_o ? filled_here : memory_stored_o || (write_strobe_i && in_memory);",
+            "  wire [15:0] stored_word = filling_o ? fill_word : memory_stored_o ? memory_data_i",
+            "    : write_data_i;",
+            "  always @(posedge clk_i) if (store) memory[place] <= stored_word;",
+            "  wire [15:0] memory_word = memory[place];",
+            "  assign memory_word_o = memory[memory_place_i];", ""]
+        return "\n".join(lines + [""])
+
+    def place_of_index(self):
+        """The place in memory of the register at the index, for those that stand there."""
+        plain = [r for r in self.memory if r.place == r.index & 0xF]
+        moved = [r for r in self.memory if r.place != r.index & 0xF]
+        for guard in range(8):
+            if all(r.index >> guard & 1 for r in plain) and not any(r.index >> guard & 1
+                                                                    for r in moved):
+                break
+        else:
+            raise ValueError("no bit of the index tells how a place in memory is made")
+        bits = []
+        for bit in reversed(range(4)):
+            wanted = [r.place >> bit & 1 for r in moved]
+            choices = {"1'b0": [0] * len(moved), "1'b1": [1] * len(moved)}
+            choices.update({f"index_i[{at}]": [r.index >> at & 1 for r in moved]
+                            for at in range(8)})
+            bits.append(next(text for text, values in choices.items() if values == wanted))
+        return f"index_i[{guard}] ? index_i[3:0] : {{{', '.join(bits)}}}"
+
     def hold(self):
         lines = ["  // A snapshot lasts from a block's first word until the transfer leaves it."]
         for register in self.registers:
@@ -251,7 +315,7 @@ class RegisterFile:
     def read_path(self):
         lines = [
             "  // The low half of the 32-bit value whose high half was read last.",
-            "  reg fetch;", "  reg [15:0] low_word;",
+            "  reg [15:0] low_word;",
             "  always @(posedge clk_i or posedge rst_i) begin",
             "    if (rst_i) low_word <= 16'd0;", "    else if (fetch) case (index_i)"]
         for register in self.registers:
@@ -273,7 +337,7 @@ class RegisterFile:
         pairs = self.pair_up()
         lines = ["  // Registers stand in pairs whose indices differ in one bit: one look-up table for",
                  "  // each bit chooses between the two, or takes two bits that stand alone."]
-        terms, alone = [], []
+        terms, alone = [(set(range(16)), "{16{in_memory}} & memory_word")], []
         for first, second, differs in pairs:
             common = self.bits[first].keys() & self.bits.get(second, {}).keys()
             if common:
@@ -345,7 +409,7 @@ class RegisterFile:
 
     @staticmethod
     def known(pairs):
-        names = [pair_name(first, second) for first, second, _ in pairs]
+        names = ["in_memory"] + [pair_name(first, second) for first, second, _ in pairs]
         return ["", wrapped("wire known = " + " | ".join(names) + ";"), ""]
 
     @staticmethod

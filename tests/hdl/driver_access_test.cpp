@@ -141,7 +141,7 @@ TEST_CASE("arguments of the typed functions are refused unsent") {
     CHECK(fpga_bridge_servo_aim(driver, 0, 9599) == ERROR_RANGE);
     CHECK(fpga_bridge_servo_aim(driver, 1, 38401) == ERROR_RANGE);
     CHECK(fpga_bridge_servo_slew(driver, 1, 2048) == ERROR_RANGE);
-    CHECK(fpga_bridge_servo_safe(driver, 1, 24001) == ERROR_RANGE);
+    CHECK(fpga_bridge_servo_safe(driver, 1, 38401) == ERROR_RANGE);
     CHECK(fpga_bridge_servo_limits(driver, 2, 9600, 38400) == ERROR_ARGUMENT);
     CHECK(fpga_bridge_servo_enable(driver, ~0u, true) == ERROR_ARGUMENT);
     CHECK(fpga_bridge_camera_read(driver, 2, &camera) == ERROR_ARGUMENT);
