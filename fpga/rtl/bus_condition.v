@@ -69,8 +69,8 @@ module bus_condition #(
 `ifdef PROVE_BUS_CONDITION
   bus_condition_properties #(.HOLD(HOLD)) properties (
     .clk_i(clk_i), .rst_i(rst_i), .scl_i(scl_i), .scl_sample_i(scl_sample_i), .sda_i(sda_i),
-    .scl_rise_o(scl_rise_o), .scl_fall_o(scl_fall_o), .start_o(start_o), .stop_o(stop_o), .scl_last_i(scl_last),
-    .sda_last_i(sda_last)
+    .scl_rise_o(scl_rise_o), .scl_fall_o(scl_fall_o), .start_o(start_o), .stop_o(stop_o),
+    .scl_last_i(scl_last), .sda_last_i(sda_last)
   );
 `endif
 

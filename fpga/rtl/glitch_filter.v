@@ -15,7 +15,8 @@
 //
 // SAMPLES: at least 2; a spike shorter than SAMPLES - 1 periods of clk_i is always removed, a level
 // longer than SAMPLES periods always passes. At 25 MHz 3 samples remove 80 ns; the
-// specification asks for 50 ns. sample_o: the line at clk_i, not filtered. spike_o: one clock for each run of samples that was removed.
+// specification asks for 50 ns. sample_o: the line at clk_i, not filtered. spike_o: one clock for
+// each run of samples that was removed.
 // Latency: 2 (synchroniser) + SAMPLES rising edges. The line is high during reset.
 
 `default_nettype none

@@ -46,8 +46,8 @@
 //   START, STOP -> branch           10 clocks   4 of them to be sure that it is one; its hold time
 //                                               is 160 ns shorter on the branch
 // 400 kHz (low 1300 ns): the sensor has 1300 - 480 - 100 (set-up) - rise = ~600 ns for its answer;
-// fast mode allows it 900, 350 are usual. High times should be >= 680 ns at the master, and the hold
-// time of START >= 800 (with 40 of sampling), so that the branch gets 600.
+// fast mode allows it 900, 350 are usual. High times should be >= 680 ns at the master, and the
+// hold time of START >= 800 (with 40 of sampling), so that the branch gets 600.
 // 100 kHz: margins above 3 us. The DSP's bus may run at 1 MHz to other devices: with a low time of
 // less than 21 clocks (840 ns) the branches take no further part until the next START, and nothing
 // is answered for them.
