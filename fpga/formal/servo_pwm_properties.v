@@ -17,7 +17,7 @@ module servo_pwm_properties (
   input wire        servo_o,
   input wire        active_o,
   input wire [15:0] actual_i,
-  input wire [7:0]  frames_o,
+  input wire        finished_o,
   input wire        may_load_i,
   input wire        whole_past_i
 );
@@ -25,7 +25,7 @@ module servo_pwm_properties (
   reg        reset = 1'b1;            // values of the clock before
   reg        frame, send, servo, load;
   reg [15:0] actual, next_q4;
-  reg [7:0]  frames;
+  reg        finished;
   reg [4:0]  clocks2;
   reg [14:0] ticks2;
 
@@ -65,7 +65,7 @@ module servo_pwm_properties (
     load <= load_i;
     actual <= actual_i;
     next_q4 <= next_q4_i;
-    frames <= frames_o;
+    finished <= finished_o;
     clocks2 <= clocks;
     ticks2 <= ticks;
     if (begun && !rst_i) begin
@@ -80,7 +80,7 @@ module servo_pwm_properties (
                           (ticks == whole && clocks == fraction && !long_us) ||
                           (ticks == whole + 15'd1 && clocks == 5'd0 && ticks2 == whole &&
                            clocks2 < fraction));
-        a_frames: assert (frames_o == frames + ((servo && !servo_o) ? 8'd1 : 8'd0));
+        a_finished: assert (finished == (servo && !servo_o && !frame));
       end
       a_high_inside: assert (!servo_o || ticks < whole ||
                              (ticks == whole && clocks < fraction && !long_us));

@@ -39,6 +39,9 @@ module register_file (
   input  wire memory_store_i,
   input  wire [15:0] memory_data_i,
   output wire memory_stored_o,
+  output wire [3:0] counter_place_o,
+  output wire counter_clear_o,
+  input  wire [7:0] counter_i,
   output reg  camera0_hold_o,
   output reg  camera1_hold_o,
   input  wire [15:0] build_i,
@@ -68,8 +71,6 @@ module register_file (
   output reg  [1:0] wdg_action_o,
   input  wire wdg_fired_i,
   output wire wdg_fired_clear_o,
-  input  wire [7:0] servo0_frames_i,
-  input  wire [7:0] servo1_frames_i,
   output reg  [1:0] cam_select_source_o,
   output reg  cam_select_alternating_o,
   output reg  [6:0] cam_select_frames_each_o,
@@ -95,8 +96,6 @@ module register_file (
   input  wire [11:0] camera0_pixels_i,
   input  wire [15:0] camera0_period_10us_i,
   input  wire [15:0] camera0_pixclk_khz_i,
-  input  wire [7:0] camera0_short_lines_i,
-  input  wire [7:0] camera0_short_frames_i,
   input  wire camera0_flags_lost_i,
   input  wire camera0_flags_frame_valid_i,
   input  wire camera0_flags_short_line_i,
@@ -107,8 +106,6 @@ module register_file (
   input  wire [11:0] camera1_pixels_i,
   input  wire [15:0] camera1_period_10us_i,
   input  wire [15:0] camera1_pixclk_khz_i,
-  input  wire [7:0] camera1_short_lines_i,
-  input  wire [7:0] camera1_short_frames_i,
   input  wire camera1_flags_lost_i,
   input  wire camera1_flags_frame_valid_i,
   input  wire camera1_flags_short_line_i,
@@ -130,14 +127,6 @@ module register_file (
   input  wire [1:0] i2c_diag_branch_scl_i,
   input  wire [1:0] i2c_diag_branch_sda_i,
   input  wire i2c_diag_clear_busy_i,
-  input  wire [7:0] i2c_timeouts_i,
-  output wire i2c_timeouts_clear_o,
-  input  wire [7:0] i2c_protocol_errors_i,
-  output wire i2c_protocol_errors_clear_o,
-  input  wire [7:0] branch_errors_i,
-  output wire branch_errors_clear_o,
-  input  wire [7:0] spikes_i,
-  output wire spikes_clear_o,
   output wire [1:0] bus_clear_o,
   output reg  branch_ctrl_router_enable_o,
   output reg  [1:0] branch_ctrl_bypass_o
@@ -274,10 +263,6 @@ module register_file (
   assign pattern_height_o = {pattern_height, 3'd0};
   assign pattern_hblank_o = {pattern_hblank, 2'd0};
   assign trigger_ctrl_fire_o = {2{write_strobe_i && index_i == 8'h40}} & write_data_i[1:0];
-  assign i2c_timeouts_clear_o = write_strobe_i && index_i == 8'h51;
-  assign i2c_protocol_errors_clear_o = write_strobe_i && index_i == 8'h52;
-  assign branch_errors_clear_o = write_strobe_i && index_i == 8'h53;
-  assign spikes_clear_o = write_strobe_i && index_i == 8'h54;
   assign bus_clear_o = {2{write_strobe_i && index_i == 8'h55}} & write_data_i[1:0];
 
   // Some registers stand in a memory of 16 words, which the bus and the hardware read at
@@ -314,6 +299,15 @@ module register_file (
   always @(posedge clk_i) if (store) memory[place] <= stored_word;
   wire [15:0] memory_word = memory[place];
   assign memory_word_o = memory[memory_place_i];
+
+
+  // The counters stand outside; any write clears those that may be written.
+  wire counted = index_i == 8'h16 || index_i == 8'h1E || index_i == 8'h35 || index_i == 8'h36 ||
+    index_i == 8'h3D || index_i == 8'h3E || index_i == 8'h51 || index_i == 8'h52 || index_i == 8'h53
+    || index_i == 8'h54;
+  assign counter_place_o = index_i[3:0] ^ (index_i == 8'h16 || index_i == 8'h1E ? 4'd1 : 4'd0);
+  assign counter_clear_o = write_strobe_i && (index_i == 8'h51 || index_i == 8'h52 || index_i ==
+    8'h53 || index_i == 8'h54);
 
 
   // A snapshot lasts from a block's first word until the transfer leaves it.
@@ -358,7 +352,6 @@ module register_file (
   wire at_0d = at_0c_0d & index_i[0];
   wire at_0e_0f = (index_i & 8'hFE) == 8'h0E;
   wire at_0e = at_0e_0f & !index_i[0];
-  wire at_16_1e = (index_i & 8'hF7) == 8'h16;
   wire at_20_21 = (index_i & 8'hFE) == 8'h20;
   wire at_20 = at_20_21 & !index_i[0];
   wire at_21 = at_20_21 & index_i[0];
@@ -375,39 +368,31 @@ module register_file (
   wire at_31_39 = (index_i & 8'hF7) == 8'h31;
   wire at_32_3a = (index_i & 8'hF7) == 8'h32;
   wire at_33_3b = (index_i & 8'hF7) == 8'h33;
-  wire at_35_3d = (index_i & 8'hF7) == 8'h35;
-  wire at_36_3e = (index_i & 8'hF7) == 8'h36;
   wire at_37_3f = (index_i & 8'hF7) == 8'h37;
   wire at_38_3c = (index_i & 8'hFB) == 8'h38;
-  wire at_40_48 = (index_i & 8'hF7) == 8'h40;
-  wire at_40 = at_40_48 & !index_i[3];
-  wire at_48 = at_40_48 & index_i[3];
-  wire at_41_51 = (index_i & 8'hEF) == 8'h41;
-  wire at_41 = at_41_51 & !index_i[4];
+  wire at_40_41 = (index_i & 8'hFE) == 8'h40;
+  wire at_41 = at_40_41 & index_i[0];
   wire at_42_46 = (index_i & 8'hFB) == 8'h42;
   wire at_44_45 = (index_i & 8'hFE) == 8'h44;
+  wire at_48 = index_i == 8'h48;
   wire at_4a_4b = (index_i & 8'hFE) == 8'h4A;
-  wire at_50_54 = (index_i & 8'hFB) == 8'h50;
-  wire at_50 = at_50_54 & !index_i[2];
-  wire at_54 = at_50_54 & index_i[2];
-  wire at_52_53 = (index_i & 8'hFE) == 8'h52;
+  wire at_50 = index_i == 8'h50;
   wire at_55 = index_i == 8'h55;
   wire at_56 = index_i == 8'h56;
   wire [15:0] term_0 = {16{in_memory}} & memory_word;
-  wire [15:0] term_1 = {16{at_00_02}} & (index_i[1] ? {1'd0, build_i[14], 1'd0, build_i[12:11],
+  wire [15:0] term_1 = {16{counted}} & {8'd0, counter_i};
+  wire [15:0] term_2 = {16{at_00_02}} & (index_i[1] ? {1'd0, build_i[14], 1'd0, build_i[12:11],
     1'd0, build_i[9:8], 3'd0, build_i[4:2], 1'd0, build_i[0]} : {1'd0, 1'd1, 1'd0, 2'd3, 1'd0, 2'd3,
     3'd0, 3'd7, 1'd0, 1'd1});
-  wire [15:0] term_2 = {16{at_08_28}} & (index_i[5] ? {14'd0, pattern_kind_o[1:0]} : {14'd0,
+  wire [15:0] term_3 = {16{at_08_28}} & (index_i[5] ? {14'd0, pattern_kind_o[1:0]} : {14'd0,
     ctrl_servo1_enable_o, ctrl_servo0_enable_o});
-  wire [15:0] term_3 = {16{at_09_29}} & (index_i[5] ? {9'd0, pattern_seed_o[6:0]} : {9'd0,
+  wire [15:0] term_4 = {16{at_09_29}} & (index_i[5] ? {9'd0, pattern_seed_o[6:0]} : {9'd0,
     status_irq_line_i, status_switching_i, status_camera1_lost_i, status_camera0_lost_i,
     status_watchdog_fired_i, status_servo1_active_i, status_servo0_active_i});
-  wire [15:0] term_4 = {16{at_0a_0b}} & (index_i[0] ? {8'd0, irq_enable_o[7:0]} : {8'd0,
+  wire [15:0] term_5 = {16{at_0a_0b}} & (index_i[0] ? {8'd0, irq_enable_o[7:0]} : {8'd0,
     irq_status_i[7:0]});
-  wire [15:0] term_5 = {16{at_0e_0f}} & (index_i[0] ? {7'd0, wdg_fired_i, 6'd0, wdg_action_o[1:0]} :
+  wire [15:0] term_6 = {16{at_0e_0f}} & (index_i[0] ? {7'd0, wdg_fired_i, 6'd0, wdg_action_o[1:0]} :
     {7'd0, wdg_ms_o[8], 6'd0, wdg_ms_o[1:0]});
-  wire [15:0] term_6 = {16{at_16_1e}} & (index_i[3] ? {8'd0, servo1_frames_i[7:0]} : {8'd0,
-    servo0_frames_i[7:0]});
   wire [15:0] term_7 = {16{at_20_21}} & (index_i[0] ? {14'd0, cam_state_active_i[1:0]} : {14'd0,
     cam_select_source_o[1:0]});
   wire [15:0] term_8 = {16{at_22_23}} & (index_i[0] ? {10'd0, ppi_mode_edge1_o, ppi_mode_edge0_o,
@@ -426,110 +411,99 @@ module register_file (
     camera0_pixels_i[11:0]});
   wire [15:0] term_15 = {16{at_33_3b}} & (index_i[3] ? {camera1_period_10us_i[15:0]} :
     {camera0_period_10us_i[15:0]});
-  wire [15:0] term_16 = {16{at_35_3d}} & (index_i[3] ? {8'd0, camera1_short_lines_i[7:0]} : {8'd0,
-    camera0_short_lines_i[7:0]});
-  wire [15:0] term_17 = {16{at_36_3e}} & (index_i[3] ? {8'd0, camera1_short_frames_i[7:0]} : {8'd0,
-    camera0_short_frames_i[7:0]});
-  wire [15:0] term_18 = {16{at_37_3f}} & (index_i[3] ? {11'd0, camera1_flags_cut_i,
+  wire [15:0] term_16 = {16{at_37_3f}} & (index_i[3] ? {11'd0, camera1_flags_cut_i,
     camera1_flags_short_frame_i, camera1_flags_short_line_i, camera1_flags_frame_valid_i,
     camera1_flags_lost_i} : {11'd0, camera0_flags_cut_i, camera0_flags_short_frame_i,
     camera0_flags_short_line_i, camera0_flags_frame_valid_i, camera0_flags_lost_i});
-  wire [15:0] term_19 = {16{at_38_3c}} & (index_i[2] ? {camera1_pixclk_khz_i[15:0]} :
+  wire [15:0] term_17 = {16{at_38_3c}} & (index_i[2] ? {camera1_pixclk_khz_i[15:0]} :
     {camera1_frames_i[15:0]});
-  wire [15:0] term_20 = {16{at_41_51}} & (index_i[4] ? {8'd0, i2c_timeouts_i[7:0]} : {8'd0,
-    trigger_delay_us_o[7:0]});
-  wire [15:0] term_21 = {16{at_42_46}} & (index_i[2] ? {low_word[15:0]} :
+  wire [15:0] term_18 = {16{at_40_41}} & (index_i[0] ? {7'd0, trigger_delay_us_o[8], 8'd0} : {7'd0,
+    trigger_ctrl_busy_i, 8'd0});
+  wire [15:0] term_19 = {16{at_42_46}} & (index_i[2] ? {low_word[15:0]} :
     {trigger_width_us_o[15:0]});
-  wire [15:0] term_22 = {16{at_44_45}} & (index_i[0] ? {frame_time_i[31:16]} : {skew_us_i[15:0]});
-  wire [15:0] term_23 = {16{at_4a_4b}} & (index_i[0] ? {low_word[15:0]} : {time_i[31:16]});
-  wire [15:0] term_24 = {16{at_50_54}} & (index_i[2] ? {10'd0, spikes_i[5:0]} : {10'd0,
-    i2c_diag_branch_sda_i[1:0], i2c_diag_branch_scl_i[1:0], i2c_diag_sda_i, i2c_diag_scl_i});
-  wire [15:0] term_25 = {16{at_52_53}} & (index_i[0] ? {8'd0, branch_errors_i[7:0]} : {8'd0,
-    i2c_protocol_errors_i[7:0]});
-  wire [15:0] term_26 = {16{at_0e}} & {wdg_ms_o[15:9], 1'd0, wdg_ms_o[7:2], 2'd0} | {16{at_20}} &
-    {cam_select_frames_each_o[6:0], cam_select_alternating_o, 8'd0} | {16{at_48}} & {8'd0,
-    sensor_extclk_o[1:0], sensor_oe_o[1:0], sensor_standby_o[1:0], sensor_reset_n_o[1:0]} |
-    {16{at_27}} & {14'd0, pattern_vblank_o[1:0]} | {16{at_01}} & {7'd0, 1'd1, 8'd0};
-  wire [15:0] term_27 = {16{at_41}} & {trigger_delay_us_o[15:8], 8'd0} | {16{at_02}} & {build_i[15],
-    1'd0, build_i[13], 2'd0, build_i[10], 2'd0, build_i[7:5], 3'd0, build_i[1], 1'd0} | {16{at_03}}
-    & {10'd0, caps_tag_i, caps_alternating_i, caps_trigger_i, caps_pattern_i, caps_router_i,
-    caps_camera1_i} | {16{at_29}} & {6'd0, pattern_seed_o[9:7], 7'd0} | {16{at_28}} & {13'd0,
-    pattern_kind_o[2], 2'd0} | {16{at_0d}} & {15'd0, unlock_o} | {16{at_25}} & {12'd0,
-    pattern_height_o[3], 3'd0};
-  wire [15:0] term_28 = {16{at_22}} & {8'd0, switch_timeout_ms_o[7:6], 2'd0,
+  wire [15:0] term_20 = {16{at_44_45}} & (index_i[0] ? {frame_time_i[31:16]} : {skew_us_i[15:0]});
+  wire [15:0] term_21 = {16{at_4a_4b}} & (index_i[0] ? {low_word[15:0]} : {time_i[31:16]});
+  wire [15:0] term_22 = {16{at_41}} & {trigger_delay_us_o[15:9], 1'd0, trigger_delay_us_o[7:0]} |
+    {16{at_0e}} & {wdg_ms_o[15:9], 1'd0, wdg_ms_o[7:2], 2'd0} | {16{at_27}} & {14'd0,
+    pattern_vblank_o[1:0]} | {16{at_01}} & {7'd0, 1'd1, 8'd0} | {16{at_08}} & {7'd0,
+    ctrl_stream_enable_o, 8'd0};
+  wire [15:0] term_23 = {16{at_20}} & {cam_select_frames_each_o[6:0], cam_select_alternating_o,
+    8'd0} | {16{at_48}} & {8'd0, sensor_extclk_o[1:0], sensor_oe_o[1:0], sensor_standby_o[1:0],
+    sensor_reset_n_o[1:0]} | {16{at_02}} & {build_i[15], 1'd0, build_i[13], 2'd0, build_i[10], 2'd0,
+    build_i[7:5], 3'd0, build_i[1], 1'd0} | {16{at_26}} & {6'd0, pattern_hblank_o[9:8], 8'd0} |
+    {16{at_28}} & {13'd0, pattern_kind_o[2], 2'd0} | {16{at_0d}} & {15'd0, unlock_o} | {16{at_25}} &
+    {12'd0, pattern_height_o[3], 3'd0};
+  wire [15:0] term_24 = {16{at_50}} & {7'd0, i2c_diag_clear_busy_i, 2'd0,
+    i2c_diag_branch_sda_i[1:0], i2c_diag_branch_scl_i[1:0], i2c_diag_sda_i, i2c_diag_scl_i} |
+    {16{at_03}} & {10'd0, caps_tag_i, caps_alternating_i, caps_trigger_i, caps_pattern_i,
+    caps_router_i, caps_camera1_i} | {16{at_29}} & {6'd0, pattern_seed_o[9:7], 7'd0};
+  wire [15:0] term_25 = {16{at_22}} & {8'd0, switch_timeout_ms_o[7:6], 2'd0,
     switch_timeout_ms_o[3:1], 1'd0} | {16{at_21}} & {9'd0, cam_state_forced_i,
     cam_state_switching_i, cam_state_gate_open_i, 4'd0} | {16{at_56}} & {13'd0,
-    branch_ctrl_bypass_o[1:0], branch_ctrl_router_enable_o} | {16{at_26}} & {6'd0,
-    pattern_hblank_o[9:8], 8'd0} | {16{at_08}} & {7'd0, ctrl_stream_enable_o, 8'd0};
-  wire [15:0] term_29 = {16{at_54}} & {8'd0, spikes_i[7:6], 6'd0} | {16{at_23}} & {7'd0,
-    ppi_mode_tag_o, 8'd0} | {16{at_40}} & {7'd0, trigger_ctrl_busy_i, 8'd0};
-  wire [15:0] term_30 = {16{at_50}} & {7'd0, i2c_diag_clear_busy_i, 8'd0};
+    branch_ctrl_bypass_o[1:0], branch_ctrl_router_enable_o} | {16{at_23}} & {7'd0, ppi_mode_tag_o,
+    8'd0};
   wire [15:0] word;
 `ifdef SYNTHESIS
-  carry_or #(.WIDTH(27)) word_0 (.any_o(word[0]), .bits_i({term_0[0], term_1[0], term_2[0],
+  carry_or #(.WIDTH(23)) word_0 (.any_o(word[0]), .bits_i({term_0[0], term_1[0], term_2[0],
     term_3[0], term_4[0], term_5[0], term_6[0], term_7[0], term_8[0], term_11[0], term_12[0],
-    term_13[0], term_14[0], term_15[0], term_16[0], term_17[0], term_18[0], term_19[0], term_20[0],
-    term_21[0], term_22[0], term_23[0], term_24[0], term_25[0], term_26[0], term_27[0],
-    term_28[0]}));
-  carry_or #(.WIDTH(25)) word_1 (.any_o(word[1]), .bits_i({term_0[1], term_2[1], term_3[1],
+    term_13[0], term_14[0], term_15[0], term_16[0], term_17[0], term_19[0], term_20[0], term_21[0],
+    term_22[0], term_23[0], term_24[0], term_25[0]}));
+  carry_or #(.WIDTH(21)) word_1 (.any_o(word[1]), .bits_i({term_0[1], term_1[1], term_3[1],
     term_4[1], term_5[1], term_6[1], term_7[1], term_11[1], term_12[1], term_13[1], term_14[1],
-    term_15[1], term_16[1], term_17[1], term_18[1], term_19[1], term_20[1], term_21[1], term_22[1],
-    term_23[1], term_24[1], term_25[1], term_26[1], term_27[1], term_28[1]}));
-  carry_or #(.WIDTH(24)) word_2 (.any_o(word[2]), .bits_i({term_0[2], term_1[2], term_3[2],
-    term_4[2], term_6[2], term_10[2], term_11[2], term_12[2], term_13[2], term_14[2], term_15[2],
-    term_16[2], term_17[2], term_18[2], term_19[2], term_20[2], term_21[2], term_22[2], term_23[2],
-    term_24[2], term_25[2], term_26[2], term_27[2], term_28[2]}));
-  carry_or #(.WIDTH(24)) word_3 (.any_o(word[3]), .bits_i({term_0[3], term_1[3], term_3[3],
-    term_4[3], term_6[3], term_10[3], term_11[3], term_12[3], term_13[3], term_14[3], term_15[3],
-    term_16[3], term_17[3], term_18[3], term_19[3], term_20[3], term_21[3], term_22[3], term_23[3],
-    term_24[3], term_25[3], term_26[3], term_27[3], term_28[3]}));
-  carry_or #(.WIDTH(26)) word_4 (.any_o(word[4]), .bits_i({term_0[4], term_1[4], term_3[4],
-    term_4[4], term_6[4], term_8[4], term_9[4], term_10[4], term_11[4], term_12[4], term_13[4],
-    term_14[4], term_15[4], term_16[4], term_17[4], term_18[4], term_19[4], term_20[4], term_21[4],
-    term_22[4], term_23[4], term_24[4], term_25[4], term_26[4], term_27[4], term_28[4]}));
-  carry_or #(.WIDTH(24)) word_5 (.any_o(word[5]), .bits_i({term_0[5], term_3[5], term_4[5],
-    term_6[5], term_8[5], term_9[5], term_10[5], term_11[5], term_12[5], term_13[5], term_14[5],
-    term_15[5], term_16[5], term_17[5], term_19[5], term_20[5], term_21[5], term_22[5], term_23[5],
-    term_24[5], term_25[5], term_26[5], term_27[5], term_28[5]}));
-  carry_or #(.WIDTH(23)) word_6 (.any_o(word[6]), .bits_i({term_0[6], term_3[6], term_4[6],
-    term_6[6], term_9[6], term_10[6], term_11[6], term_12[6], term_13[6], term_14[6], term_15[6],
-    term_16[6], term_17[6], term_19[6], term_20[6], term_21[6], term_22[6], term_23[6], term_25[6],
-    term_26[6], term_27[6], term_28[6], term_29[6]}));
-  carry_or #(.WIDTH(22)) word_7 (.any_o(word[7]), .bits_i({term_0[7], term_4[7], term_6[7],
-    term_9[7], term_10[7], term_11[7], term_12[7], term_13[7], term_14[7], term_15[7], term_16[7],
-    term_17[7], term_19[7], term_20[7], term_21[7], term_22[7], term_23[7], term_25[7], term_26[7],
-    term_27[7], term_28[7], term_29[7]}));
-  carry_or #(.WIDTH(18)) word_8 (.any_o(word[8]), .bits_i({term_0[8], term_1[8], term_5[8],
-    term_9[8], term_11[8], term_12[8], term_13[8], term_14[8], term_15[8], term_19[8], term_21[8],
-    term_22[8], term_23[8], term_26[8], term_27[8], term_28[8], term_29[8], term_30[8]}));
-  carry_or #(.WIDTH(15)) word_9 (.any_o(word[9]), .bits_i({term_0[9], term_1[9], term_9[9],
-    term_11[9], term_12[9], term_13[9], term_14[9], term_15[9], term_19[9], term_21[9], term_22[9],
-    term_23[9], term_26[9], term_27[9], term_28[9]}));
+    term_15[1], term_16[1], term_17[1], term_19[1], term_20[1], term_21[1], term_22[1], term_23[1],
+    term_24[1], term_25[1]}));
+  carry_or #(.WIDTH(20)) word_2 (.any_o(word[2]), .bits_i({term_0[2], term_1[2], term_2[2],
+    term_4[2], term_5[2], term_10[2], term_11[2], term_12[2], term_13[2], term_14[2], term_15[2],
+    term_16[2], term_17[2], term_19[2], term_20[2], term_21[2], term_22[2], term_23[2], term_24[2],
+    term_25[2]}));
+  carry_or #(.WIDTH(20)) word_3 (.any_o(word[3]), .bits_i({term_0[3], term_1[3], term_2[3],
+    term_4[3], term_5[3], term_10[3], term_11[3], term_12[3], term_13[3], term_14[3], term_15[3],
+    term_16[3], term_17[3], term_19[3], term_20[3], term_21[3], term_22[3], term_23[3], term_24[3],
+    term_25[3]}));
+  carry_or #(.WIDTH(22)) word_4 (.any_o(word[4]), .bits_i({term_0[4], term_1[4], term_2[4],
+    term_4[4], term_5[4], term_8[4], term_9[4], term_10[4], term_11[4], term_12[4], term_13[4],
+    term_14[4], term_15[4], term_16[4], term_17[4], term_19[4], term_20[4], term_21[4], term_22[4],
+    term_23[4], term_24[4], term_25[4]}));
+  carry_or #(.WIDTH(20)) word_5 (.any_o(word[5]), .bits_i({term_0[5], term_1[5], term_4[5],
+    term_5[5], term_8[5], term_9[5], term_10[5], term_11[5], term_12[5], term_13[5], term_14[5],
+    term_15[5], term_17[5], term_19[5], term_20[5], term_21[5], term_22[5], term_23[5], term_24[5],
+    term_25[5]}));
+  carry_or #(.WIDTH(18)) word_6 (.any_o(word[6]), .bits_i({term_0[6], term_1[6], term_4[6],
+    term_5[6], term_9[6], term_10[6], term_11[6], term_12[6], term_13[6], term_14[6], term_15[6],
+    term_17[6], term_19[6], term_20[6], term_21[6], term_22[6], term_23[6], term_25[6]}));
+  carry_or #(.WIDTH(18)) word_7 (.any_o(word[7]), .bits_i({term_0[7], term_1[7], term_5[7],
+    term_9[7], term_10[7], term_11[7], term_12[7], term_13[7], term_14[7], term_15[7], term_17[7],
+    term_19[7], term_20[7], term_21[7], term_22[7], term_23[7], term_24[7], term_25[7]}));
+  carry_or #(.WIDTH(18)) word_8 (.any_o(word[8]), .bits_i({term_0[8], term_2[8], term_6[8],
+    term_9[8], term_11[8], term_12[8], term_13[8], term_14[8], term_15[8], term_17[8], term_18[8],
+    term_19[8], term_20[8], term_21[8], term_22[8], term_23[8], term_24[8], term_25[8]}));
+  carry_or #(.WIDTH(15)) word_9 (.any_o(word[9]), .bits_i({term_0[9], term_2[9], term_9[9],
+    term_11[9], term_12[9], term_13[9], term_14[9], term_15[9], term_17[9], term_19[9], term_20[9],
+    term_21[9], term_22[9], term_23[9], term_24[9]}));
   carry_or #(.WIDTH(13)) word_10 (.any_o(word[10]), .bits_i({term_0[10], term_9[10], term_11[10],
-    term_12[10], term_13[10], term_14[10], term_15[10], term_19[10], term_21[10], term_22[10],
-    term_23[10], term_26[10], term_27[10]}));
-  carry_or #(.WIDTH(14)) word_11 (.any_o(word[11]), .bits_i({term_0[11], term_1[11], term_9[11],
-    term_11[11], term_12[11], term_13[11], term_14[11], term_15[11], term_19[11], term_21[11],
-    term_22[11], term_23[11], term_26[11], term_27[11]}));
-  carry_or #(.WIDTH(10)) word_12 (.any_o(word[12]), .bits_i({term_0[12], term_1[12], term_12[12],
-    term_15[12], term_19[12], term_21[12], term_22[12], term_23[12], term_26[12], term_27[12]}));
+    term_12[10], term_13[10], term_14[10], term_15[10], term_17[10], term_19[10], term_20[10],
+    term_21[10], term_22[10], term_23[10]}));
+  carry_or #(.WIDTH(14)) word_11 (.any_o(word[11]), .bits_i({term_0[11], term_2[11], term_9[11],
+    term_11[11], term_12[11], term_13[11], term_14[11], term_15[11], term_17[11], term_19[11],
+    term_20[11], term_21[11], term_22[11], term_23[11]}));
+  carry_or #(.WIDTH(10)) word_12 (.any_o(word[12]), .bits_i({term_0[12], term_2[12], term_12[12],
+    term_15[12], term_17[12], term_19[12], term_20[12], term_21[12], term_22[12], term_23[12]}));
   carry_or #(.WIDTH(9)) word_13 (.any_o(word[13]), .bits_i({term_0[13], term_12[13], term_15[13],
-    term_19[13], term_21[13], term_22[13], term_23[13], term_26[13], term_27[13]}));
-  carry_or #(.WIDTH(10)) word_14 (.any_o(word[14]), .bits_i({term_0[14], term_1[14], term_12[14],
-    term_15[14], term_19[14], term_21[14], term_22[14], term_23[14], term_26[14], term_27[14]}));
+    term_17[13], term_19[13], term_20[13], term_21[13], term_22[13], term_23[13]}));
+  carry_or #(.WIDTH(10)) word_14 (.any_o(word[14]), .bits_i({term_0[14], term_2[14], term_12[14],
+    term_15[14], term_17[14], term_19[14], term_20[14], term_21[14], term_22[14], term_23[14]}));
   carry_or #(.WIDTH(9)) word_15 (.any_o(word[15]), .bits_i({term_0[15], term_12[15], term_15[15],
-    term_19[15], term_21[15], term_22[15], term_23[15], term_26[15], term_27[15]}));
+    term_17[15], term_19[15], term_20[15], term_21[15], term_22[15], term_23[15]}));
 `else  // the same at once, for simulators
   assign word = term_0 | term_1 | term_2 | term_3 | term_4 | term_5 | term_6 | term_7 | term_8 |
     term_9 | term_10 | term_11 | term_12 | term_13 | term_14 | term_15 | term_16 | term_17 | term_18
-    | term_19 | term_20 | term_21 | term_22 | term_23 | term_24 | term_25 | term_26 | term_27 |
-    term_28 | term_29 | term_30;
+    | term_19 | term_20 | term_21 | term_22 | term_23 | term_24 | term_25;
 `endif
 
-  wire known = in_memory | at_00_02 | at_01_03 | at_08_28 | at_09_29 | at_0a_0b | at_0c_0d |
-    at_0e_0f | at_16_1e | at_20_21 | at_22_23 | at_24_25 | at_26_27 | at_2a_2b | at_30_34 | at_31_39
-    | at_32_3a | at_33_3b | at_35_3d | at_36_3e | at_37_3f | at_38_3c | at_40_48 | at_41_51 |
-    at_42_46 | at_44_45 | at_4a_4b | at_50_54 | at_52_53 | at_55 | at_56;
+  wire known = in_memory | counted | at_00_02 | at_01_03 | at_08_28 | at_09_29 | at_0a_0b | at_0c_0d
+    | at_0e_0f | at_20_21 | at_22_23 | at_24_25 | at_26_27 | at_2a_2b | at_30_34 | at_31_39 |
+    at_32_3a | at_33_3b | at_37_3f | at_38_3c | at_40_41 | at_42_46 | at_44_45 | at_48 | at_4a_4b |
+    at_50 | at_55 | at_56;
 
   always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) begin

@@ -215,10 +215,10 @@
     f_any == 8'h55 ? 16'h0003 :
     16'h0000;
   wire f_clear =
-    f_any == 8'h51 ? i2c_timeouts_clear_o :
-    f_any == 8'h52 ? i2c_protocol_errors_clear_o :
-    f_any == 8'h53 ? branch_errors_clear_o :
-    f_any == 8'h54 ? spikes_clear_o :
+    f_any == 8'h51 ? (counter_clear_o && counter_place_o == 4'd1) :
+    f_any == 8'h52 ? (counter_clear_o && counter_place_o == 4'd2) :
+    f_any == 8'h53 ? (counter_clear_o && counter_place_o == 4'd3) :
+    f_any == 8'h54 ? (counter_clear_o && counter_place_o == 4'd4) :
     1'b0;
   wire f_clearable =
     f_any == 8'h51 ? 1'b1 :
@@ -246,14 +246,14 @@
     f_any == 8'h13 ? memory[3] :
     f_any == 8'h14 ? memory[4] :
     f_any == 8'h15 ? memory[5] :
-    f_any == 8'h16 ? {8'd0, servo0_frames_i} :
+    f_any == 8'h16 ? {8'd0, counter_i} :
     f_any == 8'h18 ? memory[8] :
     f_any == 8'h19 ? memory[9] :
     f_any == 8'h1A ? memory[10] :
     f_any == 8'h1B ? memory[11] :
     f_any == 8'h1C ? memory[12] :
     f_any == 8'h1D ? memory[13] :
-    f_any == 8'h1E ? {8'd0, servo1_frames_i} :
+    f_any == 8'h1E ? {8'd0, counter_i} :
     f_any == 8'h20 ? {cam_select_frames_each_o, cam_select_alternating_o, 6'd0, cam_select_source_o} :
     f_any == 8'h21 ? {9'd0, cam_state_forced_i, cam_state_switching_i, cam_state_gate_open_i, 2'd0, cam_state_active_i} :
     f_any == 8'h22 ? {8'd0, switch_timeout_ms_o} :
@@ -271,16 +271,16 @@
     f_any == 8'h32 ? {4'd0, camera0_pixels_i} :
     f_any == 8'h33 ? {camera0_period_10us_i} :
     f_any == 8'h34 ? {camera0_pixclk_khz_i} :
-    f_any == 8'h35 ? {8'd0, camera0_short_lines_i} :
-    f_any == 8'h36 ? {8'd0, camera0_short_frames_i} :
+    f_any == 8'h35 ? {8'd0, counter_i} :
+    f_any == 8'h36 ? {8'd0, counter_i} :
     f_any == 8'h37 ? {11'd0, camera0_flags_cut_i, camera0_flags_short_frame_i, camera0_flags_short_line_i, camera0_flags_frame_valid_i, camera0_flags_lost_i} :
     f_any == 8'h38 ? {camera1_frames_i} :
     f_any == 8'h39 ? {4'd0, camera1_lines_i} :
     f_any == 8'h3A ? {4'd0, camera1_pixels_i} :
     f_any == 8'h3B ? {camera1_period_10us_i} :
     f_any == 8'h3C ? {camera1_pixclk_khz_i} :
-    f_any == 8'h3D ? {8'd0, camera1_short_lines_i} :
-    f_any == 8'h3E ? {8'd0, camera1_short_frames_i} :
+    f_any == 8'h3D ? {8'd0, counter_i} :
+    f_any == 8'h3E ? {8'd0, counter_i} :
     f_any == 8'h3F ? {11'd0, camera1_flags_cut_i, camera1_flags_short_frame_i, camera1_flags_short_line_i, camera1_flags_frame_valid_i, camera1_flags_lost_i} :
     f_any == 8'h40 ? {7'd0, trigger_ctrl_busy_i, 8'd0} :
     f_any == 8'h41 ? {trigger_delay_us_o} :
@@ -292,10 +292,10 @@
     f_any == 8'h4A ? time_i[31:16] :
     f_any == 8'h4B ? low_word :
     f_any == 8'h50 ? {7'd0, i2c_diag_clear_busy_i, 2'd0, i2c_diag_branch_sda_i, i2c_diag_branch_scl_i, i2c_diag_sda_i, i2c_diag_scl_i} :
-    f_any == 8'h51 ? {8'd0, i2c_timeouts_i} :
-    f_any == 8'h52 ? {8'd0, i2c_protocol_errors_i} :
-    f_any == 8'h53 ? {8'd0, branch_errors_i} :
-    f_any == 8'h54 ? {8'd0, spikes_i} :
+    f_any == 8'h51 ? {8'd0, counter_i} :
+    f_any == 8'h52 ? {8'd0, counter_i} :
+    f_any == 8'h53 ? {8'd0, counter_i} :
+    f_any == 8'h54 ? {8'd0, counter_i} :
     f_any == 8'h56 ? {13'd0, branch_ctrl_bypass_o, branch_ctrl_router_enable_o} :
     16'd0;
   wire [31:0] f_pair =
@@ -462,6 +462,30 @@
     index_i == 8'h55 ? 1'b1 :
     index_i == 8'h56 ? 1'b1 :
     1'b0;
+  wire f_counted =
+    f_any == 8'h16 ? 1'b1 :
+    f_any == 8'h1E ? 1'b1 :
+    f_any == 8'h35 ? 1'b1 :
+    f_any == 8'h36 ? 1'b1 :
+    f_any == 8'h3D ? 1'b1 :
+    f_any == 8'h3E ? 1'b1 :
+    f_any == 8'h51 ? 1'b1 :
+    f_any == 8'h52 ? 1'b1 :
+    f_any == 8'h53 ? 1'b1 :
+    f_any == 8'h54 ? 1'b1 :
+    1'b0;
+  wire [3:0] f_counter =
+    f_any == 8'h16 ? 4'd7 :
+    f_any == 8'h1E ? 4'd15 :
+    f_any == 8'h35 ? 4'd5 :
+    f_any == 8'h36 ? 4'd6 :
+    f_any == 8'h3D ? 4'd13 :
+    f_any == 8'h3E ? 4'd14 :
+    f_any == 8'h51 ? 4'd1 :
+    f_any == 8'h52 ? 4'd2 :
+    f_any == 8'h53 ? 4'd3 :
+    f_any == 8'h54 ? 4'd4 :
+    4'd0;
   wire f_in_memory =
     f_any == 8'h04 ? 1'b1 :
     f_any == 8'h07 ? 1'b1 :
@@ -583,6 +607,8 @@
       == (f_writes[0] && f_index == 8'h0D ? f_data == 16'h4C4B : f_unlocked));
     a_range: assert (f_unfilled || (f_word >= f_lowest && f_word <= f_highest));
     a_filled: assert (f_unfilled || !(f_filling || filling_o) || !f_in_memory || f_word == f_reset);
+
+    a_counter: assert (!f_counted || index_i != f_any || counter_place_o == f_counter);
 
     // The memory's other side.
     a_memory_word: assert (!f_in_memory || memory_place_i != f_place

@@ -111,10 +111,6 @@ module bridge_core #(
   wire [1:0] trigger_ctrl_fire;
   wire [15:0] trigger_delay_us;
   wire [15:0] trigger_width_us;
-  wire i2c_timeouts_clear;
-  wire i2c_protocol_errors_clear;
-  wire branch_errors_clear;
-  wire spikes_clear;
   wire [1:0] bus_clear;
   wire branch_ctrl_router_enable;
   wire [1:0] branch_ctrl_bypass;
@@ -129,19 +125,19 @@ module bridge_core #(
   wire [3:0] servo_place;
   wire [15:0] servo_word, servo_store_q4;
   wire servo_store, servo_stored, filling;
-  wire [7:0] servo0_frames, servo1_frames;
+  wire [1:0] servo_finished, wrong_line, wrong_frame;
   wire trigger_busy;
   wire [15:0] skew_us;
   wire [31:0] frame_time;
   wire bus_scl, bus_sda, clear_busy;
   wire [1:0] branch_scl, branch_sda;
-  wire [7:0] i2c_timeouts, i2c_protocol_errors, branch_errors, spikes;
+  wire [3:0] counter_place;
+  wire [7:0] counter;
+  wire counter_clear;
   wire [15:0] camera0_frames, camera0_period_10us, camera0_pixclk_khz;
   wire [11:0] camera0_lines, camera0_pixels;
-  wire [7:0] camera0_short_lines, camera0_short_frames;
   wire [15:0] camera1_frames, camera1_period_10us, camera1_pixclk_khz;
   wire [11:0] camera1_lines, camera1_pixels;
-  wire [7:0] camera1_short_lines, camera1_short_frames;
   register_file registers (
     .clk_i(clk_i),
     .rst_i(soft_rst),
@@ -159,6 +155,9 @@ module bridge_core #(
     .memory_store_i(servo_store),
     .memory_data_i(servo_store_q4),
     .memory_stored_o(servo_stored),
+    .counter_place_o(counter_place),
+    .counter_clear_o(counter_clear),
+    .counter_i(counter),
     .camera0_hold_o(camera0_hold),
     .camera1_hold_o(camera1_hold),
     .build_i(BUILD),
@@ -188,8 +187,6 @@ module bridge_core #(
     .wdg_action_o(wdg_action),
     .wdg_fired_i(watchdog_fired),
     .wdg_fired_clear_o(wdg_fired_clear),
-    .servo0_frames_i(servo0_frames),
-    .servo1_frames_i(servo1_frames),
     .cam_select_source_o(cam_select_source),
     .cam_select_alternating_o(cam_select_alternating),
     .cam_select_frames_each_o(cam_select_frames_each),
@@ -215,8 +212,6 @@ module bridge_core #(
     .camera0_pixels_i(camera0_pixels),
     .camera0_period_10us_i(camera0_period_10us),
     .camera0_pixclk_khz_i(camera0_pixclk_khz),
-    .camera0_short_lines_i(camera0_short_lines),
-    .camera0_short_frames_i(camera0_short_frames),
     .camera0_flags_lost_i(camera_lost[0]),
     .camera0_flags_frame_valid_i(frame_valid[0]),
     .camera0_flags_short_line_i(short_line[0]),
@@ -227,8 +222,6 @@ module bridge_core #(
     .camera1_pixels_i(camera1_pixels),
     .camera1_period_10us_i(camera1_period_10us),
     .camera1_pixclk_khz_i(camera1_pixclk_khz),
-    .camera1_short_lines_i(camera1_short_lines),
-    .camera1_short_frames_i(camera1_short_frames),
     .camera1_flags_lost_i(camera_lost[1]),
     .camera1_flags_frame_valid_i(frame_valid[1]),
     .camera1_flags_short_line_i(short_line[1]),
@@ -250,14 +243,6 @@ module bridge_core #(
     .i2c_diag_branch_scl_i(branch_scl),
     .i2c_diag_branch_sda_i(branch_sda),
     .i2c_diag_clear_busy_i(clear_busy),
-    .i2c_timeouts_i(i2c_timeouts),
-    .i2c_timeouts_clear_o(i2c_timeouts_clear),
-    .i2c_protocol_errors_i(i2c_protocol_errors),
-    .i2c_protocol_errors_clear_o(i2c_protocol_errors_clear),
-    .branch_errors_i(branch_errors),
-    .branch_errors_clear_o(branch_errors_clear),
-    .spikes_i(spikes),
-    .spikes_clear_o(spikes_clear),
     .bus_clear_o(bus_clear),
     .branch_ctrl_router_enable_o(branch_ctrl_router_enable),
     .branch_ctrl_bypass_o(branch_ctrl_bypass)
@@ -315,33 +300,19 @@ module bridge_core #(
     .clearing_o(clear_busy),
     .event_o(branch_event)
   );
-  event_counter #(.BITS(8)) timeout_counter (
+  // Those that can come most often first. A servo's counter wraps, the others stay at 255.
+  event_counters #(
+    .EVENTS(10),
+    .SATURATING(8),
+    .PLACES({4'hF, 4'h7, 4'hE, 4'h6, 4'h3, 4'h1, 4'h2, 4'hD, 4'h5, 4'h4})
+  ) counters (
     .clk_i(clk_i),
     .rst_i(soft_rst),
-    .event_i(timeout_event),
-    .clear_i(i2c_timeouts_clear),
-    .count_o(i2c_timeouts)
-  );
-  event_counter #(.BITS(8)) protocol_counter (
-    .clk_i(clk_i),
-    .rst_i(soft_rst),
-    .event_i(protocol_event),
-    .clear_i(i2c_protocol_errors_clear),
-    .count_o(i2c_protocol_errors)
-  );
-  event_counter #(.BITS(8)) branch_counter (
-    .clk_i(clk_i),
-    .rst_i(soft_rst),
-    .event_i(branch_event),
-    .clear_i(branch_errors_clear),
-    .count_o(branch_errors)
-  );
-  event_counter #(.BITS(8)) spike_counter (
-    .clk_i(clk_i),
-    .rst_i(soft_rst),
-    .event_i(spike_event),
-    .clear_i(spikes_clear),
-    .count_o(spikes)
+    .event_i({servo_finished, wrong_frame, branch_event, timeout_event, protocol_event, wrong_line,
+              spike_event}),
+    .clear_i(counter_clear),
+    .place_i(counter_place),
+    .count_o(counter)
   );
 
   // ---- servos
@@ -366,8 +337,7 @@ module bridge_core #(
     .stored_i(servo_stored),
     .servo_o(servo_o),
     .active_o(servo_active),
-    .servo0_frames_o(servo0_frames),
-    .servo1_frames_o(servo1_frames)
+    .finished_o(servo_finished)
   );
 
   // ---- pixels
@@ -417,6 +387,8 @@ module bridge_core #(
     .lost_o(camera_lost),
     .cut_o(frame_cut),
     .frame_valid_o(frame_valid),
+    .wrong_line_o(wrong_line),
+    .wrong_frame_o(wrong_frame),
     .short_line_o(short_line),
     .short_frame_o(short_frame),
     .camera0_frames_o(camera0_frames),
@@ -424,15 +396,11 @@ module bridge_core #(
     .camera0_pixels_o(camera0_pixels),
     .camera0_period_10us_o(camera0_period_10us),
     .camera0_pixclk_khz_o(camera0_pixclk_khz),
-    .camera0_short_lines_o(camera0_short_lines),
-    .camera0_short_frames_o(camera0_short_frames),
     .camera1_frames_o(camera1_frames),
     .camera1_lines_o(camera1_lines),
     .camera1_pixels_o(camera1_pixels),
     .camera1_period_10us_o(camera1_period_10us),
     .camera1_pixclk_khz_o(camera1_pixclk_khz),
-    .camera1_short_lines_o(camera1_short_lines),
-    .camera1_short_frames_o(camera1_short_frames),
     .skew_us_o(skew_us),
     .frame_time_o(frame_time),
     .event_frame_start_o(frame_event),

@@ -33,8 +33,7 @@ module motion (
   input  wire        stored_i,
   output wire [1:0]  servo_o,
   output wire [1:0]  active_o,
-  output wire [7:0]  servo0_frames_o,
-  output wire [7:0]  servo1_frames_o
+  output wire [1:0]  finished_o
 );
 
   wire hold;
@@ -107,7 +106,7 @@ module motion (
     .may_load_o(may_load[0]),
     .servo_o(servo_o[0]),
     .active_o(active_o[0]),
-    .frames_o(servo0_frames_o)
+    .finished_o(finished_o[0])
   );
 
   servo_pwm servo1 (
@@ -124,7 +123,7 @@ module motion (
     .may_load_o(may_load[1]),
     .servo_o(servo_o[1]),
     .active_o(active_o[1]),
-    .frames_o(servo1_frames_o)
+    .finished_o(finished_o[1])
   );
 
 endmodule

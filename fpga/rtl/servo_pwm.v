@@ -34,7 +34,7 @@ module servo_pwm (
   output wire        may_load_o,
   output wire        servo_o,
   output wire        active_o,      // this frame has a pulse
-  output wire [7:0]  frames_o       // pulses finished, wraps
+  output wire        finished_o     // one clock: a pulse ends
 );
   localparam [15:0] CENTRE_Q4 = 16'd24000;  // 1500 us
 
@@ -42,7 +42,6 @@ module servo_pwm (
   reg        active;
   reg        pulse;
   reg        whole_past;
-  reg [7:0]  frames;
   wire [4:0] fraction_clocks;
 
   wire send = enable_i && !off_i;
@@ -67,7 +66,6 @@ module servo_pwm (
       active <= 1'b0;
       pulse <= 1'b0;
       whole_past <= 1'b0;
-      frames <= 8'd0;
     end else begin
       whole_past <= whole;
       if (load_i) begin
@@ -76,9 +74,8 @@ module servo_pwm (
       if (frame_i) begin
         active <= send;
         pulse <= send;
-      end else if (pulse && finish) begin
+      end else if (finished_o) begin
         pulse <= 1'b0;
-        frames <= frames + 8'd1;
       end
     end
   end
@@ -86,14 +83,14 @@ module servo_pwm (
   assign may_load_o = active && early_i && (phase_us_i[11:9] == 3'd0);
   assign servo_o = pulse;
   assign active_o = active;
-  assign frames_o = frames;
+  assign finished_o = pulse && finish && !frame_i;
 
 `ifdef FORMAL
   servo_pwm_properties properties (
     .clk_i(clk_i), .rst_i(rst_i), .frame_i(frame_i), .phase_us_i(phase_us_i), .early_i(early_i),
     .sub_clock_i(sub_clock_i), .enable_i(enable_i), .off_i(off_i), .load_i(load_i),
     .next_q4_i(next_q4_i), .servo_o(servo_o), .active_o(active_o), .actual_i(actual),
-    .frames_o(frames_o), .may_load_i(may_load_o), .whole_past_i(whole_past)
+    .finished_o(finished_o), .may_load_i(may_load_o), .whole_past_i(whole_past)
   );
 `endif
 endmodule

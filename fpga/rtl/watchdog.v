@@ -13,8 +13,8 @@
 // does not fire again, until clear_i. What the servos do meanwhile: action 0 hold their width,
 // 1 go to the safe position, 2 and 3 no pulses.
 //
-// The milliseconds go up from -period_ms_i until the sign changes. Exactness: ticks are counted from
-// the second clock after the kick; fired_o rises in the second clock after the last of
+// The milliseconds go up from -period_ms_i until the sign changes. Exactness: ticks are counted
+// from the second clock after the kick; fired_o rises in the second clock after the last of
 // period_ms * 1000 ticks, if no kick comes until then.
 `default_nettype none
 

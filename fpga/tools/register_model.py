@@ -78,6 +78,7 @@ class Register:
     pair_high: bool = False
     pair_low: bool = False
     place: int | None = None  # in the memory
+    counter: int | None = None  # place of a counter
 
     @property
     def readable(self):
@@ -169,6 +170,8 @@ def read_register(node, root):
         register.place = register.index & 0xF
     if node.get_property("memory_place") is not None:
         register.place = node.get_property("memory_place")
+    if node.get_property("counter_twist") is not None:
+        register.counter = (register.index ^ node.get_property("counter_twist")) & 0xF
     for child in node.children():
         if isinstance(child, FieldNode):
             register.fields.append(read_field(child))
@@ -202,6 +205,13 @@ def check(registers):
             plain = field.whole and field.width == 16 and not field.zero_low_bits
             if not plain or field.kind not in ("stored", "input"):
                 raise MapError(f"{where}: only plain words can stand in memory")
+        if register.counter is not None:
+            field = register.fields[0]
+            if not field.whole or field.width != 8 or field.kind not in ("input", "clear"):
+                raise MapError(f"{where}: no counter of 8 bits")
+    counters = [r.counter for r in registers if r.counter is not None]
+    if len(set(counters)) < len(counters):
+        raise MapError("two counters at one place")
     places = [r.place for r in registers if r.place is not None]
     if len(set(places)) < len(places):
         raise MapError("two registers at one place of the memory")

@@ -80,6 +80,8 @@ PROPERTIES = """\
     a_range: assert (f_unfilled || (f_word >= f_lowest && f_word <= f_highest));
     a_filled: assert (f_unfilled || !(f_filling || filling_o) || !f_in_memory || f_word == f_reset);
 
+    a_counter: assert (!f_counted || index_i != f_any || counter_place_o == f_counter);
+
     // The memory's other side.
     a_memory_word: assert (!f_in_memory || memory_place_i != f_place
       || memory_word_o == f_memory_word);
@@ -151,6 +153,8 @@ def concatenation(register, kinds, suffix):
 
 def reference(register):
     """What a register reads."""
+    if register.counter is not None:
+        return "{8'd0, counter_i}"
     if register.place is not None:
         return f"memory[{register.place}]"
     if register.pair_high:
@@ -228,6 +232,8 @@ def pulses(register):
 
 
 def clear(register):
+    if register.counter is not None:
+        return f"(counter_clear_o && counter_place_o == 4'd{register.counter})"
     return f"{register.port(register.fields[0])}_clear_o"
 
 
@@ -273,6 +279,14 @@ def place(register):
     return f"4'd{register.place}"
 
 
+def counted(register):
+    return register.counter is not None
+
+
+def counter(register):
+    return f"4'd{register.counter}"
+
+
 def choices(registers):
     """All tables over the index."""
     def table(make, wanted=lambda r: True):
@@ -298,6 +312,8 @@ def choices(registers):
         + choice("f_ceiling", 16, "index_i", table(highest, number), "16'hFFFF")
         + choice("f_allow", 1, "index_i", table(allowed, lambda r: r.writable), "1'b0")
         + choice("f_known", 1, "index_i", table(yes), "1'b0")
+        + choice("f_counted", 1, "f_any", table(yes, counted), "1'b0")
+        + choice("f_counter", 4, "f_any", table(counter, counted), "4'd0")
         + choice("f_in_memory", 1, "f_any", table(yes, in_memory), "1'b0")
         + choice("f_place", 4, "f_any", table(place, in_memory), "4'd0")
         + ["  wire [15:0] f_memory_word = memory[f_place];",

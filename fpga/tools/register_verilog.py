@@ -67,16 +67,17 @@ class RegisterFile:
         self.stores = []
         self.wires = []
         self.memory = [r for r in registers if r.place is not None]
-        self.bits = {r.index: {} for r in registers if r.place is None}  # index: bit: what it reads
+        self.counters = [r for r in registers if r.counter is not None]
+        self.bits = {r.index: {} for r in registers if r.place is None and r.counter is None}  # index: bit: what it reads
 
     def text(self):
         for register in self.registers:
-            if register.place is None:
+            if register.index in self.bits:
                 self.add_register(register)
         parts = [
             HEADER.rstrip("\n"), REGISTER_FILE_TEXT, "`default_nettype none", "",
             "module register_file (", self.port_list(), ");", "",
-            self.limits(), self.write_path(), self.memory_path(), self.hold(),
+            self.limits(), self.write_path(), self.memory_path(), self.counter_path(), self.hold(),
             self.read_path(), self.formal(),
             "endmodule", "", "`default_nettype wire", "",
         ]
@@ -183,6 +184,11 @@ class RegisterFile:
             "input  wire [15:0] memory_data_i",
             "output wire memory_stored_o",
         ]
+        bus += [
+            "output wire [3:0] counter_place_o",
+            "output wire counter_clear_o",
+            "input  wire [7:0] counter_i",
+        ]
         bus += [f"output reg  {r.block}_hold_o" for r in self.registers if r.holds_block]
         return ",\n".join("  " + port for port in bus + self.ports)
 
@@ -260,8 +266,7 @@ class RegisterFile:
                 resets.setdefault(register.reset, []).append(f"fill[3:0] == 4'd{register.place}")
         words = " : ".join(f"{' || '.join(at)} ? 16'd{reset}" for reset, at in resets.items())
         lines.append(wrapped(f"wire [15:0] fill_word = {words} : 16'd0;"))
-        lines.append(wrapped("wire in_memory = " + " || ".join(
-            f"index_i == 8'h{r.index:02X}" for r in self.memory) + ";"))
+        lines.append(wrapped(f"wire in_memory = {self.index_in(self.memory)};"))
         lines += [
             "",
             "  assign memory_stored_o = memory_store_i && !filling_o && !write_strobe_i && !fetch;",
@@ -274,6 +279,26 @@ class RegisterFile:
             "  wire [15:0] memory_word = memory[place];",
             "  assign memory_word_o = memory[memory_place_i];", ""]
         return "\n".join(lines + [""])
+
+    def counter_path(self):
+        """The registers that are counters."""
+        lines = ["  // The counters stand outside; any write clears those that may be written."]
+        lines.append(wrapped(f"wire counted = {self.index_in(self.counters)};"))
+        twists = {}
+        for register in self.counters:
+            twists.setdefault((register.index ^ register.counter) & 0xF, []).append(register)
+        terms = [f"({self.index_in(which)} ? 4'd{twist} : 4'd0)"
+                 for twist, which in twists.items() if twist]
+        lines.append(wrapped("assign counter_place_o = index_i[3:0]"
+                             + "".join(f" ^ {term}" for term in terms) + ";"))
+        cleared = [r for r in self.counters if r.fields[0].kind == "clear"]
+        lines.append(wrapped("assign counter_clear_o = write_strobe_i"
+                             f" && ({self.index_in(cleared)});"))
+        return "\n".join(lines + ["", ""])
+
+    @staticmethod
+    def index_in(registers):
+        return " || ".join(f"index_i == 8'h{r.index:02X}" for r in registers)
 
     def place_of_index(self):
         """The place in memory of the register at the index, for those that stand there."""
@@ -337,7 +362,9 @@ class RegisterFile:
         pairs = self.pair_up()
         lines = ["  // Registers stand in pairs whose indices differ in one bit: one look-up table for",
                  "  // each bit chooses between the two, or takes two bits that stand alone."]
-        terms, alone = [(set(range(16)), "{16{in_memory}} & memory_word")], []
+        terms = [(set(range(16)), "{16{in_memory}} & memory_word"),
+                 (set(range(8)), "{16{counted}} & {8'd0, counter_i}")]
+        alone = []
         for first, second, differs in pairs:
             common = self.bits[first].keys() & self.bits.get(second, {}).keys()
             if common:
@@ -409,7 +436,7 @@ class RegisterFile:
 
     @staticmethod
     def known(pairs):
-        names = ["in_memory"] + [pair_name(first, second) for first, second, _ in pairs]
+        names = ["in_memory", "counted"] + [pair_name(first, second) for first, second, _ in pairs]
         return ["", wrapped("wire known = " + " | ".join(names) + ";"), ""]
 
     @staticmethod
