@@ -31,6 +31,8 @@ module servo_frame_properties (
 
   always @(posedge clk_i) begin
     if (!begun) assume (rst_i);
+    // a_range of the register file.
+    if (period_there_i) assume (period_us_i >= 15'd15000 && period_us_i <= 15'd25000);
     begun <= 1'b1;
     fresh <= tick_us_i && !rst_i;
     if (rst_i) begin
@@ -38,8 +40,7 @@ module servo_frame_properties (
       first_us <= 1'b0;
     end else begin
       first_us <= (frame_o || first_us) && !tick_us_i;
-      if (tick_us_i && (frame_o || first_us) && period_there_i &&
-          period_us_i >= 15'd15000 && period_us_i <= 15'd25000) begin
+      if (tick_us_i && (frame_o || first_us) && period_there_i) begin
         wanted <= period_us_i;
       end
     end

@@ -24,6 +24,9 @@ module servo_width_properties (
   input wire [3:0]  pass_i,
   input wire [3:0]  bit_at_i,
   input wire        use_safe_i,
+  input wire        reading_i,
+  input wire [3:0]  word_pass_i,
+  input wire [3:0]  word_bit_i,
   input wire        working_i,
   input wire [3:0]  op_i,
   input wire        last_i,
@@ -45,8 +48,9 @@ module servo_width_properties (
   reg [15:0] target, safe_q4, min, max, actual;
   reg [10:0] slew;
   reg [15:0] there;
+  reg [3:0]  place_before;
   always @* begin
-    case (place_o[2:0])
+    case (place_before[2:0])
       3'd0: there = target;
       3'd1: there = actual;
       3'd2: there = min;
@@ -58,7 +62,8 @@ module servo_width_properties (
   end
   wire mine = channel_i == chosen;
   always @(posedge clk_i) begin
-    if (busy_i && mine) assume (word_i == there);
+    place_before <= place_o;
+    if (reading_i && mine) assume (word_i == there);
     if (restart_i) begin
       target <= any_target;
       safe_q4 <= any_safe;
@@ -67,7 +72,7 @@ module servo_width_properties (
       slew <= any_slew;
     end
     if (load_o[chosen]) actual <= next_q4_o;
-    if (stored_i) assume (store_o);
+    if (stored_i) assume (store_o && !restart_i);
   end
 
   // ---- what should be
@@ -81,7 +86,8 @@ module servo_width_properties (
   wire [15:0] down = actual - {5'd0, slew};
 
   reg        begun = 1'b0;
-  reg        before_restart, before_store, before_stored, before_fresh;
+  reg        before_restart, before_store, before_stored;
+  reg [15:0] before_next;
   reg        loaded, first_done;
   reg [7:0]  quiet;                // clocks since the round began
   wire       start = start_i && !fresh_i;
@@ -89,7 +95,7 @@ module servo_width_properties (
   wire       again = restart_i || use_safe_i != safe_i;
 
   // ---- where the bits are: `at` of this pass are done
-  wire [3:0]  at = bit_at_i - 4'd1;
+  wire [3:0]  at = word_bit_i - 4'd1;
   wire [15:0] mask = (16'd1 << at) - 16'd1;
   wire [15:0] finished = next_q4_o >> (5'd16 - {1'b0, at});
   wire [15:0] left = next_q4_o & (16'hFFFF >> at);
@@ -107,7 +113,7 @@ module servo_width_properties (
     before_restart <= (start_i || again) && !rst_i && !fresh_i;
     before_store <= store_o && !rst_i;
     before_stored <= stored_i;
-    before_fresh <= fresh_i || rst_i;
+    before_next <= next_q4_o;
     if (bits && at == 4'd0) start_value <= next_q4_o;
     quiet <= rst_i || start || again || done || !busy_i ? 8'd0 : quiet == 8'd255 ? quiet
       : quiet + 8'd1;
@@ -136,17 +142,26 @@ module servo_width_properties (
       a_restarts: assert (!before_restart || !store_o);
       a_store_stays: assert (!(before_store && !before_stored && !before_restart) || store_o
         || !take_i[channel_i]);
+      a_next_stays: assert (!before_store || next_q4_o == before_next);
       a_soon: assert (!(busy_i && quiet >= 8'd226) || (working_i && op_i == STORE));
       a_idle_place: assert (idle_o == !busy_i && (busy_i || place_o == 4'hF));
 
       // Helps the induction: where the work stands.
-      a_pass: assert (fresh_i ? pass_i == STORE && busy_i : !busy_i || pass_i <= STORE);
+      a_pass: assert ((pass_i != STORE || bit_at_i == 4'd0) && (fresh_i ? pass_i == STORE && busy_i : !busy_i || pass_i <= STORE));
       a_place: assert (!busy_i || fresh_i || quiet == {pass_i, bit_at_i}
         || (pass_i == STORE && bit_at_i == 4'd0 && quiet >= 8'd224));
-      a_working: assert (!working_i || (busy_i && (fresh_i || quiet != 8'd0)));
-      a_works: assert (!busy_i || working_i || (fresh_i ? quiet <= 8'd1 : quiet == 8'd0));
-      a_op: assert (!working_i || (op_i == STORE ? pass_i == STORE && bit_at_i == 4'd0
-        : pass_i == (bit_at_i == 4'd0 ? op_i + 4'd1 : op_i) && last_i == (at == 4'd15)
+      a_reading: assert (!reading_i || (busy_i && (fresh_i || quiet != 8'd0)));
+      a_reads: assert (!busy_i || reading_i || (fresh_i ? quiet <= 8'd1 : quiet == 8'd0));
+      a_working: assert (!working_i || (reading_i && (fresh_i || quiet > 8'd1)));
+      a_works: assert (!reading_i || working_i || quiet <= (fresh_i ? 8'd2 : 8'd1));
+      a_word: assert (!reading_i || ((quiet < 8'd225 || word_pass_i == STORE) && (word_pass_i == STORE || fresh_i ? word_pass_i == STORE && pass_i == STORE && word_bit_i == 4'd0
+        : {pass_i, bit_at_i} == {word_pass_i, word_bit_i} + 8'd1 && word_pass_i < STORE)));
+      a_place_before: assert (!reading_i || !mine || (place_before == {channel_i,
+        word_pass_i == 4'd1 ? (use_safe_i ? 3'd4 : 3'd0) : word_pass_i[3:1] == 3'd1 ? 3'd2
+        : word_pass_i[3:1] == 3'd2 ? 3'd3
+        : word_pass_i[3:1] == 3'd3 || word_pass_i[3:1] == 3'd4 ? 3'd5 : 3'd1}));
+      a_op: assert (!working_i || (op_i == STORE ? word_pass_i == STORE && word_bit_i == 4'd0
+        : word_pass_i == (word_bit_i == 4'd0 ? op_i + 4'd1 : op_i) && last_i == (at == 4'd15)
           && op_i < STORE));
       a_actual: assert ((fresh_i && channel_i <= chosen)
         || (actual >= LOWEST_Q4 && actual <= HIGHEST_Q4));

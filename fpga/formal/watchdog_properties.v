@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The watchdog fires exactly period * 1000 ticks after the last kick, and never else.
+// The watchdog fires when period whole milliseconds have passed since the last kick, never else.
 `default_nettype none
 
 module watchdog_properties (
   input wire        clk_i,
   input wire        rst_i,
-  input wire        tick_us_i,
+  input wire        tick_ms_i,
   input wire [15:0] period_ms_i,
   input wire [1:0]  action_i,
   input wire        arm_i,
@@ -16,7 +16,7 @@ module watchdog_properties (
   input wire        hold_o,
   input wire        safe_o,
   input wire        off_o,
-  input wire [9:0]  us_i,
+  input wire        partial_i,
   input wire [16:0] ms_i,
   input wire        over_i,
   input wire        load_i,
@@ -28,12 +28,11 @@ module watchdog_properties (
   reg        fired, clear, kick;
   // Time since the kick, and the period that was there in the clock after it.
   reg [15:0] silent_ms, period;
-  reg [9:0]  silent_us;
+  reg        begun_ms;              // a tick came since the kick
   reg        counting;              // a period runs
   wire       again = kick_i || clear_i || !armed;
   reg        fresh;                 // the clock after a kick
-  wire       due = counting && !fresh && !again && tick_us_i && (silent_us == 10'd999) &&
-                   (silent_ms + 16'd1 == period);
+  wire       due = counting && !fresh && !again && tick_ms_i && begun_ms && (silent_ms + 16'd1 == period);
   reg        was_due, due_before;
 
   always @(posedge clk_i) begin
@@ -50,7 +49,7 @@ module watchdog_properties (
       fresh <= 1'b1;
       counting <= 1'b0;
       silent_ms <= 16'd0;
-      silent_us <= 10'd0;
+      begun_ms <= 1'b0;
     end else begin
       armed <= armed || arm_i;
       fresh <= again;
@@ -58,11 +57,11 @@ module watchdog_properties (
         counting <= (period_ms_i != 16'd0) && !(fired_o && !clear_i);
         period <= period_ms_i;
         silent_ms <= 16'd0;
-        silent_us <= 10'd0;
-      end else if (tick_us_i && counting) begin
-        silent_us <= (silent_us == 10'd999) ? 10'd0 : silent_us + 10'd1;
-        silent_ms <= silent_ms + ((silent_us == 10'd999) ? 16'd1 : 16'd0);
-        if ((silent_us == 10'd999) && (silent_ms + 16'd1 == period)) counting <= 1'b0;
+        begun_ms <= 1'b0;
+      end else if (tick_ms_i && counting) begin
+        begun_ms <= 1'b1;
+        if (begun_ms) silent_ms <= silent_ms + 16'd1;
+        if (begun_ms && silent_ms + 16'd1 == period) counting <= 1'b0;
       end
     end
     if (begun && !rst_i) begin
@@ -81,8 +80,8 @@ module watchdog_properties (
       // Helps the induction.
       a_load: assert (load_i == fresh);
       a_armed: assert (armed_i == armed);
-      a_left: assert (fresh || !counting || (silent_ms < period && silent_us <= 10'd999
-        && us_i == silent_us && ms_i == 17'h10000 - {1'b0, period} + {1'b0, silent_ms}));
+      a_left: assert (fresh || !counting || (silent_ms < period
+        && partial_i == !begun_ms && ms_i == 17'h10000 - {1'b0, period} + {1'b0, silent_ms}));
       a_over: assert (fresh || counting || fired_o || (ms_i[16] && (over_i || due_before)));
       a_not_fired: assert (fresh || !counting || !fired_o);
       a_not_over: assert (!due_before || (!over_i && ms_i[16] && !fresh && !counting && !fired_o));

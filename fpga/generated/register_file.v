@@ -19,10 +19,13 @@
 // Ports: <register>[_<field>] with _o for what software sets (for one clock only, where 1 starts
 // something), _i for what hardware tells and _clear_o for pulses of one clock that clear it.
 // <block>_hold_o: the hardware keeps the values of the block. Latency: 2 clocks.
+// FILL_FROM: 0; in proofs, where the filling of the memory begins.
 
 `default_nettype none
 
-module register_file (
+module register_file #(
+  parameter [4:0] FILL_FROM = 5'd0
+) (
   input  wire clk_i,
   input  wire rst_i,
   input  wire [7:0] index_i,
@@ -34,7 +37,9 @@ module register_file (
   input  wire write_strobe_i,
   input  wire [15:0] write_data_i,
   output wire filling_o,
+  output wire [3:0] fill_o,
   input  wire [3:0] memory_place_i,
+  output wire memory_busy_o,
   output wire [15:0] memory_word_o,
   input  wire memory_store_i,
   input  wire [15:0] memory_data_i,
@@ -265,40 +270,56 @@ module register_file (
   assign trigger_ctrl_fire_o = {2{write_strobe_i && index_i == 8'h40}} & write_data_i[1:0];
   assign bus_clear_o = {2{write_strobe_i && index_i == 8'h55}} & write_data_i[1:0];
 
-  // Some registers stand in a memory of 16 words, which the bus and the hardware read at
-  // the same time. After reset it is filled; then the bus comes first, and the hardware
-  // waits for memory_stored_o.
+  // Some registers stand in a memory of 16 words, of which the hardware has one while
+  // memory_busy_o is low: after reset the memory is filled, and the bus comes first.
   reg [15:0] memory [0:15];
   reg [4:0] fill;
   reg fetch;
   always @(posedge clk_i or posedge rst_i) begin
-    if (rst_i) fill <= 5'd0;
+    if (rst_i) fill <= FILL_FROM;
     else if (!fill[4]) fill <= fill + 5'd1;
   end
   assign filling_o = !fill[4];
+  assign fill_o = fill[3:0] ^ 4'd1;
 
-  // Not as case: yosys could make memories of them, with any contents in a proof.
-  wire filled_here = fill[3:0] == 4'd7 || fill[3:0] == 4'd15 || fill[3:0] == 4'd0 || fill[3:0] ==
-    4'd2 || fill[3:0] == 4'd3 || fill[3:0] == 4'd4 || fill[3:0] == 4'd5 || fill[3:0] == 4'd8 ||
-    fill[3:0] == 4'd10 || fill[3:0] == 4'd11 || fill[3:0] == 4'd12 || fill[3:0] == 4'd13;
-  wire [15:0] fill_word = fill[3:0] == 4'd15 ? 16'd20000 : fill[3:0] == 4'd0 || fill[3:0] == 4'd4 ||
-    fill[3:0] == 4'd8 || fill[3:0] == 4'd12 ? 16'd24000 : fill[3:0] == 4'd2 || fill[3:0] == 4'd10 ?
-    16'd14400 : fill[3:0] == 4'd3 || fill[3:0] == 4'd11 ? 16'd33600 : fill[3:0] == 4'd5 || fill[3:0]
-    == 4'd13 ? 16'd480 : 16'd0;
+  // Place 1 comes first and is not written, and the word has no 1 there: so the word can
+  // stand in the register that chooses between the sources. Both halves are filled alike.
+  wire [15:0] fill_word = fill[2:0] == 3'd6 ? 16'd20000 : fill[2:0] == 3'd1 || fill[2:0] == 3'd5 ?
+    16'd24000 : fill[2:0] == 3'd3 ? 16'd14400 : fill[2:0] == 3'd2 ? 16'd33600 : fill[2:0] == 3'd4 ?
+    16'd480 : 16'd0;
+  wire filled_here = fill[2:0] != 3'd0;
   wire in_memory = index_i == 8'h04 || index_i == 8'h07 || index_i == 8'h10 || index_i == 8'h11 ||
     index_i == 8'h12 || index_i == 8'h13 || index_i == 8'h14 || index_i == 8'h15 || index_i == 8'h18
     || index_i == 8'h19 || index_i == 8'h1A || index_i == 8'h1B || index_i == 8'h1C || index_i ==
     8'h1D;
 
-  assign memory_stored_o = memory_store_i && !filling_o && !write_strobe_i && !fetch;
-  wire [3:0] place = filling_o ? fill[3:0] : memory_stored_o ? memory_place_i
-    : index_i[4] ? index_i[3:0] : {index_i[0], 1'b1, 1'b1, 1'b1};
-  wire store = filling_o ? filled_here : memory_stored_o || (write_strobe_i && in_memory);
-  wire [15:0] stored_word = filling_o ? fill_word : memory_stored_o ? memory_data_i
-    : write_data_i;
+  // A place is chosen in one clock and used in the next.
+  wire bus = write_strobe_i || read_strobe_i;
+  assign memory_busy_o = filling_o || bus;
+  assign memory_stored_o = memory_store_i && !memory_busy_o;
+  reg [3:0] place;
+  reg store;
+  reg filled;
+  reg [15:0] choice;
+  always @(posedge clk_i or posedge rst_i) begin
+    if (rst_i) begin
+      place <= 4'd0;
+      store <= 1'b0;
+      filled <= 1'b0;
+      choice <= 16'd0;
+    end else begin
+      place <= filling_o ? fill_o : !bus ? memory_place_i
+        : index_i[4] ? index_i[3:0] : {index_i[0], 1'b1, 1'b1, index_i[0]};
+      store <= filling_o ? filled_here : bus ? write_strobe_i && in_memory
+        : memory_store_i;
+      filled <= filling_o;
+      choice <= fill_word | {16{!memory_busy_o}};
+    end
+  end
+  wire [15:0] stored_word = filled ? choice
+    : (memory_data_i & choice) | (write_data_i & ~choice);
   always @(posedge clk_i) if (store) memory[place] <= stored_word;
-  wire [15:0] memory_word = memory[place];
-  assign memory_word_o = memory[memory_place_i];
+  assign memory_word_o = memory[place];
 
 
   // The counters stand outside; any write clears those that may be written.
@@ -379,7 +400,7 @@ module register_file (
   wire at_50 = index_i == 8'h50;
   wire at_55 = index_i == 8'h55;
   wire at_56 = index_i == 8'h56;
-  wire [15:0] term_0 = {16{in_memory}} & memory_word;
+  wire [15:0] term_0 = {16{in_memory}} & memory_word_o;
   wire [15:0] term_1 = {16{counted}} & {8'd0, counter_i};
   wire [15:0] term_2 = {16{at_00_02}} & (index_i[1] ? {1'd0, build_i[14], 1'd0, build_i[12:11],
     1'd0, build_i[9:8], 3'd0, build_i[4:2], 1'd0, build_i[0]} : {1'd0, 1'd1, 1'd0, 2'd3, 1'd0, 2'd3,

@@ -56,7 +56,7 @@ module bridge_core #(
   // ---- reset and time
   // The soft reset takes registers, counters and interrupt. What it must not cut (an answer on the
   // bus, a pulse, a frame, a clock) ends by its own rules with its registers as after reset.
-  wire rst, soft_rst, tick_ms;
+  wire rst, soft_rst, tick_10us, tick_50us, tick_ms, tick_16ms;
   wire [31:0] time_us;
   reset_sync core_reset (
     .clk_i(clk_i),
@@ -74,8 +74,16 @@ module bridge_core #(
     .clk_i(clk_i),
     .rst_i(rst),
     .tick_us_i(tick_us_i),
-    .time_us_o(time_us),
-    .tick_ms_o(tick_ms)
+    .time_us_o(time_us)
+  );
+  time_base ticks (
+    .clk_i(clk_i),
+    .rst_i(rst),
+    .tick_us_i(tick_us_i),
+    .tick_10us_o(tick_10us),
+    .tick_50us_o(tick_50us),
+    .tick_ms_o(tick_ms),
+    .tick_16ms_o(tick_16ms)
   );
 
   // ---- registers
@@ -124,7 +132,8 @@ module bridge_core #(
   wire [7:0] irq_status;
   wire [3:0] servo_place;
   wire [15:0] servo_word, servo_store_q4;
-  wire servo_store, servo_stored, filling;
+  wire servo_busy, servo_store, servo_stored, filling;
+  wire [3:0] fill;
   wire [1:0] servo_finished, wrong_line, wrong_frame;
   wire trigger_busy;
   wire [15:0] skew_us;
@@ -150,7 +159,9 @@ module bridge_core #(
     .write_strobe_i(write_strobe),
     .write_data_i(write_data),
     .filling_o(filling),
+    .fill_o(fill),
     .memory_place_i(servo_place),
+    .memory_busy_o(servo_busy),
     .memory_word_o(servo_word),
     .memory_store_i(servo_store),
     .memory_data_i(servo_store_q4),
@@ -308,9 +319,12 @@ module bridge_core #(
   ) counters (
     .clk_i(clk_i),
     .rst_i(soft_rst),
+    .filling_i(filling),
+    .fill_i(fill),
     .event_i({servo_finished, wrong_frame, branch_event, timeout_event, protocol_event, wrong_line,
               spike_event}),
     .clear_i(counter_clear),
+    .read_i(read_strobe),
     .place_i(counter_place),
     .count_o(counter)
   );
@@ -322,6 +336,7 @@ module bridge_core #(
     .rst_i(rst),
     .soft_rst_i(soft_rst),
     .tick_us_i(tick_us_i),
+    .tick_ms_i(tick_ms),
     .written_i(write_strobe),
     .watchdog_ms_i(wdg_ms),
     .watchdog_action_i(wdg_action),
@@ -331,7 +346,7 @@ module bridge_core #(
     .enable_i({ctrl_servo1_enable, ctrl_servo0_enable}),
     .place_o(servo_place),
     .word_i(servo_word),
-    .filling_i(filling),
+    .busy_i(servo_busy),
     .store_o(servo_store),
     .store_q4_o(servo_store_q4),
     .stored_i(servo_stored),
@@ -349,6 +364,9 @@ module bridge_core #(
     .rst_i(rst),
     .tick_us_i(tick_us_i),
     .tick_ms_i(tick_ms),
+    .tick_10us_i(tick_10us),
+    .tick_50us_i(tick_50us),
+    .tick_16ms_i(tick_16ms),
     .time_us_i(time_us),
     .stream_i(ctrl_stream_enable),
     .request_i(cam_select_source),

@@ -8,11 +8,12 @@
 // writes      _____| 2 | 5 |___| 2 |__
 //
 // The first SATURATING counters stay at 255, the others wrap. An event that comes while another one
-// of its kind still waits is lost: only where several events come in every clock. clear_i starts the
-// counter at place_i again; an event of it that waits, or comes in the same clock, counts.
-// PLACES: place in memory of each event's counter, four bits each. count_o is the counter at
-// place_i. After reset the memory is filled with zeros; events wait until that is done.
-// Latency: 2 clocks, and those in which others come first.
+// of its kind still waits is lost: only where several events come in every clock. clear_i starts
+// the counter at place_i again; an event of it that waits, or comes in the same clock, counts. In
+// the clock after read_i count_o is the counter at place_i.
+// PLACES: place in memory of each event's counter, four bits each. While filling_i is high zeros
+// are written at fill_i; events wait until that is done.
+// Latency: 3 clocks, and those in which others come first.
 
 `default_nettype none
 
@@ -23,17 +24,19 @@ module event_counters #(
 ) (
   input  wire clk_i,
   input  wire rst_i,
+  input  wire filling_i,
+  input  wire [3:0] fill_i,
   input  wire [EVENTS-1:0] event_i,
   input  wire clear_i,
+  input  wire read_i,
   input  wire [3:0] place_i,
   output wire [7:0] count_o
 );
 
   reg [7:0] memory [0:15];
-  reg [4:0] fill;
   reg [EVENTS-1:0] waiting;
 
-  // The first that waits.
+  // The first that waits is chosen in one clock and counted in the next.
   reg [EVENTS-1:0] turn;
   reg [3:0] turn_place;
   integer i;
@@ -49,33 +52,44 @@ module event_counters #(
     end
   end
 
-  wire filling = !fill[4];
-  wire zero = filling || clear_i;
-  wire saturates = |turn[SATURATING-1:0];
-  wire [3:0] place = filling ? fill[3:0] : clear_i ? place_i : turn_place;
+  wire taken = !filling_i && !clear_i && !read_i;
+  reg [3:0] place;
+  reg zero;
+  reg step;
+  reg wraps;
   wire [7:0] count = memory[place];
-  wire [8:0] next = {1'b0, count & {8{!zero}}} + {8'd0, !zero};
-  wire store = zero || (|waiting && !(next[8] && saturates));
+  wire [8:0] more = {1'b0, count} + 9'd1;
+  wire [7:0] next = (more[7:0] | {8{more[8] && !wraps}}) & {8{!zero}};
 
   always @(posedge clk_i) begin
-    if (store) memory[place] <= next[7:0];
+    if (zero || step) memory[place] <= next;
   end
   always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) begin
-      fill <= 5'd0;
       waiting <= {EVENTS{1'b0}};
+      place <= 4'd0;
+      zero <= 1'b0;
+      step <= 1'b0;
+      wraps <= 1'b0;
     end else begin
-      if (filling) fill <= fill + 5'd1;
-      waiting <= event_i | (waiting & ~(turn & {EVENTS{!zero}}));
+      waiting <= event_i | (waiting & ~(turn & {EVENTS{taken}}));
+      place <= filling_i ? fill_i : taken ? turn_place : place_i;
+      zero <= filling_i || clear_i;
+      step <= taken && |waiting;
+      wraps <= |turn[EVENTS-1:SATURATING];
     end
   end
-  assign count_o = memory[place_i];
+  assign count_o = count;
 
 `ifdef PROVE_EVENT_COUNTERS
   wire [3:0] chosen_place;
-  event_counters_properties #(.EVENTS(EVENTS), .SATURATING(SATURATING), .PLACES(PLACES)) properties (
-    .clk_i(clk_i), .rst_i(rst_i), .event_i(event_i), .clear_i(clear_i), .place_i(place_i),
-    .count_o(count_o), .waiting_i(waiting), .turn_i(turn), .filling_i(filling), .fill_i(fill),
+  event_counters_properties #(
+    .EVENTS(EVENTS), .SATURATING(SATURATING), .PLACES(PLACES)
+  ) properties (
+    .clk_i(clk_i), .rst_i(rst_i), .event_i(event_i), .clear_i(clear_i), .read_i(read_i),
+    .place_i(place_i), .count_o(count_o), .waiting_i(waiting), .turn_i(turn),
+    .filling_i(filling_i), .fill_i(fill_i), .step_i(step), .zero_i(zero), .at_i(place),
+    .wraps_i(wraps),
     .chosen_place_o(chosen_place), .count_i(memory[chosen_place])
   );
 `endif

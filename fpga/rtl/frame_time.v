@@ -40,6 +40,10 @@ module frame_time (
   reg last_right;
   reg passed_over;
 
+  wire full;                           // the carry out of the counter
+  wire [14:0] since_next;
+  assign {full, since_next} = {1'b0, since} + 16'd1;
+
   wire start = start_left_i || start_right_i;
   wire both = start_left_i && start_right_i;
   wire other = last_right ? start_left_i : start_right_i;
@@ -54,7 +58,7 @@ module frame_time (
       passed_over <= 1'b0;
     end else begin
       if (start) since <= 15'd0;
-      else if (tick_us_i && since != 15'h7FFF) since <= since + 15'd1;
+      else if (tick_us_i && !full) since <= since_next;
       if (start) last_right <= start_right_i;
       if (both || other) passed_over <= !take;
       if (take) begin

@@ -6,8 +6,9 @@
 // servo_o[0]  __|^^^^^|__________________|^^^^^|____
 // servo_o[1]  __|^^^^^^^^^^|_____________|^^^^^^^|__
 //
-// written_i: a register is written; the watchdog wants that now and then, and a width that is being
-// worked out starts anew. Latency: see servo_pwm.
+// written_i: a register is written; the watchdog wants that now and then. word_i: the register at
+// place_o, but not while busy_i; a width that is being worked out then starts anew.
+// Latency: see servo_pwm.
 
 `default_nettype none
 
@@ -16,6 +17,7 @@ module motion (
   input  wire rst_i,
   input  wire soft_rst_i,
   input  wire tick_us_i,
+  input  wire tick_ms_i,
   input  wire written_i,
 
   input  wire [15:0] watchdog_ms_i,
@@ -27,7 +29,7 @@ module motion (
   input  wire [1:0]  enable_i,
   output wire [3:0]  place_o,
   input  wire [15:0] word_i,
-  input  wire        filling_i,
+  input  wire        busy_i,
   output wire        store_o,
   output wire [15:0] store_q4_o,
   input  wire        stored_i,
@@ -42,7 +44,7 @@ module motion (
   watchdog dog (
     .clk_i(clk_i),
     .rst_i(soft_rst_i),
-    .tick_us_i(tick_us_i),
+    .tick_ms_i(tick_ms_i),
     .period_ms_i(watchdog_ms_i),
     .action_i(watchdog_action_i),
     .arm_i(|enable_i),
@@ -66,7 +68,7 @@ module motion (
     .rst_i(rst_i),
     .tick_us_i(tick_us_i),
     .period_us_i(word_i[14:0]),
-    .period_there_i(idle),
+    .period_there_i(idle && !busy_i),
     .frame_o(frame),
     .work_o(work),
     .phase_us_o(phase_us),
@@ -80,7 +82,7 @@ module motion (
     .clk_i(clk_i),
     .rst_i(rst_i),
     .start_i(work),
-    .restart_i(written_i || filling_i),
+    .restart_i(busy_i),
     .safe_i(safe),
     .take_i(may_load & {2{!hold}}),
     .idle_o(idle),

@@ -75,13 +75,14 @@ module pattern_generator (
   wire walking = kind_i == WALKING;
   wire load = ramp ? stands : !frame_o;
   wire step = frame_o && (visible || (ramp && part_ends)) && !kind_i[2];
-  wire [9:0] first = ramp ? 10'h3FF : {walking ? 9'd0 : seed_i[9:1], seed_i[0] || !kind_i[2]};
+  wire [9:0] seed = {10{load && !ramp && !walking}} & seed_i;
+  wire [9:0] ones = {{9{ramp}}, !kind_i[2]};
   wire [9:0] next = ramp ? value + 10'd1
                          : {value[8:0], walking ? value[9] : value[9] ^ value[6]};
 
   always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) value <= 10'h3FF;
-    else if (load || step) value <= load ? first : next;
+    else if (load || step) value <= (load ? ones : next) | seed;
   end
 
   assign data_o = kind_i == CHECKER ? {10{x[4] ^ y[4]}} : value;

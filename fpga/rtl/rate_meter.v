@@ -33,7 +33,9 @@ module rate_meter (
 
   wire camera = turn[0];
   wire periods = turn[1];
-  wire full = &count;
+  wire full;                           // the carry out of the counter
+  wire [15:0] count_next;
+  assign {full, count_next} = {1'b0, count} + 17'd1;
   wire mark = periods ? start_i[camera] : tick_16ms_i;
   wire step = periods ? tick_10us_i : activity_i[camera];
   // A camera without frames must not stop the round; a frame that never starts counts like one
@@ -54,7 +56,7 @@ module rate_meter (
       if (done) turn <= turn + 2'd1;
       armed <= !done && (armed || mark);
       if (done || mark) count <= 16'd0;
-      else if (step && !full) count <= count + 16'd1;
+      else if (step && !full) count <= count_next;
       if (store) begin
         case (turn)
           2'd0: clock0_khz_o <= count;

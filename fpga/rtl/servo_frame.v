@@ -10,9 +10,8 @@
 //   work_o       _______________________|'|____________________    the period has been taken
 //   sub_clock_o  ... |0 1 2 ..  |0 1 2 .. |0 1 2 .. |0 1 2 ..      clocks since the last tick
 //
-// The period is taken over at the end of a frame's first microsecond, and only if period_there_i is
-// high and it is inside 15 000 .. 25 000 us: a value outside is ignored and the last good one stays
-// (20 000 us after reset).
+// The period is taken over at the end of a frame's first microsecond if period_there_i is high;
+// until then it is 20 000 us. The register file takes none outside 15 000 .. 25 000 us.
 //
 // Latency: frame_o is high in the clock after the tick.
 `default_nettype none
@@ -29,8 +28,6 @@ module servo_frame (
   output wire        early_o,      // ... and this is 1 while there were fewer than 4096
   output wire [4:0]  sub_clock_o   // clocks since the last tick, modulo 32
 );
-  localparam [14:0] SHORTEST_US = 15'd15000;
-  localparam [14:0] LONGEST_US = 15'd25000;
   localparam [14:0] RESET_US = 15'd20000;
 
   reg [14:0] phase;
@@ -39,7 +36,6 @@ module servo_frame (
   reg [4:0]  sub_clock;
 
   wire last = (phase == period);
-  wire period_good = (period_us_i >= SHORTEST_US) && (period_us_i <= LONGEST_US);
 
   always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) begin
@@ -52,7 +48,7 @@ module servo_frame (
       sub_clock <= tick_us_i ? 5'd0 : sub_clock + 5'd1;
       if (tick_us_i) begin
         phase <= last ? 15'd1 : phase + 15'd1;
-        if (last && period_there_i && period_good) begin
+        if (last && period_there_i) begin
           period <= period_us_i;
         end
       end

@@ -22,12 +22,14 @@
 // can leave 16 bits. The hardware limits come last and are compared with what is in the register
 // itself: no input, however it changes, brings a width outside them that is stored.
 //
-// restart_i must be high in the clock in which a register changes; the channel starts anew. (safe_i
-// is watched here.) take_i: the width of the channel may change now; if not, nothing is stored.
-// store_o stays until stored_i answers in the same clock; load_o is this moment for each channel.
+// restart_i must be high in the clock in which a register changes, or before one in which word_i is
+// not the register that place_o was; the channel starts anew. (safe_i is watched here.) take_i: the
+// width of the channel may change now; if not, nothing is stored. store_o stays until stored_i
+// answers in the same clock; load_o is this moment for each channel. next_q4_o stays for one more
+// clock.
 // After reset both words ACTUAL_Q4 are stored once, with the centre; start_i counts after that.
 //
-// Latency: 227 clocks a channel.
+// Latency: 228 clocks a channel.
 `default_nettype none
 
 module servo_width (
@@ -38,8 +40,8 @@ module servo_width (
   input  wire        safe_i,        // the request is the safe position
   input  wire [1:0]  take_i,
   output wire        idle_o,
-  output wire [3:0]  place_o,     // of a register; the servo period's while idle
-  input  wire [15:0] word_i,        // what stands there
+  output wire [3:0]  place_o,       // of a register; the servo period's while idle
+  input  wire [15:0] word_i,        // what stands there, one clock later
   output wire        store_o,       // next_q4_o is to be stored at place_o
   input  wire        stored_i,
   output wire [1:0]  load_o,
@@ -64,7 +66,12 @@ module servo_width (
   reg [3:0]  bit_at;
   reg        use_safe;
 
-  // The bit in work, one clock behind.
+  // The word that is there, one clock behind.
+  reg        reading;
+  reg [3:0]  word_pass;
+  reg [3:0]  word_bit;
+
+  // The bit in work, two clocks behind.
   reg        working;
   reg [3:0]  op;
   reg        last;
@@ -75,6 +82,7 @@ module servo_width (
   wire take = fresh || take_i[channel];
   wire done = storing && (stored_i || !take);
   wire start = start_i && !fresh;
+  wire goes_on = !done && !start && (fresh || !restart);
   wire restart = restart_i || use_safe != safe_i;
   assign store_o = storing && take;
   assign load_o = {channel, !channel} & {2{store_o && stored_i}};
@@ -125,11 +133,14 @@ module servo_width (
   wire limit = slewing ? at_most : operand;
   wire beyond = limit == next[0] ? replace : lower ? limit : next[0];
   wire carry_on = (operand && (carry || (actual[0] ^ lower))) || (carry && (actual[0] ^ lower));
-  wire hardware = pass[3] && (pass[2] || pass[1]);
-  wire hardware_bit = pass[2] ? HIGHEST_Q4[bit_at] : LOWEST_Q4[bit_at];
+  wire hardware = word_pass[3] && (word_pass[2] || word_pass[1]);
+  wire hardware_bit = word_pass[2] ? HIGHEST_Q4[word_bit] : LOWEST_Q4[word_bit];
 
   always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) begin
+      reading <= 1'b0;
+      word_pass <= 4'd0;
+      word_bit <= 4'd0;
       working <= 1'b0;
       op <= 4'd0;
       last <= 1'b0;
@@ -140,11 +151,14 @@ module servo_width (
       replace <= 1'b0;
       carry <= 1'b0;
     end else begin
-      working <= busy && !done && !start && !(restart && !fresh);
-      op <= pass;
-      last <= bit_at == 4'd15;
-      slewing <= register == SLEW;
-      operand <= hardware ? hardware_bit : word_i[bit_at];
+      reading <= busy && goes_on;
+      word_pass <= pass;
+      word_bit <= bit_at;
+      working <= reading && goes_on;
+      op <= word_pass;
+      last <= word_bit == 4'd15;
+      slewing <= word_pass[3:1] == 3'd3 || word_pass[3:1] == 3'd4;
+      operand <= hardware ? hardware_bit : word_i[word_bit];
       carry <= working && !last && carry_on;
       replace <= working && (op == 4'd0 || (select ? replace && !last : beyond));
       if (working && !storing) begin
@@ -162,7 +176,9 @@ module servo_width (
     .take_i(take_i), .idle_o(idle_o), .place_o(place_o), .word_i(word_i), .store_o(store_o),
     .stored_i(stored_i), .load_o(load_o), .next_q4_o(next_q4_o),
     .busy_i(busy), .fresh_i(fresh), .channel_i(channel), .pass_i(pass), .bit_at_i(bit_at),
-    .use_safe_i(use_safe), .working_i(working), .op_i(op), .last_i(last), .slewing_i(slewing),
+    .use_safe_i(use_safe),
+    .reading_i(reading), .word_pass_i(word_pass), .word_bit_i(word_bit), .working_i(working),
+    .op_i(op), .last_i(last), .slewing_i(slewing),
     .operand_i(operand), .actual_i(actual), .replace_i(replace), .carry_i(carry)
   );
 `endif

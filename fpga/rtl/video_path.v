@@ -6,7 +6,7 @@
 //   camera 0 pins -> camera_channel --+
 //   camera 1 pins -> camera_channel --+-> stream_switch -> PPI
 //                pattern_generator ---+
-//   time_base -> rate_meter (clock, period), frame_time (skew, time of a frame)
+//   ticks -> rate_meter (clock, period), frame_time (skew, time of a frame)
 //
 //                 frame of camera 0        switch       frame of camera 1
 // ppi_frame_o  ___|^^^^^^^^^^^^^^^^^^^|______________________|^^^^^^^^^^^^^^^^^^^|__
@@ -23,6 +23,9 @@ module video_path (
   input  wire rst_i,
   input  wire tick_us_i,
   input  wire tick_ms_i,
+  input  wire tick_10us_i,
+  input  wire tick_50us_i,
+  input  wire tick_16ms_i,
   input  wire [31:0] time_us_i,
 
   input  wire stream_i,
@@ -89,19 +92,6 @@ module video_path (
   output wire event_line_error_o
 );
 
-  wire tick_10us;
-  wire tick_50us;
-  wire tick_16ms;
-  time_base ticks (
-    .clk_i(clk_i),
-    .rst_i(rst_i),
-    .tick_us_i(tick_us_i),
-    .tick_ms_i(tick_ms_i),
-    .tick_10us_o(tick_10us),
-    .tick_50us_o(tick_50us),
-    .tick_16ms_o(tick_16ms)
-  );
-
   wire [9:0] data0;
   wire line0;
   wire frame0;
@@ -114,7 +104,7 @@ module video_path (
   camera_channel camera0 (
     .clk_i(clk_i),
     .rst_i(rst_i),
-    .strobe_50us_i(tick_50us),
+    .strobe_50us_i(tick_50us_i),
     .hold_i(hold_i[0]),
     .falling_i(falling_i[0]),
     .expect_width_i(expect_width_i),
@@ -142,7 +132,7 @@ module video_path (
   camera_channel camera1 (
     .clk_i(clk_i),
     .rst_i(rst_i),
-    .strobe_50us_i(tick_50us),
+    .strobe_50us_i(tick_50us_i),
     .hold_i(hold_i[1]),
     .falling_i(falling_i[1]),
     .expect_width_i(expect_width_i),
@@ -226,8 +216,8 @@ module video_path (
   rate_meter rates (
     .clk_i(clk_i),
     .rst_i(rst_i),
-    .tick_10us_i(tick_10us),
-    .tick_16ms_i(tick_16ms),
+    .tick_10us_i(tick_10us_i),
+    .tick_16ms_i(tick_16ms_i),
     .hold_i(hold_i),
     .activity_i(activity),
     .start_i(start),

@@ -3,7 +3,7 @@
 //
 //   arm_i     ___|''''''''''''''''''''''''''''''''''''''''''   a servo was enabled: armed from now
 //   kick_i    ___|'|______|'|_________________________________
-//   ticks                   |<-- period_ms * 1000 -->|
+//   tick_ms_i              (|) |  |  |  | period_ms of them
 //   fired_o   _______________________________________|'''''|__
 //   event_o   _______________________________________|'|______
 //   clear_i   _________________________________________|'|____   (counts as a kick)
@@ -13,15 +13,16 @@
 // does not fire again, until clear_i. What the servos do meanwhile: action 0 hold their width,
 // 1 go to the safe position, 2 and 3 no pulses.
 //
-// The milliseconds go up from -period_ms_i until the sign changes. Exactness: ticks are counted
-// from the second clock after the kick; fired_o rises in the second clock after the last of
-// period_ms * 1000 ticks, if no kick comes until then.
+// Milliseconds are those of tick_ms_i. The one in which the kick comes does not count, so it fires
+// period_ms_i to period_ms_i + 1 milliseconds after the last kick: in the second clock after the
+// last tick, if no kick comes until then. The count goes up from -period_ms_i until its sign
+// changes.
 `default_nettype none
 
 module watchdog (
   input  wire        clk_i,
   input  wire        rst_i,
-  input  wire        tick_us_i,
+  input  wire        tick_ms_i,
   input  wire [15:0] period_ms_i,
   input  wire [1:0]  action_i,
   input  wire        arm_i,
@@ -33,39 +34,34 @@ module watchdog (
   output wire        safe_o,
   output wire        off_o
 );
-  localparam [9:0] LAST_US = 10'd999;
-
-  reg [9:0]  us;
   reg [16:0] ms;                    // -what is left; the highest bit is 1 when nothing is
   reg        over;                  // that has been seen
   reg        armed;
   reg        fired;
   reg        event_q;
   reg        load;
+  reg        partial;               // the millisecond of the kick is not over
 
   wire kick = kick_i || clear_i || !armed;
-  wire ms_end = tick_us_i && (us == LAST_US);
   wire expire = ms[16] && !over && !load && !kick && !fired;
 
   always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) begin
-      us <= 10'd0;
       ms <= 17'h10000;
       over <= 1'b1;
       armed <= 1'b0;
       fired <= 1'b0;
       event_q <= 1'b0;
       load <= 1'b1;
+      partial <= 1'b1;
     end else begin
       armed <= armed || arm_i;
       load <= kick;
+      partial <= load || (partial && !tick_ms_i);
       over <= load || ms[16];
       event_q <= expire;
       fired <= expire || (fired && !clear_i);
-      if (load || tick_us_i) begin
-        us <= load || ms_end ? 10'd0 : us + 10'd1;
-      end
-      if (load || (ms_end && !ms[16])) begin
+      if (load || (tick_ms_i && !partial && !ms[16])) begin
         ms <= (load ? {1'b0, ~period_ms_i} : ms) + 17'd1;
       end
     end
@@ -79,9 +75,10 @@ module watchdog (
 
 `ifdef FORMAL
   watchdog_properties properties (
-    .clk_i(clk_i), .rst_i(rst_i), .tick_us_i(tick_us_i), .period_ms_i(period_ms_i),
+    .clk_i(clk_i), .rst_i(rst_i), .tick_ms_i(tick_ms_i), .period_ms_i(period_ms_i),
     .action_i(action_i), .arm_i(arm_i), .kick_i(kick_i), .clear_i(clear_i), .fired_o(fired_o),
-    .event_o(event_o), .hold_o(hold_o), .safe_o(safe_o), .off_o(off_o), .us_i(us), .ms_i(ms),
+    .event_o(event_o), .hold_o(hold_o), .safe_o(safe_o), .off_o(off_o),
+    .partial_i(partial), .ms_i(ms),
     .over_i(over), .load_i(load), .armed_i(armed)
   );
 `endif

@@ -28,6 +28,7 @@ REGISTER_FILE_TEXT = """\
 // Ports: <register>[_<field>] with _o for what software sets (for one clock only, where 1 starts
 // something), _i for what hardware tells and _clear_o for pulses of one clock that clear it.
 // <block>_hold_o: the hardware keeps the values of the block. Latency: 2 clocks.
+// FILL_FROM: 0; in proofs, where the filling of the memory begins.
 """
 
 
@@ -76,7 +77,7 @@ class RegisterFile:
                 self.add_register(register)
         parts = [
             HEADER.rstrip("\n"), REGISTER_FILE_TEXT, "`default_nettype none", "",
-            "module register_file (", self.port_list(), ");", "",
+            "module register_file #(", "  parameter [4:0] FILL_FROM = 5'd0", ") (", self.port_list(), ");", "",
             self.limits(), self.write_path(), self.memory_path(), self.counter_path(), self.hold(),
             self.read_path(), self.formal(),
             "endmodule", "", "`default_nettype wire", "",
@@ -178,7 +179,9 @@ class RegisterFile:
         ]
         bus += [
             "output wire filling_o",
+            "output wire [3:0] fill_o",
             "input  wire [3:0] memory_place_i",
+            "output wire memory_busy_o",
             "output wire [15:0] memory_word_o",
             "input  wire memory_store_i",
             "input  wire [15:0] memory_data_i",
@@ -251,34 +254,54 @@ class RegisterFile:
         """The registers that stand in memory."""
         stored = [r for r in self.memory if r.fields[0].kind == "stored"]
         lines = [
-            "  // Some registers stand in a memory of 16 words, which the bus and the hardware read at",
-            "  // the same time. After reset it is filled; then the bus comes first, and the hardware",
-            "  // waits for memory_stored_o.",
+            "  // Some registers stand in a memory of 16 words, of which the hardware has one while",
+            "  // memory_busy_o is low: after reset the memory is filled, and the bus comes first.",
             "  reg [15:0] memory [0:15];", "  reg [4:0] fill;", "  reg fetch;",
-            "  always @(posedge clk_i or posedge rst_i) begin", "    if (rst_i) fill <= 5'd0;",
+            "  always @(posedge clk_i or posedge rst_i) begin", "    if (rst_i) fill <= FILL_FROM;",
             "    else if (!fill[4]) fill <= fill + 5'd1;", "  end", "  assign filling_o = !fill[4];",
-            "", "  // Not as case: yosys could make memories of them, with any contents in a proof."]
-        here = [f"fill[3:0] == 4'd{r.place}" for r in stored]
-        lines.append(wrapped(f"wire filled_here = {' || '.join(here)};"))
-        resets = {}
-        for register in stored:
-            if register.reset:
-                resets.setdefault(register.reset, []).append(f"fill[3:0] == 4'd{register.place}")
-        words = " : ".join(f"{' || '.join(at)} ? 16'd{reset}" for reset, at in resets.items())
-        lines.append(wrapped(f"wire [15:0] fill_word = {words} : 16'd0;"))
+            "  assign fill_o = fill[3:0] ^ 4'd1;",
+            "",
+            "  // Place 1 comes first and is not written, and the word has no 1 there: so the word can",
+            "  // stand in the register that chooses between the sources. Both halves are filled alike.",
+            wrapped(f"wire [15:0] fill_word = {self.fill_word(stored)};"),
+            "  wire filled_here = fill[2:0] != 3'd0;"]
         lines.append(wrapped(f"wire in_memory = {self.index_in(self.memory)};"))
         lines += [
             "",
-            "  assign memory_stored_o = memory_store_i && !filling_o && !write_strobe_i && !fetch;",
-            f"  wire [3:0] place = filling_o ? fill[3:0] : memory_stored_o ? memory_place_i",
-            f"    : {self.place_of_index()};",
-            "  wire store = filling_o ? filled_here : memory_stored_o || (write_strobe_i && in_memory);",
-            "  wire [15:0] stored_word = filling_o ? fill_word : memory_stored_o ? memory_data_i",
-            "    : write_data_i;",
+            "  // A place is chosen in one clock and used in the next.",
+            "  wire bus = write_strobe_i || read_strobe_i;",
+            "  assign memory_busy_o = filling_o || bus;",
+            "  assign memory_stored_o = memory_store_i && !memory_busy_o;",
+            "  reg [3:0] place;", "  reg store;", "  reg filled;", "  reg [15:0] choice;",
+            "  always @(posedge clk_i or posedge rst_i) begin", "    if (rst_i) begin",
+            "      place <= 4'd0;", "      store <= 1'b0;", "      filled <= 1'b0;",
+            "      choice <= 16'd0;", "    end else begin",
+            "      place <= filling_o ? fill_o : !bus ? memory_place_i",
+            f"        : {self.place_of_index()};",
+            "      store <= filling_o ? filled_here : bus ? write_strobe_i && in_memory",
+            "        : memory_store_i;",
+            "      filled <= filling_o;", "      choice <= fill_word | {16{!memory_busy_o}};",
+            "    end", "  end",
+            "  wire [15:0] stored_word = filled ? choice",
+            "    : (memory_data_i & choice) | (write_data_i & ~choice);",
             "  always @(posedge clk_i) if (store) memory[place] <= stored_word;",
-            "  wire [15:0] memory_word = memory[place];",
-            "  assign memory_word_o = memory[memory_place_i];", ""]
+            "  assign memory_word_o = memory[place];", ""]
         return "\n".join(lines + [""])
+
+    @staticmethod
+    def fill_word(stored):
+        """What the memory is filled with while `fill` counts: place is fill ^ 1, without bit 3."""
+        words = {}
+        for register in stored:
+            words.setdefault((register.place ^ 1) & 7, set()).add(register.reset)
+        if 0 in words or any(len(word) > 1 for word in words.values()):
+            raise ValueError("the memory's halves are not filled alike")
+        resets = {}
+        for at, (reset,) in words.items():
+            if reset:
+                resets.setdefault(reset, []).append(f"fill[2:0] == 3'd{at}")
+        return " : ".join(f"{' || '.join(at)} ? 16'd{reset}"
+                          for reset, at in resets.items()) + " : 16'd0"
 
     def counter_path(self):
         """The registers that are counters."""
@@ -362,7 +385,7 @@ class RegisterFile:
         pairs = self.pair_up()
         lines = ["  // Registers stand in pairs whose indices differ in one bit: one look-up table for",
                  "  // each bit chooses between the two, or takes two bits that stand alone."]
-        terms = [(set(range(16)), "{16{in_memory}} & memory_word"),
+        terms = [(set(range(16)), "{16{in_memory}} & memory_word_o"),
                  (set(range(8)), "{16{counted}} & {8'd0, counter_i}")]
         alone = []
         for first, second, differs in pairs:

@@ -31,9 +31,13 @@ module control_bench;
   always @(posedge clk) prescaler <= prescaler == 5'd24 ? 5'd0 : prescaler + 5'd1;
   wire tick_ms;
   wire [31:0] time_us;
+  wire tick_us = fast_time || prescaler == 5'd24;
   microsecond_time clock (
-    .clk_i(clk), .rst_i(rst), .tick_us_i(fast_time || prescaler == 5'd24),
-    .time_us_o(time_us), .tick_ms_o(tick_ms)
+    .clk_i(clk), .rst_i(rst), .tick_us_i(tick_us), .time_us_o(time_us)
+  );
+  time_base ticks (
+    .clk_i(clk), .rst_i(rst), .tick_us_i(tick_us), .tick_10us_o(), .tick_50us_o(),
+    .tick_ms_o(tick_ms), .tick_16ms_o()
   );
 
   wire [7:0] index;
