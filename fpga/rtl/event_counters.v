@@ -5,14 +5,15 @@
 //
 // event_i[2]  _|^|_________|^|________
 // event_i[5]  _|^|____________________
-// writes      _____| 2 | 5 |___| 2 |__
+// writes      _________| 2 | 5 |___| 2 |__
 //
 // The first SATURATING counters stay at 255, the others wrap. An event that comes while another one
-// of its kind still waits is lost: only where several events come in every clock. clear_i starts the
-// counter at place_i again; an event of it that waits, or comes in the same clock, counts.
+// of its kind still waits is lost: only where several events come in every clock. clear_i starts
+// the counter at place_i again; an event of it that waits, or comes in the same clock, counts.
 // PLACES: place in memory of each event's counter, four bits each. count_o is the counter at
-// place_i. After reset the memory is filled with zeros; events wait until that is done.
-// Latency: 2 clocks, and those in which others come first.
+// place_i. After reset the memory is filled with zeros; events wait until that is done. Whose turn
+// it is and what is then written are worked out in two clocks, one after the other.
+// Latency: 3 clocks, and those in which others come first.
 
 `default_nettype none
 
@@ -53,29 +54,46 @@ module event_counters #(
   wire zero = filling || clear_i;
   wire saturates = |turn[SATURATING-1:0];
   wire [3:0] place = filling ? fill[3:0] : clear_i ? place_i : turn_place;
-  wire [7:0] count = memory[place];
-  wire [8:0] next = {1'b0, count & {8{!zero}}} + {8'd0, !zero};
-  wire store = zero || (|waiting && !(next[8] && saturates));
+
+  // In the next clock.
+  reg working;
+  reg zeroing;
+  reg saturating;
+  reg [3:0] at;
+  wire [7:0] count = memory[at];
+  wire [8:0] next = {1'b0, count & {8{!zeroing}}} + {8'd0, !zeroing};
+  wire store = working && !(next[8] && saturating);
 
   always @(posedge clk_i) begin
-    if (store) memory[place] <= next[7:0];
+    if (store) memory[at] <= next[7:0];
   end
   always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) begin
       fill <= 5'd0;
       waiting <= {EVENTS{1'b0}};
+      working <= 1'b0;
+      zeroing <= 1'b0;
+      saturating <= 1'b0;
+      at <= 4'd0;
     end else begin
       if (filling) fill <= fill + 5'd1;
       waiting <= event_i | (waiting & ~(turn & {EVENTS{!zero}}));
+      working <= zero || |waiting;
+      zeroing <= zero;
+      saturating <= saturates;
+      at <= place;
     end
   end
   assign count_o = memory[place_i];
 
 `ifdef PROVE_EVENT_COUNTERS
   wire [3:0] chosen_place;
-  event_counters_properties #(.EVENTS(EVENTS), .SATURATING(SATURATING), .PLACES(PLACES)) properties (
+  event_counters_properties #(
+    .EVENTS(EVENTS), .SATURATING(SATURATING), .PLACES(PLACES)
+  ) properties (
     .clk_i(clk_i), .rst_i(rst_i), .event_i(event_i), .clear_i(clear_i), .place_i(place_i),
     .count_o(count_o), .waiting_i(waiting), .turn_i(turn), .filling_i(filling), .fill_i(fill),
+    .working_i(working), .zeroing_i(zeroing), .saturating_i(saturating), .at_i(at),
     .chosen_place_o(chosen_place), .count_i(memory[chosen_place])
   );
 `endif
