@@ -290,14 +290,20 @@ module register_file (
     || index_i == 8'h19 || index_i == 8'h1A || index_i == 8'h1B || index_i == 8'h1C || index_i ==
     8'h1D;
 
-  assign memory_stored_o = memory_store_i && !filling_o && !write_strobe_i && !fetch;
+  assign memory_stored_o = memory_store_i && !filling_o && !write_strobe_i
+    && !read_strobe_i;
   wire [3:0] place = filling_o ? fill[3:0] : memory_stored_o ? memory_place_i
     : index_i[4] ? index_i[3:0] : {index_i[0], 1'b1, 1'b1, 1'b1};
   wire store = filling_o ? filled_here : memory_stored_o || (write_strobe_i && in_memory);
   wire [15:0] stored_word = filling_o ? fill_word : memory_stored_o ? memory_data_i
     : write_data_i;
   always @(posedge clk_i) if (store) memory[place] <= stored_word;
-  wire [15:0] memory_word = memory[place];
+  // The bus reads in two clocks: the memory, then all that could be meant.
+  reg [15:0] memory_word;
+  always @(posedge clk_i or posedge rst_i) begin
+    if (rst_i) memory_word <= 16'd0;
+    else memory_word <= memory[place];
+  end
   assign memory_word_o = memory[memory_place_i];
 
 

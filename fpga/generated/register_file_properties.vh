@@ -615,9 +615,9 @@
       || memory_word_o == f_memory_word);
     a_memory_stored: assert (!f_taken || f_memory_word == f_memory_data);
     a_memory_waits: assert (!memory_stored_o
-      || (memory_store_i && !filling_o && !write_strobe_i && !fetch));
+      || (memory_store_i && !filling_o && !write_strobe_i && !read_strobe_i));
     a_memory_ready: assert (!memory_store_i || memory_stored_o || filling_o || write_strobe_i
-      || fetch);
+      || read_strobe_i);
     a_codes: assert (f_codes_named);
 
     // What a write does at once.

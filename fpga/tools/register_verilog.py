@@ -269,14 +269,19 @@ class RegisterFile:
         lines.append(wrapped(f"wire in_memory = {self.index_in(self.memory)};"))
         lines += [
             "",
-            "  assign memory_stored_o = memory_store_i && !filling_o && !write_strobe_i && !fetch;",
+            "  assign memory_stored_o = memory_store_i && !filling_o && !write_strobe_i",
+            "    && !read_strobe_i;",
             f"  wire [3:0] place = filling_o ? fill[3:0] : memory_stored_o ? memory_place_i",
             f"    : {self.place_of_index()};",
             "  wire store = filling_o ? filled_here : memory_stored_o || (write_strobe_i && in_memory);",
             "  wire [15:0] stored_word = filling_o ? fill_word : memory_stored_o ? memory_data_i",
             "    : write_data_i;",
             "  always @(posedge clk_i) if (store) memory[place] <= stored_word;",
-            "  wire [15:0] memory_word = memory[place];",
+            "  // The bus reads in two clocks: the memory, then all that could be meant.",
+            "  reg [15:0] memory_word;",
+            "  always @(posedge clk_i or posedge rst_i) begin",
+            "    if (rst_i) memory_word <= 16'd0;",
+            "    else memory_word <= memory[place];", "  end",
             "  assign memory_word_o = memory[memory_place_i];", ""]
         return "\n".join(lines + [""])
 
