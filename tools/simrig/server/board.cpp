@@ -233,9 +233,11 @@ Body Board::frame(double deadline_us) {
     reply.u32(frame.number);
     reply.u16(uint16_t(frame.columns));
     reply.u16(uint16_t(frame.rows));
-    reply.u32((frame.short_line ? SIMRIG_FRAME_SHORT_LINE : 0u) |
-              (frame.short_frame ? SIMRIG_FRAME_SHORT : 0u) |
-              (frame.long_frame ? SIMRIG_FRAME_LONG : 0u));
+    uint32_t faults = 0;
+    faults |= frame.short_line ? uint32_t(SIMRIG_FRAME_SHORT_LINE) : 0u;
+    faults |= frame.short_frame ? uint32_t(SIMRIG_FRAME_SHORT) : 0u;
+    faults |= frame.long_frame ? uint32_t(SIMRIG_FRAME_LONG) : 0u;
+    reply.u32(faults);
     for (const uint16_t pixel : frame.pixels) {
         reply.u16(pixel);
     }
@@ -264,7 +266,6 @@ std::optional<Body> Board::step(double slice_us) {
 }
 
 void Board::release() {
-    pending_.reset();
     rig_.release_board();
 }
 

@@ -34,6 +34,8 @@ class Board {
     bool busy() const { return pending_.has_value(); }
     /// Goes on for at most so much of the rig's time. Empty: not done yet.
     std::optional<Body> step(double slice_us);
+    /// Whoever waits for step() has gone.
+    void abandon() { pending_.reset(); }
     /// The board's client has gone.
     void release();
 
