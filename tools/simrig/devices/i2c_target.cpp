@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "i2c_target.hpp"
+#include "tools/simrig/devices/i2c_target.hpp"
 
 #include <utility>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "lens_controller.hpp"
+#include "tools/simrig/devices/lens_controller.hpp"
 
 #include <cstdio>
 #include <cstdlib>

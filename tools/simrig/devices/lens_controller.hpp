@@ -17,8 +17,8 @@
 #include <memory>
 #include <string>
 
-#include "lens_motor.hpp"
-#include "serial_line.hpp"
+#include "tools/simrig/devices/lens_motor.hpp"
+#include "tools/simrig/devices/serial_line.hpp"
 
 namespace simrig {
 

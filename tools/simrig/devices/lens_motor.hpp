@@ -6,7 +6,7 @@
 
 #include <cstdint>
 
-#include "noise.hpp"
+#include "tools/simrig/devices/noise.hpp"
 
 namespace simrig {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "mt9t001.hpp"
+#include "tools/simrig/devices/mt9t001.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -55,10 +55,12 @@ unsigned column_overhead(unsigned bin_columns) {
     return kClocks[std::min(bin_columns, 3u) - 1];
 }
 
-// Steps of 1/8: first stage, doubled by the second, times digital.
-double gain_of(uint16_t code) {
-    const double analog = (code & 0x3Fu) / 8.0 * ((code & 0x40u) != 0 ? 2 : 1);
-    return analog * (1 + (code >> 8 & 0x7Fu) / 8.0);
+// Steps of 1/8 in the first stage, doubled by the second; digital ones on top.
+double analog_gain(uint16_t code) {
+    return (code & 0x3Fu) / 8.0 * ((code & 0x40u) != 0 ? 2 : 1);
+}
+double digital_gain(uint16_t code) {
+    return 1 + (code >> 8 & 0x7Fu) / 8.0;
 }
 
 }  // namespace
@@ -181,8 +183,9 @@ SensorFrame Mt9t001::plan(double period_us) const {
     const double clocks = double(frame.shutter_rows) * frame.row_clocks - overhead -
                           frame.shutter_delay_clocks;
     frame.exposure_us = std::max(clocks, 0.0) * period_us;
-    for (size_t i = 0; i < frame.gain.size(); i++) {
-        frame.gain[i] = gain_of(light_now_.gain[i]);
+    for (size_t i = 0; i < light_now_.gain.size(); i++) {
+        frame.analog_gain[i] = analog_gain(light_now_.gain[i]);
+        frame.digital_gain[i] = digital_gain(light_now_.gain[i]);
     }
     frame.test_data = (latched_[kOutputControl] & 0x40u) != 0;
     frame.test_value = latched_[kTestData] >> 2;

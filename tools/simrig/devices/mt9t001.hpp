@@ -29,7 +29,8 @@ struct SensorFrame {
     unsigned shutter_delay_clocks = 0;
     double exposure_us = 0;              ///< of each row
     double row_us = 0;
-    std::array<double, 4> gain{};        ///< green of red rows, red, blue, green of blue rows
+    /// Green of red rows, red, blue, green of blue rows.
+    std::array<double, 4> analog_gain{}, digital_gain{};
     bool test_data = false;
     unsigned test_value = 0;             ///< 10 bits
     bool bad = false;                    ///< window or blanking changed under it: not to be trusted

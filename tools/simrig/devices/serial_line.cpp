@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "serial_line.hpp"
+#include "tools/simrig/devices/serial_line.hpp"
 
 #include <algorithm>
 #include <limits>

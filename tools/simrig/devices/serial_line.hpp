@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "noise.hpp"
+#include "tools/simrig/devices/noise.hpp"
 
 namespace simrig {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "servo.hpp"
+#include "tools/simrig/devices/servo.hpp"
 
 #include <algorithm>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "i2c_host.hpp"
+#include "tools/simrig/rig/i2c_host.hpp"
 
 #include <algorithm>
 

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "wires.hpp"
+#include "tools/simrig/rig/wires.hpp"
 
 namespace simrig {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ppi_port.hpp"
+#include "tools/simrig/rig/ppi_port.hpp"
 
 #include <utility>
 

@@ -8,12 +8,12 @@
 #include <functional>
 #include <vector>
 
-#include "../devices/lens_controller.hpp"
-#include "../devices/servo.hpp"
-#include "i2c_host.hpp"
-#include "ppi_port.hpp"
-#include "sensor_port.hpp"
-#include "wires.hpp"
+#include "tools/simrig/devices/lens_controller.hpp"
+#include "tools/simrig/devices/servo.hpp"
+#include "tools/simrig/rig/i2c_host.hpp"
+#include "tools/simrig/rig/ppi_port.hpp"
+#include "tools/simrig/rig/sensor_port.hpp"
+#include "tools/simrig/rig/wires.hpp"
 
 namespace simrig {
 

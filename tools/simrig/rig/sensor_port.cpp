@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sensor_port.hpp"
+#include "tools/simrig/rig/sensor_port.hpp"
 
 #include <cmath>
 #include <utility>

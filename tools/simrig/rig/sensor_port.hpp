@@ -3,9 +3,9 @@
 #ifndef VERGENCE_SIMRIG_RIG_SENSOR_PORT_HPP
 #define VERGENCE_SIMRIG_RIG_SENSOR_PORT_HPP
 
-#include "../devices/i2c_target.hpp"
-#include "../devices/mt9t001.hpp"
-#include "wires.hpp"
+#include "tools/simrig/devices/i2c_target.hpp"
+#include "tools/simrig/devices/mt9t001.hpp"
+#include "tools/simrig/rig/wires.hpp"
 
 namespace simrig {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "wires.hpp"
+#include "tools/simrig/rig/wires.hpp"
 
 #include <algorithm>
 #include <new>

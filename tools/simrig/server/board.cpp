@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "board.hpp"
+#include "tools/simrig/server/board.hpp"
 
 #include <algorithm>
 #include <stdexcept>

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "../protocol/simrig_protocol.h"
-#include "../rig/rig.hpp"
-#include "body.hpp"
+#include "tools/simrig/protocol/simrig_protocol.h"
+#include "tools/simrig/rig/rig.hpp"
+#include "tools/simrig/server/body.hpp"
 
 namespace simrig {
 

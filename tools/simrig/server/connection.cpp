@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "connection.hpp"
+#include "tools/simrig/server/connection.hpp"
 
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <cerrno>
 
-#include "body.hpp"
+#include "tools/simrig/server/body.hpp"
 
 namespace simrig {
 

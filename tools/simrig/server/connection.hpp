@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "../protocol/simrig_protocol.h"
+#include "tools/simrig/protocol/simrig_protocol.h"
 
 namespace simrig {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server.hpp"
+#include "tools/simrig/server/server.hpp"
 
 #include <arpa/inet.h>
 #include <fcntl.h>
@@ -111,8 +111,9 @@ void Listener::listen_tcp(const std::string &port) {
     name_ = "tcp:127.0.0.1:" + std::to_string(ntohs(address.sin_port));
 }
 
-Server::Server(Listener &listener, Board &board, std::function<void()> tick)
-    : listener_(listener), board_(board), tick_(std::move(tick)) {}
+Server::Server(Listener &listener, Board &board, std::function<void()> tick,
+               std::vector<LogEntry> *log)
+    : listener_(listener), board_(board), tick_(std::move(tick)), log_(log) {}
 
 void Server::run(int stop_pipe) {
     for (;;) {
@@ -210,10 +211,12 @@ void Server::handle(Client &client, const Message &message) {
     }
     std::optional<Body> reply = board_.begin(message.type, message.body, *role);
     if (reply) {
+        record(client, message.type, message.body, *reply);
         answer(client, message.type, message.tag, std::move(*reply));
         return;
     }
     client.waits = true;
+    client.asked = message.body;
     client.type = message.type;
     client.tag = message.tag;
 }
@@ -229,11 +232,18 @@ void Server::step() {
     for (const auto &client : clients_) {
         if (client->waits) {
             client->waits = false;
+            record(*client, client->type, client->asked, *reply);
             answer(*client, client->type, client->tag, std::move(*reply));
             serve(*client);
             client->connection.flush();
             return;
         }
+    }
+}
+
+void Server::record(const Client &client, uint16_t type, const Body &asked, const Body &reply) {
+    if (log_ != nullptr) {
+        log_->push_back({type, uint16_t(*client.connection.role), sum_of(reply), asked});
     }
 }
 
@@ -244,6 +254,9 @@ void Server::drop(size_t number) {
     }
     if (client.connection.role == SIMRIG_ROLE_BOARD) {
         board_.release();
+        if (log_ != nullptr) {
+            log_->push_back({});
+        }
     }
     clients_.erase(clients_.begin() + long(number));
 }

@@ -7,8 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "board.hpp"
-#include "connection.hpp"
+#include "tools/simrig/server/board.hpp"
+#include "tools/simrig/server/connection.hpp"
+#include "tools/simrig/server/log.hpp"
 
 namespace simrig {
 
@@ -35,7 +36,9 @@ class Listener {
 class Server {
   public:
     /// tick: called between steps, for wall time and the pseudo terminal; may be empty.
-    Server(Listener &listener, Board &board, std::function<void()> tick);
+    /// log: gets every request that the board has answered; may be null.
+    Server(Listener &listener, Board &board, std::function<void()> tick,
+           std::vector<LogEntry> *log);
 
     /// Serves until stop_pipe has something to read.
     void run(int stop_pipe);
@@ -46,17 +49,20 @@ class Server {
         Connection connection;
         bool waits = false;  ///< for the board's step
         uint16_t type = 0, tag = 0;
+        Body asked;
     };
     void accept_client();
     bool serve(Client &client);
     void answer(Client &client, uint16_t type, uint16_t tag, Body body);
     void handle(Client &client, const Message &message);
+    void record(const Client &client, uint16_t type, const Body &asked, const Body &reply);
     void drop(size_t number);
     void step();
 
     Listener &listener_;
     Board &board_;
     std::function<void()> tick_;
+    std::vector<LogEntry> *log_;
     std::vector<std::unique_ptr<Client>> clients_;
 };
 
