@@ -121,17 +121,28 @@ Vec2 Camera::project_world(const Vec3 &point_world_mm) const {
 }
 
 Vec2 Camera::slopes_of(Vec2 pixel, Vec2 start) const {
-    const Vec2 target = (1 / optics.focal_px) * (pixel - optics.centre_px);
+    double step[4];
+    return slopes_of(pixel, start, step);
+}
+
+Vec2 Camera::slopes_of(Vec2 pixel, Vec2 start, double (&step)[4]) const {
+    const double per_pixel = 1 / optics.focal_px;
+    const Vec2 target = per_pixel * (pixel - optics.centre_px);
     Vec2 s = start;
     for (int i = 0; i < 20; i++) {
         Jacobian j;
         const Vec2 error = distorted_with(optics, s, j) - target;
-        if (std::abs(error.x) + std::abs(error.y) < 1e-13) {
-            break;
-        }
         const double scale = 1 / (j.xx * j.yy - j.xy * j.yx);
         s = s - Vec2{scale * (j.yy * error.x - j.xy * error.y),
                      scale * (j.xx * error.y - j.yx * error.x)};
+        step[0] = per_pixel * scale * j.yy;
+        step[1] = -per_pixel * scale * j.xy;
+        step[2] = -per_pixel * scale * j.yx;
+        step[3] = per_pixel * scale * j.xx;
+        // Newton squares the error: what is left is below 1e-12.
+        if (std::fabs(error.x) + std::fabs(error.y) < 1e-7) {
+            break;
+        }
     }
     return s;
 }

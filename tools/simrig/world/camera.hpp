@@ -58,6 +58,8 @@ struct Camera {
     // 1e-12. `start` is a guess of the slopes.
     Vec2 slopes_of(Vec2 pixel, Vec2 start) const;
     Vec2 slopes_of(Vec2 pixel) const;
+    // The same from a good guess, with the change of slopes with the pixel (x/x, x/y, y/x, y/y).
+    Vec2 slopes_of(Vec2 pixel, Vec2 start, double (&step)[4]) const;
 
     // Part of the axis's light that reaches a pixel with these slopes.
     double falloff(Vec2 slopes) const;

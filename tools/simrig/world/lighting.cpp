@@ -20,6 +20,30 @@ bool blocked(const Scene &scene, const Ray &ray, double t_far) {
     return nearest_hit(scene, ray, t_far, 0.02).object != nullptr;
 }
 
+// Could anything stand between a place and a lamp? Spheres around objects against the cone.
+bool may_be_blocked(const Scene &scene, const AreaLight &lamp, const Vec3 &place) {
+    const Vec3 to = lamp.centre_mm - place;
+    const double distance = length(to);
+    const Vec3 direction = (1 / distance) * to;
+    const double lamp_reach = length(lamp.half_u_mm) + length(lamp.half_v_mm);
+    for (const auto &object : scene.objects) {
+        if (object->solid == nullptr) {
+            // Sheets stand behind what they light, but for boards.
+            if (object->reach_mm < 1000) {
+                return true;
+            }
+            continue;
+        }
+        const Vec3 off = object->middle_mm - place;
+        const double along = dot(off, direction);
+        const double reach = object->reach_mm + lamp_reach * std::max(along, 0.0) / distance;
+        if (along > -object->reach_mm && dot(off, off) - along * along < reach * reach) {
+            return true;
+        }
+    }
+    return false;
+}
+
 Vec3 from_lamp(const Scene &scene, const AreaLight &lamp, const Vec3 &place, std::uint64_t key,
                int side) {
     const Vec3 normal = cross(lamp.half_u_mm, lamp.half_v_mm);
@@ -28,6 +52,7 @@ Vec3 from_lamp(const Scene &scene, const AreaLight &lamp, const Vec3 &place, std
     const double jitter_u = unit_interval(mixed(key));
     const double jitter_v = unit_interval(mixed(key + 1));
     Vec3 sum;
+    const bool free = !may_be_blocked(scene, lamp, place);
     for (int j = 0; j < side; j++) {
         for (int i = 0; i < side; i++) {
             const double u = 2 * (i + wrapped(jitter_u + kGolden * j)) / side - 1;
@@ -36,7 +61,7 @@ Vec3 from_lamp(const Scene &scene, const AreaLight &lamp, const Vec3 &place, std
                 lamp.centre_mm + u * lamp.half_u_mm + v * lamp.half_v_mm - place;
             const double distance = length(to);
             const Vec3 direction = (1 / distance) * to;
-            if (blocked(scene, {place, direction}, distance)) {
+            if (!free && blocked(scene, {place, direction}, distance)) {
                 continue;
             }
             const double solid_angle =
@@ -95,10 +120,23 @@ Arriving gathered(const Scene &scene, const Object &object, const Vec3 &place,
     return arriving;
 }
 
-void allocate_sheet(Object &object) {
+// Fine where shadows of bodies nearby have edges, coarse elsewhere.
+double sheet_step_mm(const Scene &scene, const Object &object) {
+    double nearest = 1e30;
+    for (const auto &other : scene.objects) {
+        if (other->solid != nullptr) {
+            const Vec3 middle = object.object_world * other->middle_mm;
+            nearest = std::min(nearest, std::fabs(middle.z) - other->reach_mm);
+        }
+    }
     const Sheet &sheet = object.sheet;
     const double longest = 2 * std::max(sheet.half_chord_mm, sheet.half_mm.y);
-    const double step = std::max(longest / 440, 2.0);
+    return std::max(longest / 500, nearest < 50 ? 4.0 : 16.0);
+}
+
+void allocate_sheet(const Scene &scene, Object &object) {
+    const Sheet &sheet = object.sheet;
+    const double step = sheet_step_mm(scene, object);
     const int nodes[3] = {2 + static_cast<int>(2 * sheet.half_chord_mm / step),
                           2 + static_cast<int>(2 * sheet.half_mm.y / step), 1};
     object.light.allocate({-sheet.half_chord_mm, -sheet.half_mm.y, 0}, step, nodes);
@@ -159,7 +197,7 @@ void light_scene(Scene &scene) {
     const unsigned threads = std::max(1U, std::min(4U, std::thread::hardware_concurrency()));
     for (const auto &object : scene.objects) {
         const bool is_solid = object->solid != nullptr;
-        is_solid ? allocate_solid(*object) : allocate_sheet(*object);
+        is_solid ? allocate_solid(*object) : allocate_sheet(scene, *object);
         const int layers = object->light.nodes(is_solid ? 2 : 1);
         std::atomic<int> next{0};
         const auto work = [&] {

@@ -57,10 +57,8 @@ double plaster(const Material &m, const SurfacePlace &s, int channel) {
     return m.tones[0].channel[channel] * (factor + warm);
 }
 
-// Boards along x with their own tones; years' rings that wander, pores stretched along the grain.
-double wood(const Material &m, const SurfacePlace &s, int channel) {
-    const double plank = s.sheet.y / m.plank_mm;
-    const double number = std::floor(plank);
+// One board of the table: years' rings that wander, pores stretched along the grain.
+double one_plank(const Material &m, const SurfacePlace &s, int channel, double number) {
     const std::uint64_t key = mixed(static_cast<std::uint64_t>(static_cast<std::int64_t>(number)));
     const double own = unit_interval(key);
     const double u = s.sheet.x + 400 * own;
@@ -79,12 +77,25 @@ double wood(const Material &m, const SurfacePlace &s, int channel) {
         m.contrast * (0.11 * ring + 0.05 * broad + 0.07 * grain + 0.035 * pores - 0.20 * dark);
     const double hue = (channel == 0 ? -0.35 : channel == 2 ? 0.55 : 0.0);
     const double tinted = factor + hue * (factor - 1) * 0.6;
-    // The gap between two boards, 0.9 mm of shadow, seen through the filter.
-    const double off = std::fabs(plank - std::round(plank)) * m.plank_mm;
+    return m.tones[0].channel[channel] * std::max(tinted, 0.15);
+}
+
+// Boards along x, with 0.9 mm of shadow between them; all of it as the filter sees it.
+double wood(const Material &m, const SurfacePlace &s, int channel) {
+    const double plank = s.sheet.y / m.plank_mm;
+    const double edge = std::round(plank);
+    const double off = (plank - edge) * m.plank_mm;  // from the nearest gap
     const double width = std::max(1.7 * s.rms_mm, 0.25);
-    const double gap = std::clamp((0.45 + width - off) / (2 * width), 0.0, 1.0) *
+    const double here = one_plank(m, s, channel, off < 0 ? edge - 1 : edge);
+    if (std::fabs(off) > 0.45 + width) {
+        return here;
+    }
+    const double part = std::max(0.5 - 0.5 * std::fabs(off) / width, 0.0);
+    const double there =
+        part > 0 ? one_plank(m, s, channel, off < 0 ? edge : edge - 1) : here;
+    const double gap = std::clamp((0.45 + width - std::fabs(off)) / (2 * width), 0.0, 1.0) *
                        std::min(1.0, 0.45 / width);
-    return m.tones[0].channel[channel] * std::max(tinted, 0.15) * (1 - 0.85 * gap);
+    return (here + part * (there - here)) * (1 - 0.85 * gap);
 }
 
 double painted(const Material &m, const SurfacePlace &s, int channel) {

@@ -94,13 +94,11 @@ Field octave(Random &random, int size) {
     return smooth;
 }
 
-constexpr double kUnit = 4096;  // of the stored numbers: 8 standard deviations fit
-
-std::vector<std::int16_t> stored(const Field &field) {
+std::vector<std::int16_t> stored(const Field &field, double unit) {
     std::vector<std::int16_t> out(field.size());
     for (std::size_t i = 0; i < field.size(); i++) {
         out[i] = static_cast<std::int16_t>(
-            std::lround(std::clamp(field[i] * kUnit, -32767.0, 32767.0)));
+            std::lround(std::clamp(field[i] * unit, -32767.0, 32767.0)));
     }
     return out;
 }
@@ -122,7 +120,7 @@ NoiseTile::NoiseTile(std::uint64_t seed, double fall) {
         }
     }
     scale_to_unit(sum);
-    level_[0] = stored(sum);
+    level_[0] = stored(sum, kUnit);
     for (int level = 1; level < kLevels; level++) {
         const Field soft = filtered(sum, size, gaussian(0.9));
         Field half(soft.size() / 4);
@@ -134,45 +132,8 @@ NoiseTile::NoiseTile(std::uint64_t seed, double fall) {
             }
         }
         sum = half;
-        level_[level] = stored(sum);
+        level_[level] = stored(sum, kUnit);
     }
-}
-
-double NoiseTile::at_level(int level, double x, double y) const {
-    const int size = kSize >> level;
-    const int mask = size - 1;
-    const double scale = 1.0 / (1 << level);
-    const double xs = x * scale;
-    const double ys = y * scale;
-    const int xi = static_cast<int>(std::floor(xs));
-    const int yi = static_cast<int>(std::floor(ys));
-    const double fx = xs - xi;
-    const double fy = ys - yi;
-    const std::int16_t *data = level_[level].data();
-    const std::int16_t *upper = data + static_cast<std::ptrdiff_t>(yi & mask) * size;
-    const std::int16_t *lower = data + static_cast<std::ptrdiff_t>((yi + 1) & mask) * size;
-    const int x0 = xi & mask;
-    const int x1 = (xi + 1) & mask;
-    const double a = upper[x0] + fx * (upper[x1] - upper[x0]);
-    const double b = lower[x0] + fx * (lower[x1] - lower[x0]);
-    return (a + fy * (b - a)) * (1 / kUnit);
-}
-
-double NoiseTile::at(double x, double y, double rms_texels) const {
-    // Level n has seen Gaussians of variance 0.81 (4^n - 1) / 3 texels^2.
-    const double ratio = 1 + rms_texels * rms_texels * (3 / 0.81);
-    // log4 of the ratio from the exponent, linear within: it only blends two levels.
-    int exponent = 0;
-    const double mantissa = std::frexp(ratio, &exponent);
-    const double place = 0.5 * (exponent - 2 + 2 * mantissa);
-    if (place >= kLevels - 1) {
-        const double fade = 1 / (place - (kLevels - 2));
-        return at_level(kLevels - 1, x, y) * fade * fade;
-    }
-    const int level = static_cast<int>(place);
-    const double part = place - level;
-    const double fine = at_level(level, x, y);
-    return part < 0.02 ? fine : fine + part * (at_level(level + 1, x, y) - fine);
 }
 
 const NoiseTile &noise_tile(int number) {

@@ -57,8 +57,10 @@ void leaf(Raster &raster, Random &random, Vec2 at, double size, double turn,
         return wide * 2 * std::sqrt(std::max(u * (1 - u), 0.0)) * (1.1 - 0.5 * u) -
                std::fabs(v) - (u < 0 ? -u * size : u > 1 ? (u - 1) * size : 0);
     };
-    const double box[4] = {at.x - 1.3 * size, at.y - 1.3 * size, at.x + 1.3 * size,
-                           at.y + 1.3 * size};
+    const double reach = wide * 1.2 + 0.08 * size + 0.5;
+    const double box[4] = {at.x + std::min(0.0, c * size) - reach, at.y + std::min(0.0, s * size) - reach,
+                           at.x + std::max(0.0, c * size) + reach,
+                           at.y + std::max(0.0, s * size) + reach};
     raster.paint(box, colour, kSoftMm, 0.95, [&](double x, double y) {
         double u = 0;
         double v = 0;

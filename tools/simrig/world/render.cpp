@@ -86,18 +86,76 @@ void find_block(const Job &job, const Block &b, State &state) {
                     beam_of(state.camera, low, high, margin), state.candidates);
 }
 
+// Pixels of a block with the same object at their four corners, each seen from another side of the
+// pupil, and no step in depth: no edge is near, as far as that tells.
+class Smoothness {
+  public:
+    Smoothness(const Job &job, const Block &b, const State &state) : block_(b) {
+        const Window &w = job.request.window;
+        const bool plain = w.skip_x == 1 && w.skip_y == 1;
+        all_ = state.candidates.size() == 1 && state.candidates[0].covers;
+        if (all_ || !plain || state.candidates.empty()) {
+            return;
+        }
+        columns_ = b.column_end - b.column_begin + 1;
+        const Vec2 first = {static_cast<double>(w.array_column(b.column_begin, 0)),
+                            static_cast<double>(w.array_row(b.row_begin, 0))};
+        const PixelView view = pixel_view(state.camera, first, state.camera.slopes_of(first));
+        for (int y = 0; y <= b.row_end - b.row_begin; y++) {
+            for (int x = 0; x < columns_; x++) {
+                const Vec2 pupil = {x % 2 == 0 ? 0.65 : -0.65, y % 2 == 0 ? 0.65 : -0.65};
+                corners_.push_back(
+                    corner_at(view, {x - 0.5, y - 0.5}, pupil, state.candidates));
+            }
+        }
+        step_ = 5 * view.pixel_slope;
+        blur_mm_ = view.pupil_radius_mm;
+        focus_mm_ = view.focus_mm;
+    }
+
+    bool at(int column, int row) const {
+        if (corners_.empty()) {
+            return all_;
+        }
+        const int first = (row - block_.row_begin) * columns_ + column - block_.column_begin;
+        double low = 1e30;
+        double high = 0;
+        for (const int n : {first, first + 1, first + columns_, first + columns_ + 1}) {
+            const Corner &corner = corners_[static_cast<std::size_t>(n)];
+            const Object *object = corner.object;
+            if (object != corners_[static_cast<std::size_t>(first)].object || object == nullptr ||
+                (object->solid != nullptr && object->material.tones.size() > 1)) {
+                return false;
+            }
+            low = std::min(low, corner.z);
+            high = std::max(high, corner.z);
+        }
+        return high - low < step_ * low + 3 * blur_mm_ * std::fabs(1 - low / focus_mm_);
+    }
+
+  private:
+    Block block_;
+    bool all_ = false;
+    int columns_ = 0;
+    double step_ = 0;
+    double blur_mm_ = 0;
+    double focus_mm_ = 1;
+    std::vector<Corner> corners_;
+};
+
 // One array pixel through all states of its row (one when nothing moves).
 double pixel_electrons(const Job &job, std::vector<State> &states, int column, int row,
-                       double lit_us, std::vector<PixelView> &views,
+                       double lit_us, bool smooth, std::vector<PixelView> &views,
                        const std::vector<const std::vector<Candidate> *> &candidates) {
     const int place = bayer_place(column, row);
     PixelTask task;
     task.channel = bayer_channel(place);
+    task.starts_smooth = smooth && states.size() == 1;
     task.view_count = static_cast<int>(states.size());
     for (std::size_t i = 0; i < states.size(); i++) {
         views[i] = pixel_view(states[i].camera,
                               {static_cast<double>(column), static_cast<double>(row)},
-                              views[i].slopes);
+                              views[i].slopes + Vec2{views[i].step[0], views[i].step[2]});
     }
     task.views = views.data();
     task.candidates = candidates[0];
@@ -119,17 +177,20 @@ void render_block(const Job &job, const Block &b, std::vector<State> &states) {
         candidates.push_back(&state.candidates);
     }
     std::vector<PixelView> views(states.size());
+    const Smoothness smoothness(job, b, states[0]);
     for (int row = b.row_begin; row < b.row_end; row++) {
         const double lit_us = lit_time_us(job.mains, row_start_us(job.request, row),
                                           job.request.exposure_us);
         for (int column = b.column_begin; column < b.column_end; column++) {
+            const bool smooth = smoothness.at(column, row);
             double sum = 0;
             for (int j = 0; j < w.bin_y; j++) {
                 for (int i = 0; i < w.bin_x; i++) {
                     const int x = w.array_column(column, i);
                     const int y = w.array_row(row, j);
                     sum += job.reader.collected(
-                        pixel_electrons(job, states, x, y, lit_us, views, candidates), x, y);
+                        pixel_electrons(job, states, x, y, lit_us, smooth, views, candidates),
+                        x, y);
                 }
             }
             const int binned = w.bin_x * w.bin_y;

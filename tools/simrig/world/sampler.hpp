@@ -21,17 +21,17 @@ class Aperture {
     explicit Aperture(double spot_rms_px);
 
     double offset(unsigned share16) const { return quantile_[share16 >> 6]; }
-    // level 0, 1, 2: 2, 4, 8 strata.
+    // level -1: the whole; 0, 1, 2: 2, 4, 8 strata.
     double middle(int level, unsigned stratum) const {
-        return middle_[static_cast<std::size_t>(level)][stratum];
+        return middle_[static_cast<std::size_t>(level + 1)][stratum];
     }
-    double variance(int level) const { return variance_[static_cast<std::size_t>(level)]; }
+    double variance(int level) const { return variance_[static_cast<std::size_t>(level + 1)]; }
     double reach() const { return quantile_[1023]; }
 
   private:
     std::array<double, 1024> quantile_;
-    std::array<std::array<double, 8>, 3> middle_;
-    std::array<double, 3> variance_;
+    std::array<std::array<double, 8>, 4> middle_;
+    std::array<double, 4> variance_;
 };
 
 // What rays of one frame share.
@@ -42,11 +42,11 @@ struct View {
 
 // One pixel's rays through one camera state.
 struct PixelView {
-    Vec2 slopes;        // through the pixel's middle
-    double step[4];     // change of slopes with the pixel: x/x, x/y, y/x, y/y
-    double pixel_slope;  // size of a pixel in slopes
-    double pupil_radius_mm;
-    double focus_mm;
+    Vec2 slopes;                     // through the pixel's middle
+    double step[4] = {0, 0, 0, 0};   // change of slopes with the pixel: x/x, x/y, y/x, y/y
+    double pixel_slope = 0;          // size of a pixel in slopes
+    double pupil_radius_mm = 0;
+    double focus_mm = 1;
 };
 
 PixelView pixel_view(const Camera &camera, Vec2 pixel, Vec2 guess);
@@ -57,10 +57,21 @@ struct PixelTask {
     int view_count = 1;
     const std::vector<Candidate> *const *view_candidates = nullptr;  // for each moment, or null
     int channel = 1;
+    // No edge of an object near: two rays may do.
+    bool starts_smooth = false;
     std::uint64_t key = 0;           // of this pixel
     double electrons_per_luminance;  // for the pixel's own noise
     double least_noise_e2 = 64;
 };
+
+// What a ray through a pixel's corner meets.
+struct Corner {
+    const Object *object = nullptr;
+    double z = 0;
+};
+
+Corner corner_at(const PixelView &pixel, Vec2 offset_px, Vec2 pupil,
+                 const std::vector<Candidate> &candidates);
 
 // Mean luminance over the pixel and the pupil.
 double pixel_luminance(const View &view, const PixelTask &task);

@@ -210,10 +210,11 @@ Vec3 Solid::normal(const Vec3 &p, PartMask mask) const {
     return unit(g);
 }
 
-const Part &Solid::nearest_part(const Vec3 &p) const {
+const Part &Solid::nearest_part(const Vec3 &p, PartMask mask) const {
     const Part *best = &parts_[0];
     double nearest = 1e30;
-    for (const Part &part : parts_) {
+    for (; mask != 0; mask &= mask - 1) {
+        const Part &part = parts_[static_cast<std::size_t>(__builtin_ctz(mask))];
         const double d = part_distance(part, p);
         if (d < nearest) {
             nearest = d;

@@ -48,7 +48,7 @@ class Solid {
     // Never more than the distance to the surface; negative inside; exact at the surface.
     double distance(const Vec3 &p, PartMask mask) const;
     Vec3 normal(const Vec3 &p, PartMask mask) const;
-    const Part &nearest_part(const Vec3 &p) const;
+    const Part &nearest_part(const Vec3 &p, PartMask mask) const;
 
     // First place along the ray between t_near and t_far where the distance is 0, to `tolerance`;
     // negative when there is none. Rays start outside.
@@ -62,6 +62,7 @@ class Solid {
     PartMask parts_near(const Ray &ray, double radius) const;
 
     const std::vector<Part> &parts() const { return parts_; }
+    double blend_mm() const { return blend_mm_; }
     PartMask every_part() const { return every_; }
     Vec3 low() const { return low_; }
     Vec3 high() const { return high_; }

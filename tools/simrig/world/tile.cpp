@@ -35,6 +35,44 @@ bool meet_flat(const Sheet &sheet, const Ray &local, double per_z, const Beam &b
     return x_low <= half.x && x_high >= -half.x && y_low <= half.y && y_high >= -half.y;
 }
 
+// Depth along the ray at which the whole beam is surely inside the body; t_end when nowhere found.
+double blocked_from(const Solid &solid, PartMask parts, const Ray &local, double per_z,
+                    const Beam &beam, double t, double t_end) {
+    for (int i = 0; i < 12 && t < t_end; i++) {
+        const double d = solid.distance(local.origin_mm + t * local.direction, parts);
+        const double inside = d + beam.radius(t / per_z) + 0.01;
+        if (inside < 0) {
+            return t;
+        }
+        t += inside + 0.02;
+    }
+    return t_end;
+}
+
+// Those of the parts that shape the surface within the beam between two depths.
+PartMask parts_between(const Solid &solid, PartMask parts, const Ray &local, double per_z,
+                       const Beam &beam, double t_near, double t_far) {
+    PartMask kept = 0;
+    for (PartMask left = parts; left != 0; left &= left - 1) {
+        const int n = __builtin_ctz(left);
+        const Part &part = solid.parts()[static_cast<std::size_t>(n)];
+        double t = t_near;
+        for (int i = 0; i < 8 && t <= t_far; i++) {
+            const double free = part_distance(part, local.origin_mm + t * local.direction) -
+                                beam.radius(t / per_z) - 1.3 * solid.blend_mm() - 0.05;
+            if (free <= 0) {
+                kept |= PartMask{1} << n;
+                break;
+            }
+            t += 0.9 * free;
+            if (i == 7) {
+                kept |= PartMask{1} << n;
+            }
+        }
+    }
+    return kept;
+}
+
 // Walks along the middle ray as far as the whole beam is free. False when it never meets the body.
 bool meet_solid(const Object &object, const Ray &local, double per_z, const Beam &beam,
                 Candidate &candidate) {
@@ -67,10 +105,33 @@ bool meet_solid(const Object &object, const Ray &local, double per_z, const Beam
         }
         t += free / slope;
     }
+    if (t > t_end) {
+        return false;
+    }
+    // The same from behind.
+    double t_last = t_end;
+    for (int i = 0; i < 20 && t_last > t; i++) {
+        const double free = object.solid->distance(local.origin_mm + t_last * local.direction,
+                                                   candidate.parts) -
+                            beam.radius(t_last / per_z);
+        if (free < 0.05) {
+            break;
+        }
+        t_last -= free / slope;
+    }
+    const double t_blocked =
+        blocked_from(*object.solid, candidate.parts, local, per_z, beam, t, t_end);
+    candidate.parts = parts_between(*object.solid, candidate.parts, local, per_z, beam, t,
+                                    t_blocked + 2 * widest);
+    if (candidate.parts == 0) {
+        return false;
+    }
     candidate.z_near = t / per_z;
+    candidate.hides = t_blocked < t_end;
+    candidate.z_hidden = t_blocked / per_z * (1 + 1e-3);
     // Rays of the beam lean by up to its slope.
-    candidate.z_far = t_end / per_z * (1 + 1e-3);
-    return t <= t_end;
+    candidate.z_far = (t_last + 0.1) / per_z * (1 + 2e-4);
+    return true;
 }
 
 }  // namespace
@@ -119,12 +180,12 @@ void find_candidates(const Scene &scene, const std::vector<Pose> &object_camera,
     }
     std::sort(found.begin(), found.end(),
               [](const Candidate &a, const Candidate &b) { return a.z_near < b.z_near; });
-    // Behind a sheet that covers the whole beam nothing is seen.
+    // Behind what the whole beam must hit nothing is seen.
     for (std::size_t i = 0; i < found.size(); i++) {
-        if (!found[i].covers) {
+        if (!found[i].covers && !found[i].hides) {
             continue;
         }
-        const double behind = found[i].z_far;
+        const double behind = found[i].covers ? found[i].z_far : found[i].z_hidden;
         found.erase(std::remove_if(found.begin(), found.end(),
                                    [behind](const Candidate &c) { return c.z_near > behind; }),
                     found.end());

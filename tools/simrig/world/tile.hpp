@@ -32,6 +32,8 @@ struct Candidate {
     double z_far = 0;
     PartMask parts = 0;
     bool covers = false;  // a flat sheet that the whole beam hits
+    bool hides = false;   // a body that stops the whole beam before z_hidden
+    double z_hidden = 0;
 };
 
 // Objects that the beam may hit, by z_near. `object_camera`: of all objects, in the scene's order.
