@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // simrig-render: what one camera of a rig sees of a scene, as files to look at.
-#include <ctime>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <stdexcept>
 #include <string>
 
@@ -19,7 +19,8 @@ constexpr const char *kUsage =
     "       [--focus POSITION | --distance MM] [--iris 300..850] [--pan DEGREES]\n"
     "       [--window COLUMN,ROW,COLUMNS,ROWS] [--skip N] [--bin N] [--exposure US] [--gain G]\n"
     "       [--seed N] [--threads N] [--brightness FACTOR] [--time]\n"
-    "writes PREFIX.png (a photograph), PREFIX.pgm (the 10-bit mosaic), PREFIX.pfm (true depth, mm)\n";
+    "writes PREFIX.png (a photograph), PREFIX.pgm (the 10-bit mosaic), PREFIX.pfm (true depth, "
+    "mm)\n";
 
 struct Options {
     std::string scene, rig, out;

@@ -111,7 +111,8 @@ Options parse(int count, char **arguments) {
         throw WrongUsage("a pseudo terminal needs --wall: its other end lives in the clock's time");
     }
     if (options.wall && (!options.log.empty() || !options.replay.empty())) {
-        throw WrongUsage("with --wall no run is like another: --log and --replay do not go with it");
+        throw WrongUsage(
+            "with --wall no run is like another: --log and --replay do not go with it");
     }
     if (options.replay.empty() &&
         (options.head.rig.empty() || options.head.scene.empty() || options.listen.empty())) {
@@ -134,7 +135,7 @@ void catch_signals() {
     if (pipe2(stop_pipe, O_CLOEXEC | O_NONBLOCK) != 0) {
         throw std::runtime_error("cannot make a pipe");
     }
-    struct sigaction action{};
+    struct sigaction action {};
     action.sa_handler = stop;
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);

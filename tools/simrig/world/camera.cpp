@@ -86,8 +86,7 @@ Optics optics_of(const Lens &lens, double pixel_um, const Mechanics &mechanics) 
         power *= o.corner_slope * o.corner_slope;
         o.radial[i] = blend(lens.distortion_wide[i], lens.distortion_tele[i], z) / power;
     }
-    const double decentring_scale =
-        1 / (o.focal_px * o.corner_slope * o.corner_slope);
+    const double decentring_scale = 1 / (o.focal_px * o.corner_slope * o.corner_slope);
     o.decentring = {
         blend(lens.decentring_wide_px.x, lens.decentring_tele_px.x, z) * decentring_scale,
         blend(lens.decentring_wide_px.y, lens.decentring_tele_px.y, z) * decentring_scale};

@@ -24,15 +24,15 @@ struct Optics {
     double focal_length_mm = 0;  // thin lens, focused at infinity
     double focal_px = 0;         // image distance in pixels: what K holds
     Vec2 centre_px;
-    std::array<double, 3> radial{};    // k1 k2 k3 of Brown and Conrady
-    Vec2 decentring;                   // p1 p2
-    double pupil_shift_mm = 0;         // along the axis, from its place at zoom 300
+    std::array<double, 3> radial{};  // k1 k2 k3 of Brown and Conrady
+    Vec2 decentring;                 // p1 p2
+    double pupil_shift_mm = 0;       // along the axis, from its place at zoom 300
     double pupil_diameter_mm = 0;
-    double focus_distance_mm = 0;      // from the pupil to the sharp plane
+    double focus_distance_mm = 0;  // from the pupil to the sharp plane
     double f_number = 0;
-    double corner_slope = 0;           // (4.096 mm / image distance), where falloff is given
+    double corner_slope = 0;  // (4.096 mm / image distance), where falloff is given
     double natural_falloff = 0;
-    double mount_falloff = 0;          // at the corner, at this iris
+    double mount_falloff = 0;  // at the corner, at this iris
     double transmission = 0;
     double spot_rms_px = 0;
 };

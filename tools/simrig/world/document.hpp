@@ -2,13 +2,14 @@
 // Strict reading of YAML: every mistake becomes one line with file and line number.
 #pragma once
 
+#include <yaml-cpp/yaml.h>
+
 #include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "tools/simrig/world/vec.hpp"
-#include <yaml-cpp/yaml.h>
 
 namespace world {
 

@@ -13,7 +13,8 @@ namespace world {
 
 // Part of the active array (2048 x 1536; 0, 0 is its first pixel), and how it is thinned out.
 // Colours stay GRBG: pixels go in pairs. Output column j is array column
-// column + skip_x * 2 (j / 2) + j % 2, and with binning the mean of bin_x columns 2 apart from there.
+// column + skip_x * 2 (j / 2) + j % 2, and with binning the mean of bin_x columns 2 apart from
+// there.
 struct Window {
     int column = 0;
     int row = 0;
@@ -43,7 +44,7 @@ struct Window {
 };
 
 struct Gains {
-    double analog[4] = {1, 1, 1, 1};   // G of red rows, R, B, G of blue rows
+    double analog[4] = {1, 1, 1, 1};  // G of red rows, R, B, G of blue rows
     double digital[4] = {1, 1, 1, 1};
 };
 
@@ -74,9 +75,9 @@ Frame render(const Scene &scene, const Rig &rig, Side side, const FrameRequest &
 struct Truth {
     int columns = 0;
     int rows = 0;
-    std::vector<float> depth_mm;    // z in the camera's frame; 0 where nothing is seen
-    std::vector<float> normal;      // three a pixel, in the camera's frame
-    std::vector<std::uint8_t> id;   // of the object; 0 is nothing
+    std::vector<float> depth_mm;   // z in the camera's frame; 0 where nothing is seen
+    std::vector<float> normal;     // three a pixel, in the camera's frame
+    std::vector<std::uint8_t> id;  // of the object; 0 is nothing
     // The camera in the middle of each row's exposure: one for all when nothing moves.
     std::vector<Camera> cameras;
 

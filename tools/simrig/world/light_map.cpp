@@ -22,8 +22,8 @@ void LightMap::allocate(const Vec3 &low_mm, double step_mm, const int (&nodes)[3
 }
 
 Vec3 LightMap::node_place(int x, int y, int z) const {
-    return low_mm_ + step_mm_ * Vec3{static_cast<double>(x), static_cast<double>(y),
-                                     static_cast<double>(z)};
+    return low_mm_ +
+           step_mm_ * Vec3{static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)};
 }
 
 void LightMap::set(int x, int y, int z, const Arriving &a) {

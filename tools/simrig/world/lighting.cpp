@@ -57,8 +57,7 @@ Vec3 from_lamp(const Scene &scene, const AreaLight &lamp, const Vec3 &place, std
         for (int i = 0; i < side; i++) {
             const double u = 2 * (i + wrapped(jitter_u + kGolden * j)) / side - 1;
             const double v = 2 * (j + wrapped(jitter_v + kGolden * i)) / side - 1;
-            const Vec3 to =
-                lamp.centre_mm + u * lamp.half_u_mm + v * lamp.half_v_mm - place;
+            const Vec3 to = lamp.centre_mm + u * lamp.half_u_mm + v * lamp.half_v_mm - place;
             const double distance = length(to);
             const Vec3 direction = (1 / distance) * to;
             if (!free && blocked(scene, {place, direction}, distance)) {
@@ -72,42 +71,64 @@ Vec3 from_lamp(const Scene &scene, const AreaLight &lamp, const Vec3 &place, std
     return (lamp.luminance.channel[1] / (side * side)) * sum;
 }
 
-void from_around(const Scene &scene, const Vec3 &place, const Vec3 *normal, std::uint64_t key,
-                 int count, Arriving &arriving) {
+// Luminance that comes from a direction, lamps left out.
+Colour seen_from(const Scene &scene, const Ray &ray) {
+    const Hit hit = nearest_hit(scene, ray, 1500, 0.1);
+    const double upward = 0.5 + 0.5 * dot(ray.direction, scene.up);
+    Colour light;
+    for (int c = 0; c < 3; c++) {
+        light.channel[c] =
+            hit.object != nullptr
+                ? mean_reflectance(hit.object->material).channel[c] * scene.bounce_lux / kPi
+                : scene.floor_ambient.channel[c] +
+                      upward * (scene.ambient.channel[c] - scene.floor_ambient.channel[c]);
+    }
+    return light;
+}
+
+// On a surface that faces one way: directions in proportion to their cosine.
+void from_front(const Scene &scene, const Vec3 &place, const Vec3 &normal, std::uint64_t key,
+                int count, Arriving &arriving) {
+    const Vec3 side =
+        unit(cross(normal, std::fabs(normal.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
+    const Vec3 other = cross(normal, side);
     const double turn = 2 * kPi * unit_interval(mixed(key + 2));
     const double shift = unit_interval(mixed(key + 3));
-    Colour mean;
+    for (int n = 0; n < count; n++) {
+        const double r2 = (n + shift) / count;
+        const double r = std::sqrt(r2);
+        const double a = turn + 2 * kPi * kGolden * n;
+        const Vec3 direction =
+            r * std::cos(a) * side + r * std::sin(a) * other + std::sqrt(1 - r2) * normal;
+        const Colour light = seen_from(scene, {place, direction});
+        for (int c = 0; c < 3; c++) {
+            arriving.around.channel[c] += kPi / count * light.channel[c];
+        }
+    }
+}
+
+// In free space: from everywhere, as a mean and a slope.
+void from_around(const Scene &scene, const Vec3 &place, std::uint64_t key, int count,
+                 Arriving &arriving) {
+    const double turn = 2 * kPi * unit_interval(mixed(key + 2));
+    const double shift = unit_interval(mixed(key + 3));
     Vec3 slope;
     for (int n = 0; n < count; n++) {
         const double y = 1 - 2 * (n + shift) / count;
         const double r = std::sqrt(std::max(1 - y * y, 0.0));
         const double a = turn + 2 * kPi * kGolden * n;
         const Vec3 direction = {r * std::cos(a), y, r * std::sin(a)};
-        if (normal != nullptr && dot(direction, *normal) <= 0) {
-            continue;
-        }
-        Colour light;
-        const Hit hit = nearest_hit(scene, {place, direction}, 1500, 0.1);
-        const double upward = 0.5 + 0.5 * dot(direction, scene.up);
+        const Colour light = seen_from(scene, {place, direction});
         for (int c = 0; c < 3; c++) {
-            light.channel[c] = hit.object != nullptr
-                                   ? mean_reflectance(hit.object->material).channel[c] *
-                                         scene.bounce_lux / kPi
-                                   : scene.floor_ambient.channel[c] +
-                                         upward * (scene.ambient.channel[c] -
-                                                   scene.floor_ambient.channel[c]);
-            mean.channel[c] += light.channel[c];
+            arriving.around.channel[c] += kPi / count * light.channel[c];
         }
         slope = slope + light.channel[1] * direction;
-    }
-    for (int c = 0; c < 3; c++) {
-        arriving.around.channel[c] = kPi * mean.channel[c] / count;
     }
     arriving.slope = (2 * kPi / count) * slope;
 }
 
-Arriving gathered(const Scene &scene, const Object &object, const Vec3 &place,
-                  const Vec3 *normal, std::uint64_t key) {
+Arriving gathered(const Scene &scene, const Object &object, const Vec3 &place, const Vec3 *normal,
+                  std::uint64_t key) {
     const bool fine = object.solid == nullptr;
     Arriving arriving;
     for (std::size_t i = 0; i < scene.lights.size(); i++) {
@@ -115,7 +136,11 @@ Arriving gathered(const Scene &scene, const Object &object, const Vec3 &place,
             from_lamp(scene, scene.lights[i], place, key + 16 * (i + 1), fine ? 5 : 4);
         arriving.lamp[i] = object.object_world.rotation * arriving.lamp[i];
     }
-    from_around(scene, place, normal, key, fine ? 40 : 32, arriving);
+    if (normal != nullptr) {
+        from_front(scene, place, *normal, key, 40, arriving);
+    } else {
+        from_around(scene, place, key, 32, arriving);
+    }
     arriving.slope = object.object_world.rotation * arriving.slope;
     return arriving;
 }
@@ -158,9 +183,8 @@ void light_sheet_row(const Scene &scene, Object &object, int y) {
         place.z = 0.5 * object.sheet.bend_per_mm * place.x * place.x;
         const Vec3 front = object.sheet.normal(place);
         const Vec3 normal = object.world_object.rotation * front;
-        const std::uint64_t key =
-            mixed(static_cast<std::uint64_t>(object.id),
-                  static_cast<std::uint64_t>(y * object.light.nodes(0) + x));
+        const std::uint64_t key = mixed(static_cast<std::uint64_t>(object.id),
+                                        static_cast<std::uint64_t>(y * object.light.nodes(0) + x));
         object.light.set(
             x, y, 0,
             gathered(scene, object, object.world_object * (place + 0.05 * front), &normal, key));
@@ -182,11 +206,10 @@ void light_solid_layer(const Scene &scene, Object &object, int z) {
                 place = place + (0.5 - distance) * solid.normal(place, solid.every_part());
                 distance = solid.distance(place, solid.every_part());
             }
-            const std::uint64_t key = mixed(
-                static_cast<std::uint64_t>(object.id) + 1000,
-                static_cast<std::uint64_t>((z * 4096 + y) * 4096 + x));
-            object.light.set(
-                x, y, z, gathered(scene, object, object.world_object * place, nullptr, key));
+            const std::uint64_t key = mixed(static_cast<std::uint64_t>(object.id) + 1000,
+                                            static_cast<std::uint64_t>((z * 4096 + y) * 4096 + x));
+            object.light.set(x, y, z,
+                             gathered(scene, object, object.world_object * place, nullptr, key));
         }
     }
 }

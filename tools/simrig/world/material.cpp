@@ -65,7 +65,8 @@ double one_plank(const Material &m, const SurfacePlace &s, int channel, double n
     const double v = s.sheet.y + 90 * own;
     const double bend = m.layer[0].at(u * 0.12, v, s.rms_mm);
     const double broad = m.layer[0].at(u * 0.5 + 60 * bend, v * 0.7 + 200, s.rms_mm);
-    const double pores = m.layer[2].at(u * 0.11 + 2 * broad, v + 1.1 * bend + 2.3 * broad, s.rms_mm);
+    const double pores =
+        m.layer[2].at(u * 0.11 + 2 * broad, v + 1.1 * bend + 2.3 * broad, s.rms_mm);
     const double grain = m.layer[3].at(u * 0.16, v * 1.0 + 5 * bend, s.rms_mm);
     const double ring_mm = 7 + 9 * own;
     const double fade = 1 / (1 + 30 * s.rms_mm * s.rms_mm / (ring_mm * ring_mm));
@@ -91,8 +92,7 @@ double wood(const Material &m, const SurfacePlace &s, int channel) {
         return here;
     }
     const double part = std::max(0.5 - 0.5 * std::fabs(off) / width, 0.0);
-    const double there =
-        part > 0 ? one_plank(m, s, channel, off < 0 ? edge : edge - 1) : here;
+    const double there = part > 0 ? one_plank(m, s, channel, off < 0 ? edge : edge - 1) : here;
     const double gap = std::clamp((0.45 + width - std::fabs(off)) / (2 * width), 0.0, 1.0) *
                        std::min(1.0, 0.45 / width);
     return (here + part * (there - here)) * (1 - 0.85 * gap);
@@ -101,8 +101,7 @@ double wood(const Material &m, const SurfacePlace &s, int channel) {
 double painted(const Material &m, const SurfacePlace &s, int channel) {
     const double tone = around(m.layer[0], s);
     const double fine = around(m.layer[2], s);
-    const double around_mm =
-        (std::atan2(s.p.z, s.p.x) / (2 * kPi) + 0.5) * m.raster.width_mm();
+    const double around_mm = (std::atan2(s.p.z, s.p.x) / (2 * kPi) + 0.5) * m.raster.width_mm();
     // The brush's edge is not straight in the small.
     const double base = m.raster.at(channel, around_mm + 0.07 * fine,
                                     s.p.y + m.raster.height_mm() - 0.07 * tone, s.rms_mm);
@@ -118,8 +117,7 @@ double plain(const Material &m, const SurfacePlace &s, int channel, double broad
 
 double paper(const Material &m, const SurfacePlace &s, int channel) {
     const double tone = m.layer[0].at(s.sheet.x, s.sheet.y, s.rms_mm);
-    const double fibre =
-        m.layer[2].at(s.sheet.x + 5 * tone, s.sheet.y - 4 * tone, s.rms_mm);
+    const double fibre = m.layer[2].at(s.sheet.x + 5 * tone, s.sheet.y - 4 * tone, s.rms_mm);
     double base = m.tones[0].channel[channel];
     if (m.kind == MaterialKind::kBoard) {
         const double white = board_white(m.board, s.sheet, 1.7320508 * s.rms_mm);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What surfaces look like: reflectance in one channel at a place, as a filter of some width sees it.
+// What surfaces look like: reflectance in one channel at a place, as a filter of some width sees
+// it.
 #pragma once
 
 #include <string>
@@ -28,9 +29,9 @@ struct Material {
 
 // Where reflectance is asked for.
 struct SurfacePlace {
-    Vec3 p;          // the body's own frame
-    Vec3 n;          // normal there
-    Vec2 sheet;      // on a sheet: along it from the middle
+    Vec3 p;      // the body's own frame
+    Vec3 n;      // normal there
+    Vec2 sheet;  // on a sheet: along it from the middle
     bool on_sheet = false;
     int tone = 0;
     double rms_mm = 0;  // of the filter

@@ -97,8 +97,8 @@ Field octave(Random &random, int size) {
 std::vector<std::int16_t> stored(const Field &field, double unit) {
     std::vector<std::int16_t> out(field.size());
     for (std::size_t i = 0; i < field.size(); i++) {
-        out[i] = static_cast<std::int16_t>(
-            std::lround(std::clamp(field[i] * unit, -32767.0, 32767.0)));
+        out[i] =
+            static_cast<std::int16_t>(std::lround(std::clamp(field[i] * unit, -32767.0, 32767.0)));
     }
     return out;
 }

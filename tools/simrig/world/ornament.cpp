@@ -19,8 +19,8 @@ Colour varied(const Colour &c, Random &random, double part) {
 }
 
 // Places in a strip that keep a distance from each other (dart throwing; wraps around).
-std::vector<Vec2> blue_noise(Random &random, double width, double low, double high,
-                             double distance, int tries) {
+std::vector<Vec2> blue_noise(Random &random, double width, double low, double high, double distance,
+                             int tries) {
     std::vector<Vec2> places;
     for (int i = 0; i < tries; i++) {
         const Vec2 p = {random.uniform(0, width), random.uniform(low, high)};
@@ -43,8 +43,7 @@ void dot_at(Raster &raster, Vec2 at, double radius, const Colour &colour, double
 }
 
 // A leaf from its stalk: two arcs that meet in points, with a vein and a darker half.
-void leaf(Raster &raster, Random &random, Vec2 at, double size, double turn,
-          const Colour &colour) {
+void leaf(Raster &raster, Random &random, Vec2 at, double size, double turn, const Colour &colour) {
     const double c = std::cos(turn);
     const double s = std::sin(turn);
     const double wide = size * random.uniform(0.22, 0.34);
@@ -54,20 +53,22 @@ void leaf(Raster &raster, Random &random, Vec2 at, double size, double turn,
         const double dy = y - at.y;
         u = (dx * c + dy * s) / size;
         v = dy * c - dx * s - bow * size * u * (1 - u);
-        return wide * 2 * std::sqrt(std::max(u * (1 - u), 0.0)) * (1.1 - 0.5 * u) -
-               std::fabs(v) - (u < 0 ? -u * size : u > 1 ? (u - 1) * size : 0);
+        return wide * 2 * std::sqrt(std::max(u * (1 - u), 0.0)) * (1.1 - 0.5 * u) - std::fabs(v) -
+               (u < 0   ? -u * size
+                : u > 1 ? (u - 1) * size
+                        : 0);
     };
     const double reach = wide * 1.2 + 0.08 * size + 0.5;
-    const double box[4] = {at.x + std::min(0.0, c * size) - reach, at.y + std::min(0.0, s * size) - reach,
-                           at.x + std::max(0.0, c * size) + reach,
-                           at.y + std::max(0.0, s * size) + reach};
+    const double box[4] = {
+        at.x + std::min(0.0, c * size) - reach, at.y + std::min(0.0, s * size) - reach,
+        at.x + std::max(0.0, c * size) + reach, at.y + std::max(0.0, s * size) + reach};
     raster.paint(box, colour, kSoftMm, 0.95, [&](double x, double y) {
         double u = 0;
         double v = 0;
         return shape(x, y, u, v);
     });
-    const Colour dark = {{colour.channel[0] * 0.5, colour.channel[1] * 0.55,
-                          colour.channel[2] * 0.5}};
+    const Colour dark = {
+        {colour.channel[0] * 0.5, colour.channel[1] * 0.55, colour.channel[2] * 0.5}};
     raster.paint(box, dark, 0.8, 0.55, [&](double x, double y) {
         double u = 0;
         double v = 0;
@@ -106,20 +107,19 @@ void flower(Raster &raster, Random &random, Vec2 at, double radius, const Colour
         return rim + (radius * lengths[n] - rim) * round - r;
     };
     double part = 0;
-    raster.paint(box, colour, kSoftMm, 0.95,
-                 [&](double x, double y) { return edge(x, y, part); });
-    const Colour deep = {{colour.channel[0] * 0.72, colour.channel[1] * 0.5,
-                          colour.channel[2] * 0.6}};
+    raster.paint(box, colour, kSoftMm, 0.95, [&](double x, double y) { return edge(x, y, part); });
+    const Colour deep = {
+        {colour.channel[0] * 0.72, colour.channel[1] * 0.5, colour.channel[2] * 0.6}};
     raster.paint(box, deep, radius * 0.5, 0.8, [&](double x, double y) {
         return std::min(edge(x, y, part), rim * 0.75 - std::hypot(x - at.x, y - at.y));
     });
     raster.paint(box, deep, kSoftMm, 0.5, [&](double x, double y) {
         const double inside = edge(x, y, part);
-        const double stroke = std::min({std::fabs(part), std::fabs(part - 0.22),
-                                        std::fabs(part + 0.22)});
+        const double stroke =
+            std::min({std::fabs(part), std::fabs(part - 0.22), std::fabs(part + 0.22)});
         const double r = std::hypot(x - at.x, y - at.y);
-        return std::min({inside - 0.12 * radius, 0.13 - stroke * r * 2 * kPi / petals,
-                         r - 0.2 * radius});
+        return std::min(
+            {inside - 0.12 * radius, 0.13 - stroke * r * 2 * kPi / petals, r - 0.2 * radius});
     });
     dot_at(raster, at, 0.27 * radius, heart);
     for (int i = 0; i < 14; i++) {
@@ -185,8 +185,11 @@ const Colour kIndigo = {{0.035, 0.055, 0.19}};
 const Colour kGold = {{0.55, 0.33, 0.08}};
 const Colour kHearts = {{0.62, 0.40, 0.05}};
 const Colour kGreens[3] = {{{0.06, 0.19, 0.07}}, {{0.11, 0.25, 0.09}}, {{0.05, 0.15, 0.10}}};
-const Colour kPetals[5] = {{{0.50, 0.06, 0.06}}, {{0.10, 0.13, 0.42}}, {{0.60, 0.24, 0.27}},
-                           {{0.66, 0.36, 0.06}}, {{0.30, 0.10, 0.32}}};
+const Colour kPetals[5] = {{{0.50, 0.06, 0.06}},
+                           {{0.10, 0.13, 0.42}},
+                           {{0.60, 0.24, 0.27}},
+                           {{0.66, 0.36, 0.06}},
+                           {{0.30, 0.10, 0.32}}};
 
 void garland(Raster &raster, Random &random, double middle, double amplitude, double scale) {
     const double width = raster.width_mm();
@@ -224,8 +227,7 @@ void blossoms(Raster &raster, Random &random, double low, double high, double di
     for (const Vec2 at : blue_noise(random, raster.width_mm(), low, high, distance, 3000)) {
         const int petal = static_cast<int>(random.uniform(0, 5));
         for (int i = 0; i < 3; i++) {
-            leaf(raster, random, at, size * random.uniform(1.5, 2.1),
-                 random.uniform(0, 2 * kPi),
+            leaf(raster, random, at, size * random.uniform(1.5, 2.1), random.uniform(0, 2 * kPi),
                  varied(kGreens[static_cast<int>(random.uniform(0, 3))], random, 0.3));
         }
         flower(raster, random, at, size * random.uniform(0.8, 1.25),

@@ -36,7 +36,8 @@ void finished(const std::string &path, File file) {
 // The mosaic as light, 0 at black; mirrored at the edges by two, so that colours stay in place.
 class Mosaic {
   public:
-    Mosaic(const Frame &frame, const Sensor &sensor) : frame_(frame), black_(sensor.black_level_dn) {
+    Mosaic(const Frame &frame, const Sensor &sensor)
+        : frame_(frame), black_(sensor.black_level_dn) {
         const double scale = 1 / (1023 - black_);
         for (int c = 0; c < 3; c++) {
             gain_[c] = scale / sensor.filter_part[static_cast<std::size_t>(c)];
@@ -48,9 +49,7 @@ class Mosaic {
         const double dn = frame_.pixels[static_cast<std::size_t>(y * frame_.columns + x)];
         return (dn - black_) * gain_[channel(x, y)];
     }
-    static int channel(int x, int y) {
-        return (x + y) % 2 == 0 ? 1 : y % 2 == 0 ? 0 : 2;
-    }
+    static int channel(int x, int y) { return (x + y) % 2 == 0 ? 1 : y % 2 == 0 ? 0 : 2; }
 
   private:
     const Frame &frame_;
@@ -86,8 +85,7 @@ std::uint8_t toned(double light) {
     constexpr double kKnee = 0.7;
     const double bent =
         x < kKnee ? x : kKnee + (1 - kKnee) * (1 - std::exp(-(x - kKnee) / (1 - kKnee)));
-    const double srgb =
-        bent <= 0.0031308 ? 12.92 * bent : 1.055 * std::pow(bent, 1 / 2.4) - 0.055;
+    const double srgb = bent <= 0.0031308 ? 12.92 * bent : 1.055 * std::pow(bent, 1 / 2.4) - 0.055;
     return static_cast<std::uint8_t>(std::lround(255 * std::clamp(srgb, 0.0, 1.0)));
 }
 

@@ -32,8 +32,8 @@ std::array<SobolPoint, kMostSamples> make_sobol() {
         const unsigned a = n & 3u;
         const unsigned b = (n >> 2) & 3u;
         const unsigned c = n >> 4;
-        const unsigned turned = ((a * 3 + 1) & 3u) | (((b + a + 2) & 3u) << 2) |
-                                (((c + 2 * b + a + 1) & 3u) << 4);
+        const unsigned turned =
+            ((a * 3 + 1) & 3u) | (((b + a + 2) & 3u) << 2) | (((c + 2 * b + a + 1) & 3u) << 4);
         const auto first = sobol_pair(n);
         const auto second = sobol_pair(turned);
         points[n] = {first[0], first[1], second[0], second[1]};

@@ -38,8 +38,8 @@ void Raster::finish() {
             for (int x = 0; x < coarse.columns; x++) {
                 const int x1 = 2 * x + 1;
                 const auto texel = [&fine](int row, int col, int c) {
-                    const double v = fine.texels[static_cast<std::size_t>(
-                        3 * (row * fine.columns + col) + c)];
+                    const double v =
+                        fine.texels[static_cast<std::size_t>(3 * (row * fine.columns + col) + c)];
                     return v * v;
                 };
                 for (int c = 0; c < 3; c++) {
@@ -66,9 +66,7 @@ double Raster::at_level(const Level &level, double scale, int channel, double x,
     const auto wrap = [&level](int c) {
         return c < 0 ? c + level.columns : c >= level.columns ? c - level.columns : c;
     };
-    const auto bound = [&level](int r) {
-        return r < 0 ? 0 : r >= level.rows ? level.rows - 1 : r;
-    };
+    const auto bound = [&level](int r) { return r < 0 ? 0 : r >= level.rows ? level.rows - 1 : r; };
     const int x0 = 3 * wrap(xi) + channel;
     const int x1 = 3 * wrap(xi + 1) + channel;
     const std::uint8_t *upper =
@@ -96,8 +94,8 @@ double Raster::at(int channel, double x_mm, double y_mm, double rms_mm) const {
     if (rms <= 1 || level + 1 >= levels_.size()) {
         return fine;
     }
-    return fine + (rms - 1) *
-                      (at_level(levels_[level + 1], 0.5 * scale, channel, x_mm, y_mm) - fine);
+    return fine +
+           (rms - 1) * (at_level(levels_[level + 1], 0.5 * scale, channel, x_mm, y_mm) - fine);
 }
 
 }  // namespace world

@@ -82,8 +82,8 @@ void find_block(const Job &job, const Block &b, State &state) {
                        static_cast<double>(w.array_row(b.row_end - 1, w.bin_y - 1))};
     // Pairs of columns overlap when pixels are binned: the last but one may reach further.
     const double margin = job.aperture.reach() - 0.5 + 2 * std::max(w.bin_x, w.bin_y) - 2;
-    find_candidates(job.scene, state.object_camera,
-                    beam_of(state.camera, low, high, margin), state.candidates);
+    find_candidates(job.scene, state.object_camera, beam_of(state.camera, low, high, margin),
+                    state.candidates);
 }
 
 // Pixels of a block with the same object at their four corners, each seen from another side of the
@@ -104,8 +104,7 @@ class Smoothness {
         for (int y = 0; y <= b.row_end - b.row_begin; y++) {
             for (int x = 0; x < columns_; x++) {
                 const Vec2 pupil = {x % 2 == 0 ? 0.65 : -0.65, y % 2 == 0 ? 0.65 : -0.65};
-                corners_.push_back(
-                    corner_at(view, {x - 0.5, y - 0.5}, pupil, state.candidates));
+                corners_.push_back(corner_at(view, {x - 0.5, y - 0.5}, pupil, state.candidates));
             }
         }
         step_ = 5 * view.pixel_slope;
@@ -143,6 +142,12 @@ class Smoothness {
     std::vector<Corner> corners_;
 };
 
+bool has_board(const std::vector<Candidate> &candidates) {
+    return std::any_of(candidates.begin(), candidates.end(), [](const Candidate &c) {
+        return c.object->material.kind == MaterialKind::kBoard;
+    });
+}
+
 // One array pixel through all states of its row (one when nothing moves).
 double pixel_electrons(const Job &job, std::vector<State> &states, int column, int row,
                        double lit_us, bool smooth, std::vector<PixelView> &views,
@@ -151,20 +156,20 @@ double pixel_electrons(const Job &job, std::vector<State> &states, int column, i
     PixelTask task;
     task.channel = bayer_channel(place);
     task.starts_smooth = smooth && states.size() == 1;
+    task.pair_will_do = !has_board(*candidates[0]);
     task.view_count = static_cast<int>(states.size());
     for (std::size_t i = 0; i < states.size(); i++) {
-        views[i] = pixel_view(states[i].camera,
-                              {static_cast<double>(column), static_cast<double>(row)},
-                              views[i].slopes + Vec2{views[i].step[0], views[i].step[2]});
+        views[i] =
+            pixel_view(states[i].camera, {static_cast<double>(column), static_cast<double>(row)},
+                       views[i].slopes + Vec2{views[i].step[0], views[i].step[2]});
     }
     task.views = views.data();
     task.candidates = candidates[0];
     task.view_candidates = states.size() > 1 ? candidates.data() : nullptr;
-    task.key = mixed(job.key, static_cast<std::uint64_t>(row) << 32 |
-                                  static_cast<std::uint64_t>(column));
-    task.electrons_per_luminance =
-        lux_per_luminance(states[0].camera, views[0].slopes) *
-        electrons_per_lux(job.rig_camera.sensor, task.channel, lit_us);
+    task.key =
+        mixed(job.key, static_cast<std::uint64_t>(row) << 32 | static_cast<std::uint64_t>(column));
+    task.electrons_per_luminance = lux_per_luminance(states[0].camera, views[0].slopes) *
+                                   electrons_per_lux(job.rig_camera.sensor, task.channel, lit_us);
     const View view = {&job.scene, &job.aperture};
     return pixel_luminance(view, task) * task.electrons_per_luminance;
 }
@@ -179,8 +184,8 @@ void render_block(const Job &job, const Block &b, std::vector<State> &states) {
     std::vector<PixelView> views(states.size());
     const Smoothness smoothness(job, b, states[0]);
     for (int row = b.row_begin; row < b.row_end; row++) {
-        const double lit_us = lit_time_us(job.mains, row_start_us(job.request, row),
-                                          job.request.exposure_us);
+        const double lit_us =
+            lit_time_us(job.mains, row_start_us(job.request, row), job.request.exposure_us);
         for (int column = b.column_begin; column < b.column_end; column++) {
             const bool smooth = smoothness.at(column, row);
             double sum = 0;
@@ -189,15 +194,15 @@ void render_block(const Job &job, const Block &b, std::vector<State> &states) {
                     const int x = w.array_column(column, i);
                     const int y = w.array_row(row, j);
                     sum += job.reader.collected(
-                        pixel_electrons(job, states, x, y, lit_us, smooth, views, candidates),
-                        x, y);
+                        pixel_electrons(job, states, x, y, lit_us, smooth, views, candidates), x,
+                        y);
                 }
             }
             const int binned = w.bin_x * w.bin_y;
-            const int place =
-                bayer_place(w.array_column(column, 0), w.array_row(row, 0));
+            const int place = bayer_place(w.array_column(column, 0), w.array_row(row, 0));
             job.frame.pixels[static_cast<std::size_t>(row * job.frame.columns + column)] =
-                job.reader.number(sum / binned, binned, place, column, row);
+                job.reader.number(sum / binned, binned, place, w.array_column(column, 0),
+                                  w.array_row(row, 0));
         }
     }
 }
@@ -212,14 +217,13 @@ void render_strip(const Job &job, int strip) {
         std::vector<State> states;
         const double start = row_start_us(job.request, row);
         for (int i = 0; i < (moving ? kMoments : 1); i++) {
-            states.push_back(
-                state_at(job, start + job.request.exposure_us * (i + 0.5) / kMoments));
+            states.push_back(state_at(job, start + job.request.exposure_us * (i + 0.5) / kMoments));
         }
         for (int column = 0; column < job.frame.columns; column += kTile) {
-            render_block(job,
-                         {column, std::min(column + kTile, job.frame.columns), row,
-                          row + rows_together},
-                         states);
+            render_block(
+                job,
+                {column, std::min(column + kTile, job.frame.columns), row, row + rows_together},
+                states);
         }
     }
 }

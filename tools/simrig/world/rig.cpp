@@ -21,12 +21,29 @@ Vec3 turn_of(const Entry &entry, const std::string &key) {
 }
 
 Lens read_lens(const Entry &entry) {
-    entry.allow({"focal_length_wide_mm", "focal_length_tele_mm", "bow_mm", "ripple_mm",
-                 "ripple_periods", "ripple_phase_deg", "centre_offset_px", "centre_wander_px",
-                 "pupil_travel_mm", "distortion_wide", "distortion_tele", "decentring_wide_px",
-                 "decentring_tele_px", "nearest_focus_mm", "focus_drift_per_m", "breathing",
-                 "f_number_wide", "f_number_tele", "f_number_closed", "transmission",
-                 "natural_falloff", "mount_falloff", "spot_rms_um"});
+    entry.allow({"focal_length_wide_mm",
+                 "focal_length_tele_mm",
+                 "bow_mm",
+                 "ripple_mm",
+                 "ripple_periods",
+                 "ripple_phase_deg",
+                 "centre_offset_px",
+                 "centre_wander_px",
+                 "pupil_travel_mm",
+                 "distortion_wide",
+                 "distortion_tele",
+                 "decentring_wide_px",
+                 "decentring_tele_px",
+                 "nearest_focus_mm",
+                 "focus_drift_per_m",
+                 "breathing",
+                 "f_number_wide",
+                 "f_number_tele",
+                 "f_number_closed",
+                 "transmission",
+                 "natural_falloff",
+                 "mount_falloff",
+                 "spot_rms_um"});
     Lens lens;
     lens.focal_length_wide_mm = entry.number("focal_length_wide_mm", 1, 1000);
     lens.focal_length_tele_mm = entry.number("focal_length_tele_mm", 1, 1000);
@@ -55,8 +72,8 @@ Lens read_lens(const Entry &entry) {
 }
 
 Sensor read_sensor(const Entry &entry) {
-    entry.allow({"pixel_um", "full_well_e", "read_noise_e", "black_level_dn",
-                 "electrons_per_lux_s", "filter_part", "photon_noise", "prnu", "row_noise_e", "serial"});
+    entry.allow({"pixel_um", "full_well_e", "read_noise_e", "black_level_dn", "electrons_per_lux_s",
+                 "filter_part", "photon_noise", "prnu", "row_noise_e", "serial"});
     Sensor sensor;
     sensor.pixel_um = entry.number("pixel_um", 0.5, 50);
     sensor.full_well_e = entry.number("full_well_e", 100, 1e6);

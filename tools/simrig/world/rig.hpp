@@ -26,7 +26,8 @@ struct Lens {
     // Image centre from the array's centre: offset + wander * (sin and cos of a slow turn over z).
     Vec2 centre_offset_px;
     Vec2 centre_wander_px;
-    // How far the entrance pupil moves along the axis (positive: towards the scene) from z = 0 to 1.
+    // How far the entrance pupil moves along the axis (positive: towards the scene) from z = 0
+    // to 1.
     double pupil_travel_mm = 0;
     // Radial distortion at the image's corner (4.096 mm from the centre) as a part of the radius:
     // x_distorted = x (1 + sum). Terms of degree 2, 4, 6 at z = 0 and z = 1, linear between.
@@ -39,7 +40,8 @@ struct Lens {
     double nearest_focus_mm = 800;
     // How far the sharp plane moves over the zoom, as change of 1 / distance from z = 0 to 1.
     double focus_drift_per_m = 0;
-    // Part of the thin lens's change of image distance with focus that is seen: 1 thin lens, 0 none.
+    // Part of the thin lens's change of image distance with focus that is seen: 1 thin lens, 0
+    // none.
     double breathing = 0;
     // f-number with the iris open at z = 0 and 1; the iris closes to `f_number_closed`, linear in
     // log f-number, as its position goes from 850 (open) to 300.

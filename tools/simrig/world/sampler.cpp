@@ -73,17 +73,16 @@ Segment segment(const PixelView &v, Vec2 offset_px, Vec2 pupil) {
 struct Found {
     const Candidate *candidate = nullptr;
     double z = 1e30;
-    Vec3 p;  // in the object's frame
+    Vec3 p;          // in the object's frame
     Vec3 direction;  // times z
 };
 
 void meet(const Candidate &candidate, const Segment &s, Found &best) {
     const Pose &pose = candidate.object_camera;
     const Mat3 &m = pose.rotation;
-    const Vec3 origin = {
-        pose.translation_mm.x + m.row0.x * s.pupil_mm.x + m.row0.y * s.pupil_mm.y,
-        pose.translation_mm.y + m.row1.x * s.pupil_mm.x + m.row1.y * s.pupil_mm.y,
-        pose.translation_mm.z + m.row2.x * s.pupil_mm.x + m.row2.y * s.pupil_mm.y};
+    const Vec3 origin = {pose.translation_mm.x + m.row0.x * s.pupil_mm.x + m.row0.y * s.pupil_mm.y,
+                         pose.translation_mm.y + m.row1.x * s.pupil_mm.x + m.row1.y * s.pupil_mm.y,
+                         pose.translation_mm.z + m.row2.x * s.pupil_mm.x + m.row2.y * s.pupil_mm.y};
     const Vec3 direction = {m.row0.x * s.slopes.x + m.row0.y * s.slopes.y + m.row0.z,
                             m.row1.x * s.slopes.x + m.row1.y * s.slopes.y + m.row1.z,
                             m.row2.x * s.slopes.x + m.row2.y * s.slopes.y + m.row2.z};
@@ -93,10 +92,9 @@ void meet(const Candidate &candidate, const Segment &s, Found &best) {
         z = candidate.covers ? -origin.z / direction.z : object.sheet.trace({origin, direction});
     } else {
         const double per_z = length(direction);
-        const double t = object.solid->trace({origin, (1 / per_z) * direction},
-                                             candidate.z_near * per_z,
-                                             std::min(candidate.z_far, best.z) * per_z, kTouchMm,
-                                             candidate.parts);
+        const double t = object.solid->trace(
+            {origin, (1 / per_z) * direction}, candidate.z_near * per_z,
+            std::min(candidate.z_far, best.z) * per_z, kTouchMm, candidate.parts);
         z = t / per_z;
     }
     if (z > 0 && z < best.z) {
@@ -120,9 +118,7 @@ void remember(const View &view, const Found &found, double footprint_mm, Remembe
     memory.p = found.p;
     const bool is_sheet = object.solid == nullptr;
     const bool has_tones = !is_sheet && object.material.tones.size() > 1;
-    const double reach = is_sheet    ? 3 + 3 * footprint_mm
-                         : has_tones ? 0
-                                     : 0.1 + 0.4 * footprint_mm;
+    const double reach = is_sheet ? 3 + 3 * footprint_mm : has_tones ? 0 : 0.1 + 0.4 * footprint_mm;
     memory.reach2 = reach * reach;
     memory.normal = is_sheet ? object.sheet.normal(found.p)
                              : object.solid->normal(found.p, found.candidate->parts);
@@ -131,12 +127,11 @@ void remember(const View &view, const Found &found, double footprint_mm, Remembe
         memory.normal = -memory.normal;
     }
     memory.light = light_at(*view.scene, object, found.p, memory.normal, from_eye);
-    memory.tone =
-        has_tones ? object.solid->nearest_part(found.p, found.candidate->parts).tone : 0;
+    memory.tone = has_tones ? object.solid->nearest_part(found.p, found.candidate->parts).tone : 0;
 }
 
-double shaded(const View &view, const PixelView &pixel, const Found &found,
-              const Segment &middle, int level, int channel, Remembered &memory) {
+double shaded(const View &view, const PixelView &pixel, const Found &found, const Segment &middle,
+              int level, int channel, Remembered &memory) {
     const Object &object = *found.candidate->object;
     const double blur_mm = pixel.pupil_radius_mm * std::fabs(1 - found.z / pixel.focus_mm);
     const double pixel_mm = pixel.pixel_slope * found.z;
@@ -146,8 +141,7 @@ double shaded(const View &view, const PixelView &pixel, const Found &found,
     }
     // Where the middle ray of this share meets the tangent plane.
     const Pose &pose = found.candidate->object_camera;
-    const Vec3 origin =
-        pose * Vec3{middle.pupil_mm.x, middle.pupil_mm.y, 0};
+    const Vec3 origin = pose * Vec3{middle.pupil_mm.x, middle.pupil_mm.y, 0};
     const Vec3 direction = pose.rotation * Vec3{middle.slopes.x, middle.slopes.y, 1};
     const double facing = dot(memory.normal, direction);
     const double z = dot(memory.normal, found.p - origin) / facing;
@@ -188,14 +182,12 @@ Aperture::Aperture(double spot_rms_px) {
             const double scale = 1 / (spot_rms_px * std::sqrt(2.0));
             density = 0.5 * (std::erf((x + 0.5) * scale) - std::erf((x - 0.5) * scale));
         }
-        integral[static_cast<std::size_t>(i) + 1] =
-            integral[static_cast<std::size_t>(i)] + density;
+        integral[static_cast<std::size_t>(i) + 1] = integral[static_cast<std::size_t>(i)] + density;
     }
     std::size_t cell = 0;
     for (std::size_t n = 0; n < quantile_.size(); n++) {
-        const double share =
-            (static_cast<double>(n) + 0.5) / static_cast<double>(quantile_.size()) *
-            integral[kCells];
+        const double share = (static_cast<double>(n) + 0.5) /
+                             static_cast<double>(quantile_.size()) * integral[kCells];
         while (integral[cell + 1] < share) {
             cell++;
         }
@@ -215,8 +207,8 @@ Aperture::Aperture(double spot_rms_px) {
             }
             mean /= static_cast<double>(width);
             middle_[level][s] = mean;
-            variance_[level] += (square / static_cast<double>(width) - mean * mean) /
-                                static_cast<double>(strata);
+            variance_[level] +=
+                (square / static_cast<double>(width) - mean * mean) / static_cast<double>(strata);
         }
     }
 }
@@ -249,9 +241,9 @@ double luminance_along(const View &view, const Course &course, int channel, Reme
         }
         meet(candidate, course.ray, found);
     }
-    return found.candidate != nullptr ? shaded(view, *course.pixel, found, course.middle,
-                                               course.level, channel, memory)
-                                      : view.scene->ambient.channel[channel];
+    return found.candidate != nullptr
+               ? shaded(view, *course.pixel, found, course.middle, course.level, channel, memory)
+               : view.scene->ambient.channel[channel];
 }
 
 double centred(unsigned share16) {
@@ -282,13 +274,12 @@ Course stratified_course(const View &view, const PixelTask &task, int n, int lev
     const Aperture &aperture = *view.aperture;
     const unsigned drop = 15U - static_cast<unsigned>(level);
     const double share = 1.0 / (1 << level);
-    return {segment(pixel, {aperture.offset(px), aperture.offset(py)},
-                    disk(centred(lu), centred(lv))),
-            segment(pixel, {aperture.middle(level, px >> drop), aperture.middle(level, py >> drop)},
-                    disk(((lu >> drop) + 0.5) * share - 1, ((lv >> drop) + 0.5) * share - 1)),
-            &pixel,
-            task.view_candidates != nullptr ? task.view_candidates[moment] : task.candidates,
-            level};
+    return {
+        segment(pixel, {aperture.offset(px), aperture.offset(py)}, disk(centred(lu), centred(lv))),
+        segment(pixel, {aperture.middle(level, px >> drop), aperture.middle(level, py >> drop)},
+                disk(((lu >> drop) + 0.5) * share - 1, ((lv >> drop) + 0.5) * share - 1)),
+        &pixel, task.view_candidates != nullptr ? task.view_candidates[moment] : task.candidates,
+        level};
 }
 
 // Is the mean of n stratified rays as good as the pixel's own noise asks for?
@@ -323,8 +314,9 @@ double pixel_luminance(const View &view, const PixelTask &task) {
     double sum = 0;
     double square = 0;
     int n = 0;
-    if (task.starts_smooth) {
-        const double a = luminance_along(view, opposite_course(view, task, 1), task.channel, memory);
+    if (task.starts_smooth && task.pair_will_do) {
+        const double a =
+            luminance_along(view, opposite_course(view, task, 1), task.channel, memory);
         const double b =
             luminance_along(view, opposite_course(view, task, -1), task.channel, memory);
         // Slopes cancel between opposite rays: the mean is much better than their difference.
@@ -337,11 +329,12 @@ double pixel_luminance(const View &view, const PixelTask &task) {
     for (int level = task.view_count > 1 ? 1 : 0;; level++) {
         const int half = n + ((4 << (2 * level)) - n) / 2;
         for (; n < 4 << (2 * level); n++) {
-            if (level == 2 && n == half && settled(task, sum, square, n, level)) {
+            if (level == 2 && n == half && task.view_count == 1 &&
+                settled(task, sum, square, n, level)) {
                 break;
             }
-            const double value =
-                luminance_along(view, stratified_course(view, task, n, level), task.channel, memory);
+            const double value = luminance_along(view, stratified_course(view, task, n, level),
+                                                 task.channel, memory);
             sum += value;
             square += value * value;
         }

@@ -42,9 +42,9 @@ struct View {
 
 // One pixel's rays through one camera state.
 struct PixelView {
-    Vec2 slopes;                     // through the pixel's middle
-    double step[4] = {0, 0, 0, 0};   // change of slopes with the pixel: x/x, x/y, y/x, y/y
-    double pixel_slope = 0;          // size of a pixel in slopes
+    Vec2 slopes;                    // through the pixel's middle
+    double step[4] = {0, 0, 0, 0};  // change of slopes with the pixel: x/x, x/y, y/x, y/y
+    double pixel_slope = 0;         // size of a pixel in slopes
     double pupil_radius_mm = 0;
     double focus_mm = 1;
 };
@@ -57,8 +57,9 @@ struct PixelTask {
     int view_count = 1;
     const std::vector<Candidate> *const *view_candidates = nullptr;  // for each moment, or null
     int channel = 1;
-    // No edge of an object near: two rays may do.
-    bool starts_smooth = false;
+    bool starts_smooth = false;  // no edge of an object is near
+    // Two rays may do then; not on boards, whose filter is a box and not the lens's spot.
+    bool pair_will_do = true;
     std::uint64_t key = 0;           // of this pixel
     double electrons_per_luminance;  // for the pixel's own noise
     double least_noise_e2 = 64;

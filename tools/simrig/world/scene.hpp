@@ -35,8 +35,8 @@ struct AreaLight {
     Vec3 centre_mm;
     Vec3 half_u_mm;
     Vec3 half_v_mm;
-    Colour luminance;     // lux per steradian
-    Vec2 panes{0, 0};     // bars that its mirror image shows: how many panes along u and v
+    Colour luminance;  // lux per steradian
+    Vec2 panes{0, 0};  // bars that its mirror image shows: how many panes along u and v
 };
 
 struct Scene {

@@ -36,7 +36,7 @@ Board read_board(const Entry &entry) {
     Board board;
     board.columns = entry.at("columns").whole(2, 200);
     board.rows = entry.at("rows").whole(2, 200);
-    board.square_mm = entry.number("square_mm", 0.1, 1000);
+    board.square_mm = entry.number("square_mm", 0.1, 10000);
     board.marker_mm = entry.number("marker_mm", 0, board.square_mm, 0);
     if (board.marker_mm > 0 && board.columns * board.rows / 2 > 50) {
         entry.fail("a coded board has at most 50 markers, one in each white square");
@@ -77,9 +77,9 @@ Material read_material(const Entry &entry) {
         if (size.x < 20 || size.x > 2000 || size.y < 20 || size.y > 2000) {
             entry.at("ornament_size_mm").fail("an ornament is 20 to 2000 mm wide and high");
         }
-        material.raster = draw_ornament(
-            name, size.x, size.y, material.tones[0],
-            static_cast<std::uint64_t>(entry.at("ornament_seed").whole(0, 1000000)));
+        material.raster =
+            draw_ornament(name, size.x, size.y, material.tones[0],
+                          static_cast<std::uint64_t>(entry.at("ornament_seed").whole(0, 1000000)));
     }
     return material;
 }
@@ -114,8 +114,7 @@ Part read_shell(const Entry &e) {
 
 Part read_arc(const Entry &e) {
     Part part;
-    e.allow({"centre_mm", "radius_mm", "half_angle_deg", "half_section_mm", "rounding_mm",
-             "tone"});
+    e.allow({"centre_mm", "radius_mm", "half_angle_deg", "half_section_mm", "rounding_mm", "tone"});
     part.kind = PartKind::kArc;
     part.a = e.at("centre_mm").vector();
     part.r = e.number("radius_mm", 1, 1000);
@@ -149,8 +148,7 @@ Part read_part(const Entry &entry) {
         part.kind = PartKind::kBox;
         part.a = e.at("centre_mm").vector();
         part.b = 0.5 * e.at("size_mm").vector();
-        part.rounding =
-            e.number("rounding_mm", 0, std::min({part.b.x, part.b.y, part.b.z}), 0);
+        part.rounding = e.number("rounding_mm", 0, std::min({part.b.x, part.b.y, part.b.z}), 0);
     } else if (kind == "can") {
         part = read_can(e);
     } else if (kind == "shell") {
@@ -251,13 +249,12 @@ std::unique_ptr<Object> read_object(const Entry &entry, const Pose &room,
 
 Scene load_scene(const std::string &path) {
     const Entry file = Entry::of_file(path);
-    file.allow({"room", "lights", "ambient", "floor_ambient", "bounce_lux", "materials",
-                "objects"});
+    file.allow(
+        {"room", "lights", "ambient", "floor_ambient", "bounce_lux", "materials", "objects"});
     const Entry frame = file.at("room");
     frame.allow({"origin_mm", "tilt_deg"});
-    const Pose room = {
-        rotation_about({1, 0, 0}, radians(frame.number("tilt_deg", -90, 90))),
-        frame.at("origin_mm").vector()};
+    const Pose room = {rotation_about({1, 0, 0}, radians(frame.number("tilt_deg", -90, 90))),
+                       frame.at("origin_mm").vector()};
     Scene scene;
     scene.up = room.rotation * Vec3{0, -1, 0};
     scene.ambient = colour_of(file.at("ambient"), 0, 1e6);

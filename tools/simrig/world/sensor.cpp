@@ -9,8 +9,8 @@ namespace world {
 namespace {
 
 std::uint64_t pixel_key(std::uint64_t key, int column, int row) {
-    return mixed(key ^ (static_cast<std::uint64_t>(row) << 32 |
-                        static_cast<std::uint64_t>(column)));
+    return mixed(key ^
+                 (static_cast<std::uint64_t>(row) << 32 | static_cast<std::uint64_t>(column)));
 }
 
 // Poisson by adding up its probabilities; for means up to some tens.
@@ -63,22 +63,21 @@ double PixelReader::collected(double mean_electrons, int array_column, int array
     return std::clamp(electrons, 0.0, sensor_.full_well_e);
 }
 
-std::uint16_t PixelReader::number(double electrons, int binned, int place, int output_column,
-                                  int output_row) const {
+std::uint16_t PixelReader::number(double electrons, int binned, int place, int array_column,
+                                  int array_row) const {
     double read = electrons;
     if (sensor_.read_noise_e > 0) {
-        const std::uint64_t bits = pixel_key(key_ + 1, output_column, output_row);
+        const std::uint64_t bits = pixel_key(key_ + 1, array_column, array_row);
         read += sensor_.read_noise_e / std::sqrt(static_cast<double>(binned)) *
                 normal_from_bits(static_cast<std::uint32_t>(bits));
     }
     if (sensor_.row_noise_e > 0) {
         read += sensor_.row_noise_e *
-                normal_from_bits(static_cast<std::uint32_t>(pixel_key(key_ + 2, 0, output_row)));
+                normal_from_bits(static_cast<std::uint32_t>(pixel_key(key_ + 2, 0, array_row)));
     }
     const double black = sensor_.black_level_dn;
-    const double converted =
-        std::clamp(std::floor(black + read * gains_.analog[place] * dn_per_electron_ + 0.5), 0.0,
-                   1023.0);
+    const double converted = std::clamp(
+        std::floor(black + read * gains_.analog[place] * dn_per_electron_ + 0.5), 0.0, 1023.0);
     const double digital = gains_.digital[place];
     if (digital == 1) {
         return static_cast<std::uint16_t>(converted);

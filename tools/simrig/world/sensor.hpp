@@ -29,10 +29,10 @@ class PixelReader {
 
     // What collects in one pixel: response of this very pixel, photon noise, full well.
     double collected(double mean_electrons, int array_column, int array_row) const;
-    // The number for collected electrons (the mean of `binned` pixels); `output_row` has its own
-    // noise.
-    std::uint16_t number(double electrons, int binned, int place, int output_column,
-                         int output_row) const;
+    // The number for collected electrons (the mean of `binned` pixels); each row has
+    // noise of its own.
+    std::uint16_t number(double electrons, int binned, int place, int array_column,
+                         int array_row) const;
 
   private:
     const Sensor &sensor_;

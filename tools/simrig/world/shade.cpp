@@ -70,8 +70,8 @@ void add_sheen(const Scene &scene, const Object &object, const Arriving &arrivin
     const double upward = 0.5 + 0.5 * dot(away, scene.up);
     const double sky = smooth_step((upward - 0.4) * 5);
     const double open = std::min(
-        1.0, arriving.around.channel[1] / (kPi * 0.5 * (scene.ambient.channel[1] +
-                                                        scene.floor_ambient.channel[1]) + 1e-9));
+        1.0, arriving.around.channel[1] /
+                 (kPi * 0.5 * (scene.ambient.channel[1] + scene.floor_ambient.channel[1]) + 1e-9));
     for (int c = 0; c < 3; c++) {
         const double floor_light = scene.floor_ambient.channel[c];
         light.sheen[c] =
@@ -100,12 +100,12 @@ void add_sheen(const Scene &scene, const Object &object, const Arriving &arrivin
 
 }  // namespace
 
-LocalLight light_at(const Scene &scene, const Object &object, const Vec3 &place,
-                    const Vec3 &normal, const Vec3 &from_eye) {
+LocalLight light_at(const Scene &scene, const Object &object, const Vec3 &place, const Vec3 &normal,
+                    const Vec3 &from_eye) {
     const bool is_sheet = object.solid == nullptr;
     // A body's light is asked for a little outside, where the map's nodes are free.
-    const Arriving arriving = object.light.at(
-        is_sheet ? place : place + 0.75 * object.light.step_mm() * normal);
+    const Arriving arriving =
+        object.light.at(is_sheet ? place : place + 0.75 * object.light.step_mm() * normal);
     LocalLight light;
     const double slope = dot(normal, arriving.slope);
     const double around = std::max(arriving.around.channel[1], 1e-9);

@@ -8,8 +8,8 @@ namespace world {
 
 // Local frame: the sheet lies in z = bend / 2 * x^2, its front looks towards negative z.
 struct Sheet {
-    Vec2 half_mm;            // half sizes along the sheet
-    double bend_per_mm = 0;  // curvature in the middle
+    Vec2 half_mm;              // half sizes along the sheet
+    double bend_per_mm = 0;    // curvature in the middle
     double half_chord_mm = 0;  // half.x as seen from the front; set by `prepare`
 
     void prepare();

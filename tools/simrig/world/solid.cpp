@@ -71,10 +71,10 @@ double shell_distance(const Part &part, const Vec3 &p) {
     const double radius = std::sqrt(q.x * q.x + q.z * q.z);
     const double up = -q.y;
     const double half_wall = 0.5 * part.wall;
-    const double ring = rounded_rectangle(radius - part.r + half_wall, up - 0.5 * part.s,
-                                          half_wall, 0.5 * part.s, part.rounding);
-    const double foot = rounded_rectangle(radius, up - 0.5 * part.floor, part.r, 0.5 * part.floor,
-                                          part.rounding);
+    const double ring = rounded_rectangle(radius - part.r + half_wall, up - 0.5 * part.s, half_wall,
+                                          0.5 * part.s, part.rounding);
+    const double foot =
+        rounded_rectangle(radius, up - 0.5 * part.floor, part.r, 0.5 * part.floor, part.rounding);
     return smaller(ring, foot);
 }
 
@@ -88,8 +88,7 @@ double arc_distance(const Part &part, const Vec3 &p) {
     if (q.x * s - ay * c < 0) {
         const double along = ay * c - q.x * s;
         const double radial = q.x * c + ay * s - part.r;
-        const double section =
-            rounded_rectangle(radial, q.z, part.b.x, part.b.y, part.rounding);
+        const double section = rounded_rectangle(radial, q.z, part.b.x, part.b.y, part.rounding);
         const double outside = larger(section, 0);
         return std::sqrt(outside * outside + along * along);
     }
@@ -256,8 +255,7 @@ double Solid::trace(const Ray &ray, double t_near, double t_far, double toleranc
     // A step beyond the surface: it lies between the last two places.
     for (int i = 0; i < 60 && d < -tolerance; i++) {
         const double part = d_before / (d_before - d);
-        const double t_mid =
-            t_before + smaller(larger(part, 0.05), 0.95) * (t - t_before);
+        const double t_mid = t_before + smaller(larger(part, 0.05), 0.95) * (t - t_before);
         const double d_mid = distance(ray.origin_mm + t_mid * ray.direction, mask);
         if (d_mid > tolerance) {
             t_before = t_mid;

@@ -12,16 +12,14 @@ constexpr double kFarMm = 1e6;
 bool meet_flat(const Sheet &sheet, const Ray &local, double per_z, const Beam &beam,
                Candidate &candidate) {
     const double height = std::fabs(local.origin_mm.z);
-    const double sinking =
-        (local.origin_mm.z > 0 ? -local.direction.z : local.direction.z) * per_z;
+    const double sinking = (local.origin_mm.z > 0 ? -local.direction.z : local.direction.z) * per_z;
     const double widening = beam.spread + beam.pupil_radius_mm / beam.focus_mm;
     if (sinking + widening <= 0) {
         return false;
     }
     candidate.z_near = std::max((height - beam.pupil_radius_mm) / (sinking + widening), 0.0);
-    candidate.z_far = sinking > widening + 1e-9
-                          ? (height + beam.pupil_radius_mm) / (sinking - widening)
-                          : kFarMm;
+    candidate.z_far =
+        sinking > widening + 1e-9 ? (height + beam.pupil_radius_mm) / (sinking - widening) : kFarMm;
     const Vec3 a = local.origin_mm + candidate.z_near * per_z * local.direction;
     const Vec3 b = local.origin_mm + candidate.z_far * per_z * local.direction;
     const double r = std::max(beam.radius(candidate.z_near), beam.radius(candidate.z_far));
@@ -97,9 +95,9 @@ bool meet_solid(const Object &object, const Ray &local, double per_z, const Beam
     const double t_end = t_far + widest;
     const double slope = 1 + (beam.spread + beam.pupil_radius_mm / beam.focus_mm) / per_z;
     for (int i = 0; i < 40 && t <= t_end; i++) {
-        const double free = object.solid->distance(local.origin_mm + t * local.direction,
-                                                   candidate.parts) -
-                            beam.radius(t / per_z);
+        const double free =
+            object.solid->distance(local.origin_mm + t * local.direction, candidate.parts) -
+            beam.radius(t / per_z);
         if (free < 0.02) {
             break;
         }
@@ -111,9 +109,9 @@ bool meet_solid(const Object &object, const Ray &local, double per_z, const Beam
     // The same from behind.
     double t_last = t_end;
     for (int i = 0; i < 20 && t_last > t; i++) {
-        const double free = object.solid->distance(local.origin_mm + t_last * local.direction,
-                                                   candidate.parts) -
-                            beam.radius(t_last / per_z);
+        const double free =
+            object.solid->distance(local.origin_mm + t_last * local.direction, candidate.parts) -
+            beam.radius(t_last / per_z);
         if (free < 0.05) {
             break;
         }

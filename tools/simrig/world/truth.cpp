@@ -46,9 +46,8 @@ void set_pixel(Truth &truth, std::size_t pixel, const Place &place, const Vec3 &
     const Object &object = *place.candidate->object;
     const Pose &pose = place.candidate->object_camera;
     const Vec3 p = pose * (place.z * slopes);
-    Vec3 normal = object.solid == nullptr
-                      ? object.sheet.normal(p)
-                      : object.solid->normal(p, object.solid->every_part());
+    Vec3 normal = object.solid == nullptr ? object.sheet.normal(p)
+                                          : object.solid->normal(p, object.solid->every_part());
     if (dot(normal, pose.rotation * slopes) > 0) {
         normal = -normal;
     }
@@ -114,8 +113,7 @@ Truth truth(const Scene &scene, const Rig &rig, Side side, const FrameRequest &r
     }
     const int together = moving ? 1 : kTile;
     for (int row = 0; row < result.rows; row += together) {
-        fill_rows(scene, w, row, std::min(row + together, result.rows), result.camera(row),
-                  result);
+        fill_rows(scene, w, row, std::min(row + together, result.rows), result.camera(row), result);
     }
     return result;
 }
