@@ -138,6 +138,42 @@ TEST_CASE("blur radius is that of the thin lens") {
     MESSAGE("worst " << 100 * worst << " %");
 }
 
+TEST_CASE("the outline of an object out of focus is as blurred as its texture") {
+    const world::Rig rig = perfect_rig();
+    for (const double front_mm : {1600.0, 2100.0}) {
+        const double slant_rad = world::radians(3);
+        // A bright sheet whose right edge passes through the picture's middle, far before a dark
+        // one.
+        const world::Scene scene = scene_of(
+            even_light() +
+            "materials:\n  - b: {kind: paper, contrast: 0, colours: [[0.9, 0.9, 0.9]]}\n"
+            "  - d: {kind: paper, contrast: 0, colours: [[0.1, 0.1, 0.1]]}\nobjects:\n"
+            "  - sheet: {name: f, material: b, turn_deg: [0, 0, 3], size_mm: [400, 400], "
+            "position_mm: [" +
+            std::to_string(-200 * std::cos(slant_rad)) + ", " +
+            std::to_string(-200 * std::sin(slant_rad)) + ", " + std::to_string(front_mm - 1800) +
+            "]}\n  - sheet: {name: g, material: d, position_mm: [0, 0, 1500], size_mm: [4000, "
+            "4000]}\n");
+        const world::Mechanics m = straight(rig, 850, 1800, 850);
+        const world::Camera camera = world::camera_at(rig.camera[0], m);
+        const double radius_px = 0.5 * camera.optics.pupil_diameter_mm * camera.optics.focal_px *
+                                 std::fabs(1 / 1800.0 - 1 / front_mm);
+        const double reach = 1.15 * radius_px + 4;
+        const int half = (static_cast<int>(reach + 8) + 1) / 2 * 2;
+        world::FrameRequest request = steady(m);
+        request.window = {1024 - half - 6, 768 - 60, 2 * half + 12, 120, 1, 1, 1, 1};
+        request.exposure_us = exposure_for(camera);
+        request.threads = 2;
+        const world::Frame frame = world::render(scene, rig, world::Side::kLeft, request);
+        const Edge edge = seen_edge(frame, request.window, rig.camera[0].sensor, slant_rad);
+        const double variance = spread_variance(profile(edge, reach, 0.5), 0.5);
+        const double measured = 2 * std::sqrt(variance - 1.0 / 12 - 0.25 / 12);
+        MESSAGE("object at " << front_mm << ": radius " << radius_px << " px, measured "
+                             << measured);
+        CHECK(measured == doctest::Approx(radius_px).epsilon(0.03));
+    }
+}
+
 TEST_CASE("in focus the slanted edge has the contrast of pixel and lens, and no more beyond") {
     for (const double spot_um : {0.0, 1.0}) {
         world::Rig rig = perfect_rig();
@@ -168,7 +204,11 @@ TEST_CASE("in focus the slanted edge has the contrast of pixel and lens, and no 
                 std::abs(sum) / std::fabs(p.back() - p.front()) / sinc(f * step) / sinc(f * step);
             const double expected = std::fabs(pixel * lens);
             std::printf("  %.1f  %.3f  %.3f\n", f, measured, expected);
-            CHECK(measured == doctest::Approx(expected).epsilon(0.015));
+            if (f <= 1) {
+                CHECK(measured == doctest::Approx(expected).epsilon(0.015));
+            }
+            // Beyond that nothing may be there that the pixel itself does not let through.
+            CHECK(measured < std::fabs(pixel) + 0.015);
         }
     }
 }

@@ -104,8 +104,9 @@ TEST_CASE("other rays change a picture by less than half of its own noise") {
                 relative += std::max(0.5 * d * d - 1.0 / 12, 0.0) / noise2;
             }
             const double n = static_cast<double>(a.pixels.size());
-            MESSAGE(name << " at " << zoom << ": sampling " << std::sqrt(relative / n)
-                         << " of the sensor's noise, mean difference " << sum / n << " DN");
+            MESSAGE(std::string(name)
+                    << " at " << zoom << ": sampling " << std::sqrt(relative / n)
+                    << " of the sensor's noise, mean difference " << sum / n << " DN");
             CHECK(std::sqrt(relative / n) < 0.5);
             CHECK(std::fabs(sum / n) < 0.05);
         }

@@ -120,7 +120,8 @@ uint32_t Rig::advance(double until_us, uint32_t wake) {
     while (woken == 0 && now_us() < until_us) {
         const double serial_us = lenses_.line().next_us();
         const double next_us = std::min(until_us, std::max(serial_us, now_us()));
-        const auto next_ps = uint64_t(std::llround(next_us * double(kPsPerUs)));
+        // Just after it: what is due then is due.
+        const auto next_ps = uint64_t(std::ceil(next_us * double(kPsPerUs))) + 1;
         if (ppi_.armed() && !ppi_.done()) {
             wires_.run_until(next_ps);
         } else {

@@ -17,7 +17,7 @@ struct Board {
 };
 
 // Part of white (0 ink, 1 paper) around a place from the sheet's middle, averaged over a square of
-// these half sides.
-double board_white(const Board &board, Vec2 place_mm, double half_mm);
+// these half sides and a Gaussian spot around it.
+double board_white(const Board &board, Vec2 place_mm, double half_mm, double spot_mm);
 
 }  // namespace world

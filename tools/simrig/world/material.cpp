@@ -37,8 +37,8 @@ double around(const NoiseLayer &layer, const SurfacePlace &s) {
     return sum / std::sqrt(wx * wx + wy * wy + wz * wz);
 }
 
-// Rough wall: broad tones, trowel marks lit from the side, sand. The sand's places are shifted by
-// the broader layers so that its period never shows.
+// Rough wall: broad tones, trowel marks lit from the side, sand, pits. Sand is two layers that
+// never line up, and its places are shifted by the broader layers, so that no period shows.
 double plaster(const Material &m, const SurfacePlace &s, int channel) {
     const double u = s.sheet.x;
     const double v = s.sheet.y;
@@ -46,12 +46,13 @@ double plaster(const Material &m, const SurfacePlace &s, int channel) {
     const double marks = m.layer[1].at(u, v, s.rms_mm);
     constexpr double kAside = 1.3;
     const double lit = m.layer[1].at(u + kAside * s.slant.x, v + kAside * s.slant.y, s.rms_mm);
-    const double su = u + 9 * broad;
-    const double sv = v - 7 * marks;
+    const double su = u + 31 * broad + 3 * lit;
+    const double sv = v + 23 * broad - 19 * marks;
     const double sand = m.layer[2].at(su, sv, s.rms_mm);
-    const double pits = std::max(0.0, -sand - 0.9);
+    const double grit = m.layer[3].at(su + 4 * sand, sv, s.rms_mm);
+    const double pits = std::max(0.0, -grit - 1.1 + 0.5 * broad);
     const double factor = 1 + m.contrast * (0.045 * broad + 0.35 * (lit - marks) + 0.02 * marks +
-                                            0.055 * sand - 0.13 * pits);
+                                            0.036 * sand + 0.036 * grit - 0.12 * pits);
     // Broad tones are a little warmer or colder as well.
     const double warm = m.contrast * 0.018 * broad * (channel == 0 ? 1 : channel == 2 ? -1 : 0);
     return m.tones[0].channel[channel] * (factor + warm);
@@ -120,7 +121,7 @@ double paper(const Material &m, const SurfacePlace &s, int channel) {
     const double fibre = m.layer[2].at(s.sheet.x + 5 * tone, s.sheet.y - 4 * tone, s.rms_mm);
     double base = m.tones[0].channel[channel];
     if (m.kind == MaterialKind::kBoard) {
-        const double white = board_white(m.board, s.sheet, 1.7320508 * s.rms_mm);
+        const double white = board_white(m.board, s.sheet, 1.7320508 * s.edge_mm, s.spot_mm);
         const double ink = m.tones[1].channel[channel];
         base = ink + white * (base - ink);
     }
@@ -135,7 +136,8 @@ void prepare(Material &m, int number) {
         case MaterialKind::kPlaster:
             m.layer[0] = NoiseLayer(1, 1270, k);
             m.layer[1] = NoiseLayer(1, 223, k + 1);
-            m.layer[2] = NoiseLayer(0, 23.7, k + 2);
+            m.layer[2] = NoiseLayer(0, 31.7, k + 2);
+            m.layer[3] = NoiseLayer(2, 68.3, k + 3);
             break;
         case MaterialKind::kWood:
             // Not turned: the grain runs along the boards.

@@ -20,7 +20,9 @@ struct Job {
     const RigCamera &rig_camera;
     const Mains &mains;
     const FrameRequest &request;
-    Aperture aperture;
+    Aperture pixel_alone;
+    Aperture with_spot;
+    double spot_px;
     PixelReader reader;
     std::uint64_t key;
     Frame &frame;
@@ -81,13 +83,13 @@ void find_block(const Job &job, const Block &b, State &state) {
     const Vec2 high = {static_cast<double>(w.array_column(b.column_end - 1, w.bin_x - 1)),
                        static_cast<double>(w.array_row(b.row_end - 1, w.bin_y - 1))};
     // Pairs of columns overlap when pixels are binned: the last but one may reach further.
-    const double margin = job.aperture.reach() - 0.5 + 2 * std::max(w.bin_x, w.bin_y) - 2;
+    const double margin = job.with_spot.reach() - 0.5 + 2 * std::max(w.bin_x, w.bin_y) - 2;
     find_candidates(job.scene, state.object_camera, beam_of(state.camera, low, high, margin),
                     state.candidates);
 }
 
-// Pixels of a block with the same object at their four corners, each seen from another side of the
-// pupil, and no step in depth: no edge is near, as far as that tells.
+// Pixels of a block around which corners of pixels, each seen from another place of the pupil's
+// rim, meet the same object without a step in depth: no edge is near, as far as that tells.
 class Smoothness {
   public:
     Smoothness(const Job &job, const Block &b, const State &state) : block_(b) {
@@ -103,7 +105,9 @@ class Smoothness {
         const PixelView view = pixel_view(state.camera, first, state.camera.slopes_of(first));
         for (int y = 0; y <= b.row_end - b.row_begin; y++) {
             for (int x = 0; x < columns_; x++) {
-                const Vec2 pupil = {x % 2 == 0 ? 0.65 : -0.65, y % 2 == 0 ? 0.65 : -0.65};
+                // Eight directions of the pupil's rim, where a cut through it begins.
+                const double turn = kPi / 4 * ((3 * x + 5 * y + (y / 2) % 2) % 8);
+                const Vec2 pupil = {0.98 * std::cos(turn), 0.98 * std::sin(turn)};
                 corners_.push_back(corner_at(view, {x - 0.5, y - 0.5}, pupil, state.candidates));
             }
         }
@@ -116,20 +120,27 @@ class Smoothness {
         if (corners_.empty()) {
             return all_;
         }
-        const int first = (row - block_.row_begin) * columns_ + column - block_.column_begin;
+        // The pixel's corners and those around them.
+        const int rows = static_cast<int>(corners_.size()) / columns_;
+        const int x0 = column - block_.column_begin;
+        const int y0 = row - block_.row_begin;
+        const int first = y0 * columns_ + x0;
         double low = 1e30;
         double high = 0;
-        for (const int n : {first, first + 1, first + columns_, first + columns_ + 1}) {
-            const Corner &corner = corners_[static_cast<std::size_t>(n)];
-            const Object *object = corner.object;
-            if (object != corners_[static_cast<std::size_t>(first)].object || object == nullptr ||
-                (object->solid != nullptr && object->material.tones.size() > 1)) {
-                return false;
+        for (int y = std::max(y0 - 1, 0); y <= std::min(y0 + 2, rows - 1); y++) {
+            for (int x = std::max(x0 - 1, 0); x <= std::min(x0 + 2, columns_ - 1); x++) {
+                const Corner &corner = corners_[static_cast<std::size_t>(y * columns_ + x)];
+                const Corner &own = corners_[static_cast<std::size_t>(first)];
+                const Vec3 bend = corner.normal - own.normal;
+                if (corner.object != own.object || corner.object == nullptr ||
+                    corner.tone != own.tone || dot(bend, bend) > 0.15) {
+                    return false;
+                }
+                low = std::min(low, corner.z);
+                high = std::max(high, corner.z);
             }
-            low = std::min(low, corner.z);
-            high = std::max(high, corner.z);
         }
-        return high - low < step_ * low + 3 * blur_mm_ * std::fabs(1 - low / focus_mm_);
+        return high - low < 3 * step_ * low + 5 * blur_mm_ * std::fabs(1 - low / focus_mm_);
     }
 
   private:
@@ -142,12 +153,6 @@ class Smoothness {
     std::vector<Corner> corners_;
 };
 
-bool has_board(const std::vector<Candidate> &candidates) {
-    return std::any_of(candidates.begin(), candidates.end(), [](const Candidate &c) {
-        return c.object->material.kind == MaterialKind::kBoard;
-    });
-}
-
 // One array pixel through all states of its row (one when nothing moves).
 double pixel_electrons(const Job &job, std::vector<State> &states, int column, int row,
                        double lit_us, bool smooth, std::vector<PixelView> &views,
@@ -156,7 +161,6 @@ double pixel_electrons(const Job &job, std::vector<State> &states, int column, i
     PixelTask task;
     task.channel = bayer_channel(place);
     task.starts_smooth = smooth && states.size() == 1;
-    task.pair_will_do = !has_board(*candidates[0]);
     task.view_count = static_cast<int>(states.size());
     for (std::size_t i = 0; i < states.size(); i++) {
         views[i] =
@@ -170,7 +174,7 @@ double pixel_electrons(const Job &job, std::vector<State> &states, int column, i
         mixed(job.key, static_cast<std::uint64_t>(row) << 32 | static_cast<std::uint64_t>(column));
     task.electrons_per_luminance = lux_per_luminance(states[0].camera, views[0].slopes) *
                                    electrons_per_lux(job.rig_camera.sensor, task.channel, lit_us);
-    const View view = {&job.scene, &job.aperture};
+    const View view = {&job.scene, &job.pixel_alone, &job.with_spot, job.spot_px};
     return pixel_luminance(view, task) * task.electrons_per_luminance;
 }
 
@@ -267,14 +271,11 @@ Frame render(const Scene &scene, const Rig &rig, Side side, const FrameRequest &
     const std::uint64_t key =
         mixed(mixed(request.seed, static_cast<std::uint64_t>(side)), request.frame);
     const double spot_px = rig_camera.lens.spot_rms_um / rig_camera.sensor.pixel_um;
-    const Job job = {scene,
-                     rig_camera,
-                     rig.mains,
-                     request,
-                     Aperture(spot_px),
-                     PixelReader(rig_camera.sensor, request.gains, mixed(key)),
-                     key,
-                     frame};
+    const Job job = {scene,       rig_camera,
+                     rig.mains,   request,
+                     Aperture(0), Aperture(spot_px),
+                     spot_px,     PixelReader(rig_camera.sensor, request.gains, mixed(key)),
+                     key,         frame};
     std::atomic<int> next{0};
     const int strips = (frame.rows + kTile - 1) / kTile;
     const auto work = [&] {

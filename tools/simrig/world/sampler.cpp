@@ -102,6 +102,17 @@ void meet(const Candidate &candidate, const Segment &s, Found &best) {
     }
 }
 
+// Where one ray runs within pixel and pupil, and the middle of its share of them.
+struct Course {
+    Segment ray;
+    Segment middle;
+    const Aperture *aperture;
+    double spot_px;  // of the lens, where the aperture leaves it to the textures' filter
+    const PixelView *pixel;
+    const std::vector<Candidate> *candidates;
+    int level;
+};
+
 // What the samples of one pixel share: light and normal of a place, while they stay near it.
 struct Remembered {
     const Object *object = nullptr;
@@ -130,8 +141,11 @@ void remember(const View &view, const Found &found, double footprint_mm, Remembe
     memory.tone = has_tones ? object.solid->nearest_part(found.p, found.candidate->parts).tone : 0;
 }
 
-double shaded(const View &view, const PixelView &pixel, const Found &found, const Segment &middle,
-              int level, int channel, Remembered &memory) {
+double shaded(const View &view, const Course &course, const Found &found, int channel,
+              Remembered &memory) {
+    const PixelView &pixel = *course.pixel;
+    const Segment &middle = course.middle;
+    const int level = course.level;
     const Object &object = *found.candidate->object;
     const double blur_mm = pixel.pupil_radius_mm * std::fabs(1 - found.z / pixel.focus_mm);
     const double pixel_mm = pixel.pixel_slope * found.z;
@@ -148,14 +162,16 @@ double shaded(const View &view, const PixelView &pixel, const Found &found, cons
     SurfacePlace place;
     place.p = found.p;
     const double filter2 =
-        kFiltered * (view.aperture->variance(level) * pixel_mm * pixel_mm +
+        kFiltered * (course.aperture->variance(level) * pixel_mm * pixel_mm +
                      kDiskVariance[static_cast<std::size_t>(level + 1)] * blur_mm * blur_mm);
     if (std::fabs(z - found.z) * std::fabs(facing) < 1.5 * (blur_mm + pixel_mm)) {
         place.p = found.p + (1 - kPull) * (origin + z * direction - found.p);
     }
     // Seen at a slant the filter is longer one way; its mean radius grows with the root.
     const double slant = std::max(std::fabs(facing) / length(direction), 0.05);
-    place.rms_mm = std::sqrt(filter2 / slant);
+    place.spot_mm = course.spot_px * pixel_mm;
+    place.edge_mm = std::sqrt(filter2);
+    place.rms_mm = std::sqrt((filter2 + place.spot_mm * place.spot_mm) / slant);
     place.n = memory.normal;
     place.tone = memory.tone;
     place.slant = memory.light.slant;
@@ -224,15 +240,6 @@ PixelView pixel_view(const Camera &camera, Vec2 pixel, Vec2 guess) {
 
 namespace {
 
-// Where one ray runs within pixel and pupil, and the middle of its share of them.
-struct Course {
-    Segment ray;
-    Segment middle;
-    const PixelView *pixel;
-    const std::vector<Candidate> *candidates;
-    int level;
-};
-
 double luminance_along(const View &view, const Course &course, int channel, Remembered &memory) {
     Found found;
     for (const Candidate &candidate : *course.candidates) {
@@ -241,9 +248,8 @@ double luminance_along(const View &view, const Course &course, int channel, Reme
         }
         meet(candidate, course.ray, found);
     }
-    return found.candidate != nullptr
-               ? shaded(view, *course.pixel, found, course.middle, course.level, channel, memory)
-               : view.scene->ambient.channel[channel];
+    return found.candidate != nullptr ? shaded(view, course, found, channel, memory)
+                                      : view.scene->ambient.channel[channel];
 }
 
 double centred(unsigned share16) {
@@ -256,10 +262,16 @@ Course opposite_course(const View &view, const PixelTask &task, double sign) {
     const auto share = [key](unsigned shift) {
         return static_cast<unsigned>(key >> shift) & 0xFFFFu;
     };
-    const Vec2 offset = {view.aperture->offset(share(0)), view.aperture->offset(share(16))};
+    const Aperture &aperture = *view.pixel_alone;
+    const Vec2 offset = {aperture.offset(share(0)), aperture.offset(share(16))};
     const Vec2 pupil = disk(centred(share(32)), centred(share(48)));
-    return {segment(pixel, sign * offset, sign * pupil), segment(pixel, {}, {}), &pixel,
-            task.candidates, kWhole};
+    return {segment(pixel, sign * offset, sign * pupil),
+            segment(pixel, {}, {}),
+            &aperture,
+            view.spot_px,
+            &pixel,
+            task.candidates,
+            kWhole};
 }
 
 Course stratified_course(const View &view, const PixelTask &task, int n, int level) {
@@ -271,14 +283,17 @@ Course stratified_course(const View &view, const PixelTask &task, int n, int lev
     const unsigned lv = (point[3] ^ (key >> 48)) & 0xFFFFu;
     const int moment = task.view_count > 1 ? n % task.view_count : 0;
     const PixelView &pixel = task.views[moment];
-    const Aperture &aperture = *view.aperture;
+    const Aperture &aperture = task.starts_smooth ? *view.pixel_alone : *view.with_spot;
     const unsigned drop = 15U - static_cast<unsigned>(level);
     const double share = 1.0 / (1 << level);
     return {
         segment(pixel, {aperture.offset(px), aperture.offset(py)}, disk(centred(lu), centred(lv))),
         segment(pixel, {aperture.middle(level, px >> drop), aperture.middle(level, py >> drop)},
                 disk(((lu >> drop) + 0.5) * share - 1, ((lv >> drop) + 0.5) * share - 1)),
-        &pixel, task.view_candidates != nullptr ? task.view_candidates[moment] : task.candidates,
+        &aperture,
+        task.starts_smooth ? view.spot_px : 0,
+        &pixel,
+        task.view_candidates != nullptr ? task.view_candidates[moment] : task.candidates,
         level};
 }
 
@@ -305,7 +320,17 @@ Corner corner_at(const PixelView &pixel, Vec2 offset_px, Vec2 pupil,
         }
         meet(candidate, ray, found);
     }
-    return {found.candidate != nullptr ? found.candidate->object : nullptr, found.z};
+    Corner corner;
+    if (found.candidate != nullptr) {
+        corner.object = found.candidate->object;
+        corner.z = found.z;
+        if (corner.object->solid != nullptr && corner.object->material.tones.size() > 1) {
+            const Solid &solid = *corner.object->solid;
+            corner.tone = solid.nearest_part(found.p, found.candidate->parts).tone;
+            corner.normal = solid.normal(found.p, found.candidate->parts);
+        }
+    }
+    return corner;
 }
 
 double pixel_luminance(const View &view, const PixelTask &task) {
@@ -314,7 +339,7 @@ double pixel_luminance(const View &view, const PixelTask &task) {
     double sum = 0;
     double square = 0;
     int n = 0;
-    if (task.starts_smooth && task.pair_will_do) {
+    if (task.starts_smooth) {
         const double a =
             luminance_along(view, opposite_course(view, task, 1), task.channel, memory);
         const double b =
@@ -326,10 +351,14 @@ double pixel_luminance(const View &view, const PixelTask &task) {
             return 0.5 * (a + b);
         }
     }
-    for (int level = task.view_count > 1 ? 1 : 0;; level++) {
-        const int half = n + ((4 << (2 * level)) - n) / 2;
-        for (; n < 4 << (2 * level); n++) {
-            if (level == 2 && n == half && task.view_count == 1 &&
+    // Where objects meet, rays that all miss the smaller share must not end the pixel: that would
+    // make blurred outlines too sharp. Half of the rays of the last level at least, whatever they
+    // say.
+    const int first_level = task.view_count > 1 ? 1 : task.starts_smooth ? 0 : 2;
+    for (int level = first_level;; level++) {
+        const int count = 4 << (2 * level);
+        for (; n < count; n++) {
+            if (level == 2 && n == count / 2 && task.view_count == 1 &&
                 settled(task, sum, square, n, level)) {
                 break;
             }

@@ -37,7 +37,9 @@ class Aperture {
 // What rays of one frame share.
 struct View {
     const Scene *scene = nullptr;
-    const Aperture *aperture = nullptr;
+    const Aperture *pixel_alone = nullptr;
+    const Aperture *with_spot = nullptr;
+    double spot_px = 0;  // rms radius of the lens's spot
 };
 
 // One pixel's rays through one camera state.
@@ -57,9 +59,7 @@ struct PixelTask {
     int view_count = 1;
     const std::vector<Candidate> *const *view_candidates = nullptr;  // for each moment, or null
     int channel = 1;
-    bool starts_smooth = false;  // no edge of an object is near
-    // Two rays may do then; not on boards, whose filter is a box and not the lens's spot.
-    bool pair_will_do = true;
+    bool starts_smooth = false;      // no edge of an object is near
     std::uint64_t key = 0;           // of this pixel
     double electrons_per_luminance;  // for the pixel's own noise
     double least_noise_e2 = 64;
@@ -69,6 +69,9 @@ struct PixelTask {
 struct Corner {
     const Object *object = nullptr;
     double z = 0;
+    // Of bodies with parts of different colours, whose edges are sharp.
+    int tone = 0;
+    Vec3 normal;
 };
 
 Corner corner_at(const PixelView &pixel, Vec2 offset_px, Vec2 pupil,
