@@ -94,9 +94,8 @@ class Smoothness {
   public:
     Smoothness(const Job &job, const Block &b, const State &state) : block_(b) {
         const Window &w = job.request.window;
-        const bool plain = w.skip_x == 1 && w.skip_y == 1;
         all_ = state.candidates.size() == 1 && state.candidates[0].covers;
-        if (all_ || !plain || state.candidates.empty()) {
+        if (all_ || state.candidates.empty()) {
             return;
         }
         columns_ = b.column_end - b.column_begin + 1;
@@ -108,10 +107,13 @@ class Smoothness {
                 // Eight directions of the pupil's rim, where a cut through it begins.
                 const double turn = kPi / 4 * ((3 * x + 5 * y + (y / 2) % 2) % 8);
                 const Vec2 pupil = {0.98 * std::cos(turn), 0.98 * std::sin(turn)};
-                corners_.push_back(corner_at(view, {x - 0.5, y - 0.5}, pupil, state.candidates));
+                // Between output pixels, which are some array pixels apart when skipping.
+                const Vec2 at = {w.array_column(b.column_begin + x, 0) - first.x - 0.5,
+                                 w.array_row(b.row_begin + y, 0) - first.y - 0.5};
+                corners_.push_back(corner_at(view, at, pupil, state.candidates));
             }
         }
-        step_ = 5 * view.pixel_slope;
+        step_ = 5 * view.pixel_slope * std::max(w.skip_x, w.skip_y);
         blur_mm_ = view.pupil_radius_mm;
         focus_mm_ = view.focus_mm;
     }
