@@ -51,8 +51,9 @@ Compared compare(const std::string &object_text, const Inside &inside, double zo
     request.window = {0, 0, 2048, 1536, 16, 16, 1, 1};
     const world::Truth truth = world::truth(scene, rig, world::Side::kLeft, request);
     Compared compared;
-    for (int row = 0; row < truth.rows; row++) {
-        for (int column = 0; column < truth.columns; column++) {
+    const int stride = zoom > 600 ? 2 : 1;
+    for (int row = 0; row < truth.rows; row += stride) {
+        for (int column = 0; column < truth.columns; column += stride) {
             const double ours = static_cast<double>(
                 truth.depth_mm[static_cast<std::size_t>(row * truth.columns + column)]);
             const double theirs =
@@ -95,8 +96,8 @@ std::string solid(const std::string &parts, double blend) {
 double to_limb(double x, double y, double z, const double (&a)[3], const double (&b)[3], double r,
                double s) {
     double best = 1e30;
-    for (int i = 0; i <= 4000; i++) {
-        const double t = i / 4000.0;
+    for (int i = 0; i <= 400; i++) {
+        const double t = i / 400.0;
         const double dx = x - a[0] - t * (b[0] - a[0]);
         const double dy = y - a[1] - t * (b[1] - a[1]);
         const double dz = z - a[2] - t * (b[2] - a[2]);
@@ -201,6 +202,9 @@ TEST_CASE("depth of flat and bent sheets") {
             "size_mm: [120, 90]" +
             (bend == 0 ? std::string() : ", bend_radius_mm: " + std::to_string(1 / bend)) + "}\n";
         check(text, [bend](double x, double y, double z) {
+            if (z < 0.5 * bend * x * x || z > 0.5 * bend * x * x + 0.3) {
+                return false;
+            }
             // Just behind the front within its edges; the length along the bend as a sum of chords.
             double along = 0;
             const double slope_end = bend * std::fabs(x);
@@ -208,8 +212,7 @@ TEST_CASE("depth of flat and bent sheets") {
                 const double slope = slope_end * (i + 0.5) / 64;
                 along += std::fabs(x) / 64 * std::sqrt(1 + slope * slope);
             }
-            return z >= 0.5 * bend * x * x && along <= 60 && std::fabs(y) <= 45 &&
-                   z < 0.5 * bend * x * x + 0.3;
+            return along <= 60 && std::fabs(y) <= 45;
         });
     }
 }
