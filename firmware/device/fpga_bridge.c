@@ -10,7 +10,17 @@ enum {
     WRITE_LOW_BYTE = 4,
     // So many may have begun before the bridge can take the word.
     UNTAKEN_BYTES = 3,
+    // Read after what is wanted (see struct fpga_bridge_job).
+    GUARD_BYTES = 2,
 };
+
+// What a bridge sends that has lost its index: the first register.
+static uint16_t lost_index(uint8_t index) {
+    _Static_assert((int)BRIDGE_ID == 0, "the index after a reset");
+    INVARIANT(bridge_registers[0].index == BRIDGE_ID);
+    // All ones are not its value either.
+    return index == BRIDGE_ID ? UINT16_MAX : bridge_registers[0].reset;
+}
 
 const struct bridge_register *fpga_bridge_register(uint8_t index) {
     for (int i = 0; i < BRIDGE_REGISTER_COUNT; i++) {
@@ -31,19 +41,28 @@ static struct hal_i2c_message message(uint8_t *data, size_t bytes, bool read) {
     return (struct hal_i2c_message){data, (uint16_t)bytes, BRIDGE_I2C_ADDRESS, read};
 }
 
+static uint16_t word(const uint8_t *bytes) {
+    return (uint16_t)(bytes[0] << 8 | bytes[1]);
+}
+
 // The words from `index` on, in one transfer. The index need not exist.
 static int read_words(struct fpga_bridge *self, uint8_t index, size_t count, uint16_t *values) {
     INVARIANT(values != NULL);
     INVARIANT(count >= 1 && count <= FPGA_BRIDGE_BLOCK_WORDS);
-    uint8_t bytes[2 * FPGA_BRIDGE_BLOCK_WORDS];
+    uint8_t bytes[2 * FPGA_BRIDGE_BLOCK_WORDS + GUARD_BYTES];
+    const size_t read_bytes = 2 * count + GUARD_BYTES;
     const struct hal_i2c_message messages[] = {message(&index, 1, false),
-                                               message(bytes, 2 * count, true)};
-    const struct fpga_bridge_job job = {
-        .messages = messages, .count = 2, .repeatable_bytes = SIZE_MAX};
+                                               message(bytes, read_bytes, true)};
+    const struct fpga_bridge_job job = {.messages = messages,
+                                        .count = 2,
+                                        .repeatable_bytes = SIZE_MAX,
+                                        .guarded = bytes,
+                                        .guarded_bytes = read_bytes,
+                                        .lost_index = lost_index(index)};
     const int error = fpga_bridge_bus_run(&self->bus, &job);
     if (error == ERROR_OK) {
         for (size_t i = 0; i < count; i++) {
-            values[i] = (uint16_t)(bytes[2 * i] << 8 | bytes[2 * i + 1]);
+            values[i] = word(&bytes[2 * i]);
         }
     }
     return error;
@@ -54,16 +73,20 @@ static int write_and_verify(struct fpga_bridge *self, uint8_t index, uint16_t va
                             uint16_t expected) {
     INVARIANT(mask != 0 && (expected & ~mask) == 0);
     uint8_t bytes[WRITE_BYTES - 1] = {index, (uint8_t)(value >> 8), (uint8_t)value};
-    uint8_t back[2];
+    uint8_t back[2 + GUARD_BYTES];
     const struct hal_i2c_message messages[] = {message(bytes, sizeof bytes, false),
-                                               message(bytes, 1, false), message(back, 2, true)};
+                                               message(bytes, 1, false),
+                                               message(back, sizeof back, true)};
     const struct fpga_bridge_job job = {.messages = messages,
                                         .count = 3,
                                         .repeatable_bytes = SIZE_MAX,
                                         .refusable_byte = WRITE_LOW_BYTE,
                                         .read_back = back,
                                         .mask = mask,
-                                        .expected = expected};
+                                        .expected = expected,
+                                        .guarded = back,
+                                        .guarded_bytes = sizeof back,
+                                        .lost_index = lost_index(index)};
     return fpga_bridge_bus_run(&self->bus, &job);
 }
 
@@ -101,7 +124,8 @@ int fpga_bridge_open(struct fpga_bridge *self, const struct hal_i2c *bus,
     opened.version = words[1];
     opened.build = words[2];
     opened.caps = words[3];
-    opened.fed = 0;
+    opened.marked = false;
+    opened.restarted = false;
     *self = opened;
     return ERROR_OK;
 }
@@ -221,6 +245,29 @@ int fpga_bridge_start(struct fpga_bridge *self, uint8_t index, uint16_t bits) {
     return write_once(self, index, bits);
 }
 
+int fpga_bridge_touch(struct fpga_bridge *self, uint8_t index, uint16_t *value) {
+    if (!can(fpga_bridge_register(index), BRIDGE_READ)) {
+        return ERROR_ARGUMENT;
+    }
+    INVARIANT(fpga_bridge_register(BRIDGE_IRQ_TEST)->stored_mask == 0);
+    uint8_t nothing[] = {BRIDGE_IRQ_TEST, 0, 0};
+    uint8_t bytes[2 + GUARD_BYTES];
+    const struct hal_i2c_message messages[] = {message(nothing, sizeof nothing, false),
+                                               message(&index, 1, false),
+                                               message(bytes, sizeof bytes, true)};
+    const struct fpga_bridge_job job = {.messages = messages,
+                                        .count = 3,
+                                        .repeatable_bytes = SIZE_MAX,
+                                        .guarded = bytes,
+                                        .guarded_bytes = sizeof bytes,
+                                        .lost_index = lost_index(index)};
+    const int error = fpga_bridge_bus_run(&self->bus, &job);
+    if (error == ERROR_OK) {
+        *value = word(bytes);
+    }
+    return error;
+}
+
 int fpga_bridge_write_unlocked(struct fpga_bridge *self, uint8_t index, uint16_t value) {
     int error = write_and_verify(self, BRIDGE_UNLOCK, BRIDGE_UNLOCK_KEY, 1, 1);
     if (error == ERROR_OK) {
@@ -233,10 +280,16 @@ int fpga_bridge_write_unlocked(struct fpga_bridge *self, uint8_t index, uint16_t
 int fpga_bridge_soft_reset(struct fpga_bridge *self) {
     const struct bridge_register *ctrl = fpga_bridge_register(BRIDGE_CTRL);
     INVARIANT(ctrl != NULL && (ctrl->pulse_mask & BRIDGE_CTRL_SOFT_RESET_MASK) != 0);
-    const int error = write_and_verify(self, BRIDGE_CTRL, BRIDGE_CTRL_SOFT_RESET_MASK,
-                                       ctrl->stored_mask, ctrl->reset & ctrl->stored_mask);
+    int error = write_once(self, BRIDGE_CTRL, BRIDGE_CTRL_SOFT_RESET_MASK);
+    uint16_t value = 0;
     if (error == ERROR_OK) {
-        self->fed = 0;
+        error = read_words(self, BRIDGE_CTRL, 1, &value);
     }
-    return error;
+    if (error != ERROR_OK) {
+        return error;
+    }
+    self->marked = false;
+    self->restarted = false;
+    return (value & ctrl->stored_mask) == (ctrl->reset & ctrl->stored_mask) ? ERROR_OK
+                                                                            : ERROR_VERIFY;
 }

@@ -2,8 +2,11 @@
 /// The FPGA bridge's registers over I2C. Which there are, what their bits do and which values they
 /// take comes from fpga/generated/bridge_registers.h, so from fpga/registers.rdl, alone.
 ///
-/// Each write is read back in the same transfer wherever the map says that it can be. What a value
-/// means to the instrument is in fpga_bridge_servo.h, _camera.h, _sensor.h and _event.h.
+/// Each write is read back in the same transfer wherever the map says that it can be. A read takes
+/// one word more than asked for, which shows whether the bridge was there to its end. What neither
+/// finds is a wrong bit in data that is read, or in an index: I2C has no checksum. When the counts
+/// of the bus grow (`verify` above all), words may have gone to other registers.
+/// What a value means to the instrument is in fpga_bridge_servo.h, _camera.h, _sensor.h, _event.h.
 ///
 /// Errors of all functions that use the bus, outputs being untouched then: those of
 /// fpga_bridge_bus_run; ERROR_ARGUMENT: no such register, or it cannot do that; ERROR_RANGE: the
@@ -28,8 +31,9 @@ struct fpga_bridge {
     struct fpga_bridge_bus bus;
     uint16_t version;  ///< major.minor, as read by fpga_bridge_open; so are the next two
     uint16_t build;
-    uint16_t caps;  ///< BRIDGE_CAPS_*
-    uint16_t fed;   ///< what is in SCRATCH (see fpga_bridge_watchdog_feed)
+    uint16_t caps;   ///< BRIDGE_CAPS_*
+    bool marked;     ///< SCRATCH was given a mark: see fpga_bridge_watchdog_feed
+    bool restarted;  ///< found by it, and not yet told
 };
 
 /// A field of a register.
@@ -91,11 +95,17 @@ int fpga_bridge_clear_count(struct fpga_bridge *self, uint8_t index);
 /// Writes ones that start something. Never sent twice: after an error it may or may not have begun.
 int fpga_bridge_start(struct fpga_bridge *self, uint8_t index, uint16_t bits);
 
+/// Reads a word after a write that changes and starts nothing, but shows the bridge's watchdog that
+/// the DSP is alive.
+int fpga_bridge_touch(struct fpga_bridge *self, uint8_t index, uint16_t *value);
+
 /// Writes a register that is locked, or a value that is only allowed when unlocked (three
 /// transfers). The map is locked again in any case; if that fails, that is the error.
 int fpga_bridge_write_unlocked(struct fpga_bridge *self, uint8_t index, uint16_t value);
 
-/// All registers back to their reset values, and limits locked.
+/// All registers back to their reset values, and limits locked (two transfers). As
+/// fpga_bridge_start: after an error the bridge may or may not have been reset. ERROR_VERIFY: CTRL
+/// does not show it.
 int fpga_bridge_soft_reset(struct fpga_bridge *self);
 
 #ifdef __cplusplus

@@ -24,6 +24,18 @@ static size_t bytes_of(const struct fpga_bridge_job *job) {
     return bytes;
 }
 
+// Whether the bridge may have left a transfer that went well otherwise.
+static bool is_doubtful(const struct fpga_bridge_job *job) {
+    const uint8_t *bytes = job->guarded;
+    if (bytes == NULL) {
+        return false;
+    }
+    INVARIANT(job->guarded_bytes >= 4);
+    const size_t last = job->guarded_bytes - 1;
+    const unsigned first_word = (unsigned)bytes[0] << 8 | bytes[1];
+    return first_word == job->lost_index || (bytes[last - 1] & bytes[last]) == 0xFF;
+}
+
 // One attempt; `*begun` as hal_i2c has it.
 static int attempt(struct fpga_bridge_bus *self, const struct fpga_bridge_job *job, size_t *begun) {
     const uint64_t deadline_us = now_us(self) + FPGA_BRIDGE_TRANSFER_US;
@@ -80,11 +92,19 @@ int fpga_bridge_bus_run(struct fpga_bridge_bus *self, const struct fpga_bridge_j
     INVARIANT(job->count >= 1 && job->count <= HAL_I2C_MESSAGES_MAX);
     INVARIANT((job->expected & ~job->mask) == 0);
     int error = ERROR_OK;
+    bool doubted = false;
     for (int attempts = 0; attempts < FPGA_BRIDGE_ATTEMPTS; attempts++) {
         size_t begun = 0;
         self->counts.repeats += attempts > 0;
         error = attempt(self, job, &begun);
-        ++*count_of(&self->counts, error);
+        const bool doubtful = error == ERROR_OK && is_doubtful(job);
+        if (doubtful && !doubted) {
+            error = ERROR_VERIFY;
+            self->counts.doubts++;
+        } else {
+            ++*count_of(&self->counts, error);
+        }
+        doubted = doubtful;
         const bool bus_failed =
             error == ERROR_I2C_ARBITRATION || error == ERROR_TIMEOUT || error == ERROR_I2C_STUCK;
         const bool again = bus_failed || error == ERROR_I2C_NACK || error == ERROR_VERIFY ||

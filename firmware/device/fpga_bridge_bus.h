@@ -36,6 +36,7 @@ struct fpga_bridge_counts {
     uint32_t timeouts;
     uint32_t stuck;
     uint32_t verify;        ///< a word did not read back as written
+    uint32_t doubts;        ///< reads that look as if the bridge had left them; read again
     uint32_t repeats;       ///< attempts after the first
     uint32_t recoveries;    ///< of the bus
     uint32_t unrecovered;   ///< recoveries that failed
@@ -64,6 +65,13 @@ struct fpga_bridge_job {
     const uint8_t *read_back;
     uint16_t mask;
     uint16_t expected;
+    /// What the last message reads, 4 bytes or more; NULL: nothing. Its last word is not wanted:
+    /// all ones there are what a bridge leaves that was reset or has gone in the middle. A first
+    /// word that is `lost_index` is what a bridge sends that was reset between index and data.
+    /// Either may be true all the same, so what is so twice in succession is taken.
+    const uint8_t *guarded;
+    size_t guarded_bytes;
+    uint16_t lost_index;
 };
 
 /// Stores the pointers, clears the counts. No transfer.
@@ -72,8 +80,9 @@ void fpga_bridge_bus_init(struct fpga_bridge_bus *self, const struct hal_i2c *bu
 
 /// Runs a transfer, up to FPGA_BRIDGE_ATTEMPTS times. 0; ERROR_I2C_NACK, ERROR_I2C_ARBITRATION,
 /// ERROR_TIMEOUT or ERROR_I2C_STUCK of the last attempt; ERROR_REFUSED: the bridge did not
-/// acknowledge the refusable byte; ERROR_VERIFY: the word did not read back; or another error of
-/// the backend, at once. After an error the bus is free as far as that is possible.
+/// acknowledge the refusable byte; ERROR_VERIFY: the word did not read back, or the bridge may have
+/// left the transfer; or another error of the backend, at once. After an error the bus is free as
+/// far as that is possible.
 int fpga_bridge_bus_run(struct fpga_bridge_bus *self, const struct fpga_bridge_job *job);
 
 #ifdef __cplusplus

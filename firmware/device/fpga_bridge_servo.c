@@ -7,6 +7,8 @@
 enum {
     STRIDE = BRIDGE_SERVO1_TARGET_Q4 - BRIDGE_SERVO0_TARGET_Q4,
     WORDS = BRIDGE_SERVO0_FRAMES - BRIDGE_SERVO0_TARGET_Q4 + 1,
+    // Neither 0, which a reset leaves, nor all ones, nor the first register.
+    MARK = 0x6A35,
 };
 
 // A register of a servo, by that of servo 0.
@@ -108,20 +110,27 @@ int fpga_bridge_watchdog_clear(struct fpga_bridge *self) {
 }
 
 int fpga_bridge_watchdog_feed(struct fpga_bridge *self) {
-    uint16_t old = 0;
-    int error = fpga_bridge_read(self, BRIDGE_SCRATCH, &old);
+    uint16_t mark = 0;
+    int error = ERROR_OK;
+    if (self->marked) {
+        error = fpga_bridge_touch(self, BRIDGE_SCRATCH, &mark);
+        if (error == ERROR_OK && mark != MARK) {  // a wrong bit in what is read is no restart
+            error = fpga_bridge_read(self, BRIDGE_SCRATCH, &mark);
+        }
+        if (error != ERROR_OK) {
+            return error;
+        }
+        // Kept until it is told: a write that fails may have been taken all the same.
+        self->restarted |= mark != MARK;
+    }
+    if (mark != MARK) {
+        error = fpga_bridge_write(self, BRIDGE_SCRATCH, MARK);
+    }
     if (error != ERROR_OK) {
         return error;
     }
-    // Never 0, which a reset leaves.
-    const uint16_t next = (uint16_t)(self->fed == UINT16_MAX ? 1 : self->fed + 1);
-    INVARIANT(next != 0);
-    error = fpga_bridge_write(self, BRIDGE_SCRATCH, next);
-    if (error != ERROR_OK) {
-        return error;
-    }
-    const bool first = self->fed == 0;
-    const bool lost = !first && old != self->fed;
-    self->fed = next;
-    return lost ? ERROR_RESTARTED : ERROR_OK;
+    self->marked = true;
+    const bool restarted = self->restarted;
+    self->restarted = false;
+    return restarted ? ERROR_RESTARTED : ERROR_OK;
 }

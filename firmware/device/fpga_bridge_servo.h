@@ -55,9 +55,11 @@ int fpga_bridge_watchdog_fired(struct fpga_bridge *self, bool *fired);
 /// Lets the servos obey again after it has fired.
 int fpga_bridge_watchdog_clear(struct fpga_bridge *self);
 
-/// Tells the bridge that the DSP is alive (two transfers): a write to SCRATCH, whose old value must
-/// be the one that was written last. ERROR_RESTARTED: it is not, so the bridge was reset meanwhile
-/// and has lost its settings; or somebody else wrote SCRATCH. The next call then succeeds.
+/// Tells the bridge that the DSP is alive, by a write that starts nothing (one transfer), and looks
+/// whether SCRATCH still holds the mark that the first call wrote there. ERROR_RESTARTED: it does
+/// not, so the bridge was reset and has lost its settings; or somebody else wrote SCRATCH. That is
+/// told once for all resets since the call before. None is missed: the mark is written only where
+/// it is not.
 int fpga_bridge_watchdog_feed(struct fpga_bridge *self);
 
 #ifdef __cplusplus

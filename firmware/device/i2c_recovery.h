@@ -12,11 +12,9 @@
 /// makers do at that edge or the next. So recovery makes no fall of SCL while a device may be in a
 /// transfer:
 ///
-/// 1. Both lines are let go. That can raise SCL, which at most shifts one more bit in, or be a
-/// STOP.
+/// 1. Both lines are let go. That can raise SCL, which at most shifts one more bit in, or be STOP.
 /// 2. If both wires are high, and stay so: START and STOP follow, within one high phase of SCL.
-/// START
-///    ends what any device was doing, in whatever bit it was. No fall of SCL.
+///    START ends what any device was doing, in whatever bit it was. No fall of SCL.
 /// 3. Else the lines are left alone until nothing has moved for `quiet_us`. The bridge leaves every
 ///    transfer after 31 ms of silence, lets SDA go, and then waits for START, deaf to clocks. When
 ///    the wires come up meanwhile: as in 2.

@@ -5,14 +5,14 @@
 /// STOP. All of it is plain data, so that a transfer can be recorded, replayed, or sent to another
 /// process.
 ///
-/// Backends return 0 or these of core/error.h, and let both lines go before they return an error:
+/// Backends return 0 or these of core/error.h, and let both lines go before they return an error
+/// (in parentheses: where it comes from with Linux i2c-dev; with the TWI of a BF537):
 ///
-/// | code | meaning | Linux i2c-dev | BF537 TWI |
-/// |---|---|---|---|
-/// | ERROR_I2C_NACK | an address or a byte was not acknowledged; STOP was sent | ENXIO, EREMOTEIO |
-/// ANAK, DNAK | | ERROR_I2C_ARBITRATION | SDA was low where the master let it go | EAGAIN | LOSTARB
-/// | | ERROR_TIMEOUT | `deadline_us` passed, for example because SCL was held | ETIMEDOUT | time |
-/// | ERROR_I2C_STUCK | a line was low before START, or did not come up at STOP | EBUSY | BUSBUSY |
+/// - ERROR_I2C_NACK: an address or a byte was not acknowledged; STOP was sent
+///   (ENXIO, EREMOTEIO; ANAK, DNAK)
+/// - ERROR_I2C_ARBITRATION: SDA was low where the master let it go (EAGAIN; LOSTARB)
+/// - ERROR_TIMEOUT: `deadline_us` passed, for example because SCL was held (ETIMEDOUT; a timer)
+/// - ERROR_I2C_STUCK: a line was low before START, or did not come up at STOP (EBUSY; BUSBUSY)
 ///
 /// After lost arbitration a backend sends no more clocks, although the standard (UM10204, 3.1.8)
 /// allows them up to the end of the byte: they could complete a word that the device takes.

@@ -36,22 +36,23 @@ module router_bench;
     tick_ms <= phase == 5'd24 && (us == 10'd999 || idle_ticks);
   end
 
-  wire scl_clean, sda_clean, start, stop;
+  wire scl_clean, scl_sample, sda_clean, start, stop;
   wire [1:0] branch_scl, branch_sda;
   glitch_filter scl_filter (.clk_i(clk), .rst_i(rst), .line_i(scl), .level_o(scl_clean),
-                            .spike_o());
+                            .sample_o(scl_sample), .spike_o());
   glitch_filter sda_filter (.clk_i(clk), .rst_i(rst), .line_i(sda), .level_o(sda_clean),
-                            .spike_o());
+                            .sample_o(), .spike_o());
   glitch_filter scl0 (.clk_i(clk), .rst_i(rst), .line_i(left_scl_line), .level_o(branch_scl[0]),
-                      .spike_o());
+                      .sample_o(), .spike_o());
   glitch_filter sda0 (.clk_i(clk), .rst_i(rst), .line_i(left_sda_line), .level_o(branch_sda[0]),
-                      .spike_o());
+                      .sample_o(), .spike_o());
   glitch_filter scl1 (.clk_i(clk), .rst_i(rst), .line_i(right_scl_line), .level_o(branch_scl[1]),
-                      .spike_o());
+                      .sample_o(), .spike_o());
   glitch_filter sda1 (.clk_i(clk), .rst_i(rst), .line_i(right_sda_line), .level_o(branch_sda[1]),
-                      .spike_o());
-  bus_condition conditions (.clk_i(clk), .rst_i(rst), .scl_i(scl_clean), .sda_i(sda_clean),
-                            .scl_rise_o(), .scl_fall_o(), .start_o(start), .stop_o(stop));
+                      .sample_o(), .spike_o());
+  bus_condition conditions (.clk_i(clk), .rst_i(rst), .scl_i(scl_clean), .scl_sample_i(scl_sample),
+                            .sda_i(sda_clean), .scl_rise_o(), .scl_fall_o(), .start_o(start),
+                            .stop_o(stop));
   i2c_router router (
     .clk_i(clk), .rst_i(rst), .tick_us_i(tick_us), .tick_ms_i(tick_ms), .enable_i(enable),
     .bypass_i(bypass), .clear_i(clear), .scl_i(scl_clean), .sda_i(sda_clean), .start_i(start),

@@ -16,7 +16,8 @@ module camera_channel_properties (
   input wire frame_valid,
   input wire measuring_meta,
   input wire taken_meta,
-  input wire finish
+  input wire finish,
+  input wire closing
 );
   (* gclk *) wire now;
   reg begun = 1'b0;
@@ -51,6 +52,7 @@ module camera_channel_properties (
       a_taken_falls_after_it: assert (!(!taken && taken_before) || !measuring_before);
       // Helps the induction: one change at a time goes round the ring.
       a_one_change: assert (changes == 3'd1);
+      a_closing: assert (!closing || measuring);
     end
     c_taken_over: cover (begun && takes_over && lines != 12'd0);
   end

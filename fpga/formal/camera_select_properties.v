@@ -27,9 +27,9 @@ module camera_select_properties (
   input wire timed_out_o,
   input wire [1:0] state,
   input wire [1:0] target,
-  input wire [7:0] wait_ms,
+  input wire [8:0] wait_ms,
   input wire [1:0] settled,
-  input wire [6:0] remaining,
+  input wire [7:0] remaining,
   input wire [1:0] wanted
 );
   localparam [1:0] IDLE = 2'd0;
@@ -103,14 +103,14 @@ module camera_select_properties (
       a_start_ends_in_time: assert (state != START || ticks <= limit);
       a_events_exclude: assert (!(switched_o && timed_out_o));
       // Helps the induction.
-      a_wait: assert (!waiting || wait_ms == 8'd0 || {1'b0, wait_ms} + {1'b0, ticks} == {1'b0,
-        limit});
-      a_ticks: assert (!waiting || wait_ms == 8'd0 || ticks <= limit);
+      a_wait: assert (!waiting || wait_ms[8]
+        || wait_ms == 9'h100 - {1'b0, limit} + {1'b0, ticks});
+      a_ticks: assert (!waiting || wait_ms[8] || ticks <= limit);
       a_sources_exist: assert (active_o != 2'd3 && target != 2'd3);
       a_settled: assert (state != STOP || (off_clocks[2] ? settled == 2'd3 :
         settled == off_clocks[1:0]));
-      a_remaining: assert (frames >= frames_wanted ? remaining == 7'd0
-                                                   : remaining == frames_wanted - frames);
+      a_remaining: assert (frames >= frames_wanted ? remaining[7]
+        : remaining == 8'h80 - {1'b0, frames_wanted} + {1'b0, frames});
     end
     if (begun && live && !rst_i) begin
       a_source_changes_without_a_clock: assert (active_o == had_active || had_state == CHANGE);
@@ -128,7 +128,7 @@ module camera_select_properties (
                                        force_o);
       a_lost_start_gives_up: assert (!(had_state == START && had_active_lost) || state == IDLE);
       a_force_has_a_reason: assert (!(force_o && !had_force) || had_active_lost ||
-        had_wait == 8'd0);
+        had_wait[8]);
       a_force_stays: assert (!(had_force && state == STOP) || force_o);
       a_forced_is_told: assert (!(had_state == STOP && state == CHANGE) || forced_o == had_force);
       a_forced_stands: assert (forced_o == had_forced || (had_state == STOP && state == CHANGE));
@@ -155,7 +155,7 @@ module camera_select_properties (
     c_alternated: cover (begun && live && !rst_i && alternating_i && active_o == 2'd1 &&
                          state == IDLE && stream_i);
   end
-  reg [7:0] had_wait;
+  reg [8:0] had_wait;
   reg [6:0] had_frames, had_frames_wanted;
   reg [1:0] had_request;
   always @(posedge clk_i) begin

@@ -11,7 +11,6 @@ module frame_record_properties (
   input wire [11:0] lines_i,
   input wire [11:0] width_i,
   input wire wrong_i,
-  input wire wrong_line_i,
   input wire [11:0] expect_height_i,
   input wire start_o,
   input wire finish,
@@ -21,16 +20,13 @@ module frame_record_properties (
   input wire [11:0] lines_o,
   input wire [11:0] pixels_o,
   input wire short_line_o,
-  input wire short_frame_o,
-  input wire [7:0] short_lines_o,
-  input wire [7:0] short_frames_o
+  input wire short_frame_o
 );
   reg begun = 1'b0;
-  reg live, fell, held, had_wrong_line, had_wrong, had_error, level;
+  reg live, fell, held, had_wrong, had_error, level;
   reg [15:0] had_frames;
   reg [11:0] had_lines, had_pixels, had_lines_i, had_width_i, had_expected;
   reg had_short_line, had_short_frame;
-  reg [7:0] had_short_lines, had_short_frames;
   wire expected_wrong = had_expected != 12'd0 ? had_lines_i != had_expected
                                               : had_lines != 12'd0 && had_lines_i != had_lines;
   always @(posedge clk_i) begin
@@ -40,7 +36,6 @@ module frame_record_properties (
     level <= measuring && !rst_i;
     fell <= !measuring && level;
     held <= hold_i;
-    had_wrong_line <= wrong_line_i;
     had_wrong <= wrong_i;
     had_error <= frame_error_o;
     had_frames <= frames_o;
@@ -51,8 +46,6 @@ module frame_record_properties (
     had_expected <= expect_height_i;
     had_short_line <= short_line_o;
     had_short_frame <= short_frame_o;
-    had_short_lines <= short_lines_o;
-    had_short_frames <= short_frames_o;
     if (begun && live && !rst_i) begin
       a_frames_count_ends: assert (frames_o == had_frames + {15'd0, fell});
       a_sizes_taken_at_the_end: assert (!(fell && !held) ||
@@ -62,15 +55,11 @@ module frame_record_properties (
         short_frame_o == had_short_frame));
       a_height_compared: assert (!(fell && !held) || short_frame_o == expected_wrong);
       a_error_is_told: assert (had_error == (fell && expected_wrong));
-      a_short_frames: assert (short_frames_o == had_short_frames +
-                              {7'd0, fell && expected_wrong && had_short_frames != 8'd255});
-      a_short_lines: assert (short_lines_o == had_short_lines +
-                             {7'd0, had_wrong_line && had_short_lines != 8'd255});
       a_start_at_rise: assert (start_o == (measuring && !level));
       a_taken_follows: assert (was_measuring == level);
     end
-    if (begun && rst_i) a_reset: assert (frames_o == 16'd0 && short_lines_o == 8'd0);
-    c_short_frame: cover (begun && live && !rst_i && short_frame_o && short_frames_o == 8'd1);
+    if (begun && rst_i) a_reset: assert (frames_o == 16'd0 && lines_o == 12'd0);
+    c_short_frame: cover (begun && live && !rst_i && short_frame_o);
     c_held: cover (begun && live && !rst_i && fell && held);
   end
 endmodule

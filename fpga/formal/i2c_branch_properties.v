@@ -21,7 +21,7 @@ module i2c_branch_properties (
   input wire       settled_i,       // SDA shows the bit of pos_i
   input wire       upper_i,         // up_i in the clock before; as the following
   input wire [3:0] low_clocks_i,    // of the DSP's SCL
-  input wire [3:0] count_i,
+  input wire [4:0] count_i,
   input wire       start_i,
   input wire       stop_i,
   input wire       ms_i,
@@ -114,7 +114,7 @@ module i2c_branch_properties (
                                own_sda_low_i == !value_i);
       a_released_to_answer: assert (!(attached_i && answers_i && settled_i) || !own_sda_low_i);
       a_sda_edges: assert (!(steady && moved) || start_i || stop_i ||
-                           (count_i == 4'd10 && upper_i) || (!attached &&
+                           (count_i == 5'd10 && upper_i) || (!attached &&
                                                       (clearing || (ms_i && !sda_low_i))));
       a_hold: assert (!(moved && scl_low_i && attached) || (scl_low && low_time >= 4'd5));
       a_set_up: assert (!(rise && attached) || (!moved && sda_time >= 4'd2));

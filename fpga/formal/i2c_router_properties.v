@@ -27,7 +27,7 @@ module i2c_router_properties (
   input wire       timeout_o,
   input wire       scl_q_i,
   input wire       up_i,
-  input wire [3:0] count_i,
+  input wire [4:0] count_i,
   input wire [3:0] bit_i,
   input wire       addressing_i,
   input wire       match_i,
@@ -63,16 +63,16 @@ module i2c_router_properties (
 
   // ---- time since SCL moved
   reg        sda;
-  reg [3:0]  low_clocks;            // of scl_i, this clock not counted
-  wire       scl = (low_clocks == 4'd0);      // in the clock before
-  wire       tracked = (low_clocks > 4'd5);   // SDA was copied in this low time
+  reg [4:0]  low_clocks;            // of scl_i, this clock not counted
+  wire       scl = (low_clocks == 5'd0);      // in the clock before
+  wire       tracked = (low_clocks > 5'd5);   // SDA was copied in this low time
   reg [5:0]  still_ms;
 
   reg        long_still;            // one clock after 31 ticks
   reg        told;
   reg        start, stop, ms, upper, answer_low, was_fall, left, enable;
   reg [1:0]  attached, branch_low, scl_low;
-  reg [3:0]  count;
+  reg [4:0]  count;
 
   always @(posedge clk_i) begin
     if (!begun) assume (rst_i);
@@ -95,12 +95,12 @@ module i2c_router_properties (
     scl_low <= scl_low_i;
     branch_low <= ~branch_sda_i;
     count <= count_i;
-    low_clocks <= (rst_i || scl_i) ? 4'd0 : (low_clocks == 4'd15) ? low_clocks : low_clocks + 4'd1;
+    low_clocks <= (rst_i || scl_i) ? 5'd0 : (low_clocks == 5'd31) ? low_clocks : low_clocks + 5'd1;
     still_ms <= (rst_i || scl_i != scl || start_i) ? 6'd0 :
                 (tick_ms_i && still_ms != 6'd63) ? still_ms + 6'd1 : still_ms;
     long_still <= !rst_i && still_ms >= 6'd31;
     told <= timeout_o && !rst_i;
-    left <= stop_i || (start_i && !up_i) || (scl_i && !scl && low_clocks < 4'd6);
+    left <= stop_i || (start_i && !up_i) || (scl_i && !scl && low_clocks < 5'd21);
 
     if (rst_i) begin
       pos <= 4'd15;
@@ -128,7 +128,9 @@ module i2c_router_properties (
       a_value_is_the_line: assert (!(scl_i && !scl && tracked) || value_i == sda);
       a_low_only_to_answer: assert (!(sda_low_o && (scl || tracked)) ||
                                     (answers && (meant & attached_i) != 2'd0));
-      a_low_let_go: assert (!sda_low_o || up_i || low_clocks <= 4'd5 || answers);
+      a_low_let_go: assert (!sda_low_o || up_i || low_clocks <= 5'd5 || answers);
+      a_answer_late: assert (!(sda_low_o && !answer_low) || low_clocks > 5'd20);
+      a_too_fast_no_part: assert (!left || attached_i == 2'd0);
       a_still_while_high: assert (!(scl && scl_i && sda_low_o) || answer_low);
       a_never_from_both_sides: assert (!(sda_low_o && sda_low_i != 2'd0));
       a_acknowledge_of_all: assert (!(sda_low_o && !answer_low) ||
@@ -169,8 +171,9 @@ module i2c_router_properties (
                            address[6:0] == 7'h5C || address[6:0] == 7'h5D})) == 2'd0) &&
           (pos != 4'd8 || (selected_i & ~meant) == 2'd0) : attached_i == 2'd0 ||
           (selected_i & ~meant) == 2'd0);
-      a_count: assert (scl ? (up_i || count_i <= 4'd2) && (count_i <= 4'd1 || pos == 4'd15) :
-                       count_i == (low_clocks > 4'd6 ? 4'd5 : low_clocks - 4'd1));
+      a_count: assert (scl ? (up_i || count_i <= 5'd2) && (count_i <= 5'd1 || pos == 4'd15) &&
+                       count_i <= 5'd15 :
+                       count_i == (low_clocks > 5'd20 ? 5'd20 : low_clocks - 5'd1));
       a_answers_attached: assert (!sda_low_o || (attached_i & selected_i) != 2'd0);
       a_selected_attached: assert (attached_i == 2'd0 || (selected_i & ~attached_i) == 2'd0);
       a_alone: assert (attached_i == 2'd0 || (sda_low_i & ~attached_i) == 2'd0);
@@ -192,7 +195,7 @@ module i2c_router_properties (
         .sda_low_i(branch_sda_low_o[k]), .attached_i(attached_i[k]), .meant_i(meant[k]),
         .selected_i(selected_i[k]), .bypass_i(bypass[k]), .value_i(value_i), .pos_i(pos),
         .first_byte_i(first_byte), .answers_i(answers), .up_i(up_i), .upper_i(upper),
-        .settled_i(tracked || scl), .low_clocks_i(low_clocks), .count_i(count), .start_i(start),
+        .settled_i(tracked || scl), .low_clocks_i(low_clocks > 5'd15 ? 4'd15 : low_clocks[3:0]), .count_i(count), .start_i(start),
         .stop_i(stop), .ms_i(ms), .enable_i(enable), .address_i(address),
         .clearing_i(clearing_o[k]), .own_scl_low_i(scl_low_i[k]), .own_sda_low_i(sda_low_i[k]),
         .clear_scl_low_i(clear_scl_low_i), .clear_sda_low_i(clear_sda_low_i),

@@ -20,6 +20,8 @@ module ppi_output_properties (
   input wire first_line,
   input wire tag,
   input wire after_first,
+  input wire waiting,
+  input wire counted,
   input wire [7:0] number
 );
   reg begun = 1'b0;
@@ -29,6 +31,7 @@ module ppi_output_properties (
   reg [9:0] had_data;
   reg [1:0] had_source;
   reg [7:0] had_number;
+  reg had_counted;
   reg lines_seen;        // a line of the frame that passes has begun
   reg line_over;         // and ended
   wire in_line = had_line && had_frame && had_open;
@@ -50,6 +53,7 @@ module ppi_output_properties (
     had_data <= data_i;
     had_source <= source_i;
     had_number <= number;
+    had_counted <= counted;
     lines_seen <= !rst_i && passing_o && (lines_seen || line_o);
     line_over <= !rst_i && passing_o && (line_over || (lines_seen && !line_o));
 
@@ -67,13 +71,15 @@ module ppi_output_properties (
                                          (first_line == had_first_line_i && tag == had_tag_i));
       a_data: assert (!line_o || (had_tag && !lines_seen) || data_o == had_data);
       a_tag: assert (!(line_o && had_tag && !lines_seen) || data_o == {had_source, had_number});
-      a_number_counts_frames: assert (number == had_number + {7'd0, line_o && !lines_seen});
+      a_number_counts_frames: assert (counted == (line_o && !lines_seen) &&
+                                      number == had_number + {7'd0, had_counted});
     end
     if (begun && rst_i) a_reset: assert (!line_o && !frame_o && !passing_o);
     if (begun && !rst_i) begin
       // Helps the induction.
       a_after_first: assert (after_first == (passing_o && line_over_now) &&
                              (!line_over || lines_seen));
+      a_waiting: assert (waiting == (!line_o && !after_first));
     end
     c_second_line: cover (begun && !rst_i && line_o && line_over);
     c_pulse_ends: cover (begun && live && !rst_i && had_frame_o && !frame_o && passing_o);

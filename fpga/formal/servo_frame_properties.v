@@ -7,11 +7,12 @@ module servo_frame_properties (
   input wire        rst_i,
   input wire        tick_us_i,
   input wire [14:0] period_us_i,
+  input wire        period_there_i,
   input wire        frame_o,
+  input wire        work_o,
   input wire [11:0] phase_us_o,
   input wire        early_o,
   input wire [4:0]  sub_clock_o,
-  input wire [5:0]  step_o,
   input wire [14:0] phase_i,
   input wire [14:0] period_i
 );
@@ -19,7 +20,6 @@ module servo_frame_properties (
   reg        fresh;
   reg        first_us;         // in the first microsecond of a frame
   reg [14:0] wanted;           // the last good period at the end of a frame's first microsecond
-  reg [5:0]  step_before;
   wire [14:0] ticks, now;
   wire [4:0]  clocks, sub;
   wire        long_us;
@@ -33,14 +33,13 @@ module servo_frame_properties (
     if (!begun) assume (rst_i);
     begun <= 1'b1;
     fresh <= tick_us_i && !rst_i;
-    step_before <= step_o;
     if (rst_i) begin
       wanted <= 15'd20000;
       first_us <= 1'b0;
     end else begin
       first_us <= (frame_o || first_us) && !tick_us_i;
-      if (tick_us_i && (frame_o || first_us) && period_us_i >= 15'd15000 &&
-          period_us_i <= 15'd25000) begin
+      if (tick_us_i && (frame_o || first_us) && period_there_i &&
+          period_us_i >= 15'd15000 && period_us_i <= 15'd25000) begin
         wanted <= period_us_i;
       end
     end
@@ -58,7 +57,7 @@ module servo_frame_properties (
       a_early: assert (early_o == (now != 15'd0 && now < 15'd4096));          // (*)
       a_phase: assert (!early_o || phase_us_o == now[11:0]);                  // (*)
       a_sub: assert (reset_before || sub_clock_o == sub);                     // (*)
-      a_step: assert (reset_before || step_o == step_before + 6'd1);          // (*)
+      a_work: assert (work_o == (tick_us_i && (frame_o || first_us)));        // (*)
       // Helps the induction.
       a_state: assert (period_i == wanted && phase_i != 15'd0 && phase_i <= period_i &&
                        (phase_i == period_i ? now == 15'd0 : now == phase_i) &&

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The pulse of a servo. Inputs from servo_frame are as its assertions marked (*) promise; the next
-// width is as those of servo_width promise; all else is free.
+// width, and when it comes, as those of servo_width promise; all else is free.
 `default_nettype none
 
 module servo_pwm_properties (
@@ -11,21 +11,21 @@ module servo_pwm_properties (
   input wire        early_i,
   input wire [4:0]  sub_clock_i,
   input wire        enable_i,
-  input wire        hold_i,
   input wire        off_i,
+  input wire        load_i,
+  input wire [15:0] next_q4_i,
   input wire        servo_o,
   input wire        active_o,
-  input wire [15:0] actual_q4_o,
-  input wire [7:0]  frames_o,
-  input wire        ready_i,
-  input wire [15:0] next_q4_i,
+  input wire [15:0] actual_i,
+  input wire        finished_o,
+  input wire        may_load_i,
   input wire        whole_past_i
 );
   reg        begun = 1'b0;
   reg        reset = 1'b1;            // values of the clock before
-  reg        frame, send, hold, servo, ready;
+  reg        frame, send, servo, load;
   reg [15:0] actual, next_q4;
-  reg [7:0]  frames;
+  reg        finished;
   reg [4:0]  clocks2;
   reg [14:0] ticks2;
 
@@ -47,12 +47,13 @@ module servo_pwm_properties (
       assume (early_i == (now != 15'd0 && now < 15'd4096));
       assume (!early_i || phase_us_i == now[11:0]);
       assume (reset || sub_clock_i == sub);
+      assume (!load_i || (may_load_i && next_q4_i >= 16'd9600 && next_q4_i <= 16'd38400));
     end
   end
 
   // ---- length of the pulse ----
-  wire [14:0] whole = {3'd0, actual_q4_o[15:4]};
-  wire [8:0]  product = {5'd0, actual_q4_o[3:0]} * 9'd25;
+  wire [14:0] whole = {3'd0, actual_i[15:4]};
+  wire [8:0]  product = {5'd0, actual_i[3:0]} * 9'd25;
   wire [4:0]  fraction = product[8:4];
 
   always @(posedge clk_i) begin
@@ -60,21 +61,18 @@ module servo_pwm_properties (
     reset <= rst_i;
     frame <= frame_i;
     send <= enable_i && !off_i;
-    hold <= hold_i;
     servo <= servo_o;
-    ready <= ready_i;
-    actual <= actual_q4_o;
+    load <= load_i;
+    actual <= actual_i;
     next_q4 <= next_q4_i;
-    frames <= frames_o;
+    finished <= finished_o;
     clocks2 <= clocks;
     ticks2 <= ticks;
     if (begun && !rst_i) begin
-      a_hardware_limits: assert (actual_q4_o >= 16'd9600 && actual_q4_o <= 16'd38400);
+      a_hardware_limits: assert (actual_i >= 16'd9600 && actual_i <= 16'd38400);
       if (!reset) begin
-        a_change_at_frame: assert (actual_q4_o == actual || frame);
-        a_taken: assert (!(frame && send && ready && !hold) || actual_q4_o == next_q4);
-        a_hold: assert (!(frame && hold) || actual_q4_o == actual);
-        a_still_without_pulse: assert (!(frame && !send) || actual_q4_o == actual);
+        a_change_by_load: assert (actual_i == (load ? next_q4 : actual));
+        a_change_early: assert (actual_i == actual || (ticks < 15'd512 && active_o));
         a_no_missed_frame: assert (!(frame && send) || (servo_o && active_o));
         a_starts_with_frame: assert (!(servo_o && !servo) || (frame && send));
         a_off: assert (!(frame && !send) || (!servo_o && !active_o));
@@ -82,13 +80,14 @@ module servo_pwm_properties (
                           (ticks == whole && clocks == fraction && !long_us) ||
                           (ticks == whole + 15'd1 && clocks == 5'd0 && ticks2 == whole &&
                            clocks2 < fraction));
-        a_frames: assert (frames_o == frames + ((servo && !servo_o) ? 8'd1 : 8'd0));
+        a_finished: assert (finished == (servo && !servo_o && !frame));
       end
       a_high_inside: assert (!servo_o || ticks < whole ||
                              (ticks == whole && clocks < fraction && !long_us));
+      a_may_load: assert (!may_load_i || (active_o && now != 15'd0 && now < 15'd512));
       a_only_when_active: assert (!servo_o || active_o);
       // Helps the induction.
-      a_whole_past: assert (reset || whole_past_i == (ticks == whole && actual == actual_q4_o));
+      a_whole_past: assert (reset || whole_past_i == (ticks == whole && actual == actual_i));
       a_reset_low: assert (!reset || (!servo_o && !active_o));
     end
   end

@@ -1,145 +1,185 @@
 // SPDX-License-Identifier: Apache-2.0
 // The bit-serial width equals the one of servo_width_model; its bounds hold whatever the inputs do.
-// step_i runs as servo_frame drives it; actual_q4_i stays in the hardware limits (servo_pwm).
+// The registers of one channel, chosen by the solver, stand here and change only with restart_i or
+// by what is stored; the words of the other channel are free.
 `default_nettype none
 
 module servo_width_properties (
   input wire        clk_i,
   input wire        rst_i,
-  input wire [5:0]  step_i,
-  input wire        changed_i,
+  input wire        start_i,
+  input wire        restart_i,
   input wire        safe_i,
-  input wire [15:0] target_q4_i,
-  input wire [15:0] safe_q4_i,
-  input wire [15:0] min_q4_i,
-  input wire [15:0] max_q4_i,
-  input wire [10:0] slew_q4_i,
-  input wire [15:0] actual_q4_i,
-  input wire        ready_o,
+  input wire [1:0]  take_i,
+  input wire        idle_o,
+  input wire [3:0]  place_o,
+  input wire [15:0] word_i,
+  input wire        store_o,
+  input wire        stored_i,
+  input wire [1:0]  load_o,
   input wire [15:0] next_q4_o,
-  input wire        dirty_i,
-  input wire        running_i,
-  input wire        working_i,
+  input wire        busy_i,
+  input wire        fresh_i,
+  input wire        channel_i,
+  input wire [3:0]  pass_i,
+  input wire [3:0]  bit_at_i,
   input wire        use_safe_i,
-  input wire [1:0]  pass_i,
-  input wire        first_i,
-  input wire [7:0]  bits_i,
-  input wire [2:0]  pass0_i,
-  input wire [3:0]  pass1_i,
-  input wire [1:0]  pass2_i
+  input wire        working_i,
+  input wire [3:0]  op_i,
+  input wire        last_i,
+  input wire        slewing_i,
+  input wire        operand_i,
+  input wire [15:0] actual_i,
+  input wire        replace_i,
+  input wire        carry_i
 );
   localparam [15:0] LOWEST_Q4 = 16'd9600;
   localparam [15:0] HIGHEST_Q4 = 16'd38400;
+  localparam [15:0] CENTRE_Q4 = 16'd24000;
+  localparam [3:0] STORE = 4'd14;
 
-  reg        begun = 1'b0;
-  reg        fresh_reset = 1'b1;
-  reg        kept;                 // no input ever changed without changed_i
-  reg [5:0]  step;
-  reg        changed, safe, dirty;
+  // ---- the registers
+  (* anyconst *) wire chosen;
+  (* anyseq *) wire [15:0] any_target, any_safe, any_min, any_max;
+  (* anyseq *) wire [10:0] any_slew;
   reg [15:0] target, safe_q4, min, max, actual;
   reg [10:0] slew;
-  wire [15:0] request = safe ? safe_q4 : target;
-  wire [15:0] limited, near, wanted;
-  wire        same = target == target_q4_i && safe_q4 == safe_q4_i && min == min_q4_i &&
-                     max == max_q4_i && slew == slew_q4_i && actual == actual_q4_i;
+  reg [15:0] there;
+  always @* begin
+    case (place_o[2:0])
+      3'd0: there = target;
+      3'd1: there = actual;
+      3'd2: there = min;
+      3'd3: there = max;
+      3'd4: there = safe_q4;
+      3'd5: there = {5'd0, slew};
+      default: there = word_i;
+    endcase
+  end
+  wire mine = channel_i == chosen;
+  always @(posedge clk_i) begin
+    if (busy_i && mine) assume (word_i == there);
+    if (restart_i) begin
+      target <= any_target;
+      safe_q4 <= any_safe;
+      min <= any_min;
+      max <= any_max;
+      slew <= any_slew;
+    end
+    if (load_o[chosen]) actual <= next_q4_o;
+    if (stored_i) assume (store_o);
+  end
 
+  // ---- what should be
+  wire [15:0] request = use_safe_i ? safe_q4 : target;
+  wire [15:0] value, limit, wanted;
   servo_width_model model (
-    .request_i(request), .min_i(min), .max_i(max), .slew_i(slew), .actual_i(actual),
-    .limited_o(limited), .near_o(near), .next_o(wanted)
+    .request_i(request), .min_i(min), .max_i(max), .slew_i({5'd0, slew}), .actual_i(actual),
+    .which_i(op_i[3:1]), .value_o(value), .limit_o(limit), .next_o(wanted)
   );
+  wire [15:0] up = actual + {5'd0, slew};
+  wire [15:0] down = actual - {5'd0, slew};
 
-  // 0 .. 129: clocks without a change.
-  reg [7:0] quiet;
+  reg        begun = 1'b0;
+  reg        before_restart, before_store, before_stored, before_fresh;
+  reg        loaded, first_done;
+  reg [7:0]  quiet;                // clocks since the round began
+  wire       start = start_i && !fresh_i;
+  wire       done = working_i && op_i == STORE && (stored_i || !(fresh_i || take_i[channel_i]));
+  wire       again = restart_i || use_safe_i != safe_i;
+
+  // ---- where the bits are: `at` of this pass are done
+  wire [3:0]  at = bit_at_i - 4'd1;
+  wire [15:0] mask = (16'd1 << at) - 16'd1;
+  wire [15:0] finished = next_q4_o >> (5'd16 - {1'b0, at});
+  wire [15:0] left = next_q4_o & (16'hFFFF >> at);
+  reg  [15:0] start_value;
+  wire [15:0] given = at == 4'd0 ? next_q4_o : start_value;  // the value before this pass
+  wire        bits = working_i && op_i < STORE;
+  wire        compare = bits && op_i >= 4'd2 && !op_i[0];
+  wire        select = bits && op_i >= 4'd2 && op_i[0];
+  wire [15:0] bound = op_i >= 4'd10 ? (op_i[2] ? HIGHEST_Q4 : LOWEST_Q4) : limit;
+  wire        known = mine || op_i >= 4'd10;                  // is `bound` the right one?
 
   always @(posedge clk_i) begin
     if (!begun) assume (rst_i);
     begun <= 1'b1;
-    fresh_reset <= rst_i;
-    if (begun && !rst_i && !fresh_reset) assume (step_i == step + 6'd1);
-    if (!rst_i) assume (actual_q4_i >= LOWEST_Q4 && actual_q4_i <= HIGHEST_Q4);
-    step <= step_i;
-    changed <= changed_i;
-    dirty <= dirty_i;
-    safe <= safe_i && !rst_i;
-    target <= target_q4_i;
-    safe_q4 <= safe_q4_i;
-    min <= min_q4_i;
-    max <= max_q4_i;
-    slew <= slew_q4_i;
-    actual <= actual_q4_i;
-    kept <= rst_i || (kept && (fresh_reset || same || changed || changed_i));
-    quiet <= (rst_i || changed_i || use_safe_i != safe_i) ? 8'd0 : (quiet == 8'd255) ? quiet :
-             quiet + 8'd1;
-  end
+    before_restart <= (start_i || again) && !rst_i && !fresh_i;
+    before_store <= store_o && !rst_i;
+    before_stored <= stored_i;
+    before_fresh <= fresh_i || rst_i;
+    if (bits && at == 4'd0) start_value <= next_q4_o;
+    quiet <= rst_i || start || again || done || !busy_i ? 8'd0 : quiet == 8'd255 ? quiet
+      : quiet + 8'd1;
+    loaded <= !rst_i && !start && (loaded || (load_o[chosen] && !fresh_i));
+    first_done <= !rst_i && !start && (first_done || (done && !channel_i));
 
-  wire [3:0]  at = step[3:0];
-  wire [15:0] mask = (16'd1 << at) - 16'd1;
-  wire [15:0] wide = {5'd0, slew};
-  wire [15:0] done = next_q4_o >> (5'd16 - {1'b0, at});              // bits of this pass
-  wire [15:0] left = next_q4_o & (16'hFFFF >> at);                    // bits of the pass before
-  wire [15:0] turned = done | (next_q4_o << at);
-  wire        sound = kept && !dirty_i && !dirty;                     // the round counts
-  wire        work = working_i && begun && !rst_i;
-  wire [15:0] up = actual + wide;
-  wire [15:0] down = actual - wide;
-
-  always @(posedge clk_i) begin
     if (begun && !rst_i) begin
-      // The promises. What was there in the clock before counts: an input may change right now.
-      a_hardware_limits: assert (!ready_o || (next_q4_o >= LOWEST_Q4 && next_q4_o <= HIGHEST_Q4));
-      a_next_exact: assert (!(ready_o && kept) || next_q4_o == wanted);
-      a_next_slew: assert (!(ready_o && kept) || (next_q4_o <= up && next_q4_o >= down));
-      a_next_limits: assert (!(ready_o && kept && min <= max && actual >= min && actual <= max) ||
-                             (next_q4_o >= min && next_q4_o <= max) ||
-                             next_q4_o == LOWEST_Q4 || next_q4_o == HIGHEST_Q4);
-      a_progress: assert (!(ready_o && kept && request >= min && request <= max &&
-                            request >= LOWEST_Q4 && request <= HIGHEST_Q4) ||
-                          next_q4_o == request ||
-                          next_q4_o == (request > actual ? up : down));
-      a_ready_soon: assert (quiet < 8'd129 || ready_o);
-      a_ready_stops: assert (!ready_o || fresh_reset || !(changed && begun));
+      // The promises.
+      a_hardware_limits: assert (!store_o || (next_q4_o >= LOWEST_Q4 && next_q4_o <= HIGHEST_Q4));
+      if (store_o && mine && !fresh_i) begin
+        a_next_exact: assert (next_q4_o == wanted);
+        a_next_slew: assert (next_q4_o <= up && next_q4_o >= down);
+        a_next_limits: assert (!(min <= max && actual >= min && actual <= max)
+          || (next_q4_o >= min && next_q4_o <= max)
+          || next_q4_o == LOWEST_Q4 || next_q4_o == HIGHEST_Q4);
+        a_progress: assert (!(request >= min && request <= max && request >= LOWEST_Q4
+          && request <= HIGHEST_Q4) || next_q4_o == request
+          || next_q4_o == (request > actual ? up : down));
+        a_taken: assert (take_i[channel_i]);
+      end
+      a_fresh: assert (!fresh_i || next_q4_o == CENTRE_Q4);
+      a_store_place: assert (!store_o || place_o == {channel_i, 3'd1});
+      a_load: assert (load_o == (store_o && stored_i ? (channel_i ? 2'b10 : 2'b01) : 2'b00));
+      a_once_a_frame: assert (!(busy_i && !fresh_i && channel_i <= chosen) || !loaded);
+      a_one_after_the_other: assert (!(busy_i && channel_i && !fresh_i) || first_done);
+      a_restarts: assert (!before_restart || !store_o);
+      a_store_stays: assert (!(before_store && !before_stored && !before_restart) || store_o
+        || !take_i[channel_i]);
+      a_soon: assert (!(busy_i && quiet >= 8'd226) || (working_i && op_i == STORE));
+      a_idle_place: assert (idle_o == !busy_i && (busy_i || place_o == 4'hF));
 
       // Helps the induction: where the work stands.
-      a_sequence: assert (fresh_reset || step_i == 6'd0 || running_i == working_i);
-      a_first: assert (fresh_reset || (first_i == (at == 4'd0) && pass_i == step[5:4]));
-      a_use_safe: assert (use_safe_i == safe);
-      a_bits: assert (fresh_reset || bits_i == {target[at], safe_q4[at], min[at], max[at],
-                      actual[at], wide[at], LOWEST_Q4[at], HIGHEST_Q4[at]});
-      a_quiet: assert ((quiet == 8'd0 || fresh_reset || !dirty_i || quiet <= {2'd0, step} + 8'd1) &&
-                       (!running_i || dirty_i || {2'd0, step_i} + 8'd64 >= quiet ) &&
-                       (!working_i || running_i || dirty_i || quiet <= 8'd128));
-      if (work && sound) begin
-        a_pass0: assert (step[5:4] != 2'd0 || at == 4'd0 ||
-                         (pass0_i == {(request & mask) < (min & mask),
-                                      (request & mask) > (max & mask),
-                                      (min & mask) > (max & mask)} &&
-                          done == (request & mask)));
-        a_compared: assert (step[5:4] == 2'd0 ||
-                            pass0_i == {request < min, request > max, min > max});
-        a_pass1: assert (step[5:4] != 2'd1 ||
-                         (left == (request >> at) && (at == 4'd0 || (done == (limited & mask) &&
-                          pass1_i[3:2] == {(limited & mask) > (up & mask),
-                                           (limited & mask) < (down & mask)}))));
-        a_carry: assert (step[5:4] == 2'd0 || step[5:4] == 2'd3 || at == 4'd0 ||
-                         (pass1_i[1] == (((actual & mask) + (wide & mask)) >> at) &&
-                          pass1_i[0] == ((actual & mask) < (wide & mask))));
-        a_far: assert (!step[5] || pass1_i[3:2] == {limited > up, limited < down});
-        a_pass2: assert (step[5:4] != 2'd2 ||
-                         (left == (limited >> at) && (at == 4'd0 || done == (near & mask))));
-        a_pass3: assert (step[5:4] != 2'd3 ||
-                         (left == (near >> at) && (at == 4'd0 || done == (wanted & mask)) &&
-                          pass2_i == {near < LOWEST_Q4, near > HIGHEST_Q4}));
+      a_pass: assert (fresh_i ? pass_i == STORE && busy_i : !busy_i || pass_i <= STORE);
+      a_place: assert (!busy_i || fresh_i || quiet == {pass_i, bit_at_i}
+        || (pass_i == STORE && bit_at_i == 4'd0 && quiet >= 8'd224));
+      a_working: assert (!working_i || (busy_i && (fresh_i || quiet != 8'd0)));
+      a_works: assert (!busy_i || working_i || (fresh_i ? quiet <= 8'd1 : quiet == 8'd0));
+      a_op: assert (!working_i || (op_i == STORE ? pass_i == STORE && bit_at_i == 4'd0
+        : pass_i == (bit_at_i == 4'd0 ? op_i + 4'd1 : op_i) && last_i == (at == 4'd15)
+          && op_i < STORE));
+      a_actual: assert ((fresh_i && channel_i <= chosen)
+        || (actual >= LOWEST_Q4 && actual <= HIGHEST_Q4));
+      if (bits) begin
+        a_no_fresh: assert (!fresh_i);
+        a_slewing: assert (slewing_i == (op_i >= 4'd6 && op_i <= 4'd9));
+        a_carry_0: assert (at != 4'd0 || !carry_i);
+        a_replace_0: assert (at != 4'd0 || op_i[0] || !replace_i);
+        a_turned: assert (!compare || (finished == (given & mask) && left == (given >> at)));
+        a_selected: assert (!select || (finished == ((replace_i ? bound : given) & mask)
+          && left == (given >> at)) || !known);
+        a_compared: assert (!known || !compare || at == 4'd0 || replace_i == (op_i[1]
+          ? (given & mask) < (bound & mask) : (given & mask) > (bound & mask)));
+        a_chosen: assert (!known || !select || replace_i
+          == (op_i[1] ? given < bound : given > bound));
+        a_hardware: assert (op_i < 4'd12 || given >= LOWEST_Q4);
+        a_hardware_operand: assert (op_i < 4'd10
+          || operand_i == (op_i[2] ? HIGHEST_Q4[at] : LOWEST_Q4[at]));
       end
-      if (work) begin
-        a_hardware2: assert (step[5:4] != 2'd2 || at == 4'd0 ||
-                             pass2_i == {done < (LOWEST_Q4 & mask), done > (HIGHEST_Q4 & mask)});
-        a_hardware3: assert (step[5:4] != 2'd3 ||
-                             (pass2_i == 2'b10 ? done == (LOWEST_Q4 & mask) :
-                              pass2_i == 2'b01 ? done == (HIGHEST_Q4 & mask) :
-                              pass2_i == 2'b00 && turned >= LOWEST_Q4 && turned <= HIGHEST_Q4));
-      end else begin
-        a_idle: assert (next_q4_o >= LOWEST_Q4 && next_q4_o <= HIGHEST_Q4);
+      if (bits && mine) begin
+        a_operand: assert (op_i >= 4'd10 || operand_i == (op_i == 4'd0 ? actual[at]
+          : op_i == 4'd1 ? request[at] : slewing_i ? at < 4'd11 && slew[at] : bound[at]));
+        a_fetched: assert (op_i != 4'd1 || (replace_i && finished == (request & mask)));
+        a_fetching: assert (op_i != 4'd0 || at == 4'd0 || replace_i);
+        a_actual_turns: assert ((actual_i >> (5'd16 - {1'b0, at})) == (actual & mask)
+          && (op_i == 4'd0 || (actual_i & (16'hFFFF >> at)) == (actual >> at)));
+        a_value: assert (op_i < 4'd2 || given == value);
+        a_carry: assert (!slewing_i || carry_i == (op_i[1]
+          ? (actual & mask) < ({5'd0, slew} & mask)
+          : (((actual & mask) + ({5'd0, slew} & mask)) >> at) == 16'd1));
       end
+      a_at_store: assert (!(working_i && op_i == STORE && !fresh_i)
+        || (next_q4_o >= LOWEST_Q4 && next_q4_o <= HIGHEST_Q4 && (!mine || next_q4_o == wanted)));
     end
   end
 endmodule

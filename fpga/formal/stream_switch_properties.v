@@ -31,6 +31,7 @@ module stream_switch_properties (
   input wire cut_meta,
   input wire [1:0] cut_o,
   input wire [1:0] quiet,
+  input wire waiting,
   input wire [1:0] target,
   input wire forcing,
   input wire force_meta,
@@ -102,6 +103,7 @@ module stream_switch_properties (
       a_pins_change_at_launch: assert (launch || gate_rst || pins == pins_before);
       a_no_line_outside_a_frame: assert (!pins[1] || pins[0]);
       // Helps the induction.
+      a_waiting: assert (!(waiting && pins[1]));
       a_one_leg: assert (enabled == 3'b000 || enabled == 3'b001 || enabled == 3'b010 ||
         enabled == 3'b100);
       a_select: assert (state == STOP || state == CHANGE ? select == 3'b000

@@ -17,7 +17,8 @@ module watchdog_properties (
   input wire        safe_o,
   input wire        off_o,
   input wire [9:0]  us_i,
-  input wire [15:0] ms_i,
+  input wire [16:0] ms_i,
+  input wire        over_i,
   input wire        load_i,
   input wire        armed_i
 );
@@ -33,7 +34,7 @@ module watchdog_properties (
   reg        fresh;                 // the clock after a kick
   wire       due = counting && !fresh && !again && tick_us_i && (silent_us == 10'd999) &&
                    (silent_ms + 16'd1 == period);
-  reg        was_due;
+  reg        was_due, due_before;
 
   always @(posedge clk_i) begin
     if (!begun) assume (rst_i);
@@ -42,7 +43,8 @@ module watchdog_properties (
     fired <= fired_o;
     clear <= clear_i;
     kick <= kick_i;
-    was_due <= due && !rst_i;
+    due_before <= due && !rst_i;
+    was_due <= due_before && !again && !rst_i;
     if (rst_i) begin
       armed <= 1'b0;
       fresh <= 1'b1;
@@ -79,9 +81,11 @@ module watchdog_properties (
       // Helps the induction.
       a_load: assert (load_i == fresh);
       a_armed: assert (armed_i == armed);
-      a_left: assert (fresh || (counting ? (ms_i == period - silent_ms && silent_ms < period &&
-                                            us_i == 10'd999 - silent_us && silent_us <= 10'd999) :
-                                           ms_i == 16'd0));
+      a_left: assert (fresh || !counting || (silent_ms < period && silent_us <= 10'd999
+        && us_i == silent_us && ms_i == 17'h10000 - {1'b0, period} + {1'b0, silent_ms}));
+      a_over: assert (fresh || counting || fired_o || (ms_i[16] && (over_i || due_before)));
+      a_not_fired: assert (fresh || !counting || !fired_o);
+      a_not_over: assert (!due_before || (!over_i && ms_i[16] && !fresh && !counting && !fired_o));
     end
   end
 endmodule

@@ -33,6 +33,15 @@ module register_file (
   output reg  write_allowed_o,
   input  wire write_strobe_i,
   input  wire [15:0] write_data_i,
+  output wire filling_o,
+  input  wire [3:0] memory_place_i,
+  output wire [15:0] memory_word_o,
+  input  wire memory_store_i,
+  input  wire [15:0] memory_data_i,
+  output wire memory_stored_o,
+  output wire [3:0] counter_place_o,
+  output wire counter_clear_o,
+  input  wire [7:0] counter_i,
   output reg  camera0_hold_o,
   output reg  camera1_hold_o,
   input  wire [15:0] build_i,
@@ -42,8 +51,6 @@ module register_file (
   input  wire caps_trigger_i,
   input  wire caps_alternating_i,
   input  wire caps_tag_i,
-  output reg  [15:0] scratch_o,
-  output reg  [14:0] servo_period_us_o,
   output reg  ctrl_servo0_enable_o,
   output reg  ctrl_servo1_enable_o,
   output reg  ctrl_stream_enable_o,
@@ -64,20 +71,6 @@ module register_file (
   output reg  [1:0] wdg_action_o,
   input  wire wdg_fired_i,
   output wire wdg_fired_clear_o,
-  output reg  [15:0] servo0_target_q4_o,
-  input  wire [15:0] servo0_actual_q4_i,
-  output wire [14:0] servo0_min_q4_o,
-  output wire [15:0] servo0_max_q4_o,
-  output wire [15:0] servo0_safe_q4_o,
-  output reg  [10:0] servo0_slew_q4_o,
-  input  wire [7:0] servo0_frames_i,
-  output reg  [15:0] servo1_target_q4_o,
-  input  wire [15:0] servo1_actual_q4_i,
-  output wire [14:0] servo1_min_q4_o,
-  output wire [15:0] servo1_max_q4_o,
-  output wire [15:0] servo1_safe_q4_o,
-  output reg  [10:0] servo1_slew_q4_o,
-  input  wire [7:0] servo1_frames_i,
   output reg  [1:0] cam_select_source_o,
   output reg  cam_select_alternating_o,
   output reg  [6:0] cam_select_frames_each_o,
@@ -103,8 +96,6 @@ module register_file (
   input  wire [11:0] camera0_pixels_i,
   input  wire [15:0] camera0_period_10us_i,
   input  wire [15:0] camera0_pixclk_khz_i,
-  input  wire [7:0] camera0_short_lines_i,
-  input  wire [7:0] camera0_short_frames_i,
   input  wire camera0_flags_lost_i,
   input  wire camera0_flags_frame_valid_i,
   input  wire camera0_flags_short_line_i,
@@ -115,8 +106,6 @@ module register_file (
   input  wire [11:0] camera1_pixels_i,
   input  wire [15:0] camera1_period_10us_i,
   input  wire [15:0] camera1_pixclk_khz_i,
-  input  wire [7:0] camera1_short_lines_i,
-  input  wire [7:0] camera1_short_frames_i,
   input  wire camera1_flags_lost_i,
   input  wire camera1_flags_frame_valid_i,
   input  wire camera1_flags_short_line_i,
@@ -138,14 +127,6 @@ module register_file (
   input  wire [1:0] i2c_diag_branch_scl_i,
   input  wire [1:0] i2c_diag_branch_sda_i,
   input  wire i2c_diag_clear_busy_i,
-  input  wire [7:0] i2c_timeouts_i,
-  output wire i2c_timeouts_clear_o,
-  input  wire [7:0] i2c_protocol_errors_i,
-  output wire i2c_protocol_errors_clear_o,
-  input  wire [7:0] branch_errors_i,
-  output wire branch_errors_clear_o,
-  input  wire [7:0] spikes_i,
-  output wire spikes_clear_o,
   output wire [1:0] bus_clear_o,
   output reg  branch_ctrl_router_enable_o,
   output reg  [1:0] branch_ctrl_bypass_o
@@ -203,19 +184,11 @@ module register_file (
     else write_allowed_o <= allowed;
   end
 
-  reg [8:0] servo0_min_q4;
-  reg [9:0] servo0_max_q4;
-  reg [9:0] servo0_safe_q4;
-  reg [8:0] servo1_min_q4;
-  reg [9:0] servo1_max_q4;
-  reg [9:0] servo1_safe_q4;
   reg [7:0] pattern_width;
   reg [8:0] pattern_height;
   reg [7:0] pattern_hblank;
   always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) begin
-      scratch_o <= 16'd0;
-      servo_period_us_o <= 15'd20000;
       ctrl_servo0_enable_o <= 1'd0;
       ctrl_servo1_enable_o <= 1'd0;
       ctrl_stream_enable_o <= 1'd0;
@@ -223,16 +196,6 @@ module register_file (
       unlock_o <= 1'd0;
       wdg_ms_o <= 16'd1000;
       wdg_action_o <= 2'd2;
-      servo0_target_q4_o <= 16'd24000;
-      servo0_min_q4 <= 9'd225;
-      servo0_max_q4 <= 10'd525;
-      servo0_safe_q4 <= 10'd375;
-      servo0_slew_q4_o <= 11'd480;
-      servo1_target_q4_o <= 16'd24000;
-      servo1_min_q4 <= 9'd225;
-      servo1_max_q4 <= 10'd525;
-      servo1_safe_q4 <= 10'd375;
-      servo1_slew_q4_o <= 11'd480;
       cam_select_source_o <= 2'd0;
       cam_select_alternating_o <= 1'd0;
       cam_select_frames_each_o <= 7'd1;
@@ -258,8 +221,6 @@ module register_file (
       branch_ctrl_router_enable_o <= 1'd1;
       branch_ctrl_bypass_o <= 2'd0;
     end else begin
-      if (write_strobe_i && index_i == 8'h04) scratch_o <= write_data_i[15:0];
-      if (write_strobe_i && index_i == 8'h07) servo_period_us_o <= write_data_i[14:0];
       if (write_strobe_i && index_i == 8'h08) ctrl_servo0_enable_o <= write_data_i[0];
       if (write_strobe_i && index_i == 8'h08) ctrl_servo1_enable_o <= write_data_i[1];
       if (write_strobe_i && index_i == 8'h08) ctrl_stream_enable_o <= write_data_i[8];
@@ -267,16 +228,6 @@ module register_file (
       if (write_strobe_i && index_i == 8'h0D) unlock_o <= write_data_i == 16'h4C4B;
       if (write_strobe_i && index_i == 8'h0E) wdg_ms_o <= write_data_i[15:0];
       if (write_strobe_i && index_i == 8'h0F) wdg_action_o <= write_data_i[1:0];
-      if (write_strobe_i && index_i == 8'h10) servo0_target_q4_o <= write_data_i[15:0];
-      if (write_strobe_i && index_i == 8'h12) servo0_min_q4 <= write_data_i[14:6];
-      if (write_strobe_i && index_i == 8'h13) servo0_max_q4 <= write_data_i[15:6];
-      if (write_strobe_i && index_i == 8'h14) servo0_safe_q4 <= write_data_i[15:6];
-      if (write_strobe_i && index_i == 8'h15) servo0_slew_q4_o <= write_data_i[10:0];
-      if (write_strobe_i && index_i == 8'h18) servo1_target_q4_o <= write_data_i[15:0];
-      if (write_strobe_i && index_i == 8'h1A) servo1_min_q4 <= write_data_i[14:6];
-      if (write_strobe_i && index_i == 8'h1B) servo1_max_q4 <= write_data_i[15:6];
-      if (write_strobe_i && index_i == 8'h1C) servo1_safe_q4 <= write_data_i[15:6];
-      if (write_strobe_i && index_i == 8'h1D) servo1_slew_q4_o <= write_data_i[10:0];
       if (write_strobe_i && index_i == 8'h20) cam_select_source_o <= write_data_i[1:0];
       if (write_strobe_i && index_i == 8'h20) cam_select_alternating_o <= write_data_i[8];
       if (write_strobe_i && index_i == 8'h20) cam_select_frames_each_o <= write_data_i[15:9];
@@ -308,21 +259,62 @@ module register_file (
   assign irq_status_clear_o = {8{write_strobe_i && index_i == 8'h0A}} & write_data_i[7:0];
   assign irq_test_o = {8{write_strobe_i && index_i == 8'h0C}} & write_data_i[7:0];
   assign wdg_fired_clear_o = write_strobe_i && index_i == 8'h0F && write_data_i[8];
-  assign servo0_min_q4_o = {servo0_min_q4, 6'd0};
-  assign servo0_max_q4_o = {servo0_max_q4, 6'd0};
-  assign servo0_safe_q4_o = {servo0_safe_q4, 6'd0};
-  assign servo1_min_q4_o = {servo1_min_q4, 6'd0};
-  assign servo1_max_q4_o = {servo1_max_q4, 6'd0};
-  assign servo1_safe_q4_o = {servo1_safe_q4, 6'd0};
   assign pattern_width_o = {pattern_width, 4'd0};
   assign pattern_height_o = {pattern_height, 3'd0};
   assign pattern_hblank_o = {pattern_hblank, 2'd0};
   assign trigger_ctrl_fire_o = {2{write_strobe_i && index_i == 8'h40}} & write_data_i[1:0];
-  assign i2c_timeouts_clear_o = write_strobe_i && index_i == 8'h51;
-  assign i2c_protocol_errors_clear_o = write_strobe_i && index_i == 8'h52;
-  assign branch_errors_clear_o = write_strobe_i && index_i == 8'h53;
-  assign spikes_clear_o = write_strobe_i && index_i == 8'h54;
   assign bus_clear_o = {2{write_strobe_i && index_i == 8'h55}} & write_data_i[1:0];
+
+  // Some registers stand in a memory of 16 words, which the bus and the hardware read at
+  // the same time. After reset it is filled; then the bus comes first, and the hardware
+  // waits for memory_stored_o.
+  reg [15:0] memory [0:15];
+  reg [4:0] fill;
+  reg fetch;
+  always @(posedge clk_i or posedge rst_i) begin
+    if (rst_i) fill <= 5'd0;
+    else if (!fill[4]) fill <= fill + 5'd1;
+  end
+  assign filling_o = !fill[4];
+
+  // Not as case: yosys could make memories of them, with any contents in a proof.
+  wire filled_here = fill[3:0] == 4'd7 || fill[3:0] == 4'd15 || fill[3:0] == 4'd0 || fill[3:0] ==
+    4'd2 || fill[3:0] == 4'd3 || fill[3:0] == 4'd4 || fill[3:0] == 4'd5 || fill[3:0] == 4'd8 ||
+    fill[3:0] == 4'd10 || fill[3:0] == 4'd11 || fill[3:0] == 4'd12 || fill[3:0] == 4'd13;
+  wire [15:0] fill_word = fill[3:0] == 4'd15 ? 16'd20000 : fill[3:0] == 4'd0 || fill[3:0] == 4'd4 ||
+    fill[3:0] == 4'd8 || fill[3:0] == 4'd12 ? 16'd24000 : fill[3:0] == 4'd2 || fill[3:0] == 4'd10 ?
+    16'd14400 : fill[3:0] == 4'd3 || fill[3:0] == 4'd11 ? 16'd33600 : fill[3:0] == 4'd5 || fill[3:0]
+    == 4'd13 ? 16'd480 : 16'd0;
+  wire in_memory = index_i == 8'h04 || index_i == 8'h07 || index_i == 8'h10 || index_i == 8'h11 ||
+    index_i == 8'h12 || index_i == 8'h13 || index_i == 8'h14 || index_i == 8'h15 || index_i == 8'h18
+    || index_i == 8'h19 || index_i == 8'h1A || index_i == 8'h1B || index_i == 8'h1C || index_i ==
+    8'h1D;
+
+  assign memory_stored_o = memory_store_i && !filling_o && !write_strobe_i
+    && !read_strobe_i;
+  wire [3:0] place = filling_o ? fill[3:0] : memory_stored_o ? memory_place_i
+    : index_i[4] ? index_i[3:0] : {index_i[0], 1'b1, 1'b1, 1'b1};
+  wire store = filling_o ? filled_here : memory_stored_o || (write_strobe_i && in_memory);
+  wire [15:0] stored_word = filling_o ? fill_word : memory_stored_o ? memory_data_i
+    : write_data_i;
+  always @(posedge clk_i) if (store) memory[place] <= stored_word;
+  // The bus reads in two clocks: the memory, then all that could be meant.
+  reg [15:0] memory_word;
+  always @(posedge clk_i or posedge rst_i) begin
+    if (rst_i) memory_word <= 16'd0;
+    else memory_word <= memory[place];
+  end
+  assign memory_word_o = memory[memory_place_i];
+
+
+  // The counters stand outside; any write clears those that may be written.
+  wire counted = index_i == 8'h16 || index_i == 8'h1E || index_i == 8'h35 || index_i == 8'h36 ||
+    index_i == 8'h3D || index_i == 8'h3E || index_i == 8'h51 || index_i == 8'h52 || index_i == 8'h53
+    || index_i == 8'h54;
+  assign counter_place_o = index_i[3:0] ^ (index_i == 8'h16 || index_i == 8'h1E ? 4'd1 : 4'd0);
+  assign counter_clear_o = write_strobe_i && (index_i == 8'h51 || index_i == 8'h52 || index_i ==
+    8'h53 || index_i == 8'h54);
+
 
   // A snapshot lasts from a block's first word until the transfer leaves it.
   always @(posedge clk_i or posedge rst_i) begin
@@ -339,7 +331,6 @@ module register_file (
   end
 
   // The low half of the 32-bit value whose high half was read last.
-  reg fetch;
   reg [15:0] low_word;
   always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) low_word <= 16'd0;
@@ -350,20 +341,16 @@ module register_file (
     endcase
   end
 
-  // Registers stand in pairs whose indices differ in one bit; a look-up table
-  // chooses between the two or takes two bits that stand alone, and a carry
-  // chain joins them.
+  // Registers stand in pairs whose indices differ in one bit: one look-up table for
+  // each bit chooses between the two, or takes two bits that stand alone.
   wire at_00_02 = (index_i & 8'hFD) == 8'h00;
   wire at_02 = at_00_02 & index_i[1];
   wire at_01_03 = (index_i & 8'hFD) == 8'h01;
   wire at_01 = at_01_03 & !index_i[1];
   wire at_03 = at_01_03 & index_i[1];
-  wire at_04 = index_i == 8'h04;
-  wire at_07_27 = (index_i & 8'hDF) == 8'h07;
-  wire at_07 = at_07_27 & !index_i[5];
-  wire at_08_48 = (index_i & 8'hBF) == 8'h08;
-  wire at_08 = at_08_48 & !index_i[6];
-  wire at_48 = at_08_48 & index_i[6];
+  wire at_08_28 = (index_i & 8'hDF) == 8'h08;
+  wire at_08 = at_08_28 & !index_i[5];
+  wire at_28 = at_08_28 & index_i[5];
   wire at_09_29 = (index_i & 8'hDF) == 8'h09;
   wire at_29 = at_09_29 & index_i[5];
   wire at_0a_0b = (index_i & 8'hFE) == 8'h0A;
@@ -371,446 +358,158 @@ module register_file (
   wire at_0d = at_0c_0d & index_i[0];
   wire at_0e_0f = (index_i & 8'hFE) == 8'h0E;
   wire at_0e = at_0e_0f & !index_i[0];
-  wire at_10_11 = (index_i & 8'hFE) == 8'h10;
-  wire at_12_1a = (index_i & 8'hF7) == 8'h12;
-  wire at_13_1b = (index_i & 8'hF7) == 8'h13;
-  wire at_14_1c = (index_i & 8'hF7) == 8'h14;
-  wire at_15_1d = (index_i & 8'hF7) == 8'h15;
-  wire at_16_1e = (index_i & 8'hF7) == 8'h16;
-  wire at_18_19 = (index_i & 8'hFE) == 8'h18;
-  wire at_20_28 = (index_i & 8'hF7) == 8'h20;
-  wire at_20 = at_20_28 & !index_i[3];
-  wire at_28 = at_20_28 & index_i[3];
-  wire at_21_23 = (index_i & 8'hFD) == 8'h21;
-  wire at_21 = at_21_23 & !index_i[1];
-  wire at_23 = at_21_23 & index_i[1];
-  wire at_22_26 = (index_i & 8'hFB) == 8'h22;
-  wire at_22 = at_22_26 & !index_i[2];
-  wire at_26 = at_22_26 & index_i[2];
+  wire at_20_21 = (index_i & 8'hFE) == 8'h20;
+  wire at_20 = at_20_21 & !index_i[0];
+  wire at_21 = at_20_21 & index_i[0];
+  wire at_22_23 = (index_i & 8'hFE) == 8'h22;
+  wire at_22 = at_22_23 & !index_i[0];
+  wire at_23 = at_22_23 & index_i[0];
   wire at_24_25 = (index_i & 8'hFE) == 8'h24;
   wire at_25 = at_24_25 & index_i[0];
+  wire at_26_27 = (index_i & 8'hFE) == 8'h26;
+  wire at_26 = at_26_27 & !index_i[0];
+  wire at_27 = at_26_27 & index_i[0];
   wire at_2a_2b = (index_i & 8'hFE) == 8'h2A;
   wire at_30_34 = (index_i & 8'hFB) == 8'h30;
   wire at_31_39 = (index_i & 8'hF7) == 8'h31;
   wire at_32_3a = (index_i & 8'hF7) == 8'h32;
   wire at_33_3b = (index_i & 8'hF7) == 8'h33;
-  wire at_35_3d = (index_i & 8'hF7) == 8'h35;
-  wire at_36_3e = (index_i & 8'hF7) == 8'h36;
   wire at_37_3f = (index_i & 8'hF7) == 8'h37;
   wire at_38_3c = (index_i & 8'hFB) == 8'h38;
-  wire at_40 = index_i == 8'h40;
-  wire at_41_51 = (index_i & 8'hEF) == 8'h41;
-  wire at_41 = at_41_51 & !index_i[4];
+  wire at_40_41 = (index_i & 8'hFE) == 8'h40;
+  wire at_41 = at_40_41 & index_i[0];
   wire at_42_46 = (index_i & 8'hFB) == 8'h42;
   wire at_44_45 = (index_i & 8'hFE) == 8'h44;
+  wire at_48 = index_i == 8'h48;
   wire at_4a_4b = (index_i & 8'hFE) == 8'h4A;
-  wire at_50_54 = (index_i & 8'hFB) == 8'h50;
-  wire at_50 = at_50_54 & !index_i[2];
-  wire at_54 = at_50_54 & index_i[2];
-  wire at_52_53 = (index_i & 8'hFE) == 8'h52;
+  wire at_50 = index_i == 8'h50;
   wire at_55 = index_i == 8'h55;
   wire at_56 = index_i == 8'h56;
+  wire [15:0] term_0 = {16{in_memory}} & memory_word;
+  wire [15:0] term_1 = {16{counted}} & {8'd0, counter_i};
+  wire [15:0] term_2 = {16{at_00_02}} & (index_i[1] ? {1'd0, build_i[14], 1'd0, build_i[12:11],
+    1'd0, build_i[9:8], 3'd0, build_i[4:2], 1'd0, build_i[0]} : {1'd0, 1'd1, 1'd0, 2'd3, 1'd0, 2'd3,
+    3'd0, 3'd7, 1'd0, 1'd1});
+  wire [15:0] term_3 = {16{at_08_28}} & (index_i[5] ? {14'd0, pattern_kind_o[1:0]} : {14'd0,
+    ctrl_servo1_enable_o, ctrl_servo0_enable_o});
+  wire [15:0] term_4 = {16{at_09_29}} & (index_i[5] ? {9'd0, pattern_seed_o[6:0]} : {9'd0,
+    status_irq_line_i, status_switching_i, status_camera1_lost_i, status_camera0_lost_i,
+    status_watchdog_fired_i, status_servo1_active_i, status_servo0_active_i});
+  wire [15:0] term_5 = {16{at_0a_0b}} & (index_i[0] ? {8'd0, irq_enable_o[7:0]} : {8'd0,
+    irq_status_i[7:0]});
+  wire [15:0] term_6 = {16{at_0e_0f}} & (index_i[0] ? {7'd0, wdg_fired_i, 6'd0, wdg_action_o[1:0]} :
+    {7'd0, wdg_ms_o[8], 6'd0, wdg_ms_o[1:0]});
+  wire [15:0] term_7 = {16{at_20_21}} & (index_i[0] ? {14'd0, cam_state_active_i[1:0]} : {14'd0,
+    cam_select_source_o[1:0]});
+  wire [15:0] term_8 = {16{at_22_23}} & (index_i[0] ? {10'd0, ppi_mode_edge1_o, ppi_mode_edge0_o,
+    3'd0, ppi_mode_sync_shape_o} : {10'd0, switch_timeout_ms_o[5:4], 3'd0, switch_timeout_ms_o[0]});
+  wire [15:0] term_9 = {16{at_24_25}} & (index_i[0] ? {4'd0, pattern_height_o[11:4], 4'd0} : {4'd0,
+    pattern_width_o[11:4], 4'd0});
+  wire [15:0] term_10 = {16{at_26_27}} & (index_i[0] ? {8'd0, pattern_vblank_o[7:2], 2'd0} : {8'd0,
+    pattern_hblank_o[7:2], 2'd0});
+  wire [15:0] term_11 = {16{at_2a_2b}} & (index_i[0] ? {4'd0, expect_height_o[11:0]} : {4'd0,
+    expect_width_o[11:0]});
+  wire [15:0] term_12 = {16{at_30_34}} & (index_i[2] ? {camera0_pixclk_khz_i[15:0]} :
+    {camera0_frames_i[15:0]});
+  wire [15:0] term_13 = {16{at_31_39}} & (index_i[3] ? {4'd0, camera1_lines_i[11:0]} : {4'd0,
+    camera0_lines_i[11:0]});
+  wire [15:0] term_14 = {16{at_32_3a}} & (index_i[3] ? {4'd0, camera1_pixels_i[11:0]} : {4'd0,
+    camera0_pixels_i[11:0]});
+  wire [15:0] term_15 = {16{at_33_3b}} & (index_i[3] ? {camera1_period_10us_i[15:0]} :
+    {camera0_period_10us_i[15:0]});
+  wire [15:0] term_16 = {16{at_37_3f}} & (index_i[3] ? {11'd0, camera1_flags_cut_i,
+    camera1_flags_short_frame_i, camera1_flags_short_line_i, camera1_flags_frame_valid_i,
+    camera1_flags_lost_i} : {11'd0, camera0_flags_cut_i, camera0_flags_short_frame_i,
+    camera0_flags_short_line_i, camera0_flags_frame_valid_i, camera0_flags_lost_i});
+  wire [15:0] term_17 = {16{at_38_3c}} & (index_i[2] ? {camera1_pixclk_khz_i[15:0]} :
+    {camera1_frames_i[15:0]});
+  wire [15:0] term_18 = {16{at_40_41}} & (index_i[0] ? {7'd0, trigger_delay_us_o[8], 8'd0} : {7'd0,
+    trigger_ctrl_busy_i, 8'd0});
+  wire [15:0] term_19 = {16{at_42_46}} & (index_i[2] ? {low_word[15:0]} :
+    {trigger_width_us_o[15:0]});
+  wire [15:0] term_20 = {16{at_44_45}} & (index_i[0] ? {frame_time_i[31:16]} : {skew_us_i[15:0]});
+  wire [15:0] term_21 = {16{at_4a_4b}} & (index_i[0] ? {low_word[15:0]} : {time_i[31:16]});
+  wire [15:0] term_22 = {16{at_41}} & {trigger_delay_us_o[15:9], 1'd0, trigger_delay_us_o[7:0]} |
+    {16{at_0e}} & {wdg_ms_o[15:9], 1'd0, wdg_ms_o[7:2], 2'd0} | {16{at_27}} & {14'd0,
+    pattern_vblank_o[1:0]} | {16{at_01}} & {7'd0, 1'd1, 8'd0} | {16{at_08}} & {7'd0,
+    ctrl_stream_enable_o, 8'd0};
+  wire [15:0] term_23 = {16{at_20}} & {cam_select_frames_each_o[6:0], cam_select_alternating_o,
+    8'd0} | {16{at_48}} & {8'd0, sensor_extclk_o[1:0], sensor_oe_o[1:0], sensor_standby_o[1:0],
+    sensor_reset_n_o[1:0]} | {16{at_02}} & {build_i[15], 1'd0, build_i[13], 2'd0, build_i[10], 2'd0,
+    build_i[7:5], 3'd0, build_i[1], 1'd0} | {16{at_26}} & {6'd0, pattern_hblank_o[9:8], 8'd0} |
+    {16{at_28}} & {13'd0, pattern_kind_o[2], 2'd0} | {16{at_0d}} & {15'd0, unlock_o} | {16{at_25}} &
+    {12'd0, pattern_height_o[3], 3'd0};
+  wire [15:0] term_24 = {16{at_50}} & {7'd0, i2c_diag_clear_busy_i, 2'd0,
+    i2c_diag_branch_sda_i[1:0], i2c_diag_branch_scl_i[1:0], i2c_diag_sda_i, i2c_diag_scl_i} |
+    {16{at_03}} & {10'd0, caps_tag_i, caps_alternating_i, caps_trigger_i, caps_pattern_i,
+    caps_router_i, caps_camera1_i} | {16{at_29}} & {6'd0, pattern_seed_o[9:7], 7'd0};
+  wire [15:0] term_25 = {16{at_22}} & {8'd0, switch_timeout_ms_o[7:6], 2'd0,
+    switch_timeout_ms_o[3:1], 1'd0} | {16{at_21}} & {9'd0, cam_state_forced_i,
+    cam_state_switching_i, cam_state_gate_open_i, 4'd0} | {16{at_56}} & {13'd0,
+    branch_ctrl_bypass_o[1:0], branch_ctrl_router_enable_o} | {16{at_23}} & {7'd0, ppi_mode_tag_o,
+    8'd0};
   wire [15:0] word;
-  carry_or #(.WIDTH(30)) word_0 (.any_o(word[0]), .bits_i({
-    at_00_02 & (index_i[1] ? build_i[0] : 1'b1),
-    at_07_27 & (index_i[5] ? pattern_vblank_o[0] : servo_period_us_o[0]),
-    at_08_48 & (index_i[6] ? sensor_reset_n_o[0] : ctrl_servo0_enable_o),
-    at_09_29 & (index_i[5] ? pattern_seed_o[0] : status_servo0_active_i),
-    at_0a_0b & (index_i[0] ? irq_enable_o[0] : irq_status_i[0]),
-    at_0e_0f & (index_i[0] ? wdg_action_o[0] : wdg_ms_o[0]),
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[0] : servo0_target_q4_o[0]),
-    at_15_1d & (index_i[3] ? servo1_slew_q4_o[0] : servo0_slew_q4_o[0]),
-    at_16_1e & (index_i[3] ? servo1_frames_i[0] : servo0_frames_i[0]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[0] : servo1_target_q4_o[0]),
-    at_20_28 & (index_i[3] ? pattern_kind_o[0] : cam_select_source_o[0]),
-    at_21_23 & (index_i[1] ? ppi_mode_sync_shape_o : cam_state_active_i[0]),
-    at_2a_2b & (index_i[0] ? expect_height_o[0] : expect_width_o[0]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[0] : camera0_frames_i[0]),
-    at_31_39 & (index_i[3] ? camera1_lines_i[0] : camera0_lines_i[0]),
-    at_32_3a & (index_i[3] ? camera1_pixels_i[0] : camera0_pixels_i[0]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[0] : camera0_period_10us_i[0]),
-    at_35_3d & (index_i[3] ? camera1_short_lines_i[0] : camera0_short_lines_i[0]),
-    at_36_3e & (index_i[3] ? camera1_short_frames_i[0] : camera0_short_frames_i[0]),
-    at_37_3f & (index_i[3] ? camera1_flags_lost_i : camera0_flags_lost_i),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[0] : camera1_frames_i[0]),
-    at_41_51 & (index_i[4] ? i2c_timeouts_i[0] : trigger_delay_us_o[0]),
-    at_42_46 & (index_i[2] ? low_word[0] : trigger_width_us_o[0]),
-    at_44_45 & (index_i[0] ? frame_time_i[16] : skew_us_i[0]),
-    at_4a_4b & (index_i[0] ? low_word[0] : time_i[16]),
-    at_50_54 & (index_i[2] ? spikes_i[0] : i2c_diag_scl_i),
-    at_52_53 & (index_i[0] ? branch_errors_i[0] : i2c_protocol_errors_i[0]),
-    at_03 & caps_camera1_i | at_04 & scratch_o[0],
-    at_0d & unlock_o | at_22 & switch_timeout_ms_o[0],
-    at_56 & branch_ctrl_router_enable_o
-  }));
-  carry_or #(.WIDTH(28)) word_1 (.any_o(word[1]), .bits_i({
-    at_07_27 & (index_i[5] ? pattern_vblank_o[1] : servo_period_us_o[1]),
-    at_08_48 & (index_i[6] ? sensor_reset_n_o[1] : ctrl_servo1_enable_o),
-    at_09_29 & (index_i[5] ? pattern_seed_o[1] : status_servo1_active_i),
-    at_0a_0b & (index_i[0] ? irq_enable_o[1] : irq_status_i[1]),
-    at_0e_0f & (index_i[0] ? wdg_action_o[1] : wdg_ms_o[1]),
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[1] : servo0_target_q4_o[1]),
-    at_15_1d & (index_i[3] ? servo1_slew_q4_o[1] : servo0_slew_q4_o[1]),
-    at_16_1e & (index_i[3] ? servo1_frames_i[1] : servo0_frames_i[1]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[1] : servo1_target_q4_o[1]),
-    at_20_28 & (index_i[3] ? pattern_kind_o[1] : cam_select_source_o[1]),
-    at_2a_2b & (index_i[0] ? expect_height_o[1] : expect_width_o[1]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[1] : camera0_frames_i[1]),
-    at_31_39 & (index_i[3] ? camera1_lines_i[1] : camera0_lines_i[1]),
-    at_32_3a & (index_i[3] ? camera1_pixels_i[1] : camera0_pixels_i[1]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[1] : camera0_period_10us_i[1]),
-    at_35_3d & (index_i[3] ? camera1_short_lines_i[1] : camera0_short_lines_i[1]),
-    at_36_3e & (index_i[3] ? camera1_short_frames_i[1] : camera0_short_frames_i[1]),
-    at_37_3f & (index_i[3] ? camera1_flags_frame_valid_i : camera0_flags_frame_valid_i),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[1] : camera1_frames_i[1]),
-    at_41_51 & (index_i[4] ? i2c_timeouts_i[1] : trigger_delay_us_o[1]),
-    at_42_46 & (index_i[2] ? low_word[1] : trigger_width_us_o[1]),
-    at_44_45 & (index_i[0] ? frame_time_i[17] : skew_us_i[1]),
-    at_4a_4b & (index_i[0] ? low_word[1] : time_i[17]),
-    at_50_54 & (index_i[2] ? spikes_i[1] : i2c_diag_sda_i),
-    at_52_53 & (index_i[0] ? branch_errors_i[1] : i2c_protocol_errors_i[1]),
-    at_02 & build_i[1] | at_03 & caps_router_i,
-    at_04 & scratch_o[1] | at_21 & cam_state_active_i[1],
-    at_22 & switch_timeout_ms_o[1] | at_56 & branch_ctrl_bypass_o[0]
-  }));
-  carry_or #(.WIDTH(27)) word_2 (.any_o(word[2]), .bits_i({
-    at_00_02 & (index_i[1] ? build_i[2] : 1'b1),
-    at_07_27 & (index_i[5] ? pattern_vblank_o[2] : servo_period_us_o[2]),
-    at_09_29 & (index_i[5] ? pattern_seed_o[2] : status_watchdog_fired_i),
-    at_0a_0b & (index_i[0] ? irq_enable_o[2] : irq_status_i[2]),
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[2] : servo0_target_q4_o[2]),
-    at_15_1d & (index_i[3] ? servo1_slew_q4_o[2] : servo0_slew_q4_o[2]),
-    at_16_1e & (index_i[3] ? servo1_frames_i[2] : servo0_frames_i[2]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[2] : servo1_target_q4_o[2]),
-    at_22_26 & (index_i[2] ? pattern_hblank_o[2] : switch_timeout_ms_o[2]),
-    at_2a_2b & (index_i[0] ? expect_height_o[2] : expect_width_o[2]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[2] : camera0_frames_i[2]),
-    at_31_39 & (index_i[3] ? camera1_lines_i[2] : camera0_lines_i[2]),
-    at_32_3a & (index_i[3] ? camera1_pixels_i[2] : camera0_pixels_i[2]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[2] : camera0_period_10us_i[2]),
-    at_35_3d & (index_i[3] ? camera1_short_lines_i[2] : camera0_short_lines_i[2]),
-    at_36_3e & (index_i[3] ? camera1_short_frames_i[2] : camera0_short_frames_i[2]),
-    at_37_3f & (index_i[3] ? camera1_flags_short_line_i : camera0_flags_short_line_i),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[2] : camera1_frames_i[2]),
-    at_41_51 & (index_i[4] ? i2c_timeouts_i[2] : trigger_delay_us_o[2]),
-    at_42_46 & (index_i[2] ? low_word[2] : trigger_width_us_o[2]),
-    at_44_45 & (index_i[0] ? frame_time_i[18] : skew_us_i[2]),
-    at_4a_4b & (index_i[0] ? low_word[2] : time_i[18]),
-    at_50_54 & (index_i[2] ? spikes_i[2] : i2c_diag_branch_scl_i[0]),
-    at_52_53 & (index_i[0] ? branch_errors_i[2] : i2c_protocol_errors_i[2]),
-    at_03 & caps_pattern_i | at_04 & scratch_o[2],
-    at_48 & sensor_standby_o[0] | at_0e & wdg_ms_o[2],
-    at_28 & pattern_kind_o[2] | at_56 & branch_ctrl_bypass_o[1]
-  }));
-  carry_or #(.WIDTH(27)) word_3 (.any_o(word[3]), .bits_i({
-    at_00_02 & (index_i[1] ? build_i[3] : 1'b1),
-    at_07_27 & (index_i[5] ? pattern_vblank_o[3] : servo_period_us_o[3]),
-    at_09_29 & (index_i[5] ? pattern_seed_o[3] : status_camera0_lost_i),
-    at_0a_0b & (index_i[0] ? irq_enable_o[3] : irq_status_i[3]),
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[3] : servo0_target_q4_o[3]),
-    at_15_1d & (index_i[3] ? servo1_slew_q4_o[3] : servo0_slew_q4_o[3]),
-    at_16_1e & (index_i[3] ? servo1_frames_i[3] : servo0_frames_i[3]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[3] : servo1_target_q4_o[3]),
-    at_22_26 & (index_i[2] ? pattern_hblank_o[3] : switch_timeout_ms_o[3]),
-    at_2a_2b & (index_i[0] ? expect_height_o[3] : expect_width_o[3]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[3] : camera0_frames_i[3]),
-    at_31_39 & (index_i[3] ? camera1_lines_i[3] : camera0_lines_i[3]),
-    at_32_3a & (index_i[3] ? camera1_pixels_i[3] : camera0_pixels_i[3]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[3] : camera0_period_10us_i[3]),
-    at_35_3d & (index_i[3] ? camera1_short_lines_i[3] : camera0_short_lines_i[3]),
-    at_36_3e & (index_i[3] ? camera1_short_frames_i[3] : camera0_short_frames_i[3]),
-    at_37_3f & (index_i[3] ? camera1_flags_short_frame_i : camera0_flags_short_frame_i),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[3] : camera1_frames_i[3]),
-    at_41_51 & (index_i[4] ? i2c_timeouts_i[3] : trigger_delay_us_o[3]),
-    at_42_46 & (index_i[2] ? low_word[3] : trigger_width_us_o[3]),
-    at_44_45 & (index_i[0] ? frame_time_i[19] : skew_us_i[3]),
-    at_4a_4b & (index_i[0] ? low_word[3] : time_i[19]),
-    at_50_54 & (index_i[2] ? spikes_i[3] : i2c_diag_branch_scl_i[1]),
-    at_52_53 & (index_i[0] ? branch_errors_i[3] : i2c_protocol_errors_i[3]),
-    at_03 & caps_trigger_i | at_04 & scratch_o[3],
-    at_48 & sensor_standby_o[1] | at_0e & wdg_ms_o[3],
-    at_25 & pattern_height_o[3]
-  }));
-  carry_or #(.WIDTH(28)) word_4 (.any_o(word[4]), .bits_i({
-    at_00_02 & (index_i[1] ? build_i[4] : 1'b1),
-    at_07_27 & (index_i[5] ? pattern_vblank_o[4] : servo_period_us_o[4]),
-    at_09_29 & (index_i[5] ? pattern_seed_o[4] : status_camera1_lost_i),
-    at_0a_0b & (index_i[0] ? irq_enable_o[4] : irq_status_i[4]),
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[4] : servo0_target_q4_o[4]),
-    at_15_1d & (index_i[3] ? servo1_slew_q4_o[4] : servo0_slew_q4_o[4]),
-    at_16_1e & (index_i[3] ? servo1_frames_i[4] : servo0_frames_i[4]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[4] : servo1_target_q4_o[4]),
-    at_21_23 & (index_i[1] ? ppi_mode_edge0_o : cam_state_gate_open_i),
-    at_22_26 & (index_i[2] ? pattern_hblank_o[4] : switch_timeout_ms_o[4]),
-    at_24_25 & (index_i[0] ? pattern_height_o[4] : pattern_width_o[4]),
-    at_2a_2b & (index_i[0] ? expect_height_o[4] : expect_width_o[4]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[4] : camera0_frames_i[4]),
-    at_31_39 & (index_i[3] ? camera1_lines_i[4] : camera0_lines_i[4]),
-    at_32_3a & (index_i[3] ? camera1_pixels_i[4] : camera0_pixels_i[4]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[4] : camera0_period_10us_i[4]),
-    at_35_3d & (index_i[3] ? camera1_short_lines_i[4] : camera0_short_lines_i[4]),
-    at_36_3e & (index_i[3] ? camera1_short_frames_i[4] : camera0_short_frames_i[4]),
-    at_37_3f & (index_i[3] ? camera1_flags_cut_i : camera0_flags_cut_i),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[4] : camera1_frames_i[4]),
-    at_41_51 & (index_i[4] ? i2c_timeouts_i[4] : trigger_delay_us_o[4]),
-    at_42_46 & (index_i[2] ? low_word[4] : trigger_width_us_o[4]),
-    at_44_45 & (index_i[0] ? frame_time_i[20] : skew_us_i[4]),
-    at_4a_4b & (index_i[0] ? low_word[4] : time_i[20]),
-    at_50_54 & (index_i[2] ? spikes_i[4] : i2c_diag_branch_sda_i[0]),
-    at_52_53 & (index_i[0] ? branch_errors_i[4] : i2c_protocol_errors_i[4]),
-    at_03 & caps_alternating_i | at_04 & scratch_o[4],
-    at_48 & sensor_oe_o[0] | at_0e & wdg_ms_o[4]
-  }));
-  carry_or #(.WIDTH(27)) word_5 (.any_o(word[5]), .bits_i({
-    at_07_27 & (index_i[5] ? pattern_vblank_o[5] : servo_period_us_o[5]),
-    at_09_29 & (index_i[5] ? pattern_seed_o[5] : status_switching_i),
-    at_0a_0b & (index_i[0] ? irq_enable_o[5] : irq_status_i[5]),
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[5] : servo0_target_q4_o[5]),
-    at_15_1d & (index_i[3] ? servo1_slew_q4_o[5] : servo0_slew_q4_o[5]),
-    at_16_1e & (index_i[3] ? servo1_frames_i[5] : servo0_frames_i[5]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[5] : servo1_target_q4_o[5]),
-    at_21_23 & (index_i[1] ? ppi_mode_edge1_o : cam_state_switching_i),
-    at_22_26 & (index_i[2] ? pattern_hblank_o[5] : switch_timeout_ms_o[5]),
-    at_24_25 & (index_i[0] ? pattern_height_o[5] : pattern_width_o[5]),
-    at_2a_2b & (index_i[0] ? expect_height_o[5] : expect_width_o[5]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[5] : camera0_frames_i[5]),
-    at_31_39 & (index_i[3] ? camera1_lines_i[5] : camera0_lines_i[5]),
-    at_32_3a & (index_i[3] ? camera1_pixels_i[5] : camera0_pixels_i[5]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[5] : camera0_period_10us_i[5]),
-    at_35_3d & (index_i[3] ? camera1_short_lines_i[5] : camera0_short_lines_i[5]),
-    at_36_3e & (index_i[3] ? camera1_short_frames_i[5] : camera0_short_frames_i[5]),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[5] : camera1_frames_i[5]),
-    at_41_51 & (index_i[4] ? i2c_timeouts_i[5] : trigger_delay_us_o[5]),
-    at_42_46 & (index_i[2] ? low_word[5] : trigger_width_us_o[5]),
-    at_44_45 & (index_i[0] ? frame_time_i[21] : skew_us_i[5]),
-    at_4a_4b & (index_i[0] ? low_word[5] : time_i[21]),
-    at_50_54 & (index_i[2] ? spikes_i[5] : i2c_diag_branch_sda_i[1]),
-    at_52_53 & (index_i[0] ? branch_errors_i[5] : i2c_protocol_errors_i[5]),
-    at_02 & build_i[5] | at_03 & caps_tag_i,
-    at_04 & scratch_o[5] | at_48 & sensor_oe_o[1],
-    at_0e & wdg_ms_o[5]
-  }));
-  carry_or #(.WIDTH(28)) word_6 (.any_o(word[6]), .bits_i({
-    at_07_27 & (index_i[5] ? pattern_vblank_o[6] : servo_period_us_o[6]),
-    at_09_29 & (index_i[5] ? pattern_seed_o[6] : status_irq_line_i),
-    at_0a_0b & (index_i[0] ? irq_enable_o[6] : irq_status_i[6]),
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[6] : servo0_target_q4_o[6]),
-    at_12_1a & (index_i[3] ? servo1_min_q4_o[6] : servo0_min_q4_o[6]),
-    at_13_1b & (index_i[3] ? servo1_max_q4_o[6] : servo0_max_q4_o[6]),
-    at_14_1c & (index_i[3] ? servo1_safe_q4_o[6] : servo0_safe_q4_o[6]),
-    at_15_1d & (index_i[3] ? servo1_slew_q4_o[6] : servo0_slew_q4_o[6]),
-    at_16_1e & (index_i[3] ? servo1_frames_i[6] : servo0_frames_i[6]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[6] : servo1_target_q4_o[6]),
-    at_22_26 & (index_i[2] ? pattern_hblank_o[6] : switch_timeout_ms_o[6]),
-    at_24_25 & (index_i[0] ? pattern_height_o[6] : pattern_width_o[6]),
-    at_2a_2b & (index_i[0] ? expect_height_o[6] : expect_width_o[6]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[6] : camera0_frames_i[6]),
-    at_31_39 & (index_i[3] ? camera1_lines_i[6] : camera0_lines_i[6]),
-    at_32_3a & (index_i[3] ? camera1_pixels_i[6] : camera0_pixels_i[6]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[6] : camera0_period_10us_i[6]),
-    at_35_3d & (index_i[3] ? camera1_short_lines_i[6] : camera0_short_lines_i[6]),
-    at_36_3e & (index_i[3] ? camera1_short_frames_i[6] : camera0_short_frames_i[6]),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[6] : camera1_frames_i[6]),
-    at_41_51 & (index_i[4] ? i2c_timeouts_i[6] : trigger_delay_us_o[6]),
-    at_42_46 & (index_i[2] ? low_word[6] : trigger_width_us_o[6]),
-    at_44_45 & (index_i[0] ? frame_time_i[22] : skew_us_i[6]),
-    at_4a_4b & (index_i[0] ? low_word[6] : time_i[22]),
-    at_52_53 & (index_i[0] ? branch_errors_i[6] : i2c_protocol_errors_i[6]),
-    at_02 & build_i[6] | at_04 & scratch_o[6],
-    at_48 & sensor_extclk_o[0] | at_0e & wdg_ms_o[6],
-    at_21 & cam_state_forced_i | at_54 & spikes_i[6]
-  }));
-  carry_or #(.WIDTH(27)) word_7 (.any_o(word[7]), .bits_i({
-    at_07_27 & (index_i[5] ? pattern_vblank_o[7] : servo_period_us_o[7]),
-    at_0a_0b & (index_i[0] ? irq_enable_o[7] : irq_status_i[7]),
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[7] : servo0_target_q4_o[7]),
-    at_12_1a & (index_i[3] ? servo1_min_q4_o[7] : servo0_min_q4_o[7]),
-    at_13_1b & (index_i[3] ? servo1_max_q4_o[7] : servo0_max_q4_o[7]),
-    at_14_1c & (index_i[3] ? servo1_safe_q4_o[7] : servo0_safe_q4_o[7]),
-    at_15_1d & (index_i[3] ? servo1_slew_q4_o[7] : servo0_slew_q4_o[7]),
-    at_16_1e & (index_i[3] ? servo1_frames_i[7] : servo0_frames_i[7]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[7] : servo1_target_q4_o[7]),
-    at_22_26 & (index_i[2] ? pattern_hblank_o[7] : switch_timeout_ms_o[7]),
-    at_24_25 & (index_i[0] ? pattern_height_o[7] : pattern_width_o[7]),
-    at_2a_2b & (index_i[0] ? expect_height_o[7] : expect_width_o[7]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[7] : camera0_frames_i[7]),
-    at_31_39 & (index_i[3] ? camera1_lines_i[7] : camera0_lines_i[7]),
-    at_32_3a & (index_i[3] ? camera1_pixels_i[7] : camera0_pixels_i[7]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[7] : camera0_period_10us_i[7]),
-    at_35_3d & (index_i[3] ? camera1_short_lines_i[7] : camera0_short_lines_i[7]),
-    at_36_3e & (index_i[3] ? camera1_short_frames_i[7] : camera0_short_frames_i[7]),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[7] : camera1_frames_i[7]),
-    at_41_51 & (index_i[4] ? i2c_timeouts_i[7] : trigger_delay_us_o[7]),
-    at_42_46 & (index_i[2] ? low_word[7] : trigger_width_us_o[7]),
-    at_44_45 & (index_i[0] ? frame_time_i[23] : skew_us_i[7]),
-    at_4a_4b & (index_i[0] ? low_word[7] : time_i[23]),
-    at_52_53 & (index_i[0] ? branch_errors_i[7] : i2c_protocol_errors_i[7]),
-    at_02 & build_i[7] | at_04 & scratch_o[7],
-    at_48 & sensor_extclk_o[1] | at_29 & pattern_seed_o[7],
-    at_0e & wdg_ms_o[7] | at_54 & spikes_i[7]
-  }));
-  carry_or #(.WIDTH(24)) word_8 (.any_o(word[8]), .bits_i({
-    at_00_02 & (index_i[1] ? build_i[8] : 1'b1),
-    at_0e_0f & (index_i[0] ? wdg_fired_i : wdg_ms_o[8]),
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[8] : servo0_target_q4_o[8]),
-    at_12_1a & (index_i[3] ? servo1_min_q4_o[8] : servo0_min_q4_o[8]),
-    at_13_1b & (index_i[3] ? servo1_max_q4_o[8] : servo0_max_q4_o[8]),
-    at_14_1c & (index_i[3] ? servo1_safe_q4_o[8] : servo0_safe_q4_o[8]),
-    at_15_1d & (index_i[3] ? servo1_slew_q4_o[8] : servo0_slew_q4_o[8]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[8] : servo1_target_q4_o[8]),
-    at_24_25 & (index_i[0] ? pattern_height_o[8] : pattern_width_o[8]),
-    at_2a_2b & (index_i[0] ? expect_height_o[8] : expect_width_o[8]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[8] : camera0_frames_i[8]),
-    at_31_39 & (index_i[3] ? camera1_lines_i[8] : camera0_lines_i[8]),
-    at_32_3a & (index_i[3] ? camera1_pixels_i[8] : camera0_pixels_i[8]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[8] : camera0_period_10us_i[8]),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[8] : camera1_frames_i[8]),
-    at_42_46 & (index_i[2] ? low_word[8] : trigger_width_us_o[8]),
-    at_44_45 & (index_i[0] ? frame_time_i[24] : skew_us_i[8]),
-    at_4a_4b & (index_i[0] ? low_word[8] : time_i[24]),
-    at_01 | at_04 & scratch_o[8],
-    at_07 & servo_period_us_o[8] | at_08 & ctrl_stream_enable_o,
-    at_29 & pattern_seed_o[8] | at_20 & cam_select_alternating_o,
-    at_23 & ppi_mode_tag_o | at_26 & pattern_hblank_o[8],
-    at_40 & trigger_ctrl_busy_i | at_41 & trigger_delay_us_o[8],
-    at_50 & i2c_diag_clear_busy_i
-  }));
-  carry_or #(.WIDTH(21)) word_9 (.any_o(word[9]), .bits_i({
-    at_00_02 & (index_i[1] ? build_i[9] : 1'b1),
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[9] : servo0_target_q4_o[9]),
-    at_12_1a & (index_i[3] ? servo1_min_q4_o[9] : servo0_min_q4_o[9]),
-    at_13_1b & (index_i[3] ? servo1_max_q4_o[9] : servo0_max_q4_o[9]),
-    at_14_1c & (index_i[3] ? servo1_safe_q4_o[9] : servo0_safe_q4_o[9]),
-    at_15_1d & (index_i[3] ? servo1_slew_q4_o[9] : servo0_slew_q4_o[9]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[9] : servo1_target_q4_o[9]),
-    at_24_25 & (index_i[0] ? pattern_height_o[9] : pattern_width_o[9]),
-    at_2a_2b & (index_i[0] ? expect_height_o[9] : expect_width_o[9]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[9] : camera0_frames_i[9]),
-    at_31_39 & (index_i[3] ? camera1_lines_i[9] : camera0_lines_i[9]),
-    at_32_3a & (index_i[3] ? camera1_pixels_i[9] : camera0_pixels_i[9]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[9] : camera0_period_10us_i[9]),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[9] : camera1_frames_i[9]),
-    at_42_46 & (index_i[2] ? low_word[9] : trigger_width_us_o[9]),
-    at_44_45 & (index_i[0] ? frame_time_i[25] : skew_us_i[9]),
-    at_4a_4b & (index_i[0] ? low_word[9] : time_i[25]),
-    at_04 & scratch_o[9] | at_07 & servo_period_us_o[9],
-    at_29 & pattern_seed_o[9] | at_0e & wdg_ms_o[9],
-    at_20 & cam_select_frames_each_o[0] | at_26 & pattern_hblank_o[9],
-    at_41 & trigger_delay_us_o[9]
-  }));
-  carry_or #(.WIDTH(19)) word_10 (.any_o(word[10]), .bits_i({
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[10] : servo0_target_q4_o[10]),
-    at_12_1a & (index_i[3] ? servo1_min_q4_o[10] : servo0_min_q4_o[10]),
-    at_13_1b & (index_i[3] ? servo1_max_q4_o[10] : servo0_max_q4_o[10]),
-    at_14_1c & (index_i[3] ? servo1_safe_q4_o[10] : servo0_safe_q4_o[10]),
-    at_15_1d & (index_i[3] ? servo1_slew_q4_o[10] : servo0_slew_q4_o[10]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[10] : servo1_target_q4_o[10]),
-    at_24_25 & (index_i[0] ? pattern_height_o[10] : pattern_width_o[10]),
-    at_2a_2b & (index_i[0] ? expect_height_o[10] : expect_width_o[10]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[10] : camera0_frames_i[10]),
-    at_31_39 & (index_i[3] ? camera1_lines_i[10] : camera0_lines_i[10]),
-    at_32_3a & (index_i[3] ? camera1_pixels_i[10] : camera0_pixels_i[10]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[10] : camera0_period_10us_i[10]),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[10] : camera1_frames_i[10]),
-    at_42_46 & (index_i[2] ? low_word[10] : trigger_width_us_o[10]),
-    at_44_45 & (index_i[0] ? frame_time_i[26] : skew_us_i[10]),
-    at_4a_4b & (index_i[0] ? low_word[10] : time_i[26]),
-    at_02 & build_i[10] | at_04 & scratch_o[10],
-    at_07 & servo_period_us_o[10] | at_0e & wdg_ms_o[10],
-    at_20 & cam_select_frames_each_o[1] | at_41 & trigger_delay_us_o[10]
-  }));
-  carry_or #(.WIDTH(19)) word_11 (.any_o(word[11]), .bits_i({
-    at_00_02 & (index_i[1] ? build_i[11] : 1'b1),
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[11] : servo0_target_q4_o[11]),
-    at_12_1a & (index_i[3] ? servo1_min_q4_o[11] : servo0_min_q4_o[11]),
-    at_13_1b & (index_i[3] ? servo1_max_q4_o[11] : servo0_max_q4_o[11]),
-    at_14_1c & (index_i[3] ? servo1_safe_q4_o[11] : servo0_safe_q4_o[11]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[11] : servo1_target_q4_o[11]),
-    at_24_25 & (index_i[0] ? pattern_height_o[11] : pattern_width_o[11]),
-    at_2a_2b & (index_i[0] ? expect_height_o[11] : expect_width_o[11]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[11] : camera0_frames_i[11]),
-    at_31_39 & (index_i[3] ? camera1_lines_i[11] : camera0_lines_i[11]),
-    at_32_3a & (index_i[3] ? camera1_pixels_i[11] : camera0_pixels_i[11]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[11] : camera0_period_10us_i[11]),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[11] : camera1_frames_i[11]),
-    at_42_46 & (index_i[2] ? low_word[11] : trigger_width_us_o[11]),
-    at_44_45 & (index_i[0] ? frame_time_i[27] : skew_us_i[11]),
-    at_4a_4b & (index_i[0] ? low_word[11] : time_i[27]),
-    at_04 & scratch_o[11] | at_07 & servo_period_us_o[11],
-    at_0e & wdg_ms_o[11] | at_20 & cam_select_frames_each_o[2],
-    at_41 & trigger_delay_us_o[11]
-  }));
-  carry_or #(.WIDTH(15)) word_12 (.any_o(word[12]), .bits_i({
-    at_00_02 & (index_i[1] ? build_i[12] : 1'b1),
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[12] : servo0_target_q4_o[12]),
-    at_12_1a & (index_i[3] ? servo1_min_q4_o[12] : servo0_min_q4_o[12]),
-    at_13_1b & (index_i[3] ? servo1_max_q4_o[12] : servo0_max_q4_o[12]),
-    at_14_1c & (index_i[3] ? servo1_safe_q4_o[12] : servo0_safe_q4_o[12]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[12] : servo1_target_q4_o[12]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[12] : camera0_frames_i[12]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[12] : camera0_period_10us_i[12]),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[12] : camera1_frames_i[12]),
-    at_42_46 & (index_i[2] ? low_word[12] : trigger_width_us_o[12]),
-    at_44_45 & (index_i[0] ? frame_time_i[28] : skew_us_i[12]),
-    at_4a_4b & (index_i[0] ? low_word[12] : time_i[28]),
-    at_04 & scratch_o[12] | at_07 & servo_period_us_o[12],
-    at_0e & wdg_ms_o[12] | at_20 & cam_select_frames_each_o[3],
-    at_41 & trigger_delay_us_o[12]
-  }));
-  carry_or #(.WIDTH(14)) word_13 (.any_o(word[13]), .bits_i({
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[13] : servo0_target_q4_o[13]),
-    at_12_1a & (index_i[3] ? servo1_min_q4_o[13] : servo0_min_q4_o[13]),
-    at_13_1b & (index_i[3] ? servo1_max_q4_o[13] : servo0_max_q4_o[13]),
-    at_14_1c & (index_i[3] ? servo1_safe_q4_o[13] : servo0_safe_q4_o[13]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[13] : servo1_target_q4_o[13]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[13] : camera0_frames_i[13]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[13] : camera0_period_10us_i[13]),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[13] : camera1_frames_i[13]),
-    at_42_46 & (index_i[2] ? low_word[13] : trigger_width_us_o[13]),
-    at_44_45 & (index_i[0] ? frame_time_i[29] : skew_us_i[13]),
-    at_4a_4b & (index_i[0] ? low_word[13] : time_i[29]),
-    at_02 & build_i[13] | at_04 & scratch_o[13],
-    at_07 & servo_period_us_o[13] | at_0e & wdg_ms_o[13],
-    at_20 & cam_select_frames_each_o[4] | at_41 & trigger_delay_us_o[13]
-  }));
-  carry_or #(.WIDTH(15)) word_14 (.any_o(word[14]), .bits_i({
-    at_00_02 & (index_i[1] ? build_i[14] : 1'b1),
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[14] : servo0_target_q4_o[14]),
-    at_12_1a & (index_i[3] ? servo1_min_q4_o[14] : servo0_min_q4_o[14]),
-    at_13_1b & (index_i[3] ? servo1_max_q4_o[14] : servo0_max_q4_o[14]),
-    at_14_1c & (index_i[3] ? servo1_safe_q4_o[14] : servo0_safe_q4_o[14]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[14] : servo1_target_q4_o[14]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[14] : camera0_frames_i[14]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[14] : camera0_period_10us_i[14]),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[14] : camera1_frames_i[14]),
-    at_42_46 & (index_i[2] ? low_word[14] : trigger_width_us_o[14]),
-    at_44_45 & (index_i[0] ? frame_time_i[30] : skew_us_i[14]),
-    at_4a_4b & (index_i[0] ? low_word[14] : time_i[30]),
-    at_04 & scratch_o[14] | at_07 & servo_period_us_o[14],
-    at_0e & wdg_ms_o[14] | at_20 & cam_select_frames_each_o[5],
-    at_41 & trigger_delay_us_o[14]
-  }));
-  carry_or #(.WIDTH(13)) word_15 (.any_o(word[15]), .bits_i({
-    at_10_11 & (index_i[0] ? servo0_actual_q4_i[15] : servo0_target_q4_o[15]),
-    at_13_1b & (index_i[3] ? servo1_max_q4_o[15] : servo0_max_q4_o[15]),
-    at_14_1c & (index_i[3] ? servo1_safe_q4_o[15] : servo0_safe_q4_o[15]),
-    at_18_19 & (index_i[0] ? servo1_actual_q4_i[15] : servo1_target_q4_o[15]),
-    at_30_34 & (index_i[2] ? camera0_pixclk_khz_i[15] : camera0_frames_i[15]),
-    at_33_3b & (index_i[3] ? camera1_period_10us_i[15] : camera0_period_10us_i[15]),
-    at_38_3c & (index_i[2] ? camera1_pixclk_khz_i[15] : camera1_frames_i[15]),
-    at_42_46 & (index_i[2] ? low_word[15] : trigger_width_us_o[15]),
-    at_44_45 & (index_i[0] ? frame_time_i[31] : skew_us_i[15]),
-    at_4a_4b & (index_i[0] ? low_word[15] : time_i[31]),
-    at_02 & build_i[15] | at_04 & scratch_o[15],
-    at_0e & wdg_ms_o[15] | at_20 & cam_select_frames_each_o[6],
-    at_41 & trigger_delay_us_o[15]
-  }));
+`ifdef SYNTHESIS
+  carry_or #(.WIDTH(23)) word_0 (.any_o(word[0]), .bits_i({term_0[0], term_1[0], term_2[0],
+    term_3[0], term_4[0], term_5[0], term_6[0], term_7[0], term_8[0], term_11[0], term_12[0],
+    term_13[0], term_14[0], term_15[0], term_16[0], term_17[0], term_19[0], term_20[0], term_21[0],
+    term_22[0], term_23[0], term_24[0], term_25[0]}));
+  carry_or #(.WIDTH(21)) word_1 (.any_o(word[1]), .bits_i({term_0[1], term_1[1], term_3[1],
+    term_4[1], term_5[1], term_6[1], term_7[1], term_11[1], term_12[1], term_13[1], term_14[1],
+    term_15[1], term_16[1], term_17[1], term_19[1], term_20[1], term_21[1], term_22[1], term_23[1],
+    term_24[1], term_25[1]}));
+  carry_or #(.WIDTH(20)) word_2 (.any_o(word[2]), .bits_i({term_0[2], term_1[2], term_2[2],
+    term_4[2], term_5[2], term_10[2], term_11[2], term_12[2], term_13[2], term_14[2], term_15[2],
+    term_16[2], term_17[2], term_19[2], term_20[2], term_21[2], term_22[2], term_23[2], term_24[2],
+    term_25[2]}));
+  carry_or #(.WIDTH(20)) word_3 (.any_o(word[3]), .bits_i({term_0[3], term_1[3], term_2[3],
+    term_4[3], term_5[3], term_10[3], term_11[3], term_12[3], term_13[3], term_14[3], term_15[3],
+    term_16[3], term_17[3], term_19[3], term_20[3], term_21[3], term_22[3], term_23[3], term_24[3],
+    term_25[3]}));
+  carry_or #(.WIDTH(22)) word_4 (.any_o(word[4]), .bits_i({term_0[4], term_1[4], term_2[4],
+    term_4[4], term_5[4], term_8[4], term_9[4], term_10[4], term_11[4], term_12[4], term_13[4],
+    term_14[4], term_15[4], term_16[4], term_17[4], term_19[4], term_20[4], term_21[4], term_22[4],
+    term_23[4], term_24[4], term_25[4]}));
+  carry_or #(.WIDTH(20)) word_5 (.any_o(word[5]), .bits_i({term_0[5], term_1[5], term_4[5],
+    term_5[5], term_8[5], term_9[5], term_10[5], term_11[5], term_12[5], term_13[5], term_14[5],
+    term_15[5], term_17[5], term_19[5], term_20[5], term_21[5], term_22[5], term_23[5], term_24[5],
+    term_25[5]}));
+  carry_or #(.WIDTH(18)) word_6 (.any_o(word[6]), .bits_i({term_0[6], term_1[6], term_4[6],
+    term_5[6], term_9[6], term_10[6], term_11[6], term_12[6], term_13[6], term_14[6], term_15[6],
+    term_17[6], term_19[6], term_20[6], term_21[6], term_22[6], term_23[6], term_25[6]}));
+  carry_or #(.WIDTH(18)) word_7 (.any_o(word[7]), .bits_i({term_0[7], term_1[7], term_5[7],
+    term_9[7], term_10[7], term_11[7], term_12[7], term_13[7], term_14[7], term_15[7], term_17[7],
+    term_19[7], term_20[7], term_21[7], term_22[7], term_23[7], term_24[7], term_25[7]}));
+  carry_or #(.WIDTH(18)) word_8 (.any_o(word[8]), .bits_i({term_0[8], term_2[8], term_6[8],
+    term_9[8], term_11[8], term_12[8], term_13[8], term_14[8], term_15[8], term_17[8], term_18[8],
+    term_19[8], term_20[8], term_21[8], term_22[8], term_23[8], term_24[8], term_25[8]}));
+  carry_or #(.WIDTH(15)) word_9 (.any_o(word[9]), .bits_i({term_0[9], term_2[9], term_9[9],
+    term_11[9], term_12[9], term_13[9], term_14[9], term_15[9], term_17[9], term_19[9], term_20[9],
+    term_21[9], term_22[9], term_23[9], term_24[9]}));
+  carry_or #(.WIDTH(13)) word_10 (.any_o(word[10]), .bits_i({term_0[10], term_9[10], term_11[10],
+    term_12[10], term_13[10], term_14[10], term_15[10], term_17[10], term_19[10], term_20[10],
+    term_21[10], term_22[10], term_23[10]}));
+  carry_or #(.WIDTH(14)) word_11 (.any_o(word[11]), .bits_i({term_0[11], term_2[11], term_9[11],
+    term_11[11], term_12[11], term_13[11], term_14[11], term_15[11], term_17[11], term_19[11],
+    term_20[11], term_21[11], term_22[11], term_23[11]}));
+  carry_or #(.WIDTH(10)) word_12 (.any_o(word[12]), .bits_i({term_0[12], term_2[12], term_12[12],
+    term_15[12], term_17[12], term_19[12], term_20[12], term_21[12], term_22[12], term_23[12]}));
+  carry_or #(.WIDTH(9)) word_13 (.any_o(word[13]), .bits_i({term_0[13], term_12[13], term_15[13],
+    term_17[13], term_19[13], term_20[13], term_21[13], term_22[13], term_23[13]}));
+  carry_or #(.WIDTH(10)) word_14 (.any_o(word[14]), .bits_i({term_0[14], term_2[14], term_12[14],
+    term_15[14], term_17[14], term_19[14], term_20[14], term_21[14], term_22[14], term_23[14]}));
+  carry_or #(.WIDTH(9)) word_15 (.any_o(word[15]), .bits_i({term_0[15], term_12[15], term_15[15],
+    term_17[15], term_19[15], term_20[15], term_21[15], term_22[15], term_23[15]}));
+`else  // the same at once, for simulators
+  assign word = term_0 | term_1 | term_2 | term_3 | term_4 | term_5 | term_6 | term_7 | term_8 |
+    term_9 | term_10 | term_11 | term_12 | term_13 | term_14 | term_15 | term_16 | term_17 | term_18
+    | term_19 | term_20 | term_21 | term_22 | term_23 | term_24 | term_25;
+`endif
 
-  wire known = at_00_02 | at_01_03 | at_04 | at_07_27 | at_08_48 | at_09_29 | at_0a_0b | at_0c_0d |
-    at_0e_0f | at_10_11 | at_12_1a | at_13_1b | at_14_1c | at_15_1d | at_16_1e | at_18_19 | at_20_28
-    | at_21_23 | at_22_26 | at_24_25 | at_2a_2b | at_30_34 | at_31_39 | at_32_3a | at_33_3b |
-    at_35_3d | at_36_3e | at_37_3f | at_38_3c | at_40 | at_41_51 | at_42_46 | at_44_45 | at_4a_4b |
-    at_50_54 | at_52_53 | at_55 | at_56;
+  wire known = in_memory | counted | at_00_02 | at_01_03 | at_08_28 | at_09_29 | at_0a_0b | at_0c_0d
+    | at_0e_0f | at_20_21 | at_22_23 | at_24_25 | at_26_27 | at_2a_2b | at_30_34 | at_31_39 |
+    at_32_3a | at_33_3b | at_37_3f | at_38_3c | at_40_41 | at_42_46 | at_44_45 | at_48 | at_4a_4b |
+    at_50 | at_55 | at_56;
 
   always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) begin

@@ -81,8 +81,6 @@ module bridge_core #(
   // ---- registers
   wire camera0_hold;
   wire camera1_hold;
-  wire [15:0] scratch;
-  wire [14:0] servo_period_us;
   wire ctrl_servo0_enable;
   wire ctrl_servo1_enable;
   wire ctrl_stream_enable;
@@ -94,16 +92,6 @@ module bridge_core #(
   wire [15:0] wdg_ms;
   wire [1:0] wdg_action;
   wire wdg_fired_clear;
-  wire [15:0] servo0_target_q4;
-  wire [14:0] servo0_min_q4;
-  wire [15:0] servo0_max_q4;
-  wire [15:0] servo0_safe_q4;
-  wire [10:0] servo0_slew_q4;
-  wire [15:0] servo1_target_q4;
-  wire [14:0] servo1_min_q4;
-  wire [15:0] servo1_max_q4;
-  wire [15:0] servo1_safe_q4;
-  wire [10:0] servo1_slew_q4;
   wire [1:0] cam_select_source;
   wire cam_select_alternating;
   wire [6:0] cam_select_frames_each;
@@ -123,10 +111,6 @@ module bridge_core #(
   wire [1:0] trigger_ctrl_fire;
   wire [15:0] trigger_delay_us;
   wire [15:0] trigger_width_us;
-  wire i2c_timeouts_clear;
-  wire i2c_protocol_errors_clear;
-  wire branch_errors_clear;
-  wire spikes_clear;
   wire [1:0] bus_clear;
   wire branch_ctrl_router_enable;
   wire [1:0] branch_ctrl_bypass;
@@ -138,20 +122,22 @@ module bridge_core #(
   wire [1:0] camera_lost, cam_active, frame_valid, short_line, short_frame, frame_cut;
   wire switching, gate_open, forced;
   wire [7:0] irq_status;
-  wire [15:0] servo0_actual_q4, servo1_actual_q4;
-  wire [7:0] servo0_frames, servo1_frames;
+  wire [3:0] servo_place;
+  wire [15:0] servo_word, servo_store_q4;
+  wire servo_store, servo_stored, filling;
+  wire [1:0] servo_finished, wrong_line, wrong_frame;
   wire trigger_busy;
   wire [15:0] skew_us;
   wire [31:0] frame_time;
   wire bus_scl, bus_sda, clear_busy;
   wire [1:0] branch_scl, branch_sda;
-  wire [7:0] i2c_timeouts, i2c_protocol_errors, branch_errors, spikes;
+  wire [3:0] counter_place;
+  wire [7:0] counter;
+  wire counter_clear;
   wire [15:0] camera0_frames, camera0_period_10us, camera0_pixclk_khz;
   wire [11:0] camera0_lines, camera0_pixels;
-  wire [7:0] camera0_short_lines, camera0_short_frames;
   wire [15:0] camera1_frames, camera1_period_10us, camera1_pixclk_khz;
   wire [11:0] camera1_lines, camera1_pixels;
-  wire [7:0] camera1_short_lines, camera1_short_frames;
   register_file registers (
     .clk_i(clk_i),
     .rst_i(soft_rst),
@@ -163,6 +149,15 @@ module bridge_core #(
     .write_allowed_o(write_allowed),
     .write_strobe_i(write_strobe),
     .write_data_i(write_data),
+    .filling_o(filling),
+    .memory_place_i(servo_place),
+    .memory_word_o(servo_word),
+    .memory_store_i(servo_store),
+    .memory_data_i(servo_store_q4),
+    .memory_stored_o(servo_stored),
+    .counter_place_o(counter_place),
+    .counter_clear_o(counter_clear),
+    .counter_i(counter),
     .camera0_hold_o(camera0_hold),
     .camera1_hold_o(camera1_hold),
     .build_i(BUILD),
@@ -172,8 +167,6 @@ module bridge_core #(
     .caps_trigger_i(1'b1),
     .caps_alternating_i(1'b1),
     .caps_tag_i(1'b1),
-    .scratch_o(scratch),
-    .servo_period_us_o(servo_period_us),
     .ctrl_servo0_enable_o(ctrl_servo0_enable),
     .ctrl_servo1_enable_o(ctrl_servo1_enable),
     .ctrl_stream_enable_o(ctrl_stream_enable),
@@ -194,20 +187,6 @@ module bridge_core #(
     .wdg_action_o(wdg_action),
     .wdg_fired_i(watchdog_fired),
     .wdg_fired_clear_o(wdg_fired_clear),
-    .servo0_target_q4_o(servo0_target_q4),
-    .servo0_actual_q4_i(servo0_actual_q4),
-    .servo0_min_q4_o(servo0_min_q4),
-    .servo0_max_q4_o(servo0_max_q4),
-    .servo0_safe_q4_o(servo0_safe_q4),
-    .servo0_slew_q4_o(servo0_slew_q4),
-    .servo0_frames_i(servo0_frames),
-    .servo1_target_q4_o(servo1_target_q4),
-    .servo1_actual_q4_i(servo1_actual_q4),
-    .servo1_min_q4_o(servo1_min_q4),
-    .servo1_max_q4_o(servo1_max_q4),
-    .servo1_safe_q4_o(servo1_safe_q4),
-    .servo1_slew_q4_o(servo1_slew_q4),
-    .servo1_frames_i(servo1_frames),
     .cam_select_source_o(cam_select_source),
     .cam_select_alternating_o(cam_select_alternating),
     .cam_select_frames_each_o(cam_select_frames_each),
@@ -233,8 +212,6 @@ module bridge_core #(
     .camera0_pixels_i(camera0_pixels),
     .camera0_period_10us_i(camera0_period_10us),
     .camera0_pixclk_khz_i(camera0_pixclk_khz),
-    .camera0_short_lines_i(camera0_short_lines),
-    .camera0_short_frames_i(camera0_short_frames),
     .camera0_flags_lost_i(camera_lost[0]),
     .camera0_flags_frame_valid_i(frame_valid[0]),
     .camera0_flags_short_line_i(short_line[0]),
@@ -245,8 +222,6 @@ module bridge_core #(
     .camera1_pixels_i(camera1_pixels),
     .camera1_period_10us_i(camera1_period_10us),
     .camera1_pixclk_khz_i(camera1_pixclk_khz),
-    .camera1_short_lines_i(camera1_short_lines),
-    .camera1_short_frames_i(camera1_short_frames),
     .camera1_flags_lost_i(camera_lost[1]),
     .camera1_flags_frame_valid_i(frame_valid[1]),
     .camera1_flags_short_line_i(short_line[1]),
@@ -268,21 +243,13 @@ module bridge_core #(
     .i2c_diag_branch_scl_i(branch_scl),
     .i2c_diag_branch_sda_i(branch_sda),
     .i2c_diag_clear_busy_i(clear_busy),
-    .i2c_timeouts_i(i2c_timeouts),
-    .i2c_timeouts_clear_o(i2c_timeouts_clear),
-    .i2c_protocol_errors_i(i2c_protocol_errors),
-    .i2c_protocol_errors_clear_o(i2c_protocol_errors_clear),
-    .branch_errors_i(branch_errors),
-    .branch_errors_clear_o(branch_errors_clear),
-    .spikes_i(spikes),
-    .spikes_clear_o(spikes_clear),
     .bus_clear_o(bus_clear),
     .branch_ctrl_router_enable_o(branch_ctrl_router_enable),
     .branch_ctrl_bypass_o(branch_ctrl_bypass)
   );
 
   // For the DSP alone.
-  wire unused = &{1'b0, scratch, unlock};
+  wire unused = &{1'b0, unlock};
 
   // ---- the DSP's bus
   wire target_low, router_low, bus_start, bus_stop;
@@ -333,33 +300,19 @@ module bridge_core #(
     .clearing_o(clear_busy),
     .event_o(branch_event)
   );
-  event_counter #(.BITS(8)) timeout_counter (
+  // Those that can come most often first. A servo's counter wraps, the others stay at 255.
+  event_counters #(
+    .EVENTS(10),
+    .SATURATING(8),
+    .PLACES({4'hF, 4'h7, 4'hE, 4'h6, 4'h3, 4'h1, 4'h2, 4'hD, 4'h5, 4'h4})
+  ) counters (
     .clk_i(clk_i),
     .rst_i(soft_rst),
-    .event_i(timeout_event),
-    .clear_i(i2c_timeouts_clear),
-    .count_o(i2c_timeouts)
-  );
-  event_counter #(.BITS(8)) protocol_counter (
-    .clk_i(clk_i),
-    .rst_i(soft_rst),
-    .event_i(protocol_event),
-    .clear_i(i2c_protocol_errors_clear),
-    .count_o(i2c_protocol_errors)
-  );
-  event_counter #(.BITS(8)) branch_counter (
-    .clk_i(clk_i),
-    .rst_i(soft_rst),
-    .event_i(branch_event),
-    .clear_i(branch_errors_clear),
-    .count_o(branch_errors)
-  );
-  event_counter #(.BITS(8)) spike_counter (
-    .clk_i(clk_i),
-    .rst_i(soft_rst),
-    .event_i(spike_event),
-    .clear_i(spikes_clear),
-    .count_o(spikes)
+    .event_i({servo_finished, wrong_frame, branch_event, timeout_event, protocol_event, wrong_line,
+              spike_event}),
+    .clear_i(counter_clear),
+    .place_i(counter_place),
+    .count_o(counter)
   );
 
   // ---- servos
@@ -375,24 +328,16 @@ module bridge_core #(
     .watchdog_clear_i(wdg_fired_clear),
     .watchdog_fired_o(watchdog_fired),
     .watchdog_event_o(watchdog_event),
-    .period_us_i(servo_period_us),
     .enable_i({ctrl_servo1_enable, ctrl_servo0_enable}),
-    .servo0_target_q4_i(servo0_target_q4),
-    .servo0_min_q4_i({1'b0, servo0_min_q4}),
-    .servo0_max_q4_i(servo0_max_q4),
-    .servo0_safe_q4_i(servo0_safe_q4),
-    .servo0_slew_q4_i(servo0_slew_q4),
-    .servo1_target_q4_i(servo1_target_q4),
-    .servo1_min_q4_i({1'b0, servo1_min_q4}),
-    .servo1_max_q4_i(servo1_max_q4),
-    .servo1_safe_q4_i(servo1_safe_q4),
-    .servo1_slew_q4_i(servo1_slew_q4),
+    .place_o(servo_place),
+    .word_i(servo_word),
+    .filling_i(filling),
+    .store_o(servo_store),
+    .store_q4_o(servo_store_q4),
+    .stored_i(servo_stored),
     .servo_o(servo_o),
     .active_o(servo_active),
-    .servo0_actual_q4_o(servo0_actual_q4),
-    .servo1_actual_q4_o(servo1_actual_q4),
-    .servo0_frames_o(servo0_frames),
-    .servo1_frames_o(servo1_frames)
+    .finished_o(servo_finished)
   );
 
   // ---- pixels
@@ -442,6 +387,8 @@ module bridge_core #(
     .lost_o(camera_lost),
     .cut_o(frame_cut),
     .frame_valid_o(frame_valid),
+    .wrong_line_o(wrong_line),
+    .wrong_frame_o(wrong_frame),
     .short_line_o(short_line),
     .short_frame_o(short_frame),
     .camera0_frames_o(camera0_frames),
@@ -449,15 +396,11 @@ module bridge_core #(
     .camera0_pixels_o(camera0_pixels),
     .camera0_period_10us_o(camera0_period_10us),
     .camera0_pixclk_khz_o(camera0_pixclk_khz),
-    .camera0_short_lines_o(camera0_short_lines),
-    .camera0_short_frames_o(camera0_short_frames),
     .camera1_frames_o(camera1_frames),
     .camera1_lines_o(camera1_lines),
     .camera1_pixels_o(camera1_pixels),
     .camera1_period_10us_o(camera1_period_10us),
     .camera1_pixclk_khz_o(camera1_pixclk_khz),
-    .camera1_short_lines_o(camera1_short_lines),
-    .camera1_short_frames_o(camera1_short_frames),
     .skew_us_o(skew_us),
     .frame_time_o(frame_time),
     .event_frame_start_o(frame_event),

@@ -30,15 +30,14 @@ module camera_channel (
   output wire activity_o,
   output wire lost_o,
   output wire start_o,
-  output wire error_o,
+  output wire wrong_line_o,
+  output wire wrong_frame_o,
   output wire frame_valid_o,
   output wire short_line_o,
   output wire short_frame_o,
   output wire [15:0] frames_o,
   output wire [11:0] lines_o,
-  output wire [11:0] pixels_o,
-  output wire [7:0] short_lines_o,
-  output wire [7:0] short_frames_o
+  output wire [11:0] pixels_o
 );
 
   wire pixel_rst;
@@ -67,6 +66,7 @@ module camera_channel (
   wire taken_meta;
   wire measuring_meta;
   wire finish;
+  wire closing;
 `endif
   sync_bit taken_level (
     .clk_i(pixel_clk_i),
@@ -94,21 +94,21 @@ module camera_channel (
     .lines_o(lines),
     .width_o(width),
     .wrong_o(wrong),
+`ifdef PROVE_CAMERA_CHANNEL
+    .closing_o(closing),
+`endif
     .wrong_line_o(wrong_line)
   );
 
-  wire wrong_line_here;
   sync_pulse wrong_lines (
     .from_clk_i(pixel_clk_i),
     .from_rst_i(pixel_rst),
     .pulse_i(wrong_line),
     .to_clk_i(clk_i),
     .to_rst_i(rst_i),
-    .pulse_o(wrong_line_here)
+    .pulse_o(wrong_line_o)
   );
 
-  wire frame_error;
-  assign error_o = frame_error || wrong_line_here;
   frame_record record (
     .clk_i(clk_i),
     .rst_i(rst_i),
@@ -117,7 +117,6 @@ module camera_channel (
     .lines_i(lines),
     .width_i(width),
     .wrong_i(wrong),
-    .wrong_line_i(wrong_line_here),
     .expect_height_i(expect_height_i),
 `ifdef PROVE_CAMERA_CHANNEL
     .meta_o(measuring_meta),
@@ -125,15 +124,13 @@ module camera_channel (
 `endif
     .taken_o(taken),
     .start_o(start_o),
-    .frame_error_o(frame_error),
+    .frame_error_o(wrong_frame_o),
     .frame_valid_o(frame_valid_o),
     .frames_o(frames_o),
     .lines_o(lines_o),
     .pixels_o(pixels_o),
     .short_line_o(short_line_o),
-    .short_frame_o(short_frame_o),
-    .short_lines_o(short_lines_o),
-    .short_frames_o(short_frames_o)
+    .short_frame_o(short_frame_o)
   );
 
   clock_meter clock_watch (
@@ -151,7 +148,7 @@ module camera_channel (
     .clk_i(clk_i), .rst_i(rst_i), .pixel_clk_i(pixel_clk_i),
     .measuring(measuring), .lines(lines), .width(width), .wrong(wrong), .taken(taken),
     .taken_there(taken_there), .frame_valid(frame_valid_o),
-    .measuring_meta(measuring_meta), .taken_meta(taken_meta), .finish(finish)
+    .measuring_meta(measuring_meta), .taken_meta(taken_meta), .finish(finish), .closing(closing)
   );
 `endif
 

@@ -61,13 +61,13 @@ module camera_select (
 
   reg [1:0] state;
   reg [1:0] target;
-  reg [7:0] wait_ms;
+  reg [8:0] wait_ms;    // -what is left; the highest bit is 1 when nothing is
   reg [1:0] settled;
-  reg [6:0] remaining;
+  reg [7:0] remaining;  // likewise
 
   wire active_lost = active_o == 2'd0 && lost_i[0] || active_o == 2'd1 && lost_i[1];
   wire other_lost = active_o == 2'd0 && lost_i[1] || active_o == 2'd1 && lost_i[0];
-  wire due = (remaining == 7'd0 || active_lost) && !other_lost;
+  wire due = (remaining[7] || active_lost) && !other_lost;
 
   reg [1:0] wanted;
   always @* begin
@@ -76,7 +76,10 @@ module camera_select (
     else wanted = {1'b0, active_o[0] ^ due};
   end
 
-  wire expired = wait_ms == 8'd0;
+  // A wait begins with the next clock: for the end of a frame, or for the start of one.
+  wire begins = state == IDLE || state == CHANGE;
+  wire [6:0] frames = {frames_each_i[6:1], frames_each_i[0] || frames_each_i == 7'd0};
+  wire expired = wait_ms[8];
   wire stopped = !clock_busy_i && settled == 2'd3;
   wire started = stream_i ? gate_open_i : clock_busy_i;
   wire give_up = expired || active_lost;
@@ -97,12 +100,16 @@ module camera_select (
       gate_reset_o <= 1'b0;
       force_o <= 1'b0;
       forced_o <= 1'b0;
-      wait_ms <= 8'd0;
+      wait_ms <= 9'h100;
       settled <= 2'd0;
-      remaining <= 7'd1;
+      remaining <= 8'h7F;
     end else begin
-      if (frame_start_i && remaining != 7'd0) remaining <= remaining - 7'd1;
-      if (tick_ms_i && !expired) wait_ms <= wait_ms - 8'd1;
+      if (state == CHANGE || (frame_start_i && !remaining[7])) begin
+        remaining <= (state == CHANGE ? {1'b0, ~frames} : remaining) + 8'd1;
+      end
+      if (begins || (tick_ms_i && !expired)) begin
+        wait_ms <= (begins ? {1'b0, ~timeout_ms_i} : wait_ms) + 9'd1;
+      end
       case (state)
         IDLE: begin
           gate_o <= stream_i;
@@ -112,7 +119,6 @@ module camera_select (
             target <= wanted;
             gate_o <= 1'b0;
             select_o <= 3'b000;
-            wait_ms <= timeout_ms_i;
           end
         end
         STOP: begin
@@ -132,8 +138,6 @@ module camera_select (
           active_o <= target;
           select_o <= {target[1], target == 2'd1, target == 2'd0};
           gate_o <= stream_i;
-          wait_ms <= timeout_ms_i;
-          remaining <= frames_each_i == 7'd0 ? 7'd1 : frames_each_i;
         end
         START: begin
           gate_o <= stream_i;

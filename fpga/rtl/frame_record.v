@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The control domain's side of frame_meter: takes the results of each frame over while they stand
-// still, and keeps the counts of one camera.
+// still, and counts the frames of one camera.
 //
 // measuring_i   __|^^^^^^^^^^^^^^^^^^^^|_____________   from frame_meter, any phase
 // taken_o       ______|^^^^^^^^^^^^^^^^^^^^^^|_______   back to frame_meter
@@ -11,9 +11,8 @@
 //
 // While hold_i is high the size (lines_o, pixels_o) and its flags stay those of the frame that was
 // the last when hold_i rose, so that they belong to the count in frames_o that was read with it;
-// the counts go on. frames_o wraps; short_lines_o and short_frames_o count what differs from the
-// expected size (or from the first line, from the frame before) and stay at 255. expect_height_i =
-// 0: as the frame before. Bad lines must be 3 clk_i apart to be counted each.
+// the count goes on, and wraps. frame_error_o: the frame that ends has not the expected height
+// (expect_height_i = 0: not that of the frame before).
 
 `default_nettype none
 
@@ -25,7 +24,6 @@ module frame_record (
   input  wire [11:0] lines_i,
   input  wire [11:0] width_i,
   input  wire wrong_i,
-  input  wire wrong_line_i,
   input  wire [11:0] expect_height_i,
 `ifdef PROVE_CAMERA_CHANNEL
   output wire meta_o,
@@ -39,9 +37,7 @@ module frame_record (
   output reg  [11:0] lines_o,
   output reg  [11:0] pixels_o,
   output reg  short_line_o,
-  output reg  short_frame_o,
-  output wire [7:0] short_lines_o,
-  output wire [7:0] short_frames_o
+  output reg  short_frame_o
 );
 
   wire measuring;
@@ -90,22 +86,6 @@ module frame_record (
     end
   end
 
-  event_counter #(.BITS(8)) short_lines (
-    .clk_i(clk_i),
-    .rst_i(rst_i),
-    .event_i(wrong_line_i),
-    .clear_i(1'b0),
-    .count_o(short_lines_o)
-  );
-
-  event_counter #(.BITS(8)) short_frames (
-    .clk_i(clk_i),
-    .rst_i(rst_i),
-    .event_i(frame_error_o),
-    .clear_i(1'b0),
-    .count_o(short_frames_o)
-  );
-
 `ifdef PROVE_CAMERA_CHANNEL
   assign finish_o = finish;
 `endif
@@ -113,11 +93,11 @@ module frame_record (
   frame_record_properties properties (
     .clk_i(clk_i), .rst_i(rst_i), .hold_i(hold_i), .measuring(measuring),
     .was_measuring(was_measuring), .lines_i(lines_i), .width_i(width_i),
-    .wrong_i(wrong_i), .wrong_line_i(wrong_line_i),
+    .wrong_i(wrong_i),
     .expect_height_i(expect_height_i), .start_o(start_o), .finish(finish),
     .wrong_height(wrong_height), .frame_error_o(frame_error_o), .frames_o(frames_o),
     .lines_o(lines_o), .pixels_o(pixels_o), .short_line_o(short_line_o),
-    .short_frame_o(short_frame_o), .short_lines_o(short_lines_o), .short_frames_o(short_frames_o)
+    .short_frame_o(short_frame_o)
   );
 `endif
 

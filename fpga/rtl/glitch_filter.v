@@ -7,13 +7,16 @@
 // clk_i    _| |_| |_| |_| |_| |_| |_| |_| |_| |_| |_| |_| |_
 //          ______   ____          ____________________________
 // line_i         |_|    |________|                                 (SAMPLES = 3)
+//          __________   ____          __________________________
+// sample_o           |_|    |________|                               as line_i, 2 clocks later
 //          ________________________________          __________
 // level_o                                  |________|
 // spike_o  ________________|^^^|______________________________
 //
 // SAMPLES: at least 2; a spike shorter than SAMPLES - 1 periods of clk_i is always removed, a level
 // longer than SAMPLES periods always passes. At 25 MHz 3 samples remove 80 ns; the
-// specification asks for 50 ns. spike_o: one clock for each run of samples that was removed.
+// specification asks for 50 ns. sample_o: the line at clk_i, not filtered. spike_o: one clock for
+// each run of samples that was removed.
 // Latency: 2 (synchroniser) + SAMPLES rising edges. The line is high during reset.
 
 `default_nettype none
@@ -25,6 +28,7 @@ module glitch_filter #(
   input  wire rst_i,
   input  wire line_i,
   output reg  level_o,
+  output wire sample_o,
   output wire spike_o
 );
 
@@ -39,6 +43,7 @@ module glitch_filter #(
 
   reg [SAMPLES-2:0] earlier;
   wire [SAMPLES-1:0] samples = {earlier, sample};
+  assign sample_o = sample;
 
   always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) begin

@@ -40,13 +40,17 @@
 //                                               + 80 ns - 40 ns (sampling)
 //   branch scl falls -> data moves   5 clocks   200 ns of hold
 //   branch sda -> sda                6 clocks   240 ns
-//   scl falls -> answer on sda      12 clocks   480 ns + tVD of the sensor; 11 clocks at least
-//   START, STOP -> branch            8 clocks   2 of them to be sure that it is one; its hold time
-//                                               is 80 ns shorter on the branch
+//   scl falls -> answer on sda      12 clocks   480 ns + tVD of the sensor, but 26 clocks (1040 ns)
+//                                               at least: what the branch shows before may be the
+//                                               last bit of the other direction, rising slowly
+//   START, STOP -> branch           10 clocks   4 of them to be sure that it is one; its hold time
+//                                               is 160 ns shorter on the branch
 // 400 kHz (low 1300 ns): the sensor has 1300 - 480 - 100 (set-up) - rise = ~600 ns for its answer;
-// fast mode allows it 900, 350 are usual. High time and hold time of START should be >= 680 ns at
-// the master, so that the branch gets 600.
-// 100 kHz: margins above 3 us. The DSP's bus may run at 1 MHz to other devices.
+// fast mode allows it 900, 350 are usual. High times should be >= 680 ns at the master, and the
+// hold time of START >= 800 (with 40 of sampling), so that the branch gets 600.
+// 100 kHz: margins above 3 us. The DSP's bus may run at 1 MHz to other devices: with a low time of
+// less than 21 clocks (840 ns) the branches take no further part until the next START, and nothing
+// is answered for them.
 `default_nettype none
 
 module i2c_router (
@@ -74,11 +78,12 @@ module i2c_router (
   output wire       stretch_o,
   output wire       timeout_o
 );
-  localparam [3:0] RISE = 4'd1;
-  localparam [3:0] HOLD = 4'd4;
-  localparam [3:0] MOVED = 4'd5;
-  localparam [3:0] AFTER_START = 4'd2;
-  localparam [3:0] START_AGAIN = 4'd10;
+  localparam [4:0] RISE = 5'd1;
+  localparam [4:0] HOLD = 5'd4;
+  localparam [4:0] ANSWER = 5'd20;
+  localparam [4:0] AFTER_START = 5'd2;
+  localparam [4:0] START_AGAIN = 5'd10;
+  localparam [4:0] SETTLED = 5'd15;
   localparam [3:0] BEFORE_FIRST = 4'd15;
   localparam [3:0] ACKNOWLEDGE = 4'd8;
   localparam [4:0] LAST_MS = 5'd30;
@@ -86,12 +91,12 @@ module i2c_router (
   // ---- edges of the DSP's SCL, and the time since
   reg        scl;
   reg        up;                       // the branches' SCL is high too
-  reg [3:0]  count;
-  wire       high_settled = scl_i && scl && (count != 4'd0);
+  reg [4:0]  count;
+  wire       high_settled = scl_i && scl && (count != 5'd0);
   wire       track = !scl_i && !scl && (count >= HOLD);
   wire       fall = up && !scl_i;
-  wire       too_short = scl_i && !scl && (count != MOVED);  // no time to move SDA in this low
-  wire       counted = scl_i ? (count == RISE) || (count == 4'd15) : (count == MOVED);
+  wire       too_short = scl_i && !scl && (count != ANSWER);  // no time to answer in this low
+  wire       counted = scl_i ? (count == RISE) || (count == SETTLED) : (count == ANSWER);
 
   always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) begin
@@ -102,11 +107,11 @@ module i2c_router (
       scl <= scl_i;
       up <= scl_i && (up || high_settled);
       if (scl_i != scl) begin
-        count <= 4'd0;
+        count <= 5'd0;
       end else if (start_i) begin
         count <= AFTER_START;
       end else if (!counted) begin
-        count <= count + 4'd1;
+        count <= count + 5'd1;
       end
     end
   end
@@ -217,7 +222,7 @@ module i2c_router (
         attached <= stays;
       end else if (track && (attached != 2'd0)) begin
         sda_low <= attached & ~branch_bit & {2{!to_master}};
-        answer_low <= to_master && answer;
+        answer_low <= to_master && ((count == ANSWER) ? answer : answer_low);
       end else if (up && (count == START_AGAIN)) begin
         sda_low <= attached;
       end else if (tick_ms_i && ((attached | scl_low) == 2'd0)) begin

@@ -64,20 +64,25 @@ module i2c_target #(
   localparam [2:0] SEND_HIGH = 3'd5;
   localparam [2:0] SEND_LOW = 3'd6;
 
+  wire scl_sample;
+  wire sda_sample;
   wire scl_spike;
   wire sda_spike;
   glitch_filter scl_filter (
-    .clk_i(clk_i), .rst_i(rst_i), .line_i(scl_i), .level_o(scl_o), .spike_o(scl_spike)
+    .clk_i(clk_i), .rst_i(rst_i), .line_i(scl_i), .level_o(scl_o), .sample_o(scl_sample),
+    .spike_o(scl_spike)
   );
   glitch_filter sda_filter (
-    .clk_i(clk_i), .rst_i(rst_i), .line_i(sda_i), .level_o(sda_o), .spike_o(sda_spike)
+    .clk_i(clk_i), .rst_i(rst_i), .line_i(sda_i), .level_o(sda_o), .sample_o(sda_sample),
+    .spike_o(sda_spike)
   );
   assign spike_o = scl_spike || sda_spike;
+  wire unused = &{1'b0, sda_sample};
 
   wire scl_rise;
   wire scl_fall;
   bus_condition condition (
-    .clk_i(clk_i), .rst_i(rst_i), .scl_i(scl_o), .sda_i(sda_o),
+    .clk_i(clk_i), .rst_i(rst_i), .scl_i(scl_o), .scl_sample_i(scl_sample), .sda_i(sda_o),
     .scl_rise_o(scl_rise), .scl_fall_o(scl_fall), .start_o(start_o), .stop_o(stop_o)
   );
 

@@ -24,24 +24,16 @@ module motion (
   output wire        watchdog_fired_o,
   output wire        watchdog_event_o,
 
-  input  wire [14:0] period_us_i,
   input  wire [1:0]  enable_i,
-  input  wire [15:0] servo0_target_q4_i,
-  input  wire [15:0] servo0_min_q4_i,
-  input  wire [15:0] servo0_max_q4_i,
-  input  wire [15:0] servo0_safe_q4_i,
-  input  wire [10:0] servo0_slew_q4_i,
-  input  wire [15:0] servo1_target_q4_i,
-  input  wire [15:0] servo1_min_q4_i,
-  input  wire [15:0] servo1_max_q4_i,
-  input  wire [15:0] servo1_safe_q4_i,
-  input  wire [10:0] servo1_slew_q4_i,
+  output wire [3:0]  place_o,
+  input  wire [15:0] word_i,
+  input  wire        filling_i,
+  output wire        store_o,
+  output wire [15:0] store_q4_o,
+  input  wire        stored_i,
   output wire [1:0]  servo_o,
   output wire [1:0]  active_o,
-  output wire [15:0] servo0_actual_q4_o,
-  output wire [15:0] servo1_actual_q4_o,
-  output wire [7:0]  servo0_frames_o,
-  output wire [7:0]  servo1_frames_o
+  output wire [1:0]  finished_o
 );
 
   wire hold;
@@ -64,29 +56,41 @@ module motion (
   );
 
   wire frame;
+  wire work;
   wire early;
+  wire idle;
   wire [11:0] phase_us;
   wire [4:0] sub_clock;
-  wire [5:0] step;
   servo_frame frames (
     .clk_i(clk_i),
     .rst_i(rst_i),
     .tick_us_i(tick_us_i),
-    .period_us_i(period_us_i),
+    .period_us_i(word_i[14:0]),
+    .period_there_i(idle),
     .frame_o(frame),
+    .work_o(work),
     .phase_us_o(phase_us),
     .early_o(early),
-    .sub_clock_o(sub_clock),
-    .step_o(step)
+    .sub_clock_o(sub_clock)
   );
 
-  // A register is new a clock after its strobe; all of them are three clocks after a soft reset.
-  reg [2:0] written;
-  always @(posedge clk_i or posedge rst_i) begin
-    if (rst_i) written <= 3'd0;
-    else written <= {written[1:0], written_i};
-  end
-  wire changed = written_i || (|written);
+  wire [1:0] may_load;
+  wire [1:0] load;
+  servo_width widths (
+    .clk_i(clk_i),
+    .rst_i(rst_i),
+    .start_i(work),
+    .restart_i(written_i || filling_i),
+    .safe_i(safe),
+    .take_i(may_load & {2{!hold}}),
+    .idle_o(idle),
+    .place_o(place_o),
+    .word_i(word_i),
+    .store_o(store_o),
+    .stored_i(stored_i),
+    .load_o(load),
+    .next_q4_o(store_q4_o)
+  );
 
   servo_pwm servo0 (
     .clk_i(clk_i),
@@ -95,21 +99,14 @@ module motion (
     .phase_us_i(phase_us),
     .early_i(early),
     .sub_clock_i(sub_clock),
-    .step_i(step),
-    .changed_i(changed),
     .enable_i(enable_i[0]),
-    .hold_i(hold),
-    .safe_i(safe),
     .off_i(off),
-    .target_q4_i(servo0_target_q4_i),
-    .min_q4_i(servo0_min_q4_i),
-    .max_q4_i(servo0_max_q4_i),
-    .safe_q4_i(servo0_safe_q4_i),
-    .slew_q4_i(servo0_slew_q4_i),
+    .load_i(load[0]),
+    .next_q4_i(store_q4_o),
+    .may_load_o(may_load[0]),
     .servo_o(servo_o[0]),
     .active_o(active_o[0]),
-    .actual_q4_o(servo0_actual_q4_o),
-    .frames_o(servo0_frames_o)
+    .finished_o(finished_o[0])
   );
 
   servo_pwm servo1 (
@@ -119,21 +116,14 @@ module motion (
     .phase_us_i(phase_us),
     .early_i(early),
     .sub_clock_i(sub_clock),
-    .step_i(step),
-    .changed_i(changed),
     .enable_i(enable_i[1]),
-    .hold_i(hold),
-    .safe_i(safe),
     .off_i(off),
-    .target_q4_i(servo1_target_q4_i),
-    .min_q4_i(servo1_min_q4_i),
-    .max_q4_i(servo1_max_q4_i),
-    .safe_q4_i(servo1_safe_q4_i),
-    .slew_q4_i(servo1_slew_q4_i),
+    .load_i(load[1]),
+    .next_q4_i(store_q4_o),
+    .may_load_o(may_load[1]),
     .servo_o(servo_o[1]),
     .active_o(active_o[1]),
-    .actual_q4_o(servo1_actual_q4_o),
-    .frames_o(servo1_frames_o)
+    .finished_o(finished_o[1])
   );
 
 endmodule

@@ -12,8 +12,9 @@
 // frame_o (FS2)    __________|^^^^^^^^^|_______________________________    first_line_i = 1
 //
 // A line exists only inside a frame that the gate lets through. With tag_i the first pixel of a
-// frame is {source_i, number of the frame since reset}. Both modes, and the source, are taken
-// while the gate is closed; they may come from any domain.
+// frame is {source_i, number of the frame since reset}, and so is data_o before it. `waiting` and
+// `counted` keep what lies between a source's flip-flop and those here short: it is half a period.
+// Both modes, and the source, are taken while the gate is closed; they may come from any domain.
 // counter_rst_i starts the number again; rst_i, given while the clock stands, only the rest.
 // Latency: half a period.
 
@@ -33,23 +34,34 @@ module ppi_output (
   output reg  [9:0] data_o,
   output reg  line_o,
   output reg  frame_o,
+`ifdef PROVE_STREAM_SWITCH
+  output wire waiting_o,
+`endif
   output reg  passing_o
 );
 
   reg first_line;
   reg tag;
   reg after_first;
+  reg waiting;             // for the first pixel
+  reg counted;
   reg [7:0] number;
+
+`ifdef PROVE_STREAM_SWITCH
+  assign waiting_o = waiting;
+`endif
 
   wire frame = frame_i && open_i;
   wire line = line_i && frame;
-  wire first_pixel = line && !line_o && !after_first;
+  wire first_pixel = line && waiting;
+  wire now_after_first = frame && (after_first || (line_o && !line));
 
   always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) begin
       first_line <= 1'b0;
       tag <= 1'b0;
       after_first <= 1'b0;
+      waiting <= 1'b1;
       data_o <= 10'd0;
       line_o <= 1'b0;
       frame_o <= 1'b0;
@@ -59,8 +71,9 @@ module ppi_output (
         first_line <= first_line_i;
         tag <= tag_i;
       end
-      after_first <= frame && (after_first || (line_o && !line));
-      data_o <= tag && first_pixel ? {source_i, number} : data_i;
+      after_first <= now_after_first;
+      waiting <= !line && !now_after_first;
+      data_o <= tag && waiting ? {source_i, number} : data_i;
       line_o <= line;
       frame_o <= first_line ? line && !after_first : frame;
       passing_o <= frame;
@@ -68,8 +81,13 @@ module ppi_output (
   end
 
   always @(posedge clk_i or posedge counter_rst_i) begin
-    if (counter_rst_i) number <= 8'd0;
-    else if (first_pixel) number <= number + 8'd1;
+    if (counter_rst_i) begin
+      counted <= 1'b0;
+      number <= 8'd0;
+    end else begin
+      counted <= first_pixel;
+      if (counted) number <= number + 8'd1;
+    end
   end
 
 `ifdef PROVE_PPI_OUTPUT
@@ -78,7 +96,7 @@ module ppi_output (
     .tag_i(tag_i), .source_i(source_i), .open_i(open_i), .data_i(data_i), .line_i(line_i),
     .frame_i(frame_i), .data_o(data_o), .line_o(line_o), .frame_o(frame_o),
     .passing_o(passing_o), .first_line(first_line), .tag(tag), .after_first(after_first),
-    .number(number)
+    .waiting(waiting), .counted(counted), .number(number)
   );
 `endif
 

@@ -41,6 +41,7 @@ module sensor_bus (
   wire [3:0] lines = {branch_sda_i, branch_scl_i};
   wire [3:0] level;
   wire [3:0] spike;
+  wire [3:0] sample;
   genvar i;
   generate
     for (i = 0; i < 4; i = i + 1) begin : line
@@ -49,6 +50,7 @@ module sensor_bus (
         .rst_i(rst_i),
         .line_i(lines[i]),
         .level_o(level[i]),
+        .sample_o(sample[i]),
         .spike_o(spike[i])
       );
     end
@@ -57,7 +59,7 @@ module sensor_bus (
   assign branch_sda_o = level[3:2];
 
   // Spikes are counted on the DSP's bus alone.
-  wire unused = &{1'b0, spike};
+  wire unused = &{1'b0, spike, sample};
 
   wire [1:0] clearing;
   wire error;

@@ -7,12 +7,12 @@
 //   tick_us_i    _|'|_______|'|_______|'|_______|'|_______|'|__
 //   phase_us     P-2 |  P-1    |    P    |    1    |    2          P: the period in use
 //   frame_o      _______________|'|____________________________    first clock of phase P
+//   work_o       _______________________|'|____________________    the period has been taken
 //   sub_clock_o  ... |0 1 2 ..  |0 1 2 .. |0 1 2 .. |0 1 2 ..      clocks since the last tick
 //
-// The period is taken over between two frames, and only if it is inside 15 000 .. 25 000 us: a
-// value outside is ignored and the last good one stays (20 000 us after reset).
-//
-// step_o runs freely over the 64 clocks of one round of servo_width; both channels share it.
+// The period is taken over at the end of a frame's first microsecond, and only if period_there_i is
+// high and it is inside 15 000 .. 25 000 us: a value outside is ignored and the last good one stays
+// (20 000 us after reset).
 //
 // Latency: frame_o is high in the clock after the tick.
 `default_nettype none
@@ -22,11 +22,12 @@ module servo_frame (
   input  wire        rst_i,
   input  wire        tick_us_i,
   input  wire [14:0] period_us_i,
+  input  wire        period_there_i,
   output wire        frame_o,      // one clock: a frame starts
+  output wire        work_o,       // one clock: its first microsecond ends
   output wire [11:0] phase_us_o,   // microseconds since then, modulo 4096 ...
   output wire        early_o,      // ... and this is 1 while there were fewer than 4096
-  output wire [4:0]  sub_clock_o,  // clocks since the last tick, modulo 32
-  output wire [5:0]  step_o
+  output wire [4:0]  sub_clock_o   // clocks since the last tick, modulo 32
 );
   localparam [14:0] SHORTEST_US = 15'd15000;
   localparam [14:0] LONGEST_US = 15'd25000;
@@ -36,7 +37,6 @@ module servo_frame (
   reg [14:0] period;
   reg        fresh;
   reg [4:0]  sub_clock;
-  reg [5:0]  step;
 
   wire last = (phase == period);
   wire period_good = (period_us_i >= SHORTEST_US) && (period_us_i <= LONGEST_US);
@@ -47,14 +47,12 @@ module servo_frame (
       period <= RESET_US;
       fresh <= 1'b0;
       sub_clock <= 5'd0;
-      step <= 6'd0;
     end else begin
       fresh <= tick_us_i;
-      step <= step + 6'd1;
       sub_clock <= tick_us_i ? 5'd0 : sub_clock + 5'd1;
       if (tick_us_i) begin
         phase <= last ? 15'd1 : phase + 15'd1;
-        if (last && period_good) begin
+        if (last && period_there_i && period_good) begin
           period <= period_us_i;
         end
       end
@@ -62,16 +60,18 @@ module servo_frame (
   end
 
   assign frame_o = fresh && last;
+  assign work_o = tick_us_i && last;
   assign phase_us_o = phase[11:0];
   assign early_o = (phase[14:12] == 3'd0);
   assign sub_clock_o = sub_clock;
-  assign step_o = step;
 
 `ifdef FORMAL
   servo_frame_properties properties (
     .clk_i(clk_i), .rst_i(rst_i), .tick_us_i(tick_us_i), .period_us_i(period_us_i),
-    .frame_o(frame_o), .phase_us_o(phase_us_o), .early_o(early_o), .sub_clock_o(sub_clock_o),
-    .step_o(step_o), .phase_i(phase), .period_i(period)
+    .period_there_i(period_there_i),
+    .frame_o(frame_o), .work_o(work_o),
+    .phase_us_o(phase_us_o), .early_o(early_o), .sub_clock_o(sub_clock_o),
+    .phase_i(phase), .period_i(period)
   );
 `endif
 endmodule

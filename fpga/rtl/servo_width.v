@@ -1,173 +1,169 @@
 // SPDX-License-Identifier: Apache-2.0
-// The next width of a servo pulse: request -> limits -> slew limit -> hardware limits.
+// The next width of the pulses of both servos, one after the other: request -> limits -> slew limit
+// -> hardware limits.
 //
-// Worked out bit by bit, least significant first, over one shift register (with 16 bits at once it
-// needs twice the LUTs). A round takes 64 clocks, in step with step_i; it begins after anything
-// has changed, and again if something changes while it runs:
+// Worked out after the first microsecond of a frame, while the pulses are high but cannot end yet,
+// bit by bit, least significant first, from registers in the register file's memory:
 //
-//   changed_i  __|'|______________________________________________
-//   step_i     ... 62 | 63 | 0 .. 15 | 16 .. 31 | 32 .. 47 | 48 .. 63 | 0
-//   pass                   |    0    |    1     |     2    |     3    |
-//   ready_o    '''|_____________________________________________________|''''
+//   start_i     _|'|__________________________________________________
+//   channel          |           0                  |        1
+//   pass             | 0  | 1  | 2  | .. | 12 | 13 |14| 0  | .. | 13 |14|     16 clocks each
+//   store_o     _____________________________________|'|_______________|'|__
 //
-//   pass 0  compare the request (target or safe position) with both limits, and these
-//   pass 1  put the limit in its place; compare with actual + slew and actual - slew
-//   pass 2  put that in its place; compare with the hardware limits
-//   pass 3  put the hardware limit in its place
+//   pass 0        fetch the actual width
+//   pass 1        fetch the request (target or safe position)
+//   pass 2, 3     compare it with MIN, put MIN in its bit_at if it is below
+//   pass 4, 5     the same with MAX, if it is above (so MAX counts if MIN > MAX)
+//   pass 6, 7     with actual - SLEW     pass 8, 9     with actual + SLEW
+//   pass 10, 11   with 600 us            pass 12, 13   with 2400 us
+//   pass 14       store
 //
-// If min > max, max counts. The slew has 11 bits (up to 127.9 us a frame, twice what the servo can
-// follow), so neither sum can leave 16 bits. The hardware limits come last and are compared with
-// what is in the register itself: no input, however it changes, brings next_q4_o outside them.
+// The slew has 11 bits (up to 127.9 us a frame, twice what the servo can follow), so neither sum
+// can leave 16 bits. The hardware limits come last and are compared with what is in the register
+// itself: no input, however it changes, brings a width outside them that is stored.
 //
-// changed_i must be high in the clock in which an input takes a new value, or in the one before.
-// (safe_i is watched here, it needs no changed_i.)
+// restart_i must be high in the clock in which a register changes; the channel starts anew. (safe_i
+// is watched here.) take_i: the width of the channel may change now; if not, nothing is stored.
+// store_o stays until stored_i answers in the same clock; load_o is this moment for each channel.
+// After reset both words ACTUAL_Q4 are stored once, with the centre; start_i counts after that.
 //
-// Latency: at most 129 clocks from changed_i to ready_o.
+// Latency: 227 clocks a channel.
 `default_nettype none
 
 module servo_width (
   input  wire        clk_i,
   input  wire        rst_i,
-  input  wire [5:0]  step_i,        // from servo_frame
-  input  wire        changed_i,
+  input  wire        start_i,
+  input  wire        restart_i,
   input  wire        safe_i,        // the request is the safe position
-  input  wire [15:0] target_q4_i,
-  input  wire [15:0] safe_q4_i,
-  input  wire [15:0] min_q4_i,
-  input  wire [15:0] max_q4_i,
-  input  wire [10:0] slew_q4_i,
-  input  wire [15:0] actual_q4_i,
-  output wire        ready_o,
-  output wire [15:0] next_q4_o      // good while ready_o
+  input  wire [1:0]  take_i,
+  output wire        idle_o,
+  output wire [3:0]  place_o,     // of a register; the servo period's while idle
+  input  wire [15:0] word_i,        // what stands there
+  output wire        store_o,       // next_q4_o is to be stored at place_o
+  input  wire        stored_i,
+  output wire [1:0]  load_o,
+  output wire [15:0] next_q4_o
 );
   localparam [15:0] LOWEST_Q4 = 16'd9600;    // 600 us
   localparam [15:0] HIGHEST_Q4 = 16'd38400;  // 2400 us
   localparam [15:0] CENTRE_Q4 = 16'd24000;   // 1500 us
+  localparam [3:0] STORE = 4'd14;
+  localparam [2:0] TARGET = 3'd0;            // places of the registers
+  localparam [2:0] ACTUAL = 3'd1;
+  localparam [2:0] MIN = 3'd2;
+  localparam [2:0] MAX = 3'd3;
+  localparam [2:0] SAFE = 3'd4;
+  localparam [2:0] SLEW = 3'd5;
 
-  reg        dirty;                          // something changed since the last round began
-  reg        running;
+  // ---- where the work stands
+  reg        busy;
+  reg        fresh;                          // the centre is to be stored
+  reg        channel;
+  reg [3:0]  pass;
+  reg [3:0]  bit_at;
   reg        use_safe;
-  reg [15:0] next;
 
-  wire [3:0] place = step_i[3:0];
-  wire       last_step = (step_i == 6'd63);
-  wire       changed = changed_i || (use_safe != safe_i);
-  wire [15:0] slew_wide = {5'd0, slew_q4_i};
-
-  // The bits in work, one clock behind step_i.
-  reg [1:0]  pass;
+  // The bit in work, one clock behind.
   reg        working;
-  reg        first;
-  reg        target_bit, safe_bit, min_bit, max_bit, actual_bit, slew_bit;
-  reg        lowest_bit, highest_bit;
+  reg [3:0]  op;
+  reg        last;
+  reg        slewing;
+  reg        operand;
 
-  // What the passes leave for the next one.
-  reg        below, above, crossed;          // request < min, request > max, min > max
-  reg        far_up, far_down;               // more than the slew away
-  reg        too_low, too_high;
-  reg        carry, borrow;
+  wire storing = working && op == STORE;
+  wire take = fresh || take_i[channel];
+  wire done = storing && (stored_i || !take);
+  wire start = start_i && !fresh;
+  wire restart = restart_i || use_safe != safe_i;
+  assign store_o = storing && take;
+  assign load_o = {channel, !channel} & {2{store_o && stored_i}};
 
-  wire request_bit = use_safe ? safe_bit : target_bit;
-  wire carry_in = carry && !first;
-  wire borrow_in = borrow && !first;
-  wire up_bit = actual_bit ^ slew_bit ^ carry_in;
-  wire down_bit = actual_bit ^ slew_bit ^ borrow_in;
-  wire use_max = above || (below && crossed);
-  reg  value;
+  always @(posedge clk_i or posedge rst_i) begin
+    if (rst_i) begin
+      busy <= 1'b1;
+      fresh <= 1'b1;
+      channel <= 1'b0;
+      pass <= STORE;
+      bit_at <= 4'd0;
+      use_safe <= 1'b0;
+    end else begin
+      use_safe <= safe_i;
+      busy <= start || (busy && !(done && channel));
+      fresh <= fresh && !(done && channel);
+      channel <= !start && (channel || done);
+      bit_at <= start || restart || pass == STORE ? 4'd0 : bit_at + 4'd1;
+      if (!fresh) begin
+        if (start_i || restart || done) pass <= 4'd0;
+        else if (bit_at == 4'd15) pass <= pass + 4'd1;
+      end
+    end
+  end
 
+  reg [2:0] register;
   always @* begin
     case (pass)
-      2'd0: value = request_bit;
-      2'd1: value = use_max ? max_bit : below ? min_bit : next[0];
-      2'd2: value = far_up ? up_bit : far_down ? down_bit : next[0];
-      default: value = too_low ? lowest_bit : too_high ? highest_bit : next[0];
+      4'd1: register = use_safe ? SAFE : TARGET;
+      4'd2, 4'd3: register = MIN;
+      4'd4, 4'd5: register = MAX;
+      4'd6, 4'd7, 4'd8, 4'd9: register = SLEW;
+      default: register = ACTUAL;
     endcase
   end
+  assign idle_o = !busy;
+  assign place_o = {channel, register} | {4{!busy}};
+
+  // ---- bit by bit
+  reg [15:0] next;
+  reg [15:0] actual;
+  reg        replace;                        // put the limit in the bit_at of what is there
+  reg        carry;                          // or borrow
+
+  wire select = op[0];
+  wire lower = op[1];                        // the limit is a lower one
+  wire at_most = actual[0] ^ operand ^ carry;
+  wire limit = slewing ? at_most : operand;
+  wire beyond = limit == next[0] ? replace : lower ? limit : next[0];
+  wire carry_on = (operand && (carry || (actual[0] ^ lower))) || (carry && (actual[0] ^ lower));
+  wire hardware = pass[3] && (pass[2] || pass[1]);
+  wire hardware_bit = pass[2] ? HIGHEST_Q4[bit_at] : LOWEST_Q4[bit_at];
 
   always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) begin
-      dirty <= 1'b1;
-      running <= 1'b0;
-      use_safe <= 1'b0;
-      pass <= 2'd0;
       working <= 1'b0;
-      first <= 1'b0;
-      target_bit <= 1'b0;
-      safe_bit <= 1'b0;
-      min_bit <= 1'b0;
-      max_bit <= 1'b0;
-      actual_bit <= 1'b0;
-      slew_bit <= 1'b0;
-      lowest_bit <= 1'b0;
-      highest_bit <= 1'b0;
-    end else begin
-      dirty <= changed || (dirty && !last_step);
-      if (last_step) begin
-        running <= dirty;
-      end
-      use_safe <= safe_i;
-      pass <= step_i[5:4];
-      working <= running;
-      first <= (place == 4'd0);
-      target_bit <= target_q4_i[place];
-      safe_bit <= safe_q4_i[place];
-      min_bit <= min_q4_i[place];
-      max_bit <= max_q4_i[place];
-      actual_bit <= actual_q4_i[place];
-      slew_bit <= slew_wide[place];
-      lowest_bit <= LOWEST_Q4[place];
-      highest_bit <= HIGHEST_Q4[place];
-    end
-  end
-
-  always @(posedge clk_i or posedge rst_i) begin
-    if (rst_i) begin
+      op <= 4'd0;
+      last <= 1'b0;
+      slewing <= 1'b0;
+      operand <= 1'b0;
       next <= CENTRE_Q4;
-      below <= 1'b0;
-      above <= 1'b0;
-      crossed <= 1'b0;
-      far_up <= 1'b0;
-      far_down <= 1'b0;
-      too_low <= 1'b0;
-      too_high <= 1'b0;
+      actual <= 16'd0;
+      replace <= 1'b0;
       carry <= 1'b0;
-      borrow <= 1'b0;
     end else begin
-      if (working) begin
-        next <= {value, next[15:1]};
-      end
-      carry <= (actual_bit && slew_bit) || (carry_in && (actual_bit || slew_bit));
-      borrow <= (!actual_bit && slew_bit) || (borrow_in && (!actual_bit || slew_bit));
-      if (pass == 2'd0) begin
-        below <= (request_bit == min_bit) ? (below && !first) : min_bit;
-        above <= (request_bit == max_bit) ? (above && !first) : request_bit;
-        crossed <= (min_bit == max_bit) ? (crossed && !first) : min_bit;
-      end
-      if (pass == 2'd1) begin
-        far_up <= (value == up_bit) ? (far_up && !first) : value;
-        far_down <= (value == down_bit) ? (far_down && !first) : down_bit;
-      end
-      if (pass == 2'd2) begin
-        too_low <= (value == lowest_bit) ? (too_low && !first) : lowest_bit;
-        too_high <= (value == highest_bit) ? (too_high && !first) : value;
+      working <= busy && !done && !start && !(restart && !fresh);
+      op <= pass;
+      last <= bit_at == 4'd15;
+      slewing <= register == SLEW;
+      operand <= hardware ? hardware_bit : word_i[bit_at];
+      carry <= working && !last && carry_on;
+      replace <= working && (op == 4'd0 || (select ? replace && !last : beyond));
+      if (working && !storing) begin
+        next <= {select && replace ? limit : next[0], next[15:1]};
+        actual <= {op == 4'd0 ? operand : actual[0], actual[15:1]};
       end
     end
   end
 
-  assign ready_o = !dirty && !running && !working;
   assign next_q4_o = next;
 
 `ifdef FORMAL
   servo_width_properties properties (
-    .clk_i(clk_i), .rst_i(rst_i), .step_i(step_i), .changed_i(changed_i), .safe_i(safe_i),
-    .target_q4_i(target_q4_i), .safe_q4_i(safe_q4_i), .min_q4_i(min_q4_i), .max_q4_i(max_q4_i),
-    .slew_q4_i(slew_q4_i), .actual_q4_i(actual_q4_i), .ready_o(ready_o), .next_q4_o(next_q4_o),
-    .dirty_i(dirty), .running_i(running), .working_i(working), .use_safe_i(use_safe),
-    .pass_i(pass), .first_i(first),
-    .bits_i({target_bit, safe_bit, min_bit, max_bit, actual_bit, slew_bit, lowest_bit,
-             highest_bit}),
-    .pass0_i({below, above, crossed}), .pass1_i({far_up, far_down, carry, borrow}),
-    .pass2_i({too_low, too_high})
+    .clk_i(clk_i), .rst_i(rst_i), .start_i(start_i), .restart_i(restart_i), .safe_i(safe_i),
+    .take_i(take_i), .idle_o(idle_o), .place_o(place_o), .word_i(word_i), .store_o(store_o),
+    .stored_i(stored_i), .load_o(load_o), .next_q4_o(next_q4_o),
+    .busy_i(busy), .fresh_i(fresh), .channel_i(channel), .pass_i(pass), .bit_at_i(bit_at),
+    .use_safe_i(use_safe), .working_i(working), .op_i(op), .last_i(last), .slewing_i(slewing),
+    .operand_i(operand), .actual_i(actual), .replace_i(replace), .carry_i(carry)
   );
 `endif
 endmodule

@@ -80,6 +80,7 @@ module stream_switch #(
   wire cut_meta;
   wire force_meta;
   wire [1:0] quiet;
+  wire waiting;
 `endif
 
   camera_select selector (
@@ -188,6 +189,9 @@ module stream_switch #(
     .data_o(ppi_data_o),
     .line_o(ppi_line_o),
     .frame_o(ppi_frame_o),
+`ifdef PROVE_STREAM_SWITCH
+    .waiting_o(waiting),
+`endif
     .passing_o(passing)
   );
 
@@ -233,7 +237,7 @@ module stream_switch #(
     .passing(passing), .active(active_o), .state(state), .settled(settled),
     .clock_busy(clock_busy), .busy_meta(busy_meta), .passing_here(passing_here),
     .passing_meta(passing_meta), .cut_here(cut_here), .cut_meta(cut_meta), .cut_o(cut_o),
-    .quiet(quiet), .target(target), .forcing(forcing),
+    .quiet(quiet), .waiting(waiting), .target(target), .forcing(forcing),
     .force_meta(force_meta), .force_there(force_there), .forced(forced_o),
     .sources({pattern_data_i, pattern_line_i, pattern_frame_i, data1_i, line1_i, frame1_i,
               data0_i, line0_i, frame0_i}),

@@ -3,15 +3,16 @@
 //
 //   fire_i      _|'|______________________________________
 //   tick_us_i   ___|'|___|'|___|'|___|'|___|'|___|'|______
-//   busy_o      __|'''''''''''''''''''''''''''''|_________
-//   trigger_o   ________________|'''''''''''''''|_________   delay 2, width 3 (here 3 ticks)
-//   done_o      ________________________________|'|_______
+//   busy_o      __|''''''''''''''''''''''''''''''|_________
+//   trigger_o   _________________|'''''''''''''''|_________   delay 2, width 3 (here 3 ticks)
+//   done_o      _________________________________|'|_______
 //
 // The pulse starts with the first tick after delay_us_i further ones and lasts width_us_i ticks
-// exactly (0 counts as 1). Delay is read with the start, width when the pulse starts. A start
-// while busy is ignored.
+// exactly (not 0: the register map refuses it). Delay is read with the start, width
+// when the pulse starts. A start while busy is ignored.
 //
-// Latency: one clock after the tick.
+// One counter goes up from what is to be counted, made negative, until its sign changes.
+// Latency: two clocks after the tick.
 `default_nettype none
 
 module trigger (
@@ -25,22 +26,23 @@ module trigger (
   output wire        busy_o,
   output wire        done_o
 );
-  reg [15:0] count;
+  reg [16:0] count;                 // -what is left; the highest bit is 1 when nothing is
   reg [1:0]  cameras;
   reg [1:0]  lines;
   reg        waiting;
   reg        pulsing;
   reg        done;
 
-  wire accept = (fire_i != 2'd0) && !waiting && !pulsing;
-  // Waiting ends with 0, the pulse with 1 (or 0) left.
-  wire spent = (count[15:1] == 15'd0) && (pulsing || !count[0]);
-  wire end_wait = waiting && tick_us_i && spent;
-  wire end_pulse = pulsing && tick_us_i && spent;
+  wire idle = !waiting && !pulsing;
+  wire accept = (fire_i != 2'd0) && idle;
+  wire end_wait = waiting && tick_us_i && count[16];
+  wire end_pulse = pulsing && count[16];
+  wire load = idle || end_wait;
+  wire [15:0] length = waiting ? width_us_i : delay_us_i;
 
   always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) begin
-      count <= 16'd0;
+      count <= 17'd0;
       cameras <= 2'd0;
       lines <= 2'd0;
       waiting <= 1'b0;
@@ -50,12 +52,12 @@ module trigger (
       done <= end_pulse;
       waiting <= accept || (waiting && !end_wait);
       pulsing <= end_wait || (pulsing && !end_pulse);
-      lines <= end_pulse ? 2'd0 : end_wait ? cameras : lines;
+      lines <= pulsing && !end_pulse ? cameras : 2'd0;
       if (accept) begin
         cameras <= fire_i;
       end
-      if (accept || tick_us_i) begin
-        count <= accept ? delay_us_i : end_wait ? width_us_i : count - 16'd1;
+      if (load || tick_us_i) begin
+        count <= (load ? {1'b0, ~length} : count) + 17'd1;
       end
     end
   end

@@ -65,6 +65,8 @@ module video_path (
   output wire [1:0] lost_o,
   output wire [1:0] cut_o,
   output wire [1:0] frame_valid_o,
+  output wire [1:0] wrong_line_o,
+  output wire [1:0] wrong_frame_o,
   output wire [1:0] short_line_o,
   output wire [1:0] short_frame_o,
   output wire [15:0] camera0_frames_o,
@@ -72,15 +74,11 @@ module video_path (
   output wire [11:0] camera0_pixels_o,
   output wire [15:0] camera0_period_10us_o,
   output wire [15:0] camera0_pixclk_khz_o,
-  output wire [7:0] camera0_short_lines_o,
-  output wire [7:0] camera0_short_frames_o,
   output wire [15:0] camera1_frames_o,
   output wire [11:0] camera1_lines_o,
   output wire [11:0] camera1_pixels_o,
   output wire [15:0] camera1_period_10us_o,
   output wire [15:0] camera1_pixclk_khz_o,
-  output wire [7:0] camera1_short_lines_o,
-  output wire [7:0] camera1_short_frames_o,
   output wire [15:0] skew_us_o,
   output wire [31:0] frame_time_o,
 
@@ -112,7 +110,6 @@ module video_path (
   wire frame1;
   wire [1:0] activity;
   wire [1:0] start;
-  wire [1:0] error;
 
   camera_channel camera0 (
     .clk_i(clk_i),
@@ -132,15 +129,14 @@ module video_path (
     .activity_o(activity[0]),
     .lost_o(lost_o[0]),
     .start_o(start[0]),
-    .error_o(error[0]),
+    .wrong_line_o(wrong_line_o[0]),
+    .wrong_frame_o(wrong_frame_o[0]),
     .frame_valid_o(frame_valid_o[0]),
     .short_line_o(short_line_o[0]),
     .short_frame_o(short_frame_o[0]),
     .frames_o(camera0_frames_o),
     .lines_o(camera0_lines_o),
-    .pixels_o(camera0_pixels_o),
-    .short_lines_o(camera0_short_lines_o),
-    .short_frames_o(camera0_short_frames_o)
+    .pixels_o(camera0_pixels_o)
   );
 
   camera_channel camera1 (
@@ -161,15 +157,14 @@ module video_path (
     .activity_o(activity[1]),
     .lost_o(lost_o[1]),
     .start_o(start[1]),
-    .error_o(error[1]),
+    .wrong_line_o(wrong_line_o[1]),
+    .wrong_frame_o(wrong_frame_o[1]),
     .frame_valid_o(frame_valid_o[1]),
     .short_line_o(short_line_o[1]),
     .short_frame_o(short_frame_o[1]),
     .frames_o(camera1_frames_o),
     .lines_o(camera1_lines_o),
-    .pixels_o(camera1_pixels_o),
-    .short_lines_o(camera1_short_lines_o),
-    .short_frames_o(camera1_short_frames_o)
+    .pixels_o(camera1_pixels_o)
   );
 
   wire [9:0] pattern_data;
@@ -262,7 +257,7 @@ module video_path (
     else missing_before <= missing;
   end
   assign event_clock_lost_o = |(missing & ~missing_before);
-  assign event_line_error_o = |error;
+  assign event_line_error_o = |{wrong_line_o, wrong_frame_o};
 
 endmodule
 

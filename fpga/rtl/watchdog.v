@@ -13,8 +13,9 @@
 // does not fire again, until clear_i. What the servos do meanwhile: action 0 hold their width,
 // 1 go to the safe position, 2 and 3 no pulses.
 //
-// Exactness: ticks are counted from the second clock after the kick; fired_o rises in the clock
-// after the last of period_ms * 1000 ticks.
+// The milliseconds go up from -period_ms_i until the sign changes. Exactness: ticks are counted
+// from the second clock after the kick; fired_o rises in the second clock after the last of
+// period_ms * 1000 ticks, if no kick comes until then.
 `default_nettype none
 
 module watchdog (
@@ -32,21 +33,25 @@ module watchdog (
   output wire        safe_o,
   output wire        off_o
 );
+  localparam [9:0] LAST_US = 10'd999;
+
   reg [9:0]  us;
-  reg [15:0] ms;
+  reg [16:0] ms;                    // -what is left; the highest bit is 1 when nothing is
+  reg        over;                  // that has been seen
   reg        armed;
   reg        fired;
   reg        event_q;
   reg        load;
 
   wire kick = kick_i || clear_i || !armed;
-  wire ms_end = tick_us_i && (us == 10'd0);
-  wire expire = ms_end && (ms == 16'd1) && !load && !kick;
+  wire ms_end = tick_us_i && (us == LAST_US);
+  wire expire = ms[16] && !over && !load && !kick && !fired;
 
   always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) begin
-      us <= 10'd999;
-      ms <= 16'd0;
+      us <= 10'd0;
+      ms <= 17'h10000;
+      over <= 1'b1;
       armed <= 1'b0;
       fired <= 1'b0;
       event_q <= 1'b0;
@@ -54,17 +59,14 @@ module watchdog (
     end else begin
       armed <= armed || arm_i;
       load <= kick;
+      over <= load || ms[16];
       event_q <= expire;
       fired <= expire || (fired && !clear_i);
-      if (load || ms_end) begin
-        us <= 10'd999;
-      end else if (tick_us_i) begin
-        us <= us - 10'd1;
+      if (load || tick_us_i) begin
+        us <= load || ms_end ? 10'd0 : us + 10'd1;
       end
-      if (load) begin
-        ms <= fired && !clear_i ? 16'd0 : period_ms_i;
-      end else if (ms_end && (ms != 16'd0)) begin
-        ms <= ms - 16'd1;
+      if (load || (ms_end && !ms[16])) begin
+        ms <= (load ? {1'b0, ~period_ms_i} : ms) + 17'd1;
       end
     end
   end
@@ -80,7 +82,7 @@ module watchdog (
     .clk_i(clk_i), .rst_i(rst_i), .tick_us_i(tick_us_i), .period_ms_i(period_ms_i),
     .action_i(action_i), .arm_i(arm_i), .kick_i(kick_i), .clear_i(clear_i), .fired_o(fired_o),
     .event_o(event_o), .hold_o(hold_o), .safe_o(safe_o), .off_o(off_o), .us_i(us), .ms_i(ms),
-    .load_i(load), .armed_i(armed)
+    .over_i(over), .load_i(load), .armed_i(armed)
   );
 `endif
 endmodule

@@ -79,9 +79,9 @@ typedef void (*bridge_event_callback)(void *context, uint64_t time_ps, uint32_t 
  * has one more edge to settle, as the pins of a sensor do. Same rules. */
 typedef void (*bridge_clock_callback)(void *context, uint64_t time_ps, int camera, int level);
 
-/* A model just after power-up: registers are random, clocks stand (but for the control clock's 25
- * MHz), lines are let go, reset is active. Synchronisers take a random extra clock now and then.
- * The seed rules both. NULL: out of memory. The caller destroys it. */
+/* A model just after power-up: reset is active, clocks stand (but for the control clock's 25 MHz),
+ * lines are let go. Synchronisers take a random extra clock now and then, by the seed. NULL: out of
+ * memory. The caller destroys it. */
 bridge_model *bridge_model_create(uint32_t seed);
 void bridge_model_destroy(bridge_model *model);
 

@@ -4,6 +4,8 @@
 // Names and order only, but for the tick: it comes from a flip-flop, as the board's does, which also
 // spares the simulation all logic behind it at every change of an input. Lines of I2C are joined
 // outside. tick_next_i: the next rising edge of clk_i has the tick; taken at the falling edge.
+// falling_counts_o: 0: a falling edge of clk_i moves nothing but the tick: no flip-flop of the core
+// that works with it, those of the pattern's clock, would change.
 `default_nettype none
 module bridge_sim (
     input  wire        rst_i,
@@ -24,10 +26,14 @@ module bridge_sim (
     output wire        irq_o,
     output wire        ppi_clk_o,
     output wire [12:0] ppi_o,         // FS3, FS2, FS1, data
-    output wire [ 9:0] sensor_o       // trigger, extclk, oe, standby, reset_n of both
+    output wire [ 9:0] sensor_o,      // trigger, extclk, oe, standby, reset_n of both
+    output wire        falling_counts_o
 );
   reg tick_us;
   always @(negedge clk_i) tick_us <= tick_next_i;
+
+  assign falling_counts_o = core.video.stream.clocks.select_i[2] ||
+      core.video.stream.clocks.asked[2] || core.video.stream.clocks.enabled[2];
 
   bridge_core core (
       .rst_i(rst_i),

@@ -21,11 +21,17 @@ SEARCHES = {
     "routing": ("hdl_routing_test", "random transfers*", 120_000, SHARDS),
     "switches": ("hdl_switch_test", "random switches*", 10_000, SHARDS),
     "aborts": ("hdl_abort_test", "broken off*", 1, 1)}
+# Name: a script with its words, and those of a short trial (None: the same).
 TOOLS = {
-    "proofs": ["prove.py", "--no-cache"],
-    "netlists": ["conformance.py", "--every", "5", "rtl", "xc3s", "ice40"],
-    "mutation": ["mutate.py"],
-    "synthesis": ["synth.py"]}
+    "lint": (["lint.py"], None),
+    "crossings": (["cdc.py"], None),
+    "proofs": (["prove.py", "--no-cache"], ["prove.py", "--module", "watchdog"]),
+    "sabotage": (["sabotage.py"], ["sabotage.py", "--only", "^torn frame"]),
+    "coverage": (["coverage.py"], ["coverage.py", "--only", "delay"]),
+    "mutation": (["mutate.py", "--simulate"], ["mutate.py", "--module", "watchdog"]),
+    "netlists": (["conformance.py", "--every", "5", "rtl", "xc3s", "ice40"],
+                 ["conformance.py", "--every", "100", "rtl"]),
+    "synthesis": (["synth.py"], None)}
 
 
 def build(jobs):
@@ -34,7 +40,7 @@ def build(jobs):
     os.makedirs(folder, exist_ok=True)
     programs = sorted({program for program, _, _, _ in SEARCHES.values()})
     with open(os.path.join(CACHE, "build.log"), "w", encoding="utf-8") as log:
-        for words in (["cmake", "-S", ROOT, "-B", folder, "-G", "Ninja"],
+        for words in (["cmake", "-S", ROOT, "-B", folder, "-G", "Ninja", "-DVERGENCE_FPGA=ON"],
                       ["ninja", "-C", folder, "-j", str(jobs), *programs]):
             if subprocess.run(words, stdout=log, stderr=subprocess.STDOUT).returncode != 0:
                 sys.exit(f"campaign.py: the build failed, see {log.name}")
@@ -51,17 +57,52 @@ def run(words, log, **variables):
         return code == 0, file.read(), time.monotonic() - started
 
 
-def search(name, programs, seed, pool):
+def search(name, programs, seed, share, pool):
     """All shards of a search. Returns passed, rounds, what they said, processor seconds."""
     program, case, rounds, shards = SEARCHES[name]
+    # Fewer would not see both cameras, every kind of transfer and so on.
+    each = max(min(100, rounds // shards), round(rounds * share / shards))
     asked = [pool.submit(run, [os.path.join(programs, program), f"--test-case={case}"],
                          os.path.join(CACHE, f"{name}{shard}.log"),
                          VERGENCE_SEED=str(seed + 1000 * shard),
-                         VERGENCE_DRAWS=str(max(1, rounds // shards))) for shard in range(shards)]
+                         VERGENCE_DRAWS=str(each)) for shard in range(shards)]
     answers = [future.result() for future in asked]
-    said = re.findall(r"MESSAGE: (.*)", answers[0][1])
-    return (all(answer[0] for answer in answers), said[-1] if said else "",
+    said = [re.findall(r"MESSAGE: (.*)", answer[1]) for answer in answers]
+    return (all(answer[0] for answer in answers), each * shards, add_up([words[-1] for words in said
+                                                                         if words]),
             sum(answer[2] for answer in answers))
+
+
+def add_up(sentences):
+    """Sentences that differ in their numbers, as one with the sums; rates and times: the largest."""
+    if not sentences:
+        return ""
+    parts = [re.split(r"(\d+)", sentence) for sentence in sentences]
+    if len({len(part) for part in parts}) != 1:
+        return sentences[-1]
+    joined = list(parts[0])
+    for i in range(1, len(joined), 2):
+        numbers = [int(part[i]) for part in parts]
+        unit = joined[i + 1]
+        same = re.match(r"\s*(us|ms|ns|kHz|symbols/s)\b", unit)
+        joined[i] = str(max(numbers) if same else sum(numbers))
+    return "".join(joined)
+
+
+def tool(name, share):
+    """One of our tools. Returns passed, its last line, seconds."""
+    full, trial = TOOLS[name]
+    script, *words = trial if trial and share < 1 else full
+    passed, output, seconds = run([sys.executable, "-B", os.path.join(FPGA, "tools", script), *words],
+                                  os.path.join(CACHE, f"{name}.log"))
+    return passed, (output.strip().splitlines() or [""])[-1], seconds
+
+
+def commit():
+    """The short name of what was looked at, with a + when files differ from it."""
+    words = ["git", "-C", ROOT, "describe", "--always", "--dirty=+", "--exclude=*"]
+    done = subprocess.run(words, capture_output=True, text=True)
+    return done.stdout.strip() or "unknown"
 
 
 def main():
@@ -69,31 +110,34 @@ def main():
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--only", default=".")
     parser.add_argument("--seed", type=int, default=20090915)
+    parser.add_argument("--share", type=float, default=1.0,
+                        help="of the rounds; below 1 the tools are tried on one module alone")
+    parser.add_argument("--write", help="write the table there, too (fpga/CAMPAIGN.md)")
     options = parser.parse_args()
     chosen = [name for name in [*SEARCHES, *TOOLS] if re.search(options.only, name)]
     if not chosen:
         parser.error(f"no step matches {options.only}")
     os.makedirs(CACHE, exist_ok=True)
     programs = build(options.jobs) if set(chosen) & set(SEARCHES) else None
-    lines, wrong = ["| step | rounds | seconds | result | one shard's words |",
-                    "|---|---|---|---|---|"], 0
+    lines, wrong = ["| step | rounds | seconds | result | what it said |", "|---|---|---|---|---|"], 0
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         for name in chosen:
             if name in SEARCHES:
-                passed, said, seconds = search(name, programs, options.seed, pool)
-                rounds = SEARCHES[name][2]
+                passed, rounds, said, seconds = search(name, programs, options.seed, options.share,
+                                                       pool)
             else:
-                script, *words = TOOLS[name]
-                passed, output, seconds = run(
-                    [sys.executable, "-B", os.path.join(FPGA, "tools", script), *words],
-                    os.path.join(CACHE, f"{name}.log"))
-                said, rounds = (output.strip().splitlines() or [""])[-1], ""
+                passed, said, seconds = tool(name, options.share)
+                rounds = ""
             wrong += not passed
             lines.append(f"| {name} | {rounds} | {seconds:.0f} | "
                          f"{'passed' if passed else 'FAILED'} | {said} |")
             print(lines[-1], flush=True)
-    with open(os.path.join(CACHE, "results.md"), "w", encoding="utf-8") as file:
-        file.write("\n".join(lines) + "\n")
+    head = ["<!-- SPDX-License-Identifier: Apache-2.0 -->", "# The long searches on the bridge", "",
+            f"`tools/campaign fpga`, seed {options.seed}, {os.cpu_count()} processors, at {commit()}. "
+            "Seconds are of one processor for searches, of the clock for the others.", ""]
+    for path in filter(None, (os.path.join(CACHE, "results.md"), options.write)):
+        with open(path, "w", encoding="utf-8") as file:
+            file.write("\n".join(head + lines) + "\n")
     print(f"{len(chosen)} steps, {wrong} failed; {os.path.join(CACHE, 'results.md')} and logs beside it")
     return 1 if wrong else 0
 

@@ -4,7 +4,7 @@
 Needs the Python environment of tools/fpga_python, and runs itself in it.
 """
 import argparse
-import glob
+import concurrent.futures
 import os
 import re
 import subprocess
@@ -13,54 +13,62 @@ import tempfile
 import time
 import xml.etree.ElementTree
 
+import synth
+
 FPGA = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
 TIMEOUT_S = 7200
 SHARE = "/usr/share/yosys"
-SYNTHESIS = {
-    "xc3s": "synth_xilinx -family xc3s -top bridge_core -noiopad -noclkbuf -flatten -nowidelut",
-    "ice40": "synth_ice40 -device hx -top bridge_core -flatten"}
+SYNTHESIS = {  # as synth.py does it, but without pads and clock buffers
+    "xc3s": lambda folder: synth.spartan3_commands(folder, "bridge_core", "-noiopad -noclkbuf"),
+    "ice40": lambda folder: "synth_ice40 -device hx -top bridge_core"}
 CELLS = {"xc3s": f"{SHARE}/xilinx/cells_sim.v", "ice40": f"{SHARE}/ice40/cells_sim.v"}
 
 
-def rtl():
-    return [path for name in ("rtl", "generated")
-            for path in sorted(glob.glob(os.path.join(FPGA, name, "*.v")))]
-
-
 def netlist(target, folder):
-    """The sources of a netlist: itself and the cells' models."""
+    """The sources of a netlist: itself and the vendor's cells as yosys models them."""
     path = os.path.join(folder, f"{target}.v")
-    subprocess.run(["yosys", "-q", "-p", f"read_verilog -I{FPGA}/generated {' '.join(rtl())}; "
-                    f"{SYNTHESIS[target]}; write_verilog -noattr {path}"], check=True)
+    files = " ".join(synth.portable())
+    synth.run(["yosys", "-p", f"read_verilog -I{FPGA}/generated {files}; "
+               f"{SYNTHESIS[target](folder)}; write_verilog -noattr {path}"], folder, "yosys.log")
     return [path, CELLS[target]]
 
 
-def run(design, folder, every):
-    """Compiles and runs. Returns names of tests passed and failed."""
-    sources = rtl() if design == "rtl" else netlist(design, folder)
+def compile_bench(design, folder):
+    sources = synth.portable() if design == "rtl" else netlist(design, folder)
     image = os.path.join(folder, "bench.vvp")
     subprocess.run(["iverilog", "-g2005", "-DNO_ICE40_DEFAULT_ASSIGNMENTS", f"-I{FPGA}/generated",
                     "-s", "conformance_bench", "-o", image,
                     os.path.join(FPGA, "cocotb", "conformance_bench.v"), *sources],
                    check=True, capture_output=True)
+    return image
+
+
+def cocotb_environment():
+    """Cocotb's library for vvp, and what it wants in the environment."""
     config = [sys.executable, "-m", "cocotb_tools.config"]
-    libraries = subprocess.run([*config, "--lib-dir"], check=True, capture_output=True,
-                               text=True).stdout.strip()
-    python = subprocess.run([*config, "--libpython"], check=True, capture_output=True,
-                            text=True).stdout.strip()
-    entry = subprocess.run([sys.executable, "-c", "import cocotb_tools.config as c; "
-                            "print(c.pygpi_entry_point())"], check=True, capture_output=True,
-                           text=True).stdout.strip()
+    libraries, python, entry = (
+        subprocess.run(words, check=True, capture_output=True, text=True).stdout.strip()
+        for words in ([*config, "--lib-dir"], [*config, "--libpython"],
+                      [sys.executable, "-c", "import cocotb_tools.config as c; "
+                       "print(c.pygpi_entry_point())"]))
+    return os.path.join(libraries, "libcocotbvpi_icarus.so"), {
+        **os.environ, "PYTHONPATH": os.path.join(FPGA, "cocotb"), "GPI_USERS": f"{python};{entry}",
+        "PYGPI_PYTHON_BIN": sys.executable, "COCOTB_TEST_MODULES": "test_conformance",
+        "TOPLEVEL": "conformance_bench", "COCOTB_TOPLEVEL": "conformance_bench",
+        "TOPLEVEL_LANG": "verilog", "PYTHONDONTWRITEBYTECODE": "1", "COCOTB_RANDOM_SEED": "1",
+        "REGISTER_MAP": os.path.join(FPGA, "generated", "bridge_registers.json")}
+
+
+def run_shard(image, every, shard, shards):
+    """One simulation with its share of the vectors. Returns names of tests run and failed."""
+    folder = f"{image}.{shard}"
+    os.mkdir(folder)
+    library, environment = cocotb_environment()
     results = os.path.join(folder, "results.xml")
-    done = subprocess.run(
-        ["vvp", "-m", os.path.join(libraries, "libcocotbvpi_icarus.so"), image], cwd=folder,
-        capture_output=True, text=True, timeout=TIMEOUT_S, env={
-            **os.environ, "PYTHONPATH": os.path.join(FPGA, "cocotb"), "GPI_USERS": f"{python};{entry}",
-            "PYGPI_PYTHON_BIN": sys.executable, "COCOTB_TEST_MODULES": "test_conformance",
-            "TOPLEVEL": "conformance_bench", "COCOTB_TOPLEVEL": "conformance_bench",
-            "TOPLEVEL_LANG": "verilog", "COCOTB_RESULTS_FILE": results, "EVERY": str(every),
-            "PYTHONDONTWRITEBYTECODE": "1", "COCOTB_RANDOM_SEED": "1",
-            "REGISTER_MAP": os.path.join(FPGA, "generated", "bridge_registers.json")})
+    environment.update({"COCOTB_RESULTS_FILE": results, "EVERY": str(every),
+                        "SHARD": f"{shard}/{shards}"})
+    done = subprocess.run(["vvp", "-m", library, image], cwd=folder, capture_output=True, text=True,
+                          timeout=TIMEOUT_S, env=environment)
     if not os.path.exists(results):
         sys.exit(f"conformance.py: {done.stdout[-2000:]}{done.stderr[-2000:]}")
     cases = list(xml.etree.ElementTree.parse(results).iter("testcase"))
@@ -69,6 +77,17 @@ def run(design, folder, every):
     if failed:
         print("\n".join(re.findall(r".*(?:Error|assert|FAIL).*", done.stdout)[:20]))
     return [case.get("name") for case in cases], failed
+
+
+def run(design, folder, every, shards):
+    """Compiles and runs. Returns names of tests passed or failed, and of those failed."""
+    image = compile_bench(design, folder)
+    with concurrent.futures.ThreadPoolExecutor(shards) as pool:
+        outcomes = list(pool.map(lambda shard: run_shard(image, every, shard, shards),
+                                 range(shards)))
+    if not all(tests for tests, _ in outcomes):
+        sys.exit(f"conformance.py: {design}: a simulation ran no test")
+    return tuple(sorted({name for outcome in outcomes for name in outcome[i]}) for i in range(2))
 
 
 def main():
@@ -81,6 +100,7 @@ def main():
     parser.add_argument("designs", nargs="*", default=["rtl"], metavar="DESIGN",
                         help="rtl (default), xc3s, ice40")
     parser.add_argument("--every", type=int, default=1, help="every N-th vector only")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="simulations at once")
     options = parser.parse_args()
     wrong = 0
     for design in options.designs:
@@ -88,7 +108,7 @@ def main():
             parser.error(f"unknown design {design}")
         started = time.monotonic()
         with tempfile.TemporaryDirectory(prefix="conformance-") as folder:
-            tests, failed = run(design, folder, options.every)
+            tests, failed = run(design, folder, options.every, options.jobs)
         wrong += len(failed) + (not tests)
         print(f"{design}: {len(tests)} tests, failed: {', '.join(failed) or 'none'} "
               f"({time.monotonic() - started:.1f} s)", flush=True)

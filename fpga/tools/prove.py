@@ -9,19 +9,25 @@ Every file fpga/formal/NAME.json describes one proof:
   defines     further macros (FORMAL and SYNTHESIS are always defined)
   parameters  of the top; left out: those of the source, that is full size
   cover       {"depth", "parameters", "defines"}: how the cover statements are reached; false: none
+  kill        {"depth", "parameters", "defines"}: how mutants are looked at from reset (12 steps)
   mutants     [{"name", "file", "replace", "with", "kills": [labels], "depth"}]: a mistake in the RTL and
               the assertions that must fail with it
+  steps       {pattern of labels: reason}: assertions for which no mutant has a counterexample from
+              reset; each pattern must fit one
 
 A proof is a base case (no assertion fails within so many steps of a reset) and an induction, so it
 holds for all time. A mutant is killed by an assertion when a counterexample from reset violates it
-(how: base) or when its induction fails (how: step); the second is needed where a servo frame of
-500000 clocks lies between reset and the mistake. Every assertion needs a label a_*, every cover one
-c_*, and every assertion some mutant that it kills.
+(how: base) or when its induction fails (how: step). The second says less: the state from which it
+fails need not be one that the module can reach. So every assertion that is killed in this way alone
+stands in "steps" with a reason, such as the 500000 clocks of a servo frame between reset and the
+mistake. Every assertion needs a label a_*, every cover one c_*, and every assertion some mutant that
+it kills.
 
 Results are kept in the cache under a checksum of all that they depend on.
 """
 import argparse
 import concurrent.futures
+import fnmatch
 import glob
 import hashlib
 import json
@@ -36,10 +42,12 @@ import time
 
 FPGA = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
 CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "vergence")
-RECIPE = 3  # to be raised when the same sources may give another result
+RECIPE = 4  # to be raised when the same sources may give another result
 TIMEOUT_S = 600
+KILL_DEPTH = 12  # steps from reset in which a mutant's mistake is looked for, at least
 KNOWN = {"module", "sources", "mode", "depth", "base_depth", "multiclock", "defines", "parameters",
-         "cover", "mutants", "comment"}
+         "cover", "kill", "mutants", "steps", "comment"}
+NOT_OF_THE_PROOF = ("kill", "mutants", "steps", "comment")
 KNOWN_MUTANT = {"name", "file", "replace", "with", "kills", "depth", "comment"}
 
 
@@ -229,36 +237,62 @@ def prove_one(runner, proof):
                 answer["reached"] = runner.check(folder, "-c", "-t", str(cover["depth"]))["reached"]
         return answer
     return runner.cached(["proof", proof.texts, {key: value for key, value in proof.data.items()
-                                                 if key not in ("mutants", "comment")}], compute)
+                                                 if key not in NOT_OF_THE_PROOF}], compute)
 
 
 def kill_one(runner, proof, mutant):
     """Which assertions fail with the mutant, and how."""
-    texts = proof.mutated(mutant)
+    texts, wanted = proof.mutated(mutant), set(mutant["kills"])
+    kill = proof.data.get("kill", {})
+    depth = str(mutant.get("depth", kill.get("depth", max(proof.data.get("base_depth", 0),
+                                                          proof.depth, KILL_DEPTH - 1) + 1)))
+    special = kill.get("defines", []), kill.get("parameters")
+
+    def from_reset(killed):
+        with tempfile.TemporaryDirectory(prefix="prove-") as folder:
+            runner.model(proof, texts, folder, *special)
+            # All that fail at the first failing step; later steps only when they are needed.
+            for more in ((), ("--keep-going",)):
+                found = runner.check(folder, "-t", depth, *more)
+                killed.update((name, "base") for name in found["failed"])
+                if found["passed"] or wanted <= set(killed):
+                    break
+        # What was hidden behind another failure is asked for alone.
+        for name in sorted(wanted - set(killed)) if not found["passed"] else ():
+            with tempfile.TemporaryDirectory(prefix="prove-") as folder:
+                runner.model(proof, texts, folder, *special, only=name)
+                if name in runner.check(folder, "-t", depth)["failed"]:
+                    killed[name] = "base"
+
+    def by_induction(killed):
+        with tempfile.TemporaryDirectory(prefix="prove-") as folder:
+            runner.model(proof, texts, folder)
+            for name in runner.check(folder, "-i", "-t", str(proof.depth))["failed"]:
+                killed.setdefault(name, "step")
+        for name in sorted(wanted - set(killed)):
+            with tempfile.TemporaryDirectory(prefix="prove-") as folder:
+                runner.model(proof, texts, folder, only=name)
+                if name in runner.check(folder, "-i", "-t", str(proof.depth))["failed"]:
+                    killed[name] = "step"
 
     def compute():
         killed = {}
-        depth = str(mutant.get("depth", max(proof.data.get("base_depth", proof.depth),
-                                            proof.depth) + 1))
-        with tempfile.TemporaryDirectory(prefix="prove-") as folder:
-            runner.model(proof, texts, folder)
-            for name in runner.check(folder, "-t", depth, "--keep-going")["failed"]:
-                killed[name] = "base"
-            if set(mutant["kills"]) - set(killed):
-                for name in runner.check(folder, "-i", "-t", str(proof.depth))["failed"]:
-                    killed.setdefault(name, "step")
-        # What was hidden behind another failure is asked for alone.
-        for name in sorted(set(mutant["kills"]) - set(killed)):
-            with tempfile.TemporaryDirectory(prefix="prove-") as folder:
-                runner.model(proof, texts, folder, only=name)
-                if name in runner.check(folder, "-t", depth)["failed"]:
-                    killed[name] = "base"
-                elif name in runner.check(folder, "-i", "-t", str(proof.depth))["failed"]:
-                    killed[name] = "step"
+        from_reset(killed)
+        if wanted - set(killed):
+            by_induction(killed)
         return {"killed": killed}
-    return runner.cached(["mutant", texts, mutant["kills"], mutant.get("depth"),
+    return runner.cached(["mutant", texts, mutant["kills"], mutant.get("depth"), kill,
                           {key: value for key, value in proof.data.items()
-                           if key not in ("mutants", "comment", "cover")}], compute)
+                           if key not in (*NOT_OF_THE_PROOF, "cover")}], compute)
+
+
+def hows(mutants):
+    """Each killed assertion to the better way in which one was."""
+    best = {}
+    for _, answer in mutants:
+        for name, how in answer["killed"].items():
+            best[name] = "base" if "base" in (how, best.get(name)) else how
+    return best
 
 
 def judge(proof, result, mutants, want_mutants):
@@ -273,15 +307,25 @@ def judge(proof, result, mutants, want_mutants):
         wrong.append(f"not reached: {', '.join(unreached)}")
     if not result["asserts"]:
         wrong.append("no assertion")
-    killed = set()
     for mutant, answer in mutants:
         missed = sorted(set(mutant["kills"]) - set(answer["killed"]))
         if missed:
             wrong.append(f"mutant {mutant['name']} survives {', '.join(missed)}")
-        killed |= set(answer["killed"])
-    never = sorted(set(result["asserts"]) - killed)
-    if want_mutants and never:
-        wrong.append(f"no mutant makes it fail: {', '.join(never)}")
+    if not want_mutants:
+        return wrong
+    best, excused = hows(mutants), proof.data.get("steps", {})
+    never = [name for name in result["asserts"] if name not in best]
+    weak = [name for name in result["asserts"] if best.get(name) == "step"]
+    if never:
+        wrong.append(f"no mutant makes it fail: {', '.join(sorted(never))}")
+    bare = [name for name in weak
+            if not any(fnmatch.fnmatchcase(name, pattern) for pattern in excused)]
+    if bare:
+        wrong.append("killed only by a failing induction, without a reason: "
+                     + ", ".join(sorted(bare)))
+    for pattern in excused:
+        if not fnmatch.filter(weak, pattern):
+            wrong.append(f"steps: {pattern} fits nothing that only the induction kills")
     return wrong
 
 
@@ -324,7 +368,7 @@ def main():
         print(f"prove.py: {failure}", file=sys.stderr)
         return 2
     print(f"{'proof':24} {'asserts':>7} {'covers':>6} {'k':>3} {'base':>5} {'ind.':>5} "
-          f"{'mutants':>8} {'seconds':>8}")
+          f"{'mutants':>8} {'from reset':>10} {'seconds':>8}")
     report, sentences = [], []
     for name, result, mutants, wrong in run_all(runner, proofs, options.jobs,
                                                 not options.no_mutants):
@@ -341,9 +385,12 @@ def main():
               f"{len(result['reached']):3}/{len(result['covers']):<2} {depth:3} "
               f"{'ok' if result['base']['passed'] else 'FAIL':>5} "
               f"{'ok' if result['induction']['passed'] else 'FAIL':>5} "
-              f"{dead:4}/{len(mutants):<3} {seconds:8.1f}", flush=True)
+              f"{dead:4}/{len(mutants):<3} "
+              f"{list(hows(mutants).values()).count('base'):4}/{len(result['asserts']):<5} "
+              f"{seconds:8.1f}", flush=True)
     total = [entry["result"] for entry in report if entry["result"]]
     print(f"{len(total)} proofs, {sum(len(result['asserts']) for result in total)} assertions, "
+          f"{sum(len(result['reached']) for result in total)} covers, "
           f"{sum(len(entry['mutants']) for entry in report)} mutants: "
           f"{time.monotonic() - started:.1f} s ({runner.busy_s:.1f} s of work, "
           f"{runner.kept} answers kept)")

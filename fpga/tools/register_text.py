@@ -129,8 +129,8 @@ def c_header(registers):
                    " | ".join(f"BRIDGE_{name}" for name in flags(register)),
                    *(f"0x{mask:04X}" for mask in masks), str(lowest), str(highest)]
         lines += [f"    // {register.name}", initializer(members)]
-    lines[-1] = lines[-1].rstrip(",")
-    return "\n".join(lines + ["};"]) + C_FOOTER
+    lines[-1] = lines[-1].rstrip(",") + "};"
+    return "\n".join(lines) + C_FOOTER
 
 
 def initializer(members):

@@ -66,15 +66,19 @@ class RegisterFile:
         self.resets = []
         self.stores = []
         self.wires = []
-        self.bits = {r.index: {} for r in registers}  # index: bit: what it reads
+        self.memory = [r for r in registers if r.place is not None]
+        self.counters = [r for r in registers if r.counter is not None]
+        self.bits = {r.index: {} for r in registers if r.place is None and r.counter is None}  # index: bit: what it reads
 
     def text(self):
         for register in self.registers:
-            self.add_register(register)
+            if register.index in self.bits:
+                self.add_register(register)
         parts = [
             HEADER.rstrip("\n"), REGISTER_FILE_TEXT, "`default_nettype none", "",
             "module register_file (", self.port_list(), ");", "",
-            self.limits(), self.write_path(), self.hold(), self.read_path(), self.formal(),
+            self.limits(), self.write_path(), self.memory_path(), self.counter_path(), self.hold(),
+            self.read_path(), self.formal(),
             "endmodule", "", "`default_nettype wire", "",
         ]
         return "\n".join(parts)
@@ -172,6 +176,19 @@ class RegisterFile:
             "input  wire write_strobe_i",
             "input  wire [15:0] write_data_i",
         ]
+        bus += [
+            "output wire filling_o",
+            "input  wire [3:0] memory_place_i",
+            "output wire [15:0] memory_word_o",
+            "input  wire memory_store_i",
+            "input  wire [15:0] memory_data_i",
+            "output wire memory_stored_o",
+        ]
+        bus += [
+            "output wire [3:0] counter_place_o",
+            "output wire counter_clear_o",
+            "input  wire [7:0] counter_i",
+        ]
         bus += [f"output reg  {r.block}_hold_o" for r in self.registers if r.holds_block]
         return ",\n".join("  " + port for port in bus + self.ports)
 
@@ -230,6 +247,83 @@ class RegisterFile:
         lines += ["  " + line for line in self.wires]
         return "\n".join(lines + [""])
 
+    def memory_path(self):
+        """The registers that stand in memory."""
+        stored = [r for r in self.memory if r.fields[0].kind == "stored"]
+        lines = [
+            "  // Some registers stand in a memory of 16 words, which the bus and the hardware read at",
+            "  // the same time. After reset it is filled; then the bus comes first, and the hardware",
+            "  // waits for memory_stored_o.",
+            "  reg [15:0] memory [0:15];", "  reg [4:0] fill;", "  reg fetch;",
+            "  always @(posedge clk_i or posedge rst_i) begin", "    if (rst_i) fill <= 5'd0;",
+            "    else if (!fill[4]) fill <= fill + 5'd1;", "  end", "  assign filling_o = !fill[4];",
+            "", "  // Not as case: yosys could make memories of them, with any contents in a proof."]
+        here = [f"fill[3:0] == 4'd{r.place}" for r in stored]
+        lines.append(wrapped(f"wire filled_here = {' || '.join(here)};"))
+        resets = {}
+        for register in stored:
+            if register.reset:
+                resets.setdefault(register.reset, []).append(f"fill[3:0] == 4'd{register.place}")
+        words = " : ".join(f"{' || '.join(at)} ? 16'd{reset}" for reset, at in resets.items())
+        lines.append(wrapped(f"wire [15:0] fill_word = {words} : 16'd0;"))
+        lines.append(wrapped(f"wire in_memory = {self.index_in(self.memory)};"))
+        lines += [
+            "",
+            "  assign memory_stored_o = memory_store_i && !filling_o && !write_strobe_i",
+            "    && !read_strobe_i;",
+            f"  wire [3:0] place = filling_o ? fill[3:0] : memory_stored_o ? memory_place_i",
+            f"    : {self.place_of_index()};",
+            "  wire store = filling_o ? filled_here : memory_stored_o || (write_strobe_i && in_memory);",
+            "  wire [15:0] stored_word = filling_o ? fill_word : memory_stored_o ? memory_data_i",
+            "    : write_data_i;",
+            "  always @(posedge clk_i) if (store) memory[place] <= stored_word;",
+            "  // The bus reads in two clocks: the memory, then all that could be meant.",
+            "  reg [15:0] memory_word;",
+            "  always @(posedge clk_i or posedge rst_i) begin",
+            "    if (rst_i) memory_word <= 16'd0;",
+            "    else memory_word <= memory[place];", "  end",
+            "  assign memory_word_o = memory[memory_place_i];", ""]
+        return "\n".join(lines + [""])
+
+    def counter_path(self):
+        """The registers that are counters."""
+        lines = ["  // The counters stand outside; any write clears those that may be written."]
+        lines.append(wrapped(f"wire counted = {self.index_in(self.counters)};"))
+        twists = {}
+        for register in self.counters:
+            twists.setdefault((register.index ^ register.counter) & 0xF, []).append(register)
+        terms = [f"({self.index_in(which)} ? 4'd{twist} : 4'd0)"
+                 for twist, which in twists.items() if twist]
+        lines.append(wrapped("assign counter_place_o = index_i[3:0]"
+                             + "".join(f" ^ {term}" for term in terms) + ";"))
+        cleared = [r for r in self.counters if r.fields[0].kind == "clear"]
+        lines.append(wrapped("assign counter_clear_o = write_strobe_i"
+                             f" && ({self.index_in(cleared)});"))
+        return "\n".join(lines + ["", ""])
+
+    @staticmethod
+    def index_in(registers):
+        return " || ".join(f"index_i == 8'h{r.index:02X}" for r in registers)
+
+    def place_of_index(self):
+        """The place in memory of the register at the index, for those that stand there."""
+        plain = [r for r in self.memory if r.place == r.index & 0xF]
+        moved = [r for r in self.memory if r.place != r.index & 0xF]
+        for guard in range(8):
+            if all(r.index >> guard & 1 for r in plain) and not any(r.index >> guard & 1
+                                                                    for r in moved):
+                break
+        else:
+            raise ValueError("no bit of the index tells how a place in memory is made")
+        bits = []
+        for bit in reversed(range(4)):
+            wanted = [r.place >> bit & 1 for r in moved]
+            choices = {"1'b0": [0] * len(moved), "1'b1": [1] * len(moved)}
+            choices.update({f"index_i[{at}]": [r.index >> at & 1 for r in moved]
+                            for at in range(8)})
+            bits.append(next(text for text, values in choices.items() if values == wanted))
+        return f"index_i[{guard}] ? index_i[3:0] : {{{', '.join(bits)}}}"
+
     def hold(self):
         lines = ["  // A snapshot lasts from a block's first word until the transfer leaves it."]
         for register in self.registers:
@@ -251,7 +345,7 @@ class RegisterFile:
     def read_path(self):
         lines = [
             "  // The low half of the 32-bit value whose high half was read last.",
-            "  reg fetch;", "  reg [15:0] low_word;",
+            "  reg [15:0] low_word;",
             "  always @(posedge clk_i or posedge rst_i) begin",
             "    if (rst_i) low_word <= 16'd0;", "    else if (fetch) case (index_i)"]
         for register in self.registers:
@@ -269,45 +363,62 @@ class RegisterFile:
         return "\n".join(lines)
 
     def read_words(self):
-        """The choice of a word; each term that a carry chain joins fits a look-up table."""
+        """The choice of a word, as words that a carry chain for each bit joins."""
         pairs = self.pair_up()
-        lines = ["  // Registers stand in pairs whose indices differ in one bit; a look-up table",
-                 "  // chooses between the two or takes two bits that stand alone, and a carry",
-                 "  // chain joins them."]
-        chosen = []
-        alone = set()
-        for bit in range(16):
-            terms, singles = self.read_terms(pairs, bit)
-            alone |= {index for index, _ in singles}
-            for at in range(0, len(singles), 2):
-                terms.append(" | ".join(f"at_{index:02x} & {source}" if source != "1'b1"
-                                        else f"at_{index:02x}"
-                                        for index, source in singles[at:at + 2]))
-            chosen += [f"  carry_or #(.WIDTH({len(terms)})) word_{bit}"
-                       f" (.any_o(word[{bit}]), .bits_i({{"]
-            chosen += ["    " + ",\n    ".join(terms), "  }));"]
+        lines = ["  // Registers stand in pairs whose indices differ in one bit: one look-up table for",
+                 "  // each bit chooses between the two, or takes two bits that stand alone."]
+        terms = [(set(range(16)), "{16{in_memory}} & memory_word"),
+                 (set(range(8)), "{16{counted}} & {8'd0, counter_i}")]
+        alone = []
+        for first, second, differs in pairs:
+            common = self.bits[first].keys() & self.bits.get(second, {}).keys()
+            if common:
+                terms.append((common, f"{{16{{{pair_name(first, second)}}}}} & (index_i[{differs}]"
+                              f" ? {self.word(second, common)} : {self.word(first, common)})"))
+            alone += [(index, self.bits[index].keys() - common)
+                      for index in (first, second) if index is not None]
+        for shared in two_for_each_bit([item for item in alone if item[1]]):
+            terms.append((set().union(*(bits for _, bits in shared)), " | ".join(
+                f"{{16{{at_{index:02x}}}}} & {self.word(index, bits)}" for index, bits in shared)))
+        needed = {index for index, bits in alone if bits}
         for first, second, bit in pairs:
             near = f"(index_i & 8'h{0xFF ^ 1 << bit:02X})" if second is not None else "index_i"
             lines.append(f"  wire {pair_name(first, second)} = {near} == 8'h{first:02X};")
-            for index in sorted(alone & {first, second}) if second is not None else ():
+            for index in sorted(needed & {first, second}) if second is not None else ():
                 sign = "" if index >> bit & 1 else "!"
                 lines.append(f"  wire at_{index:02x} = {pair_name(first, second)}"
                              f" & {sign}index_i[{bit}];")
-        return lines + ["  wire [15:0] word;"] + chosen + self.known(pairs)
+        lines += [wrapped(f"wire [15:0] term_{n} = {text};") for n, (_, text) in enumerate(terms)]
+        return lines + self.join([bits for bits, _ in terms]) + self.known(pairs)
 
-    def read_terms(self, pairs, bit):
-        """Terms of the pairs that both have a bit, and (index, source) where only one has it."""
-        terms, singles = [], []
-        for first, second, differs in pairs:
-            low = self.bits[first].get(bit)
-            high = self.bits[second].get(bit) if second is not None else None
-            if low and high:
-                name = pair_name(first, second)
-                terms.append(f"{name} & (index_i[{differs}] ? {high} : {low})")
+    @staticmethod
+    def join(terms):
+        """The word from its terms, of which each has some bits only."""
+        lines = ["  wire [15:0] word;", "`ifdef SYNTHESIS"]
+        for bit in range(16):
+            inputs = [f"term_{n}[{bit}]" for n, bits in enumerate(terms) if bit in bits]
+            lines.append(wrapped(f"carry_or #(.WIDTH({len(inputs)})) word_{bit} (.any_o(word[{bit}]),"
+                                 f" .bits_i({{{', '.join(inputs)}}}));"))
+        return lines + ["`else  // the same at once, for simulators",
+                        wrapped("assign word = "
+                                + " | ".join(f"term_{n}" for n in range(len(terms))) + ";"),
+                        "`endif"]
+
+    def word(self, index, bits):
+        """A register's word with some of its bits, others 0."""
+        pieces = []  # [name or constant, highest bit, lowest bit]
+        for bit in range(15, -1, -1):
+            source = self.bits[index].get(bit, "0") if bit in bits else "0"
+            name, _, place = source.removesuffix("]").partition("[")
+            name = "0" if name == "0" else "1" if name == "1'b1" else name
+            at = int(place) if place else None
+            constant = name in ("0", "1")
+            if pieces and pieces[-1][0] == name and (constant or pieces[-1][2] == (at or 0) + 1):
+                pieces[-1][2] = at
+                pieces[-1][3] += 1
             else:
-                singles += [(first, low)] if low else []
-                singles += [(second, high)] if high else []
-        return terms, singles
+                pieces.append([name, at, at, 1])
+        return "{" + ", ".join(piece_text(*piece) for piece in pieces) + "}"
 
     def pair_up(self):
         """Pairs of indices that differ in one bit, those with most bits in common first.
@@ -330,12 +441,40 @@ class RegisterFile:
 
     @staticmethod
     def known(pairs):
-        names = [pair_name(first, second) for first, second, _ in pairs]
+        names = ["in_memory", "counted"] + [pair_name(first, second) for first, second, _ in pairs]
         return ["", wrapped("wire known = " + " | ".join(names) + ";"), ""]
 
     @staticmethod
     def formal():
         return "`ifdef FORMAL\n`include \"register_file_properties.vh\"\n`endif\n"
+
+
+def piece_text(name, high, low, bits):
+    """A part of a concatenation: a run of constant bits, a signal, or a slice of it."""
+    if name in ("0", "1"):
+        value = 0 if name == "0" else (1 << bits) - 1
+        return f"{bits}'d{value}"
+    if high is None:
+        return name
+    return f"{name}[{high}]" if high == low else f"{name}[{high}:{low}]"
+
+
+def two_for_each_bit(items):
+    """Groups of (index, bits) in which no bit stands more than twice."""
+    groups = []
+    for item in sorted(items, key=lambda item: -len(item[1])):
+        best = None
+        for group in groups:
+            counts = {bit: sum(bit in bits for _, bits in group) for bit in item[1]}
+            if max(counts.values()) < 2:
+                gain = sum(count == 1 for count in counts.values())
+                if best is None or gain > best[0]:
+                    best = (gain, group)
+        if best:
+            best[1].append(item)
+        else:
+            groups.append([item])
+    return groups
 
 
 def at_least(constant):

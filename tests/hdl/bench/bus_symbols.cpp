@@ -55,7 +55,7 @@ void TargetOracle::byte_is_there() {
             // Whether a register takes the word is its own rule: seen, not foretold.
             unsure_ = followed_.count(index_) == 0;
             if (!unsure_ && constant_.count(index_) == 0) {
-                values_[index_] = uint16_t(high_ << 8 | shift_);
+                values_[index_] = uint16_t(unsigned(high_) << 8 | shift_);
                 word_is_taken();
             }
             break;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "driver_bus.hpp"
 
+#include <algorithm>
+
 #include "core/error.h"
 
 namespace hdl {
@@ -8,6 +10,10 @@ namespace hdl {
 namespace {
 
 constexpr unsigned kBoth = HAL_I2C_SCL | HAL_I2C_SDA;
+// The filters, the bridge and a sensor have answered the last move after this.
+constexpr uint64_t kSettled = 2 * kUs;
+// To and from the slow clock takes up to a microsecond each.
+constexpr uint64_t kShortestIdle = 20 * kUs, kLeaveIdle = 3 * kUs;
 
 }  // namespace
 
@@ -21,9 +27,26 @@ void DriverBus::hide_lines() {
     operations_.lines = nullptr;
 }
 
-void DriverBus::others_pull(unsigned lines) {
+void DriverBus::others_pull(unsigned lines, uint64_t duration_ps) {
+    released_ps_ = lines == 0 && others_ != 0 ? bridge_.now() : released_ps_;
     others_ = lines;
+    release_ps_ = duration_ps == UINT64_MAX ? UINT64_MAX : bridge_.now() + duration_ps;
     drive();
+}
+
+void DriverBus::pass_until(uint64_t end_ps) {
+    while (bridge_.now() < end_ps) {
+        const uint64_t next_ps = std::min(end_ps, release_ps_);
+        const uint64_t settled_ps = moved_ps_ + kSettled;
+        if (next_ps > settled_ps + kShortestIdle && next_ps > bridge_.now() + kShortestIdle) {
+            bridge_.run(settled_ps > bridge_.now() ? settled_ps - bridge_.now() : 0);
+            bridge_.run_idle(next_ps - kLeaveIdle - bridge_.now());
+        }
+        bridge_.run(next_ps - bridge_.now());
+        if (bridge_.now() >= release_ps_) {
+            others_pull(0);
+        }
+    }
 }
 
 void DriverBus::drive() {
@@ -31,11 +54,14 @@ void DriverBus::drive() {
     bridge_.in.sda = ((own_ | others_) & HAL_I2C_SDA) == 0;
     bridge_.drive();
     bridge_model_advance(bridge_.model(), 0);  // so that the wires can be read at once
+    moved_ps_ = bridge_.now();
 }
 
 void DriverBus::pull(unsigned lines) {
-    own_ = lines;
-    drive();
+    if (lines != own_) {
+        own_ = lines;
+        drive();
+    }
 }
 
 bool DriverBus::high(unsigned line) const {
@@ -58,21 +84,23 @@ void DriverBus::rise() {
         if (bridge_.now() >= deadline_ps_) {
             throw Failure{ERROR_TIMEOUT};
         }
-        bridge_.run(100 * kNs);
+        wait(release_ps_ > bridge_.now() && others_ != 0
+                 ? std::min(release_ps_, deadline_ps_) - bridge_.now()
+                 : 100 * kNs);
     }
 }
 
 bool DriverBus::bit(bool level, bool own) {
-    bridge_.run(timing_.data_hold);
+    wait(timing_.data_hold);
     pull(HAL_I2C_SCL | (level ? 0 : unsigned(HAL_I2C_SDA)));
-    bridge_.run(timing_.low - timing_.data_hold);
+    wait(timing_.low - timing_.data_hold);
     rise();
-    bridge_.run(timing_.high / 2);
-    const bool seen = high(HAL_I2C_SDA);
+    wait(timing_.high / 2);
+    const bool seen = high(HAL_I2C_SDA) != (wrong_ && wrong_(falls_));
     if (own && level && !seen) {
         throw Failure{ERROR_I2C_ARBITRATION};
     }
-    bridge_.run(timing_.high - timing_.high / 2);
+    wait(timing_.high - timing_.high / 2);
     if (bridge_.now() >= deadline_ps_) {
         throw Failure{ERROR_TIMEOUT};
     }
@@ -82,11 +110,11 @@ bool DriverBus::bit(bool level, bool own) {
 
 void DriverBus::start(bool repeated) {
     if (repeated) {
-        bridge_.run(timing_.data_hold);
+        wait(timing_.data_hold);
         pull(HAL_I2C_SCL);
-        bridge_.run(timing_.low - timing_.data_hold);
+        wait(timing_.low - timing_.data_hold);
         rise();
-        bridge_.run(timing_.start_setup);
+        wait(timing_.start_setup);
         if (!high(HAL_I2C_SDA)) {
             throw Failure{ERROR_I2C_ARBITRATION};
         }
@@ -94,18 +122,18 @@ void DriverBus::start(bool repeated) {
         throw Failure{ERROR_I2C_STUCK};
     }
     pull(HAL_I2C_SDA);
-    bridge_.run(timing_.start_hold);
+    wait(timing_.start_hold);
     fall();
 }
 
 void DriverBus::stop() {
-    bridge_.run(timing_.data_hold);
+    wait(timing_.data_hold);
     pull(kBoth);
-    bridge_.run(timing_.low - timing_.data_hold);
+    wait(timing_.low - timing_.data_hold);
     rise();
-    bridge_.run(timing_.stop_setup);
+    wait(timing_.stop_setup);
     pull(0);
-    bridge_.run(timing_.free);
+    wait(timing_.free);
     if (!high(HAL_I2C_SDA)) {
         throw Failure{ERROR_I2C_STUCK};
     }
@@ -169,6 +197,7 @@ int DriverBus::transfer(void *self, const hal_i2c_message *messages, size_t coun
     auto *bus = static_cast<DriverBus *>(self);
     bus->deadline_ps_ = deadline_us * kUs;
     bus->transfers_++;
+    bus->falls_ = 0;
     *begun = 0;
     return bus->run(messages, count, *begun);
 }
@@ -177,8 +206,8 @@ int DriverBus::lines(void *self, unsigned pulled, unsigned *high) {
     auto *bus = static_cast<DriverBus *>(self);
     if ((pulled & ~bus->own_ & HAL_I2C_SCL) != 0 && bus->high(HAL_I2C_SCL)) {
         bus->recovery_falls_++;
-    } else if (bus->recovery_falls_ >= bus->release_after_) {
-        bus->others_ = 0;
+    } else if (bus->others_ != 0 && bus->recovery_falls_ >= bus->release_after_) {
+        bus->others_pull(0);
     }
     bus->pull(pulled);
     *high = (bus->high(HAL_I2C_SCL) ? unsigned(HAL_I2C_SCL) : 0) |
@@ -191,19 +220,7 @@ uint64_t DriverBus::now_us(void *self) {
 }
 
 void DriverBus::wait_until_us(void *self, uint64_t time_us) {
-    auto *bus = static_cast<DriverBus *>(self);
-    const uint64_t end_ps = time_us * kUs, now_ps = bus->bridge_.now();
-    if (end_ps <= now_ps) {
-        return;
-    }
-    // The filters have seen the last move before the clock turns slow.
-    const uint64_t settled_ps = 2 * kUs;
-    if (bus->idle_ && end_ps - now_ps >= 20 * settled_ps) {
-        bus->bridge_.run(settled_ps);
-        bus->bridge_.run_idle(end_ps - bus->bridge_.now());
-    } else {
-        bus->bridge_.run(end_ps - now_ps);
-    }
+    static_cast<DriverBus *>(self)->pass_until(time_us * kUs);
 }
 
 }  // namespace hdl

@@ -24,23 +24,25 @@ class DriverBus {
     /// Hides the lines from recovery, as Linux i2c-dev does.
     void hide_lines();
 
-    /// What something else pulls (HAL_I2C_*), from now on.
-    void others_pull(unsigned lines);
+    /// What something else pulls (HAL_I2C_*), from now on; for so long.
+    void others_pull(unsigned lines, uint64_t duration_ps = UINT64_MAX);
     unsigned others() const { return others_; }
     /// They let go at the rise of this clock of a recovery.
     void release_after(uint64_t recovery_falls) { release_after_ = recovery_falls; }
-    /// Called after each fall of SCL that a transfer makes, with the number of SCL's falls since
-    /// this was set, 1 for that of START.
-    void on_fall(std::function<void(uint64_t)> hook) {
-        hook_ = std::move(hook);
-        falls_ = 0;
-    }
-    /// SCL's falls in transfers, and those made through lines().
+    /// When they let go last.
+    uint64_t released_ps() const { return released_ps_; }
+    /// Called after each fall of SCL in a transfer, with its number in this transfer, 1 for that of
+    /// START: after fall 9 * n + k + 1 comes bit k of byte n (the address is 0, bit 8
+    /// acknowledges). A repeated START has a fall of its own.
+    void on_fall(std::function<void(uint64_t)> hook) { hook_ = std::move(hook); }
+    /// The master reads SDA wrongly in the bit after those falls for which this says so.
+    void misread(std::function<bool(uint64_t)> wrong) { wrong_ = std::move(wrong); }
+    /// SCL's falls in the present or last transfer, and those made through lines().
     uint64_t falls() const { return falls_; }
     uint64_t recovery_falls() const { return recovery_falls_; }
     uint64_t transfers() const { return transfers_; }
-    /// Long waits are simulated 25 times cheaper, which allows no line to move in them.
-    void allow_idle(bool allowed) { idle_ = allowed; }
+    /// Lets time pass; cheap when it is long and nothing moves.
+    void wait(uint64_t duration_ps) { pass_until(bridge_.now() + duration_ps); }
 
   private:
     struct Failure {
@@ -64,6 +66,7 @@ class DriverBus {
     void rise();
     bool high(unsigned line) const;
     void drive();
+    void pass_until(uint64_t end_ps);
 
     Bridge &bridge_;
     I2cTiming timing_;
@@ -73,9 +76,10 @@ class DriverBus {
     hal_clock clock_;
     unsigned own_ = 0, others_ = 0;  // lines pulled
     uint64_t deadline_ps_ = 0, falls_ = 0, recovery_falls_ = 0, transfers_ = 0;
-    uint64_t release_after_ = UINT64_MAX;
-    bool idle_ = true;
+    uint64_t release_after_ = UINT64_MAX, release_ps_ = UINT64_MAX, released_ps_ = 0;
+    uint64_t moved_ps_ = 0;
     std::function<void(uint64_t)> hook_;
+    std::function<bool(uint64_t)> wrong_;
 };
 
 }  // namespace hdl

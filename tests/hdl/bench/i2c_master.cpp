@@ -21,7 +21,7 @@ I2cTiming branch_timing(unsigned khz) {
     I2cTiming timing = standard_timing(khz);
     timing.high = std::max(timing.high, 700 * kNs);
     timing.start_setup = std::max(timing.start_setup, 700 * kNs);
-    timing.start_hold = std::max(timing.start_hold, 700 * kNs);
+    timing.start_hold = std::max(timing.start_hold, 800 * kNs);
     timing.stop_setup = std::max(timing.stop_setup, 700 * kNs);
     timing.low = kMs / khz - timing.high;
     return timing;

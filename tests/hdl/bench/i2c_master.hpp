@@ -24,8 +24,8 @@ struct I2cTiming {
 /// The shortest times of the standard, filled up to the period: low takes the rest.
 I2cTiming standard_timing(unsigned khz);
 
-/// For the sensors' branches at 400 kHz: the router takes up to 80 ns off the high times (see
-/// i2c_router.v), so the master gives 700 ns.
+/// For the sensors' branches at 400 kHz: the router takes up to 80 ns off the high times and 200 ns
+/// off the hold time of START (see i2c_router.v), so the master gives 700 and 800 ns.
 I2cTiming branch_timing(unsigned khz);
 
 /// Ends a transfer in its middle (see I2cMaster::abort_after).

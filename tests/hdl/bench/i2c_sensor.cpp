@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "i2c_sensor.hpp"
 
+#include <algorithm>
+
 namespace hdl {
 
 I2cSensor::I2cSensor(Bridge &bridge, int camera, uint64_t answer_ps)
@@ -32,6 +34,7 @@ void I2cSensor::on_event(uint64_t time_ps, uint32_t, const bridge_outputs &now) 
         if (state_ != State::kIdle && state_ != State::kIgnore && bits_ > 1) {
             broken++;
         }
+        start_ps_ = time_ps;
         state_ = sda ? State::kIdle : State::kAddress;
         (sda ? stops : starts)++;
         bits_ = 0;
@@ -39,13 +42,14 @@ void I2cSensor::on_event(uint64_t time_ps, uint32_t, const bridge_outputs &now) 
         drive(true);
     } else if (scl && !scl_) {
         if (state_ != State::kIdle && time_ps - fall_ps_ < 1300 * kNs) {
-            short_clocks++;
+            short_times++;
         }
         rise_ps_ = time_ps;
         rise(sda);
     } else if (!scl && scl_) {
-        if (state_ != State::kIdle && time_ps - rise_ps_ < 600 * kNs && bits_ != 0) {
-            short_clocks++;
+        // The high time, or the hold time of START.
+        if (state_ != State::kIdle && time_ps - std::max(rise_ps_, start_ps_) < 600 * kNs) {
+            short_times++;
         }
         fall_ps_ = time_ps;
         fall();
@@ -86,7 +90,7 @@ void I2cSensor::byte_is_there() {
         case State::kWrite:
             bytes_written++;
             if (low_byte_) {
-                registers[index_++] = uint16_t(high_ << 8 | shift_);
+                registers[index_++] = uint16_t(unsigned(high_) << 8 | shift_);
             }
             high_ = uint8_t(shift_);
             low_byte_ = !low_byte_;

@@ -23,8 +23,9 @@ class I2cSensor : public Listener {
     std::array<uint16_t, 256> registers{};
     /// What it has seen since it was made.
     uint64_t starts = 0, stops = 0, addressed = 0, bytes_written = 0, bytes_read = 0;
-    /// START or STOP in the middle of a byte, clocks shorter than the standard's for 400 kHz.
-    uint64_t broken = 0, short_clocks = 0;
+    /// START or STOP in the middle of a byte, low and high times and holds of START
+    /// that are shorter than the standard's for 400 kHz.
+    uint64_t broken = 0, short_times = 0;
     /// Pulls SDA or SCL for good, as a hung sensor does.
     void hang(bool sda, bool scl);
     /// Pulls SCL for so long after each byte, which the bridge does not support.
@@ -47,7 +48,7 @@ class I2cSensor : public Listener {
     uint8_t index_ = 0;
     bool low_byte_ = false;
     uint8_t high_ = 0;
-    uint64_t rise_ps_ = 0, fall_ps_ = 0, order_ = 0;
+    uint64_t rise_ps_ = 0, fall_ps_ = 0, start_ps_ = 0, order_ = 0;
 };
 
 }  // namespace hdl

@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Shows that the tests of tests/hdl see mistakes: each sabotage of the Verilog must make its test fail.
+
+sabotages.json lists them: {"name", "file", "replace", "with", "test", "case", "rounds"}; test is a
+program of tests/hdl, case and rounds (both optional) say which of its cases are run and how long.
+Every program must be named by one at least, and must pass without any.
+"""
+import argparse
+import concurrent.futures
+import glob
+import json
+import os
+import queue
+import re
+import subprocess
+import sys
+import time
+
+FPGA = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
+ROOT = os.path.dirname(FPGA)
+CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "vergence",
+                     "fpga-sabotage")
+TABLE = os.path.join(FPGA, "tools", "sabotages.json")
+TIMEOUT_S = 600  # a test that hangs has noticed something too, but that is no verdict
+
+
+class Bench:
+    """A build of its own whose Verilog may be changed."""
+
+    def __init__(self, number):
+        self.folder = os.path.join(CACHE, f"bench{number}")
+        self.verilog = os.path.join(self.folder, "verilog")
+        self.build = os.path.join(self.folder, "build")
+        self.log = os.path.join(self.folder, "log")
+        os.makedirs(self.verilog, exist_ok=True)
+        self.restore()
+        self.tool("cmake", "-S", ROOT, "-B", self.build, "-G", "Ninja", "-DVERGENCE_FPGA=ON",
+                  "-DVERGENCE_FPGA_VERILOG=" + self.verilog)
+
+    def tool(self, *words):
+        with open(self.log, "w", encoding="utf-8") as log:
+            if subprocess.run(words, stdout=log, stderr=subprocess.STDOUT).returncode != 0:
+                raise RuntimeError(f"{words[0]} failed, see {self.log}")
+
+    def restore(self):
+        """The Verilog as it is in the tree; unchanged files keep their time."""
+        for name in ("rtl", "generated"):
+            os.makedirs(os.path.join(self.verilog, name), exist_ok=True)
+            for path in glob.glob(os.path.join(FPGA, name, "*.v*")):
+                self.write(os.path.join(name, os.path.basename(path)), read(path))
+
+    def write(self, name, text):
+        path = os.path.join(self.verilog, name)
+        if not os.path.exists(path) or read(path) != text:
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(text)
+
+    def run(self, program, case, rounds):
+        """Builds and runs a program; its exit code and what it said."""
+        self.tool("ninja", "-C", self.build, "-j", "1", program)
+        words = [os.path.join(self.build, "tests", "hdl", program)]
+        if case:
+            words.append("--test-case=" + case)
+        environment = {**os.environ, **({"VERGENCE_DRAWS": str(rounds)} if rounds else {})}
+        done = subprocess.run(words, capture_output=True, text=True, env=environment,
+                              timeout=TIMEOUT_S)
+        return done.returncode, done.stdout + done.stderr
+
+
+def read(path):
+    with open(path, encoding="utf-8") as file:
+        return file.read()
+
+
+def first_error(output):
+    """The first thing that a test complained about."""
+    found = re.search(r"ERROR: (.*)", output)
+    values = re.search(r"values: (.*)", output)
+    return (found.group(1).strip() + (f" ({values.group(1).strip()})" if values else "")
+            if found else output.strip().splitlines()[-1] if output.strip() else "no output")
+
+
+def sabotage(bench, entry):
+    """Whether the test failed, as it should; and what it said."""
+    text = read(os.path.join(FPGA, entry["file"]))
+    if text.count(entry["replace"]) != 1:
+        return False, f"its text stands {text.count(entry['replace'])} times in {entry['file']}"
+    bench.write(entry["file"], text.replace(entry["replace"], entry["with"]))
+    try:
+        code, output = bench.run(entry["test"], entry.get("case"), entry.get("rounds"))
+    except subprocess.TimeoutExpired:
+        return False, "the test hangs"
+    finally:
+        bench.restore()
+    return code != 0, first_error(output)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--only", default=".", help="names of sabotages that match")
+    options = parser.parse_args()
+    started = time.monotonic()
+    with open(TABLE, encoding="utf-8") as file:
+        entries = json.load(file)
+    programs = {"hdl_" + os.path.splitext(os.path.basename(path))[0]
+                for path in glob.glob(os.path.join(ROOT, "tests", "hdl", "*_test.cpp"))}
+    chosen = [entry for entry in entries if re.search(options.only, entry["name"])]
+    wrong = [f"no sabotage for {name}" for name in
+             sorted(programs - {entry["test"] for entry in entries})]
+    benches = queue.Queue()
+    os.makedirs(CACHE, exist_ok=True)
+    for number in range(options.jobs):
+        benches.put(Bench(number))
+
+    def with_bench(work, *arguments):
+        bench = benches.get()
+        try:
+            return work(bench, *arguments)
+        finally:
+            benches.put(bench)
+
+    def clean(bench, key):
+        program, case, rounds = key
+        return bench.run(program, case, rounds)[0] == 0
+
+    keys = sorted({(entry["test"], entry.get("case"), entry.get("rounds")) for entry in chosen},
+                  key=str)
+    print("| sabotage | test | noticed | what it said |\n|---|---|---|---|", flush=True)
+    with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
+        fresh = [pool.submit(with_bench, clean, key) for key in keys]
+        asked = [pool.submit(with_bench, sabotage, entry) for entry in chosen]
+        for key, future in zip(keys, fresh):
+            if not future.result():
+                wrong.append(f"{key[0]} fails without a sabotage")
+        for entry, future in zip(chosen, asked):
+            noticed, said = future.result()
+            print(f"| {entry['name']} | {entry['test']} | {'yes' if noticed else 'NO'} | "
+                  f"`{said[:90].replace('|', '/')}` |", flush=True)
+            if not noticed:
+                wrong.append(f"{entry['name']} is not noticed: {said}")
+    for sentence in wrong:
+        print(f"sabotage.py: {sentence}")
+    print(f"{len(chosen)} sabotages, {len(wrong)} findings, {time.monotonic() - started:.0f} s")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What a driver's test can look at besides the driver: the bridge's registers by a master that
+/// nothing disturbs, the sensors' registers, and what was started.
+#ifndef VERGENCE_TESTS_HDL_BENCH_DRIVER_WORLD_HPP
+#define VERGENCE_TESTS_HDL_BENCH_DRIVER_WORLD_HPP
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "bridge.hpp"
+#include "i2c_master.hpp"
+#include "i2c_sensor.hpp"
+
+namespace hdl {
+
+/// Counts pulses on the left camera's trigger line.
+class TriggerCount : public Listener {
+  public:
+    uint32_t wanted() const override { return BRIDGE_EVENT_SENSOR; }
+    void on_event(uint64_t, uint32_t, const bridge_outputs &now) override {
+        pulses += now.trigger[0] != 0 && !level_;
+        level_ = now.trigger[0] != 0;
+    }
+    uint32_t pulses = 0;
+
+  private:
+    bool level_ = false;
+};
+
+class DriverWorld {
+  public:
+    /// All bits that only a write can change: by a register's index, by 0x100 and 0x200 and the
+    /// index for the sensors, and trigger pulses under kTriggers.
+    using State = std::map<unsigned, uint32_t>;
+    static constexpr unsigned kTriggers = 0x300;
+
+    explicit DriverWorld(uint64_t seed);
+    ~DriverWorld() { bridge.remove(trigger); }
+    /// Resets the bridge, and sets registers so that neither zeros nor ones could be written into
+    /// any without a trace; limits are unlocked.
+    void prepare();
+    /// Lets the bus go and reads everything; nothing when the bridge does not answer.
+    std::optional<State> state();
+    /// Lets the bus go and reads a register; nothing when the bridge does not answer.
+    std::optional<uint16_t> peek(uint8_t index);
+    /// Writes a register; true: taken.
+    bool poke(uint8_t index, uint16_t value);
+
+    Bridge bridge;
+    I2cSensor left, right;
+    TriggerCount trigger;
+};
+
+/// The first place where two states differ, in words; empty: none.
+std::string difference(const DriverWorld::State &is, const DriverWorld::State &should);
+
+}  // namespace hdl
+
+#endif

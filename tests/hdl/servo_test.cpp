@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// The width of a servo's pulse is the one that was asked for, to the clock: whole microseconds and
+// sixteenths, a step of the slew limit a frame, and never beyond the limits.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+
+#include "bench/i2c_master.hpp"
+#include "bench/servo_checker.hpp"
+
+namespace {
+
+using hdl::kMs;
+using hdl::kUs;
+
+constexpr uint64_t kFrame = 20 * kMs;
+constexpr uint32_t kLeastQ4 = 900 * 16, kMostQ4 = 2100 * 16, kCentreQ4 = 1500 * 16;
+
+uint64_t width_ps(uint32_t q4) {
+    return (q4 >> 4) * kUs + (q4 & 15u) * 25 / 16 * BRIDGE_CONTROL_PERIOD_PS;
+}
+
+struct Bench {
+    hdl::Bridge bridge;
+    hdl::I2cMaster master;
+    hdl::Registers registers;
+
+    explicit Bench(uint64_t seed)
+        : bridge(seed), master(bridge, hdl::standard_timing(1000)), registers(master) {
+        REQUIRE(registers.write(0x0E, 60000));
+        REQUIRE(registers.write(0x08, 3));
+        bridge.run_idle(2 * kFrame);
+    }
+    // The next frame's pulses with the exact clock, what lies between them idle.
+    void next_frame() {
+        const uint64_t rise = bridge.servos().pulses(0).back().rise_ps;
+        bridge.run_idle(rise + kFrame - 10 * kUs - bridge.now());
+        bridge.run(10 * kUs + hdl::ServoChecker::kLongest + 5 * kUs);
+    }
+    uint64_t last_width(int servo) const { return bridge_pulses(servo).back().width_ps(); }
+    const std::vector<hdl::Pulse> &bridge_pulses(int servo) const {
+        return const_cast<hdl::Bridge &>(bridge).servos().pulses(servo);
+    }
+};
+
+uint32_t toward(uint32_t actual, uint32_t target, uint32_t slew) {
+    return actual < target ? std::min(actual + slew, target) : std::max(actual - slew, target);
+}
+
+}  // namespace
+
+TEST_CASE("each pulse is as wide as the registers say, to the clock") {
+    const uint64_t seed = synthetic::test_seed();
+    INFO("seed " << seed);
+    Bench bench(seed);
+    hdl::Random random(seed);
+    uint32_t actual[] = {kCentreQ4, kCentreQ4}, target[] = {kCentreQ4, kCentreQ4};
+    uint32_t slew[] = {30 * 16, 30 * 16};
+    bench.next_frame();
+    for (uint64_t frame = 0; frame < hdl::draws(80); frame++) {
+        for (unsigned servo = 0; servo < BRIDGE_SERVOS; servo++) {
+            const auto first = uint8_t(0x10 + 8 * servo);
+            if (random.chance(0.4)) {
+                // Beyond the limits, too: they are taken instead.
+                target[servo] = uint32_t(random.between(600 * 16, 2400 * 16));
+                REQUIRE(bench.registers.write(first, uint16_t(target[servo])));
+            }
+            if (random.chance(0.3)) {
+                slew[servo] = random.chance(0.2) ? 0 : uint32_t(random.between(1, 2047));
+                REQUIRE(bench.registers.write(uint8_t(first + 5), uint16_t(slew[servo])));
+            }
+            const uint32_t wanted = std::clamp(target[servo], kLeastQ4, kMostQ4);
+            actual[servo] = toward(actual[servo], wanted, slew[servo]);
+        }
+        bench.next_frame();
+        for (int servo = 0; servo < BRIDGE_SERVOS; servo++) {
+            INFO("frame " << frame << " servo " << servo << " width " << actual[servo] << " / 16");
+            CHECK(bench.last_width(servo) == width_ps(actual[servo]));
+            CHECK(bench.registers.read(uint8_t(0x11 + 8 * servo)) == actual[servo]);
+        }
+    }
+    CHECK(bench.bridge.servos().faults().empty());
+}
