@@ -13,14 +13,14 @@ namespace simrig {
 /// What it is; every imperfection can be 0.
 struct LensMotorSettings {
     double counts_per_s = 150;
-    double start_ms = 20;             ///< from command to motion
-    double backlash_counts = 4;       ///< the ring follows the motor with so much play
-    double least_step_counts = 2;     ///< a shorter move does not start
+    double start_ms = 20;                    ///< from command to motion
+    double backlash_counts = 4;              ///< the ring follows the motor with so much play
+    double least_step_counts = 2;            ///< a shorter move does not start
     double stop_low = 290, stop_high = 860;  ///< mechanical end stops
-    double read_noise_counts = 1;     ///< sigma of a read-back
-    double outlier_chance = 0.002;    ///< of a read-back that is anything
-    double settle_error_counts = 0.7; ///< sigma of where it comes to rest
-    double drift_counts_per_h = 0;    ///< of the potentiometer against the ring
+    double read_noise_counts = 1;            ///< sigma of a read-back
+    double outlier_chance = 0.002;           ///< of a read-back that is anything
+    double settle_error_counts = 0.7;        ///< sigma of where it comes to rest
+    double drift_counts_per_h = 0;           ///< of the potentiometer against the ring
 };
 
 class LensMotor {

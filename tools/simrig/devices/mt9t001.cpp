@@ -16,24 +16,39 @@ struct Row {
     uint16_t reset, stored;  // bits that a write keeps
 };
 
-constexpr Row kRows[] = {
-    {Mt9t001::kRowStart, 20, 0x07FF},        {Mt9t001::kColumnStart, 32, 0x0FFF},
-    {Mt9t001::kRowSize, 1535, 0x07FF},       {Mt9t001::kColumnSize, 2047, 0x0FFF},
-    {Mt9t001::kHorizontalBlanking, 142, 0x07FF}, {Mt9t001::kVerticalBlanking, 25, 0x07FF},
-    {Mt9t001::kOutputControl, 2, 0x00FF},    {Mt9t001::kShutterWidthHigh, 0, 0x000F},
-    {Mt9t001::kShutterWidth, 1561, 0xFFFF},  {Mt9t001::kPixelClockControl, 0, 0x87FF},
-    {Mt9t001::kShutterDelay, 0, 0x07FF},     {Mt9t001::kReset, 0, 0x0001},
-    {Mt9t001::kReadMode1, 0x8040, 0xFFFF},   {Mt9t001::kReadMode2, 0, 0xFFFF},
-    {0x21, 0, 0x0003},                       {Mt9t001::kRowAddressMode, 0, 0x0077},
-    {Mt9t001::kColumnAddressMode, 0, 0x0077}, {Mt9t001::kGreen1Gain, 8, 0x7F7F},
-    {Mt9t001::kBlueGain, 8, 0x7F7F},         {Mt9t001::kRedGain, 8, 0x7F7F},
-    {Mt9t001::kGreen2Gain, 8, 0x7F7F},       {Mt9t001::kTestData, 0, 0x0FFC},
-    {Mt9t001::kGlobalGain, 8, 0x7F7F},       {0x49, 0x00A8, 0x0FFC},
-    {0x4B, 0, 0x07FF},                       {0x4E, 0, 0xFFFF},
-    {0x5D, 0x2D13, 0xFFFF},                  {0x5F, 0x231D, 0xFFFF},
-    {0x60, 32, 0x01FF},                      {0x61, 32, 0x01FF},
-    {0x62, 0, 0x7FFF},                       {0x63, 32, 0x01FF},
-    {0x64, 32, 0x01FF}};
+constexpr Row kRows[] = {{Mt9t001::kRowStart, 20, 0x07FF},
+                         {Mt9t001::kColumnStart, 32, 0x0FFF},
+                         {Mt9t001::kRowSize, 1535, 0x07FF},
+                         {Mt9t001::kColumnSize, 2047, 0x0FFF},
+                         {Mt9t001::kHorizontalBlanking, 142, 0x07FF},
+                         {Mt9t001::kVerticalBlanking, 25, 0x07FF},
+                         {Mt9t001::kOutputControl, 2, 0x00FF},
+                         {Mt9t001::kShutterWidthHigh, 0, 0x000F},
+                         {Mt9t001::kShutterWidth, 1561, 0xFFFF},
+                         {Mt9t001::kPixelClockControl, 0, 0x87FF},
+                         {Mt9t001::kShutterDelay, 0, 0x07FF},
+                         {Mt9t001::kReset, 0, 0x0001},
+                         {Mt9t001::kReadMode1, 0x8040, 0xFFFF},
+                         {Mt9t001::kReadMode2, 0, 0xFFFF},
+                         {0x21, 0, 0x0003},
+                         {Mt9t001::kRowAddressMode, 0, 0x0077},
+                         {Mt9t001::kColumnAddressMode, 0, 0x0077},
+                         {Mt9t001::kGreen1Gain, 8, 0x7F7F},
+                         {Mt9t001::kBlueGain, 8, 0x7F7F},
+                         {Mt9t001::kRedGain, 8, 0x7F7F},
+                         {Mt9t001::kGreen2Gain, 8, 0x7F7F},
+                         {Mt9t001::kTestData, 0, 0x0FFC},
+                         {Mt9t001::kGlobalGain, 8, 0x7F7F},
+                         {0x49, 0x00A8, 0x0FFC},
+                         {0x4B, 0, 0x07FF},
+                         {0x4E, 0, 0xFFFF},
+                         {0x5D, 0x2D13, 0xFFFF},
+                         {0x5F, 0x231D, 0xFFFF},
+                         {0x60, 32, 0x01FF},
+                         {0x61, 32, 0x01FF},
+                         {0x62, 0, 0x7FFF},
+                         {0x63, 32, 0x01FF},
+                         {0x64, 32, 0x01FF}};
 
 const Row *row_of(uint8_t index) {
     for (const Row &row : kRows) {
@@ -159,8 +174,8 @@ SensorFrame Mt9t001::plan(double period_us) const {
     frame.row_start = latched_[kRowStart] & ~1u;
     frame.column_start = latched_[kColumnStart] & ~1u;
     frame.height = std::min(latched_[kRowSize] + 1u, kArrayRows - std::min(frame.row_start, 1566u));
-    frame.width =
-        std::min((latched_[kColumnSize] | 1u) + 1, kArrayColumns - std::min(frame.column_start, 2110u));
+    frame.width = std::min((latched_[kColumnSize] | 1u) + 1,
+                           kArrayColumns - std::min(frame.column_start, 2110u));
     frame.skip_rows = bits(kRowAddressMode, 0);
     frame.skip_columns = bits(kColumnAddressMode, 0);
     frame.bin_rows = std::min(bits(kRowAddressMode, 4), frame.skip_rows);
@@ -180,8 +195,8 @@ SensorFrame Mt9t001::plan(double period_us) const {
                  light_next_.shutter_rows + 1);
     frame.blank_rows = frame_rows - frame.rows;
     frame.row_us = frame.row_clocks * period_us;
-    const double clocks = double(frame.shutter_rows) * frame.row_clocks - overhead -
-                          frame.shutter_delay_clocks;
+    const double clocks =
+        double(frame.shutter_rows) * frame.row_clocks - overhead - frame.shutter_delay_clocks;
     frame.exposure_us = std::max(clocks, 0.0) * period_us;
     for (size_t i = 0; i < light_now_.gain.size(); i++) {
         frame.analog_gain[i] = analog_gain(light_now_.gain[i]);
@@ -237,19 +252,19 @@ void Mt9t001::begin_frame(double period_us) {
     frame_ = plan(period_us);
     frame_.number = frames_++;
     // The rows of this frame were exposed with other times between them than they are read with.
-    frame_.bad = !from_idle &&
-                 (other_shutter || before.row_start != frame_.row_start ||
-                  before.column_start != frame_.column_start || before.height != frame_.height ||
-                  before.width != frame_.width || before.row_clocks != frame_.row_clocks ||
-                  before.skip_rows != frame_.skip_rows || before.bin_rows != frame_.bin_rows ||
-                  before.skip_columns != frame_.skip_columns ||
-                  before.bin_columns != frame_.bin_columns);
+    frame_.bad =
+        !from_idle &&
+        (other_shutter || before.row_start != frame_.row_start ||
+         before.column_start != frame_.column_start || before.height != frame_.height ||
+         before.width != frame_.width || before.row_clocks != frame_.row_clocks ||
+         before.skip_rows != frame_.skip_rows || before.bin_rows != frame_.bin_rows ||
+         before.skip_columns != frame_.skip_columns || before.bin_columns != frame_.bin_columns);
     frame_.shown = !frame_.bad || (latched_[kReadMode2] & 1u) != 0;
     state_ = State::kReading;
     row_clocks_ = frame_.row_clocks;
     frame_rows_ = frame_.rows + frame_.blank_rows;
-    lead_clocks_ = frame_.row_clocks - frame_.columns -
-                   std::max<unsigned>(latched_[kHorizontalBlanking], 21);
+    lead_clocks_ =
+        frame_.row_clocks - frame_.columns - std::max<unsigned>(latched_[kHorizontalBlanking], 21);
     pixels_.clear();
     line_ = nullptr;
 }

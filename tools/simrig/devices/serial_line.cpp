@@ -70,8 +70,7 @@ double SerialLine::next_us() const {
         return to_host_.front().time_us;
     }
     // What the device has not got yet may make it answer.
-    return to_device_.empty() ? std::numeric_limits<double>::infinity()
-                              : to_device_.back().time_us;
+    return to_device_.empty() ? std::numeric_limits<double>::infinity() : to_device_.back().time_us;
 }
 
 }  // namespace simrig

@@ -15,11 +15,11 @@ namespace simrig {
 
 /// Numbers of a line; every imperfection can be 0. Also what a test sets at a given time.
 struct SerialFaults {
-    bool silent = false;           ///< nothing comes back
-    double late_ms = 0;            ///< each answer comes so much later
-    double split_ms = 0;           ///< a pause somewhere in each answer
-    double garbage_chance = 0;     ///< of each byte that comes back to be another
-    double lost_chance = 0;        ///< of each byte in either direction to be lost
+    bool silent = false;        ///< nothing comes back
+    double late_ms = 0;         ///< each answer comes so much later
+    double split_ms = 0;        ///< a pause somewhere in each answer
+    double garbage_chance = 0;  ///< of each byte that comes back to be another
+    double lost_chance = 0;     ///< of each byte in either direction to be lost
 };
 
 class SerialLine {

@@ -41,10 +41,10 @@ enum {
 
 enum simrig_status {
     SIMRIG_OK = 0,
-    SIMRIG_BAD_REQUEST = -1,  /* the message is not what its type asks for */
-    SIMRIG_BAD_VERSION = -2,  /* another version of the protocol, or no greeting */
-    SIMRIG_BUSY = -3,         /* somebody else is the board */
-    SIMRIG_NOT_ALLOWED = -4,  /* not for this role */
+    SIMRIG_BAD_REQUEST = -1, /* the message is not what its type asks for */
+    SIMRIG_BAD_VERSION = -2, /* another version of the protocol, or no greeting */
+    SIMRIG_BUSY = -3,        /* somebody else is the board */
+    SIMRIG_NOT_ALLOWED = -4, /* not for this role */
     SIMRIG_I2C_NACK_ADDRESS = -5,
     SIMRIG_I2C_NACK_DATA = -6,
     SIMRIG_I2C_ARBITRATION = -7, /* a line was low that should be high */
@@ -52,7 +52,7 @@ enum simrig_status {
     SIMRIG_I2C_STUCK = -9,       /* a line is low before the transfer */
     SIMRIG_DEADLINE = -10,       /* no frame until the deadline */
     SIMRIG_NO_FRAME_ARMED = -11,
-    SIMRIG_FAILED = -12          /* what was asked for did not work; the text says why */
+    SIMRIG_FAILED = -12 /* what was asked for did not work; the text says why */
 };
 
 enum simrig_role { SIMRIG_ROLE_BOARD = 0, SIMRIG_ROLE_CONTROL = 1 };

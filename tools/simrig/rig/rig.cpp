@@ -13,6 +13,7 @@ namespace {
 // Of the IRQ line's edges the newest are kept.
 constexpr size_t kEdgesKept = 4096;
 constexpr uint64_t kResetPs = 10 * kPsPerUs;
+constexpr uint64_t kLongestPeriodPs = 30000 * kPsPerUs;
 
 std::array<LensController::Lens, LensController::kLenses> make_lenses(const RigSettings &settings) {
     const auto motor = [&settings](size_t lens, size_t axis) {
@@ -33,14 +34,15 @@ Rig::Rig(const RigSettings &settings, Scenery scenery)
       wires_(uint32_t(settings.seed)),
       host_(wires_),
       ppi_(wires_),
-      servos_{Servo(settings.servo[0], settings.seed * 64), Servo(settings.servo[1], settings.seed * 64 + 1)},
+      servos_{Servo(settings.servo[0], settings.seed * 64),
+              Servo(settings.servo[1], settings.seed * 64 + 1)},
       lenses_(settings.lens_controller, make_lenses(settings), settings.seed * 64 + 2) {
     for (int camera = 0; camera < BRIDGE_CAMERAS; camera++) {
         const auto source = [this, camera](const SensorFrame &frame, double begin_us) {
             return picture(camera, frame, begin_us);
         };
-        auto port = std::make_unique<SensorPort>(wires_, camera, settings.sensor[size_t(camera)],
-                                                 source);
+        auto port =
+            std::make_unique<SensorPort>(wires_, camera, settings.sensor[size_t(camera)], source);
         // Only what reaches the armed port is worth rendering.
         SensorPort *sensor = port.get();
         sensor->sensor().wanted = [this, sensor] {
@@ -62,11 +64,16 @@ void Rig::on_pins(uint64_t time_ps, uint32_t groups, const bridge_outputs &now) 
             const bool high = now.servo[i] != 0;
             servos_[i].edge(double(time_ps) * 1e-6, high);
             if (high && !pulse.high) {
+                const uint64_t period_ps = time_ps - pulse.rise_ps;
+                pulse.period_ps = period_ps < kLongestPeriodPs ? period_ps : 0;
                 pulse.rise_ps = time_ps;
+                if (quiet_) {
+                    wires_.stop();  // its end is to be foreseen: see run_quietly()
+                }
             } else if (!high && pulse.high) {
                 const uint64_t width_ps = time_ps - pulse.rise_ps;
-                pulse.change_ps = std::max(width_ps, pulse.width_ps) -
-                                  std::min(width_ps, pulse.width_ps);
+                pulse.change_ps =
+                    std::max(width_ps, pulse.width_ps) - std::min(width_ps, pulse.width_ps);
                 pulse.width_ps = width_ps;
             }
             pulse.high = high;
@@ -79,42 +86,51 @@ void Rig::on_pins(uint64_t time_ps, uint32_t groups, const bridge_outputs &now) 
         }
         irq_edges_.push_back({double(time_ps) * 1e-6, irq_});
         if (wake_on_irq_) {
+            woken_by_irq_ = true;
             wires_.stop();
         }
     }
 }
 
-// Idle time is exact to a microsecond; the ends of servo pulses, which are finer, are run at full
-// rate wherever they can be foreseen.
-uint64_t Rig::next_pulse_end_ps() const {
-    uint64_t next = std::numeric_limits<uint64_t>::max();
-    for (const Pulse &pulse : pulses_) {
-        if (pulse.high && pulse.width_ps != 0) {
-            const uint64_t guard_ps = 2 * pulse.change_ps + 2 * kPsPerUs;
-            next = std::min(next, pulse.rise_ps + pulse.width_ps - std::min(guard_ps, pulse.width_ps));
-        }
+// In idle time a clock lasts a microsecond, and edges come later by clocks: what the servos see of
+// their pulses is exact to 40 ns only when both edges of a pulse come at full rate. They can be
+// foreseen from those before.
+Rig::Span Rig::next_edge(const Pulse &pulse, uint64_t now_ps) {
+    constexpr uint64_t kGuardPs = 3 * kPsPerUs;
+    Span span;
+    if (pulse.high && pulse.width_ps != 0) {
+        const uint64_t guard_ps = std::min(2 * pulse.change_ps + kGuardPs, pulse.width_ps);
+        span = {pulse.rise_ps + pulse.width_ps - guard_ps,
+                pulse.rise_ps + pulse.width_ps + guard_ps};
+    } else if (!pulse.high && pulse.period_ps != 0) {
+        const uint64_t rise_ps = pulse.rise_ps + pulse.period_ps;
+        span = {rise_ps - kGuardPs, rise_ps + kGuardPs};
     }
-    return next;
+    return now_ps <= span.end_ps ? span : Span();
 }
 
 void Rig::run_quietly(uint64_t until_ps) {
-    while (wires_.now_ps() < until_ps) {
-        const uint64_t end_ps = next_pulse_end_ps();
-        if (wires_.now_ps() + kPsPerUs < end_ps && wires_.now_ps() + kPsPerUs < until_ps) {
+    quiet_ = true;
+    while (wires_.now_ps() < until_ps && !woken_by_irq_) {
+        const uint64_t now_ps = wires_.now_ps();
+        uint64_t fine_ps = std::numeric_limits<uint64_t>::max();
+        for (const Pulse &pulse : pulses_) {
+            fine_ps = std::min(fine_ps, next_edge(pulse, now_ps).begin_ps);
+        }
+        if (now_ps + kPsPerUs < std::min(fine_ps, until_ps)) {
             wires_.set_idle(true);
-            wires_.run_until(std::min(until_ps, end_ps));
+            wires_.run_until(std::min(until_ps, fine_ps - kPsPerUs));
             wires_.set_idle(false);
         } else {
-            wires_.run_until(std::min(until_ps, wires_.now_ps() + kPsPerUs));
-        }
-        if (wires_.stopped()) {
-            return;
+            wires_.run_until(std::min(until_ps, now_ps + kPsPerUs));
         }
     }
+    quiet_ = false;
 }
 
 uint32_t Rig::advance(double until_us, uint32_t wake) {
     wake_on_irq_ = (wake & kWakeGpio) != 0;
+    woken_by_irq_ = false;
     const size_t edges = irq_edges_.size();
     uint32_t woken = 0;
     while (woken == 0 && now_us() < until_us) {

@@ -32,7 +32,7 @@ struct RigSettings {
 
 /// Where the moving parts of a camera are.
 struct CameraState {
-    double pan_deg = 0;  ///< of the servo's horn, positive for longer pulses
+    double pan_deg = 0;                    ///< of the servo's horn, positive for longer pulses
     double zoom = 0, focus = 0, iris = 0;  ///< of the rings, counts
 };
 
@@ -92,7 +92,6 @@ class Rig : public PinListener {
     std::vector<uint16_t> picture(int camera, const SensorFrame &frame, double begin_us);
     void show_clocks(bool shown);
     void run_quietly(uint64_t until_ps);
-    uint64_t next_pulse_end_ps() const;
 
     RigSettings settings_;
     Scenery scenery_;
@@ -104,13 +103,17 @@ class Rig : public PinListener {
     LensController lenses_;
 
     struct Pulse {
-        uint64_t rise_ps = 0;
+        uint64_t rise_ps = 0, period_ps = 0;
         uint64_t width_ps = 0, change_ps = 0;  ///< of the last whole one, and against that before
         bool high = false;
     };
+    struct Span {
+        uint64_t begin_ps = UINT64_MAX, end_ps = 0;
+    };
+    static Span next_edge(const Pulse &pulse, uint64_t now_ps);
     std::array<Pulse, BRIDGE_SERVOS> pulses_;
     std::vector<GpioEdge> irq_edges_;
-    bool irq_ = false, wake_on_irq_ = false;
+    bool irq_ = false, wake_on_irq_ = false, woken_by_irq_ = false, quiet_ = false;
 };
 
 }  // namespace simrig

@@ -37,7 +37,8 @@ void SensorPort::on_pins(uint64_t time_ps, uint32_t groups, const bridge_outputs
     (void)time_ps;
     if ((groups & BRIDGE_EVENT_BRANCH) != 0 && !faults_.unplugged) {
         const bool before = target_.pulls();
-        const bool pulls = target_.lines(now.branch_scl[camera_] != 0, now.branch_sda[camera_] != 0);
+        const bool pulls =
+            target_.lines(now.branch_scl[camera_] != 0, now.branch_sda[camera_] != 0);
         if (pulls != before) {
             pull(pulls);
         }

@@ -10,17 +10,17 @@
 namespace simrig {
 
 struct SensorSettings {
-    double clock_mhz = 48;      ///< of the sensor's clock input
-    double clock_error_ppm = 0; ///< of its oscillator
-    double answer_ns = 350;     ///< from SCL's fall until its SDA is valid
+    double clock_mhz = 48;       ///< of the sensor's clock input
+    double clock_error_ppm = 0;  ///< of its oscillator
+    double answer_ns = 350;      ///< from SCL's fall until its SDA is valid
 };
 
 /// What can be wrong between a sensor and the bridge.
 struct SensorFaults {
-    bool unplugged = false;      ///< neither I2C nor clock
-    bool silent = false;         ///< answers on I2C, but its clock stands
-    uint16_t torn_bits = 0;      ///< data lines without contact: read as 0
-    bool sda_stuck = false;      ///< pulls the branch's SDA
+    bool unplugged = false;  ///< neither I2C nor clock
+    bool silent = false;     ///< answers on I2C, but its clock stands
+    uint16_t torn_bits = 0;  ///< data lines without contact: read as 0
+    bool sda_stuck = false;  ///< pulls the branch's SDA
 };
 
 class SensorPort : public PinListener, public ClockListener {

@@ -46,7 +46,8 @@ class Wires {
 
     uint64_t now_ps() const { return bridge_model_time_ps(model_.get()); }
     double now_us() const { return double(now_ps()) * 1e-6; }
-    /// Lets time pass until then, with all moments on the way. Returns early when stop() was called.
+    /// Lets time pass until then, with all moments on the way. Returns early when stop() was
+    /// called.
     void run_until(uint64_t time_ps);
     void run(uint64_t duration_ps) { run_until(now_ps() + duration_ps); }
     void stop() { stopped_ = true; }

@@ -75,8 +75,7 @@ Body Board::greet(const Body &body, bool board_is_taken, std::optional<simrig_ro
             return refusal(SIMRIG_BAD_REQUEST, "there is no role " + std::to_string(asked));
         }
         if (asked == SIMRIG_ROLE_BOARD && board_is_taken) {
-            return refusal(SIMRIG_BUSY,
-                           "another client is the board; it has to disconnect first");
+            return refusal(SIMRIG_BUSY, "another client is the board; it has to disconnect first");
         }
         role = simrig_role(asked);
     } catch (const BodyTooShort &) {
@@ -147,7 +146,8 @@ std::optional<Body> Board::begin_board(uint16_t type, BodyReader body) {
         case SIMRIG_FRAME_ARM: {
             const uint16_t columns = body.u16(), rows = body.u16();
             if (columns == 0 || rows == 0 || columns > kMostColumns || rows > kMostRows) {
-                return refusal(SIMRIG_BAD_REQUEST, "a frame has 1 to 2112 columns and 1 to 1568 rows");
+                return refusal(SIMRIG_BAD_REQUEST,
+                               "a frame has 1 to 2112 columns and 1 to 1568 rows");
             }
             rig_.arm_frame(columns, rows);
             return reply.take();
@@ -190,9 +190,11 @@ Body Board::i2c(BodyReader body) {
         message.address = body.u8();
         message.read = (body.u8() & SIMRIG_I2C_READ) != 0;
         const uint16_t length = body.u16();
-        if (message.address > 0x7F || length > SIMRIG_I2C_BYTES_MAX || (message.read && length == 0)) {
-            return refusal(SIMRIG_BAD_REQUEST,
-                           "an address has 7 bits, a message 8192 bytes at most, a read 1 at least");
+        if (message.address > 0x7F || length > SIMRIG_I2C_BYTES_MAX ||
+            (message.read && length == 0)) {
+            return refusal(
+                SIMRIG_BAD_REQUEST,
+                "an address has 7 bits, a message 8192 bytes at most, a read 1 at least");
         }
         message.bytes = message.read ? std::vector<uint8_t>(length) : body.bytes(length);
     }

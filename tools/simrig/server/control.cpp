@@ -32,7 +32,8 @@ size_t one_of(const std::string &word, const std::vector<std::string> &choices,
     refuse(what + " is one of " + list + ", not '" + word + "'");
 }
 
-const std::string &word_at(const std::vector<std::string> &words, size_t at, const std::string &what) {
+const std::string &word_at(const std::vector<std::string> &words, size_t at,
+                           const std::string &what) {
     if (at >= words.size()) {
         refuse(what + " is missing; see help");
     }
@@ -149,8 +150,9 @@ std::string ControlDesk::status() {
         std::snprintf(line, sizeof line,
                       "%s: {pan_deg: %.4f, pan_moves: %s, zoom: %.2f, focus: %.2f, iris: %.2f, "
                       "lens_moves: %s}\n",
-                      names[side], state.pan_deg, rig_.servo(side).moving(now_us) ? "true" : "false",
-                      state.zoom, state.focus, state.iris, moves ? "true" : "false");
+                      names[side], state.pan_deg,
+                      rig_.servo(side).moving(now_us) ? "true" : "false", state.zoom, state.focus,
+                      state.iris, moves ? "true" : "false");
         text << line;
     }
     return text.str();
@@ -222,7 +224,8 @@ ControlDesk::Deed ControlDesk::fault(const Words &words) {
 
 ControlDesk::Deed ControlDesk::fault_servo(const Words &words) {
     const size_t side = side_at(words, 2);
-    const bool jam = one_of(word_at(words, 3, "jam or free"), {"free", "jam"}, "a servo's fault") == 1;
+    const bool jam =
+        one_of(word_at(words, 3, "jam or free"), {"free", "jam"}, "a servo's fault") == 1;
     return [this, side, jam] { rig_.servo(int(side)).jam(rig_.now_us(), jam); };
 }
 
@@ -230,7 +233,8 @@ ControlDesk::Deed ControlDesk::fault_lens(const Words &words) {
     const size_t side = side_at(words, 2);
     const size_t axis =
         one_of(word_at(words, 3, "the motor"), {"zoom", "focus", "iris"}, "a lens motor");
-    const bool jam = one_of(word_at(words, 4, "jam or free"), {"free", "jam"}, "a motor's fault") == 1;
+    const bool jam =
+        one_of(word_at(words, 4, "jam or free"), {"free", "jam"}, "a motor's fault") == 1;
     return [this, side, axis, jam] {
         rig_.lenses().motor(side, LensAxis(axis)).jam(rig_.now_us(), jam);
     };
@@ -260,7 +264,8 @@ ControlDesk::Deed ControlDesk::fault_camera(const Words &words) {
 }
 
 ControlDesk::Deed ControlDesk::fault_bus(const Words &words) {
-    const size_t line = one_of(word_at(words, 2, "the line"), {"ok", "sda", "scl"}, "a bus's fault");
+    const size_t line =
+        one_of(word_at(words, 2, "the line"), {"ok", "sda", "scl"}, "a bus's fault");
     BusFaults faults;
     faults.sda_stuck = line == 1;
     faults.scl_stuck = line == 2;
@@ -270,7 +275,8 @@ ControlDesk::Deed ControlDesk::fault_bus(const Words &words) {
 ControlDesk::Deed ControlDesk::fault_serial(const Words &words) {
     const std::string &kind = word_at(words, 2, "the line's fault");
     SerialFaults faults;
-    switch (one_of(kind, {"ok", "silent", "late", "split", "garbage", "lost"}, "the line's fault")) {
+    switch (
+        one_of(kind, {"ok", "silent", "late", "split", "garbage", "lost"}, "the line's fault")) {
         case 1:
             faults.silent = true;
             break;

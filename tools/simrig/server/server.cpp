@@ -58,7 +58,8 @@ void Listener::listen_unix(const std::string &path) {
     address.sun_family = AF_UNIX;
     if (path.empty() || path.size() >= sizeof address.sun_path) {
         throw std::runtime_error("the path of a socket has 1 to " +
-                                 std::to_string(sizeof address.sun_path - 1) + " characters: " + path);
+                                 std::to_string(sizeof address.sun_path - 1) +
+                                 " characters: " + path);
     }
     std::memcpy(address.sun_path, path.c_str(), path.size());
     socket_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
@@ -66,7 +67,7 @@ void Listener::listen_unix(const std::string &path) {
     if (socket_ < 0) {
         throw std::runtime_error(because("cannot make a socket"));
     }
-    struct stat found{};
+    struct stat found {};
     if (lstat(path.c_str(), &found) == 0) {
         if (!S_ISSOCK(found.st_mode)) {
             throw std::runtime_error(path + " is there already and is not a socket");
@@ -154,8 +155,7 @@ void Server::run(int stop_pipe) {
 }
 
 void Server::accept_client() {
-    const int socket =
-        accept4(listener_.socket(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    const int socket = accept4(listener_.socket(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (socket < 0) {
         return;
     }
@@ -192,8 +192,8 @@ void Server::handle(Client &client, const Message &message) {
     if (message.type == SIMRIG_HELLO) {
         bool taken = false;
         for (const auto &other : clients_) {
-            taken = taken || (other.get() != &client &&
-                              other->connection.role == SIMRIG_ROLE_BOARD);
+            taken =
+                taken || (other.get() != &client && other->connection.role == SIMRIG_ROLE_BOARD);
         }
         answer(client, message.type, message.tag, board_.greet(message.body, taken, role));
         return;

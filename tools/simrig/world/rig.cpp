@@ -103,7 +103,8 @@ Mount read_mount(const Entry &entry) {
 }
 
 RigCamera read_camera(const Entry &entry) {
-    entry.allow({"pan_deg", "mount", "lens", "sensor"});
+    // The devices of the last three are not the world's business: see rig/settings.cpp.
+    entry.allow({"pan_deg", "mount", "lens", "sensor", "servo", "motors", "link"});
     RigCamera camera;
     camera.pan_rad = radians(entry.number("pan_deg", -180, 180));
     camera.mount = read_mount(entry.at("mount"));
@@ -116,7 +117,7 @@ RigCamera read_camera(const Entry &entry) {
 
 Rig load_rig(const std::string &path) {
     const Entry file = Entry::of_file(path);
-    file.allow({"left", "right", "mains"});
+    file.allow({"left", "right", "mains", "lens_controller"});
     Rig rig;
     rig.camera[0] = read_camera(file.at("left"));
     rig.camera[1] = read_camera(file.at("right"));
