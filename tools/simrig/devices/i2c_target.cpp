@@ -51,7 +51,7 @@ void I2cTarget::byte_is_there() {
             break;
         case State::kWrite:
             if (low_byte_) {
-                write_(index_++, uint16_t(high_ << 8 | shift_));
+                write_(index_++, uint16_t(unsigned(high_) << 8 | shift_));
             }
             high_ = uint8_t(shift_);
             low_byte_ = !low_byte_;
