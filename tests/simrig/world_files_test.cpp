@@ -96,14 +96,15 @@ TEST_CASE("every mistake in a scene is named with its line") {
 TEST_CASE("every mistake in a rig is named with its line") {
     const std::string rig = contents(file("rigs/default.yaml"));
     CHECK(refusal(rig, true) == "accepted");
-    for (const auto &[what, by] : std::initializer_list<std::pair<const char *, const char *>>{
+    using Mistake = std::pair<const char *, const char *>;
+    for (const Mistake &mistake : std::initializer_list<Mistake>{
              {"bow_mm: -0.45", "bow_mm: banana"},
              {"serial: 1", "serial: 1.5"},
              {"frequency_hz: 100", "frequency_hz: 0"},
              {"axis_direction: [0.004, 1, -0.003]", "axis_direction: [0, 0, 0]"},
              {"mains:", "main:"}}) {
-        const std::string answer = refusal(replaced(rig, what, by), true);
-        CHECK_MESSAGE(answer != "accepted", what);
+        const std::string answer = refusal(replaced(rig, mistake.first, mistake.second), true);
+        CHECK_MESSAGE(answer != "accepted", mistake.first);
         CHECK(answer[0] == ':');
         CHECK(std::atoi(answer.c_str() + 1) > 0);
     }

@@ -69,7 +69,6 @@ TEST_CASE("photon transfer: variance grows with the signal as electrons do") {
     const double dn_per_e = (1023 - 42.0) / 8500;
     for (const double gain : {1.0, 4.0}) {
         double sx = 0;
-        double sy = 0;
         double sxx = 0;
         double sxy = 0;
         int n = 0;
@@ -90,7 +89,6 @@ TEST_CASE("photon transfer: variance grows with the signal as electrons do") {
             // Weighted: the variance's own error is in proportion to it.
             const double w = 1 / (v * v);
             sx += w * p.mean;
-            sy += w * v;
             sxx += w * p.mean * p.mean;
             sxy += w * p.mean * v;
             n++;
