@@ -12,7 +12,8 @@ Every file fpga/formal/NAME.json describes one proof:
   kill        {"depth", "parameters", "defines"}: how mutants are looked at from reset (12 steps)
   mutants     [{"name", "file", "replace", "with", "kills": [labels], "depth"}]: a mistake in the RTL and
               the assertions that must fail with it
-  steps       {label: reason}: assertions for which no mutant has a counterexample from reset
+  steps       {pattern of labels: reason}: assertions for which no mutant has a counterexample from
+              reset; each pattern must fit one
 
 A proof is a base case (no assertion fails within so many steps of a reset) and an induction, so it
 holds for all time. A mutant is killed by an assertion when a counterexample from reset violates it
@@ -26,6 +27,7 @@ Results are kept in the cache under a checksum of all that they depend on.
 """
 import argparse
 import concurrent.futures
+import fnmatch
 import glob
 import hashlib
 import json
@@ -312,15 +314,18 @@ def judge(proof, result, mutants, want_mutants):
     if not want_mutants:
         return wrong
     best, excused = hows(mutants), proof.data.get("steps", {})
-    for name in sorted(set(result["asserts"]) | set(excused)):
-        if name not in result["asserts"]:
-            wrong.append(f"steps: no assertion {name}")
-        elif name not in best:
-            wrong.append(f"no mutant makes it fail: {name}")
-        elif best[name] == "step" and name not in excused:
-            wrong.append(f"killed only by a failing induction, without a reason: {name}")
-        elif best[name] == "base" and name in excused:
-            wrong.append(f"steps: has a counterexample from reset: {name}")
+    never = [name for name in result["asserts"] if name not in best]
+    weak = [name for name in result["asserts"] if best.get(name) == "step"]
+    if never:
+        wrong.append(f"no mutant makes it fail: {', '.join(sorted(never))}")
+    bare = [name for name in weak
+            if not any(fnmatch.fnmatchcase(name, pattern) for pattern in excused)]
+    if bare:
+        wrong.append("killed only by a failing induction, without a reason: "
+                     + ", ".join(sorted(bare)))
+    for pattern in excused:
+        if not fnmatch.filter(weak, pattern):
+            wrong.append(f"steps: {pattern} fits nothing that only the induction kills")
     return wrong
 
 

@@ -30,6 +30,8 @@ void start_servos(hdl::Bridge &bridge) {
     hdl::Registers registers(master);
     REQUIRE(registers.write(0x56, 1));
     REQUIRE(registers.write(0x08, 3));
+    // What a read without an index gives, before any other index is written.
+    REQUIRE(master.write(hdl::Registers::kAddress, {0x00}) == 2);
     bridge.run_idle(41 * hdl::kMs);
     REQUIRE(bridge.servos().pulses(0).size() >= 1);
     REQUIRE(bridge.servos().pulses(1).size() >= 1);

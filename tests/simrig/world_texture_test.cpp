@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+// Nothing in the pictures comes from the renderer itself: other rays give the same picture but for
+// noise, the spectrum has no lines, and no area is without texture or noise.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "tests/simrig/world_try.hpp"
+
+using namespace world_try;
+
+namespace {
+
+world::FrameRequest request_at(const world::Rig &rig, double zoom) {
+    world::Mechanics m = straight(rig, zoom, 1800, 700);
+    m.pan_rad = rig.camera[0].pan_rad;
+    world::FrameRequest request = steady(m);
+    const double n = world::camera_at(rig.camera[0], m).optics.f_number;
+    request.exposure_us = 20000 * n * n / 12;
+    request.threads = 2;
+    return request;
+}
+
+cv::Mat green_plane(const world::Frame &frame) {
+    cv::Mat plane(frame.rows / 2, frame.columns / 2, CV_32F);
+    for (int y = 0; y < plane.rows; y++) {
+        for (int x = 0; x < plane.cols; x++) {
+            plane.at<float>(y, x) =
+                frame.pixels[static_cast<std::size_t>(2 * y * frame.columns + 2 * x)];
+        }
+    }
+    return plane;
+}
+
+// The strongest line of the spectrum over the median of its surroundings, over all surroundings.
+double strongest_line(const cv::Mat &plane) {
+    cv::Mat soft;
+    cv::GaussianBlur(plane, soft, {}, 12);
+    cv::Mat window;
+    cv::createHanningWindow(window, plane.size(), CV_32F);
+    cv::Mat flat = (plane - soft).mul(window);
+    cv::Mat spectrum;
+    cv::dft(flat, spectrum, cv::DFT_COMPLEX_OUTPUT);
+    cv::Mat power(plane.size(), CV_32F);
+    for (int y = 0; y < plane.rows; y++) {
+        for (int x = 0; x < plane.cols; x++) {
+            const auto v = spectrum.at<cv::Vec2f>(y, x);
+            power.at<float>(y, x) = v[0] * v[0] + v[1] * v[1];
+        }
+    }
+    double strongest = 0;
+    std::vector<float> around;
+    for (int y = 8; y < plane.rows / 2; y += 1) {
+        for (int x = 8; x + 8 < plane.cols; x += 1) {
+            const float here = power.at<float>(y, x);
+            if (here < 3e-7F * static_cast<float>(plane.total()) * 1000) {
+                continue;
+            }
+            around.clear();
+            for (int dy = -7; dy <= 7; dy++) {
+                for (int dx = -7; dx <= 7; dx++) {
+                    if (std::abs(dx) > 2 || std::abs(dy) > 2) {
+                        around.push_back(power.at<float>(y + dy, x + dx));
+                    }
+                }
+            }
+            std::nth_element(around.begin(), around.begin() + static_cast<long>(around.size() / 2),
+                             around.end());
+            const double median = static_cast<double>(around[around.size() / 2]);
+            strongest = std::max(strongest, static_cast<double>(here) / median);
+        }
+    }
+    return strongest;
+}
+
+}  // namespace
+
+TEST_CASE("other rays change a picture by less than its own noise") {
+    for (const char *name : {"cylinder", "level", "figurine"}) {
+        const world::Scene scene = world::load_scene(file(std::string("scenes/") + name + ".yaml"));
+        // The lens's faults, but no noise of the sensor: what differs is the sampling.
+        world::Rig rig = world::load_rig(file("rigs/default.yaml"));
+        rig.mains.modulation = 0;
+        world::Sensor &sensor = rig.camera[0].sensor;
+        sensor.read_noise_e = sensor.photon_noise = sensor.prnu = sensor.row_noise_e = 0;
+        for (const double zoom : {300.0, 850.0}) {
+            world::FrameRequest request = request_at(rig, zoom);
+            request.window = {900, 640, 240, 240, 1, 1, 1, 1};
+            request.seed = 1;
+            const world::Frame a = world::render(scene, rig, world::Side::kLeft, request);
+            request.seed = 2;
+            const world::Frame b = world::render(scene, rig, world::Side::kLeft, request);
+            double sum = 0;
+            double relative = 0;
+            for (std::size_t i = 0; i < a.pixels.size(); i++) {
+                const double d = a.pixels[i] - b.pixels[i];
+                const double electrons =
+                    std::max(0.5 * (a.pixels[i] + b.pixels[i]) - 42, 0.0) * 8500 / 981;
+                const double noise2 = (electrons + 64) * (981.0 / 8500) * (981.0 / 8500);
+                sum += d;
+                relative += std::max(0.5 * d * d - 1.0 / 12, 0.0) / noise2;
+            }
+            const double n = static_cast<double>(a.pixels.size());
+            MESSAGE(std::string(name)
+                    << " at " << zoom << ": sampling " << std::sqrt(relative / n)
+                    << " of the sensor's noise, mean difference " << sum / n << " DN");
+            // Most of it stands at outlines, where rays end at 64 a pixel.
+            CHECK(std::sqrt(relative / n) < 0.8);
+            CHECK(std::fabs(sum / n) < 0.05);
+        }
+    }
+}
+
+TEST_CASE("the spectrum of wall and panel has no lines") {
+    world::Rig rig = perfect_rig();
+    for (const double zoom : {300.0, 480.0, 850.0}) {
+        const world::Scene scene = world::load_scene(file("scenes/plane.yaml"));
+        world::FrameRequest request = request_at(rig, zoom);
+        request.window = {768, 512, 512, 512, 1, 1, 1, 1};
+        const double line =
+            strongest_line(green_plane(world::render(scene, rig, world::Side::kLeft, request)));
+        // The power of noise is exponential: the largest of 30,000 places is some 15 medians, and
+        // where the spectrum is steep some more.
+        MESSAGE("zoom " << zoom << ": strongest place of the spectrum " << line << " medians");
+        CHECK(line < 40);
+    }
+}
+
+TEST_CASE("no area is without texture, and none without noise") {
+    const world::Rig perfect = perfect_rig();
+    const world::Rig rig = world::load_rig(file("rigs/default.yaml"));
+    const world::Scene scene = world::load_scene(file("scenes/still_life.yaml"));
+    for (const double zoom : {300.0, 850.0}) {
+        world::FrameRequest request = request_at(perfect, zoom);
+        // Closed: out of focus nothing has texture, and rightly.
+        request.window = {512, 512, 1024, 512, 1, 1, 1, 1};
+        const cv::Mat clean =
+            green_plane(world::render(scene, perfect, world::Side::kLeft, request));
+        request.frame = 1;
+        const cv::Mat a = green_plane(world::render(scene, rig, world::Side::kLeft, request));
+        request.frame = 2;
+        const cv::Mat b = green_plane(world::render(scene, rig, world::Side::kLeft, request));
+        int plain = 0;
+        int quiet = 0;
+        int blocks = 0;
+        for (int y = 0; y + 16 <= clean.rows; y += 16) {
+            for (int x = 0; x + 16 <= clean.cols; x += 16) {
+                const cv::Rect r(x, y, 16, 16);
+                cv::Scalar mean;
+                cv::Scalar deviation;
+                cv::meanStdDev(clean(r), mean, deviation);
+                plain += deviation[0] < 0.3;
+                cv::Mat difference = a(r) - b(r);
+                cv::meanStdDev(difference, mean, deviation);
+                quiet += deviation[0] < 0.8 && cv::mean(a(r))[0] < 1000;
+                blocks++;
+            }
+        }
+        MESSAGE("zoom " << zoom << ": of " << blocks << " blocks " << plain << " plain, " << quiet
+                        << " quiet");
+        CHECK(quiet == 0);
+        if (zoom < 400) {
+            CHECK(plain <= blocks / 100);
+        }
+    }
+}

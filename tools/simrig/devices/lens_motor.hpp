@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+/// One motor of a motorised lens (zoom, focus or iris) with its position potentiometer, in counts
+/// of the controller's 10-bit converter.
+#ifndef VERGENCE_SIMRIG_DEVICES_LENS_MOTOR_HPP
+#define VERGENCE_SIMRIG_DEVICES_LENS_MOTOR_HPP
+
+#include <cstdint>
+
+#include "tools/simrig/devices/noise.hpp"
+
+namespace simrig {
+
+/// What it is; every imperfection can be 0.
+struct LensMotorSettings {
+    double counts_per_s = 150;
+    double start_ms = 20;                    ///< from command to motion
+    double backlash_counts = 4;              ///< the ring follows the motor with so much play
+    double least_step_counts = 2;            ///< a shorter move does not start
+    double stop_low = 290, stop_high = 860;  ///< mechanical end stops
+    double read_noise_counts = 1;            ///< sigma of a read-back
+    double outlier_chance = 0.002;           ///< of a read-back that is anything
+    double settle_error_counts = 0.7;        ///< sigma of where it comes to rest
+    double drift_counts_per_h = 0;           ///< of the potentiometer against the ring
+};
+
+class LensMotor {
+  public:
+    LensMotor(const LensMotorSettings &settings, double position, uint64_t seed);
+
+    /// Goes there; a move under way is given up.
+    void go(double time_us, double counts);
+    void stop(double time_us);
+    /// Where the optics are. Times must not decrease.
+    double ring(double time_us);
+    bool moving(double time_us);
+    /// What the converter reads now, 0 .. 1023.
+    int read(double time_us);
+    /// Fault: it does not move any more, or does again.
+    void jam(double time_us, bool jammed);
+
+  private:
+    void advance(double time_us);
+    void drag();
+
+    LensMotorSettings settings_;
+    Noise noise_;
+    bool jammed_ = false;
+    double motor_, ring_, target_, begins_us_ = 0, at_us_ = 0;
+};
+
+}  // namespace simrig
+
+#endif

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A pan servo of the kind HiTec HS-322HD, driven by the pulses on its wire.
+#ifndef VERGENCE_SIMRIG_DEVICES_SERVO_HPP
+#define VERGENCE_SIMRIG_DEVICES_SERVO_HPP
+
+#include <cstdint>
+
+#include "tools/simrig/devices/noise.hpp"
+
+namespace simrig {
+
+/// What it is; every imperfection can be 0.
+struct ServoSettings {
+    double centre_us = 1500;
+    double us_per_degree = 10.3;
+    /// 60 degrees in 0.19 s at 4.8 V.
+    double degrees_per_s = 316;
+    double least_us = 570, most_us = 2430;  ///< beyond, it pushes against its end stops
+    double dead_band_us = 3;                ///< a change of less moves nothing
+    double repeatability_degrees = 0.3;     ///< sigma of where it comes to rest
+    double offset_degrees = 0;              ///< of the horn on its spline
+    /// Pulses outside of this are ignored, and without any for so long it goes limp (stays).
+    double shortest_us = 400, longest_us = 2700, limp_ms = 100;
+};
+
+class Servo {
+  public:
+    Servo(const ServoSettings &settings, uint64_t seed);
+
+    /// An edge of the wire.
+    void edge(double time_us, bool level);
+    /// Angle of the horn, positive for longer pulses. Times must not decrease.
+    double angle_deg(double time_us);
+    bool moving(double time_us);
+
+    /// Fault: it does not move any more, or does again.
+    void jam(double time_us, bool jammed);
+    /// As the last pulse asked, without imperfections.
+    double asked_deg() const { return asked_deg_; }
+    double last_pulse_us() const { return pulse_us_; }
+
+  private:
+    void advance(double time_us);
+
+    ServoSettings settings_;
+    Noise noise_;
+    bool level_ = false, jammed_ = false;
+    double rise_us_ = -1e18, pulse_us_ = 0, followed_us_ = 0, last_pulse_at_us_ = -1e18;
+    double asked_deg_ = 0, target_deg_ = 0, angle_deg_ = 0, at_us_ = 0;
+};
+
+}  // namespace simrig
+
+#endif

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+// simrig-render: what one camera of a rig sees of a scene, as files to look at.
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <stdexcept>
+#include <string>
+
+#include "tools/simrig/world/document.hpp"
+#include "tools/simrig/world/picture.hpp"
+
+namespace {
+
+using world::Side;
+
+constexpr const char *kUsage =
+    "usage: simrig-render SCENE RIG --out PREFIX [--camera left|right] [--zoom 300..850]\n"
+    "       [--focus POSITION | --distance MM] [--iris 300..850] [--pan DEGREES]\n"
+    "       [--window COLUMN,ROW,COLUMNS,ROWS] [--skip N] [--bin N] [--exposure US] [--gain G]\n"
+    "       [--seed N] [--threads N] [--brightness FACTOR] [--time]\n"
+    "writes PREFIX.png (a photograph), PREFIX.pgm (the 10-bit mosaic), PREFIX.pfm (true depth, "
+    "mm)\n";
+
+struct Options {
+    std::string scene, rig, out;
+    Side side = Side::kLeft;
+    double zoom = 300;
+    double focus = -1;
+    double distance_mm = 1800;
+    double iris = 850;
+    double pan_rad = 0;
+    bool has_pan = false;
+    bool timed = false;
+    double gain = 1;
+    double brightness = 1;
+    world::FrameRequest request;
+};
+
+[[noreturn]] void refuse(const std::string &what) {
+    throw std::invalid_argument(what);
+}
+
+double number(const std::string &option, const char *text, double low, double high) {
+    char *end = nullptr;
+    const double value = std::strtod(text, &end);
+    if (end == text || *end != '\0' || !(value >= low && value <= high)) {
+        char range[96];
+        std::snprintf(range, sizeof range, " wants a number between %g and %g, not ", low, high);
+        refuse(option + range + "'" + text + "'");
+    }
+    return value;
+}
+
+void set_window(world::Window &w, const char *text) {
+    int used = 0;
+    if (std::sscanf(text, "%d,%d,%d,%d%n", &w.column, &w.row, &w.columns, &w.rows, &used) != 4 ||
+        text[used] != '\0') {
+        refuse("--window wants four numbers with commas, not '" + std::string(text) + "'");
+    }
+}
+
+void set_option(Options &o, const std::string &name, const char *value) {
+    world::FrameRequest &r = o.request;
+    if (name == "--out") {
+        o.out = value;
+    } else if (name == "--camera") {
+        if (std::strcmp(value, "left") != 0 && std::strcmp(value, "right") != 0) {
+            refuse("--camera is left or right");
+        }
+        o.side = std::strcmp(value, "left") == 0 ? Side::kLeft : Side::kRight;
+    } else if (name == "--zoom") {
+        o.zoom = number(name, value, 300, 850);
+    } else if (name == "--focus") {
+        o.focus = number(name, value, 300, 850);
+    } else if (name == "--distance") {
+        o.distance_mm = number(name, value, 300, 1e7);
+    } else if (name == "--iris") {
+        o.iris = number(name, value, 300, 850);
+    } else if (name == "--pan") {
+        o.pan_rad = world::radians(number(name, value, -180, 180));
+        o.has_pan = true;
+    } else if (name == "--window") {
+        set_window(r.window, value);
+    } else if (name == "--skip") {
+        r.window.skip_x = r.window.skip_y = static_cast<int>(number(name, value, 1, 16));
+    } else if (name == "--bin") {
+        r.window.bin_x = r.window.bin_y = static_cast<int>(number(name, value, 1, 16));
+    } else if (name == "--exposure") {
+        r.exposure_us = number(name, value, 1, 1e7);
+    } else if (name == "--gain") {
+        o.gain = number(name, value, 0.01, 128);
+    } else if (name == "--seed") {
+        r.seed = static_cast<std::uint64_t>(number(name, value, 0, 9e15));
+    } else if (name == "--threads") {
+        r.threads = static_cast<int>(number(name, value, 1, 64));
+    } else if (name == "--brightness") {
+        o.brightness = number(name, value, 0.01, 100);
+    } else {
+        refuse("option '" + name + "' is not known");
+    }
+}
+
+Options parsed(int count, char **arguments) {
+    Options options;
+    for (int i = 1; i < count; i++) {
+        const std::string name = arguments[i];
+        if (name == "--time") {
+            options.timed = true;
+        } else if (name.rfind("--", 0) == 0) {
+            if (i + 1 >= count) {
+                refuse(name + " wants a value");
+            }
+            set_option(options, name, arguments[++i]);
+        } else if (options.scene.empty()) {
+            options.scene = name;
+        } else if (options.rig.empty()) {
+            options.rig = name;
+        } else {
+            refuse("'" + name + "' is one file too many");
+        }
+    }
+    if (options.rig.empty() || options.out.empty()) {
+        refuse("a scene, a rig and --out are wanted");
+    }
+    return options;
+}
+
+void run(Options &o) {
+    const world::Rig rig = world::load_rig(o.rig);
+    const world::Scene scene = world::load_scene(o.scene);
+    const world::RigCamera &camera = rig.of(o.side);
+    world::Mechanics mechanics;
+    mechanics.pan_rad = o.has_pan ? o.pan_rad : camera.pan_rad;
+    mechanics.zoom = o.zoom;
+    mechanics.focus =
+        o.focus >= 0 ? o.focus : world::focus_position_for(camera.lens, o.zoom, o.distance_mm);
+    mechanics.iris = o.iris;
+    o.request.mechanics = [mechanics](double) { return mechanics; };
+    for (double &gain : o.request.gains.analog) {
+        gain = o.gain;
+    }
+    const std::clock_t begin = std::clock();
+    const world::Frame frame = world::render(scene, rig, o.side, o.request);
+    const double cpu_s = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+    if (o.timed) {
+        std::printf("%d x %d pixels in %.3f CPU seconds\n", frame.columns, frame.rows, cpu_s);
+    }
+    world::write_png(o.out + ".png", world::developed(frame, camera.sensor, o.brightness));
+    world::write_raw_pgm(o.out + ".pgm", frame);
+    world::write_depth_pfm(o.out + ".pfm", world::truth(scene, rig, o.side, o.request));
+}
+
+}  // namespace
+
+int main(int count, char **arguments) {
+    try {
+        Options options = parsed(count, arguments);
+        run(options);
+    } catch (const std::invalid_argument &error) {
+        std::fprintf(stderr, "simrig-render: %s\n%s", error.what(), count < 3 ? kUsage : "");
+        return 2;
+    } catch (const std::exception &error) {
+        std::fprintf(stderr, "simrig-render: %s\n", error.what());
+        return 1;
+    }
+    return 0;
+}

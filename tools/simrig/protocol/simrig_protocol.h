@@ -1,0 +1,114 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The protocol of the simulated rig: how a program that would drive the real one (daemon, emulated
+ * board, test) drives this. C11, no dependencies; all numbers are little endian.
+ *
+ * A connection carries messages in both directions, each of a header and a body:
+ *
+ *   offset 0  u32  length of the body, at most SIMRIG_BODY_MAX
+ *          4  u16  type (enum simrig_type); a reply has that of its request | SIMRIG_REPLY
+ *          6  u16  tag, chosen by the client; the reply carries the same
+ *          8       body
+ *
+ * The client sends a request, the rig answers it with one reply, in order. A reply's body begins
+ * with i32 status (enum simrig_status); if that is not SIMRIG_OK, a text follows that says what is
+ * wrong, in one line and without an end. The first request is SIMRIG_HELLO.
+ *
+ * Time. In virtual time nothing happens but by requests: SIMRIG_ADVANCE lets time pass, a transfer
+ * of I2C takes the time that it takes on the wire, and everything else takes none. With wall time
+ * the rig keeps up with the clock of the machine by itself, and SIMRIG_ADVANCE waits. Times are
+ * microseconds since the rig's start.
+ *
+ * One client at a time is the board (SIMRIG_ROLE_BOARD) and has the buses; others are for control.
+ * When the board's connection ends, its lines are let go: the buses are free, outputs go to their
+ * level at reset, an armed frame is given up.
+ */
+#ifndef VERGENCE_SIMRIG_PROTOCOL_H
+#define VERGENCE_SIMRIG_PROTOCOL_H
+
+#include <stdint.h>
+
+enum {
+    SIMRIG_MAGIC = 0x47495256, /* "VRIG" */
+    SIMRIG_VERSION = 1,
+    SIMRIG_HEADER_BYTES = 8,
+    SIMRIG_BODY_MAX = 1 << 24,
+    SIMRIG_REPLY = 0x8000,
+    SIMRIG_NAME_MAX = 64,
+    SIMRIG_I2C_MESSAGES_MAX = 42, /* as I2C_RDWR of Linux */
+    SIMRIG_I2C_BYTES_MAX = 8192,
+    SIMRIG_SERIAL_BYTES_MAX = 4096
+};
+
+enum simrig_status {
+    SIMRIG_OK = 0,
+    SIMRIG_BAD_REQUEST = -1, /* the message is not what its type asks for */
+    SIMRIG_BAD_VERSION = -2, /* another version of the protocol, or no greeting */
+    SIMRIG_BUSY = -3,        /* somebody else is the board */
+    SIMRIG_NOT_ALLOWED = -4, /* not for this role */
+    SIMRIG_I2C_NACK_ADDRESS = -5,
+    SIMRIG_I2C_NACK_DATA = -6,
+    SIMRIG_I2C_ARBITRATION = -7, /* a line was low that should be high */
+    SIMRIG_I2C_TIMEOUT = -8,     /* SCL held for too long */
+    SIMRIG_I2C_STUCK = -9,       /* a line is low before the transfer */
+    SIMRIG_DEADLINE = -10,       /* no frame until the deadline */
+    SIMRIG_NO_FRAME_ARMED = -11,
+    SIMRIG_FAILED = -12 /* what was asked for did not work; the text says why */
+};
+
+enum simrig_role { SIMRIG_ROLE_BOARD = 0, SIMRIG_ROLE_CONTROL = 1 };
+
+/* Requests. "->": the body of the reply, after the status. */
+enum simrig_type {
+    /* u32 magic, u16 version, u16 role, text name of the client
+     * -> u16 version, u16 wall (1: wall time), text name of the rig */
+    SIMRIG_HELLO = 1,
+    /* - -> u64 now_us */
+    SIMRIG_TIME = 2,
+    /* u64 until_us, u32 wake (SIMRIG_WAKE_*): lets time pass until then, or until something of
+     * `wake` has happened -> u64 now_us, u32 woken_by */
+    SIMRIG_ADVANCE = 3,
+
+    /* ---- board only */
+    /* u32 speed_hz, u16 count, then for each message: u8 address (7 bits), u8 flags
+     * (SIMRIG_I2C_READ), u16 length, and for a write its bytes. One transfer: START, messages with
+     * repeated STARTs, STOP. -> u16 count of whole messages, u16 bytes acknowledged or read of the
+     * one that failed, then the bytes of all reads in order (zeros after a failure). Also with a
+     * status from SIMRIG_I2C_NACK_ADDRESS to SIMRIG_I2C_STUCK, in place of the text. */
+    SIMRIG_I2C = 16,
+    /* u32 levels (SIMRIG_OUT_*) -> - */
+    SIMRIG_GPIO_SET = 17,
+    /* - -> u32 levels (SIMRIG_IN_*), u32 count, then for each edge since the last asking:
+     * u64 time_us, u8 bit number of the line, u8 level */
+    SIMRIG_GPIO_GET = 18,
+    /* u16 columns, u16 rows: the port waits for the next whole frame; line lengths other than
+     * that are errors of the frame -> - */
+    SIMRIG_FRAME_ARM = 19,
+    /* u64 deadline_us: lets time pass until the frame is there -> u64 begin_us, u64 end_us,
+     * u32 number of frames since the start, u16 columns, u16 rows, u32 faults (SIMRIG_FRAME_*),
+     * columns * rows u16 */
+    SIMRIG_FRAME_WAIT = 20,
+    SIMRIG_FRAME_CANCEL = 21, /* - -> - */
+    SIMRIG_SERIAL_WRITE = 22, /* bytes -> - */
+    SIMRIG_SERIAL_READ = 23,  /* - -> the bytes that have come */
+
+    /* ---- board and control */
+    /* text: a command of the control side, see simrig --help-control -> text */
+    SIMRIG_CONTROL = 32,
+    /* u8 camera: what is true now, of the frame that it shows last
+     * -> text (YAML: camera, lens, pose), u16 0-terminated; */
+    SIMRIG_TRUTH = 33
+};
+
+enum { SIMRIG_I2C_READ = 1 };
+enum { SIMRIG_WAKE_GPIO = 1, SIMRIG_WAKE_SERIAL = 2, SIMRIG_WAKE_FRAME = 4 };
+/* Lines from the board to the bridge. */
+enum { SIMRIG_OUT_BRIDGE_RESET = 1 };
+/* Lines from the bridge to the board. */
+enum { SIMRIG_IN_IRQ = 1 };
+enum {
+    SIMRIG_FRAME_SHORT_LINE = 1, /* a line ended early or late */
+    SIMRIG_FRAME_SHORT = 2,      /* fewer rows than armed */
+    SIMRIG_FRAME_LONG = 4        /* more rows: those beyond are lost */
+};
+
+#endif

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The DSP's end of the I2C bus, bit by bit on the bridge's pins: one master with clock stretching,
+/// loss of arbitration and time-outs, as a controller in a processor has them.
+#ifndef VERGENCE_SIMRIG_RIG_I2C_HOST_HPP
+#define VERGENCE_SIMRIG_RIG_I2C_HOST_HPP
+
+#include <cstdint>
+#include <vector>
+
+#include "tools/simrig/rig/wires.hpp"
+
+namespace simrig {
+
+struct I2cMessage {
+    uint8_t address;  ///< 7 bits
+    bool read;
+    std::vector<uint8_t> bytes;  ///< to write, or as many as to read
+};
+
+enum class I2cStatus { kOk, kNackAddress, kNackData, kArbitration, kTimeout, kStuck };
+
+struct I2cResult {
+    I2cStatus status = I2cStatus::kOk;
+    size_t messages_done = 0;
+    size_t bytes_done = 0;  ///< of the message that failed
+};
+
+/// What others do to the bus, besides the bridge.
+struct BusFaults {
+    bool sda_stuck = false, scl_stuck = false;
+};
+
+class I2cHost {
+  public:
+    explicit I2cHost(Wires &wires) : wires_(wires) {}
+
+    /// One transfer: START, the messages with repeated STARTs, STOP. Reads fill their bytes.
+    I2cResult transfer(unsigned speed_hz, std::vector<I2cMessage> &messages);
+
+    void set_faults(const BusFaults &faults);
+
+  private:
+    struct Failed {
+        I2cStatus status;
+    };
+    void set_speed(unsigned speed_hz);
+    void set(bool scl, bool sda);
+    void wait(uint64_t duration_ps) { wires_.run(duration_ps); }
+    void raise_scl();
+    void start(bool repeated);
+    void stop();
+    bool bit(bool level);
+    bool write_byte(uint8_t value);
+    uint8_t read_byte(bool acknowledge);
+    void run_message(I2cMessage &message, I2cResult &result);
+
+    Wires &wires_;
+    BusFaults faults_;
+    bool scl_ = true, sda_ = true;
+    uint64_t low_ps_ = 0, high_ps_ = 0, hold_ps_ = 0;
+};
+
+}  // namespace simrig
+
+#endif

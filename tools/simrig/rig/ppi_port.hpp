@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The Blackfin's parallel port with two frame syncs: takes one frame from the bridge when armed.
+#ifndef VERGENCE_SIMRIG_RIG_PPI_PORT_HPP
+#define VERGENCE_SIMRIG_RIG_PPI_PORT_HPP
+
+#include <cstdint>
+#include <vector>
+
+#include "tools/simrig/rig/wires.hpp"
+
+namespace simrig {
+
+struct PpiFrame {
+    uint64_t begin_ps = 0, end_ps = 0;
+    uint32_t number = 0;  ///< of the frames that passed the port since the start
+    unsigned columns = 0, rows = 0;
+    bool short_line = false, short_frame = false, long_frame = false;
+    std::vector<uint16_t> pixels;  ///< columns * rows; what did not come is 0
+};
+
+class PpiPort : public PinListener {
+  public:
+    explicit PpiPort(Wires &wires) : wires_(wires) { wires.listen(*this); }
+
+    uint32_t wanted() const override { return BRIDGE_EVENT_PPI_CLK; }
+    void on_pins(uint64_t time_ps, uint32_t groups, const bridge_outputs &now) override;
+
+    /// Waits for the next frame that begins. stop_when_done: Wires::stop() then.
+    void arm(unsigned columns, unsigned rows);
+    void cancel();
+    bool armed() const { return armed_; }
+    bool done() const { return done_; }
+    /// The frame, once done().
+    PpiFrame take();
+    /// When the frame that is being taken began; 0: none is.
+    uint64_t taking_since_ps() const { return taking_ ? frame_.begin_ps : 0; }
+
+  private:
+    void end_line();
+
+    Wires &wires_;
+    PpiFrame frame_;
+    bool armed_ = false, taking_ = false, done_ = false;
+    bool clock_ = false, frame_valid_ = false, line_valid_ = false;
+    unsigned row_ = 0, column_ = 0;
+    uint32_t frames_ = 0;
+};
+
+}  // namespace simrig
+
+#endif

@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/simrig/rig/rig.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace simrig {
+
+namespace {
+
+// Of the IRQ line's edges the newest are kept.
+constexpr size_t kEdgesKept = 4096;
+constexpr uint64_t kResetPs = 10 * kPsPerUs;
+constexpr uint64_t kLongestPeriodPs = 30000 * kPsPerUs;
+
+std::array<LensController::Lens, LensController::kLenses> make_lenses(const RigSettings &settings) {
+    const auto motor = [&settings](size_t lens, size_t axis) {
+        return LensMotor(settings.lens[lens].motor[axis], settings.lens[lens].position[axis],
+                         settings.seed * 64 + 16 + lens * kLensAxes + axis);
+    };
+    const auto lens = [&motor](size_t number) {
+        return LensController::Lens{motor(number, 0), motor(number, 1), motor(number, 2)};
+    };
+    return {lens(0), lens(1)};
+}
+
+}  // namespace
+
+Rig::Rig(const RigSettings &settings, Scenery scenery)
+    : settings_(settings),
+      scenery_(std::move(scenery)),
+      wires_(uint32_t(settings.seed)),
+      host_(wires_),
+      ppi_(wires_),
+      servos_{Servo(settings.servo[0], settings.seed * 64),
+              Servo(settings.servo[1], settings.seed * 64 + 1)},
+      lenses_(settings.lens_controller, make_lenses(settings), settings.seed * 64 + 2) {
+    for (int camera = 0; camera < BRIDGE_CAMERAS; camera++) {
+        const auto source = [this, camera](const SensorFrame &frame, double begin_us) {
+            return picture(camera, frame, begin_us);
+        };
+        auto port =
+            std::make_unique<SensorPort>(wires_, camera, settings.sensor[size_t(camera)], source);
+        // Only what reaches the armed port is worth rendering.
+        SensorPort *sensor = port.get();
+        sensor->sensor().wanted = [this, sensor] {
+            return ppi_.taking_since_ps() != 0 &&
+                   ppi_.taking_since_ps() >= sensor->frame_begun_ps();
+        };
+        sensors_[size_t(camera)] = std::move(port);
+    }
+    wires_.listen(*this);
+    set_bridge_reset(true);
+    wires_.run(kResetPs);
+    set_bridge_reset(false);
+}
+
+void Rig::on_pins(uint64_t time_ps, uint32_t groups, const bridge_outputs &now) {
+    if ((groups & BRIDGE_EVENT_SERVO) != 0) {
+        for (size_t i = 0; i < servos_.size(); i++) {
+            Pulse &pulse = pulses_[i];
+            const bool high = now.servo[i] != 0;
+            servos_[i].edge(double(time_ps) * 1e-6, high);
+            if (high && !pulse.high) {
+                const uint64_t period_ps = time_ps - pulse.rise_ps;
+                pulse.period_ps = period_ps < kLongestPeriodPs ? period_ps : 0;
+                pulse.rise_ps = time_ps;
+                if (quiet_) {
+                    wires_.stop();  // its end is to be foreseen: see run_quietly()
+                }
+            } else if (!high && pulse.high) {
+                const uint64_t width_ps = time_ps - pulse.rise_ps;
+                pulse.change_ps =
+                    std::max(width_ps, pulse.width_ps) - std::min(width_ps, pulse.width_ps);
+                pulse.width_ps = width_ps;
+            }
+            pulse.high = high;
+        }
+    }
+    if ((groups & BRIDGE_EVENT_IRQ) != 0 && (now.irq != 0) != irq_) {
+        irq_ = now.irq != 0;
+        if (irq_edges_.size() == kEdgesKept) {
+            irq_edges_.erase(irq_edges_.begin());
+        }
+        irq_edges_.push_back({double(time_ps) * 1e-6, irq_});
+        if (wake_on_irq_) {
+            woken_by_irq_ = true;
+            wires_.stop();
+        }
+    }
+}
+
+// In idle time a clock lasts a microsecond, and edges come later by clocks: what the servos see of
+// their pulses is exact to 40 ns only when both edges of a pulse come at full rate. They can be
+// foreseen from those before.
+Rig::Span Rig::next_edge(const Pulse &pulse, uint64_t now_ps) {
+    constexpr uint64_t kGuardPs = 3 * kPsPerUs;
+    Span span;
+    if (pulse.high && pulse.width_ps != 0) {
+        const uint64_t guard_ps = std::min(2 * pulse.change_ps + kGuardPs, pulse.width_ps);
+        span = {pulse.rise_ps + pulse.width_ps - guard_ps,
+                pulse.rise_ps + pulse.width_ps + guard_ps};
+    } else if (!pulse.high && pulse.period_ps != 0) {
+        const uint64_t rise_ps = pulse.rise_ps + pulse.period_ps;
+        span = {rise_ps - kGuardPs, rise_ps + kGuardPs};
+    }
+    return now_ps <= span.end_ps ? span : Span();
+}
+
+void Rig::run_quietly(uint64_t until_ps) {
+    quiet_ = true;
+    while (wires_.now_ps() < until_ps && !woken_by_irq_) {
+        const uint64_t now_ps = wires_.now_ps();
+        uint64_t fine_ps = std::numeric_limits<uint64_t>::max();
+        for (const Pulse &pulse : pulses_) {
+            fine_ps = std::min(fine_ps, next_edge(pulse, now_ps).begin_ps);
+        }
+        if (now_ps + kPsPerUs < std::min(fine_ps, until_ps)) {
+            wires_.set_idle(true);
+            wires_.run_until(std::min(until_ps, fine_ps - kPsPerUs));
+            wires_.set_idle(false);
+        } else {
+            wires_.run_until(std::min(until_ps, now_ps + kPsPerUs));
+        }
+    }
+    quiet_ = false;
+}
+
+uint32_t Rig::advance(double until_us, uint32_t wake) {
+    wake_on_irq_ = (wake & kWakeGpio) != 0;
+    woken_by_irq_ = false;
+    const size_t edges = irq_edges_.size();
+    uint32_t woken = 0;
+    while (woken == 0 && now_us() < until_us) {
+        const double serial_us = lenses_.line().next_us();
+        const double next_us = std::min(until_us, std::max(serial_us, now_us()));
+        // Just after it: what is due then is due.
+        const auto next_ps = uint64_t(std::ceil(next_us * double(kPsPerUs))) + 1;
+        if (ppi_.armed() && !ppi_.done()) {
+            wires_.run_until(next_ps);
+        } else {
+            run_quietly(next_ps);
+        }
+        lenses_.line().advance(now_us());
+        const bool bytes = lenses_.line().next_us() <= now_us();
+        woken |= irq_edges_.size() != edges ? wake & kWakeGpio : 0u;
+        woken |= bytes ? wake & kWakeSerial : 0u;
+        woken |= ppi_.done() ? wake & kWakeFrame : 0u;
+        if (bytes && (wake & kWakeSerial) == 0) {
+            // Bytes that nobody waits for must not stop the clock.
+            const auto end_ps = uint64_t(std::llround(until_us * double(kPsPerUs)));
+            if (ppi_.armed() && !ppi_.done()) {
+                wires_.run_until(end_ps);
+            } else {
+                run_quietly(end_ps);
+            }
+        }
+    }
+    wake_on_irq_ = false;
+    return woken;
+}
+
+I2cResult Rig::i2c(unsigned speed_hz, std::vector<I2cMessage> &messages) {
+    return host_.transfer(speed_hz, messages);
+}
+
+void Rig::set_bridge_reset(bool reset) {
+    wires_.in.reset = reset;
+    wires_.drive();
+}
+
+std::vector<GpioEdge> Rig::take_irq_edges() {
+    return std::exchange(irq_edges_, {});
+}
+
+void Rig::show_clocks(bool shown) {
+    for (const auto &sensor : sensors_) {
+        sensor->show_clock(shown);
+    }
+}
+
+void Rig::arm_frame(unsigned columns, unsigned rows) {
+    ppi_.arm(columns, rows);
+    show_clocks(true);
+}
+
+void Rig::cancel_frame() {
+    ppi_.cancel();
+    show_clocks(false);
+}
+
+bool Rig::wait_frame(double deadline_us) {
+    while (!ppi_.done() && now_us() < deadline_us) {
+        advance(deadline_us, kWakeFrame);
+    }
+    if (ppi_.done()) {
+        show_clocks(false);
+    }
+    return ppi_.done();
+}
+
+void Rig::release_board() {
+    cancel_frame();
+    set_bridge_reset(false);
+    irq_edges_.clear();
+}
+
+// Motion is known up to now and foreseen from the commands given so far; what lies before is taken
+// as it is now.
+CameraState Rig::state_at(int camera, double time_us) {
+    const auto at = std::max(time_us, now_us());
+    Servo servo = servos_[size_t(camera)];
+    const auto ring = [this, camera, at](LensAxis axis) {
+        LensMotor motor = lenses_.motor(size_t(camera), axis);
+        return motor.ring(at);
+    };
+    return {servo.angle_deg(at), ring(kZoom), ring(kFocus), ring(kIris)};
+}
+
+std::vector<uint16_t> Rig::picture(int camera, const SensorFrame &frame, double begin_us) {
+    return scenery_(camera, frame, begin_us,
+                    [this, camera](double time_us) { return state_at(camera, time_us); });
+}
+
+}  // namespace simrig

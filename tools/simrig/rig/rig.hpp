@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The whole simulated rig: the Verilated bridge with everything that hangs on it, and its time.
+#ifndef VERGENCE_SIMRIG_RIG_RIG_HPP
+#define VERGENCE_SIMRIG_RIG_RIG_HPP
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "tools/simrig/devices/lens_controller.hpp"
+#include "tools/simrig/devices/servo.hpp"
+#include "tools/simrig/rig/i2c_host.hpp"
+#include "tools/simrig/rig/ppi_port.hpp"
+#include "tools/simrig/rig/sensor_port.hpp"
+#include "tools/simrig/rig/wires.hpp"
+
+namespace simrig {
+
+struct LensSettings {
+    std::array<LensMotorSettings, kLensAxes> motor;
+    std::array<double, kLensAxes> position = {300, 300, 850};  ///< at the start, counts
+};
+
+struct RigSettings {
+    uint64_t seed = 1;
+    std::array<ServoSettings, BRIDGE_SERVOS> servo;
+    std::array<SensorSettings, BRIDGE_CAMERAS> sensor;
+    LensControllerSettings lens_controller;
+    std::array<LensSettings, LensController::kLenses> lens;
+};
+
+/// Where the moving parts of a camera are.
+struct CameraState {
+    double pan_deg = 0;                    ///< of the servo's horn, positive for longer pulses
+    double zoom = 0, focus = 0, iris = 0;  ///< of the rings, counts
+};
+
+/// What a camera sees: rows * columns numbers for a frame. state: at any time of the frame.
+using Scenery =
+    std::function<std::vector<uint16_t>(int camera, const SensorFrame &frame, double begin_us,
+                                        const std::function<CameraState(double time_us)> &state)>;
+
+/// What ended an advance.
+enum Wake : uint32_t { kWakeGpio = 1, kWakeSerial = 2, kWakeFrame = 4 };
+
+struct GpioEdge {
+    double time_us;
+    bool level;
+};
+
+class Rig : public PinListener {
+  public:
+    Rig(const RigSettings &settings, Scenery scenery);
+
+    double now_us() const { return wires_.now_us(); }
+    /// Lets time pass until then or until something of `wake` happens, and tells what did.
+    uint32_t advance(double until_us, uint32_t wake);
+
+    I2cResult i2c(unsigned speed_hz, std::vector<I2cMessage> &messages);
+    /// The bridge's reset line.
+    void set_bridge_reset(bool reset);
+    bool irq() { return wires_.out().irq != 0; }
+    std::vector<GpioEdge> take_irq_edges();
+
+    void arm_frame(unsigned columns, unsigned rows);
+    void cancel_frame();
+    bool frame_armed() const { return ppi_.armed(); }
+    /// Lets time pass until the armed frame is there. False: not until then.
+    bool wait_frame(double deadline_us);
+    PpiFrame take_frame() { return ppi_.take(); }
+
+    SerialLine &serial() { return lenses_.line(); }
+
+    /// The board has gone: everything that it drove is let go.
+    void release_board();
+
+    // ---- the control side
+    CameraState state(int camera) { return state_at(camera, now_us()); }
+    Servo &servo(int number) { return servos_[size_t(number)]; }
+    LensController &lenses() { return lenses_; }
+    SensorPort &sensor(int camera) { return *sensors_[size_t(camera)]; }
+    I2cHost &host() { return host_; }
+    Wires &wires() { return wires_; }
+
+    // ---- PinListener
+    uint32_t wanted() const override { return BRIDGE_EVENT_SERVO | BRIDGE_EVENT_IRQ; }
+    void on_pins(uint64_t time_ps, uint32_t groups, const bridge_outputs &now) override;
+
+  private:
+    CameraState state_at(int camera, double time_us);
+    std::vector<uint16_t> picture(int camera, const SensorFrame &frame, double begin_us);
+    void show_clocks(bool shown);
+    void run_quietly(uint64_t until_ps);
+
+    RigSettings settings_;
+    Scenery scenery_;
+    Wires wires_;
+    I2cHost host_;
+    PpiPort ppi_;
+    std::array<Servo, BRIDGE_SERVOS> servos_;
+    std::array<std::unique_ptr<SensorPort>, BRIDGE_CAMERAS> sensors_;
+    LensController lenses_;
+
+    struct Pulse {
+        uint64_t rise_ps = 0, period_ps = 0;
+        uint64_t width_ps = 0, change_ps = 0;  ///< of the last whole one, and against that before
+        bool high = false;
+    };
+    struct Span {
+        uint64_t begin_ps = UINT64_MAX, end_ps = 0;
+    };
+    static Span next_edge(const Pulse &pulse, uint64_t now_ps);
+    std::array<Pulse, BRIDGE_SERVOS> pulses_;
+    std::vector<GpioEdge> irq_edges_;
+    bool irq_ = false, wake_on_irq_ = false, woken_by_irq_ = false, quiet_ = false;
+};
+
+}  // namespace simrig
+
+#endif

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The bridge's pins and the time they live in: devices set inputs at their moments and hear of
+/// what the outputs do.
+#ifndef VERGENCE_SIMRIG_RIG_WIRES_HPP
+#define VERGENCE_SIMRIG_RIG_WIRES_HPP
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <queue>
+#include <vector>
+
+#include "bridge_model.h"
+
+namespace simrig {
+
+constexpr uint64_t kPsPerUs = 1000000;
+
+/// Who is told when pins of the groups in wanted() have changed.
+class PinListener {
+  public:
+    virtual ~PinListener() = default;
+    virtual uint32_t wanted() const = 0;
+    virtual void on_pins(uint64_t time_ps, uint32_t groups, const bridge_outputs &now) = 0;
+};
+
+/// Who makes what a camera's pins show, clock by clock.
+class ClockListener {
+  public:
+    virtual ~ClockListener() = default;
+    virtual void on_clock(uint64_t time_ps, int camera, bool level) = 0;
+};
+
+class Wires {
+  public:
+    explicit Wires(uint32_t seed);
+    ~Wires();
+    Wires(const Wires &) = delete;
+    Wires &operator=(const Wires &) = delete;
+
+    /// What the world drives; takes effect with drive().
+    bridge_inputs in{};
+    void drive();
+    /// The wires as of now.
+    const bridge_outputs &out();
+
+    uint64_t now_ps() const { return bridge_model_time_ps(model_.get()); }
+    double now_us() const { return double(now_ps()) * 1e-6; }
+    /// Lets time pass until then, with all moments on the way. Returns early when stop() was
+    /// called.
+    void run_until(uint64_t time_ps);
+    void run(uint64_t duration_ps) { run_until(now_ps() + duration_ps); }
+    void stop() { stopped_ = true; }
+    bool stopped() const { return stopped_; }
+
+    /// Calls `what` at that time, or at once when it is past, from run_until().
+    void at(uint64_t time_ps, std::function<void()> what);
+
+    /// Timers at a control clock of one period a microsecond: see bridge_model_set_idle().
+    void set_idle(bool idle);
+    bool idle() const { return idle_; }
+    void set_clock(int clock, uint32_t period_ps);
+
+    /// Listeners stay for good; the caller owns them.
+    void listen(PinListener &listener);
+    void listen_clock(int camera, ClockListener &listener);
+
+  private:
+    struct Moment {
+        uint64_t time_ps, order;
+        std::function<void()> what;
+        bool operator<(const Moment &other) const {
+            return time_ps != other.time_ps ? time_ps > other.time_ps : order > other.order;
+        }
+    };
+    struct Destroy {
+        void operator()(bridge_model *model) const { bridge_model_destroy(model); }
+    };
+    static void pins(void *self, uint64_t time_ps, uint32_t groups, const bridge_outputs *now);
+    static void clock(void *self, uint64_t time_ps, int camera, int level);
+
+    std::unique_ptr<bridge_model, Destroy> model_;
+    bridge_outputs out_{};
+    std::priority_queue<Moment> moments_;
+    std::vector<PinListener *> listeners_;
+    ClockListener *clock_listeners_[BRIDGE_CAMERAS] = {};
+    uint64_t order_ = 0, end_ps_ = 0;
+    bool stopped_ = false, idle_ = false;
+};
+
+}  // namespace simrig
+
+#endif

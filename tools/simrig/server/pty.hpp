@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A pseudo terminal at the end of a serial line, for programs that want a device.
+#ifndef VERGENCE_SIMRIG_SERVER_PTY_HPP
+#define VERGENCE_SIMRIG_SERVER_PTY_HPP
+
+#include <string>
+
+#include "tools/simrig/devices/serial_line.hpp"
+
+namespace simrig {
+
+class Pty {
+  public:
+    /// Throws std::runtime_error when the system has none.
+    Pty();
+    ~Pty();
+    Pty(const Pty &) = delete;
+    Pty &operator=(const Pty &) = delete;
+
+    /// The device that a program opens.
+    const std::string &name() const { return name_; }
+    /// Bytes both ways; never waits.
+    void exchange(SerialLine &line, double now_us);
+
+  private:
+    int master_ = -1, slave_ = -1;
+    std::string name_;
+};
+
+}  // namespace simrig
+
+#endif

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/simrig/world/document.hpp"
+
+#include <sstream>
+
+namespace world {
+namespace {
+
+std::string number_text(double value) {
+    std::ostringstream text;
+    text << value;
+    return text.str();
+}
+
+}  // namespace
+
+Entry Entry::of_file(const std::string &path) {
+    try {
+        return Entry(path, YAML::LoadFile(path));
+    } catch (const YAML::BadFile &) {
+        throw BadFile(path + ": cannot be read");
+    } catch (const YAML::ParserException &error) {
+        throw BadFile(path + ":" + std::to_string(error.mark.line + 1) +
+                      ": not YAML: " + error.msg);
+    }
+}
+
+void Entry::fail(const std::string &what) const {
+    const int line = node_.Mark().line;
+    throw BadFile(file_ + ":" + std::to_string(line < 0 ? 1 : line + 1) + ": " + what);
+}
+
+bool Entry::has(const std::string &key) const {
+    return node_.IsMap() && node_[key].IsDefined();
+}
+
+Entry Entry::at(const std::string &key) const {
+    if (!node_.IsMap()) {
+        fail("keys with values are wanted here, among them '" + key + "'");
+    }
+    const YAML::Node child = node_[key];
+    if (!child.IsDefined()) {
+        fail("'" + key + "' is missing");
+    }
+    return Entry(file_, child);
+}
+
+std::vector<Entry> Entry::items() const {
+    if (!node_.IsSequence()) {
+        fail("a list is wanted here");
+    }
+    std::vector<Entry> found;
+    for (const YAML::Node &child : node_) {
+        found.push_back(Entry(file_, child));
+    }
+    return found;
+}
+
+std::string Entry::only_key() const {
+    if (!node_.IsMap() || node_.size() != 1) {
+        fail("one key with its values is wanted here");
+    }
+    return node_.begin()->first.as<std::string>();
+}
+
+void Entry::allow(const std::set<std::string> &keys) const {
+    if (!node_.IsMap()) {
+        fail("keys with values are wanted here");
+    }
+    std::set<std::string> seen;
+    for (const auto &pair : node_) {
+        const Entry key(file_, pair.first);
+        const std::string name = key.text();
+        if (keys.count(name) == 0) {
+            key.fail("'" + name + "' is not known here");
+        }
+        if (!seen.insert(name).second) {
+            key.fail("'" + name + "' stands here twice");
+        }
+    }
+}
+
+std::string Entry::text() const {
+    if (!node_.IsScalar()) {
+        fail("a word is wanted here");
+    }
+    return node_.Scalar();
+}
+
+double Entry::number() const {
+    double value = 0;
+    if (!node_.IsScalar() || !YAML::convert<double>::decode(node_, value) ||
+        !std::isfinite(value)) {
+        fail("a number is wanted here" +
+             (node_.IsScalar() ? ", not '" + node_.Scalar() + "'" : std::string()));
+    }
+    return value;
+}
+
+double Entry::number(double low, double high) const {
+    const double value = number();
+    if (value < low || value > high) {
+        fail(number_text(value) + " is not between " + number_text(low) + " and " +
+             number_text(high));
+    }
+    return value;
+}
+
+int Entry::whole(int low, int high) const {
+    const double value = number(low, high);
+    if (value != std::floor(value)) {
+        fail(number_text(value) + " is not a whole number");
+    }
+    return static_cast<int>(value);
+}
+
+std::vector<double> Entry::numbers(std::size_t count) const {
+    std::vector<double> values;
+    for (const Entry &item : items()) {
+        values.push_back(item.number());
+    }
+    if (values.size() != count) {
+        fail(std::to_string(count) + " numbers are wanted here, not " +
+             std::to_string(values.size()));
+    }
+    return values;
+}
+
+Vec2 Entry::pair() const {
+    const auto v = numbers(2);
+    return {v[0], v[1]};
+}
+
+Vec3 Entry::vector() const {
+    const auto v = numbers(3);
+    return {v[0], v[1], v[2]};
+}
+
+double Entry::number(const std::string &key, double low, double high, double otherwise) const {
+    return has(key) ? at(key).number(low, high) : otherwise;
+}
+
+double Entry::number(const std::string &key, double low, double high) const {
+    return at(key).number(low, high);
+}
+
+Vec3 Entry::vector(const std::string &key, const Vec3 &otherwise) const {
+    return has(key) ? at(key).vector() : otherwise;
+}
+
+}  // namespace world

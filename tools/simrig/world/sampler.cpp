@@ -1,0 +1,376 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/simrig/world/sampler.hpp"
+
+#include <algorithm>
+
+namespace world {
+namespace {
+
+// Textures are looked up nearer to the middle of a ray's share of pixel and pupil than the ray
+// itself runs; the filter makes up for it, so that second moments stay what they are. Less noise
+// for the same rays. kPull is the part of a ray's own offset that remains.
+constexpr double kPull = 0.15;
+constexpr double kFiltered = 1 - kPull * kPull;
+// Rays stop when their standard error is this part of the pixel's own noise.
+constexpr double kErrorPart2 = 0.3 * 0.3;
+
+// Distance from a body at which a ray has arrived: a twentieth of a pixel at 10x.
+constexpr double kTouchMm = 0.003;
+
+// A pixel begins with two rays through opposite places of the whole pixel and the whole pupil.
+constexpr int kWhole = -1;
+
+// Shirley's map of the square to the disk: shares stay compact. a, b in [-1, 1].
+Vec2 disk(double a, double b) {
+    const bool flat = std::fabs(a) > std::fabs(b);
+    const double r = flat ? a : b;
+    const double other = flat ? b : a;
+    const double x = r == 0 ? 0 : (kPi / 4) * other / r;
+    const double x2 = x * x;
+    // |x| <= pi / 4: errors 4e-6.
+    const double s = x * (1 - x2 * (1.0 / 6 - x2 * (1.0 / 120 - x2 * (1.0 / 5040))));
+    const double c = 1 - x2 * (0.5 - x2 * (1.0 / 24 - x2 * (1.0 / 720)));
+    return flat ? Vec2{r * c, r * s} : Vec2{r * s, r * c};
+}
+
+// Mean variance a dimension of the unit disk's shares: the whole, and levels 0, 1, 2.
+std::array<double, 4> disk_variances() {
+    std::array<double, 4> variance{};
+    constexpr int kFine = 64;
+    for (int level = kWhole; level < 3; level++) {
+        const int shares = level == kWhole ? 1 : 2 << level;
+        double sum = 0;
+        for (int y = 0; y < kFine; y++) {
+            for (int x = 0; x < kFine; x++) {
+                const auto middle = [shares](int fine) {
+                    return (2.0 * (fine * shares / kFine) + 1) / shares - 1;
+                };
+                const Vec2 p = disk((2.0 * x + 1) / kFine - 1, (2.0 * y + 1) / kFine - 1);
+                const Vec2 m = disk(middle(x), middle(y));
+                sum += 0.5 * (dot(p, p) - dot(m, m));
+            }
+        }
+        // What the middles lack of the disk's own second moment.
+        variance[static_cast<std::size_t>(level + 1)] = sum / (kFine * kFine);
+    }
+    return variance;
+}
+
+const std::array<double, 4> kDiskVariance = disk_variances();
+
+struct Segment {
+    Vec2 pupil_mm;
+    Vec2 slopes;
+};
+
+Segment segment(const PixelView &v, Vec2 offset_px, Vec2 pupil) {
+    const Vec2 lens = v.pupil_radius_mm * pupil;
+    const Vec2 s = {v.slopes.x + v.step[0] * offset_px.x + v.step[1] * offset_px.y,
+                    v.slopes.y + v.step[2] * offset_px.x + v.step[3] * offset_px.y};
+    return {lens, s - (1 / v.focus_mm) * lens};
+}
+
+struct Found {
+    const Candidate *candidate = nullptr;
+    double z = 1e30;
+    Vec3 p;          // in the object's frame
+    Vec3 direction;  // times z
+};
+
+void meet(const Candidate &candidate, const Segment &s, Found &best) {
+    const Pose &pose = candidate.object_camera;
+    const Mat3 &m = pose.rotation;
+    const Vec3 origin = {pose.translation_mm.x + m.row0.x * s.pupil_mm.x + m.row0.y * s.pupil_mm.y,
+                         pose.translation_mm.y + m.row1.x * s.pupil_mm.x + m.row1.y * s.pupil_mm.y,
+                         pose.translation_mm.z + m.row2.x * s.pupil_mm.x + m.row2.y * s.pupil_mm.y};
+    const Vec3 direction = {m.row0.x * s.slopes.x + m.row0.y * s.slopes.y + m.row0.z,
+                            m.row1.x * s.slopes.x + m.row1.y * s.slopes.y + m.row1.z,
+                            m.row2.x * s.slopes.x + m.row2.y * s.slopes.y + m.row2.z};
+    const Object &object = *candidate.object;
+    double z = -1;
+    if (object.solid == nullptr) {
+        z = candidate.covers ? -origin.z / direction.z : object.sheet.trace({origin, direction});
+    } else {
+        const double per_z = length(direction);
+        const double t = object.solid->trace(
+            {origin, (1 / per_z) * direction}, candidate.z_near * per_z,
+            std::min(candidate.z_far, best.z) * per_z, kTouchMm, candidate.parts);
+        z = t / per_z;
+    }
+    if (z > 0 && z < best.z) {
+        best = {&candidate, z, origin + z * direction, direction};
+    }
+}
+
+// Where one ray runs within pixel and pupil, and the middle of its share of them.
+struct Course {
+    Segment ray;
+    Segment middle;
+    const Aperture *aperture;
+    double spot_px;  // of the lens, where the aperture leaves it to the textures' filter
+    const PixelView *pixel;
+    const std::vector<Candidate> *candidates;
+    int level;
+};
+
+// What the samples of one pixel share: light and normal of a place, while they stay near it.
+struct Remembered {
+    const Object *object = nullptr;
+    Vec3 p;
+    double reach2 = 0;
+    Vec3 normal;
+    LocalLight light;
+    int tone = 0;
+};
+
+void remember(const View &view, const Found &found, double footprint_mm, Remembered &memory) {
+    const Object &object = *found.candidate->object;
+    memory.object = &object;
+    memory.p = found.p;
+    const bool is_sheet = object.solid == nullptr;
+    const bool has_tones = !is_sheet && object.material.tones.size() > 1;
+    const double reach = is_sheet ? 3 + 3 * footprint_mm : has_tones ? 0 : 0.1 + 0.4 * footprint_mm;
+    memory.reach2 = reach * reach;
+    memory.normal = is_sheet ? object.sheet.normal(found.p)
+                             : object.solid->normal(found.p, found.candidate->parts);
+    const Vec3 from_eye = unit(found.direction);
+    if (is_sheet && dot(memory.normal, from_eye) > 0) {
+        memory.normal = -memory.normal;
+    }
+    memory.light = light_at(*view.scene, object, found.p, memory.normal, from_eye);
+    memory.tone = has_tones ? object.solid->nearest_part(found.p, found.candidate->parts).tone : 0;
+}
+
+double shaded(const View &view, const Course &course, const Found &found, int channel,
+              Remembered &memory) {
+    const PixelView &pixel = *course.pixel;
+    const Segment &middle = course.middle;
+    const int level = course.level;
+    const Object &object = *found.candidate->object;
+    const double blur_mm = pixel.pupil_radius_mm * std::fabs(1 - found.z / pixel.focus_mm);
+    const double pixel_mm = pixel.pixel_slope * found.z;
+    const Vec3 off = found.p - memory.p;
+    if (memory.object != &object || dot(off, off) > memory.reach2) {
+        remember(view, found, blur_mm + pixel_mm, memory);
+    }
+    // Where the middle ray of this share meets the tangent plane.
+    const Pose &pose = found.candidate->object_camera;
+    const Vec3 origin = pose * Vec3{middle.pupil_mm.x, middle.pupil_mm.y, 0};
+    const Vec3 direction = pose.rotation * Vec3{middle.slopes.x, middle.slopes.y, 1};
+    const double facing = dot(memory.normal, direction);
+    const double z = dot(memory.normal, found.p - origin) / facing;
+    SurfacePlace place;
+    place.p = found.p;
+    const double filter2 =
+        kFiltered * (course.aperture->variance(level) * pixel_mm * pixel_mm +
+                     kDiskVariance[static_cast<std::size_t>(level + 1)] * blur_mm * blur_mm);
+    if (std::fabs(z - found.z) * std::fabs(facing) < 1.5 * (blur_mm + pixel_mm)) {
+        place.p = found.p + (1 - kPull) * (origin + z * direction - found.p);
+    }
+    // Seen at a slant the filter is longer one way; its mean radius grows with the root.
+    const double slant = std::max(std::fabs(facing) / length(direction), 0.05);
+    place.spot_mm = course.spot_px * pixel_mm;
+    place.edge_mm = std::sqrt(filter2);
+    place.rms_mm = std::sqrt((filter2 + place.spot_mm * place.spot_mm) / slant);
+    place.n = memory.normal;
+    place.tone = memory.tone;
+    place.slant = memory.light.slant;
+    if (object.solid == nullptr) {
+        place.on_sheet = true;
+        place.sheet = object.sheet.place(place.p);
+    }
+    return (1 / kPi) * memory.light.lux[channel] *
+               std::max(reflectance(object.material, place, channel), 0.0) +
+           memory.light.sheen[channel];
+}
+
+}  // namespace
+
+Aperture::Aperture(double spot_rms_px) {
+    // The distribution's integral on a fine grid, then its inverse.
+    constexpr int kCells = 8192;
+    const double reach = 0.5 + 3.5 * spot_rms_px;
+    std::vector<double> integral(kCells + 1, 0.0);
+    for (int i = 0; i < kCells; i++) {
+        const double x = reach * ((2.0 * i + 1) / kCells - 1);
+        double density = std::fabs(x) <= 0.5 ? 1 : 0;
+        if (spot_rms_px > 0) {
+            const double scale = 1 / (spot_rms_px * std::sqrt(2.0));
+            density = 0.5 * (std::erf((x + 0.5) * scale) - std::erf((x - 0.5) * scale));
+        }
+        integral[static_cast<std::size_t>(i) + 1] = integral[static_cast<std::size_t>(i)] + density;
+    }
+    std::size_t cell = 0;
+    for (std::size_t n = 0; n < quantile_.size(); n++) {
+        const double share = (static_cast<double>(n) + 0.5) /
+                             static_cast<double>(quantile_.size()) * integral[kCells];
+        while (integral[cell + 1] < share) {
+            cell++;
+        }
+        const double part = (share - integral[cell]) / (integral[cell + 1] - integral[cell]);
+        quantile_[n] = reach * (2 * (static_cast<double>(cell) + part) / kCells - 1);
+    }
+    for (std::size_t level = 0; level < 4; level++) {
+        const std::size_t strata = std::size_t{1} << level;
+        const std::size_t width = quantile_.size() / strata;
+        variance_[level] = 0;
+        for (std::size_t s = 0; s < strata; s++) {
+            double mean = 0;
+            double square = 0;
+            for (std::size_t n = s * width; n < (s + 1) * width; n++) {
+                mean += quantile_[n];
+                square += quantile_[n] * quantile_[n];
+            }
+            mean /= static_cast<double>(width);
+            middle_[level][s] = mean;
+            variance_[level] +=
+                (square / static_cast<double>(width) - mean * mean) / static_cast<double>(strata);
+        }
+    }
+}
+
+PixelView pixel_view(const Camera &camera, Vec2 pixel, Vec2 guess) {
+    PixelView view;
+    view.slopes = camera.slopes_of(pixel, guess, view.step);
+    view.pixel_slope = std::fabs(view.step[0]);
+    view.pupil_radius_mm = 0.5 * camera.optics.pupil_diameter_mm;
+    view.focus_mm = camera.optics.focus_distance_mm;
+    return view;
+}
+
+namespace {
+
+double luminance_along(const View &view, const Course &course, int channel, Remembered &memory) {
+    Found found;
+    for (const Candidate &candidate : *course.candidates) {
+        if (candidate.z_near >= found.z) {
+            break;
+        }
+        meet(candidate, course.ray, found);
+    }
+    return found.candidate != nullptr ? shaded(view, course, found, channel, memory)
+                                      : view.scene->ambient.channel[channel];
+}
+
+double centred(unsigned share16) {
+    return share16 * (2.0 / 65536) - 1;
+}
+
+Course opposite_course(const View &view, const PixelTask &task, double sign) {
+    const std::uint64_t key = task.key;
+    const PixelView &pixel = task.views[0];
+    const auto share = [key](unsigned shift) {
+        return static_cast<unsigned>(key >> shift) & 0xFFFFu;
+    };
+    const Aperture &aperture = *view.pixel_alone;
+    const Vec2 offset = {aperture.offset(share(0)), aperture.offset(share(16))};
+    const Vec2 pupil = disk(centred(share(32)), centred(share(48)));
+    return {segment(pixel, sign * offset, sign * pupil),
+            segment(pixel, {}, {}),
+            &aperture,
+            view.spot_px,
+            &pixel,
+            task.candidates,
+            kWhole};
+}
+
+Course stratified_course(const View &view, const PixelTask &task, int n, int level) {
+    const SobolPoint &point = sobol_points()[static_cast<std::size_t>(n)];
+    const std::uint64_t key = task.key;
+    const unsigned px = (point[0] ^ key) & 0xFFFFu;
+    const unsigned py = (point[1] ^ (key >> 16)) & 0xFFFFu;
+    const unsigned lu = (point[2] ^ (key >> 32)) & 0xFFFFu;
+    const unsigned lv = (point[3] ^ (key >> 48)) & 0xFFFFu;
+    const int moment = task.view_count > 1 ? n % task.view_count : 0;
+    const PixelView &pixel = task.views[moment];
+    const Aperture &aperture = task.starts_smooth ? *view.pixel_alone : *view.with_spot;
+    const unsigned drop = 15U - static_cast<unsigned>(level);
+    const double share = 1.0 / (1 << level);
+    return {
+        segment(pixel, {aperture.offset(px), aperture.offset(py)}, disk(centred(lu), centred(lv))),
+        segment(pixel, {aperture.middle(level, px >> drop), aperture.middle(level, py >> drop)},
+                disk(((lu >> drop) + 0.5) * share - 1, ((lv >> drop) + 0.5) * share - 1)),
+        &aperture,
+        task.starts_smooth ? view.spot_px : 0,
+        &pixel,
+        task.view_candidates != nullptr ? task.view_candidates[moment] : task.candidates,
+        level};
+}
+
+// Is the mean of n stratified rays as good as the pixel's own noise asks for?
+bool settled(const PixelTask &task, double sum, double square, int n, int level) {
+    const double mean = sum / n;
+    const double variance = std::max(square / n - mean * mean, 0.0) / (n - 1);
+    // Only what varies within the shares is error, and the finer they are the less that is; of
+    // textures it is little, because they are filtered and pulled (measured: see the tests).
+    const double within = (task.starts_smooth ? 0.01 : 0.25) / (level + 1);
+    const double k = task.electrons_per_luminance;
+    return within * variance * k * k <= kErrorPart2 * (mean * k + task.least_noise_e2);
+}
+
+}  // namespace
+
+Corner corner_at(const PixelView &pixel, Vec2 offset_px, Vec2 pupil,
+                 const std::vector<Candidate> &candidates) {
+    Found found;
+    const Segment ray = segment(pixel, offset_px, pupil);
+    for (const Candidate &candidate : candidates) {
+        if (candidate.z_near >= found.z) {
+            break;
+        }
+        meet(candidate, ray, found);
+    }
+    Corner corner;
+    if (found.candidate != nullptr) {
+        corner.object = found.candidate->object;
+        corner.z = found.z;
+        if (corner.object->solid != nullptr && corner.object->material.tones.size() > 1) {
+            const Solid &solid = *corner.object->solid;
+            corner.tone = solid.nearest_part(found.p, found.candidate->parts).tone;
+            corner.normal = solid.normal(found.p, found.candidate->parts);
+        }
+    }
+    return corner;
+}
+
+double pixel_luminance(const View &view, const PixelTask &task) {
+    Remembered memory;
+    const double k2 = task.electrons_per_luminance * task.electrons_per_luminance;
+    double sum = 0;
+    double square = 0;
+    int n = 0;
+    if (task.starts_smooth) {
+        const double a =
+            luminance_along(view, opposite_course(view, task, 1), task.channel, memory);
+        const double b =
+            luminance_along(view, opposite_course(view, task, -1), task.channel, memory);
+        // Slopes cancel between opposite rays: the mean is much better than their difference.
+        const double error2 = 0.1 * (a - b) * (a - b);
+        const double electrons = 0.5 * (a + b) * task.electrons_per_luminance;
+        if (error2 * k2 <= kErrorPart2 * (electrons + task.least_noise_e2)) {
+            return 0.5 * (a + b);
+        }
+    }
+    // Where objects meet, rays that all miss the smaller share must not end the pixel: that would
+    // make blurred outlines too sharp. Half of the rays of the last level at least, whatever they
+    // say.
+    const int first_level = task.view_count > 1 ? 1 : task.starts_smooth ? 0 : 2;
+    for (int level = first_level;; level++) {
+        const int count = 4 << (2 * level);
+        for (; n < count; n++) {
+            if (level == 2 && n == count / 2 && task.view_count == 1 &&
+                settled(task, sum, square, n, level)) {
+                break;
+            }
+            const double value = luminance_along(view, stratified_course(view, task, n, level),
+                                                 task.channel, memory);
+            sum += value;
+            square += value * value;
+        }
+        if (level == 2 || settled(task, sum, square, n, level)) {
+            return sum / n;
+        }
+    }
+}
+
+}  // namespace world

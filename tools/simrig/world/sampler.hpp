@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// The light on one pixel: rays over its area and over the pupil, as many as its noise asks for.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "tools/simrig/world/camera.hpp"
+#include "tools/simrig/world/random.hpp"
+#include "tools/simrig/world/shade.hpp"
+#include "tools/simrig/world/tile.hpp"
+
+namespace world {
+
+// Where a uniform number falls: the pixel's width, softened by the lens's spot. Strata of 2, 4 and
+// 8 equal shares have known middles and variances.
+class Aperture {
+  public:
+    // `spot_rms_px` 0: the pixel alone. Offsets are in pixels from its middle.
+    explicit Aperture(double spot_rms_px);
+
+    double offset(unsigned share16) const { return quantile_[share16 >> 6]; }
+    // level -1: the whole; 0, 1, 2: 2, 4, 8 strata.
+    double middle(int level, unsigned stratum) const {
+        return middle_[static_cast<std::size_t>(level + 1)][stratum];
+    }
+    double variance(int level) const { return variance_[static_cast<std::size_t>(level + 1)]; }
+    double reach() const { return quantile_[1023]; }
+
+  private:
+    std::array<double, 1024> quantile_;
+    std::array<std::array<double, 8>, 4> middle_;
+    std::array<double, 4> variance_;
+};
+
+// What rays of one frame share.
+struct View {
+    const Scene *scene = nullptr;
+    const Aperture *pixel_alone = nullptr;
+    const Aperture *with_spot = nullptr;
+    double spot_px = 0;  // rms radius of the lens's spot
+};
+
+// One pixel's rays through one camera state.
+struct PixelView {
+    Vec2 slopes;                    // through the pixel's middle
+    double step[4] = {0, 0, 0, 0};  // change of slopes with the pixel: x/x, x/y, y/x, y/y
+    double pixel_slope = 0;         // size of a pixel in slopes
+    double pupil_radius_mm = 0;
+    double focus_mm = 1;
+};
+
+PixelView pixel_view(const Camera &camera, Vec2 pixel, Vec2 guess);
+
+struct PixelTask {
+    const std::vector<Candidate> *candidates = nullptr;
+    const PixelView *views = nullptr;  // one, or one for each of `view_count` moments
+    int view_count = 1;
+    const std::vector<Candidate> *const *view_candidates = nullptr;  // for each moment, or null
+    int channel = 1;
+    bool starts_smooth = false;      // no edge of an object is near
+    std::uint64_t key = 0;           // of this pixel
+    double electrons_per_luminance;  // for the pixel's own noise
+    double least_noise_e2 = 64;
+};
+
+// What a ray through a pixel's corner meets.
+struct Corner {
+    const Object *object = nullptr;
+    double z = 0;
+    // Of bodies with parts of different colours, whose edges are sharp.
+    int tone = 0;
+    Vec3 normal;
+};
+
+Corner corner_at(const PixelView &pixel, Vec2 offset_px, Vec2 pupil,
+                 const std::vector<Candidate> &candidates);
+
+// Mean luminance over the pixel and the pupil.
+double pixel_luminance(const View &view, const PixelTask &task);
+
+}  // namespace world
