@@ -82,8 +82,8 @@ module servo_width (
   wire take = fresh || take_i[channel];
   wire done = storing && (stored_i || !take);
   wire start = start_i && !fresh;
-  wire goes_on = !done && !start && (fresh || !restart);
   wire restart = restart_i || use_safe != safe_i;
+  wire goes_on = !done && !start && (fresh || !restart);
   assign store_o = storing && take;
   assign load_o = {channel, !channel} & {2{store_o && stored_i}};
 
