@@ -19,7 +19,8 @@ module pattern_generator_properties (
   input wire visible,
   input wire [11:0] x,
   input wire [11:0] y,
-  input wire [9:0] value
+  input wire [9:0] value,
+  input wire field_ends
 );
   reg begun = 1'b0;
   reg live, had_frame, had_line, had_run;
@@ -111,6 +112,8 @@ module pattern_generator_properties (
                                         hblank_i}));
       a_rows: assert (y == (frame_o ? rows_now : {4'd0, low_rows}) &&
                       (frame_o || (low_clocks < row_clocks_i && low_rows < vblank_i)));
+      a_field: assert ((!visible && x == 12'd0) ||
+        field_ends == (y + 12'd1 == (frame_o ? height_i : {4'd0, vblank_i})));
       a_visible: assert (frame_o || visible == (low_clocks >= {3'd0, hblank_i}));
       a_ramp_value: assert (kind_i != 3'd0 || value == ramp);
       a_walking_one: assert (kind_i != 3'd3 || !frame_o ||

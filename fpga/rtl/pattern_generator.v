@@ -43,6 +43,7 @@ module pattern_generator (
   reg [11:0] x;
   reg [11:0] y;
   reg [9:0] value;
+  reg field_ends;          // with this row; known in its second clock, which every row has
 
   assign line_o = visible && frame_o;
 
@@ -50,7 +51,6 @@ module pattern_generator (
   wire [11:0] y_next = y + 12'd1;
   wire part_ends = x_next == (visible ? width_i : {2'd0, hblank_i});
   wire row_ends = visible && part_ends;
-  wire field_ends = y_next == (frame_o ? height_i : {4'd0, vblank_i});
   wire frame_ends = row_ends && field_ends && frame_o;
   wire may_start = row_ends && field_ends && !frame_o;
   wire starts = may_start && run_i;
@@ -62,7 +62,9 @@ module pattern_generator (
       frame_o <= 1'b0;
       x <= 12'd0;
       y <= 12'd0;
+      field_ends <= 1'b0;
     end else if (!stands) begin
+      field_ends <= y_next == (frame_o ? height_i : {4'd0, vblank_i});
       if (part_ends) visible <= !visible;
       x <= part_ends ? 12'd0 : x_next;
       if (row_ends) y <= field_ends ? 12'd0 : y_next;
@@ -92,7 +94,7 @@ module pattern_generator (
     .clk_i(clk_i), .rst_i(rst_i), .run_i(run_i), .width_i(width_i), .height_i(height_i),
     .hblank_i(hblank_i), .vblank_i(vblank_i), .kind_i(kind_i), .seed_i(seed_i),
     .frame_o(frame_o), .line_o(line_o), .data_o(data_o), .visible(visible), .x(x), .y(y),
-    .value(value)
+    .value(value), .field_ends(field_ends)
   );
 `endif
 
