@@ -18,6 +18,7 @@ module pattern_generator_properties (
   input wire [9:0] data_o,
   input wire visible,
   input wire [11:0] x,
+  input wire x_16,
   input wire [11:0] y,
   input wire [9:0] value,
   input wire field_ends
@@ -110,6 +111,7 @@ module pattern_generator_properties (
       a_state: assert (x == (!visible ? (frame_o ? gap_now : low_clocks[11:0])
                                       : frame_o ? pixels_now : low_clocks[11:0] - {2'd0,
                                         hblank_i}));
+      a_column: assert (x_16 == x[4]);
       a_rows: assert (y == (frame_o ? rows_now : {4'd0, low_rows}) &&
                       (frame_o || (low_clocks < row_clocks_i && low_rows < vblank_i)));
       a_field: assert ((!visible && x == 12'd0) ||

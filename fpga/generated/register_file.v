@@ -293,7 +293,8 @@ module register_file #(
     || index_i == 8'h19 || index_i == 8'h1A || index_i == 8'h1B || index_i == 8'h1C || index_i ==
     8'h1D;
 
-  // A place is chosen in one clock and used in the next.
+  // A place is chosen in one clock and used in the next; without reset, so that block
+  // memories can hold it.
   wire bus = write_strobe_i || read_strobe_i;
   assign memory_busy_o = filling_o || bus;
   assign memory_stored_o = memory_store_i && !memory_busy_o;
@@ -303,13 +304,10 @@ module register_file #(
   reg [15:0] choice;
   always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) begin
-      place <= 4'd0;
       store <= 1'b0;
       filled <= 1'b0;
       choice <= 16'd0;
     end else begin
-      place <= filling_o ? fill_o : !bus ? memory_place_i
-        : index_i[4] ? index_i[3:0] : {index_i[0], 1'b1, 1'b1, index_i[0]};
       store <= filling_o ? filled_here : bus ? write_strobe_i && in_memory
         : memory_store_i;
       filled <= filling_o;
@@ -318,7 +316,11 @@ module register_file #(
   end
   wire [15:0] stored_word = filled ? choice
     : (memory_data_i & choice) | (write_data_i & ~choice);
-  always @(posedge clk_i) if (store) memory[place] <= stored_word;
+  always @(posedge clk_i) begin
+    place <= filling_o ? fill_o : !bus ? memory_place_i
+      : index_i[4] ? index_i[3:0] : {index_i[0], 1'b1, 1'b1, index_i[0]};
+    if (store) memory[place] <= stored_word;
+  end
   assign memory_word_o = memory[place];
 
 

@@ -36,7 +36,8 @@ module event_counters #(
   reg [7:0] memory [0:15];
   reg [EVENTS-1:0] waiting;
 
-  // The first that waits is chosen in one clock and counted in the next.
+  // The first that waits is chosen in one clock and counted in the next. The place has no reset, so
+  // that a block memory can hold it.
   reg [EVENTS-1:0] turn;
   reg [3:0] turn_place;
   integer i;
@@ -62,18 +63,17 @@ module event_counters #(
   wire [7:0] next = (more[7:0] | {8{more[8] && !wraps}}) & {8{!zero}};
 
   always @(posedge clk_i) begin
+    place <= filling_i ? fill_i : taken ? turn_place : place_i;
     if (zero || step) memory[place] <= next;
   end
   always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) begin
       waiting <= {EVENTS{1'b0}};
-      place <= 4'd0;
       zero <= 1'b0;
       step <= 1'b0;
       wraps <= 1'b0;
     end else begin
       waiting <= event_i | (waiting & ~(turn & {EVENTS{taken}}));
-      place <= filling_i ? fill_i : taken ? turn_place : place_i;
       zero <= filling_i || clear_i;
       step <= taken && |waiting;
       wraps <= |turn[EVENTS-1:SATURATING];

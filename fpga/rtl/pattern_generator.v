@@ -40,14 +40,14 @@ module pattern_generator (
   localparam [2:0] WALKING = 3'd3;
 
   reg visible;
-  reg [11:0] x;
+  reg [11:0] x_next;       // 1 at a part's first clock
+  reg x_16;                // bit 4 of the column, which counts from 0
   reg [11:0] y;
   reg [9:0] value;
   reg field_ends;          // with this row; known in its second clock, which every row has
 
   assign line_o = visible && frame_o;
 
-  wire [11:0] x_next = x + 12'd1;
   wire [11:0] y_next = y + 12'd1;
   wire part_ends = x_next == (visible ? width_i : {2'd0, hblank_i});
   wire row_ends = visible && part_ends;
@@ -60,13 +60,15 @@ module pattern_generator (
     if (rst_i) begin
       visible <= 1'b0;
       frame_o <= 1'b0;
-      x <= 12'd0;
+      x_next <= 12'd1;
+      x_16 <= 1'b0;
       y <= 12'd0;
       field_ends <= 1'b0;
     end else if (!stands) begin
       field_ends <= y_next == (frame_o ? height_i : {4'd0, vblank_i});
       if (part_ends) visible <= !visible;
-      x <= part_ends ? 12'd0 : x_next;
+      x_next <= part_ends ? 12'd1 : x_next + 12'd1;
+      x_16 <= !part_ends && x_next[4];
       if (row_ends) y <= field_ends ? 12'd0 : y_next;
       if (frame_ends || starts) frame_o <= !frame_o;
     end
@@ -87,13 +89,13 @@ module pattern_generator (
     else if (load || step) value <= (load ? ones : next) | seed;
   end
 
-  assign data_o = kind_i == CHECKER ? {10{x[4] ^ y[4]}} : value;
+  assign data_o = kind_i == CHECKER ? {10{x_16 ^ y[4]}} : value;
 
 `ifdef PROVE_PATTERN_GENERATOR
   pattern_generator_properties properties (
     .clk_i(clk_i), .rst_i(rst_i), .run_i(run_i), .width_i(width_i), .height_i(height_i),
     .hblank_i(hblank_i), .vblank_i(vblank_i), .kind_i(kind_i), .seed_i(seed_i),
-    .frame_o(frame_o), .line_o(line_o), .data_o(data_o), .visible(visible), .x(x), .y(y),
+    .frame_o(frame_o), .line_o(line_o), .data_o(data_o), .visible(visible), .x(x_next - 12'd1), .x_16(x_16), .y(y),
     .value(value), .field_ends(field_ends)
   );
 `endif

@@ -266,23 +266,25 @@ class RegisterFile:
         lines.append(wrapped(f"wire in_memory = {self.index_in(self.memory)};"))
         lines += [
             "",
-            "  // A place is chosen in one clock and used in the next.",
+            "  // A place is chosen in one clock and used in the next; without reset, so that block",
+            "  // memories can hold it.",
             "  wire bus = write_strobe_i || read_strobe_i;",
             "  assign memory_busy_o = filling_o || bus;",
             "  assign memory_stored_o = memory_store_i && !memory_busy_o;",
             "  reg [3:0] place;", "  reg store;", "  reg filled;", "  reg [15:0] choice;",
             "  always @(posedge clk_i or posedge rst_i) begin", "    if (rst_i) begin",
-            "      place <= 4'd0;", "      store <= 1'b0;", "      filled <= 1'b0;",
-            "      choice <= 16'd0;", "    end else begin",
-            "      place <= filling_o ? fill_o : !bus ? memory_place_i",
-            f"        : {self.place_of_index()};",
+            "      store <= 1'b0;", "      filled <= 1'b0;", "      choice <= 16'd0;",
+            "    end else begin",
             "      store <= filling_o ? filled_here : bus ? write_strobe_i && in_memory",
             "        : memory_store_i;",
             "      filled <= filling_o;", "      choice <= fill_word | {16{!memory_busy_o}};",
             "    end", "  end",
             "  wire [15:0] stored_word = filled ? choice",
             "    : (memory_data_i & choice) | (write_data_i & ~choice);",
-            "  always @(posedge clk_i) if (store) memory[place] <= stored_word;",
+            "  always @(posedge clk_i) begin",
+            "    place <= filling_o ? fill_o : !bus ? memory_place_i",
+            f"      : {self.place_of_index()};",
+            "    if (store) memory[place] <= stored_word;", "  end",
             "  assign memory_word_o = memory[place];", ""]
         return "\n".join(lines + [""])
 
