@@ -95,7 +95,8 @@ module pattern_generator (
   pattern_generator_properties properties (
     .clk_i(clk_i), .rst_i(rst_i), .run_i(run_i), .width_i(width_i), .height_i(height_i),
     .hblank_i(hblank_i), .vblank_i(vblank_i), .kind_i(kind_i), .seed_i(seed_i),
-    .frame_o(frame_o), .line_o(line_o), .data_o(data_o), .visible(visible), .x(x_next - 12'd1), .x_16(x_16), .y(y),
+    .frame_o(frame_o), .line_o(line_o), .data_o(data_o), .visible(visible), .x(x_next - 12'd1),
+    .x_16(x_16), .y(y),
     .value(value), .field_ends(field_ends)
   );
 `endif

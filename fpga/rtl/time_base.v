@@ -8,7 +8,7 @@
 // tick_ms_o    one clock after every 20th tick_50us_o
 // tick_16ms_o  every 16th tick_ms_o
 //
-// Latency: none for the first two (each is the input pulse itself, let through), 1 clock for others.
+// Latency: none for the first two (each is the input pulse itself), 1 clock for the others.
 
 `default_nettype none
 
