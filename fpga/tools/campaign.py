@@ -1,7 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The long searches on the FPGA bridge, as tools/campaign fpga runs them; writes a table of results."""
+"""The long searches on the FPGA bridge, as tools/campaign fpga runs them.
+
+The last result of each step that ran whole is kept, so that the table of --write can be made of
+several runs; it says which commit each looked at.
+"""
 import argparse
 import concurrent.futures
+import json
 import os
 import re
 import subprocess
@@ -74,7 +79,7 @@ def search(name, programs, seed, share, pool):
 
 
 def add_up(sentences):
-    """Sentences that differ in their numbers, as one with the sums; rates and times: the largest."""
+    """Sentences that differ in their numbers, as one: the sums; of rates and times the largest."""
     if not sentences:
         return ""
     parts = [re.split(r"(\d+)", sentence) for sentence in sentences]
@@ -93,7 +98,8 @@ def tool(name, share):
     """One of our tools. Returns passed, its last line, seconds."""
     full, trial = TOOLS[name]
     script, *words = trial if trial and share < 1 else full
-    passed, output, seconds = run([sys.executable, "-B", os.path.join(FPGA, "tools", script), *words],
+    script = os.path.join(FPGA, "tools", script)
+    passed, output, seconds = run([sys.executable, "-B", script, *words],
                                   os.path.join(CACHE, f"{name}.log"))
     return passed, (output.strip().splitlines() or [""])[-1], seconds
 
@@ -105,40 +111,71 @@ def commit():
     return done.stdout.strip() or "unknown"
 
 
+def table(results, seed):
+    """The text of all results, in the order of the steps; those never run are named, too."""
+    lines = [
+        "<!-- SPDX-License-Identifier: Apache-2.0 -->", "# The long searches on the bridge", "",
+        f"Made by `tools/campaign fpga`, seed {seed}, {os.cpu_count()} processors. Seconds are of",
+        "one processor for searches, of the clock for the others. *at* is the commit that was",
+        "looked at.", "",
+        "| step | rounds | seconds | result | at | what it said |", "|---|---|---|---|---|---|"]
+    for name in [*SEARCHES, *TOOLS]:
+        lines.append(row(name, results[name]) if name in results else
+                     f"| {name} | | | not run | | |")
+    return "\n".join(lines) + "\n"
+
+
+def row(name, result):
+    return (f"| {name} | {result['rounds']} | {result['seconds']:.0f} | "
+            f"{'passed' if result['passed'] else 'FAILED'} | {result['at']} | {result['said']} |")
+
+
+def kept():
+    """The results of earlier runs, of steps that ran whole."""
+    path = os.path.join(CACHE, "results.json")
+    if not os.path.exists(path):
+        return {}
+    with open(path, encoding="utf-8") as file:
+        return json.load(file)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--only", default=".")
     parser.add_argument("--seed", type=int, default=20090915)
     parser.add_argument("--share", type=float, default=1.0,
-                        help="of the rounds; below 1 the tools are tried on one module alone")
-    parser.add_argument("--write", help="write the table there, too (fpga/CAMPAIGN.md)")
+                        help="of the rounds; below 1 the tools are tried on one module alone, and "
+                        "no result is kept")
+    parser.add_argument("--write", help="write the table of the last result of each step there "
+                        "(fpga/CAMPAIGN.md)")
     options = parser.parse_args()
     chosen = [name for name in [*SEARCHES, *TOOLS] if re.search(options.only, name)]
     if not chosen:
         parser.error(f"no step matches {options.only}")
     os.makedirs(CACHE, exist_ok=True)
     programs = build(options.jobs) if set(chosen) & set(SEARCHES) else None
-    lines, wrong = ["| step | rounds | seconds | result | what it said |", "|---|---|---|---|---|"], 0
+    wrong = 0
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         for name in chosen:
+            at, rounds = commit(), ""
             if name in SEARCHES:
                 passed, rounds, said, seconds = search(name, programs, options.seed, options.share,
                                                        pool)
             else:
                 passed, said, seconds = tool(name, options.share)
-                rounds = ""
             wrong += not passed
-            lines.append(f"| {name} | {rounds} | {seconds:.0f} | "
-                         f"{'passed' if passed else 'FAILED'} | {said} |")
-            print(lines[-1], flush=True)
-    head = ["<!-- SPDX-License-Identifier: Apache-2.0 -->", "# The long searches on the bridge", "",
-            f"`tools/campaign fpga`, seed {options.seed}, {os.cpu_count()} processors, at {commit()}. "
-            "Seconds are of one processor for searches, of the clock for the others.", ""]
-    for path in filter(None, (os.path.join(CACHE, "results.md"), options.write)):
-        with open(path, "w", encoding="utf-8") as file:
-            file.write("\n".join(head + lines) + "\n")
-    print(f"{len(chosen)} steps, {wrong} failed; {os.path.join(CACHE, 'results.md')} and logs beside it")
+            result = {"passed": passed, "rounds": rounds, "said": said, "seconds": seconds,
+                      "at": at}
+            print(row(name, result), flush=True)
+            if options.share == 1:
+                results = kept() | {name: result}
+                with open(os.path.join(CACHE, "results.json"), "w", encoding="utf-8") as file:
+                    json.dump(results, file, indent=1)
+    if options.write:
+        with open(options.write, "w", encoding="utf-8") as file:
+            file.write(table(kept(), options.seed))
+    print(f"{len(chosen)} steps, {wrong} failed; logs and results.json in {CACHE}")
     return 1 if wrong else 0
 
 
