@@ -28,15 +28,16 @@ import synthesis_table
 FPGA = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
 CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "vergence")
 SEEDS = (1, 2, 3, 4, 5)
-# ns: from the edge that takes a pixel to the one that gives it to the PPI.
-HALF_PERIOD = 1e3 / 48 / 2
+# The fastest camera that a board takes, MHz; half its period is the goal of HOP (ns), from the edge
+# that takes a pixel to the one that gives it to the PPI.
+CAMERA_MHZ = {"hx8k": 48, "up5k": 30, "ecp5": 48}
 # Upper-case names must not be above their goal, lower-case ones (MHz) not below.
 GOALS = {"xc3s": {"LUT4": 1600, "FF": 1200, "BRAM": 0, "MULT": 0},
-         "hx8k": {"control": 75.0, "pixel": 96.0, "HOP": HALF_PERIOD},
-         "up5k": {"control": 30.0, "pixel": 60.0, "HOP": HALF_PERIOD},
-         "ecp5": {"control": 75.0, "pixel": 96.0, "HOP": HALF_PERIOD}}
-# What the boards' clocks ask for, with a fifth to spare.
-NEEDS = {"control": 25 * 1.2, "pixel": 48 * 1.2}
+         "hx8k": {"control": 75.0, "pixel": 96.0},
+         "up5k": {"control": 30.0, "pixel": 60.0},
+         "ecp5": {"control": 75.0, "pixel": 96.0}}
+for board_name, camera_mhz in CAMERA_MHZ.items():
+    GOALS[board_name]["HOP"] = 1e3 / camera_mhz / 2
 BOARDS = {"xc3s": "xc3s1000", "hx8k": "ice40_hx8k", "up5k": "ice40_up5k", "ecp5": "ecp5"}
 DEVICE_LUTS = {"xc3s": 15360, "hx8k": 7680, "up5k": 5280, "ecp5": 24288}
 

@@ -3,9 +3,9 @@
 // The bridge for one camera on an UPduino 3 (iCE40UP5K-SG48). Pins: ice40_up5k.pcf.
 //
 // The package has 39 pins, two cameras need 59: this build has the left camera with its upper 8
-// bits and the upper 8 bits of the PPI. The camera has its own oscillator, OE and STANDBY strapped
-// to run, no trigger; reset is by power or by CTRL. CAPS does not know: the right camera shows as
-// lost for ever.
+// bits and the upper 8 bits of the PPI. The camera has its own oscillator of at most 30 MHz,
+// OE and STANDBY strapped to run, no trigger; reset is by power or by CTRL. CAPS does not know: the
+// right camera shows as lost for ever.
 `default_nettype none
 
 module ice40_up5k_top (
