@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random transfers to the left sensor, the right one, both and the bridge itself: each arrives
-// where it belongs and nowhere else.
+// Random transfers to the left sensor, the right one, both, the bridge itself and addresses that
+// are nobody's: each arrives where it belongs and nowhere else; and what happens when a transfer
+// stops.
 #include <doctest/doctest.h>
 
 #include <string>
@@ -12,6 +13,7 @@
 namespace {
 
 constexpr uint8_t kLeft = 0x5C, kRight = 0x5E, kBoth = 0x5D, kBranchCtrl = 0x56;
+constexpr uint8_t kTimeouts = 0x51, kBranchErrors = 0x53, kDiag = 0x50;
 // After a reset both branches are cleared first (i2c_router.v).
 constexpr uint64_t kClearTime = 110 * hdl::kUs;
 
@@ -73,6 +75,18 @@ struct Bench {
         return registers.write(0x04, value) && registers.read(0x04) == value;
     }
 
+    // To an address that is nobody's, mostly one that differs from a sensor's in few bits.
+    bool foreign() {
+        uint8_t address = 0;
+        do {
+            address = random.chance(0.7) ? uint8_t(0x5D ^ 1u << random.below(7))
+                                         : uint8_t(random.below(128));
+        } while (address == hdl::Registers::kAddress || address == kLeft || address == kRight ||
+                 address == kBoth);
+        return random.chance(0.5) ? master.write(address, {0, 1, 2}) == 0
+                                  : !master.read(address, 2);
+    }
+
     bool same() const {
         return left.registers == left_expected && right.registers == right_expected;
     }
@@ -90,17 +104,18 @@ TEST_CASE("random transfers to both sensors: none goes astray") {
             bench.master.set_timing(hdl::branch_timing(khz));
             for (uint64_t i = 0; i < transfers / (khz == 100 ? 30 : 4); i++, done++) {
                 const uint64_t left = bench.left.addressed, right = bench.right.addressed;
-                const uint32_t kind = bench.random.below(8);
+                const uint32_t kind = bench.random.below(10);
                 const uint8_t address = bench.some_address();
                 const bool right_way = kind == 0   ? bench.own()
-                                       : kind <= 4 ? bench.write(address)
+                                       : kind <= 2 ? bench.foreign()
+                                       : kind <= 6 ? bench.write(address)
                                                    : bench.read(address);
                 wrong += !right_way || !bench.same();
                 // Who was spoken to, and who not.
-                astray +=
-                    kind == 0 && (bench.left.addressed != left || bench.right.addressed != right);
-                astray += kind != 0 && (bench.left.addressed != left) != bench.is_left(address);
-                astray += kind != 0 && (bench.right.addressed != right) != bench.is_right(address);
+                const bool for_left = kind > 2 && bench.is_left(address);
+                const bool for_right = kind > 2 && bench.is_right(address);
+                astray += (bench.left.addressed != left) != for_left;
+                astray += (bench.right.addressed != right) != for_right;
                 if (!bench.same()) {
                     bench.left_expected = bench.left.registers;
                     bench.right_expected = bench.right.registers;
@@ -141,5 +156,54 @@ TEST_CASE("a hung sensor does not take the DSP's bus with it") {
         CHECK(bench.write(kLeft));
         CHECK(bench.read(kLeft));
     }
+    CHECK(bench.same());
+}
+
+TEST_CASE("a transfer to a sensor that stops with SCL low: its branch is let go after 31 ms") {
+    for (const bool ones : {false, true}) {
+        Bench bench(synthetic::test_seed(), 300 * hdl::kNs);
+        REQUIRE(bench.registers.write(kBranchErrors, 0));
+        REQUIRE(bench.registers.write(kTimeouts, 0));
+        const uint64_t starts = bench.right.starts, stops = bench.left.stops;
+        // Address, index, and half of the upper byte; SCL stays low.
+        bench.master.start();
+        REQUIRE(bench.master.write_byte(kLeft << 1));
+        REQUIRE(bench.master.write_byte(0x10));
+        for (int i = 0; i < 4; i++) {
+            bench.master.bit(ones);
+        }
+        bench.bridge.run_idle(28 * hdl::kMs);
+        CHECK(bench.bridge.out().branch_scl[0] == 0);
+        CHECK(bench.left.stops == stops);
+        bench.bridge.run_idle(8 * hdl::kMs);
+        CHECK(bench.bridge.in.scl == 0);
+        for (int camera = 0; camera < BRIDGE_CAMERAS; camera++) {
+            CHECK(bench.bridge.out().branch_scl[camera] == 1);
+            CHECK(bench.bridge.out().branch_sda[camera] == 1);
+        }
+        // STOP, where SDA was low, then the clear of this branch alone, which ends with one too.
+        CHECK(bench.left.stops == stops + (ones ? 1 : 2));
+        CHECK(bench.right.starts == starts + 1);
+        bench.master.let_go();
+        CHECK(bench.registers.read(kBranchErrors) == 1);
+        CHECK(bench.registers.read(kTimeouts) == 1);
+        CHECK((bench.registers.read(kDiag).value_or(0x0100) & 0x0100) == 0);
+        CHECK(bench.write(kLeft));
+        CHECK(bench.write(kRight));
+        CHECK(bench.read(kLeft));
+        CHECK(bench.same());
+    }
+}
+
+TEST_CASE("a transfer that stops with SCL low for 29 ms goes on") {
+    Bench bench(synthetic::test_seed(), 300 * hdl::kNs);
+    bench.master.start();
+    REQUIRE(bench.master.write_byte(kRight << 1));
+    REQUIRE(bench.master.write_byte(0x10));
+    bench.bridge.run_idle(29 * hdl::kMs);
+    CHECK(bench.master.write_byte(0x12));
+    CHECK(bench.master.write_byte(0x34));
+    bench.master.stop();
+    bench.right_expected[0x10] = 0x1234;
     CHECK(bench.same());
 }
