@@ -13,10 +13,9 @@ import subprocess
 import sys
 import time
 
-FPGA = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
-ROOT = os.path.dirname(FPGA)
-CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "vergence",
-                     "fpga-campaign")
+from places import CACHE, FPGA, ROOT, own_cache
+
+FOLDER = os.path.join(CACHE, "fpga-campaign")
 SHARDS = 10  # of a search, each with a seed of its own
 # Name: test program, its case, rounds altogether, shards.
 SEARCHES = {
@@ -34,17 +33,17 @@ TOOLS = {
     "sabotage": (["sabotage.py"], ["sabotage.py", "--only", "^torn frame"]),
     "coverage": (["coverage.py"], ["coverage.py", "--only", "delay"]),
     "mutation": (["mutate.py", "--simulate"], ["mutate.py", "--module", "watchdog"]),
-    "netlists": (["conformance.py", "--every", "5", "rtl", "xc3s", "ice40"],
+    "netlists": (["conformance.py", "--every", "20", "rtl", "xc3s", "ice40"],
                  ["conformance.py", "--every", "100", "rtl"]),
     "synthesis": (["synth.py"], None)}
 
 
 def build(jobs):
     """Builds the test programs; returns their folder."""
-    folder = os.path.join(CACHE, "build")
+    folder = os.path.join(own_cache("fpga-campaign"), "build")
     os.makedirs(folder, exist_ok=True)
     programs = sorted({program for program, _, _, _ in SEARCHES.values()})
-    with open(os.path.join(CACHE, "build.log"), "w", encoding="utf-8") as log:
+    with open(os.path.join(FOLDER, "build.log"), "w", encoding="utf-8") as log:
         for words in (["cmake", "-S", ROOT, "-B", folder, "-G", "Ninja", "-DVERGENCE_FPGA=ON"],
                       ["ninja", "-C", folder, "-j", str(jobs), *programs]):
             if subprocess.run(words, stdout=log, stderr=subprocess.STDOUT).returncode != 0:
@@ -68,7 +67,7 @@ def search(name, programs, seed, share, pool):
     # Fewer would not see both cameras, every kind of transfer and so on.
     each = max(min(100, rounds // shards), round(rounds * share / shards))
     asked = [pool.submit(run, [os.path.join(programs, program), f"--test-case={case}"],
-                         os.path.join(CACHE, f"{name}{shard}.log"),
+                         os.path.join(FOLDER, f"{name}{shard}.log"),
                          VERGENCE_SEED=str(seed + 1000 * shard),
                          VERGENCE_DRAWS=str(each)) for shard in range(shards)]
     answers = [future.result() for future in asked]
@@ -100,7 +99,7 @@ def tool(name, share):
     script, *words = trial if trial and share < 1 else full
     script = os.path.join(FPGA, "tools", script)
     passed, output, seconds = run([sys.executable, "-B", script, *words],
-                                  os.path.join(CACHE, f"{name}.log"))
+                                  os.path.join(FOLDER, f"{name}.log"))
     return passed, (output.strip().splitlines() or [""])[-1], seconds
 
 
@@ -132,7 +131,7 @@ def row(name, result):
 
 def kept():
     """The results of earlier runs, of steps that ran whole."""
-    path = os.path.join(CACHE, "results.json")
+    path = os.path.join(FOLDER, "results.json")
     if not os.path.exists(path):
         return {}
     with open(path, encoding="utf-8") as file:
@@ -153,7 +152,7 @@ def main():
     chosen = [name for name in [*SEARCHES, *TOOLS] if re.search(options.only, name)]
     if not chosen:
         parser.error(f"no step matches {options.only}")
-    os.makedirs(CACHE, exist_ok=True)
+    os.makedirs(FOLDER, exist_ok=True)
     programs = build(options.jobs) if set(chosen) & set(SEARCHES) else None
     wrong = 0
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
@@ -170,12 +169,12 @@ def main():
             print(row(name, result), flush=True)
             if options.share == 1:
                 results = kept() | {name: result}
-                with open(os.path.join(CACHE, "results.json"), "w", encoding="utf-8") as file:
+                with open(os.path.join(FOLDER, "results.json"), "w", encoding="utf-8") as file:
                     json.dump(results, file, indent=1)
     if options.write:
         with open(options.write, "w", encoding="utf-8") as file:
             file.write(table(kept(), options.seed))
-    print(f"{len(chosen)} steps, {wrong} failed; logs and results.json in {CACHE}")
+    print(f"{len(chosen)} steps, {wrong} failed; logs and results.json in {FOLDER}")
     return 1 if wrong else 0
 
 

@@ -1,0 +1,13 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where the FPGA's tools find the repository and keep what they make."""
+import os
+import zlib
+
+FPGA = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
+ROOT = os.path.dirname(FPGA)
+CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "vergence")
+
+
+def own_cache(name):
+    """A folder in the cache for this checkout alone: builds of two checkouts must not mix."""
+    return os.path.join(CACHE, name, f"{zlib.crc32(ROOT.encode()):08x}")
