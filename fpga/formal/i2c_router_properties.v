@@ -151,6 +151,9 @@ module i2c_router_properties (
                                    selected_i != 2'd0));
       a_stretch: assert (stretch_o == (fall && (attached_i & ~branch_scl_i) != 2'd0));
 
+      c_selects: cover (selected_i == 2'b10 && pos == 4'd8);
+      c_answers: cover (sda_low_o && first_byte);
+
       // Helps the induction.
       a_same_place: assert (pos == bit_i && first_byte == addressing_i && reads == reading_i &&
                             bypass == bypass_q_i && scl == scl_q_i && (pos <= 4'd8 || pos == 4'd15)

@@ -75,8 +75,7 @@ module motion_properties (
     if (begun && !rst_i) begin
       // What the proof of servo_pwm takes for granted.
       a_frame_fresh: assert (!frame_i || fresh);
-      a_frames_apart: assert (!frame_i || ticks >= 15'd14999);
-      a_frame_in_time: assert (now <= 15'd25000);
+      a_frames_apart: assert ((!frame_i || ticks >= 15'd14999) && now <= 15'd25000);
       a_early: assert (early_i == (now != 15'd0 && now < 15'd4096));
       a_phase: assert (!early_i || phase_us_i == now[11:0]);
       a_sub: assert (reset || sub_clock_i == sub);
@@ -112,8 +111,7 @@ module motion_properties (
 
   always @(posedge clk_i) begin
     c_pulses: cover (begun && !rst_i && servo_i == 2'b11);
-    c_pulse_ends: cover (begun && !rst_i && finished_i != 2'b00);
-    c_loaded: cover (begun && !rst_i && load_i != 2'b00 && actual0_i != 16'd24000);
+    c_off: cover (begun && !rst_i && fired_i && action_i[1] && servo_i == 2'b01);
   end
 endmodule
 

@@ -77,9 +77,11 @@ class Checker:
         macros = ["FORMAL", "SYNTHESIS", *proof.data.get("defines", []), *defines]
         parameters = {**proof.data.get("parameters", {}), **(parameters or {})}
         settings = "".join(f" -chparam {name} {value}" for name, value in parameters.items())
+        free = [f"cutpoint {name} $paramod*{name}*" for name in proof.data.get("free", [])]
+        free = ["proc", *free] if free else []
         return [f"read_verilog -formal {' '.join('-D' + macro for macro in macros)} -Irtl "
                 f"-Igenerated -Iformal {' '.join(proof.data['sources'])}",
-                f"hierarchy -top {proof.top}{settings}", "rename -top " + proof.top]
+                f"hierarchy -top {proof.top}{settings}", "rename -top " + proof.top, *free]
 
     def model(self, proof, texts, folder, defines=(), parameters=None, only=None):
         """Writes model.smt2 into the folder. Returns labels of asserts and covers.

@@ -6,13 +6,14 @@ Every file fpga/formal/NAME.json describes one proof:
   sources     Verilog files, relative to fpga/; the property module is one of them
   depth       k of the induction; also the depth of the base case unless base_depth is there
   multiclock  true: several clocks; the step of the proof is then finer than each of them
+  free        modules whose outputs may do anything, in the proof of what joins them
   defines     further macros (FORMAL and SYNTHESIS are always defined)
   parameters  of the top; left out: those of the source, that is full size
   cover       {"depth", "parameters", "defines"}: how the cover statements are reached; false: none
   kill        {"depth", "parameters", "defines"}: how mutants are looked at from reset (40 steps); with
               other sizes than those of the proof, the proof is done for these, too
   mutants     [{"name", "file", "replace", "with", "kills": [labels], "depth"}]: a mistake in the RTL and
-              the assertions that must fail with it
+              the assertions that must fail with it; depth 0: only the induction is asked
   steps       {pattern of labels: reason}: assertions for which no mutant has a counterexample from
               reset; each pattern must fit one
 
@@ -46,7 +47,7 @@ CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.
 RECIPE = 5  # to be raised when the same sources may give another result
 KILL_DEPTH = 40  # steps from reset in which a mutant's mistake is looked for
 KNOWN = {"module", "sources", "mode", "depth", "base_depth", "multiclock", "defines", "parameters",
-         "cover", "kill", "mutants", "steps", "comment"}
+         "cover", "kill", "free", "mutants", "steps", "comment"}
 NOT_OF_THE_PROOF = ("kill", "mutants", "steps", "comment")
 KNOWN_MUTANT = {"name", "file", "replace", "with", "kills", "depth", "comment"}
 
@@ -170,8 +171,10 @@ def kill_one(runner, proof, mutant):
                         killed[name] = "step"
 
     def compute():
-        with tempfile.TemporaryDirectory(prefix="prove-") as folder:
-            found = runner.search(proof, texts, folder, wanted, depth, kill)
+        found = {}
+        if depth:
+            with tempfile.TemporaryDirectory(prefix="prove-") as folder:
+                found = runner.search(proof, texts, folder, wanted, depth, kill)
         killed = {name: "base" for name in found}
         by_induction(killed)
         return {"killed": killed, "at": found}
