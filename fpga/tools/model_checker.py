@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the programs that prove: yosys makes a model, yosys-smtbmc proves it, abc looks for mistakes.
+"""Runs the programs that prove: yosys makes a model, yosys-smtbmc proves it, abc finds mistakes.
 
-The two ways are used for what each does best. yosys-smtbmc (with an SMT solver) does the base case and
-the induction of the proof itself. To find a counterexample from reset, or the way to a cover
-statement, abc's bmc3 looks at one statement with the logic in front of it alone, as gates: hundreds of
-steps in a second, where the other way takes minutes for twelve.
+The two ways are used for what each does best. yosys-smtbmc (with an SMT solver) does the base case
+and the induction of the proof itself. To find a counterexample from reset, or the way to a cover
+statement, abc's bmc3 looks at one statement with the logic in front of it alone, as gates: hundreds
+of steps in a second, where the other way takes minutes for twelve.
 """
 import os
 import re
@@ -140,8 +140,8 @@ class Checker:
                    "dffunmap", "setundef -zero", "aigmap", "opt_clean", "design -save all"]
         for n, name in enumerate(names):
             script += [f"select -set kept t:$assume {named(name)} {named(name, '.search')}",
-                       "delete t:$assert @kept %d", "opt_clean", f"write_aiger -I -B -zinit {n}.aig",
-                       "design -load all"]
+                       "delete t:$assert @kept %d", "opt_clean",
+                       f"write_aiger -I -B -zinit {n}.aig", "design -load all"]
         self.yosys(proof, texts, folder, script)
         found = {}
         for n, name in enumerate(names):
@@ -151,8 +151,9 @@ class Checker:
                 if file.readline().split()[3] == b"0":  # no register
                     command = "strash; sat"
             try:
-                done = subprocess.run(["yosys-abc", "-q", f"read_aiger {n}.aig; {command}"], cwd=folder, env=self.env,
-                                      capture_output=True, text=True, timeout=TIMEOUT_S)
+                done = subprocess.run(["yosys-abc", "-q", f"read_aiger {n}.aig; {command}"],
+                                      cwd=folder, env=self.env, capture_output=True, text=True,
+                                      timeout=TIMEOUT_S)
             except subprocess.TimeoutExpired:
                 continue
             step = re.search(r"was asserted in frame +(\d+)|\bSATISFIABLE", done.stdout)

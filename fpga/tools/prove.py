@@ -10,10 +10,10 @@ Every file fpga/formal/NAME.json describes one proof:
   defines     further macros (FORMAL and SYNTHESIS are always defined)
   parameters  of the top; left out: those of the source, that is full size
   cover       {"depth", "parameters", "defines"}: how the cover statements are reached; false: none
-  kill        {"depth", "parameters", "defines"}: how mutants are looked at from reset (40 steps); with
-              other sizes than those of the proof, the proof is done for these, too
-  mutants     [{"name", "file", "replace", "with", "kills": [labels], "depth"}]: a mistake in the RTL and
-              the assertions that must fail with it; depth 0: only the induction is asked
+  kill        {"depth", "parameters", "defines"}: how mutants are looked at from reset (40 steps);
+              with other sizes than those of the proof, the proof is done for these, too
+  mutants     [{"name", "file", "replace", "with", "kills": [labels], "depth"}]: a mistake in the
+              RTL and the assertions that must fail with it; depth 0: only the induction is asked
   steps       {pattern of labels: reason}: assertions for which no mutant has a counterexample from
               reset; each pattern must fit one
 
@@ -22,8 +22,8 @@ holds for all time. A mutant is killed by an assertion when a counterexample fro
 (how: base) or when its induction fails (how: step). The second says less: the state from which it
 fails need not be one that the module can reach. So every assertion that is killed in this way alone
 stands in "steps" with a reason, such as the 500000 clocks of a servo frame between reset and the
-mistake. Every assertion needs a label a_*, every cover one c_*, and must stand in the "kills" of some
-mutant. model_checker.py runs the programs.
+mistake. Every assertion needs a label a_*, every cover one c_*, and every assertion must stand in
+the "kills" of some mutant. model_checker.py runs the programs.
 
 Results are kept in the cache under a checksum of all that they depend on.
 """
@@ -44,7 +44,7 @@ import time
 from model_checker import FPGA, Checker, Failed, label
 
 CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "vergence")
-RECIPE = 5  # to be raised when the same sources may give another result
+RECIPE = 6  # to be raised when the same sources may give another result
 KILL_DEPTH = 40  # steps from reset in which a mutant's mistake is looked for
 KNOWN = {"module", "sources", "mode", "depth", "base_depth", "multiclock", "defines", "parameters",
          "cover", "kill", "free", "mutants", "steps", "comment"}
@@ -64,7 +64,7 @@ class Proof:
             raise Failed(f"{self.name}: unknown keys {sorted(unknown)}")
         for mutant in self.data.get("mutants", []):
             if set(mutant) - KNOWN_MUTANT or not mutant.get("kills"):
-                raise Failed(f"{self.name}: mutant {mutant.get('name')} has unknown keys or no kills")
+                raise Failed(f"{self.name}: mutant {mutant.get('name')}: unknown keys or no kills")
         self.top = self.data["module"]
         self.depth = self.data["depth"]
         self.texts = {}
@@ -189,7 +189,8 @@ def prove_small(runner, proof):
 
     def compute():
         with tempfile.TemporaryDirectory(prefix="prove-") as folder:
-            runner.model(proof, proof.texts, folder, kill.get("defines", []), kill.get("parameters"))
+            runner.model(proof, proof.texts, folder, kill.get("defines", []),
+                         kill.get("parameters"))
             base_depth = max(proof.data.get("base_depth", proof.depth), proof.depth)
             return {"base": runner.check(folder, "-t", str(base_depth + 1)),
                     "induction": runner.check(folder, "-i", "-t", str(proof.depth))}
@@ -214,8 +215,10 @@ def judge(proof, result, mutants, want_mutants):
             which = ", ".join(result[part]["failed"]) or result[part]["log"].strip()
             wrong.append(f"{part} fails: {which}")
     if result["small"]:
-        wrong += [f"{part} fails with the settings of kill: {', '.join(result['small'][part]['failed'])}"
-                  for part in ("base", "induction") if not result["small"][part]["passed"]]
+        for part in ("base", "induction"):
+            if not result["small"][part]["passed"]:
+                which = ", ".join(result["small"][part]["failed"])
+                wrong.append(f"{part} fails with the settings of kill: {which}")
     unreached = sorted(set(result["covers"]) - set(result["reached"]))
     if unreached:
         wrong.append(f"not reached: {', '.join(unreached)}")
@@ -296,12 +299,14 @@ def main():
                                                 not options.no_mutants):
         sentences += [f"{name}: {sentence}" for sentence in wrong]
         report.append({"proof": name, "result": result, "wrong": wrong,
-                       "mutants": [{"name": mutant["name"], **answer} for mutant, answer in mutants]})
+                       "mutants": [{"name": mutant["name"], **answer}
+                                   for mutant, answer in mutants]})
         if result is None:
             print(f"{name:24} FAILED", flush=True)
             continue
         dead = sum(set(mutant["kills"]) <= set(answer["killed"]) for mutant, answer in mutants)
-        seconds = result["seconds"] + (result["small"] or {"seconds": 0})["seconds"] + sum(answer["seconds"] for _, answer in mutants)
+        answers = [result, result["small"], *(answer for _, answer in mutants)]
+        seconds = sum(answer["seconds"] for answer in answers if answer)
         depth = next(proof.depth for proof in proofs if proof.name == name)
         print(f"{name:24} {len(result['asserts']):7} "
               f"{len(result['reached']):3}/{len(result['covers']):<2} {depth:3} "
