@@ -124,7 +124,7 @@ class Checker:
         """Looks for a way from reset to the failure of assertions, or to covers, by their labels.
 
         depth: steps from reset; settings: {"defines", "parameters"} to be added to the proof's, and
-        {"conflicts"}: how hard to try.
+        {"conflicts"}: how hard to try. A pattern such as a_* stands for many at once.
         Returns {label: step in which it fails or is reached} of those that a way was found for.
         """
         settings = settings or {}
@@ -145,7 +145,7 @@ class Checker:
         self.yosys(proof, texts, folder, script)
         found = {}
         for n, name in enumerate(names):
-            command = (f"fold; strash; scorr; bmc3 -g -F {depth} "
+            command = (f"fold; strash; orpos; scorr; bmc3 -g -F {depth} "
                        f"-C {settings.get('conflicts', CONFLICTS)}")
             with open(os.path.join(folder, f"{n}.aig"), "rb") as file:
                 if file.readline().split()[3] == b"0":  # no register

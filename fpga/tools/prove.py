@@ -45,6 +45,7 @@ from model_checker import FPGA, Checker, Failed, label
 
 CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "vergence")
 RECIPE = 6  # to be raised when the same sources may give another result
+GATES_DEPTH = 12  # steps in which the search must find nothing in the RTL as it is
 KILL_DEPTH = 40  # steps from reset in which a mutant's mistake is looked for
 KNOWN = {"module", "sources", "mode", "depth", "base_depth", "multiclock", "defines", "parameters",
          "cover", "kill", "free", "mutants", "steps", "comment"}
@@ -130,6 +131,12 @@ class Runner(Checker):
         return answer
 
 
+def gates_fail(runner, proof, settings):
+    """Whether the search for mistakes finds one where there is none: then it would blame mutants."""
+    with tempfile.TemporaryDirectory(prefix="prove-") as folder:
+        return bool(runner.search(proof, proof.texts, folder, ["a_*"], GATES_DEPTH, settings))
+
+
 def prove_one(runner, proof):
     """Base case, induction and covers of the RTL as it is."""
     def compute():
@@ -145,6 +152,7 @@ def prove_one(runner, proof):
             base_depth = max(proof.data.get("base_depth", proof.depth), proof.depth)
             answer["base"] = runner.check(folder, "-t", str(base_depth + 1))
             answer["induction"] = runner.check(folder, "-i", "-t", str(proof.depth))
+        answer["gates"] = gates_fail(runner, proof, {})
         cover = proof.cover()
         answer["covers"] = covers if cover else []
         answer["reached"] = {}
@@ -193,7 +201,8 @@ def prove_small(runner, proof):
                          kill.get("parameters"))
             base_depth = max(proof.data.get("base_depth", proof.depth), proof.depth)
             return {"base": runner.check(folder, "-t", str(base_depth + 1)),
-                    "induction": runner.check(folder, "-i", "-t", str(proof.depth))}
+                    "induction": runner.check(folder, "-i", "-t", str(proof.depth)),
+                    "gates": gates_fail(runner, proof, kill)}
     return runner.cached(["small", proof.texts, {**proof.data, "mutants": [], "steps": {},
                                                  "cover": {}, "comment": ""}], compute)
 
@@ -214,6 +223,8 @@ def judge(proof, result, mutants, want_mutants):
         if not result[part]["passed"]:
             which = ", ".join(result[part]["failed"]) or result[part]["log"].strip()
             wrong.append(f"{part} fails: {which}")
+    if result["gates"] or (result["small"] or {}).get("gates"):
+        wrong.append("the search for mistakes finds one in the RTL as it is")
     if result["small"]:
         for part in ("base", "induction"):
             if not result["small"][part]["passed"]:
