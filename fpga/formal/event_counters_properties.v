@@ -82,6 +82,8 @@ module event_counters_properties #(
       a_waits: assert (waiting_i[chosen] == (had_event || (had_waiting && !had_mine)));
       a_first_comes_first: assert (!had_mine || (had_all & ((10'd1 << chosen) - 10'd1)) == 10'd0);
       a_read: assert (!had_read || had_filling || had_place_i != place || count_o == count_i);
+      c_counts: cover (count_i == 8'd3 && !filling_i);
+      c_cleared: cover (had_had_cleared && !had_mine && !had_filling);
       // Helps the induction.
       a_step: assert (step_i == (had_turn != 10'd0 && !had_filling && !had_clear && !had_read)
         && zero_i == (had_filling || had_clear) && !(step_i && zero_i));

@@ -151,6 +151,9 @@ module i2c_router_properties (
                                    selected_i != 2'd0));
       a_stretch: assert (stretch_o == (fall && (attached_i & ~branch_scl_i) != 2'd0));
 
+      c_takes_part: cover (attached_i == 2'b11);
+      c_clears: cover (clear_busy_i && branch_scl_low_o == 2'b11);
+
       // Helps the induction.
       a_same_place: assert (pos == bit_i && first_byte == addressing_i && reads == reading_i &&
                             bypass == bypass_q_i && scl == scl_q_i && (pos <= 4'd8 || pos == 4'd15)

@@ -14,12 +14,17 @@ module servo_clockwork (
   output wire [14:0] now_o,      // microseconds since the frame, in this clock
   output wire [4:0]  sub_o
 );
+`ifdef PROVE_LATE
+  localparam [14:0] FIRST_US = 15'd19990;  // the first frame comes soon after reset
+`else
+  localparam [14:0] FIRST_US = 15'd1;
+`endif
   assign now_o = frame_i ? 15'd0 : fresh_i ? ticks_o + 15'd1 : ticks_o;
   assign sub_o = fresh_i ? 5'd0 : clocks_o + 5'd1;
 
   always @(posedge clk_i) begin
     if (rst_i) begin
-      ticks_o <= 15'd1;
+      ticks_o <= FIRST_US;
       clocks_o <= 5'd31;
       long_o <= 1'b1;
     end else begin

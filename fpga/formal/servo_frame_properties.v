@@ -59,6 +59,8 @@ module servo_frame_properties (
       a_phase: assert (!early_o || phase_us_o == now[11:0]);                  // (*)
       a_sub: assert (reset_before || sub_clock_o == sub);                     // (*)
       a_work: assert (work_o == (tick_us_i && (frame_o || first_us)));        // (*)
+      c_frame: cover (frame_o);
+      c_period: cover (wanted == 15'd15001 && period_i == wanted);
       // Helps the induction.
       a_state: assert (period_i == wanted && phase_i != 15'd0 && phase_i <= period_i &&
                        (phase_i == period_i ? now == 15'd0 : now == phase_i) &&

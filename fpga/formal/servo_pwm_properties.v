@@ -86,6 +86,8 @@ module servo_pwm_properties (
                              (ticks == whole && clocks < fraction && !long_us));
       a_may_load: assert (!may_load_i || (active_o && now != 15'd0 && now < 15'd512));
       a_only_when_active: assert (!servo_o || active_o);
+      c_pulse: cover (servo_o && now == 15'd2);
+      c_load: cover (load_i && next_q4_i == 16'd9601);
       // Helps the induction.
       a_whole_past: assert (reset || whole_past_i == (ticks == whole && actual == actual_i));
       a_reset_low: assert (!reset || (!servo_o && !active_o));

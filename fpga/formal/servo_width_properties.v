@@ -146,6 +146,9 @@ module servo_width_properties (
       a_soon: assert (!(busy_i && quiet >= 8'd226) || (working_i && op_i == STORE));
       a_idle_place: assert (idle_o == !busy_i && (busy_i || place_o == 4'hF));
 
+      c_stored: cover (stored_i && !fresh_i && mine && next_q4_o != CENTRE_Q4);
+      c_safe: cover (stored_i && !fresh_i && mine && use_safe_i && next_q4_o == safe_q4
+        && safe_q4 != target);
       // Helps the induction: where the work stands.
       a_pass: assert ((pass_i != STORE || bit_at_i == 4'd0) && (fresh_i ? pass_i == STORE && busy_i : !busy_i || pass_i <= STORE));
       a_place: assert (!busy_i || fresh_i || quiet == {pass_i, bit_at_i}

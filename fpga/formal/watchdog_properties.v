@@ -77,6 +77,8 @@ module watchdog_properties (
       a_actions: assert ({hold_o, safe_o, off_o} ==
                          (!fired_o ? 3'b000 : action_i == 2'd0 ? 3'b100 :
                           action_i == 2'd1 ? 3'b010 : 3'b001));
+      c_fires: cover (fired_o && silent_ms == 16'd2);
+      c_cleared: cover (fired && clear && !fired_o);
       // Helps the induction.
       a_load: assert (load_i == fresh);
       a_armed: assert (armed_i == armed);

@@ -453,6 +453,19 @@ module bridge_core #(
     .line_o(irq_o)
   );
 
+`ifdef PROVE_BRIDGE_CORE
+  bridge_core_properties properties (
+    .clk_i(clk_i), .rst_i(rst_i), .rst(rst), .soft_rst(soft_rst),
+    .soft_reset(ctrl_soft_reset), .irq_o(irq_o), .irq_status(irq_status),
+    .irq_enable(irq_enable), .irq_test(irq_test), .irq_clear(irq_status_clear),
+    .events({trigger_done, line_event, branch_event, protocol_event, timeout_event,
+             watchdog_event, lost_event, forced_event, switched_event, frame_event}),
+    .target_low(target_low), .router_low(router_low), .sda_low_o(sda_low_o), .fs3_o(ppi_fs3_o),
+    .sensor_oe(sensor_oe_o), .extclk(sensor_extclk_enable_o), .stream(ctrl_stream_enable),
+    .wanted(camera_wanted)
+  );
+`endif
+
 endmodule
 
 `default_nettype wire

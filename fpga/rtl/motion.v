@@ -38,6 +38,15 @@ module motion (
   output wire [1:0]  finished_o
 );
 
+`ifdef PROVE_MOTION
+  wire armed;
+  wire fresh;
+  wire [14:0] phase;
+  wire [14:0] period;
+  wire [15:0] actual0;
+  wire [15:0] actual1;
+  wire [1:0] whole_past;
+`endif
   wire hold;
   wire safe;
   wire off;
@@ -50,6 +59,9 @@ module motion (
     .arm_i(|enable_i),
     .kick_i(written_i),
     .clear_i(watchdog_clear_i),
+`ifdef PROVE_MOTION
+    .armed_o(armed),
+`endif
     .fired_o(watchdog_fired_o),
     .event_o(watchdog_event_o),
     .hold_o(hold),
@@ -69,6 +81,10 @@ module motion (
     .tick_us_i(tick_us_i),
     .period_us_i(word_i[14:0]),
     .period_there_i(idle && !busy_i),
+`ifdef PROVE_MOTION
+    .phase_o(phase),
+    .period_o(period),
+`endif
     .frame_o(frame),
     .work_o(work),
     .phase_us_o(phase_us),
@@ -85,6 +101,9 @@ module motion (
     .restart_i(busy_i),
     .safe_i(safe),
     .take_i(may_load & {2{!hold}}),
+`ifdef PROVE_MOTION
+    .fresh_o(fresh),
+`endif
     .idle_o(idle),
     .place_o(place_o),
     .word_i(word_i),
@@ -106,6 +125,10 @@ module motion (
     .load_i(load[0]),
     .next_q4_i(store_q4_o),
     .may_load_o(may_load[0]),
+`ifdef PROVE_MOTION
+    .actual_o(actual0),
+    .whole_past_o(whole_past[0]),
+`endif
     .servo_o(servo_o[0]),
     .active_o(active_o[0]),
     .finished_o(finished_o[0])
@@ -123,10 +146,27 @@ module motion (
     .load_i(load[1]),
     .next_q4_i(store_q4_o),
     .may_load_o(may_load[1]),
+`ifdef PROVE_MOTION
+    .actual_o(actual1),
+    .whole_past_o(whole_past[1]),
+`endif
     .servo_o(servo_o[1]),
     .active_o(active_o[1]),
     .finished_o(finished_o[1])
   );
+
+`ifdef PROVE_MOTION
+  motion_properties properties (
+    .clk_i(clk_i), .rst_i(rst_i), .soft_rst_i(soft_rst_i), .tick_us_i(tick_us_i),
+    .written_i(written_i), .action_i(watchdog_action_i), .fired_i(watchdog_fired_o),
+    .armed_i(armed), .fresh_i(fresh), .enable_i(enable_i), .place_i(place_o), .word_i(word_i), .busy_i(busy_i),
+    .idle_i(idle), .store_i(store_o), .stored_i(stored_i), .next_q4_i(store_q4_o),
+    .load_i(load), .frame_i(frame), .work_i(work), .phase_us_i(phase_us), .early_i(early),
+    .sub_clock_i(sub_clock), .phase_i(phase), .period_i(period), .servo_i(servo_o),
+    .active_i(active_o), .finished_i(finished_o), .actual0_i(actual0), .actual1_i(actual1),
+    .whole_past_i(whole_past)
+  );
+`endif
 
 endmodule
 

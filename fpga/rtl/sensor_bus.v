@@ -90,6 +90,14 @@ module sensor_bus (
   assign clearing_o = |clearing;
   assign event_o = error || stretch || timeout;
 
+`ifdef PROVE_SENSOR_BUS
+  sensor_bus_properties properties (
+    .clk_i(clk_i), .rst_i(rst_i), .lines_i({branch_sda_i, branch_scl_i}),
+    .levels_i({branch_sda_o, branch_scl_o}), .clearing_i(clearing), .clearing_o(clearing_o),
+    .error_i(error), .stretch_i(stretch), .timeout_i(timeout), .event_o(event_o)
+  );
+`endif
+
 endmodule
 
 `default_nettype wire

@@ -22,6 +22,10 @@ module servo_frame (
   input  wire        tick_us_i,
   input  wire [14:0] period_us_i,
   input  wire        period_there_i,
+`ifdef PROVE_MOTION
+  output wire [14:0] phase_o,
+  output wire [14:0] period_o,
+`endif
   output wire        frame_o,      // one clock: a frame starts
   output wire        work_o,       // one clock: its first microsecond ends
   output wire [11:0] phase_us_o,   // microseconds since then, modulo 4096 ...
@@ -29,6 +33,11 @@ module servo_frame (
   output wire [4:0]  sub_clock_o   // clocks since the last tick, modulo 32
 );
   localparam [14:0] RESET_US = 15'd20000;
+`ifdef PROVE_LATE
+  localparam [14:0] FIRST_US = 15'd19990;  // for proofs: the first frame comes soon after reset
+`else
+  localparam [14:0] FIRST_US = 15'd1;
+`endif
 
   reg [14:0] phase;
   reg [14:0] period;
@@ -39,7 +48,7 @@ module servo_frame (
 
   always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) begin
-      phase <= 15'd1;
+      phase <= FIRST_US;
       period <= RESET_US;
       fresh <= 1'b0;
       sub_clock <= 5'd0;
@@ -61,7 +70,10 @@ module servo_frame (
   assign early_o = (phase[14:12] == 3'd0);
   assign sub_clock_o = sub_clock;
 
-`ifdef FORMAL
+`ifdef PROVE_MOTION
+  assign phase_o = phase;
+  assign period_o = period;
+`elsif FORMAL
   servo_frame_properties properties (
     .clk_i(clk_i), .rst_i(rst_i), .tick_us_i(tick_us_i), .period_us_i(period_us_i),
     .period_there_i(period_there_i),

@@ -32,6 +32,10 @@ module servo_pwm (
   input  wire        load_i,        // from servo_width
   input  wire [15:0] next_q4_i,
   output wire        may_load_o,
+`ifdef PROVE_MOTION
+  output wire [15:0] actual_o,
+  output wire        whole_past_o,
+`endif
   output wire        servo_o,
   output wire        active_o,      // this frame has a pulse
   output wire        finished_o     // one clock: a pulse ends
@@ -85,7 +89,10 @@ module servo_pwm (
   assign active_o = active;
   assign finished_o = pulse && finish && !frame_i;
 
-`ifdef FORMAL
+`ifdef PROVE_MOTION
+  assign actual_o = actual;
+  assign whole_past_o = whole_past;
+`elsif FORMAL
   servo_pwm_properties properties (
     .clk_i(clk_i), .rst_i(rst_i), .frame_i(frame_i), .phase_us_i(phase_us_i), .early_i(early_i),
     .sub_clock_i(sub_clock_i), .enable_i(enable_i), .off_i(off_i), .load_i(load_i),

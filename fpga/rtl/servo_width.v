@@ -39,6 +39,9 @@ module servo_width (
   input  wire        restart_i,
   input  wire        safe_i,        // the request is the safe position
   input  wire [1:0]  take_i,
+`ifdef PROVE_MOTION
+  output wire        fresh_o,
+`endif
   output wire        idle_o,
   output wire [3:0]  place_o,       // of a register; the servo period's while idle
   input  wire [15:0] word_i,        // what stands there, one clock later
@@ -170,6 +173,9 @@ module servo_width (
 
   assign next_q4_o = next;
 
+`ifdef PROVE_MOTION
+  assign fresh_o = fresh;
+`endif
 `ifdef FORMAL
   servo_width_properties properties (
     .clk_i(clk_i), .rst_i(rst_i), .start_i(start_i), .restart_i(restart_i), .safe_i(safe_i),

@@ -249,6 +249,14 @@ module video_path (
   assign event_clock_lost_o = |(missing & ~missing_before);
   assign event_line_error_o = |{wrong_line_o, wrong_frame_o};
 
+`ifdef PROVE_VIDEO_PATH
+  video_path_properties properties (
+    .clk_i(clk_i), .rst_i(rst_i), .lost_i(lost_o), .wanted_i(wanted_i),
+    .wrong_line_i(wrong_line_o), .wrong_frame_i(wrong_frame_o),
+    .event_clock_lost_o(event_clock_lost_o), .event_line_error_o(event_line_error_o)
+  );
+`endif
+
 endmodule
 
 `default_nettype wire

@@ -28,6 +28,9 @@ module watchdog (
   input  wire        arm_i,
   input  wire        kick_i,
   input  wire        clear_i,
+`ifdef PROVE_MOTION
+  output wire        armed_o,
+`endif
   output wire        fired_o,
   output wire        event_o,
   output wire        hold_o,
@@ -73,7 +76,9 @@ module watchdog (
   assign safe_o = fired && (action_i == 2'd1);
   assign off_o = fired && action_i[1];
 
-`ifdef FORMAL
+`ifdef PROVE_MOTION
+  assign armed_o = armed;
+`elsif FORMAL
   watchdog_properties properties (
     .clk_i(clk_i), .rst_i(rst_i), .tick_ms_i(tick_ms_i), .period_ms_i(period_ms_i),
     .action_i(action_i), .arm_i(arm_i), .kick_i(kick_i), .clear_i(clear_i), .fired_o(fired_o),

@@ -6,12 +6,14 @@ Every file fpga/formal/NAME.json describes one proof:
   sources     Verilog files, relative to fpga/; the property module is one of them
   depth       k of the induction; also the depth of the base case unless base_depth is there
   multiclock  true: several clocks; the step of the proof is then finer than each of them
+  free        modules whose outputs may do anything, in the proof of what joins them
   defines     further macros (FORMAL and SYNTHESIS are always defined)
   parameters  of the top; left out: those of the source, that is full size
   cover       {"depth", "parameters", "defines"}: how the cover statements are reached; false: none
-  kill        {"depth", "parameters", "defines"}: how mutants are looked at from reset (12 steps)
-  mutants     [{"name", "file", "replace", "with", "kills": [labels], "depth"}]: a mistake in the RTL and
-              the assertions that must fail with it
+  kill        {"depth", "parameters", "defines"}: how mutants are looked at from reset (40 steps);
+              with other sizes than those of the proof, the proof is done for these, too
+  mutants     [{"name", "file", "replace", "with", "kills": [labels], "depth"}]: a mistake in the
+              RTL and the assertions that must fail with it; depth 0: only the induction is asked
   steps       {pattern of labels: reason}: assertions for which no mutant has a counterexample from
               reset; each pattern must fit one
 
@@ -20,8 +22,8 @@ holds for all time. A mutant is killed by an assertion when a counterexample fro
 (how: base) or when its induction fails (how: step). The second says less: the state from which it
 fails need not be one that the module can reach. So every assertion that is killed in this way alone
 stands in "steps" with a reason, such as the 500000 clocks of a servo frame between reset and the
-mistake. Every assertion needs a label a_*, every cover one c_*, and every assertion some mutant that
-it kills.
+mistake. Every assertion needs a label a_*, every cover one c_*, and every assertion must stand in
+the "kills" of some mutant. model_checker.py runs the programs.
 
 Results are kept in the cache under a checksum of all that they depend on.
 """
@@ -33,43 +35,22 @@ import hashlib
 import json
 import os
 import re
-import shutil
-import subprocess
+import resource
 import sys
 import tempfile
 import threading
 import time
 
-FPGA = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
+from model_checker import FPGA, Checker, Failed, label
+
 CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "vergence")
-RECIPE = 4  # to be raised when the same sources may give another result
-TIMEOUT_S = 600
-KILL_DEPTH = 12  # steps from reset in which a mutant's mistake is looked for, at least
+RECIPE = 6  # to be raised when the same sources may give another result
+GATES_DEPTH = 12  # steps in which the search must find nothing in the RTL as it is
+KILL_DEPTH = 40  # steps from reset in which a mutant's mistake is looked for
 KNOWN = {"module", "sources", "mode", "depth", "base_depth", "multiclock", "defines", "parameters",
-         "cover", "kill", "mutants", "steps", "comment"}
+         "cover", "kill", "free", "mutants", "steps", "comment"}
 NOT_OF_THE_PROOF = ("kill", "mutants", "steps", "comment")
 KNOWN_MUTANT = {"name", "file", "replace", "with", "kills", "depth", "comment"}
-
-
-class Failed(Exception):
-    """A proof that could not even be tried: wrong description, Verilog that does not compile."""
-
-
-def environment():
-    """PATH with the Python environment's solver first."""
-    found = subprocess.run([os.path.join(FPGA, "..", "tools", "fpga_python")], capture_output=True,
-                           text=True)
-    path = os.environ["PATH"]
-    if found.returncode == 0:
-        path = found.stdout.strip() + os.pathsep + path
-    return {**os.environ, "PATH": path}
-
-
-def versions(env, solver):
-    """The text that stands for the tools in the checksums."""
-    words = {"yices": ["yices-smt2", "--version"], "z3": ["z3", "--version"]}[solver]
-    return "".join(subprocess.run(command, capture_output=True, text=True, env=env,
-                                  check=True).stdout for command in (["yosys", "-V"], words))
 
 
 class Proof:
@@ -84,16 +65,22 @@ class Proof:
             raise Failed(f"{self.name}: unknown keys {sorted(unknown)}")
         for mutant in self.data.get("mutants", []):
             if set(mutant) - KNOWN_MUTANT or not mutant.get("kills"):
-                raise Failed(f"{self.name}: mutant {mutant.get('name')} has unknown keys or no kills")
+                raise Failed(f"{self.name}: mutant {mutant.get('name')}: unknown keys or no kills")
         self.top = self.data["module"]
         self.depth = self.data["depth"]
         self.texts = {}
         for source in self.data["sources"]:
             with open(os.path.join(FPGA, source), encoding="utf-8") as file:
                 self.texts[source] = file.read()
-        for path in sorted(glob.glob(os.path.join(FPGA, "*", "*.vh"))):
-            with open(path, encoding="utf-8") as file:
-                self.texts[os.path.relpath(path, FPGA)] = file.read()
+        for path in [os.path.join(FPGA, "formal", "cover_search.v"),
+                     *sorted(glob.glob(os.path.join(FPGA, "*", "*.vh")))]:
+            if not path.endswith(".vh") or self.includes(os.path.basename(path)):
+                with open(path, encoding="utf-8") as file:
+                    self.texts[os.path.relpath(path, FPGA)] = file.read()
+
+    def includes(self, name):
+        """Whether a source includes a file."""
+        return any(f'`include "{name}"' in text for text in self.texts.values())
 
     def mutated(self, mutant):
         """The sources with the mutant's mistake."""
@@ -112,17 +99,12 @@ class Proof:
         return None if given is False else {"depth": 40, **given}
 
 
-class Runner:
-    """Runs the tools for one proof; keeps results."""
+class Runner(Checker):
+    """Runs the tools for proofs; keeps results."""
 
     def __init__(self, solver, use_cache):
-        self.solver = solver
-        self.env = environment()
-        if not shutil.which({"yices": "yices-smt2", "z3": "z3"}[solver], path=self.env["PATH"]):
-            raise Failed(f"no {solver} here; see tools/install_packages fpga")
-        self.versions = versions(self.env, solver)
+        super().__init__(solver)
         self.folder = os.path.join(CACHE, "fpga-proofs") if use_cache else None
-        self.busy_s = 0.0
         self.kept = 0
         self.lock = threading.Lock()
 
@@ -140,8 +122,6 @@ class Runner:
         started = time.monotonic()
         answer = compute()
         answer["seconds"] = round(time.monotonic() - started, 2)
-        with self.lock:
-            self.busy_s += answer["seconds"]
         if path:
             os.makedirs(self.folder, exist_ok=True)
             with tempfile.NamedTemporaryFile("w", dir=self.folder, delete=False,
@@ -150,66 +130,11 @@ class Runner:
             os.replace(file.name, path)
         return answer
 
-    def model(self, proof, texts, folder, defines=(), parameters=None, only=None):
-        """Writes model.smt2 into the folder. Returns labels of asserts and covers.
 
-        only: this assertion alone stays one, the others become assumptions about earlier steps.
-        """
-        for name, text in texts.items():
-            path = os.path.join(folder, name)
-            os.makedirs(os.path.dirname(path), exist_ok=True)
-            with open(path, "w", encoding="utf-8") as file:
-                file.write(text)
-        macros = ["FORMAL", "SYNTHESIS", *proof.data.get("defines", []), *defines]
-        parameters = {**proof.data.get("parameters", {}), **(parameters or {})}
-        script = [f"read_verilog -formal {' '.join('-D' + macro for macro in macros)} -Irtl "
-                  f"-Igenerated -Iformal {' '.join(proof.data['sources'])}"]
-        if parameters:
-            settings = " ".join(f"-chparam {name} {value}" for name, value in parameters.items())
-            script += [f"hierarchy -top {proof.top} {settings}", "rename -top " + proof.top]
-        if proof.data.get("multiclock"):
-            # One step is a step of time: clocks are inputs like others.
-            script += [f"prep -flatten -top {proof.top}", "clk2fflogic", "opt_clean"]
-        else:
-            script += [f"prep -top {proof.top}", "async2sync", "dffunmap"]
-        if only:
-            quoted = re.sub(r"[\[\]]", "?", only)
-            script.append(f"select -set kept */{quoted} */*.{quoted} %u")
-            script.append("select -set others t:$assert @kept %d")
-            # At the last step the others may fail: they hold one step late.
-            script += ["chformal -assert -delay 1 @others", "chformal -assert2assume @others"]
-        script.append("write_smt2 -wires model.smt2")
-        done = subprocess.run(["yosys", "-q", "-p", "; ".join(script)], cwd=folder, env=self.env,
-                              capture_output=True, text=True)
-        if done.returncode != 0:
-            raise Failed(f"{proof.name}: yosys: {done.stderr.strip() or done.stdout.strip()}")
-        with open(os.path.join(folder, "model.smt2"), encoding="utf-8") as file:
-            text = file.read()
-        return {kind: re.findall(rf"^; yosys-smt2-{kind} \d+ (\S+)", text, re.MULTILINE)
-                for kind in ("assert", "cover", "assume")}
-
-    def check(self, folder, *arguments):
-        """One run of the model checker: passed, and the labels of what failed or was reached."""
-        command = ["yosys-smtbmc", "-s", self.solver, "--noprogress", *arguments, "model.smt2"]
-        try:
-            done = subprocess.run(command, cwd=folder, env=self.env, capture_output=True, text=True,
-                                  timeout=TIMEOUT_S)
-        except subprocess.TimeoutExpired:
-            return {"passed": False, "failed": [], "reached": [], "timeout": True, "log": "time-out"}
-        log = done.stdout + done.stderr
-        if "Status: PASSED" not in log and "Status: FAILED" not in log:
-            raise Failed(f"yosys-smtbmc: {log.strip()[-500:]}")
-        return {"passed": done.returncode == 0 and "Status: PASSED" in log, "timeout": False,
-                "failed": sorted({label(name) for name in
-                                  re.findall(r"Assert failed in \S+: (\S+)", log)}),
-                "reached": [label(name) for name in
-                            re.findall(r"Reached cover statement at (\S+) in step", log)],
-                "log": "\n".join(log.splitlines()[-12:])}
-
-
-def label(name):
-    """The last part of a name that flattening made long."""
-    return name.rsplit(".", 1)[-1]
+def gates_fail(runner, proof, settings):
+    """Whether the search for mistakes finds one where there is none: then it would blame mutants."""
+    with tempfile.TemporaryDirectory(prefix="prove-") as folder:
+        return bool(runner.search(proof, proof.texts, folder, ["a_*"], GATES_DEPTH, settings))
 
 
 def prove_one(runner, proof):
@@ -227,14 +152,14 @@ def prove_one(runner, proof):
             base_depth = max(proof.data.get("base_depth", proof.depth), proof.depth)
             answer["base"] = runner.check(folder, "-t", str(base_depth + 1))
             answer["induction"] = runner.check(folder, "-i", "-t", str(proof.depth))
+        answer["gates"] = gates_fail(runner, proof, {})
         cover = proof.cover()
         answer["covers"] = covers if cover else []
-        answer["reached"] = []
+        answer["reached"] = {}
         if cover and covers:
             with tempfile.TemporaryDirectory(prefix="prove-") as folder:
-                runner.model(proof, proof.texts, folder, cover.get("defines", []),
-                             cover.get("parameters"))
-                answer["reached"] = runner.check(folder, "-c", "-t", str(cover["depth"]))["reached"]
+                answer["reached"] = runner.search(proof, proof.texts, folder, covers,
+                                                  cover["depth"], cover)
         return answer
     return runner.cached(["proof", proof.texts, {key: value for key, value in proof.data.items()
                                                  if key not in NOT_OF_THE_PROOF}], compute)
@@ -242,48 +167,44 @@ def prove_one(runner, proof):
 
 def kill_one(runner, proof, mutant):
     """Which assertions fail with the mutant, and how."""
-    texts, wanted = proof.mutated(mutant), set(mutant["kills"])
-    kill = proof.data.get("kill", {})
-    depth = str(mutant.get("depth", kill.get("depth", max(proof.data.get("base_depth", 0),
-                                                          proof.depth, KILL_DEPTH - 1) + 1)))
-    special = kill.get("defines", []), kill.get("parameters")
-
-    def from_reset(killed):
-        with tempfile.TemporaryDirectory(prefix="prove-") as folder:
-            runner.model(proof, texts, folder, *special)
-            # All that fail at the first failing step; later steps only when they are needed.
-            for more in ((), ("--keep-going",)):
-                found = runner.check(folder, "-t", depth, *more)
-                killed.update((name, "base") for name in found["failed"])
-                if found["passed"] or wanted <= set(killed):
-                    break
-        # What was hidden behind another failure is asked for alone.
-        for name in sorted(wanted - set(killed)) if not found["passed"] else ():
-            with tempfile.TemporaryDirectory(prefix="prove-") as folder:
-                runner.model(proof, texts, folder, *special, only=name)
-                if name in runner.check(folder, "-t", depth)["failed"]:
-                    killed[name] = "base"
+    texts, wanted, kill = proof.mutated(mutant), mutant["kills"], proof.data.get("kill", {})
+    depth = mutant.get("depth", kill.get("depth", KILL_DEPTH))
 
     def by_induction(killed):
-        with tempfile.TemporaryDirectory(prefix="prove-") as folder:
-            runner.model(proof, texts, folder)
-            for name in runner.check(folder, "-i", "-t", str(proof.depth))["failed"]:
-                killed.setdefault(name, "step")
-        for name in sorted(wanted - set(killed)):
-            with tempfile.TemporaryDirectory(prefix="prove-") as folder:
-                runner.model(proof, texts, folder, only=name)
-                if name in runner.check(folder, "-i", "-t", str(proof.depth))["failed"]:
-                    killed[name] = "step"
+        for name in wanted:
+            if name not in killed:
+                with tempfile.TemporaryDirectory(prefix="prove-") as folder:
+                    runner.model(proof, texts, folder, only=name)
+                    if name in runner.check(folder, "-i", "-t", str(proof.depth))["failed"]:
+                        killed[name] = "step"
 
     def compute():
-        killed = {}
-        from_reset(killed)
-        if wanted - set(killed):
-            by_induction(killed)
-        return {"killed": killed}
-    return runner.cached(["mutant", texts, mutant["kills"], mutant.get("depth"), kill,
+        found = {}
+        if depth:
+            with tempfile.TemporaryDirectory(prefix="prove-") as folder:
+                found = runner.search(proof, texts, folder, wanted, depth, kill)
+        killed = {name: "base" for name in found}
+        by_induction(killed)
+        return {"killed": killed, "at": found}
+    return runner.cached(["mutant", texts, wanted, depth, kill,
                           {key: value for key, value in proof.data.items()
                            if key not in (*NOT_OF_THE_PROOF, "cover")}], compute)
+
+
+def prove_small(runner, proof):
+    """Base case and induction with the settings for mutants: without a mutant none may fail."""
+    kill = proof.data["kill"]
+
+    def compute():
+        with tempfile.TemporaryDirectory(prefix="prove-") as folder:
+            runner.model(proof, proof.texts, folder, kill.get("defines", []),
+                         kill.get("parameters"))
+            base_depth = max(proof.data.get("base_depth", proof.depth), proof.depth)
+            return {"base": runner.check(folder, "-t", str(base_depth + 1)),
+                    "induction": runner.check(folder, "-i", "-t", str(proof.depth)),
+                    "gates": gates_fail(runner, proof, kill)}
+    return runner.cached(["small", proof.texts, {**proof.data, "mutants": [], "steps": {},
+                                                 "cover": {}, "comment": ""}], compute)
 
 
 def hows(mutants):
@@ -302,6 +223,13 @@ def judge(proof, result, mutants, want_mutants):
         if not result[part]["passed"]:
             which = ", ".join(result[part]["failed"]) or result[part]["log"].strip()
             wrong.append(f"{part} fails: {which}")
+    if result["gates"] or (result["small"] or {}).get("gates"):
+        wrong.append("the search for mistakes finds one in the RTL as it is")
+    if result["small"]:
+        for part in ("base", "induction"):
+            if not result["small"][part]["passed"]:
+                which = ", ".join(result["small"][part]["failed"])
+                wrong.append(f"{part} fails with the settings of kill: {which}")
     unreached = sorted(set(result["covers"]) - set(result["reached"]))
     if unreached:
         wrong.append(f"not reached: {', '.join(unreached)}")
@@ -335,16 +263,24 @@ def run_all(runner, proofs, jobs, want_mutants):
         asked = []
         for proof in proofs:
             mutants = proof.data.get("mutants", []) if want_mutants else []
+            small = proof.data.get("kill", {}).keys() & {"defines", "parameters"} and mutants
             asked.append((proof, pool.submit(prove_one, runner, proof),
+                          pool.submit(prove_small, runner, proof) if small else None,
                           [(mutant, pool.submit(kill_one, runner, proof, mutant))
                            for mutant in mutants]))
-        for proof, result, mutants in asked:
+        for proof, result, small, mutants in asked:
             try:
-                answer = result.result()
+                answer = {**result.result(), "small": small.result() if small else None}
                 killed = [(mutant, future.result()) for mutant, future in mutants]
                 yield proof.name, answer, killed, judge(proof, answer, killed, want_mutants)
             except Failed as failure:
                 yield proof.name, None, [], [str(failure)]
+
+
+def processor_s():
+    """Time that the programs took on all processors."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def main():
@@ -374,12 +310,14 @@ def main():
                                                 not options.no_mutants):
         sentences += [f"{name}: {sentence}" for sentence in wrong]
         report.append({"proof": name, "result": result, "wrong": wrong,
-                       "mutants": [{"name": mutant["name"], **answer} for mutant, answer in mutants]})
+                       "mutants": [{"name": mutant["name"], **answer}
+                                   for mutant, answer in mutants]})
         if result is None:
             print(f"{name:24} FAILED", flush=True)
             continue
         dead = sum(set(mutant["kills"]) <= set(answer["killed"]) for mutant, answer in mutants)
-        seconds = result["seconds"] + sum(answer["seconds"] for _, answer in mutants)
+        answers = [result, result["small"], *(answer for _, answer in mutants)]
+        seconds = sum(answer["seconds"] for answer in answers if answer)
         depth = next(proof.depth for proof in proofs if proof.name == name)
         print(f"{name:24} {len(result['asserts']):7} "
               f"{len(result['reached']):3}/{len(result['covers']):<2} {depth:3} "
@@ -392,7 +330,7 @@ def main():
     print(f"{len(total)} proofs, {sum(len(result['asserts']) for result in total)} assertions, "
           f"{sum(len(result['reached']) for result in total)} covers, "
           f"{sum(len(entry['mutants']) for entry in report)} mutants: "
-          f"{time.monotonic() - started:.1f} s ({runner.busy_s:.1f} s of work, "
+          f"{time.monotonic() - started:.1f} s ({processor_s():.1f} s of processors, "
           f"{runner.kept} answers kept)")
     for sentence in sentences:
         print(f"prove.py: {sentence}", file=sys.stderr)
