@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The long searches on the FPGA bridge, as tools/campaign fpga runs them; writes a table of results."""
+"""The long searches on the FPGA bridge, as tools/campaign fpga runs them; writes a table."""
 import argparse
 import concurrent.futures
 import os
@@ -74,7 +74,7 @@ def search(name, programs, seed, share, pool):
 
 
 def add_up(sentences):
-    """Sentences that differ in their numbers, as one with the sums; rates and times: the largest."""
+    """Sentences that differ in numbers, as one with the sums; rates and times: the largest."""
     if not sentences:
         return ""
     parts = [re.split(r"(\d+)", sentence) for sentence in sentences]
@@ -93,8 +93,8 @@ def tool(name, share):
     """One of our tools. Returns passed, its last line, seconds."""
     full, trial = TOOLS[name]
     script, *words = trial if trial and share < 1 else full
-    passed, output, seconds = run([sys.executable, "-B", os.path.join(FPGA, "tools", script), *words],
-                                  os.path.join(CACHE, f"{name}.log"))
+    command = [sys.executable, "-B", os.path.join(FPGA, "tools", script), *words]
+    passed, output, seconds = run(command, os.path.join(CACHE, f"{name}.log"))
     return passed, (output.strip().splitlines() or [""])[-1], seconds
 
 
@@ -119,7 +119,8 @@ def main():
         parser.error(f"no step matches {options.only}")
     os.makedirs(CACHE, exist_ok=True)
     programs = build(options.jobs) if set(chosen) & set(SEARCHES) else None
-    lines, wrong = ["| step | rounds | seconds | result | what it said |", "|---|---|---|---|---|"], 0
+    lines = ["| step | rounds | seconds | result | what it said |", "|---|---|---|---|---|"]
+    wrong = 0
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         for name in chosen:
             if name in SEARCHES:
@@ -133,12 +134,13 @@ def main():
                          f"{'passed' if passed else 'FAILED'} | {said} |")
             print(lines[-1], flush=True)
     head = ["<!-- SPDX-License-Identifier: Apache-2.0 -->", "# The long searches on the bridge", "",
-            f"`tools/campaign fpga`, seed {options.seed}, {os.cpu_count()} processors, at {commit()}. "
-            "Seconds are of one processor for searches, of the clock for the others.", ""]
+            f"`tools/campaign fpga`, seed {options.seed}, {os.cpu_count()} processors, at "
+            f"{commit()}. Seconds are of one processor for searches, of the clock for the others.", ""]
     for path in filter(None, (os.path.join(CACHE, "results.md"), options.write)):
         with open(path, "w", encoding="utf-8") as file:
             file.write("\n".join(head + lines) + "\n")
-    print(f"{len(chosen)} steps, {wrong} failed; {os.path.join(CACHE, 'results.md')} and logs beside it")
+    print(f"{len(chosen)} steps, {wrong} failed; {os.path.join(CACHE, 'results.md')} and logs "
+          "beside it")
     return 1 if wrong else 0
 
 

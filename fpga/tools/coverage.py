@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lines and toggles of the bridge's Verilog that the tests of tests/hdl reach, counted by Verilator.
+"""Lines and toggles of the bridge's Verilog that tests/hdl reaches, counted by Verilator.
 
 Builds the model with counters, runs the test programs, adds up their counts and prints a table of
 the bridge's own files. A point that was never reached must stand in coverage_waivers.json:
@@ -93,8 +93,8 @@ def fits(waiver, point, text):
     if waiver["file"] != point.file or waiver["kind"] != point.kind:
         return False
     pattern = waiver["of"].replace("[", "[[]")
-    return (fnmatch.fnmatchcase(text, pattern)
-            or point.kind == "toggle" and fnmatch.fnmatchcase(re.sub(r"\[\d+\]$", "", text), pattern))
+    whole = re.sub(r"\[\d+\]$", "", text) if point.kind == "toggle" else text
+    return fnmatch.fnmatchcase(text, pattern) or fnmatch.fnmatchcase(whole, pattern)
 
 
 def judge(total, waivers):
