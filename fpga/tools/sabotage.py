@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Shows that the tests of tests/hdl see mistakes: each sabotage of the Verilog must make its test fail.
+"""Shows that the tests of tests/hdl see mistakes: a sabotage of the Verilog makes its test fail.
 
 sabotages.json lists them: {"name", "file", "replace", "with", "test", "case", "rounds"}; test is a
 program of tests/hdl, case and rounds (both optional) say which of its cases are run and how long.
@@ -55,7 +55,7 @@ class Bench:
             with open(path, "w", encoding="utf-8") as file:
                 file.write(text)
 
-    def run(self, program, case, rounds):
+    def run(self, program, case, rounds, timeout_s=TIMEOUT_S):
         """Builds and runs a program; its exit code and what it said."""
         self.tool("ninja", "-C", self.build, "-j", "1", program)
         words = [os.path.join(self.build, "tests", "hdl", program)]
@@ -63,7 +63,7 @@ class Bench:
             words.append("--test-case=" + case)
         environment = {**os.environ, **({"VERGENCE_DRAWS": str(rounds)} if rounds else {})}
         done = subprocess.run(words, capture_output=True, text=True, env=environment,
-                              timeout=TIMEOUT_S)
+                              timeout=timeout_s)
         return done.returncode, done.stdout + done.stderr
 
 

@@ -217,6 +217,50 @@ TEST_CASE("a sensor that holds SCL is not waited for, but counted") {
     CHECK(bench.left.registers[0x10] == 0x1234);
 }
 
+TEST_CASE("a sensor that holds SDA under a byte is answered for: not acknowledged, and counted") {
+    for (int camera = 0; camera < BRIDGE_CAMERAS; camera++) {
+        CAPTURE(camera);
+        Bench bench;
+        const uint8_t address = camera == 0 ? kLeft : kRight;
+        bench.master.start();
+        REQUIRE(bench.master.write_byte(uint8_t(address << 1)));
+        REQUIRE(bench.master.write_byte(0x10));
+        bench.sensor(camera).hang(true, false);
+        bool free = true;
+        for (int bit = 0; bit < 8; bit++) {
+            free = bench.master.bit(true) && free;
+        }
+        // The DSP's own bits stay as they are, and the low level is no acknowledge.
+        CHECK(free);
+        CHECK(bench.master.bit(true));
+        bench.sensor(camera).hang(false, false);
+        bench.master.stop();
+        CHECK(bench.read(kBranchErrors) == 1);
+        bench.write(kBusClear, 1u << camera);
+        bench.bridge.run_idle(130 * kUs);
+        CHECK(bench.master.write(address, {0x10, 0x12, 0x34}) == 4);
+        CHECK(bench.sensor(camera).registers[0x10] == 0x1234);
+    }
+}
+
+TEST_CASE("spikes on the branches change nothing and are not counted") {
+    Bench bench;
+    bench.write(kBranchCtrl, 0);
+    for (int camera = 0; camera < BRIDGE_CAMERAS; camera++) {
+        for (uint8_t *line :
+             {&bench.bridge.in.branch_scl[camera], &bench.bridge.in.branch_sda[camera]}) {
+            *line = 0;
+            bench.bridge.drive();
+            bench.bridge.run(60 * kNs);
+            *line = 1;
+            bench.bridge.drive();
+            bench.bridge.run(kUs);
+        }
+    }
+    CHECK(bench.read(kSpikes) == 0);
+    CHECK(bench.read(kBranchErrors) == 0);
+}
+
 TEST_CASE("errors are counted up to 255, and any write begins anew") {
     Bench bench;
     SUBCASE("on a branch: a byte that is not acknowledged") {

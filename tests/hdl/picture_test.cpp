@@ -15,7 +15,8 @@ namespace {
 using hdl::kMs;
 using hdl::kUs;
 
-constexpr uint8_t kCtrl = 0x08, kCamSelect = 0x20, kCamState = 0x21, kPpiMode = 0x23;
+constexpr uint8_t kCtrl = 0x08, kIrqStatus = 0x0A, kCamSelect = 0x20, kCamState = 0x21,
+                  kPpiMode = 0x23;
 constexpr uint8_t kPatternWidth = 0x24, kPatternKind = 0x28, kPatternSeed = 0x29;
 constexpr uint16_t kStream = 0x0100, kPattern = 2, kTag = 0x0100;
 enum Kind { kRamp, kChecker, kPrbs, kWalking, kConstant };
@@ -50,6 +51,11 @@ struct Bench {
           ppi(bridge) {}
 
     void write(uint8_t index, unsigned value) { REQUIRE(registers.write(index, uint16_t(value))); }
+    uint16_t read(uint8_t index) {
+        const auto value = registers.read(index);
+        REQUIRE(value);
+        return *value;
+    }
     void pattern_size(const hdl::Window &window) {
         REQUIRE(master.write(hdl::Registers::kAddress,
                              {kPatternWidth, uint8_t(window.width >> 8), uint8_t(window.width),
@@ -350,14 +356,14 @@ TEST_CASE("alternating cameras: so many frames of each, and none of a camera tha
         const auto cameras = bench.sources();
         CHECK(cameras.size() >= 6);
         CHECK(cameras == std::vector<int>(cameras.size(), 1 - dead));
-        CHECK((bench.registers.read(kCamState).value_or(0xFFFF) & 0x33) == unsigned(0x11 - dead));
+        CHECK((bench.read(kCamState) & 0x33) == unsigned(0x11 - dead));
         source.set_period(20833);
         bench.bridge.run(4 * bench.frame_ps());
     }
     // From the pattern, alternating begins with the left camera.
     bench.write(kCamSelect, kPattern);
     bench.bridge.run(3 * kMs);
-    CHECK((bench.registers.read(kCamState).value_or(0) & 3) == kPattern);
+    CHECK((bench.read(kCamState) & 3) == kPattern);
     bench.ppi.forget();
     bench.write(kCamSelect, 0x0300);
     bench.bridge.run(kMs);
@@ -366,4 +372,48 @@ TEST_CASE("alternating cameras: so many frames of each, and none of a camera tha
     const auto cameras = bench.sources();
     CHECK(std::count(cameras.begin(), cameras.end(), 0) >= 2);
     CHECK(std::count(cameras.begin(), cameras.end(), 1) >= 2);
+}
+
+TEST_CASE("a frame that does not end is cut at a switch after its time-out, and that is told") {
+    for (unsigned camera = 0; camera < BRIDGE_CAMERAS; camera++) {
+        CAPTURE(camera);
+        Cameras bench;
+        hdl::PixelSource &source = camera == 0 ? bench.left : bench.right;
+        const auto flags = uint8_t(camera == 0 ? 0x37 : 0x3F);
+        const uint16_t cut = 0x10, forced = 0x40, timed_out = 0x04;
+        bench.write(0x22, 2);
+        bench.write(kCamSelect, camera);
+        bench.write(kCtrl, kStream);
+        bench.bridge.run(4 * bench.frame_ps());
+        bench.write(kIrqStatus, 0xFF);
+        // Some milliseconds long.
+        hdl::Window window = bench.window;
+        window.height = 5000;
+        source.set_window(window);
+        bench.bridge.run(2 * bench.frame_ps());
+        source.set_window(bench.window);
+        bench.ppi.forget();
+        bench.write(kCamSelect, 1 - camera);
+        bench.bridge.run(kMs / 2);
+        CHECK((bench.read(kCamState) & 0x33) == (0x30 | camera));
+        CHECK((bench.read(kIrqStatus) & timed_out) == 0);
+        bench.bridge.run(3 * kMs);
+        CHECK((bench.read(kCamState) & 0x73) == (forced | 0x10 | (1 - camera)));
+        CHECK((bench.read(kIrqStatus) & timed_out) != 0);
+        CHECK((bench.read(flags) & cut) != 0);
+        // The frame that was cut, and whole ones of the other camera.
+        REQUIRE(bench.ppi.frames.size() > 3);
+        CHECK(bench.ppi.frames[0].lines.size() > 1000);
+        CHECK(bench.ppi.frames[0].lines.size() < 5000);
+        bench.ppi.frames.erase(bench.ppi.frames.begin());
+        const auto others = bench.sources();
+        CHECK(others == std::vector<int>(others.size(), int(1 - camera)));
+        // Until a frame of it comes again.
+        bench.bridge.run(5 * kMs);
+        bench.write(kCamSelect, camera);
+        bench.bridge.run(5 * bench.frame_ps());
+        CHECK((bench.read(kCamState) & 0x73) == (0x10 | camera));
+        CHECK((bench.read(flags) & cut) == 0);
+        CHECK(bench.ppi.broken == 0);
+    }
 }

@@ -81,3 +81,44 @@ TEST_CASE("each pulse is as wide as the registers say, to the clock") {
     }
     CHECK(bench.bridge.servos().faults().empty());
 }
+
+TEST_CASE("limits hold whatever is asked for, and change only while they are unlocked") {
+    const uint64_t seed = synthetic::test_seed();
+    INFO("seed " << seed);
+    Bench bench(seed);
+    hdl::Random random(seed + 1);
+    const uint8_t least = 0x12, most = 0x13, slew = 0x15, unlock = 0x0D;
+    uint32_t actual[] = {kCentreQ4, kCentreQ4}, steps = 2047;
+    for (uint8_t servo = 0; servo < BRIDGE_SERVOS; servo++) {
+        REQUIRE(!bench.registers.write(uint8_t(least + 8 * servo), 16000));
+        REQUIRE(!bench.registers.write(uint8_t(most + 8 * servo), 36000));
+        REQUIRE(bench.registers.write(uint8_t(slew + 8 * servo), uint16_t(steps)));
+    }
+    bench.next_frame();
+    for (uint64_t round = 0; round < hdl::draws(8); round++) {
+        uint32_t wanted[BRIDGE_SERVOS];
+        REQUIRE(bench.registers.write(unlock, 0x4C4B));
+        for (unsigned servo = 0; servo < BRIDGE_SERVOS; servo++) {
+            const auto first = uint8_t(0x10 + 8 * servo);
+            const auto shortest = uint32_t(random.between(9600, kCentreQ4));
+            const auto longest = uint32_t(random.between(kCentreQ4, 38400));
+            const auto target = uint32_t(random.chance(0.5) ? 9600 + 28800 * random.below(2)
+                                                            : random.between(9600, 38400));
+            REQUIRE(bench.registers.write(uint8_t(first + 2), uint16_t(shortest)));
+            REQUIRE(bench.registers.write(uint8_t(first + 3), uint16_t(longest)));
+            REQUIRE(bench.registers.write(first, uint16_t(target)));
+            wanted[servo] = std::clamp(target, shortest, longest);
+        }
+        REQUIRE(bench.registers.write(unlock, 1));
+        REQUIRE(!bench.registers.write(least, 9600));
+        for (int frame = 0; frame < 5; frame++) {
+            bench.next_frame();
+            for (int servo = 0; servo < BRIDGE_SERVOS; servo++) {
+                INFO("round " << round << " frame " << frame << " servo " << servo);
+                actual[servo] = toward(actual[servo], wanted[servo], steps);
+                CHECK(bench.last_width(servo) == width_ps(actual[servo]));
+            }
+        }
+    }
+    CHECK(bench.bridge.servos().faults().empty());
+}
