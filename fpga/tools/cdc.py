@@ -25,7 +25,8 @@ import subprocess
 import sys
 import tempfile
 
-FPGA = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
+from places import FPGA
+
 SETTINGS = os.path.join(FPGA, "tools", "cdc_settings.json")
 Finding = collections.namedtuple("Finding", "kind source target from_clock to_clock")
 

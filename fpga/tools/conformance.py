@@ -14,8 +14,8 @@ import time
 import xml.etree.ElementTree
 
 import synth
+from places import FPGA
 
-FPGA = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
 TIMEOUT_S = 7200
 SHARE = "/usr/share/yosys"
 SYNTHESIS = {  # as synth.py does it, but without pads and clock buffers

@@ -20,10 +20,9 @@ import subprocess
 import sys
 import time
 
-FPGA = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
-ROOT = os.path.dirname(FPGA)
-CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "vergence",
-                     "fpga-coverage")
+from places import FPGA, ROOT, own_cache
+
+CACHE = own_cache("fpga-coverage")
 WAIVERS = os.path.join(FPGA, "tools", "coverage_waivers.json")
 # Rounds where the usual number would take long with counters; others keep theirs.
 ROUNDS = {"hdl_symbols_test": "20000", "hdl_switch_test": "150", "hdl_servo_test": "30",

@@ -13,7 +13,8 @@ import subprocess
 import sys
 import time
 
-FPGA = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
+from places import FPGA
+
 
 
 def run(words):

@@ -11,7 +11,8 @@ import re
 import shutil
 import subprocess
 
-FPGA = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
+from places import FPGA
+
 TIMEOUT_S = 600
 CONFLICTS = 5000  # of a search at one step, after which it ends; unlike a time-out always the same
 

@@ -42,8 +42,8 @@ import threading
 import time
 
 from model_checker import FPGA, Checker, Failed, label
+from places import CACHE
 
-CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "vergence")
 RECIPE = 6  # to be raised when the same sources may give another result
 GATES_DEPTH = 12  # steps in which the search must find nothing in the RTL as it is
 KILL_DEPTH = 40  # steps from reset in which a mutant's mistake is looked for

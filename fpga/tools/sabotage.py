@@ -16,10 +16,9 @@ import subprocess
 import sys
 import time
 
-FPGA = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
-ROOT = os.path.dirname(FPGA)
-CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "vergence",
-                     "fpga-sabotage")
+from places import FPGA, ROOT, own_cache
+
+CACHE = own_cache("fpga-sabotage")
 TABLE = os.path.join(FPGA, "tools", "sabotages.json")
 TIMEOUT_S = 600  # a test that hangs has noticed something too, but that is no verdict
 

@@ -24,9 +24,8 @@ import sys
 import time
 
 import synthesis_table
+from places import CACHE, FPGA
 
-FPGA = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
-CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "vergence")
 SEEDS = (1, 2, 3, 4, 5)
 # The fastest camera that a board takes, MHz; half its period is the goal of HOP (ns), from the edge
 # that takes a pixel to the one that gives it to the PPI.
@@ -81,14 +80,21 @@ def sources(board):
 
 
 def stamp():
-    """A hash of what the figures depend on, comments and white space apart."""
+    """A hash of what the figures depend on; what stands there for proofs, comments and white space
+    apart."""
     made_of = hashlib.sha256()
-    files = portable() + glob.glob(os.path.join(FPGA, "generated", "*.vh"))
+    files = portable()
     for kind in ("v", "pcf", "lpf"):
         files += glob.glob(os.path.join(FPGA, "boards", "*", f"*.{kind}"))
     for path in sorted(files):
-        with open(path, encoding="utf-8") as file:
-            text = re.sub(r"//.*|^\s*#.*", "", file.read(), flags=re.MULTILINE)
+        if path in portable():
+            text = subprocess.run(["iverilog", "-E", "-DSYNTHESIS", f"-I{FPGA}/generated", "-o",
+                                   "/dev/stdout", path], capture_output=True, text=True,
+                                  check=True).stdout
+        else:
+            with open(path, encoding="utf-8") as file:
+                text = file.read()
+        text = re.sub(r"//.*|^\s*#.*", "", text, flags=re.MULTILINE)
         made_of.update(" ".join([os.path.relpath(path, FPGA), *text.split()]).encode())
     return made_of.hexdigest()[:16]
 

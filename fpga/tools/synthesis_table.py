@@ -4,7 +4,8 @@ import json
 import os
 import re
 
-FPGA = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
+from places import FPGA
+
 RECORD = os.path.join(FPGA, "synthesis.json")
 README = os.path.join(FPGA, "README.md")
 BEGIN = "<!-- synthesis: made by fpga/tools/synth.py --publish; do not edit -->\n"

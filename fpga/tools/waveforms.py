@@ -8,7 +8,8 @@ import subprocess
 import sys
 import tempfile
 
-FPGA = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
+from places import FPGA
+
 FIGURES = os.path.join(FPGA, "figures")
 SCENES = {  # file: number in the bench, signals and their names in the picture, groups of rows
     "sensor_transfer.svg": (0, [("scl", "DSP SCL"), ("sda", "DSP SDA"), ("", ""),
