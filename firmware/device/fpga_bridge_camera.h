@@ -14,11 +14,12 @@ extern "C" {
 /// 0 left, 1 right.
 enum { FPGA_BRIDGE_CAMERAS = 2 };
 
-/// What the bridge measured of a camera's last frame, all of one moment.
+/// What the bridge measured of a camera's last frame. All of one moment, but for short_lines,
+/// short_frames, lost, frame_valid and cut: an error of the next frame may be in them already.
 struct fpga_bridge_camera {
     uint16_t frames;        ///< seen; wraps
     uint16_t lines;         ///< of the last frame
-    uint16_t pixels;        ///< of the last line
+    uint16_t pixels;        ///< of its first line
     uint16_t period_10us;   ///< frame start to frame start
     uint16_t pixclk_khz;    ///< measured
     uint16_t short_lines;   ///< of a wrong length; saturates at 8 bits
@@ -70,7 +71,7 @@ int fpga_bridge_camera_stream(struct fpga_bridge *self, bool enabled);
 /// Form of the PPI's signals: a sum of BRIDGE_PPI_MODE_*_MASK.
 int fpga_bridge_camera_ppi_mode(struct fpga_bridge *self, uint16_t mode);
 
-/// Right size of both cameras' frames; 0: as the line or frame before.
+/// Right size of both cameras' frames; 0: as the first line of the frame, or the frame before.
 int fpga_bridge_camera_expect(struct fpga_bridge *self, uint16_t width_pixels,
                               uint16_t height_lines);
 

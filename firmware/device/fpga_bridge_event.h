@@ -20,8 +20,9 @@ struct fpga_bridge_event_counts {
 /// Which events (BRIDGE_IRQ_STATUS_*_MASK) raise the interrupt line.
 int fpga_bridge_event_enable(struct fpga_bridge *self, uint16_t events);
 
-/// The events since the last call, and clears exactly these: one that comes between the two
-/// transfers is reported next time. `*events` is set even when clearing fails (the error says so);
+/// The events since the last call, and clears exactly these: one of another kind that comes between
+/// the two transfers is reported next time, one of the same kind counts as one with that before it.
+/// `*events` is set even when clearing fails (the error says so);
 /// those events are then reported again, unless they were cleared after all.
 int fpga_bridge_event_take(struct fpga_bridge *self, uint16_t *events);
 

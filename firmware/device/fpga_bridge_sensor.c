@@ -60,12 +60,15 @@ int fpga_bridge_sensor_bus_clear(struct fpga_bridge *self, uint16_t branches) {
 }
 
 int fpga_bridge_sensor_bus_read(struct fpga_bridge *self, struct fpga_bridge_sensor_bus *out) {
-    uint16_t word = 0;
-    const int error = fpga_bridge_read(self, BRIDGE_I2C_DIAG, &word);
+    // The address of a transfer goes to the branches too, and holds their SCL low while the first
+    // word is taken. So this is the last word of a few that are not wanted.
+    enum { WORDS = BRIDGE_I2C_DIAG - BRIDGE_TIME_LOW + 1 };
+    _Static_assert((int)WORDS <= (int)FPGA_BRIDGE_BLOCK_WORDS, "one transfer");
+    uint16_t words[WORDS];
+    const int error = fpga_bridge_read_block(self, BRIDGE_TIME_LOW, WORDS, words);
     if (error == ERROR_OK) {
+        const unsigned word = words[WORDS - 1];
         *out = (struct fpga_bridge_sensor_bus){
-            .scl = (word & BRIDGE_I2C_DIAG_SCL_MASK) != 0,
-            .sda = (word & BRIDGE_I2C_DIAG_SDA_MASK) != 0,
             .branch_scl =
                 (word & BRIDGE_I2C_DIAG_BRANCH_SCL_MASK) >> BRIDGE_I2C_DIAG_BRANCH_SCL_SHIFT,
             .branch_sda =

@@ -18,9 +18,8 @@ struct fpga_bridge_sensor_lines {
     uint8_t extclk;  ///< 1: it gets a clock
 };
 
-/// Levels of all I2C lines as the bridge sees them, and whether it clears a branch now.
+/// Levels of the branches' lines between transfers, and whether the bridge clears a branch now.
 struct fpga_bridge_sensor_bus {
-    bool scl, sda;
     uint8_t branch_scl, branch_sda;  ///< bit 0 left, bit 1 right
     bool clear_busy;
 };
@@ -36,11 +35,12 @@ int fpga_bridge_sensor_trigger(struct fpga_bridge *self, uint16_t cameras);
 int fpga_bridge_sensor_trigger_busy(struct fpga_bridge *self, bool *busy);
 
 /// Whether 0x5C, 0x5D and 0x5E are routed to the sensors, and the bypass for bring-up
-/// (BRIDGE_BRANCH_CTRL_BYPASS_IS_*).
+/// (BRIDGE_BRANCH_CTRL_BYPASS_IS_*), which needs `enabled` too.
 int fpga_bridge_sensor_route(struct fpga_bridge *self, bool enabled, uint16_t bypass);
 
 /// Lets the bridge clear branches (bit 0 left, bit 1 right) on which a sensor holds SDA. It takes
-/// about 0.1 ms; fpga_bridge_sensor_bus_read tells.
+/// about 0.1 ms; fpga_bridge_sensor_bus_read tells. The bridge ignores this meanwhile: clear both
+/// in one call, or wait.
 int fpga_bridge_sensor_bus_clear(struct fpga_bridge *self, uint16_t branches);
 int fpga_bridge_sensor_bus_read(struct fpga_bridge *self, struct fpga_bridge_sensor_bus *out);
 

@@ -32,10 +32,11 @@ int fpga_bridge_servo_aim(struct fpga_bridge *self, unsigned servo, uint16_t tar
 /// Greatest change of the width from one pulse to the next; 0: frozen.
 int fpga_bridge_servo_slew(struct fpga_bridge *self, unsigned servo, uint16_t slew_q4);
 
-/// Where the servo goes when the watchdog fires with the action "safe"; a multiple of 64.
+/// Where the servo goes when the watchdog fires with the action "safe".
 int fpga_bridge_servo_safe(struct fpga_bridge *self, unsigned servo, uint16_t safe_q4);
 
-/// Limits of the width; multiples of 64. Unlocks and locks (six transfers).
+/// Limits of the width. A width outside them moves in at the slew limit. Unlocks and locks (six
+/// transfers).
 int fpga_bridge_servo_limits(struct fpga_bridge *self, unsigned servo, uint16_t min_q4,
                              uint16_t max_q4);
 
@@ -45,8 +46,8 @@ int fpga_bridge_servo_enable(struct fpga_bridge *self, unsigned servo, bool enab
 /// Start of pulse to start of pulse, in us. Unlocks and locks.
 int fpga_bridge_servo_period(struct fpga_bridge *self, uint16_t period_us);
 
-/// Longest silence while a servo is enabled, and what happens after it
-/// (BRIDGE_WDG_ACTION_IS_*). Period 0, off: unlocks and locks.
+/// Longest time without a write of a register (reads do not count), once a servo has been enabled,
+/// and what happens after it (BRIDGE_WDG_ACTION_IS_*). Period 0, off: unlocks and locks.
 int fpga_bridge_watchdog_set(struct fpga_bridge *self, uint16_t period_ms, uint16_t action);
 
 /// Whether it has fired.

@@ -288,6 +288,7 @@ TEST_CASE("events, sensors' lines, trigger and branches") {
     CHECK(fpga_bridge_sensor_bus_read(driver, &state) == ERROR_OK);
     CHECK_FALSE(state.clear_busy);
     CHECK(state.branch_sda == 3);
+    CHECK(state.branch_scl == 3);
     CHECK(fpga_bridge_sensor_route(driver, false, BRIDGE_BRANCH_CTRL_BYPASS_IS_NONE) == ERROR_OK);
     CHECK(rig.world.peek(BRIDGE_BRANCH_CTRL) == 0);
     CHECK(rig.driver.bus.counts.repeats == 0);
