@@ -54,7 +54,10 @@ module motion_properties (
     .clocks_o(clocks), .long_o(long_us), .now_o(now), .sub_o(sub)
   );
   wire       safe = fired_i && action_i == SAFE;
-  wire       there = idle_i && !busy_i;
+  // A register's word is there in the clock after its place was asked for, but not while the bus or
+  // the filling of the memory was at work (a_memory_word of the register file).
+  localparam [3:0] PERIOD_AT = 4'd15;
+  reg        there;
 
   always @(posedge clk_i) begin
     if (!begun) assume (rst_i);
@@ -64,6 +67,7 @@ module motion_properties (
     begun <= 1'b1;
     reset <= rst_i;
     fresh <= tick_us_i && !rst_i;
+    there <= !rst_i && place_i == PERIOD_AT && !busy_i;
     before_safe <= safe && !rst_i;
     written <= written_i && !soft_rst_i;
     fired <= fired_i && !soft_rst_i;

@@ -75,12 +75,20 @@ module motion (
   wire idle;
   wire [11:0] phase_us;
   wire [4:0] sub_clock;
+  // word_i is the period when its place was asked for in the clock before, and nothing else was at
+  // work then.
+  reg period_there;
+  always @(posedge clk_i or posedge rst_i) begin
+    if (rst_i) period_there <= 1'b0;
+    else period_there <= idle && !busy_i;
+  end
+
   servo_frame frames (
     .clk_i(clk_i),
     .rst_i(rst_i),
     .tick_us_i(tick_us_i),
     .period_us_i(word_i[14:0]),
-    .period_there_i(idle && !busy_i),
+    .period_there_i(period_there),
 `ifdef PROVE_MOTION
     .phase_o(phase),
     .period_o(period),
