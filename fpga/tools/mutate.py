@@ -53,15 +53,9 @@ class Subject:
     def __init__(self, proof, runner, proved, folder):
         self.proof, self.runner, self.folder = proof, runner, folder
         runner.model(proof, proof.texts, folder)
-        macros = " ".join("-D" + macro for macro in ("FORMAL", "SYNTHESIS",
-                                                     *proof.data.get("defines", [])))
-        parameters = " ".join(f"-chparam {name} {value}" for name, value in
-                              proof.data.get("parameters", {}).items())
-        demand(runner, folder,
-               f"read_verilog -formal {macros} -Irtl -Igenerated -Iformal "
-               f"{' '.join(proof.data['sources'])}; hierarchy -top {proof.top} {parameters}; "
-               f"rename -top {proof.top}; prep -top {proof.top}; write_rtlil design.il; "
-               "write_json design.json")
+        demand(runner, folder, "; ".join([
+            *runner.read(proof, (), None), f"prep -top {proof.top}", "write_rtlil design.il",
+            "write_json design.json"]))
         with open(os.path.join(folder, "design.json"), encoding="utf-8") as file:
             modules = json.load(file)["modules"]
         self.modules = []
@@ -180,7 +174,8 @@ def main():
     print("| proof | mutants | killed by proof | by simulation | equivalent | survive |\n"
           "|---|---|---|---|---|---|", flush=True)
     for proof in proofs:
-        if options.module and proof.name not in options.module:
+        # Where parts are free, a mutant of a joint is for the tests of tests/hdl to see.
+        if proof.data.get("free") or (options.module and proof.name not in options.module):
             continue
         with tempfile.TemporaryDirectory(prefix="mutate-") as folder, \
                 concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
