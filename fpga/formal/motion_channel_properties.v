@@ -13,6 +13,7 @@ module motion_channel_properties (
   input wire        enable_i,
   input wire        stopped_i,       // the watchdog lets no pulse begin
   input wire        held_i,          // ... no width change
+  input wire        may_load_i,
   input wire        load_i,
   input wire [15:0] next_q4_i,
   input wire        servo_i,
@@ -46,6 +47,9 @@ module motion_channel_properties (
         a_change_by_load: assert (actual_i == (load ? next : actual));
         a_held: assert (!held || actual_i == actual);
       end
+      // What the proof of servo_pwm takes for granted.
+      a_load: assert (!load_i || ((may_load_i || next_q4_i == actual_i) &&
+                                  next_q4_i >= LOWEST_Q4 && next_q4_i <= HIGHEST_Q4));
       a_finished: assert (!finished_i || servo_i);
       // Helps the induction.
       a_inside: assert (!servo_i || ticks_i < whole || (ticks_i == whole &&

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the servos' pins promise, whatever stands in the registers: word_i is free, but for the period
-// of the frames, which the register file keeps inside its limits. Proved of servo_frame, servo_pwm and
-// watchdog as they are and of servo_width by its promises; what the proofs of these modules take
-// for granted of each other is asserted here.
+// What the servos' pins promise, whatever stands in the registers: word_i is free, but for the
+// period of the frames, which the register file keeps inside its limits. Proved of servo_frame,
+// servo_pwm and watchdog as they are and of servo_width by its promises; what the proofs of these
+// modules take for granted of each other is asserted here.
 `default_nettype none
 
 module motion_properties (
@@ -23,6 +23,7 @@ module motion_properties (
   input wire        store_i,
   input wire        stored_i,
   input wire [15:0] next_q4_i,
+  input wire [1:0]  may_load_i,
   input wire [1:0]  load_i,
   input wire        frame_i,
   input wire        work_i,
@@ -106,7 +107,8 @@ module motion_properties (
       motion_channel_properties view (
         .clk_i(clk_i), .rst_i(rst_i), .tell_i(begun && !rst_i), .reset_i(reset), .frame_i(frame_i),
         .ticks_i(ticks), .now_i(now), .enable_i(enable_i[k]), .stopped_i(fired_i && action_i[1]),
-        .held_i(fired_i && action_i == HOLD), .load_i(load_i[k]), .next_q4_i(next_q4_i),
+        .held_i(fired_i && action_i == HOLD), .may_load_i(may_load_i[k]), .load_i(load_i[k]),
+        .next_q4_i(next_q4_i),
         .servo_i(servo_i[k]), .active_i(active_i[k]), .finished_i(finished_i[k]),
         .actual_i(k == 0 ? actual0_i : actual1_i), .whole_past_i(whole_past_i[k])
       );

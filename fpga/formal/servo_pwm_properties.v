@@ -47,7 +47,9 @@ module servo_pwm_properties (
       assume (early_i == (now != 15'd0 && now < 15'd4096));
       assume (!early_i || phase_us_i == now[11:0]);
       assume (reset || sub_clock_i == sub);
-      assume (!load_i || (may_load_i && next_q4_i >= 16'd9600 && next_q4_i <= 16'd38400));
+      // After reset servo_width stores the centre at any time, which is there already.
+      assume (!load_i || ((may_load_i || next_q4_i == actual_i) && next_q4_i >= 16'd9600 &&
+                          next_q4_i <= 16'd38400));
     end
   end
 

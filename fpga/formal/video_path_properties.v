@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stands in video_path beside its parts: the events of both cameras. The parts' outputs are free.
+// What stands in video_path beside its parts: the events of both cameras. The parts' outputs are
+// free.
 `default_nettype none
 
 module video_path_properties (

@@ -167,11 +167,12 @@ module motion (
   motion_properties properties (
     .clk_i(clk_i), .rst_i(rst_i), .soft_rst_i(soft_rst_i), .tick_us_i(tick_us_i),
     .written_i(written_i), .action_i(watchdog_action_i), .fired_i(watchdog_fired_o),
-    .armed_i(armed), .fresh_i(fresh), .enable_i(enable_i), .place_i(place_o), .word_i(word_i), .busy_i(busy_i),
-    .idle_i(idle), .store_i(store_o), .stored_i(stored_i), .next_q4_i(store_q4_o),
-    .load_i(load), .frame_i(frame), .work_i(work), .phase_us_i(phase_us), .early_i(early),
-    .sub_clock_i(sub_clock), .phase_i(phase), .period_i(period), .servo_i(servo_o),
-    .active_i(active_o), .finished_i(finished_o), .actual0_i(actual0), .actual1_i(actual1),
+    .armed_i(armed), .fresh_i(fresh), .enable_i(enable_i), .place_i(place_o), .word_i(word_i),
+    .busy_i(busy_i), .idle_i(idle), .store_i(store_o), .stored_i(stored_i),
+    .next_q4_i(store_q4_o), .may_load_i(may_load), .load_i(load), .frame_i(frame),
+    .work_i(work), .phase_us_i(phase_us), .early_i(early), .sub_clock_i(sub_clock),
+    .phase_i(phase), .period_i(period), .servo_i(servo_o), .active_i(active_o),
+    .finished_i(finished_o), .actual0_i(actual0), .actual1_i(actual1),
     .whole_past_i(whole_past)
   );
 `endif

@@ -146,20 +146,28 @@ class Checker:
         self.yosys(proof, texts, folder, script)
         found = {}
         for n, name in enumerate(names):
-            command = (f"fold; strash; orpos; scorr; bmc3 -g -F {depth} "
-                       f"-C {settings.get('conflicts', CONFLICTS)}")
-            with open(os.path.join(folder, f"{n}.aig"), "rb") as file:
-                if file.readline().split()[3] == b"0":  # no register
-                    command = "strash; sat"
+            step = self.counterexample(proof, folder, f"{n}.aig", depth,
+                                       settings.get("conflicts", CONFLICTS))
+            if step is not None:
+                found[name] = step
+        return found
+
+    def counterexample(self, proof, folder, aig, depth, conflicts):
+        """The step in which the bad state of a file of gates is reached; None: not found."""
+        start = f"read_aiger {aig}; fold; strash; orpos; scorr; "
+        log = ""
+        # Where scorr sees through all registers, or there are none, one step is all.
+        for command in (start + f"bmc3 -g -C {conflicts} -F {depth}", start + "sat",
+                        f"read_aiger {aig}; strash; sat"):
             try:
-                done = subprocess.run(["yosys-abc", "-q", f"read_aiger {n}.aig; {command}"],
-                                      cwd=folder, env=self.env, capture_output=True, text=True,
-                                      timeout=TIMEOUT_S)
+                done = subprocess.run(["yosys-abc", "-q", command], cwd=folder, env=self.env,
+                                      capture_output=True, text=True, timeout=TIMEOUT_S)
             except subprocess.TimeoutExpired:
-                continue
+                return None
             step = re.search(r"was asserted in frame +(\d+)|\bSATISFIABLE", done.stdout)
             if step:
-                found[name] = int(step.group(1) or 0)
-            elif "No output" not in done.stdout and "UNSATISFIABLE" not in done.stdout:
-                raise Failed(f"{proof.name}: abc: {(done.stdout + done.stderr).strip()[-500:]}")
-        return found
+                return int(step.group(1) or 0)
+            if "No output" in done.stdout or "UNSATISFIABLE" in done.stdout:
+                return None
+            log += done.stdout + done.stderr
+        raise Failed(f"{proof.name}: abc: {log.strip()[-500:]}")
