@@ -104,6 +104,7 @@ TEST_CASE("random transfers to both sensors: none goes astray") {
             bench.master.set_timing(hdl::branch_timing(khz));
             for (uint64_t i = 0; i < transfers / (khz == 100 ? 30 : 4); i++, done++) {
                 const uint64_t left = bench.left.addressed, right = bench.right.addressed;
+                const uint64_t clocks[] = {bench.left.clocks, bench.right.clocks};
                 const uint32_t kind = bench.random.below(10);
                 const uint8_t address = bench.some_address();
                 const bool right_way = kind == 0   ? bench.own()
@@ -116,6 +117,9 @@ TEST_CASE("random transfers to both sensors: none goes astray") {
                 const bool for_right = kind > 2 && bench.is_right(address);
                 astray += (bench.left.addressed != left) != for_left;
                 astray += (bench.right.addressed != right) != for_right;
+                // To others, a branch gets no more clocks than an address has, three of them here.
+                astray += kind <= 2 && (bench.left.clocks - clocks[0] > 3 * 9 ||
+                                        bench.right.clocks - clocks[1] > 3 * 9);
                 if (!bench.same()) {
                     bench.left_expected = bench.left.registers;
                     bench.right_expected = bench.right.registers;
@@ -124,6 +128,8 @@ TEST_CASE("random transfers to both sensors: none goes astray") {
             CAPTURE(khz);
             CAPTURE(answer_ns);
             CHECK(bench.left.broken + bench.right.broken == 0);
+            // Nobody was expected to answer who did not.
+            CHECK(bench.registers.read(kBranchErrors) == 0);
             CHECK(bench.left.short_times + bench.right.short_times == 0);
         }
     }

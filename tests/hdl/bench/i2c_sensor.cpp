@@ -45,6 +45,7 @@ void I2cSensor::on_event(uint64_t time_ps, uint32_t, const bridge_outputs &now) 
             short_times++;
         }
         rise_ps_ = time_ps;
+        clocks++;
         rise(sda);
     } else if (!scl && scl_) {
         // The high time, or the hold time of START.

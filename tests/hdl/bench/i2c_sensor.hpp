@@ -22,7 +22,7 @@ class I2cSensor : public Listener {
 
     std::array<uint16_t, 256> registers{};
     /// What it has seen since it was made.
-    uint64_t starts = 0, stops = 0, addressed = 0, bytes_written = 0, bytes_read = 0;
+    uint64_t starts = 0, stops = 0, clocks = 0, addressed = 0, bytes_written = 0, bytes_read = 0;
     /// START or STOP in the middle of a byte, low and high times and holds of START
     /// that are shorter than the standard's for 400 kHz.
     uint64_t broken = 0, short_times = 0;
