@@ -279,7 +279,8 @@ def main():
     fates = []
     print("| proof | mutants | killed by proof | by simulation | equivalent | survive |\n"
           "|---|---|---|---|---|---|", flush=True)
-    for name in [*proofs, *(JOINTS if options.simulate else ())]:
+    joints = [name for name in JOINTS if options.simulate and name not in proofs]
+    for name in [*proofs, *joints]:
         if options.module and name not in options.module:
             continue
         with tempfile.TemporaryDirectory(prefix="mutate-") as folder, \
