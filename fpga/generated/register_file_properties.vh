@@ -667,5 +667,6 @@
     c_hold: cover (f_hold != 2'd0);
   end
   always @(posedge clk_i) if (f_begun && rst_i) begin
-    a_reset: assert ((f_word == f_reset || f_in_memory) && filling_o && !unlock_o && f_hold == 2'd0);
+    a_reset: assert ((f_word == f_reset || f_in_memory) && filling_o && !unlock_o
+      && f_hold == 2'd0);
   end

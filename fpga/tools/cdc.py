@@ -38,7 +38,8 @@ def netlist(sources, top, include):
         script = (f"read_verilog {' '.join('-I' + name for name in include)} {' '.join(sources)}; "
                   f"hierarchy -check -top {top}; proc; flatten; opt; memory; dffunmap; simplemap; "
                   f"opt -keepdc; clean; write_json {path}")
-        done = subprocess.run(["yosys", "-q", "-p", script], cwd=FPGA, capture_output=True, text=True)
+        done = subprocess.run(["yosys", "-q", "-p", script], cwd=FPGA, capture_output=True,
+                              text=True)
         if done.returncode != 0:
             sys.exit(f"cdc.py: yosys: {done.stderr.strip()}")
         with open(path, encoding="utf-8") as file:
@@ -114,7 +115,7 @@ class Design:
         return self.name(bit)
 
     def origins(self, bit):
-        """Flip-flops' outputs and inputs that a bit depends on; and whether there is logic between."""
+        """Flip-flops' outputs and inputs that a bit depends on; and whether logic is between."""
         found, seen, logic = set(), set(), False
         todo = [bit]
         while todo:

@@ -2,7 +2,8 @@
 """Lint of the bridge's Verilog: verilator -Wall, iverilog -Wall, yosys check, no latches, layout.
 
 Each module is looked at as a top of its own, so nothing hides behind a constant port. There is no
-list of waivers: a warning that must stay is switched off in the source, for one line, with a reason.
+list of waivers: a warning that must stay is switched off in the source, for one line, with a
+reason.
 """
 import argparse
 import concurrent.futures

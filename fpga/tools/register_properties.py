@@ -138,7 +138,8 @@ PROPERTIES = """\
     c_hold: cover (f_hold != {blocks_}'d0);
   end
   always @(posedge clk_i) if (f_begun && rst_i) begin
-    a_reset: assert ((f_word == f_reset || f_in_memory) && filling_o && !unlock_o && f_hold == {blocks_}'d0);
+    a_reset: assert ((f_word == f_reset || f_in_memory) && filling_o && !unlock_o
+      && f_hold == {blocks_}'d0);
   end
 """
 

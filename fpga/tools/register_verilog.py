@@ -66,7 +66,8 @@ class RegisterFile:
         self.wires = []
         self.memory = [r for r in registers if r.place is not None]
         self.counters = [r for r in registers if r.counter is not None]
-        self.bits = {r.index: {} for r in registers if r.place is None and r.counter is None}  # index: bit: what it reads
+        # What each bit of a register reads: index -> bit -> expression.
+        self.bits = {r.index: {} for r in registers if r.place is None and r.counter is None}
 
     def text(self):
         for register in self.registers:
