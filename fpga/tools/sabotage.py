@@ -89,6 +89,8 @@ def sabotage(bench, entry):
         code, output = bench.run(entry["test"], entry.get("case"), entry.get("rounds"))
     except subprocess.TimeoutExpired:
         return False, "the test hangs"
+    except RuntimeError as failure:
+        return False, str(failure)
     finally:
         bench.restore()
     return code != 0, first_error(output)
