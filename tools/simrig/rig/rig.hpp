@@ -61,11 +61,13 @@ class Rig : public PinListener {
     /// The bridge's reset line.
     void set_bridge_reset(bool reset);
     bool irq() { return wires_.out().irq != 0; }
+    bool has_irq_edges() const { return !irq_edges_.empty(); }
     std::vector<GpioEdge> take_irq_edges();
 
     void arm_frame(unsigned columns, unsigned rows);
     void cancel_frame();
     bool frame_armed() const { return ppi_.armed(); }
+    bool frame_done() const { return ppi_.done(); }
     /// Lets time pass until the armed frame is there. False: not until then.
     bool wait_frame(double deadline_us);
     PpiFrame take_frame() { return ppi_.take(); }

@@ -2,6 +2,7 @@
 #include "tools/simrig/rig/scenery.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace simrig {
 
@@ -48,13 +49,16 @@ void flip(std::vector<uint16_t> &pixels, const SensorFrame &frame) {
 }  // namespace
 
 Stage::Stage(const std::string &scene, const std::string &rig, uint64_t seed, int threads)
-    : rig_(world::load_rig(rig)),
-      scene_(std::make_unique<world::Scene>(world::load_scene(scene))),
-      seed_(seed),
-      threads_(threads) {}
+    : Stage(std::make_shared<world::Scene>(world::load_scene(scene)), rig, seed, threads) {}
 
-void Stage::load_scene(const std::string &path) {
-    scene_ = std::make_unique<world::Scene>(world::load_scene(path));
+Stage::Stage(std::shared_ptr<world::Scene> scene, const std::string &rig, uint64_t seed,
+             int threads)
+    : rig_(world::load_rig(rig)), scene_(std::move(scene)), seed_(seed), threads_(threads) {}
+
+void Stage::set_scene(std::shared_ptr<world::Scene> scene) {
+    scene_ = std::move(scene);
+    // The frames before were of another scene: it cannot tell their truth.
+    asked_ = {};
 }
 
 world::Mechanics Stage::mechanics(const CameraState &state) {
