@@ -31,12 +31,6 @@ size_t side_at(const Words &words, size_t at) {
     return one_of(word_at(words, at, "left or right"), {"left", "right"}, "a side");
 }
 
-void no_more_than(const Words &words, size_t count) {
-    if (words.size() > count) {
-        refuse("'" + words[count] + "' is one word too many; see help");
-    }
-}
-
 std::string camera_text(const world::Camera &camera) {
     const world::Optics &optics = camera.optics;
     const world::Mat3 &turn = camera.world_camera.rotation;
@@ -83,6 +77,12 @@ const std::string &word_at(const Words &words, size_t at, const std::string &wha
         refuse(what + " is missing; see help");
     }
     return words[at];
+}
+
+void no_more_than(const Words &words, size_t count) {
+    if (words.size() > count) {
+        refuse("'" + words[count] + "' is one word too many; see help");
+    }
 }
 
 double number_at(const Words &words, size_t at, const std::string &what, double low, double high) {

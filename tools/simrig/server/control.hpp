@@ -14,8 +14,9 @@ namespace simrig {
 
 using Words = std::vector<std::string>;
 
-/// Throw std::runtime_error with one line: the word is not there, or not what is wanted.
+/// Throw std::runtime_error with one line: a word is not there, not what is wanted, or too many.
 const std::string &word_at(const Words &words, size_t at, const std::string &what);
+void no_more_than(const Words &words, size_t count);
 double number_at(const Words &words, size_t at, const std::string &what, double low, double high);
 size_t one_of(const std::string &word, const Words &choices, const std::string &what);
 Words words_of(const std::string &line);

@@ -17,6 +17,7 @@ Deed fault_servo(Rig &rig, const Words &words) {
     const size_t side = side_at(words);
     const bool jam =
         one_of(word_at(words, 3, "jam or free"), {"free", "jam"}, "a servo's fault") == 1;
+    no_more_than(words, 4);
     return [&rig, side, jam] { rig.servo(int(side)).jam(rig.now_us(), jam); };
 }
 
@@ -26,6 +27,7 @@ Deed fault_lens(Rig &rig, const Words &words) {
         one_of(word_at(words, 3, "the motor"), {"zoom", "focus", "iris"}, "a lens motor");
     const bool jam =
         one_of(word_at(words, 4, "jam or free"), {"free", "jam"}, "a motor's fault") == 1;
+    no_more_than(words, 5);
     return [&rig, side, axis, jam] {
         rig.lenses().motor(side, LensAxis(axis)).jam(rig.now_us(), jam);
     };
@@ -51,6 +53,7 @@ Deed fault_camera(Rig &rig, const Words &words) {
         default:
             break;
     }
+    no_more_than(words, faults.torn_bits != 0 ? 5 : 4);
     return [&rig, side, faults] { rig.sensor(int(side)).set_faults(faults); };
 }
 
@@ -60,6 +63,7 @@ Deed fault_bus(Rig &rig, const Words &words) {
     BusFaults faults;
     faults.sda_stuck = line == 1;
     faults.scl_stuck = line == 2;
+    no_more_than(words, 3);
     return [&rig, faults] { rig.host().set_faults(faults); };
 }
 
@@ -86,6 +90,7 @@ Deed fault_serial(Rig &rig, const Words &words) {
         default:
             break;
     }
+    no_more_than(words, kind == "ok" || kind == "silent" ? 3 : 4);
     return [&rig, faults] { rig.serial().faults = faults; };
 }
 

@@ -17,6 +17,8 @@ namespace simrig {
 
 namespace {
 
+constexpr int kWaiting = 64;  // who waits to be let in
+
 std::string because(const std::string &what) {
     return what + ": " + std::strerror(errno);
 }
@@ -31,7 +33,7 @@ Listener::Listener(const std::string &where) {
     } else {
         throw std::runtime_error("'" + where + "' is neither unix:PATH nor tcp:PORT");
     }
-    if (listen(socket_, 8) != 0) {
+    if (listen(socket_, kWaiting) != 0) {
         throw std::runtime_error(because("cannot listen on " + where));
     }
 }
