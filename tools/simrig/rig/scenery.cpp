@@ -57,8 +57,6 @@ Stage::Stage(std::shared_ptr<world::Scene> scene, const std::string &rig, uint64
 
 void Stage::set_scene(std::shared_ptr<world::Scene> scene) {
     scene_ = std::move(scene);
-    // The frames before were of another scene: it cannot tell their truth.
-    asked_ = {};
 }
 
 world::Mechanics Stage::mechanics(const CameraState &state) {
@@ -85,6 +83,7 @@ std::vector<uint16_t> Stage::picture(int camera, const SensorFrame &frame, doubl
     if (!asked.ready) {
         return pixels;
     }
+    asked.scene = scene_;  // another one may be set before its truth is asked for
     world::FrameRequest &request = asked.request;
     request.window.column = column_start + skip_x * columns.begin;
     request.window.row = row_start + skip_y * rows.begin;
@@ -121,7 +120,7 @@ std::vector<uint16_t> Stage::picture(int camera, const SensorFrame &frame, doubl
 bool Stage::truth(int camera, world::Truth &truth) const {
     const Asked &asked = asked_[size_t(camera)];
     if (asked.ready) {
-        truth = world::truth(*scene_, rig_, world::Side(camera), asked.request);
+        truth = world::truth(*asked.scene, rig_, world::Side(camera), asked.request);
     }
     return asked.ready;
 }

@@ -35,6 +35,7 @@ class Stage {
     struct Asked {
         bool ready = false;
         world::FrameRequest request;
+        std::shared_ptr<world::Scene> scene;
     };
 
     world::Rig rig_;

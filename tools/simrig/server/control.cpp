@@ -217,7 +217,7 @@ std::string ControlDesk::status() {
 
 std::string ControlDesk::truth_of(int camera, world::Truth &truth) const {
     if (!stage_.truth(camera, truth)) {
-        refuse("no frame of this camera has been taken of this scene yet");
+        refuse("no frame of this camera has been taken yet");
     }
     return camera_text(truth.camera(truth.rows / 2));
 }
