@@ -127,6 +127,19 @@ class VirtualTime(Bench):
         board.arm(64, 40)
         self.assertEqual(board.frame()[5] & 4, 4)
 
+    def test_frames_are_whole_whenever_they_are_armed(self):
+        """In the middle of one that nobody looks at, too."""
+        board = self.board
+        board.bring_up()
+        for pause_us in (0, 100, 200, 300, 350, 400, 450, 500, 1000, 10000):
+            board.advance(pause_us)
+            board.arm(64, 48)
+            frame = board.frame()
+            self.assertEqual(frame[5], 0, pause_us)
+            pixels = struct.unpack("<3072H", frame[6])
+            self.assertGreater(min(pixels), 20, pause_us)
+            self.assertIn(frame[1] - frame[0], range(400, 500))
+
     def test_waiting_for_frames(self):
         board = self.board
         self.assert_refusal(NO_FRAME_ARMED, board.frame)
