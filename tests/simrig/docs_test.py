@@ -65,7 +65,8 @@ class Docs(Bench):
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertIn("still_life", done.stdout)
         for arguments, code, word in ((["--zom", "2"], 2, "--zoom"), (["a", "b"], 2, "b"),
-                                      (["nosuch"], 3, "still_life"), (["plane", "--zoom", "12"], 2, "zoom"),
+                                      (["nosuch"], 3, "still_life"),
+                                      (["plane", "--zoom", "12"], 2, "zoom"),
                                       (["plane", "--pty"], 2, "--wall"),
                                       (["plane", "--listen", "x"], 1, "unix:PATH"),
                                       (["--replay", "nosuch"], 3, "nosuch"),

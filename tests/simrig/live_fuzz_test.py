@@ -7,8 +7,8 @@ import socket
 import struct
 import unittest
 
-from simrig_client import (ADVANCE, BRIDGE, CONTROL, CONTROLLER, FRAME_ARM, FRAME_CANCEL, FRAME_WAIT,
-                           GPIO_GET, GPIO_SET, HELLO, I2C, MAGIC, SERIAL_READ, SERIAL_WRITE, TIME,
+from simrig_client import (ADVANCE, BRIDGE, CONTROL, CONTROLLER, FRAME_ARM, FRAME_CANCEL,
+                           FRAME_WAIT, GPIO_GET, GPIO_SET, HELLO, I2C, MAGIC, SERIAL_READ, SERIAL_WRITE, TIME,
                            TRUTH, Bench, Gone)
 
 SEED = int(os.environ.get("VERGENCE_SEED", "20090915"))
@@ -51,8 +51,9 @@ class Maker:
         soon = now_us + chance.randint(0, 3000)
         return chance.choice((
             lambda: (TIME, b""), lambda: (ADVANCE, struct.pack("<QI", soon, chance.randint(0, 7))),
-            lambda: (I2C, self.transfer()), lambda: (GPIO_SET, struct.pack("<I", chance.randint(0, 1))),
-            lambda: (GPIO_GET, b""), lambda: (FRAME_ARM, struct.pack("<HH", self.number(6), self.number(6))),
+            lambda: (I2C, self.transfer()),
+            lambda: (GPIO_SET, struct.pack("<I", chance.randint(0, 1))), lambda: (GPIO_GET, b""),
+            lambda: (FRAME_ARM, struct.pack("<HH", self.number(6), self.number(6))),
             lambda: (FRAME_WAIT, struct.pack("<Q", soon)), lambda: (FRAME_CANCEL, b""),
             lambda: (SERIAL_WRITE, chance.choice((b"1?\n", b"2Z400\n", self.bytes(80)))),
             lambda: (SERIAL_READ, b""), lambda: (CONTROL, chance.choice(LINES).encode()),

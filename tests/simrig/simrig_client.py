@@ -18,7 +18,8 @@ PATIENCE_S = 60
 
 MAGIC, VERSION = 0x47495256, 1
 HELLO, TIME, ADVANCE = 1, 2, 3
-I2C, GPIO_SET, GPIO_GET, FRAME_ARM, FRAME_WAIT, FRAME_CANCEL, SERIAL_WRITE, SERIAL_READ = range(16, 24)
+I2C, GPIO_SET, GPIO_GET = 16, 17, 18
+FRAME_ARM, FRAME_WAIT, FRAME_CANCEL, SERIAL_WRITE, SERIAL_READ = range(19, 24)
 CONTROL, TRUTH = 32, 33
 REPLY = 0x8000
 OK, BAD_REQUEST, BAD_VERSION, BUSY, NOT_ALLOWED = 0, -1, -2, -3, -4
@@ -31,12 +32,15 @@ BRIDGE, LEFT, RIGHT = 0x2C, 0x5C, 0x5E
 # A board to look at that needs no time to be lit.
 SCENE = """\
 room: {origin_mm: [125, 0, 1800], tilt_deg: 0}
-lights: [{centre_mm: [-900, -900, -900], half_u_mm: [300, 0, 0], half_v_mm: [0, 300, 0], luminance: [600, 600, 600]}]
+lights:
+  - {centre_mm: [-900, -900, -900], half_u_mm: [300, 0, 0], half_v_mm: [0, 300, 0],
+     luminance: [600, 600, 600]}
 ambient: [300, 300, 300]
 floor_ambient: [300, 300, 300]
 bounce_lux: 0
 materials:
-  - print: {kind: board, colours: [[0.8, 0.8, 0.8], [0.05, 0.05, 0.05]], board: {columns: 9, rows: 7, square_mm: 40}}
+  - print: {kind: board, colours: [[0.8, 0.8, 0.8], [0.05, 0.05, 0.05]],
+      board: {columns: 9, rows: 7, square_mm: 40}}
 objects:
   - sheet: {name: board, material: print, position_mm: [0, 0, 0], size_mm: [1200, 900]}
 """

@@ -75,9 +75,10 @@ enum simrig_type {
     /* ---- board only */
     /* u32 speed_hz, u16 count, then for each message: u8 address (7 bits), u8 flags
      * (SIMRIG_I2C_READ), u16 length, and for a write its bytes. One transfer: START, messages with
-     * repeated STARTs, STOP; a second at most on the wire. -> u16 count of whole messages, u16 bytes acknowledged or read of the
-     * one that failed, then the bytes of all reads in order (zeros after a failure). Also with a
-     * status from SIMRIG_I2C_NACK_ADDRESS to SIMRIG_I2C_STUCK, in place of the text. */
+     * repeated STARTs, STOP; a second at most on the wire. -> u16 count of whole messages, u16
+     * bytes acknowledged or read of the one that failed, then the bytes of all reads in order
+     * (zeros after a failure). Also with a status from SIMRIG_I2C_NACK_ADDRESS to SIMRIG_I2C_STUCK,
+     * in place of the text. */
     SIMRIG_I2C = 16,
     /* u32 levels (SIMRIG_OUT_*) -> - */
     SIMRIG_GPIO_SET = 17,
