@@ -8,8 +8,8 @@ import struct
 import unittest
 
 from simrig_client import (ADVANCE, BRIDGE, CONTROL, CONTROLLER, FRAME_ARM, FRAME_CANCEL,
-                           FRAME_WAIT, GPIO_GET, GPIO_SET, HELLO, I2C, MAGIC, SERIAL_READ, SERIAL_WRITE, TIME,
-                           TRUTH, Bench, Gone)
+                           FRAME_WAIT, GPIO_GET, GPIO_SET, HELLO, I2C, MAGIC, SERIAL_READ,
+                           SERIAL_WRITE, TIME, TRUTH, Bench, Gone)
 
 SEED = int(os.environ.get("VERGENCE_SEED", "20090915"))
 MESSAGES = int(os.environ.get("SIMRIG_FUZZ_MESSAGES", "4000"))

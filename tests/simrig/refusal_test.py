@@ -89,7 +89,8 @@ class StartUp(Bench):
         large = self.bad_file("large.yaml", b"# \n" * 2000000)
         for name, word in (("nosuch", "still_life"), ("./nosuch", "cannot be read"),
                            (self.folder / "pipe.yaml", "is no file"),
-                           (f"{self.folder}/", "no file"), ("/dev/zero", "no file"), (bad_yaml, "bad.yaml:"), (control, "YAML"),
+                           (f"{self.folder}/", "no file"), ("/dev/zero", "no file"),
+                           (bad_yaml, "bad.yaml:"), (control, "YAML"),
                            (deep, "deep.yaml"), (wrong, "wrong.yaml:7: a number is wanted"),
                            (large, "too long")):
             self.refuse(3, ["--scene", name, *listen], word)
