@@ -7,7 +7,6 @@
 #include <new>
 
 #include "bridge_coverage.hpp"
-#include "verilated.h"
 #include "verilated_bridge.hpp"
 
 // Verilator's own code asks for this where no SystemC is.
