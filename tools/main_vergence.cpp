@@ -46,6 +46,7 @@ const client_command commands[] = {
     {"board", "make a calibration board to be printed", command_board},
     {"evaluate", "compare a result with the ground truth", command_evaluate},
     {"info", "explain a calibration or a result", command_info},
+    {"simulate", "start a simulated rig, or show what it would see", command_simulate},
 };
 
 }  // namespace

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-# Writes OUT, which includes every C++ file that Verilator left in FOLDER.
+# Writes OUT, which includes FIRST and every C++ file that Verilator left in FOLDER.
 file(GLOB sources ${FOLDER}/*.cpp)
 list(SORT sources)
-set(text "")
+set(text "#include \"${FIRST}\"\n")
 foreach(source ${sources})
   string(APPEND text "#include \"${source}\"\n")
 endforeach()

@@ -8,9 +8,7 @@
 #include <iterator>
 #include <mutex>
 
-#include "Vbridge_sim.h"
-#include "Vbridge_sim__Syms.h"
-#include "Vbridge_sim___024root.h"
+#include "verilated_bridge.hpp"
 #include "verilated_cov.h"
 
 namespace {

@@ -6,10 +6,8 @@
 #include <memory>
 #include <new>
 
-#include "Vbridge_sim.h"
-#include "Vbridge_sim___024root.h"
 #include "bridge_coverage.hpp"
-#include "verilated.h"
+#include "verilated_bridge.hpp"
 
 // Verilator's own code asks for this where no SystemC is.
 double sc_time_stamp() {
@@ -30,6 +28,17 @@ struct Clock {
 struct Pins {
     uint8_t sda_low, branch_low, servo, irq, ppi_clk;
     uint16_t ppi, sensor;
+};
+
+constexpr size_t kRun = 4096;
+constexpr unsigned kSyncs = 7;
+
+// What a camera shows by bridge_model_feed().
+struct Feed {
+    bool used = false;
+    int level = 0;
+    uint16_t word = 0;
+    const uint16_t *next = nullptr, *end = nullptr;
 };
 
 }  // namespace
@@ -53,20 +62,38 @@ struct bridge_model {
     void *event_context = nullptr;
     bridge_clock_callback on_clock = nullptr;
     void *clock_context = nullptr;
+    Feed feeds[BRIDGE_CAMERAS];
+    bridge_ppi_callback on_ppi = nullptr;
+    void *ppi_context = nullptr;
+    unsigned run_syncs = 0;
+    size_t run_count = 0;
+    uint16_t run[kRun];
 };
 
 namespace {
 
-void apply_inputs(bridge_model &model) {
+unsigned word_of(const bridge_model &model, int camera) {
     const bridge_inputs &in = model.inputs;
+    return model.feeds[camera].used
+               ? model.feeds[camera].word
+               : (in.pixel[camera] & 0x3FFu) | (in.line_valid[camera] & 1u) << 10 |
+                     (in.frame_valid[camera] & 1u) << 11;
+}
+
+void apply_words(bridge_model &model) {
+    const unsigned left = word_of(model, BRIDGE_LEFT), right = word_of(model, BRIDGE_RIGHT);
     Vbridge_sim &top = *model.top;
-    top.rst_i = in.reset;
-    top.frame_valid_i = static_cast<uint8_t>(in.frame_valid[0] | in.frame_valid[1] << 1);
-    top.line_valid_i = static_cast<uint8_t>(in.line_valid[0] | in.line_valid[1] << 1);
-    top.left_data_i = in.pixel[0] & 0x3FFu;
-    top.right_data_i = in.pixel[1] & 0x3FFu;
-    model.inputs_changed = false;
+    top.frame_valid_i = static_cast<uint8_t>((left >> 11 & 1u) | (right >> 10 & 2u));
+    top.line_valid_i = static_cast<uint8_t>((left >> 10 & 1u) | (right >> 9 & 2u));
+    top.left_data_i = left & 0x3FFu;
+    top.right_data_i = right & 0x3FFu;
     model.unsettled = true;
+}
+
+void apply_inputs(bridge_model &model) {
+    model.top->rst_i = model.inputs.reset;
+    apply_words(model);
+    model.inputs_changed = false;
 }
 
 // The wires of the buses are what both sides leave of them.
@@ -139,10 +166,26 @@ uint32_t collect(bridge_model &model) {
     return events;
 }
 
+// At a rising edge of the PPI's clock.
+void sample_ppi(bridge_model &model) {
+    const unsigned syncs = model.pins.ppi >> 10 & kSyncs;
+    if (syncs != model.run_syncs || model.run_count == kRun) {
+        model.on_ppi(model.ppi_context, model.now_ps, model.run, model.run_count, &model.outputs);
+        model.run_syncs = syncs;
+        model.run_count = 0;
+    }
+    model.run[model.run_count++] = model.pins.ppi & 0x3FFu;
+}
+
 void settle(bridge_model &model) {
     model.top->eval();
     model.unsettled = false;
-    const uint32_t events = collect(model) & model.wanted;
+    const uint32_t changes = collect(model);
+    if ((changes & BRIDGE_EVENT_PPI_CLK) != 0 && model.pins.ppi_clk != 0 &&
+        model.on_ppi != nullptr) {
+        sample_ppi(model);
+    }
+    const uint32_t events = changes & model.wanted;
     if (events != 0) {
         model.on_event(model.event_context, model.now_ps, events, &model.outputs);
     }
@@ -200,6 +243,22 @@ bool nothing_falls(bridge_model &model, bool tick_was) {
            (model.top->tick_next_i != 0) == tick_was && believe_clock_low(*model.top->rootp, 0);
 }
 
+// What follows from an edge of a camera's clock that the bridge has seen.
+void edge_of_camera(bridge_model &model, int camera) {
+    const int level = model.clocks[camera].level;
+    Feed &feed = model.feeds[camera];
+    if (feed.used && level != feed.level) {
+        return;
+    }
+    if (feed.next == feed.end && model.on_clock != nullptr) {
+        model.on_clock(model.clock_context, model.now_ps, camera, level);
+    }
+    if (feed.next != feed.end) {
+        feed.word = *feed.next++;
+        apply_words(model);
+    }
+}
+
 // Runs one moment at which at least one clock has an edge.
 void step(bridge_model &model) {
     unsigned camera_edges = 0;
@@ -227,11 +286,9 @@ void step(bridge_model &model) {
         return;
     }
     settle(model);
-    if (camera_edges != 0 && model.on_clock != nullptr) {
-        for (int i = 0; i < BRIDGE_CAMERAS; i++) {
-            if ((camera_edges >> i & 1u) != 0) {
-                model.on_clock(model.clock_context, model.now_ps, i, model.clocks[i].level);
-            }
+    for (int i = 0; i < BRIDGE_CAMERAS; i++) {
+        if ((camera_edges >> i & 1u) != 0) {
+            edge_of_camera(model, i);
         }
     }
 }
@@ -374,4 +431,33 @@ void bridge_model_on_event(bridge_model *model, uint32_t events, bridge_event_ca
 void bridge_model_on_clock(bridge_model *model, bridge_clock_callback callback, void *context) {
     model->on_clock = callback;
     model->clock_context = context;
+}
+
+void bridge_model_on_ppi(bridge_model *model, bridge_ppi_callback callback, void *context) {
+    model->on_ppi = callback;
+    model->ppi_context = context;
+    model->run_count = 0;
+    model->run_syncs = model->pins.ppi >> 10 & kSyncs;
+}
+
+void bridge_model_feed(bridge_model *model, int camera, const uint16_t *words, size_t count,
+                       int level) {
+    Feed &feed = model->feeds[camera];
+    if (!feed.used) {
+        feed.word = static_cast<uint16_t>(word_of(*model, camera));
+        feed.used = true;
+    }
+    feed.next = words;
+    feed.end = count == 0 ? words : words + count;
+    feed.level = level != 0;
+}
+
+void bridge_model_show(bridge_model *model, int camera, uint16_t word) {
+    model->feeds[camera].used = true;
+    model->feeds[camera].word = word;
+    model->inputs_changed = true;
+}
+
+unsigned bridge_model_watched(const bridge_model *model) {
+    return model->top->watched_o;
 }

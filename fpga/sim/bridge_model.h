@@ -11,6 +11,7 @@
 #ifndef VERGENCE_FPGA_SIM_BRIDGE_MODEL_H
 #define VERGENCE_FPGA_SIM_BRIDGE_MODEL_H
 
+#include <stddef.h>
 #include <stdint.h>
 
 #ifdef __cplusplus
@@ -79,6 +80,16 @@ typedef void (*bridge_event_callback)(void *context, uint64_t time_ps, uint32_t 
  * has one more edge to settle, as the pins of a sensor do. Same rules. */
 typedef void (*bridge_clock_callback)(void *context, uint64_t time_ps, int camera, int level);
 
+/* Called at a rising edge of the PPI's clock at which a frame sync is not what it was at the edge
+ * before, and when samples have gathered: a run of samples with the same syncs has ended. data:
+ * those of the run since the last call, without the present one, which begins the next run and has
+ * the syncs `now`. data is the model's and good for this call. Same rules as above. */
+typedef void (*bridge_ppi_callback)(void *context, uint64_t time_ps, const uint16_t *data,
+                                    size_t count, const bridge_outputs *now);
+
+/* A word of a camera's pins: 10 bits of data, and these. */
+enum { BRIDGE_WORD_LINE = 1u << 10, BRIDGE_WORD_FRAME = 1u << 11 };
+
 /* A model just after power-up: reset is active, clocks stand (but for the control clock's 25 MHz),
  * lines are let go. Synchronisers take a random extra clock now and then, by the seed. NULL: out of
  * memory. The caller destroys it. */
@@ -115,6 +126,24 @@ uint64_t bridge_model_time_ps(const bridge_model *model);
 void bridge_model_on_event(bridge_model *model, uint32_t events, bridge_event_callback callback,
                            void *context);
 void bridge_model_on_clock(bridge_model *model, bridge_clock_callback callback, void *context);
+
+void bridge_model_on_ppi(bridge_model *model, bridge_ppi_callback callback, void *context);
+
+/* Words that a camera shows one after the other, each just after an edge of its clock to `level`,
+ * as a clock callback would set them, but without one for every edge: the callback is called at
+ * such an edge only when no word is left, and may give the next ones, of which the first is taken
+ * at that very edge. words stay the caller's and are not copied: they stand still until the last
+ * is taken. Words that are left from before are dropped. From the first call on, the camera's part
+ * of bridge_model_set_inputs() does not count any more. */
+void bridge_model_feed(bridge_model *model, int camera, const uint16_t *words, size_t count,
+                       int level);
+/* The camera shows this word from now on, whatever its clock does. */
+void bridge_model_show(bridge_model *model, int camera, uint16_t word);
+
+/* The cameras whose frames could go to the PPI next, as a sum of 1 << camera: what the core has
+ * selected, and what it is changing to. Not a pin: for a world that need not make pictures that
+ * nobody sees. */
+unsigned bridge_model_watched(const bridge_model *model);
 
 #ifdef __cplusplus
 }

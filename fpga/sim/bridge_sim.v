@@ -6,6 +6,7 @@
 // outside. tick_next_i: the next rising edge of clk_i has the tick; taken at the falling edge.
 // falling_counts_o: 0: a falling edge of clk_i moves nothing but the tick: no flip-flop of the core
 // that works with it, those of the pattern's clock, would change.
+// watched_o: the cameras whose frames could go to the PPI next; both while the core alternates.
 `default_nettype none
 module bridge_sim (
     input  wire        rst_i,
@@ -27,13 +28,23 @@ module bridge_sim (
     output wire        ppi_clk_o,
     output wire [12:0] ppi_o,         // FS3, FS2, FS1, data
     output wire [ 9:0] sensor_o,      // trigger, extclk, oe, standby, reset_n of both
-    output wire        falling_counts_o
+    output wire        falling_counts_o,
+    output wire [ 1:0] watched_o
 );
   reg tick_us;
   always @(negedge clk_i) tick_us <= tick_next_i;
 
   assign falling_counts_o = core.video.stream.clocks.select_i[2] ||
       core.video.stream.clocks.asked[2] || core.video.stream.clocks.enabled[2];
+
+  genvar camera;
+  generate
+    for (camera = 0; camera < 2; camera = camera + 1) begin : watch
+      assign watched_o[camera] = core.video.stream.alternating_i ||
+          core.video.stream.active_o == camera || core.video.stream.selector.wanted == camera ||
+          (core.video.stream.switching_o && core.video.stream.selector.target == camera);
+    end
+  endgenerate
 
   bridge_core core (
       .rst_i(rst_i),

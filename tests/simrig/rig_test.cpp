@@ -1,89 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The rig's devices through the Verilated bridge: what a board sees of them.
-#include "tools/simrig/rig/rig.hpp"
-
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <string>
 #include <vector>
 
-namespace {
+#include "tests/simrig/rig_try.hpp"
 
-using simrig::I2cMessage;
-using simrig::I2cStatus;
-
-constexpr uint8_t kBridge = 0x2C, kLeft = 0x5C, kRight = 0x5E;
-constexpr double kMs = 1000;
-
-uint16_t pixel_of(int camera, unsigned row, unsigned column) {
-    return uint16_t((row * 37u + column * 11u + unsigned(camera) * 501u) & 0x3FFu);
-}
-
-// A board with drivers in a few lines.
-struct Bench {
-    simrig::Rig rig;
-    std::vector<simrig::SensorFrame> sent;
-
-    explicit Bench(simrig::RigSettings settings = {})
-        : rig(settings, [this](int camera, const simrig::SensorFrame &frame, double,
-                               const std::function<simrig::CameraState(double)> &) {
-              sent.push_back(frame);
-              std::vector<uint16_t> pixels;
-              for (unsigned row = 0; row < frame.rows; row++) {
-                  for (unsigned column = 0; column < frame.columns; column++) {
-                      pixels.push_back(pixel_of(camera, row, column));
-                  }
-              }
-              return pixels;
-          }) {
-        rig.advance(rig.now_us() + 200, 0);  // the bridge clears its branches after a reset
-    }
-
-    I2cStatus write(uint8_t address, uint8_t index, uint16_t value) {
-        std::vector<I2cMessage> messages = {
-            {address, false, {index, uint8_t(value >> 8), uint8_t(value)}}};
-        return rig.i2c(400000, messages).status;
-    }
-    int read(uint8_t address, uint8_t index) {
-        std::vector<I2cMessage> messages = {{address, false, {index}},
-                                            {address, true, std::vector<uint8_t>(2)}};
-        if (rig.i2c(400000, messages).status != I2cStatus::kOk) {
-            return -1;
-        }
-        return messages[1].bytes[0] << 8 | messages[1].bytes[1];
-    }
-    void wake_sensors() {
-        CHECK(write(kBridge, 0x56, 1) == I2cStatus::kOk);  // router
-        CHECK(write(kBridge, 0x48, 0x00F3) ==
-              I2cStatus::kOk);  // out of reset, clocks and outputs on
-    }
-    void set_window(uint8_t address, unsigned columns, unsigned rows, unsigned hblank,
-                    unsigned vblank) {
-        CHECK(write(address, 0x03, uint16_t(rows - 1)) == I2cStatus::kOk);
-        CHECK(write(address, 0x04, uint16_t(columns - 1)) == I2cStatus::kOk);
-        CHECK(write(address, 0x05, uint16_t(hblank)) == I2cStatus::kOk);
-        CHECK(write(address, 0x06, uint16_t(vblank)) == I2cStatus::kOk);
-        CHECK(write(address, 0x09, uint16_t(rows)) == I2cStatus::kOk);
-    }
-    simrig::PpiFrame capture(unsigned columns, unsigned rows) {
-        rig.arm_frame(columns, rows);
-        REQUIRE(rig.wait_frame(rig.now_us() + 500 * kMs));
-        return rig.take_frame();
-    }
-};
-
-uint64_t wrong_pixels(const simrig::PpiFrame &frame, int camera) {
-    uint64_t wrong = 0;
-    for (unsigned row = 0; row < frame.rows; row++) {
-        for (unsigned column = 0; column < frame.columns; column++) {
-            wrong +=
-                frame.pixels[size_t(row) * frame.columns + column] != pixel_of(camera, row, column);
-        }
-    }
-    return wrong;
-}
-
-}  // namespace
+using namespace rig_try;
 
 TEST_CASE("bridge and sensors answer, each under its address") {
     Bench bench;
@@ -173,32 +98,4 @@ TEST_CASE("lens motors move at their speed, and the controller tells where they 
     int zoom = 0;
     CHECK(std::sscanf(text.c_str(), "V3LC 1\rZoom:%d", &zoom) == 1);
     CHECK(std::abs(zoom - 600) <= 5);
-}
-
-// Pixels and blanking as stated beside the datasheet's table in the sensor's timing model.
-TEST_CASE("frame rates of the sensor's datasheet, as the bridge measures them") {
-    struct Row {
-        unsigned columns, rows, hblank, vblank;
-        double fps;
-    };
-    constexpr Row kRows[] = {{2048, 1536, 142, 25, 12.0},
-                             {1600, 1200, 21, 25, 20},
-                             {1280, 1024, 21, 25, 27},
-                             {1024, 768, 21, 25, 43},
-                             {640, 480, 21, 25, 93}};
-    for (const Row &row : kRows) {
-        simrig::Mt9t001 sensor([](const simrig::SensorFrame &frame, double) {
-            return std::vector<uint16_t>(size_t(frame.rows) * frame.columns, 0);
-        });
-        sensor.write(0x03, uint16_t(row.rows - 1));
-        sensor.write(0x04, uint16_t(row.columns - 1));
-        sensor.write(0x05, uint16_t(row.hblank));
-        sensor.write(0x06, uint16_t(row.vblank));
-        sensor.write(0x09, uint16_t(row.rows));
-        const double period_us = 1 / 48.0;
-        sensor.skip(200000000, period_us);
-        const double fps = 48e6 / double(simrig::Mt9t001::frame_clocks(sensor.frame()));
-        CAPTURE(row.columns);
-        CHECK(std::abs(fps / row.fps - 1) <= 0.02);
-    }
 }

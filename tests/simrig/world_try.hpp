@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tests of the world share: files of a moment, rigs with some faults, steady cameras.
-#pragma once
+/// What the tests of the world share: files of a moment, rigs with some faults, steady cameras.
+#ifndef VERGENCE_TESTS_SIMRIG_WORLD_TRY_HPP
+#define VERGENCE_TESTS_SIMRIG_WORLD_TRY_HPP
 
 #include <unistd.h>
 
@@ -16,7 +17,7 @@ inline std::string file(const std::string &name) {
     return std::string(SIMRIG_FILES) + "/" + name;
 }
 
-// A file that is gone when this is.
+/// A file that is gone when this is.
 class ShortLivedFile {
   public:
     explicit ShortLivedFile(const std::string &text) {
@@ -39,7 +40,7 @@ inline world::Scene scene_of(const std::string &text) {
     return world::load_scene(ShortLivedFile(text).path());
 }
 
-// Even light from everywhere, no lamp: a surface of reflectance 1 has luminance 300.
+/// Even light from everywhere, no lamp: a surface of reflectance 1 has luminance 300.
 inline std::string even_light() {
     return "room: {origin_mm: [0, 0, 1800], tilt_deg: 0}\n"
            "lights: []\n"
@@ -58,7 +59,7 @@ inline world::FrameRequest steady(const world::Mechanics &mechanics) {
     return request;
 }
 
-// Looks along z, focused at a distance.
+/// Looks along z, focused at a distance.
 inline world::Mechanics straight(const world::Rig &rig, double zoom, double focus_mm, double iris) {
     world::Mechanics mechanics;
     mechanics.zoom = zoom;
@@ -68,3 +69,5 @@ inline world::Mechanics straight(const world::Rig &rig, double zoom, double focu
 }
 
 }  // namespace world_try
+
+#endif

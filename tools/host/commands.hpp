@@ -16,4 +16,7 @@ int command_evaluate(int argc, char **argv);
 /// `vergence info`: explains a calibration or a result.
 int command_info(int argc, char **argv);
 
+/// `vergence simulate`: becomes the simulated rig, if that was built.
+int command_simulate(int argc, char **argv);
+
 #endif

@@ -1,125 +1,70 @@
 // SPDX-License-Identifier: Apache-2.0
-// simrig: the simulated rig as a process. See usage() and protocol/simrig_protocol.h.
+// simrig: the simulated rig as a process. See server/options.cpp and README.md.
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <sstream>
 #include <stdexcept>
-#include <string>
 
-#include "tools/simrig/rig/settings.hpp"
-#include "tools/simrig/server/control.hpp"
-#include "tools/simrig/server/log.hpp"
+#include "tools/simrig/server/options.hpp"
+#include "tools/simrig/server/place.hpp"
 #include "tools/simrig/server/pty.hpp"
 #include "tools/simrig/server/server.hpp"
+#include "tools/simrig/server/view.hpp"
+#include "tools/simrig/wire/file.hpp"
 #include "tools/simrig/world/document.hpp"
 
 namespace {
 
 using namespace simrig;
 
-constexpr const char *kUsage =
-    "usage: simrig --rig FILE --scene FILE --listen unix:PATH|tcp:PORT [options]\n"
-    "       simrig --replay LOG [--rig FILE --scene FILE]\n"
-    "\n"
-    "The simulated rig: two cameras with motorized zoom lenses on pan servos look at a scene; all\n"
-    "that the board sees of them comes through the FPGA bridge's own Verilog. Programs connect to\n"
-    "it by the protocol of tools/simrig/protocol/simrig_protocol.h.\n"
-    "\n"
-    "  --rig FILE       what the rig is: lenses, servos, sensors and all their faults (YAML)\n"
-    "  --scene FILE     what it looks at (YAML)\n"
-    "  --listen WHERE   unix:PATH, or tcp:PORT on this machine's loopback (0: any free port)\n"
-    "  --seed N         of all noise and chance (default 1); the same seed and the same requests\n"
-    "                   give the same answers\n"
-    "  --threads N      for pictures (default 1); the same pictures with any number\n"
-    "  --wall           the rig's time is the clock's; otherwise it passes by requests alone\n"
-    "  --pty            with --wall: the lens controller's line as a pseudo terminal too\n"
-    "  --log FILE       write all requests there at the end, for --replay\n"
-    "  --replay LOG     ask a rig all of it again and compare its answers\n"
-    "  --help, --version, --help-control\n"
-    "\n"
-    "When it is ready it prints one line: 'listening on WHERE'. It ends with SIGINT or SIGTERM.\n"
-    "Exit code: 0; 1 when something failed, also a replay that differs; 2 for wrong usage.\n";
+constexpr size_t kLongestScript = size_t(1) << 20;
 
-struct Options {
-    LogHead head;
-    std::string listen, log, replay;
-    int threads = 1;
-    bool wall = false, pty = false;
-};
-
-struct WrongUsage : std::runtime_error {
+/// A file that was named cannot be used.
+struct BadInput : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-uint64_t whole(const std::string &name, const std::string &text, uint64_t low, uint64_t high) {
-    size_t used = 0;
-    unsigned long long value = 0;
+/// Runs what reads such files.
+template <typename Read>
+auto reading(Read read) -> decltype(read()) {
     try {
-        value = text.find('-') == std::string::npos ? std::stoull(text, &used) : 0;
-    } catch (const std::logic_error &) {
-        used = 0;
-    }
-    if (used == 0 || used != text.size() || value < low || value > high) {
-        throw WrongUsage(name + " wants a whole number from " + std::to_string(low) + " to " +
-                         std::to_string(high) + ", not '" + text + "'");
-    }
-    return value;
-}
-
-void set_option(Options &options, const std::string &name, const std::string &value) {
-    if (name == "--rig") {
-        options.head.rig = value;
-    } else if (name == "--scene") {
-        options.head.scene = value;
-    } else if (name == "--listen") {
-        options.listen = value;
-    } else if (name == "--log") {
-        options.log = value;
-    } else if (name == "--replay") {
-        options.replay = value;
-    } else if (name == "--seed") {
-        options.head.seed = whole(name, value, 0, UINT32_MAX);
-    } else if (name == "--threads") {
-        options.threads = int(whole(name, value, 1, 64));
-    } else {
-        throw WrongUsage("option '" + name + "' is not known");
+        return read();
+    } catch (const std::runtime_error &error) {
+        throw BadInput(error.what());
     }
 }
 
-Options parse(int count, char **arguments) {
-    Options options;
-    options.head.seed = 1;
-    for (int i = 1; i < count; i++) {
-        const std::string name = arguments[i];
-        if (name == "--wall") {
-            options.wall = true;
-        } else if (name == "--pty") {
-            options.pty = true;
-        } else if (i + 1 < count) {
-            set_option(options, name, arguments[++i]);
-        } else {
-            throw WrongUsage(name.rfind("--", 0) == 0 ? name + " wants a value, or is not known"
-                                                      : "'" + name + "' is not an option");
+/// One bar on standard error, when that is a terminal.
+class Progress {
+  public:
+    ~Progress() { wipe(); }
+    void show(int done, int of, const char *what) {
+        if (isatty(STDERR_FILENO) == 0) {
+            return;
         }
+        const int width = 30, full = width * done / of;
+        std::fprintf(stderr, "\r\033[K[%.*s%.*s] %s", full, "##############################",
+                     width - full, "..............................", what);
+        drawn_ = true;
     }
-    if (options.pty && !options.wall) {
-        throw WrongUsage("a pseudo terminal needs --wall: its other end lives in the clock's time");
+    void wipe() {
+        if (drawn_) {
+            std::fputs("\r\033[K", stderr);
+        }
+        drawn_ = false;
     }
-    if (options.wall && (!options.log.empty() || !options.replay.empty())) {
-        throw WrongUsage(
-            "with --wall no run is like another: --log and --replay do not go with it");
-    }
-    if (options.replay.empty() &&
-        (options.head.rig.empty() || options.head.scene.empty() || options.listen.empty())) {
-        throw WrongUsage("--rig, --scene and --listen are wanted");
-    }
-    return options;
-}
+
+  private:
+    bool drawn_ = false;
+};
 
 int stop_pipe[2];
 
@@ -142,122 +87,192 @@ void catch_signals() {
     signal(SIGPIPE, SIG_IGN);
 }
 
-/// Keeps the rig up with the clock.
-class WallTime {
-  public:
-    explicit WallTime(Rig &rig)
-        : rig_(rig), begin_(std::chrono::steady_clock::now()), begin_us_(rig.now_us()) {}
+/// The clock's time since this was first asked for.
+WallClock wall_clock() {
+    using Clock = std::chrono::steady_clock;
+    std::optional<Clock::time_point> begin;
+    return [begin]() mutable {
+        const Clock::time_point now = Clock::now();
+        begin = begin ? begin : now;
+        return std::chrono::duration<double, std::micro>(now - *begin).count();
+    };
+}
 
-    void tick() {
-        const std::chrono::duration<double, std::micro> passed =
-            std::chrono::steady_clock::now() - begin_;
-        const double until_us = begin_us_ + passed.count();
-        // What cannot be computed in time comes late, in pieces, so that clients are heard.
-        rig_.advance(std::min(until_us, rig_.now_us() + kPieceUs), 0);
-    }
-
-  private:
-    static constexpr double kPieceUs = 20000;
-
-    Rig &rig_;
-    std::chrono::steady_clock::time_point begin_;
-    double begin_us_;
+/// How the rig is to be made, and what it has been through.
+struct Plan {
+    LogHead head;  ///< with the names that were given
+    std::string rig_path, scene_path;
+    std::shared_ptr<world::Scene> scene;
+    std::vector<LogEntry> past;
 };
 
-/// The rig with all that belongs to it.
-struct Setup {
-    Stage stage;
-    Rig rig;
-    ControlDesk desk;
-    Board board;
+void check_sum(const std::string &path, uint32_t sum, uint32_t then, const std::string &log) {
+    if (sum != then) {
+        throw BadInput(path + " is not as it was when " + log + " was made");
+    }
+}
 
-    static RigSettings settings(const Options &options) {
-        RigSettings settings = load_settings(options.head.rig);
-        settings.seed = options.head.seed;
-        return settings;
+Plan plan_of(const Options &options) {
+    Plan plan;
+    plan.head.seed = options.seed;
+    const std::string log = options.replay + options.from;
+    if (!log.empty()) {
+        Log read = reading([&log] { return read_log(log); });
+        plan.head = read.head;
+        plan.past = std::move(read.entries);
     }
-    explicit Setup(const Options &options)
-        : stage(options.head.scene, options.head.rig, options.head.seed, options.threads),
-          rig(settings(options),
-              [this](int camera, const SensorFrame &frame, double begin_us,
-                     const std::function<CameraState(double)> &state) {
-                  return stage.picture(camera, frame, begin_us, state);
-              }),
-          desk(rig, stage),
-          board(rig, options.head.rig, options.wall,
-                [this](const std::string &command) { return desk.run(command); }) {}
-};
+    const LogHead then = plan.head;
+    if (!options.scene.empty()) {
+        plan.head.scene = options.scene;
+    }
+    if (!options.rig.empty() || plan.head.rig.empty()) {
+        plan.head.rig = options.rig.empty() ? "default" : options.rig;
+    }
+    reading([&plan] {
+        plan.rig_path = place_of("rigs", plan.head.rig);
+        plan.scene_path = place_of("scenes", plan.head.scene);
+        plan.head.rig_sum = sum_of(description_at(plan.rig_path));
+        plan.head.scene_sum = sum_of(description_at(plan.scene_path));
+    });
+    if (!log.empty()) {
+        check_sum(plan.rig_path, plan.head.rig_sum, then.rig_sum, log);
+        check_sum(plan.scene_path, plan.head.scene_sum, then.scene_sum, log);
+    }
+    Progress progress;
+    progress.show(0, 1, "working out the scene's light");
+    reading([&plan] {
+        world::load_rig(plan.rig_path);  // soon done, and so is a mistake in it
+        plan.scene = std::make_shared<world::Scene>(world::load_scene(plan.scene_path));
+    });
+    return plan;
+}
 
-int replay_log(Options options) {
-    LogHead head;
-    const std::vector<LogEntry> entries = read_log(options.replay, head);
-    if (!options.head.rig.empty()) {
-        head.rig = options.head.rig;
-    }
-    if (!options.head.scene.empty()) {
-        head.scene = options.head.scene;
-    }
-    options.head = head;
-    Setup setup(options);
-    replay(setup.board, entries);
-    std::printf("%zu requests, all answered as in the log\n", entries.size());
+std::unique_ptr<Session> session_of(const Options &options, const Plan &plan) {
+    LogHead head = plan.head;
+    head.rig = plan.rig_path;
+    head.scene = plan.scene_path;
+    return reading([&] {
+        return std::make_unique<Session>([head, scene = plan.scene, &options] {
+            return std::make_unique<Setup>(head, scene, options.threads, options.files,
+                                           options.wall ? wall_clock() : WallClock());
+        });
+    });
+}
+
+int replay_log(const Options &options) {
+    const Plan plan = plan_of(options);
+    const std::unique_ptr<Session> session = session_of(options, plan);
+    session->replay(plan.past, std::numeric_limits<double>::infinity());
+    std::printf("%zu entries, all answered as in the log\n", plan.past.size());
     return 0;
 }
 
-int serve(const Options &options) {
+void run_script(Session &session, const std::string &path) {
+    const Body bytes = reading([&path] { return whole_file(path, kLongestScript); });
+    std::istringstream lines(std::string(bytes.begin(), bytes.end()));
+    int number = 0;
+    for (std::string line; std::getline(lines, line);) {
+        number++;
+        const Words words = words_of(line);
+        if (words.empty() || words[0][0] == '#') {
+            continue;
+        }
+        const std::optional<Body> answer =
+            session.begin(SIMRIG_CONTROL, Body(line.begin(), line.end()), SIMRIG_ROLE_CONTROL);
+        const size_t status_bytes = sizeof(int32_t);
+        if (answer && (*answer)[0] != SIMRIG_OK) {
+            throw BadInput(path + ":" + std::to_string(number) + ": " +
+                           std::string(answer->begin() + status_bytes, answer->end()));
+        }
+    }
+}
+
+void write_views(const Options &options, const Plan &plan) {
+    if (mkdir(options.view.c_str(), 0777) != 0 && errno != EEXIST) {
+        throw std::runtime_error("cannot make " + options.view + ": " + std::strerror(errno));
+    }
+    const world::Rig rig = reading([&plan] { return world::load_rig(plan.rig_path); });
+    View view = view_at(rig, options.zoom, options.focus_mm);
+    view.seed = options.seed;
+    view.threads = options.threads;
+    const std::string prefix = options.view + "/";
+    Progress progress;
+    write_view(*plan.scene, rig, view, prefix,
+               [&progress](int done) { progress.show(done, kViewFiles, "what the cameras see"); });
+    progress.wipe();
+    std::printf("%sleft.png\n%sright.png\n%srig.svg\n", prefix.c_str(), prefix.c_str(),
+                prefix.c_str());
+}
+
+void must_be_heard() {
+    if (std::fflush(stdout) != 0) {
+        throw std::runtime_error(std::string("cannot write standard output: ") +
+                                 std::strerror(errno));
+    }
+}
+
+int serve(const Options &options, const Plan &plan) {
+    const std::unique_ptr<Session> session = session_of(options, plan);
+    if (!options.log.empty()) {
+        session->log_to(options.log, plan.head);
+    }
+    session->replay(plan.past, options.until_s >= 0 ? options.until_s * 1e6
+                                                    : std::numeric_limits<double>::infinity());
+    if (!options.script.empty()) {
+        run_script(*session, options.script);
+    }
     catch_signals();
-    Setup setup(options);
     Listener listener(options.listen);
-    WallTime wall(setup.rig);
     std::unique_ptr<Pty> pty;
+    std::function<void()> tick;
     if (options.pty) {
         pty = std::make_unique<Pty>();
         std::printf("lens controller on %s\n", pty->name().c_str());
+        tick = [&pty, &session] { pty->exchange(session->serial(), session->board().now_us()); };
     }
-    std::function<void()> tick;
-    if (options.wall) {
-        tick = [&setup, &wall, &pty] {
-            wall.tick();
-            if (pty) {
-                pty->exchange(setup.rig.serial(), setup.rig.now_us());
-            }
-        };
-    }
-    std::vector<LogEntry> entries;
-    Server server(listener, setup.board, tick, options.log.empty() ? nullptr : &entries);
+    Server server(listener, *session, plan.head.rig, tick);
     std::printf("listening on %s\n", listener.name().c_str());
-    std::fflush(stdout);
+    must_be_heard();
     server.run(stop_pipe[0]);
-    if (!options.log.empty()) {
-        write_log(options.log, options.head, entries);
+    return session->log_failed() ? 1 : 0;
+}
+
+int run(const Options &options) {
+    if (options.help || options.help_control) {
+        std::fputs(options.help ? kUsage : ControlDesk::help().c_str(), stdout);
+        return 0;
     }
-    return 0;
+    if (options.version) {
+        std::printf("simrig %s, protocol %d\n", SIMRIG_RELEASE, SIMRIG_VERSION);
+        return 0;
+    }
+    if (!options.replay.empty()) {
+        return replay_log(options);
+    }
+    const Plan plan = plan_of(options);
+    if (!options.view.empty()) {
+        write_views(options, plan);
+    }
+    return options.listen.empty() ? 0 : serve(options, plan);
+}
+
+int complain(const std::string &what, int code) {
+    std::fprintf(stderr, "simrig: %s\n", one_line(what).c_str());
+    return code;
 }
 
 }  // namespace
 
 int main(int count, char **arguments) {
-    const std::string first = count > 1 ? arguments[1] : "";
-    if (first == "--help") {
-        std::fputs(kUsage, stdout);
-        return 0;
-    }
-    if (first == "--help-control") {
-        std::fputs(ControlDesk::help().c_str(), stdout);
-        return 0;
-    }
-    if (first == "--version") {
-        std::printf("simrig, protocol %d\n", SIMRIG_VERSION);
-        return 0;
-    }
     try {
-        const Options options = parse(count, arguments);
-        return options.replay.empty() ? serve(options) : replay_log(options);
+        const int code = run(parse_options(count, arguments));
+        must_be_heard();
+        return code;
     } catch (const WrongUsage &error) {
-        std::fprintf(stderr, "simrig: %s; see simrig --help\n", error.what());
-        return 2;
+        return complain(std::string(error.what()) + "; see simrig --help", 2);
+    } catch (const BadInput &error) {
+        return complain(error.what(), 3);
     } catch (const std::exception &error) {
-        std::fprintf(stderr, "simrig: %s\n", error.what());
-        return 1;
+        return complain(error.what(), 1);
     }
 }

@@ -2,6 +2,7 @@
 #include "tools/simrig/devices/mt9t001.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace simrig {
@@ -269,43 +270,76 @@ void Mt9t001::begin_frame(double period_us) {
     line_ = nullptr;
 }
 
-Mt9t001::Output Mt9t001::clock(double now_us, double period_us) {
-    Output out;
+void Mt9t001::begin_if_due(double period_us) {
     if (restart_ && state_ == State::kReading) {
         state_ = State::kStopped;  // the frame is given up at once
         row_ = clock_ = 0;
+        begun_ = false;
     }
-    if (row_ == 0 && clock_ == 0 && state_ != State::kExposing) {
+    if (row_ == 0 && clock_ == 0 && state_ != State::kExposing && !begun_) {
         begin_frame(period_us);
+        begun_ = state_ == State::kReading;
     }
-    if (state_ == State::kReading && frame_.shown && row_ < frame_.rows) {
-        const unsigned column = clock_ - lead_clocks_;  // wraps in the lead
-        out.frame_valid = row_ + 1 < frame_.rows || clock_ < lead_clocks_ + frame_.columns;
-        out.line_valid = column < frame_.columns;
-        if (out.line_valid) {
-            if (column == 0) {
-                begin_row(now_us);
-            }
-            out.pixel = line_ != nullptr ? line_[column] : kBlackLevel;
+}
+
+void Mt9t001::run(double now_us, double period_us, std::vector<uint16_t> &words) {
+    begin_if_due(period_us);
+    if (state_ == State::kStopped) {
+        words.assign(1, 0);
+        return;
+    }
+    begun_ = false;
+    if (state_ == State::kExposing || !frame_.shown || row_ >= frame_.rows) {
+        words.assign(row_clocks_ - clock_, 0);
+        end_row();
+    } else if (clock_ < lead_clocks_) {
+        // The light of a frame is asked for when its first pixel is due, and not before.
+        words.assign(lead_clocks_ - clock_, kFrameValid);
+        clock_ = lead_clocks_;
+        return;
+    } else {
+        const unsigned first = clock_ - lead_clocks_;
+        words.assign(row_clocks_ - clock_, row_ + 1 < frame_.rows ? kFrameValid : 0);
+        if (first == 0) {
+            begin_row(now_us);
         }
-    }
-    if (++clock_ >= row_clocks_) {
+        for (unsigned column = first; column < frame_.columns; column++) {
+            const unsigned pixel = line_ != nullptr ? line_[column] : kBlackLevel;
+            words[column - first] = uint16_t(kFrameValid | kLineValid | pixel);
+        }
         end_row();
     }
     if (state_ == State::kExposing && rows_to_wait_ == 0) {
         begin_frame(period_us);
+        begun_ = true;
     }
-    return out;
+}
+
+uint64_t Mt9t001::clocks_to_frame() const {
+    if (state_ == State::kStopped) {
+        return restart_ ? 0 : std::numeric_limits<uint64_t>::max();
+    }
+    if (restart_ && state_ == State::kReading) {
+        return 0;
+    }
+    if (row_ == 0 && clock_ == 0 && state_ == State::kReading) {
+        return 0;
+    }
+    const unsigned rows = state_ == State::kExposing ? rows_to_wait_ : frame_rows_ - row_;
+    return uint64_t(rows) * row_clocks_ - clock_;
+}
+
+bool Mt9t001::begins_frame() const {
+    return state_ == State::kReading && frame_.shown && row_ == 0 && clock_ == lead_clocks_;
 }
 
 void Mt9t001::skip(uint64_t clocks, double period_us) {
     while (clocks > 0) {
-        if (row_ == 0 && clock_ == 0 && state_ != State::kExposing) {
-            begin_frame(period_us);
-            if (state_ == State::kStopped) {
-                return;
-            }
+        begin_if_due(period_us);
+        if (state_ == State::kStopped) {
+            return;
         }
+        begun_ = false;
         // Whole rows at once: to the end of the frame or of the exposure.
         const unsigned rows = state_ == State::kExposing ? rows_to_wait_ : frame_rows_ - row_;
         const uint64_t to_end = uint64_t(rows) * row_clocks_ - clock_;
@@ -318,6 +352,7 @@ void Mt9t001::skip(uint64_t clocks, double period_us) {
             rows_to_wait_ -= rows_done;
             if (rows_to_wait_ == 0) {
                 begin_frame(period_us);
+                begun_ = true;
             }
         } else {
             row_ = step == to_end ? 0 : row_ + rows_done;

@@ -94,15 +94,19 @@ class Mt9t001 {
     /// with this, the other way round.
     bool clock_inverted() const { return (registers_[kPixelClockControl] & 0x8000u) != 0; }
 
-    struct Output {
-        bool frame_valid = false, line_valid = false;
-        uint16_t pixel = 0;  ///< 10 bits
-    };
-    /// One pixel clock. now_us: its time; period_us: of the pixel clock. When the first pixel of a
-    /// frame is due, wanted() is asked whether anybody looks; if not, the numbers are not made and
-    /// the pixels are those of an unlit sensor.
-    Output clock(double now_us, double period_us);
+    /// What the pins show for some pixel clocks: data, and these bits.
+    enum : uint16_t { kLineValid = 1u << 10, kFrameValid = 1u << 11 };
+    /// The next pixel clocks, up to the end of a row at most; at least one. words is made new, a
+    /// word for each. now_us: time of the first; period_us: of the pixel clock. Before the first
+    /// pixel of a frame wanted() is asked whether anybody looks; if not, the numbers are not made
+    /// and the pixels are those of an unlit sensor.
+    void run(double now_us, double period_us, std::vector<uint16_t> &words);
     std::function<bool()> wanted = [] { return true; };
+    /// Pixel clocks until the next frame may begin; the largest number: not before a register is
+    /// written or a pin moves.
+    uint64_t clocks_to_frame() const;
+    /// At the first pixel clock of a frame that is shown.
+    bool begins_frame() const;
     /// So many pixel clocks without anybody looking; frames pass in them.
     void skip(uint64_t clocks, double period_us);
 
@@ -125,6 +129,7 @@ class Mt9t001 {
     void latch();
     SensorFrame plan(double period_us) const;
     void begin_frame(double period_us);
+    void begin_if_due(double period_us);
     void end_row();
     void begin_row(double now_us);
 
@@ -134,6 +139,7 @@ class Mt9t001 {
     Pins pins_;
     State state_ = State::kStopped;
     bool triggered_ = false, restart_ = false;
+    bool begun_ = false;  // the frame that stands at its first clock has been begun already
     Light light_now_, light_next_;
     SensorFrame frame_;
     std::vector<uint16_t> pixels_;

@@ -11,7 +11,9 @@
  *
  * The client sends a request, the rig answers it with one reply, in order. A reply's body begins
  * with i32 status (enum simrig_status); if that is not SIMRIG_OK, a text follows that says what is
- * wrong, in one line and without an end. The first request is SIMRIG_HELLO.
+ * wrong, in one line and without an end. The first request is SIMRIG_HELLO. A body has exactly the
+ * bytes that its type asks for. After a refused greeting, and after a message longer than any may
+ * be, the rig says why and closes the connection. A client that closes its sending side has gone.
  *
  * Time. In virtual time nothing happens but by requests: SIMRIG_ADVANCE lets time pass, a transfer
  * of I2C takes the time that it takes on the wire, and everything else takes none. With wall time
@@ -36,7 +38,8 @@ enum {
     SIMRIG_NAME_MAX = 64,
     SIMRIG_I2C_MESSAGES_MAX = 42, /* as I2C_RDWR of Linux */
     SIMRIG_I2C_BYTES_MAX = 8192,
-    SIMRIG_SERIAL_BYTES_MAX = 4096
+    SIMRIG_SERIAL_BYTES_MAX = 4096,
+    SIMRIG_CONTROL_BYTES_MAX = 4096
 };
 
 enum simrig_status {
@@ -65,15 +68,17 @@ enum simrig_type {
     /* - -> u64 now_us */
     SIMRIG_TIME = 2,
     /* u64 until_us, u32 wake (SIMRIG_WAKE_*): lets time pass until then, or until something of
-     * `wake` has happened -> u64 now_us, u32 woken_by */
+     * `wake` is there: an edge that no SIMRIG_GPIO_GET has told yet, bytes that can be read, an
+     * armed frame that is whole. A day at most -> u64 now_us, u32 woken_by */
     SIMRIG_ADVANCE = 3,
 
     /* ---- board only */
     /* u32 speed_hz, u16 count, then for each message: u8 address (7 bits), u8 flags
      * (SIMRIG_I2C_READ), u16 length, and for a write its bytes. One transfer: START, messages with
-     * repeated STARTs, STOP. -> u16 count of whole messages, u16 bytes acknowledged or read of the
-     * one that failed, then the bytes of all reads in order (zeros after a failure). Also with a
-     * status from SIMRIG_I2C_NACK_ADDRESS to SIMRIG_I2C_STUCK, in place of the text. */
+     * repeated STARTs, STOP; a second at most on the wire. -> u16 count of whole messages, u16
+     * bytes acknowledged or read of the one that failed, then the bytes of all reads in order
+     * (zeros after a failure). Also with a status from SIMRIG_I2C_NACK_ADDRESS to SIMRIG_I2C_STUCK,
+     * in place of the text. */
     SIMRIG_I2C = 16,
     /* u32 levels (SIMRIG_OUT_*) -> - */
     SIMRIG_GPIO_SET = 17,
@@ -92,10 +97,12 @@ enum simrig_type {
     SIMRIG_SERIAL_READ = 23,  /* - -> the bytes that have come */
 
     /* ---- board and control */
-    /* text: a command of the control side, see simrig --help-control -> text */
+    /* text: a command of the control side, see simrig --help-control; SIMRIG_CONTROL_BYTES_MAX
+     * at most -> text */
     SIMRIG_CONTROL = 32,
-    /* u8 camera: what is true now, of the frame that it shows last
-     * -> text (YAML: camera, lens, pose), u16 0-terminated; */
+    /* u8 camera (0 left, 1 right): the truth of its last frame that was taken -> u16 columns,
+     * u16 rows, u32 length of the text, text (YAML: the camera as it was), columns * rows f32
+     * depth along the camera's axis in mm, 0 where nothing is seen */
     SIMRIG_TRUTH = 33
 };
 

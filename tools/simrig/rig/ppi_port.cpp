@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/simrig/rig/ppi_port.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace simrig {
@@ -29,14 +30,21 @@ void PpiPort::end_line() {
     column_ = 0;
 }
 
-void PpiPort::on_pins(uint64_t time_ps, uint32_t groups, const bridge_outputs &now) {
-    (void)groups;
-    const bool rise = now.ppi_clk != 0 && !clock_;
-    clock_ = now.ppi_clk != 0;
-    if (!rise) {
-        return;
+void PpiPort::take_pixels(const uint16_t *data, size_t count) {
+    if (row_ < frame_.rows && column_ < frame_.columns) {
+        const size_t fits = std::min<size_t>(count, frame_.columns - column_);
+        std::copy(data, data + fits, &frame_.pixels[size_t(row_) * frame_.columns + column_]);
     }
+    column_ += unsigned(count);
+}
+
+// The run that ends had the syncs that are remembered; with the present sample others begin.
+void PpiPort::on_run(uint64_t time_ps, const uint16_t *data, size_t count,
+                     const bridge_outputs &now) {
     const bool frame_valid = now.ppi_fs2 != 0, line_valid = now.ppi_fs1 != 0;
+    if (taking_ && line_valid_) {
+        take_pixels(data, count);
+    }
     if (frame_valid && !frame_valid_) {
         frames_++;
         taking_ = armed_ && !done_;
@@ -50,10 +58,6 @@ void PpiPort::on_pins(uint64_t time_ps, uint32_t groups, const bridge_outputs &n
         if (line_valid_ && !line_valid) {
             end_line();
         }
-        if (line_valid && row_ < frame_.rows && column_ < frame_.columns) {
-            frame_.pixels[size_t(row_) * frame_.columns + column_] = now.ppi_data;
-        }
-        column_ += line_valid ? 1 : 0;
         if (!frame_valid) {
             frame_.short_frame = row_ < frame_.rows;
             frame_.long_frame = row_ > frame_.rows;

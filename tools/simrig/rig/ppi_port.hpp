@@ -18,12 +18,12 @@ struct PpiFrame {
     std::vector<uint16_t> pixels;  ///< columns * rows; what did not come is 0
 };
 
-class PpiPort : public PinListener {
+class PpiPort : public PpiListener {
   public:
-    explicit PpiPort(Wires &wires) : wires_(wires) { wires.listen(*this); }
+    explicit PpiPort(Wires &wires) : wires_(wires) { wires.listen_ppi(*this); }
 
-    uint32_t wanted() const override { return BRIDGE_EVENT_PPI_CLK; }
-    void on_pins(uint64_t time_ps, uint32_t groups, const bridge_outputs &now) override;
+    void on_run(uint64_t time_ps, const uint16_t *data, size_t count,
+                const bridge_outputs &now) override;
 
     /// Waits for the next frame that begins. stop_when_done: Wires::stop() then.
     void arm(unsigned columns, unsigned rows);
@@ -36,12 +36,13 @@ class PpiPort : public PinListener {
     uint64_t taking_since_ps() const { return taking_ ? frame_.begin_ps : 0; }
 
   private:
+    void take_pixels(const uint16_t *data, size_t count);
     void end_line();
 
     Wires &wires_;
     PpiFrame frame_;
     bool armed_ = false, taking_ = false, done_ = false;
-    bool clock_ = false, frame_valid_ = false, line_valid_ = false;
+    bool frame_valid_ = false, line_valid_ = false;
     unsigned row_ = 0, column_ = 0;
     uint32_t frames_ = 0;
 };

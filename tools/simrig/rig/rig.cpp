@@ -49,6 +49,7 @@ Rig::Rig(const RigSettings &settings, Scenery scenery)
             return ppi_.taking_since_ps() != 0 &&
                    ppi_.taking_since_ps() >= sensor->frame_begun_ps();
         };
+        sensor->watched = [this, camera] { return watched(camera); };
         sensors_[size_t(camera)] = std::move(port);
     }
     wires_.listen(*this);
@@ -111,8 +112,12 @@ Rig::Span Rig::next_edge(const Pulse &pulse, uint64_t now_ps) {
 
 void Rig::run_quietly(uint64_t until_ps) {
     quiet_ = true;
-    while (wires_.now_ps() < until_ps && !woken_by_irq_) {
+    while (wires_.now_ps() < until_ps && !woken_by_irq_ && !(wake_on_frame_ && ppi_.done())) {
         const uint64_t now_ps = wires_.now_ps();
+        if (live()) {
+            wires_.run_until(until_ps);
+            continue;
+        }
         uint64_t fine_ps = std::numeric_limits<uint64_t>::max();
         for (const Pulse &pulse : pulses_) {
             fine_ps = std::min(fine_ps, next_edge(pulse, now_ps).begin_ps);
@@ -130,6 +135,7 @@ void Rig::run_quietly(uint64_t until_ps) {
 
 uint32_t Rig::advance(double until_us, uint32_t wake) {
     wake_on_irq_ = (wake & kWakeGpio) != 0;
+    wake_on_frame_ = (wake & kWakeFrame) != 0;
     woken_by_irq_ = false;
     const size_t edges = irq_edges_.size();
     uint32_t woken = 0;
@@ -138,11 +144,7 @@ uint32_t Rig::advance(double until_us, uint32_t wake) {
         const double next_us = std::min(until_us, std::max(serial_us, now_us()));
         // Just after it: what is due then is due.
         const auto next_ps = uint64_t(std::ceil(next_us * double(kPsPerUs))) + 1;
-        if (ppi_.armed() && !ppi_.done()) {
-            wires_.run_until(next_ps);
-        } else {
-            run_quietly(next_ps);
-        }
+        run_quietly(next_ps);
         lenses_.line().advance(now_us());
         const bool bytes = lenses_.line().next_us() <= now_us();
         woken |= irq_edges_.size() != edges ? wake & kWakeGpio : 0u;
@@ -150,12 +152,7 @@ uint32_t Rig::advance(double until_us, uint32_t wake) {
         woken |= ppi_.done() ? wake & kWakeFrame : 0u;
         if (bytes && (wake & kWakeSerial) == 0) {
             // Bytes that nobody waits for must not stop the clock.
-            const auto end_ps = uint64_t(std::llround(until_us * double(kPsPerUs)));
-            if (ppi_.armed() && !ppi_.done()) {
-                wires_.run_until(end_ps);
-            } else {
-                run_quietly(end_ps);
-            }
+            run_quietly(uint64_t(std::llround(until_us * double(kPsPerUs))));
         }
     }
     wake_on_irq_ = false;
@@ -175,28 +172,33 @@ std::vector<GpioEdge> Rig::take_irq_edges() {
     return std::exchange(irq_edges_, {});
 }
 
-void Rig::show_clocks(bool shown) {
+bool Rig::watched(int camera) const {
+    return settings_.every_clock ||
+           (ppi_.armed() && !ppi_.done() && (wires_.watched() >> camera & 1u) != 0);
+}
+
+void Rig::look() {
     for (const auto &sensor : sensors_) {
-        sensor->show_clock(shown);
+        sensor->look();
     }
+}
+
+bool Rig::live() const {
+    return sensors_[0]->live() || sensors_[1]->live();
 }
 
 void Rig::arm_frame(unsigned columns, unsigned rows) {
     ppi_.arm(columns, rows);
-    show_clocks(true);
+    look();
 }
 
 void Rig::cancel_frame() {
     ppi_.cancel();
-    show_clocks(false);
 }
 
 bool Rig::wait_frame(double deadline_us) {
     while (!ppi_.done() && now_us() < deadline_us) {
         advance(deadline_us, kWakeFrame);
-    }
-    if (ppi_.done()) {
-        show_clocks(false);
     }
     return ppi_.done();
 }

@@ -24,6 +24,10 @@ struct LensSettings {
 
 struct RigSettings {
     uint64_t seed = 1;
+    /// Every clock of both sensors reaches the bridge at all times, which costs some 5 CPU seconds
+    /// for each second. Otherwise only frames that the armed port could get do, and the bridge's
+    /// counts and times of frames and its measured pixel clock are of those alone.
+    bool every_clock = false;
     std::array<ServoSettings, BRIDGE_SERVOS> servo;
     std::array<SensorSettings, BRIDGE_CAMERAS> sensor;
     LensControllerSettings lens_controller;
@@ -61,11 +65,13 @@ class Rig : public PinListener {
     /// The bridge's reset line.
     void set_bridge_reset(bool reset);
     bool irq() { return wires_.out().irq != 0; }
+    bool has_irq_edges() const { return !irq_edges_.empty(); }
     std::vector<GpioEdge> take_irq_edges();
 
     void arm_frame(unsigned columns, unsigned rows);
     void cancel_frame();
     bool frame_armed() const { return ppi_.armed(); }
+    bool frame_done() const { return ppi_.done(); }
     /// Lets time pass until the armed frame is there. False: not until then.
     bool wait_frame(double deadline_us);
     PpiFrame take_frame() { return ppi_.take(); }
@@ -90,7 +96,9 @@ class Rig : public PinListener {
   private:
     CameraState state_at(int camera, double time_us);
     std::vector<uint16_t> picture(int camera, const SensorFrame &frame, double begin_us);
-    void show_clocks(bool shown);
+    bool watched(int camera) const;
+    void look();
+    bool live() const;
     void run_quietly(uint64_t until_ps);
 
     RigSettings settings_;
@@ -114,6 +122,7 @@ class Rig : public PinListener {
     std::array<Pulse, BRIDGE_SERVOS> pulses_;
     std::vector<GpioEdge> irq_edges_;
     bool irq_ = false, wake_on_irq_ = false, woken_by_irq_ = false, quiet_ = false;
+    bool wake_on_frame_ = false;
 };
 
 }  // namespace simrig

@@ -2,6 +2,7 @@
 #include "tools/simrig/rig/scenery.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace simrig {
 
@@ -48,13 +49,14 @@ void flip(std::vector<uint16_t> &pixels, const SensorFrame &frame) {
 }  // namespace
 
 Stage::Stage(const std::string &scene, const std::string &rig, uint64_t seed, int threads)
-    : rig_(world::load_rig(rig)),
-      scene_(std::make_unique<world::Scene>(world::load_scene(scene))),
-      seed_(seed),
-      threads_(threads) {}
+    : Stage(std::make_shared<world::Scene>(world::load_scene(scene)), rig, seed, threads) {}
 
-void Stage::load_scene(const std::string &path) {
-    scene_ = std::make_unique<world::Scene>(world::load_scene(path));
+Stage::Stage(std::shared_ptr<world::Scene> scene, const std::string &rig, uint64_t seed,
+             int threads)
+    : rig_(world::load_rig(rig)), scene_(std::move(scene)), seed_(seed), threads_(threads) {}
+
+void Stage::set_scene(std::shared_ptr<world::Scene> scene) {
+    scene_ = std::move(scene);
 }
 
 world::Mechanics Stage::mechanics(const CameraState &state) {
@@ -81,6 +83,7 @@ std::vector<uint16_t> Stage::picture(int camera, const SensorFrame &frame, doubl
     if (!asked.ready) {
         return pixels;
     }
+    asked.scene = scene_;  // another one may be set before its truth is asked for
     world::FrameRequest &request = asked.request;
     request.window.column = column_start + skip_x * columns.begin;
     request.window.row = row_start + skip_y * rows.begin;
@@ -117,7 +120,7 @@ std::vector<uint16_t> Stage::picture(int camera, const SensorFrame &frame, doubl
 bool Stage::truth(int camera, world::Truth &truth) const {
     const Asked &asked = asked_[size_t(camera)];
     if (asked.ready) {
-        truth = world::truth(*scene_, rig_, world::Side(camera), asked.request);
+        truth = world::truth(*asked.scene, rig_, world::Side(camera), asked.request);
     }
     return asked.ready;
 }

@@ -3,6 +3,7 @@
 #ifndef VERGENCE_SIMRIG_RIG_SCENERY_HPP
 #define VERGENCE_SIMRIG_RIG_SCENERY_HPP
 
+#include <memory>
 #include <string>
 
 #include "tools/simrig/rig/rig.hpp"
@@ -15,9 +16,10 @@ class Stage {
   public:
     /// Throws world::BadFile.
     Stage(const std::string &scene, const std::string &rig, uint64_t seed, int threads);
+    Stage(std::shared_ptr<world::Scene> scene, const std::string &rig, uint64_t seed, int threads);
 
     /// Another scene from the next frame on.
-    void load_scene(const std::string &path);
+    void set_scene(std::shared_ptr<world::Scene> scene);
 
     /// Numbers of a frame, as Scenery wants them. Where the window leaves the lit array, dark ones.
     std::vector<uint16_t> picture(int camera, const SensorFrame &frame, double begin_us,
@@ -33,10 +35,11 @@ class Stage {
     struct Asked {
         bool ready = false;
         world::FrameRequest request;
+        std::shared_ptr<world::Scene> scene;
     };
 
     world::Rig rig_;
-    std::unique_ptr<world::Scene> scene_;
+    std::shared_ptr<world::Scene> scene_;
     uint64_t seed_;
     int threads_;
     std::array<Asked, BRIDGE_CAMERAS> asked_;

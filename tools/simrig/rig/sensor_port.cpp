@@ -6,6 +6,16 @@
 
 namespace simrig {
 
+namespace {
+
+// While a sensor's clock is not shown, it is looked at so often; the bridge takes a clock for lost
+// after 150 us at least.
+constexpr uint64_t kLookPs = 140 * kPsPerUs;
+// Before a frame and after it the bridge sees the clock for so long at least.
+constexpr uint64_t kLeadPs = 20 * kPsPerUs;
+
+}  // namespace
+
 SensorPort::SensorPort(Wires &wires, int camera, const SensorSettings &settings, FrameSource source)
     : wires_(wires),
       camera_(camera),
@@ -65,59 +75,125 @@ void SensorPort::on_pins(uint64_t time_ps, uint32_t groups, const bridge_outputs
     }
 }
 
-void SensorPort::show_clock(bool shown) {
-    shown_ = shown;
-    update_clock();
-}
-
-// The pins' clock as it should be now; what passed while it could not be seen is caught up with.
+// The pixel clock as registers, pins and faults make it now.
 void SensorPort::update_clock() {
     const unsigned divider = faults_.silent || faults_.unplugged ? 0 : sensor_.clock_divider();
     const double input_ps = 1e6 / (settings_.clock_mhz * (1 + settings_.clock_error_ppm * 1e-6));
     const auto period_ps = uint64_t(std::lround(divider * input_ps));
-    const uint64_t now_ps = wires_.now_ps();
-    if (!running_ && period_ps_ != 0) {
-        const uint64_t clocks = (now_ps - stopped_at_ps_) / period_ps_;
-        sensor_.skip(clocks, double(period_ps_) * 1e-6);
-        stopped_at_ps_ += clocks * period_ps_;
-    } else {
-        stopped_at_ps_ = now_ps;
+    catch_up();
+    if (live_ && sensor_.clocks_to_frame() == 0) {
+        wires_.feed(camera_, {}, !sensor_.clock_inverted());  // a restart: the row is given up
     }
-    const bool runs = shown_ && period_ps != 0;
-    if (runs != running_ || (runs && period_ps != period_ps_)) {
-        wires_.set_clock(camera_, runs ? uint32_t(period_ps) : 0);
+    if (period_ps != period_ps_) {
+        period_ps_ = period_ps;
+        caught_up_ps_ = wires_.now_ps();
+        if (live_ && period_ps != 0) {
+            wires_.set_clock(camera_, uint32_t(period_ps));
+        } else if (live_) {
+            go_still(wires_.now_ps());
+        }
     }
-    running_ = runs;
-    period_ps_ = period_ps;
+    next_look();
 }
 
-void SensorPort::on_clock(uint64_t time_ps, int camera, bool level) {
-    (void)camera;
-    if (level == sensor_.clock_inverted()) {
+// What passed while nobody saw it.
+void SensorPort::catch_up() {
+    const uint64_t now_ps = wires_.now_ps();
+    if (live_ || period_ps_ == 0) {
+        caught_up_ps_ = now_ps;
         return;
     }
-    const Mt9t001::Output out = sensor_.clock(double(time_ps) * 1e-6, double(period_ps_) * 1e-6);
-    bridge_inputs &in = wires_.in;
-    if (out.frame_valid && in.frame_valid[camera_] == 0) {
+    const uint64_t clocks = (now_ps - caught_up_ps_) / period_ps_;
+    sensor_.skip(clocks, double(period_ps_) * 1e-6);
+    caught_up_ps_ += clocks * period_ps_;
+}
+
+void SensorPort::go_live() {
+    live_ = joined_late_ = true;
+    blank_since_ps_ = wires_.now_ps();
+    wires_.feed(camera_, {}, !sensor_.clock_inverted());
+    wires_.set_clock(camera_, uint32_t(period_ps_));
+    wires_.stop();  // from now on every clock counts
+}
+
+void SensorPort::go_still(uint64_t now_ps) {
+    live_ = false;
+    caught_up_ps_ = now_ps;
+    wires_.feed(camera_, {}, !sensor_.clock_inverted());
+    wires_.set_clock(camera_, 0);
+    wires_.stop();
+    next_look();
+}
+
+// While still: at every whole kLookPs.
+void SensorPort::next_look() {
+    if (live_ || period_ps_ == 0 || look_ps_ != 0) {
+        return;
+    }
+    look_ps_ = (wires_.now_ps() / kLookPs + 1) * kLookPs;
+    wires_.at(look_ps_, [this] {
+        look_ps_ = 0;
+        if (live_ || period_ps_ == 0) {
+            return;
+        }
+        catch_up();
+        const uint64_t clocks = sensor_.clocks_to_frame();
+        if (watched() && clocks < (kLookPs + kLeadPs) / period_ps_) {
+            go_live();
+        } else {
+            burst();
+            next_look();
+        }
+    });
+}
+
+// As many clocks as the bridge's watch of the clock needs to see that it is there.
+void SensorPort::burst() {
+    constexpr uint64_t kClocks = 17;
+    wires_.set_clock(camera_, uint32_t(period_ps_));
+    wires_.at(wires_.now_ps() + kClocks * period_ps_, [this] {
+        if (!live_) {
+            wires_.set_clock(camera_, 0);
+        }
+    });
+}
+
+void SensorPort::on_clock(uint64_t time_ps, int camera) {
+    (void)camera;
+    if (!live_) {
+        return;
+    }
+    const uint64_t clocks = sensor_.clocks_to_frame();
+    if (blank_since_ps_ != 0 && time_ps - blank_since_ps_ > kLeadPs && clocks != 0 &&
+        (!watched() || clocks > 3 * kLookPs / period_ps_)) {
+        go_still(time_ps);
+        return;
+    }
+    sensor_.run(double(time_ps) * 1e-6, double(period_ps_) * 1e-6, words_);
+    const bool frame_valid = (words_[0] & Mt9t001::kFrameValid) != 0;
+    if (frame_valid && sensor_.begins_frame()) {
+        joined_late_ = false;
         frame_begun_ps_ = time_ps;
     }
-    const uint16_t pixel = out.pixel & uint16_t(~faults_.torn_bits);
-    if (in.frame_valid[camera_] == uint8_t(out.frame_valid) &&
-        in.line_valid[camera_] == uint8_t(out.line_valid) && in.pixel[camera_] == pixel) {
-        return;
+    const unsigned shown = joined_late_ ? 0u : ~unsigned(faults_.torn_bits);
+    if (shown != ~0u) {
+        for (uint16_t &word : words_) {
+            word = uint16_t(word & shown);
+        }
     }
-    in.frame_valid[camera_] = out.frame_valid;
-    in.line_valid[camera_] = out.line_valid;
-    in.pixel[camera_] = pixel;
-    wires_.drive();
+    // The last row's words end with those after frame valid's fall.
+    const bool blank = (words_.back() & Mt9t001::kFrameValid) == 0;
+    blank_since_ps_ = !blank                 ? 0
+                      : blank_since_ps_ != 0 ? blank_since_ps_
+                                             : time_ps + words_.size() * period_ps_;
+    wires_.feed(camera_, words_, !sensor_.clock_inverted());
 }
 
 void SensorPort::set_faults(const SensorFaults &faults) {
     faults_ = faults;
     if (faults.unplugged) {
         target_.reset();
-        wires_.in.frame_valid[camera_] = wires_.in.line_valid[camera_] = 0;
-        wires_.in.pixel[camera_] = 0;
+        wires_.show(camera_, 0);
     }
     wires_.in.branch_sda[camera_] = !target_.pulls() && !faults.sda_stuck;
     wires_.drive();

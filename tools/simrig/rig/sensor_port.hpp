@@ -3,6 +3,9 @@
 #ifndef VERGENCE_SIMRIG_RIG_SENSOR_PORT_HPP
 #define VERGENCE_SIMRIG_RIG_SENSOR_PORT_HPP
 
+#include <functional>
+#include <vector>
+
 #include "tools/simrig/devices/i2c_target.hpp"
 #include "tools/simrig/devices/mt9t001.hpp"
 #include "tools/simrig/rig/wires.hpp"
@@ -29,11 +32,16 @@ class SensorPort : public PinListener, public ClockListener {
 
     uint32_t wanted() const override { return BRIDGE_EVENT_BRANCH | BRIDGE_EVENT_SENSOR; }
     void on_pins(uint64_t time_ps, uint32_t groups, const bridge_outputs &now) override;
-    void on_clock(uint64_t time_ps, int camera, bool level) override;
+    void on_clock(uint64_t time_ps, int camera) override;
 
-    /// Whether its clock edges shall be seen at the pins. While they are not, the sensor's frames
-    /// go on in time all the same.
-    void show_clock(bool shown);
+    /// Whether somebody looks at its frames; to be asked at any time. A frame that began unwatched
+    /// does not reach the pins, and while no frame does, of the clock only enough edges do that the
+    /// bridge does not take it for lost: the sensor's frames go on in time all the same.
+    std::function<bool()> watched = [] { return true; };
+    /// Asks watched() now and not only at the next look.
+    void look() { update_clock(); }
+    /// All of its clock's edges are at the pins.
+    bool live() const { return live_; }
     void set_faults(const SensorFaults &faults);
     /// When the frame began that it shows now: the rise of frame valid.
     uint64_t frame_begun_ps() const { return frame_begun_ps_; }
@@ -43,6 +51,11 @@ class SensorPort : public PinListener, public ClockListener {
   private:
     void pull(bool low);
     void update_clock();
+    void catch_up();
+    void go_live();
+    void go_still(uint64_t now_ps);
+    void next_look();
+    void burst();
 
     Wires &wires_;
     int camera_;
@@ -50,8 +63,12 @@ class SensorPort : public PinListener, public ClockListener {
     Mt9t001 sensor_;
     I2cTarget target_;
     SensorFaults faults_;
-    uint64_t pull_order_ = 0, period_ps_ = 0, stopped_at_ps_ = 0, frame_begun_ps_ = 0;
-    bool shown_ = false, running_ = false, trigger_ = false;
+    std::vector<uint16_t> words_;
+    uint64_t pull_order_ = 0, period_ps_ = 0, frame_begun_ps_ = 0;
+    uint64_t caught_up_ps_ = 0;  ///< until then the sensor has run, while it is not live
+    uint64_t look_ps_ = 0;       ///< time of the look that is on its way; 0: none is
+    uint64_t blank_since_ps_ = 0;
+    bool live_ = false, joined_late_ = false, trigger_ = false;
 };
 
 }  // namespace simrig

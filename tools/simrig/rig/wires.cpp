@@ -47,6 +47,13 @@ void Wires::run_until(uint64_t time_ps) {
     end_ps_ = 0;
 }
 
+void Wires::run(uint64_t duration_ps) {
+    const uint64_t end_ps = now_ps() + duration_ps;
+    while (now_ps() < end_ps) {
+        run_until(end_ps);
+    }
+}
+
 void Wires::at(uint64_t time_ps, std::function<void()> what) {
     moments_.push({time_ps, order_++, std::move(what)});
     if (time_ps < end_ps_) {
@@ -66,10 +73,10 @@ void Wires::set_clock(int clock, uint32_t period_ps) {
 }
 
 void Wires::listen(PinListener &listener) {
-    listeners_.push_back(&listener);
+    listeners_.push_back({&listener, listener.wanted()});
     uint32_t wanted = 0;
-    for (const PinListener *each : listeners_) {
-        wanted |= each->wanted();
+    for (const Listening &each : listeners_) {
+        wanted |= each.wanted;
     }
     bridge_model_on_event(model_.get(), wanted, pins, this);
 }
@@ -79,23 +86,41 @@ void Wires::listen_clock(int camera, ClockListener &listener) {
     bridge_model_on_clock(model_.get(), clock, this);
 }
 
-void Wires::pins(void *self, uint64_t time_ps, uint32_t groups, const bridge_outputs *now) {
-    auto *wires = static_cast<Wires *>(self);
-    for (PinListener *listener : wires->listeners_) {
-        if ((listener->wanted() & groups) != 0) {
-            listener->on_pins(time_ps, groups & listener->wanted(), *now);
-        }
-    }
-    if (wires->stopped_) {
-        bridge_model_interrupt(wires->model_.get());
+void Wires::listen_ppi(PpiListener &listener) {
+    ppi_listener_ = &listener;
+    bridge_model_on_ppi(model_.get(), ppi, this);
+}
+
+void Wires::end_if_stopped() {
+    if (stopped_) {
+        bridge_model_interrupt(model_.get());
     }
 }
 
-void Wires::clock(void *self, uint64_t time_ps, int camera, int level) {
-    ClockListener *listener = static_cast<Wires *>(self)->clock_listeners_[camera];
-    if (listener != nullptr) {
-        listener->on_clock(time_ps, camera, level != 0);
+void Wires::pins(void *self, uint64_t time_ps, uint32_t groups, const bridge_outputs *now) {
+    auto *wires = static_cast<Wires *>(self);
+    for (const Listening &each : wires->listeners_) {
+        if ((each.wanted & groups) != 0) {
+            each.listener->on_pins(time_ps, groups & each.wanted, *now);
+        }
     }
+    wires->end_if_stopped();
+}
+
+void Wires::clock(void *self, uint64_t time_ps, int camera, int level) {
+    (void)level;
+    auto *wires = static_cast<Wires *>(self);
+    if (wires->clock_listeners_[camera] != nullptr) {
+        wires->clock_listeners_[camera]->on_clock(time_ps, camera);
+    }
+    wires->end_if_stopped();
+}
+
+void Wires::ppi(void *self, uint64_t time_ps, const uint16_t *data, size_t count,
+                const bridge_outputs *now) {
+    auto *wires = static_cast<Wires *>(self);
+    wires->ppi_listener_->on_run(time_ps, data, count, *now);
+    wires->end_if_stopped();
 }
 
 }  // namespace simrig

@@ -24,11 +24,20 @@ class PinListener {
     virtual void on_pins(uint64_t time_ps, uint32_t groups, const bridge_outputs &now) = 0;
 };
 
-/// Who makes what a camera's pins show, clock by clock.
+/// Who makes what a camera's pins show. Called just after an edge of its clock when the words that
+/// it gave with Wires::feed() are used up.
 class ClockListener {
   public:
     virtual ~ClockListener() = default;
-    virtual void on_clock(uint64_t time_ps, int camera, bool level) = 0;
+    virtual void on_clock(uint64_t time_ps, int camera) = 0;
+};
+
+/// Who takes what the PPI shows: see bridge_ppi_callback.
+class PpiListener {
+  public:
+    virtual ~PpiListener() = default;
+    virtual void on_run(uint64_t time_ps, const uint16_t *data, size_t count,
+                        const bridge_outputs &now) = 0;
 };
 
 class Wires {
@@ -49,7 +58,8 @@ class Wires {
     /// Lets time pass until then, with all moments on the way. Returns early when stop() was
     /// called.
     void run_until(uint64_t time_ps);
-    void run(uint64_t duration_ps) { run_until(now_ps() + duration_ps); }
+    /// The same, whoever calls stop().
+    void run(uint64_t duration_ps);
     void stop() { stopped_ = true; }
     bool stopped() const { return stopped_; }
 
@@ -60,10 +70,17 @@ class Wires {
     void set_idle(bool idle);
     bool idle() const { return idle_; }
     void set_clock(int clock, uint32_t period_ps);
+    /// See bridge_model_feed(), bridge_model_show(), bridge_model_watched().
+    void feed(int camera, const std::vector<uint16_t> &words, bool level) {
+        bridge_model_feed(model_.get(), camera, words.data(), words.size(), level);
+    }
+    void show(int camera, uint16_t word) { bridge_model_show(model_.get(), camera, word); }
+    unsigned watched() const { return bridge_model_watched(model_.get()); }
 
     /// Listeners stay for good; the caller owns them.
     void listen(PinListener &listener);
     void listen_clock(int camera, ClockListener &listener);
+    void listen_ppi(PpiListener &listener);
 
   private:
     struct Moment {
@@ -78,12 +95,20 @@ class Wires {
     };
     static void pins(void *self, uint64_t time_ps, uint32_t groups, const bridge_outputs *now);
     static void clock(void *self, uint64_t time_ps, int camera, int level);
+    static void ppi(void *self, uint64_t time_ps, const uint16_t *data, size_t count,
+                    const bridge_outputs *now);
+    void end_if_stopped();
 
     std::unique_ptr<bridge_model, Destroy> model_;
     bridge_outputs out_{};
     std::priority_queue<Moment> moments_;
-    std::vector<PinListener *> listeners_;
+    struct Listening {
+        PinListener *listener;
+        uint32_t wanted;
+    };
+    std::vector<Listening> listeners_;
     ClockListener *clock_listeners_[BRIDGE_CAMERAS] = {};
+    PpiListener *ppi_listener_ = nullptr;
     uint64_t order_ = 0, end_ps_ = 0;
     bool stopped_ = false, idle_ = false;
 };

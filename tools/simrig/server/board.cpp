@@ -2,8 +2,11 @@
 #include "tools/simrig/server/board.hpp"
 
 #include <algorithm>
+#include <cstring>
 #include <stdexcept>
 #include <utility>
+
+#include "tools/simrig/wire/body.hpp"
 
 namespace simrig {
 
@@ -11,7 +14,8 @@ namespace {
 
 // A day: what is asked for beyond is a mistake.
 constexpr double kLongestUs = 86400e6;
-constexpr unsigned kMostColumns = 2112, kMostRows = 1568;
+// Of the rig's time between two looks at the clients; a replay takes the same slices.
+constexpr double kSliceUs = 5000;
 
 BodyWriter ok() {
     BodyWriter reply;
@@ -41,164 +45,76 @@ uint64_t whole_us(double time_us) {
     return uint64_t(time_us);
 }
 
+uint32_t bits_of(float value) {
+    uint32_t bits;
+    std::memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+
 }  // namespace
 
-Body refusal(simrig_status status, const std::string &text) {
-    BodyWriter reply;
-    reply.u32(uint32_t(int32_t(status)));
-    reply.text(text);
-    return reply.take();
-}
-
-Board::Board(Rig &rig, std::string rig_name, bool wall_time, Control control)
-    : rig_(rig),
-      rig_name_(std::move(rig_name)),
-      wall_time_(wall_time),
-      control_(std::move(control)) {}
-
-Body Board::greet(const Body &body, bool board_is_taken, std::optional<simrig_role> &role) {
-    role.reset();
-    try {
-        BodyReader reader(body);
-        const uint32_t magic = reader.u32();
-        const uint16_t version = reader.u16(), asked = reader.u16();
-        if (magic != SIMRIG_MAGIC) {
-            return refusal(SIMRIG_BAD_REQUEST, "this is not a greeting of the simrig protocol");
-        }
-        if (version != SIMRIG_VERSION) {
-            return refusal(SIMRIG_BAD_VERSION, "the client speaks version " +
-                                                   std::to_string(version) +
-                                                   " of the protocol, this simrig version " +
-                                                   std::to_string(SIMRIG_VERSION));
-        }
-        if (asked > SIMRIG_ROLE_CONTROL) {
-            return refusal(SIMRIG_BAD_REQUEST, "there is no role " + std::to_string(asked));
-        }
-        if (asked == SIMRIG_ROLE_BOARD && board_is_taken) {
-            return refusal(SIMRIG_BUSY, "another client is the board; it has to disconnect first");
-        }
-        role = simrig_role(asked);
-    } catch (const BodyTooShort &) {
-        return refusal(SIMRIG_BAD_REQUEST, "the greeting is too short");
-    }
-    BodyWriter reply = ok();
-    reply.u16(SIMRIG_VERSION);
-    reply.u16(wall_time_ ? 1 : 0);
-    reply.text(rig_name_);
-    return reply.take();
-}
+Board::Board(Rig &rig, ControlDesk &desk, WallClock clock)
+    : rig_(rig), desk_(desk), clock_(std::move(clock)) {}
 
 std::optional<Body> Board::begin(uint16_t type, const Body &body, simrig_role role) {
     try {
-        return begin_checked(type, BodyReader(body), role);
-    } catch (const BodyTooShort &) {
-        return refusal(SIMRIG_BAD_REQUEST,
-                       "the body of request " + std::to_string(type) + " is too short");
+        const Request request = decode(type, body);
+        if (role != SIMRIG_ROLE_BOARD && is_for_board(request)) {
+            throw Refused{SIMRIG_NOT_ALLOWED, "only the board may do this"};
+        }
+        return std::visit([this](const auto &asked) { return answer(asked); }, request);
+    } catch (const Refused &why) {
+        return refusal(why);
     }
 }
 
-std::optional<Body> Board::begin_checked(uint16_t type, BodyReader body, simrig_role role) {
-    switch (type) {
-        case SIMRIG_TIME: {
-            BodyWriter reply = ok();
-            reply.u64(whole_us(rig_.now_us()));
-            return reply.take();
-        }
-        case SIMRIG_ADVANCE: {
-            const auto until_us = double(body.u64());
-            const uint32_t wake = body.u32();
-            if (until_us > rig_.now_us() + kLongestUs) {
-                return refusal(SIMRIG_BAD_REQUEST, "more than a day is asked for at once");
-            }
-            pending_ = Pending{type, until_us, wake};
-            return std::nullopt;
-        }
-        case SIMRIG_CONTROL:
-            try {
-                BodyWriter reply = ok();
-                reply.text(control_(body.rest()));
-                return reply.take();
-            } catch (const std::runtime_error &error) {
-                return refusal(SIMRIG_FAILED, error.what());
-            }
-        default:
-            break;
-    }
-    if (type < SIMRIG_I2C || type > SIMRIG_SERIAL_READ) {
-        return refusal(SIMRIG_BAD_REQUEST, "there is no request " + std::to_string(type));
-    }
-    if (role != SIMRIG_ROLE_BOARD) {
-        return refusal(SIMRIG_NOT_ALLOWED, "only the board may do this");
-    }
-    return begin_board(type, body);
+Board::Answer Board::answer(const Hello &) {
+    throw Refused{SIMRIG_BAD_REQUEST, "this client has greeted already"};
 }
 
-std::optional<Body> Board::begin_board(uint16_t type, BodyReader body) {
+Board::Answer Board::answer(const AskTime &) {
     BodyWriter reply = ok();
-    switch (type) {
-        case SIMRIG_I2C:
-            return i2c(body);
-        case SIMRIG_GPIO_SET:
-            rig_.set_bridge_reset((body.u32() & SIMRIG_OUT_BRIDGE_RESET) != 0);
-            return reply.take();
-        case SIMRIG_GPIO_GET:
-            return gpio_get();
-        case SIMRIG_FRAME_ARM: {
-            const uint16_t columns = body.u16(), rows = body.u16();
-            if (columns == 0 || rows == 0 || columns > kMostColumns || rows > kMostRows) {
-                return refusal(SIMRIG_BAD_REQUEST,
-                               "a frame has 1 to 2112 columns and 1 to 1568 rows");
-            }
-            rig_.arm_frame(columns, rows);
-            return reply.take();
-        }
-        case SIMRIG_FRAME_WAIT: {
-            const auto deadline_us = double(body.u64());
-            if (!rig_.frame_armed()) {
-                return refusal(SIMRIG_NO_FRAME_ARMED, "no frame is armed");
-            }
-            pending_ = Pending{type, std::min(deadline_us, rig_.now_us() + kLongestUs), 0};
-            return std::nullopt;
-        }
-        case SIMRIG_FRAME_CANCEL:
-            rig_.cancel_frame();
-            return reply.take();
-        case SIMRIG_SERIAL_WRITE: {
-            if (body.left() > SIMRIG_SERIAL_BYTES_MAX) {
-                return refusal(SIMRIG_BAD_REQUEST, "too many bytes for the serial line at once");
-            }
-            rig_.serial().send(rig_.now_us(), body.bytes(body.left()));
-            return reply.take();
-        }
-        default:
-            reply.bytes(rig_.serial().take(rig_.now_us()));
-            return reply.take();
-    }
+    reply.u64(whole_us(rig_.now_us()));
+    return reply.take();
 }
 
-Body Board::i2c(BodyReader body) {
-    const uint32_t speed_hz = body.u32();
-    const uint16_t count = body.u16();
-    if (count == 0 || count > SIMRIG_I2C_MESSAGES_MAX) {
-        return refusal(SIMRIG_BAD_REQUEST, "a transfer has 1 to 42 messages");
+uint32_t Board::there_already(uint32_t wake) {
+    uint32_t woken = rig_.has_irq_edges() ? wake & kWakeGpio : 0u;
+    woken |= rig_.frame_done() ? wake & kWakeFrame : 0u;
+    if ((wake & kWakeSerial) != 0) {
+        rig_.serial().advance(rig_.now_us());
+        woken |= rig_.serial().next_us() <= rig_.now_us() ? wake & kWakeSerial : 0u;
     }
-    if (speed_hz < 10000 || speed_hz > 1000000) {
-        return refusal(SIMRIG_BAD_REQUEST, "the bus runs at 10 kHz to 1 MHz");
+    return woken;
+}
+
+Body Board::time_and(uint32_t woken) const {
+    BodyWriter reply = ok();
+    reply.u64(whole_us(rig_.now_us()));
+    reply.u32(woken);
+    return reply.take();
+}
+
+Board::Answer Board::answer(const Advance &advance) {
+    const auto until_us = double(advance.until_us);
+    if (until_us > rig_.now_us() + kLongestUs) {
+        throw Refused{SIMRIG_BAD_REQUEST, "more than a day is asked for at once"};
     }
-    std::vector<I2cMessage> messages(count);
-    for (I2cMessage &message : messages) {
-        message.address = body.u8();
-        message.read = (body.u8() & SIMRIG_I2C_READ) != 0;
-        const uint16_t length = body.u16();
-        if (message.address > 0x7F || length > SIMRIG_I2C_BYTES_MAX ||
-            (message.read && length == 0)) {
-            return refusal(
-                SIMRIG_BAD_REQUEST,
-                "an address has 7 bits, a message 8192 bytes at most, a read 1 at least");
-        }
-        message.bytes = message.read ? std::vector<uint8_t>(length) : body.bytes(length);
+    const uint32_t woken = there_already(advance.wake);
+    if (woken != 0) {
+        return time_and(woken);
     }
-    const I2cResult result = rig_.i2c(speed_hz, messages);
+    pending_ = Pending{false, until_us, advance.wake};
+    return std::nullopt;
+}
+
+Board::Answer Board::answer(const Transfer &transfer) {
+    std::vector<I2cMessage> messages;
+    for (const Transfer::Part &part : transfer.parts) {
+        messages.push_back(
+            {part.address, part.read, part.read ? Body(part.length) : Body(part.bytes)});
+    }
+    const I2cResult result = rig_.i2c(transfer.speed_hz, messages);
     BodyWriter reply;
     reply.u32(uint32_t(int32_t(status_of(result.status))));
     reply.u16(uint16_t(result.messages_done));
@@ -211,7 +127,12 @@ Body Board::i2c(BodyReader body) {
     return reply.take();
 }
 
-Body Board::gpio_get() {
+Board::Answer Board::answer(const GpioSet &set) {
+    rig_.set_bridge_reset((set.levels & SIMRIG_OUT_BRIDGE_RESET) != 0);
+    return ok().take();
+}
+
+Board::Answer Board::answer(const GpioGet &) {
     const std::vector<GpioEdge> edges = rig_.take_irq_edges();
     BodyWriter reply = ok();
     reply.u32(rig_.irq() ? SIMRIG_IN_IRQ : 0);
@@ -224,10 +145,66 @@ Body Board::gpio_get() {
     return reply.take();
 }
 
-Body Board::frame(double deadline_us) {
-    if (!rig_.wait_frame(deadline_us)) {
-        return refusal(SIMRIG_DEADLINE, "no frame came until the deadline");
+Board::Answer Board::answer(const FrameArm &arm) {
+    rig_.arm_frame(arm.columns, arm.rows);
+    return ok().take();
+}
+
+Board::Answer Board::answer(const FrameWait &wait) {
+    if (!rig_.frame_armed()) {
+        throw Refused{SIMRIG_NO_FRAME_ARMED, "no frame is armed"};
     }
+    pending_ =
+        Pending{true, std::min(double(wait.deadline_us), rig_.now_us() + kLongestUs), kWakeFrame};
+    return std::nullopt;
+}
+
+Board::Answer Board::answer(const FrameCancel &) {
+    rig_.cancel_frame();
+    return ok().take();
+}
+
+Board::Answer Board::answer(const SerialWrite &write) {
+    rig_.serial().send(rig_.now_us(), write.bytes);
+    return ok().take();
+}
+
+Board::Answer Board::answer(const SerialRead &) {
+    BodyWriter reply = ok();
+    reply.bytes(rig_.serial().take(rig_.now_us()));
+    return reply.take();
+}
+
+Board::Answer Board::answer(const ControlLine &line) {
+    try {
+        BodyWriter reply = ok();
+        reply.text(desk_.run(line.text));
+        return reply.take();
+    } catch (const std::runtime_error &error) {
+        throw Refused{SIMRIG_FAILED, error.what()};
+    }
+}
+
+Board::Answer Board::answer(const AskTruth &ask) {
+    world::Truth truth;
+    std::string camera;
+    try {
+        camera = desk_.truth_of(ask.camera, truth);
+    } catch (const std::runtime_error &error) {
+        throw Refused{SIMRIG_FAILED, error.what()};
+    }
+    BodyWriter reply = ok();
+    reply.u16(uint16_t(truth.columns));
+    reply.u16(uint16_t(truth.rows));
+    reply.u32(uint32_t(camera.size()));
+    reply.text(camera);
+    for (const float depth_mm : truth.depth_mm) {
+        reply.u32(bits_of(depth_mm));
+    }
+    return reply.take();
+}
+
+Body Board::frame() {
     const PpiFrame frame = rig_.take_frame();
     BodyWriter reply = ok();
     reply.u64(frame.begin_ps / kPsPerUs);
@@ -246,25 +223,36 @@ Body Board::frame(double deadline_us) {
     return reply.take();
 }
 
-std::optional<Body> Board::step(double slice_us) {
+double Board::slice_end(double until_us) const {
+    const double end_us = std::min(until_us, rig_.now_us() + kSliceUs);
+    return clock_ ? std::min(end_us, std::max(clock_(), rig_.now_us())) : end_us;
+}
+
+std::optional<Body> Board::step() {
     const Pending pending = *pending_;
-    const double end_us = std::min(pending.until_us, rig_.now_us() + slice_us);
-    if (pending.type == SIMRIG_FRAME_WAIT) {
-        if (!rig_.wait_frame(end_us) && end_us < pending.until_us) {
+    const double end_us = slice_end(pending.until_us);
+    if (pending.for_frame) {
+        const bool done = rig_.wait_frame(end_us);
+        if (!done && end_us < pending.until_us) {
             return std::nullopt;
         }
         pending_.reset();
-        return frame(rig_.now_us());
+        return done ? frame() : refusal({SIMRIG_DEADLINE, "no frame came until the deadline"});
     }
     const uint32_t woken = rig_.advance(end_us, pending.wake);
     if (woken == 0 && end_us < pending.until_us) {
         return std::nullopt;
     }
     pending_.reset();
-    BodyWriter reply = ok();
-    reply.u64(whole_us(rig_.now_us()));
-    reply.u32(woken);
-    return reply.take();
+    return time_and(woken);
+}
+
+bool Board::keep_up() {
+    const double clock_us = clock_();
+    if (clock_us > rig_.now_us()) {
+        rig_.advance(slice_end(clock_us), 0);
+    }
+    return clock_us > rig_.now_us() + kSliceUs;
 }
 
 void Board::release() {

@@ -4,60 +4,68 @@
 #ifndef VERGENCE_SIMRIG_SERVER_BOARD_HPP
 #define VERGENCE_SIMRIG_SERVER_BOARD_HPP
 
-#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
-#include <vector>
 
-#include "tools/simrig/protocol/simrig_protocol.h"
 #include "tools/simrig/rig/rig.hpp"
-#include "tools/simrig/server/body.hpp"
+#include "tools/simrig/server/control.hpp"
+#include "tools/simrig/wire/request.hpp"
 
 namespace simrig {
 
-using Body = std::vector<uint8_t>;
-
-/// A reply that tells that something is wrong.
-Body refusal(simrig_status status, const std::string &text);
-
-/// Carries out commands of the control side: text in, text out; throws std::runtime_error with a
-/// line that says what is wrong.
-using Control = std::function<std::string(const std::string &command)>;
+/// The rig's time by the machine's clock, in microseconds; empty: time passes by requests alone.
+using WallClock = std::function<double()>;
 
 class Board {
   public:
-    Board(Rig &rig, std::string rig_name, bool wall_time, Control control);
+    Board(Rig &rig, ControlDesk &desk, WallClock clock);
 
     /// Starts a request of a client that has greeted. Empty: it goes on in step().
     std::optional<Body> begin(uint16_t type, const Body &body, simrig_role role);
     bool busy() const { return pending_.has_value(); }
-    /// Goes on for at most so much of the rig's time. Empty: not done yet.
-    std::optional<Body> step(double slice_us);
+    /// Goes on for a slice of the rig's time. Empty: not done yet.
+    std::optional<Body> step();
     /// Whoever waits for step() has gone.
     void abandon() { pending_.reset(); }
     /// The board's client has gone.
     void release();
+    double now_us() const { return rig_.now_us(); }
 
-    /// The reply to SIMRIG_HELLO; role: what it asks for.
-    Body greet(const Body &body, bool board_is_taken, std::optional<simrig_role> &role);
+    bool has_wall_time() const { return bool(clock_); }
+    /// With wall time and nothing to step: lets it pass. True: the rig is behind the clock.
+    bool keep_up();
 
   private:
     struct Pending {
-        uint16_t type;
+        bool for_frame;
         double until_us;
         uint32_t wake;
     };
-    Body i2c(BodyReader body);
-    Body gpio_get();
-    Body frame(double deadline_us);
-    std::optional<Body> begin_checked(uint16_t type, BodyReader body, simrig_role role);
-    std::optional<Body> begin_board(uint16_t type, BodyReader body);
+    // What each request does; nothing: it goes on in step(). Refused is thrown.
+    using Answer = std::optional<Body>;
+    Answer answer(const Hello &hello);
+    Answer answer(const AskTime &ask);
+    Answer answer(const Advance &advance);
+    Answer answer(const Transfer &transfer);
+    Answer answer(const GpioSet &set);
+    Answer answer(const GpioGet &get);
+    Answer answer(const FrameArm &arm);
+    Answer answer(const FrameWait &wait);
+    Answer answer(const FrameCancel &cancel);
+    Answer answer(const SerialWrite &write);
+    Answer answer(const SerialRead &read);
+    Answer answer(const ControlLine &line);
+    Answer answer(const AskTruth &ask);
+
+    uint32_t there_already(uint32_t wake);
+    double slice_end(double until_us) const;
+    Body time_and(uint32_t woken) const;
+    Body frame();
 
     Rig &rig_;
-    std::string rig_name_;
-    bool wall_time_;
-    Control control_;
+    ControlDesk &desk_;
+    WallClock clock_;
     std::optional<Pending> pending_;
 };
 

@@ -6,8 +6,6 @@
 
 #include <cerrno>
 
-#include "tools/simrig/server/body.hpp"
-
 namespace simrig {
 
 Connection::~Connection() {
@@ -20,44 +18,10 @@ bool Connection::receive() {
     if (count < 0) {
         return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
     }
-    input_.insert(input_.end(), buffer, buffer + count);
-    if (input_.size() >= SIMRIG_HEADER_BYTES) {
-        BodyReader header(input_.data(), SIMRIG_HEADER_BYTES);
-        return count > 0 && header.u32() <= SIMRIG_BODY_MAX;
+    if (!finished_) {
+        inbox_.add(buffer, size_t(count));
     }
     return count > 0;
-}
-
-std::optional<Message> Connection::next() {
-    if (input_.size() < SIMRIG_HEADER_BYTES) {
-        return std::nullopt;
-    }
-    BodyReader header(input_.data(), SIMRIG_HEADER_BYTES);
-    const size_t length = header.u32();
-    if (input_.size() < SIMRIG_HEADER_BYTES + length) {
-        return std::nullopt;
-    }
-    Message message;
-    message.type = header.u16();
-    message.tag = header.u16();
-    const auto begin = input_.begin() + SIMRIG_HEADER_BYTES;
-    message.body.assign(begin, begin + long(length));
-    input_.erase(input_.begin(), begin + long(length));
-    return message;
-}
-
-void Connection::send(const Message &message) {
-    BodyWriter writer;
-    writer.u32(uint32_t(message.body.size()));
-    writer.u16(message.type);
-    writer.u16(message.tag);
-    writer.bytes(message.body);
-    const std::vector<uint8_t> bytes = writer.take();
-    if (sent_ == output_.size()) {
-        output_.clear();
-        sent_ = 0;
-    }
-    output_.insert(output_.end(), bytes.begin(), bytes.end());
 }
 
 bool Connection::flush() {
@@ -69,7 +33,22 @@ bool Connection::flush() {
         }
         sent_ += size_t(count);
     }
+    output_.clear();
+    sent_ = 0;
+    if (finished_) {
+        // Closing at once would throw away the last reply while the client still sends.
+        shutdown(socket_, SHUT_WR);
+    }
     return true;
+}
+
+void Connection::finish() {
+    finished_ = true;
+    finished_at_ = std::chrono::steady_clock::now();
+}
+
+bool Connection::overdue() const {
+    return finished_ && std::chrono::steady_clock::now() - finished_at_ > std::chrono::seconds(1);
 }
 
 }  // namespace simrig

@@ -6,59 +6,28 @@
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
-#include "tools/simrig/world/document.hpp"
+#include "tools/simrig/server/place.hpp"
+#include "tools/simrig/server/view.hpp"
+#include "tools/simrig/wire/log.hpp"
 #include "tools/simrig/world/picture.hpp"
 
 namespace simrig {
 
 namespace {
 
+// Eleven days; times in picoseconds stay within 64 bits.
+constexpr double kLatestS = 1e6;
+// Of an object's place, in mm and degrees.
+constexpr double kFarthest = 1e6;
+constexpr size_t kMoveWords = 2, kPlaceNumbers = 3;
+
 [[noreturn]] void refuse(const std::string &what) {
     throw std::runtime_error(what);
 }
 
-size_t one_of(const std::string &word, const std::vector<std::string> &choices,
-              const std::string &what) {
-    for (size_t i = 0; i < choices.size(); i++) {
-        if (word == choices[i]) {
-            return i;
-        }
-    }
-    std::string list;
-    for (const std::string &choice : choices) {
-        list += (list.empty() ? "" : ", ") + choice;
-    }
-    refuse(what + " is one of " + list + ", not '" + word + "'");
-}
-
-const std::string &word_at(const std::vector<std::string> &words, size_t at,
-                           const std::string &what) {
-    if (at >= words.size()) {
-        refuse(what + " is missing; see help");
-    }
-    return words[at];
-}
-
-double number_at(const std::vector<std::string> &words, size_t at, const std::string &what,
-                 double low, double high) {
-    const std::string &text = word_at(words, at, what);
-    size_t used = 0;
-    double value = 0;
-    try {
-        value = std::stod(text, &used);
-    } catch (const std::logic_error &) {
-        used = 0;
-    }
-    if (used == 0 || used != text.size() || !(value >= low && value <= high)) {
-        std::ostringstream line;
-        line << what << " is a number from " << low << " to " << high << ", not '" << text << "'";
-        refuse(line.str());
-    }
-    return value;
-}
-
-size_t side_at(const std::vector<std::string> &words, size_t at) {
+size_t side_at(const Words &words, size_t at) {
     return one_of(word_at(words, at, "left or right"), {"left", "right"}, "a side");
 }
 
@@ -83,26 +52,85 @@ std::string camera_text(const world::Camera &camera) {
 
 }  // namespace
 
+Words words_of(const std::string &line) {
+    std::istringstream stream(line);
+    Words words;
+    for (std::string word; stream >> word;) {
+        words.push_back(one_line(word));
+    }
+    return words;
+}
+
+size_t one_of(const std::string &word, const Words &choices, const std::string &what) {
+    std::string list;
+    for (size_t i = 0; i < choices.size(); i++) {
+        if (word == choices[i]) {
+            return i;
+        }
+        list += (list.empty() ? "" : ", ") + choices[i];
+    }
+    refuse(what + " is one of " + list + ", not '" + word + "'");
+}
+
+const std::string &word_at(const Words &words, size_t at, const std::string &what) {
+    if (at >= words.size()) {
+        refuse(what + " is missing; see help");
+    }
+    return words[at];
+}
+
+void no_more_than(const Words &words, size_t count) {
+    if (words.size() > count) {
+        refuse("'" + words[count] + "' is one word too many; see help");
+    }
+}
+
+double number_at(const Words &words, size_t at, const std::string &what, double low, double high) {
+    const std::string &text = word_at(words, at, what);
+    size_t used = 0;
+    double value = 0;
+    try {
+        value = std::stod(text, &used);
+    } catch (const std::logic_error &) {
+        used = 0;
+    }
+    if (used == 0 || used != text.size() || !(value >= low && value <= high)) {
+        std::ostringstream line;
+        line << what << " is a number from " << low << " to " << high << ", not '" << text << "'";
+        refuse(line.str());
+    }
+    return value;
+}
+
+ControlDesk::ControlDesk(Rig &rig, Stage &stage, const std::string &scene, std::string files)
+    : rig_(rig), stage_(stage), staging_(scene), files_(std::move(files)) {}
+
 std::string ControlDesk::help() {
-    return "status                                where everything stands\n"
-           "scene FILE                            another scene from the next frame on\n"
-           "truth left|right PREFIX               of the last frame: PREFIX.pfm (depth in mm),\n"
-           "                                      PREFIX.yaml (the camera as it was)\n"
-           "view PREFIX                           what both cameras would see now, as PNG\n"
+    return "status                              where everything stands\n"
+           "scene NAME|FILE                     another scene from the next frame on\n"
+           "move OBJECT X Y Z [RX RY RZ]        puts an object of the scene elsewhere: mm and "
+           "degrees,\n"
+           "                                    as position_mm and turn_deg in the scene's file\n"
+           "truth left|right NAME               of the last frame, into the folder of --files:\n"
+           "                                    NAME.pfm (depth in mm), NAME.yaml (the camera)\n"
+           "view NAME                           what both cameras would see now, and a drawing, "
+           "there:\n"
+           "                                    NAME_left.png, NAME_right.png, NAME_rig.svg\n"
            "fault servo left|right jam|free\n"
            "fault lens left|right zoom|focus|iris jam|free\n"
            "fault camera left|right unplug|silent|stuck|torn BIT|ok\n"
-           "fault bus sda|scl|ok                  somebody holds this line of the DSP's bus\n"
+           "                                    stuck: SDA held low; torn: this data bit reads 0\n"
+           "fault bus sda|scl|ok                somebody holds this line of the DSP's bus\n"
            "fault serial silent|late MS|split MS|garbage PART|lost PART|ok\n"
-           "at SECONDS fault ...                  the same at a time of the rig\n";
+           "                                    of the lens controller's line; PART of all bytes, "
+           "0 to 1\n"
+           "at SECONDS fault|scene|move ...     the same at a time of the rig\n"
+           "snapshot NAME                       remembers this moment (virtual time only)\n"
+           "restore NAME                        back to it: all since then never was\n";
 }
 
 std::string ControlDesk::run(const std::string &command) {
-    std::istringstream stream(command);
-    Words words;
-    for (std::string word; stream >> word;) {
-        words.push_back(word);
-    }
+    const Words words = words_of(command);
     const std::string &name = word_at(words, 0, "a command");
     if (name == "help") {
         return help();
@@ -110,28 +138,57 @@ std::string ControlDesk::run(const std::string &command) {
     if (name == "status") {
         return status();
     }
-    if (name == "scene") {
-        try {
-            stage_.load_scene(word_at(words, 1, "the scene's file"));
-        } catch (const world::BadFile &error) {
-            refuse(error.what());
-        }
-        return "";
-    }
     if (name == "truth") {
         return truth(words);
     }
     if (name == "view") {
         return view(words);
     }
-    if (name == "fault") {
-        fault(words)();
-        return "";
-    }
     if (name == "at") {
         return at(words);
     }
+    if (name == "fault" || name == "scene" || name == "move") {
+        const Deed what = deed(words);
+        what.run();
+        return what.answer;
+    }
     refuse("there is no command '" + name + "'; see help");
+}
+
+ControlDesk::Deed ControlDesk::deed(const Words &words) {
+    switch (one_of(word_at(words, 0, "what is to be done"), {"fault", "scene", "move"},
+                   "what can be given a time")) {
+        case 0:
+            return {fault_of(rig_, words), ""};
+        case 1:
+            return change_scene(words);
+        default:
+            return move(words);
+    }
+}
+
+// The answer tells which file it was, so that a replay notices another one.
+ControlDesk::Deed ControlDesk::change_scene(const Words &words) {
+    const std::string path = place_of("scenes", word_at(words, 1, "the scene"));
+    no_more_than(words, 2);
+    auto scene = staging_.change(path);
+    char sum[32];
+    std::snprintf(sum, sizeof sum, "crc32 %08x\n", unsigned(sum_of(description_at(path))));
+    return {[this, scene] { stage_.set_scene(scene); }, sum};
+}
+
+ControlDesk::Deed ControlDesk::move(const Words &words) {
+    const std::string &object = word_at(words, 1, "the object");
+    std::vector<double> place;
+    while (place.size() < kPlaceNumbers || kMoveWords + place.size() < words.size()) {
+        place.push_back(number_at(words, kMoveWords + place.size(), "a place in mm or degrees",
+                                  -kFarthest, kFarthest));
+    }
+    if (place.size() != kPlaceNumbers && place.size() != 2 * kPlaceNumbers) {
+        refuse("a place has three numbers in mm, and may have three turns in degrees");
+    }
+    auto scene = staging_.move(object, place);
+    return {[this, scene] { stage_.set_scene(scene); }, ""};
 }
 
 std::string ControlDesk::status() {
@@ -158,144 +215,49 @@ std::string ControlDesk::status() {
     return text.str();
 }
 
-std::string ControlDesk::truth(const Words &words) {
-    const size_t side = side_at(words, 1);
-    const std::string &prefix = word_at(words, 2, "the prefix of the files");
-    world::Truth truth;
-    if (!stage_.truth(int(side), truth)) {
+std::string ControlDesk::truth_of(int camera, world::Truth &truth) const {
+    if (!stage_.truth(camera, truth)) {
         refuse("no frame of this camera has been taken yet");
     }
-    world::write_depth_pfm(prefix + ".pfm", truth);
-    std::ofstream file(prefix + ".yaml");
-    file << camera_text(truth.camera(truth.rows / 2));
+    return camera_text(truth.camera(truth.rows / 2));
+}
+
+std::string ControlDesk::truth(const Words &words) {
+    const size_t side = side_at(words, 1);
+    const std::string &name = word_at(words, 2, "a name for the files");
+    no_more_than(words, 3);
+    const std::string path = place_for(files_, name);
+    world::Truth truth;
+    const std::string camera = truth_of(int(side), truth);
+    world::write_depth_pfm(path + ".pfm", truth);
+    std::ofstream file(path + ".yaml");
+    file << camera;
     file.close();
     if (!file) {
-        refuse("cannot write " + prefix + ".yaml");
+        refuse("cannot write " + path + ".yaml");
     }
-    return prefix + ".pfm\n" + prefix + ".yaml\n";
+    return name + ".pfm\n" + name + ".yaml\n";
 }
 
 std::string ControlDesk::view(const Words &words) {
-    const std::string &prefix = word_at(words, 1, "the prefix of the files");
-    const char *const names[] = {"left", "right"};
-    std::string written;
+    const std::string &name = word_at(words, 1, "a name for the files");
+    no_more_than(words, 2);
+    View view;
     for (int side = 0; side < BRIDGE_CAMERAS; side++) {
-        const CameraState state = rig_.state(side);
-        world::FrameRequest request;
-        request.mechanics = [&state](double) { return Stage::mechanics(state); };
-        const world::Frame frame =
-            world::render(stage_.scene(), stage_.rig(), world::Side(side), request);
-        const std::string path = prefix + "_" + names[side] + ".png";
-        const world::Sensor &sensor = stage_.rig().of(world::Side(side)).sensor;
-        world::write_png(path, world::developed(frame, sensor, 1));
-        written += path + "\n";
+        view.mechanics[size_t(side)] = Stage::mechanics(rig_.state(side));
     }
-    return written;
+    write_view(stage_.scene(), stage_.rig(), view, place_for(files_, name) + "_");
+    return name + "_left.png\n" + name + "_right.png\n" + name + "_rig.svg\n";
 }
 
 std::string ControlDesk::at(const Words &words) {
-    const double time_s = number_at(words, 1, "the time in seconds", 0, 1e7);
-    if (word_at(words, 2, "a fault") != "fault") {
-        refuse("only a fault can be given a time");
-    }
-    const Words rest(words.begin() + 2, words.end());
+    const double time_s = number_at(words, 1, "the time in seconds", 0, kLatestS);
     if (time_s * 1e6 < rig_.now_us()) {
         refuse("that time has passed");
     }
-    rig_.wires().at(uint64_t(std::llround(time_s * 1e12)), fault(rest));
-    return "";
-}
-
-ControlDesk::Deed ControlDesk::fault(const Words &words) {
-    const std::string &part = word_at(words, 1, "what fails");
-    switch (one_of(part, {"servo", "lens", "camera", "bus", "serial"}, "what fails")) {
-        case 0:
-            return fault_servo(words);
-        case 1:
-            return fault_lens(words);
-        case 2:
-            return fault_camera(words);
-        case 3:
-            return fault_bus(words);
-        default:
-            return fault_serial(words);
-    }
-}
-
-ControlDesk::Deed ControlDesk::fault_servo(const Words &words) {
-    const size_t side = side_at(words, 2);
-    const bool jam =
-        one_of(word_at(words, 3, "jam or free"), {"free", "jam"}, "a servo's fault") == 1;
-    return [this, side, jam] { rig_.servo(int(side)).jam(rig_.now_us(), jam); };
-}
-
-ControlDesk::Deed ControlDesk::fault_lens(const Words &words) {
-    const size_t side = side_at(words, 2);
-    const size_t axis =
-        one_of(word_at(words, 3, "the motor"), {"zoom", "focus", "iris"}, "a lens motor");
-    const bool jam =
-        one_of(word_at(words, 4, "jam or free"), {"free", "jam"}, "a motor's fault") == 1;
-    return [this, side, axis, jam] {
-        rig_.lenses().motor(side, LensAxis(axis)).jam(rig_.now_us(), jam);
-    };
-}
-
-ControlDesk::Deed ControlDesk::fault_camera(const Words &words) {
-    const size_t side = side_at(words, 2);
-    const std::string &kind = word_at(words, 3, "a camera's fault");
-    SensorFaults faults;
-    switch (one_of(kind, {"ok", "unplug", "silent", "stuck", "torn"}, "a camera's fault")) {
-        case 1:
-            faults.unplugged = true;
-            break;
-        case 2:
-            faults.silent = true;
-            break;
-        case 3:
-            faults.sda_stuck = true;
-            break;
-        case 4:
-            faults.torn_bits = uint16_t(1u << unsigned(number_at(words, 4, "the bit", 0, 9)));
-            break;
-        default:
-            break;
-    }
-    return [this, side, faults] { rig_.sensor(int(side)).set_faults(faults); };
-}
-
-ControlDesk::Deed ControlDesk::fault_bus(const Words &words) {
-    const size_t line =
-        one_of(word_at(words, 2, "the line"), {"ok", "sda", "scl"}, "a bus's fault");
-    BusFaults faults;
-    faults.sda_stuck = line == 1;
-    faults.scl_stuck = line == 2;
-    return [this, faults] { rig_.host().set_faults(faults); };
-}
-
-ControlDesk::Deed ControlDesk::fault_serial(const Words &words) {
-    const std::string &kind = word_at(words, 2, "the line's fault");
-    SerialFaults faults;
-    switch (
-        one_of(kind, {"ok", "silent", "late", "split", "garbage", "lost"}, "the line's fault")) {
-        case 1:
-            faults.silent = true;
-            break;
-        case 2:
-            faults.late_ms = number_at(words, 3, "how late in ms", 0, 60000);
-            break;
-        case 3:
-            faults.split_ms = number_at(words, 3, "the pause in ms", 0, 60000);
-            break;
-        case 4:
-            faults.garbage_chance = number_at(words, 3, "the part of bytes", 0, 1);
-            break;
-        case 5:
-            faults.lost_chance = number_at(words, 3, "the part of bytes", 0, 1);
-            break;
-        default:
-            break;
-    }
-    return [this, faults] { rig_.serial().faults = faults; };
+    const Deed later = deed(Words(words.begin() + 2, words.end()));
+    rig_.wires().at(uint64_t(std::llround(time_s * 1e12)), later.run);
+    return later.answer;
 }
 
 }  // namespace simrig

@@ -8,37 +8,55 @@
 #include <vector>
 
 #include "tools/simrig/rig/scenery.hpp"
+#include "tools/simrig/server/staging.hpp"
 
 namespace simrig {
 
+using Words = std::vector<std::string>;
+
+/// Throw std::runtime_error with one line: a word is not there, not what is wanted, or too many.
+const std::string &word_at(const Words &words, size_t at, const std::string &what);
+void no_more_than(const Words &words, size_t count);
+double number_at(const Words &words, size_t at, const std::string &what, double low, double high);
+size_t one_of(const std::string &word, const Words &choices, const std::string &what);
+Words words_of(const std::string &line);
+
+/// What a fault does when its time has come; words: "fault", part, .... Throws std::runtime_error
+/// with one line that says what is wrong.
+std::function<void()> fault_of(Rig &rig, const Words &words);
+
 class ControlDesk {
   public:
-    ControlDesk(Rig &rig, Stage &stage) : rig_(rig), stage_(stage) {}
+    /// scene: the file that the stage shows. files: the folder to write into; empty: none.
+    ControlDesk(Rig &rig, Stage &stage, const std::string &scene, std::string files);
 
     /// Carries out one command and gives its answer, which may have several lines. Throws
     /// std::runtime_error with one line that says what is wrong.
     std::string run(const std::string &command);
+    /// Truth of the last frame of a camera; gives its camera as YAML. Throws as run().
+    std::string truth_of(int camera, world::Truth &truth) const;
 
     /// The commands, a line each.
     static std::string help();
 
   private:
-    using Words = std::vector<std::string>;
+    /// Checked and prepared when it is asked for, done now or later.
+    struct Deed {
+        std::function<void()> run;
+        std::string answer;
+    };
+    Deed deed(const Words &words);
+    Deed change_scene(const Words &words);
+    Deed move(const Words &words);
     std::string status();
     std::string truth(const Words &words);
     std::string view(const Words &words);
     std::string at(const Words &words);
-    // Faults are checked when they are asked for, and done now or later.
-    using Deed = std::function<void()>;
-    Deed fault(const Words &words);
-    Deed fault_servo(const Words &words);
-    Deed fault_lens(const Words &words);
-    Deed fault_camera(const Words &words);
-    Deed fault_bus(const Words &words);
-    Deed fault_serial(const Words &words);
 
     Rig &rig_;
     Stage &stage_;
+    Staging staging_;
+    std::string files_;
 };
 
 }  // namespace simrig

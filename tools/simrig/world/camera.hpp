@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A camera at one instant: what its lens and its servo make of the motor positions.
-#pragma once
+/// A camera at one instant: what its lens and its servo make of the motor positions.
+#ifndef VERGENCE_SIMRIG_WORLD_CAMERA_HPP
+#define VERGENCE_SIMRIG_WORLD_CAMERA_HPP
 
 #include <array>
 
@@ -9,7 +10,7 @@
 
 namespace world {
 
-// Where motors and servo stand. Lens positions 300..850, fractions allowed.
+/// Where motors and servo stand. Lens positions 300..850, fractions allowed.
 struct Mechanics {
     double pan_rad = 0;
     double zoom = 300;
@@ -19,55 +20,57 @@ struct Mechanics {
 
 bool operator==(const Mechanics &a, const Mechanics &b);
 
-// What the lens does at its positions. Pixels are those of the full array.
+/// What the lens does at its positions. Pixels are those of the full array.
 struct Optics {
-    double focal_length_mm = 0;  // thin lens, focused at infinity
-    double focal_px = 0;         // image distance in pixels: what K holds
+    double focal_length_mm = 0;  ///< thin lens, focused at infinity
+    double focal_px = 0;         ///< image distance in pixels: what K holds
     Vec2 centre_px;
-    std::array<double, 3> radial{};  // k1 k2 k3 of Brown and Conrady
-    Vec2 decentring;                 // p1 p2
-    double pupil_shift_mm = 0;       // along the axis, from its place at zoom 300
+    std::array<double, 3> radial{};  ///< k1 k2 k3 of Brown and Conrady
+    Vec2 decentring;                 ///< p1 p2
+    double pupil_shift_mm = 0;       ///< along the axis, from its place at zoom 300
     double pupil_diameter_mm = 0;
-    double focus_distance_mm = 0;  // from the pupil to the sharp plane
+    double focus_distance_mm = 0;  ///< from the pupil to the sharp plane
     double f_number = 0;
-    double corner_slope = 0;  // (4.096 mm / image distance), where falloff is given
+    double corner_slope = 0;  ///< (4.096 mm / image distance), where falloff is given
     double natural_falloff = 0;
-    double mount_falloff = 0;  // at the corner, at this iris
+    double mount_falloff = 0;  ///< at the corner, at this iris
     double transmission = 0;
     double spot_rms_px = 0;
 };
 
-// Distances to the sharp plane at and beyond this count as infinity.
+/// Distances to the sharp plane at and beyond this count as infinity.
 constexpr double kInfinityMm = 1e7;
 
 Optics optics_of(const Lens &lens, double pixel_um, const Mechanics &mechanics);
 
-// The focus position at which the plane at this distance from the pupil is sharp.
+/// The focus position at which the plane at this distance from the pupil is sharp.
 double focus_position_for(const Lens &lens, double zoom, double distance_mm);
 
 struct Camera {
     Optics optics;
-    Pose world_camera;  // T_world_camera: origin at the entrance pupil, z along the axis
+    Pose world_camera;  ///< T_world_camera: origin at the entrance pupil, z along the axis
     double pixel_um = 3.2;
 
-    // Pixel of a point that lies in this camera's frame, z > 0.
+    /// Pixel of a point that lies in this camera's frame, z > 0.
     Vec2 project(const Vec3 &point_camera_mm) const;
     Vec2 project_world(const Vec3 &point_world_mm) const;
 
-    // Slopes (x / z, y / z) of the pinhole ray through a pixel: the inverse of the distortion to
-    // 1e-12. `start` is a guess of the slopes.
+    /// Slopes (x / z, y / z) of the pinhole ray through a pixel: the inverse of the distortion to
+    /// 1e-12. `start` is a guess of the slopes.
     Vec2 slopes_of(Vec2 pixel, Vec2 start) const;
     Vec2 slopes_of(Vec2 pixel) const;
-    // The same from a good guess, with the change of slopes with the pixel (x/x, x/y, y/x, y/y).
+    /// The same from a good guess, with the change of slopes with the pixel (x/x, x/y, y/x, y/y).
     Vec2 slopes_of(Vec2 pixel, Vec2 start, double (&step)[4]) const;
 
-    // Part of the axis's light that reaches a pixel with these slopes.
+    /// Part of the axis's light that reaches a pixel with these slopes.
     double falloff(Vec2 slopes) const;
 };
 
-// Adds the distortion to slopes.
+/// Adds the distortion to slopes.
 Vec2 distorted(const Optics &optics, Vec2 slopes);
 
 Camera camera_at(const RigCamera &rig_camera, const Mechanics &mechanics);
 
 }  // namespace world
+
+#endif

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Strict reading of YAML: every mistake becomes one line with file and line number.
-#pragma once
+/// Strict reading of YAML: every mistake becomes one line with file and line number.
+#ifndef VERGENCE_SIMRIG_WORLD_DOCUMENT_HPP
+#define VERGENCE_SIMRIG_WORLD_DOCUMENT_HPP
 
 #include <yaml-cpp/yaml.h>
 
@@ -13,34 +14,34 @@
 
 namespace world {
 
-// What is wrong with a scene or rig file: "file:line: what".
+/// What is wrong with a scene or rig file: "file:line: what".
 class BadFile : public std::runtime_error {
   public:
     using std::runtime_error::runtime_error;
 };
 
-// One value of a file and the way to it. Map keys that were never asked for are mistakes.
+/// One value of a file and the way to it. Map keys that were never asked for are mistakes.
 class Entry {
   public:
-    // The whole file. Throws BadFile when it cannot be read or is not YAML.
+    /// The whole file. Throws BadFile when it cannot be read or is not YAML.
     static Entry of_file(const std::string &path);
 
-    // Throws BadFile at this entry's line.
+    /// Throws BadFile at this entry's line.
     [[noreturn]] void fail(const std::string &what) const;
 
     bool has(const std::string &key) const;
     Entry at(const std::string &key) const;
     std::vector<Entry> items() const;
-    // The only key of a map of one entry, as in `- sheet: {...}`.
+    /// The only key of a map of one entry, as in `- sheet: {...}`.
     std::string only_key() const;
-    // Throws BadFile when the map has a key that is not among these.
+    /// Throws BadFile when the map has a key that is not among these.
     void allow(const std::set<std::string> &keys) const;
 
     std::string text() const;
     double number() const;
     double number(double low, double high) const;
     int whole(int low, int high) const;
-    // [x, y] or [x, y, z].
+    /// [x, y] or [x, y, z].
     Vec2 pair() const;
     Vec3 vector() const;
 
@@ -57,3 +58,5 @@ class Entry {
 };
 
 }  // namespace world
+
+#endif

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light that arrives at an object: worked out once, because neither lights nor objects move.
-#pragma once
+/// Light that arrives at an object: worked out once, because neither lights nor objects move.
+#ifndef VERGENCE_SIMRIG_WORLD_LIGHT_MAP_HPP
+#define VERGENCE_SIMRIG_WORLD_LIGHT_MAP_HPP
 
 #include <cstddef>
 #include <vector>
@@ -9,35 +10,35 @@
 
 namespace world {
 
-// Light at a place in free space: from each lamp a vector (its illuminance on a surface is the dot
-// product with the normal), and from everything else a mean and a slope.
+/// Light at a place in free space: from each lamp a vector (its illuminance on a surface is the dot
+/// product with the normal), and from everything else a mean and a slope.
 struct Arriving {
-    Vec3 lamp[2];   // white part, lux
-    Colour around;  // illuminance on a surface of any direction
-    Vec3 slope;     // changes of it with the normal
+    Vec3 lamp[2];   ///< white part, lux
+    Colour around;  ///< illuminance on a surface of any direction
+    Vec3 slope;     ///< changes of it with the normal
 };
 
-// Light on a surface.
+/// Light on a surface.
 struct Lit {
     Colour lux;
-    Vec3 lamp_direction[2];  // times illuminance, for highlights
-    Vec3 towards;            // sum of the lamps' vectors
+    Vec3 lamp_direction[2];  ///< times illuminance, for highlights
+    Vec3 towards;            ///< sum of the lamps' vectors
 };
 
 class LightMap {
   public:
-    // Values at the nodes of a box of `nodes` from `low_mm`, `step_mm` apart (object's frame).
-    // A sheet has one layer along z.
+    /// Values at the nodes of a box of `nodes` from `low_mm`, `step_mm` apart (object's frame).
+    /// A sheet has one layer along z.
     void allocate(const Vec3 &low_mm, double step_mm, const int (&nodes)[3]);
     Vec3 node_place(int x, int y, int z) const;
     void set(int x, int y, int z, const Arriving &arriving);
     Arriving get(int x, int y, int z) const;
     int nodes(int axis) const { return nodes_[axis]; }
 
-    // Linear between the nodes. In the object's frame.
+    /// Linear between the nodes. In the object's frame.
     Arriving at(const Vec3 &place_mm) const;
     double step_mm() const { return step_mm_; }
-    // Mean of each node with its neighbours in a layer: takes away the sampling's grain.
+    /// Mean of each node with its neighbours in a layer: takes away the sampling's grain.
     void smooth();
 
   private:
@@ -52,3 +53,5 @@ class LightMap {
 };
 
 }  // namespace world
+
+#endif

@@ -99,13 +99,24 @@ double wood(const Material &m, const SurfacePlace &s, int channel) {
     return (here + part * (there - here)) * (1 - 0.85 * gap);
 }
 
+// The ornament is on the outside of the wall that it is wound around: neither within, nor on what
+// stands off, such as a handle.
+double on_wall(const Material &m, const SurfacePlace &s) {
+    const double off = std::sqrt(s.p.x * s.p.x + s.p.z * s.p.z) - m.raster.width_mm() / (2 * kPi);
+    const double soft = 0.4 + s.rms_mm;
+    return std::clamp((0.9 - off) / soft, 0.0, 1.0) * std::clamp((off + 2.6) / soft, 0.0, 1.0);
+}
+
 double painted(const Material &m, const SurfacePlace &s, int channel) {
+    const double wall = on_wall(m, s);
     const double tone = around(m.layer[0], s);
     const double fine = around(m.layer[2], s);
     const double around_mm = (std::atan2(s.p.z, s.p.x) / (2 * kPi) + 0.5) * m.raster.width_mm();
     // The brush's edge is not straight in the small.
-    const double base = m.raster.at(channel, around_mm + 0.07 * fine,
-                                    s.p.y + m.raster.height_mm() - 0.07 * tone, s.rms_mm);
+    const double ornament = m.raster.at(channel, around_mm + 0.07 * fine,
+                                        s.p.y + m.raster.height_mm() - 0.07 * tone, s.rms_mm);
+    const double ground = m.tones[0].channel[channel];
+    const double base = ground + wall * (ornament - ground);
     return base * (1 + m.contrast * (0.02 * tone + 0.022 * fine));
 }
 

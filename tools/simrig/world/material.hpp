@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What surfaces look like: reflectance in one channel at a place, as a filter of some width sees
-// it.
-#pragma once
+/// What surfaces look like: reflectance in one channel at a place, as a filter of some width sees
+/// it.
+#ifndef VERGENCE_SIMRIG_WORLD_MATERIAL_HPP
+#define VERGENCE_SIMRIG_WORLD_MATERIAL_HPP
 
 #include <string>
 #include <vector>
@@ -16,9 +17,9 @@ enum class MaterialKind { kPlaster, kWood, kPainted, kClay, kPlastic, kBoard, kP
 
 struct Material {
     MaterialKind kind = MaterialKind::kClay;
-    std::vector<Colour> tones;  // one, or one for each tone of the parts
-    double contrast = 1;        // of the fine texture; 0 is really plain
-    // Mirror at right angles (0.04 glaze), and how soft its picture of the lights is, rad.
+    std::vector<Colour> tones;  ///< one, or one for each tone of the parts
+    double contrast = 1;        ///< of the fine texture; 0 is really plain
+    /// Mirror at right angles (0.04 glaze), and how soft its picture of the lights is, rad.
     double gloss = 0;
     double gloss_blur_rad = 0.1;
     Board board;
@@ -27,26 +28,28 @@ struct Material {
     double plank_mm = 120;
 };
 
-// Where reflectance is asked for.
+/// Where reflectance is asked for.
 struct SurfacePlace {
-    Vec3 p;      // the body's own frame
-    Vec3 n;      // normal there
-    Vec2 sheet;  // on a sheet: along it from the middle
+    Vec3 p;      ///< the body's own frame
+    Vec3 n;      ///< normal there
+    Vec2 sheet;  ///< on a sheet: along it from the middle
     bool on_sheet = false;
     int tone = 0;
-    double rms_mm = 0;  // of the filter
-    // The same in two parts, not stretched by slant, for boards: a box and the lens's round spot.
+    double rms_mm = 0;  ///< of the filter
+    /// The same in two parts, not stretched by slant, for boards: a box and the lens's round spot.
     double edge_mm = 0;
     double spot_mm = 0;
-    Vec2 slant;  // on a sheet: sideways part of the light over its upright part
+    Vec2 slant;  ///< on a sheet: sideways part of the light over its upright part
 };
 
-// Sets the layers of noise that this kind needs; `number` makes two surfaces of a kind differ.
+/// Sets the layers of noise that this kind needs; `number` makes two surfaces of a kind differ.
 void prepare(Material &material, int number);
 
 double reflectance(const Material &material, const SurfacePlace &place, int channel);
 
-// Mean reflectance, for light that comes back from the surface.
+/// Mean reflectance, for light that comes back from the surface.
 Colour mean_reflectance(const Material &material);
 
 }  // namespace world
+
+#endif

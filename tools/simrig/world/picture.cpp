@@ -49,6 +49,8 @@ class Mosaic {
         const double dn = frame_.pixels[static_cast<std::size_t>(y * frame_.columns + x)];
         return (dn - black_) * gain_[channel(x, y)];
     }
+    // Where green saturates: brighter red or blue beside it would only tint what is white.
+    double white() const { return gain_[1] * (1023 - black_); }
     static int channel(int x, int y) { return (x + y) % 2 == 0 ? 1 : y % 2 == 0 ? 0 : 2; }
 
   private:
@@ -109,7 +111,8 @@ Picture developed(const Frame &frame, const Sensor &sensor, double exposure) {
             double rgb[3];
             demosaic(mosaic, x, y, rgb);
             for (int c = 0; c < 3; c++) {
-                const double place = std::clamp(rgb[c] * exposure / kMost, 0.0, 1.0) * kSteps;
+                const double light = std::min(rgb[c], mosaic.white()) * exposure;
+                const double place = std::clamp(light / kMost, 0.0, 1.0) * kSteps;
                 picture.rgb[static_cast<std::size_t>(3 * (y * frame.columns + x) + c)] =
                     curve[static_cast<std::size_t>(place)];
             }

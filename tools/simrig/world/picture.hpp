@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames and truth as files that people and programs can look at.
-#pragma once
+/// Frames and truth as files that people and programs can look at.
+#ifndef VERGENCE_SIMRIG_WORLD_PICTURE_HPP
+#define VERGENCE_SIMRIG_WORLD_PICTURE_HPP
 
 #include <string>
 
@@ -8,20 +9,22 @@
 
 namespace world {
 
-// Eight bits, three channels.
+/// Eight bits, three channels.
 struct Picture {
     int columns = 0;
     int rows = 0;
     std::vector<std::uint8_t> rgb;
 };
 
-// A frame as a photograph: demosaiced (Malvar, He, Cutler 2004), white balanced by the sensor's
-// filters, sRGB with a soft shoulder. `exposure`: what white is multiplied by.
+/// A frame as a photograph: demosaiced (Malvar, He, Cutler 2004), white balanced by the sensor's
+/// filters, sRGB with a soft shoulder. `exposure`: what white is multiplied by.
 Picture developed(const Frame &frame, const Sensor &sensor, double exposure);
 
-// Each writes one file; throws std::runtime_error with the file's name when it cannot.
+/// Each writes one file; throws std::runtime_error with the file's name when it cannot.
 void write_png(const std::string &path, const Picture &picture);
-void write_raw_pgm(const std::string &path, const Frame &frame);  // 16 bits, largest value 1023
+void write_raw_pgm(const std::string &path, const Frame &frame);  ///< 16 bits, largest value 1023
 void write_depth_pfm(const std::string &path, const Truth &truth);
 
 }  // namespace world
+
+#endif

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// All randomness is a hash of what it belongs to, so that neither threads nor windows change it.
-#pragma once
+/// All randomness is a hash of what it belongs to, so that neither threads nor windows change it.
+#ifndef VERGENCE_SIMRIG_WORLD_RANDOM_HPP
+#define VERGENCE_SIMRIG_WORLD_RANDOM_HPP
 
 #include <array>
 #include <cstdint>
 
 namespace world {
 
-// Finaliser of splitmix64 (Steele, Lea, Flood 2014): every input bit reaches every output bit.
+/// Finaliser of splitmix64 (Steele, Lea, Flood 2014): every input bit reaches every output bit.
 constexpr std::uint64_t mixed(std::uint64_t x) {
     x += 0x9E3779B97F4A7C15u;
     x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9u;
@@ -19,12 +20,12 @@ constexpr std::uint64_t mixed(std::uint64_t a, std::uint64_t b) {
     return mixed(mixed(a) ^ b);
 }
 
-// [0, 1) from the upper 53 bits.
+/// [0, 1) from the upper 53 bits.
 constexpr double unit_interval(std::uint64_t bits) {
     return static_cast<double>(bits >> 11) * (1.0 / 9007199254740992.0);
 }
 
-// A stream of independent numbers for work outside the pixels' loops.
+/// A stream of independent numbers for work outside the pixels' loops.
 class Random {
   public:
     explicit Random(std::uint64_t seed) : state_(seed) {}
@@ -36,15 +37,17 @@ class Random {
     std::uint64_t state_;
 };
 
-// 64 points for pixel (x, y) and pupil (u, v), 16 bits each: two orders of Sobol's sequence in two
-// dimensions. Of both pairs every prefix of 4, 16 and 64 has one point in each square of a grid of
-// 2, 4 and 8, and keeps that when each number is XORed with one of the pixel's own.
+/// 64 points for pixel (x, y) and pupil (u, v), 16 bits each: two orders of Sobol's sequence in two
+/// dimensions. Of both pairs every prefix of 4, 16 and 64 has one point in each square of a grid of
+/// 2, 4 and 8, and keeps that when each number is XORed with one of the pixel's own.
 constexpr int kMostSamples = 64;
 using SobolPoint = std::array<std::uint16_t, 4>;
 const std::array<SobolPoint, kMostSamples> &sobol_points();
 
-// Value of the standard normal distribution at a probability (table of its inverse, linear between
-// 4096 steps of probability with finer tails). `bits`: 32 random bits. Its variance is 1 to 1e-4.
+/// Value of the standard normal distribution at a probability (table of its inverse, linear between
+/// 4096 steps of probability with finer tails). `bits`: 32 random bits. Its variance is 1 to 1e-4.
 double normal_from_bits(std::uint32_t bits);
 
 }  // namespace world
+
+#endif

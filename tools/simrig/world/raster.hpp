@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A painted picture on a surface: motifs drawn once, looked up with the filter of the asker.
-#pragma once
+/// A painted picture on a surface: motifs drawn once, looked up with the filter of the asker.
+#ifndef VERGENCE_SIMRIG_WORLD_RASTER_HPP
+#define VERGENCE_SIMRIG_WORLD_RASTER_HPP
 
 #include <cstdint>
 #include <string>
@@ -13,18 +14,18 @@ namespace world {
 class Raster {
   public:
     Raster() = default;
-    // `width_mm` repeats (a wrapped surface); beyond the height the edge continues.
+    /// `width_mm` repeats (a wrapped surface); beyond the height the edge continues.
     Raster(double width_mm, double height_mm, double texel_mm, const Colour &ground);
 
-    // Draws where `inside_mm` (distance to the motif's edge, positive within) says so; `box` is
-    // low x, low y, high x, high y. Edges are soft over `soft_mm`.
+    /// Draws where `inside_mm` (distance to the motif's edge, positive within) says so; `box` is
+    /// low x, low y, high x, high y. Edges are soft over `soft_mm`.
     template <class Inside>
     void paint(const double (&box)[4], const Colour &colour, double soft_mm, double strength,
                Inside inside_mm);
-    // Makes the prefiltered copies; after the last paint.
+    /// Makes the prefiltered copies; after the last paint.
     void finish();
 
-    // Reflectance at a place, through a filter of this rms radius.
+    /// Reflectance at a place, through a filter of this rms radius.
     double at(int channel, double x_mm, double y_mm, double rms_mm) const;
 
     bool empty() const { return levels_.empty(); }
@@ -45,8 +46,8 @@ class Raster {
     std::vector<Level> levels_;
 };
 
-// Ornaments by name: "garden" (the decorated cylinder), "meadow" (the mug).
-// Their drawing is the same for the same seed.
+/// Ornaments by name: "garden" (the decorated cylinder), "meadow" (the mug).
+/// Their drawing is the same for the same seed.
 Raster draw_ornament(const std::string &name, double width_mm, double height_mm,
                      const Colour &ground, std::uint64_t seed);
 bool is_ornament(const std::string &name);
@@ -82,3 +83,5 @@ void Raster::paint(const double (&box)[4], const Colour &colour, double soft_mm,
 }
 
 }  // namespace world
+
+#endif

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <atomic>
+#include <optional>
 #include <stdexcept>
 #include <thread>
 
@@ -118,7 +119,12 @@ class Smoothness {
         focus_mm_ = view.focus_mm;
     }
 
-    bool at(int column, int row) const {
+    // One flat sheet covers the whole block.
+    bool all() const { return all_; }
+
+    // z_from: nothing of the pixel is nearer.
+    bool at(int column, int row, double &z_from) const {
+        z_from = 0;
         if (corners_.empty()) {
             return all_;
         }
@@ -142,6 +148,11 @@ class Smoothness {
                 high = std::max(high, corner.z);
             }
         }
+        const Object &object = *corners_[static_cast<std::size_t>(first)].object;
+        if (object.solid == nullptr && object.sheet.bend_per_mm == 0) {
+            return true;  // a plane has no step, however far its depth reaches
+        }
+        z_from = low - (high - low) - 1;
         return high - low < 3 * step_ * low + 5 * blur_mm_ * std::fabs(1 - low / focus_mm_);
     }
 
@@ -155,81 +166,134 @@ class Smoothness {
     std::vector<Corner> corners_;
 };
 
-// One array pixel through all states of its row (one when nothing moves).
-double pixel_electrons(const Job &job, std::vector<State> &states, int column, int row,
-                       double lit_us, bool smooth, std::vector<PixelView> &views,
-                       const std::vector<const std::vector<Candidate> *> &candidates) {
-    const int place = bayer_place(column, row);
-    PixelTask task;
-    task.channel = bayer_channel(place);
-    task.starts_smooth = smooth && states.size() == 1;
-    task.view_count = static_cast<int>(states.size());
-    for (std::size_t i = 0; i < states.size(); i++) {
-        views[i] =
-            pixel_view(states[i].camera, {static_cast<double>(column), static_cast<double>(row)},
-                       views[i].slopes + Vec2{views[i].step[0], views[i].step[2]});
-    }
-    task.views = views.data();
-    task.candidates = candidates[0];
-    task.view_candidates = states.size() > 1 ? candidates.data() : nullptr;
-    task.key =
-        mixed(job.key, static_cast<std::uint64_t>(row) << 32 | static_cast<std::uint64_t>(column));
-    task.electrons_per_luminance = lux_per_luminance(states[0].camera, views[0].slopes) *
-                                   electrons_per_lux(job.rig_camera.sensor, task.channel, lit_us);
+// Of the light at the corners of a block that one flat sheet covers.
+BlockLight light_of_block(const Job &job, const Block &b, const State &state) {
+    const Window &w = job.request.window;
     const View view = {&job.scene, &job.pixel_alone, &job.with_spot, job.spot_px};
+    BlockLight light;
+    for (int i = 0; i < 4; i++) {
+        const int column = i % 2 == 0 ? b.column_begin : b.column_end;
+        const int row = i / 2 == 0 ? b.row_begin : b.row_end;
+        const Vec2 pixel = {static_cast<double>(w.array_column(column, 0)),
+                            static_cast<double>(w.array_row(row, 0))};
+        light.corner[i] =
+            light_on_sheet(view, pixel_view(state.camera, pixel, state.camera.slopes_of(pixel)),
+                           state.candidates[0]);
+    }
+    return light;
+}
+
+// What the pixels of a block share.
+class BlockOfPixels {
+  public:
+    BlockOfPixels(const Job &job, const Block &b, std::vector<State> &states)
+        : job_(job), block_(b), states_(states), views_(states.size()) {
+        for (State &state : states) {
+            find_block(job, b, state);
+            candidates_.push_back(&state.candidates);
+        }
+        smoothness_.emplace(job, b, states[0]);
+        lit_together_ = smoothness_->all() && states.size() == 1;
+        if (lit_together_) {
+            light_ = light_of_block(job, b, states[0]);
+        }
+    }
+
+    void render(int column, int row, double lit_us) {
+        const Window &w = job_.request.window;
+        double sum = 0;
+        z_from_ = 0;
+        smooth_ = smoothness_->at(column, row, z_from_) && states_.size() == 1;
+        for (int j = 0; j < w.bin_y; j++) {
+            for (int i = 0; i < w.bin_x; i++) {
+                const int x = w.array_column(column, i);
+                const int y = w.array_row(row, j);
+                sum += job_.reader.collected(electrons(x, y, lit_us), x, y);
+            }
+        }
+        const int binned = w.bin_x * w.bin_y;
+        const int x = w.array_column(column, 0);
+        const int y = w.array_row(row, 0);
+        job_.frame.pixels[static_cast<std::size_t>(row * job_.frame.columns + column)] =
+            job_.reader.number(sum / binned, binned, bayer_place(x, y), x, y);
+    }
+
+  private:
+    // One array pixel through all states of its row (one when nothing moves).
+    double electrons(int x, int y, double lit_us);
+
+    const Job &job_;
+    const Block &block_;
+    std::vector<State> &states_;
+    std::vector<PixelView> views_;
+    std::vector<const std::vector<Candidate> *> candidates_;
+    std::optional<Smoothness> smoothness_;
+    BlockLight light_;
+    bool lit_together_ = false;
+    bool smooth_ = false;
+    double z_from_ = 0;
+};
+
+double BlockOfPixels::electrons(int x, int y, double lit_us) {
+    const Window &w = job_.request.window;
+    PixelTask task;
+    task.channel = bayer_channel(bayer_place(x, y));
+    task.starts_smooth = smooth_;
+    task.z_from = z_from_;
+    if (lit_together_) {
+        const int column = w.array_column(block_.column_begin, 0);
+        const int row = w.array_row(block_.row_begin, 0);
+        task.block_light = &light_;
+        task.block_place = {
+            static_cast<double>(x - column) / (w.array_column(block_.column_end, 0) - column),
+            static_cast<double>(y - row) / (w.array_row(block_.row_end, 0) - row)};
+    }
+    task.view_count = static_cast<int>(states_.size());
+    for (std::size_t i = 0; i < states_.size(); i++) {
+        views_[i] = pixel_view(states_[i].camera, {static_cast<double>(x), static_cast<double>(y)},
+                               views_[i].slopes + Vec2{views_[i].step[0], views_[i].step[2]});
+    }
+    task.views = views_.data();
+    task.candidates = candidates_[0];
+    task.view_candidates = states_.size() > 1 ? candidates_.data() : nullptr;
+    task.key = mixed(job_.key, static_cast<std::uint64_t>(y) << 32 | static_cast<std::uint64_t>(x));
+    task.electrons_per_luminance = lux_per_luminance(states_[0].camera, views_[0].slopes) *
+                                   electrons_per_lux(job_.rig_camera.sensor, task.channel, lit_us);
+    const View view = {&job_.scene, &job_.pixel_alone, &job_.with_spot, job_.spot_px};
     return pixel_luminance(view, task) * task.electrons_per_luminance;
 }
 
-void render_block(const Job &job, const Block &b, std::vector<State> &states) {
-    const Window &w = job.request.window;
-    std::vector<const std::vector<Candidate> *> candidates;
-    for (State &state : states) {
-        find_block(job, b, state);
-        candidates.push_back(&state.candidates);
-    }
-    std::vector<PixelView> views(states.size());
-    const Smoothness smoothness(job, b, states[0]);
-    for (int row = b.row_begin; row < b.row_end; row++) {
-        const double lit_us =
-            lit_time_us(job.mains, row_start_us(job.request, row), job.request.exposure_us);
-        for (int column = b.column_begin; column < b.column_end; column++) {
-            const bool smooth = smoothness.at(column, row);
-            double sum = 0;
-            for (int j = 0; j < w.bin_y; j++) {
-                for (int i = 0; i < w.bin_x; i++) {
-                    const int x = w.array_column(column, i);
-                    const int y = w.array_row(row, j);
-                    sum += job.reader.collected(
-                        pixel_electrons(job, states, x, y, lit_us, smooth, views, candidates), x,
-                        y);
-                }
-            }
-            const int binned = w.bin_x * w.bin_y;
-            const int place = bayer_place(w.array_column(column, 0), w.array_row(row, 0));
-            job.frame.pixels[static_cast<std::size_t>(row * job.frame.columns + column)] =
-                job.reader.number(sum / binned, binned, place, w.array_column(column, 0),
-                                  w.array_row(row, 0));
-        }
-    }
+// Blocks are those of the whole array where no pixel is left out, so that a window shows what the
+// whole frame would.
+int first_of_blocks(int first, int skip) {
+    return skip == 1 ? -(first % kTile) : 0;
 }
 
-void render_strip(const Job &job, int strip) {
-    const int row_begin = strip * kTile;
-    const int row_end = std::min(row_begin + kTile, job.frame.rows);
+void render_strip(const Job &job, int row_first) {
+    const Window &w = job.request.window;
+    const int row_begin = std::max(row_first, 0);
+    const int row_end = std::min(row_first + kTile, job.frame.rows);
     const bool moving = moves(job.request, row_begin, row_end);
     // While the camera moves, each row has its own moments.
-    const int rows_together = moving ? 1 : row_end - row_begin;
-    for (int row = row_begin; row < row_end; row += rows_together) {
+    const int rows_together = moving ? 1 : kTile;
+    for (int top = moving ? row_begin : row_first; top < row_end; top += rows_together) {
         std::vector<State> states;
-        const double start = row_start_us(job.request, row);
+        const double start = row_start_us(job.request, std::max(top, 0));
         for (int i = 0; i < (moving ? kMoments : 1); i++) {
             states.push_back(state_at(job, start + job.request.exposure_us * (i + 0.5) / kMoments));
         }
-        for (int column = 0; column < job.frame.columns; column += kTile) {
-            render_block(
-                job,
-                {column, std::min(column + kTile, job.frame.columns), row, row + rows_together},
-                states);
+        for (int left = first_of_blocks(w.column, w.skip_x); left < job.frame.columns;
+             left += kTile) {
+            const Block block = {left, left + kTile, top, top + rows_together};
+            BlockOfPixels pixels(job, block, states);
+            for (int row = std::max(top, 0); row < std::min(block.row_end, row_end); row++) {
+                const double lit_us =
+                    lit_time_us(job.mains, row_start_us(job.request, row), job.request.exposure_us);
+                for (int column = std::max(left, 0);
+                     column < std::min(block.column_end, job.frame.columns); column++) {
+                    pixels.render(column, row, lit_us);
+                }
+            }
         }
     }
 }
@@ -279,10 +343,10 @@ Frame render(const Scene &scene, const Rig &rig, Side side, const FrameRequest &
                      spot_px,     PixelReader(rig_camera.sensor, request.gains, mixed(key)),
                      key,         frame};
     std::atomic<int> next{0};
-    const int strips = (frame.rows + kTile - 1) / kTile;
+    const int first = first_of_blocks(request.window.row, request.window.skip_y);
     const auto work = [&] {
-        for (int strip = next++; strip < strips; strip = next++) {
-            render_strip(job, strip);
+        for (int row = first + kTile * next++; row < frame.rows; row = first + kTile * next++) {
+            render_strip(job, row);
         }
     };
     std::vector<std::thread> pool;

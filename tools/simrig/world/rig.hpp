@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two cameras on pan axes: every number that a rig file holds. Angles in rad, lengths in mm.
-#pragma once
+/// Two cameras on pan axes: every number that a rig file holds. Angles in rad, lengths in mm.
+#ifndef VERGENCE_SIMRIG_WORLD_RIG_HPP
+#define VERGENCE_SIMRIG_WORLD_RIG_HPP
 
 #include <array>
 #include <cstdint>
@@ -13,47 +14,47 @@ namespace world {
 constexpr int kArrayColumns = 2048;
 constexpr int kArrayRows = 1536;
 
-// A motorized zoom lens over motor positions 300..850. "Zoom z" runs from 0 at 300 to 1 at 850.
+/// A motorized zoom lens over motor positions 300..850. "Zoom z" runs from 0 at 300 to 1 at 850.
 struct Lens {
-    // Focal length: a straight line between the ends, plus bow * 4 z (1 - z), plus
-    // ripple * sin(2 pi periods z + phase).
+    /// Focal length: a straight line between the ends, plus bow * 4 z (1 - z), plus
+    /// ripple * sin(2 pi periods z + phase).
     double focal_length_wide_mm = 8.5;
     double focal_length_tele_mm = 85;
     double bow_mm = 0;
     double ripple_mm = 0;
     double ripple_periods = 6.3;
     double ripple_phase_rad = 0;
-    // Image centre from the array's centre: offset + wander * (sin and cos of a slow turn over z).
+    /// Image centre from the array's centre: offset + wander * (sin and cos of a slow turn over z).
     Vec2 centre_offset_px;
     Vec2 centre_wander_px;
-    // How far the entrance pupil moves along the axis (positive: towards the scene) from z = 0
-    // to 1.
+    /// How far the entrance pupil moves along the axis (positive: towards the scene) from z = 0
+    /// to 1.
     double pupil_travel_mm = 0;
-    // Radial distortion at the image's corner (4.096 mm from the centre) as a part of the radius:
-    // x_distorted = x (1 + sum). Terms of degree 2, 4, 6 at z = 0 and z = 1, linear between.
+    /// Radial distortion at the image's corner (4.096 mm from the centre) as a part of the radius:
+    /// x_distorted = x (1 + sum). Terms of degree 2, 4, 6 at z = 0 and z = 1, linear between.
     std::array<double, 3> distortion_wide{};
     std::array<double, 3> distortion_tele{};
-    // Decentring p1, p2: displacement in pixels at the corner, at z = 0 and z = 1.
+    /// Decentring p1, p2: displacement in pixels at the corner, at z = 0 and z = 1.
     Vec2 decentring_wide_px;
     Vec2 decentring_tele_px;
-    // Focus position 300 is infinity; 850 is the nearest distance; linear in 1 / distance between.
+    /// Focus position 300 is infinity; 850 is the nearest distance; linear in 1 / distance between.
     double nearest_focus_mm = 800;
-    // How far the sharp plane moves over the zoom, as change of 1 / distance from z = 0 to 1.
+    /// How far the sharp plane moves over the zoom, as change of 1 / distance from z = 0 to 1.
     double focus_drift_per_m = 0;
-    // Part of the thin lens's change of image distance with focus that is seen: 1 thin lens, 0
-    // none.
+    /// Part of the thin lens's change of image distance with focus that is seen: 1 thin lens, 0
+    /// none.
     double breathing = 0;
-    // f-number with the iris open at z = 0 and 1; the iris closes to `f_number_closed`, linear in
-    // log f-number, as its position goes from 850 (open) to 300.
+    /// f-number with the iris open at z = 0 and 1; the iris closes to `f_number_closed`, linear in
+    /// log f-number, as its position goes from 850 (open) to 300.
     double f_number_wide = 1.6;
     double f_number_tele = 2.0;
     double f_number_closed = 16;
     double transmission = 0.88;
-    // Part of the natural cos^4 falloff that is there, and what mounts cut off at the corner with
-    // the iris open (it goes with the square of the pupil's diameter).
+    /// Part of the natural cos^4 falloff that is there, and what mounts cut off at the corner with
+    /// the iris open (it goes with the square of the pupil's diameter).
     double natural_falloff = 1;
     double mount_falloff = 0;
-    // Spot of the lens in focus: rms radius a dimension, on the sensor.
+    /// Spot of the lens in focus: rms radius a dimension, on the sensor.
     double spot_rms_um = 0;
 };
 
@@ -62,22 +63,22 @@ struct Sensor {
     double full_well_e = 8500;
     double read_noise_e = 8;
     double black_level_dn = 42;
-    // Electrons a pixel and lux second of white light on the sensor, times each filter's part.
+    /// Electrons a pixel and lux second of white light on the sensor, times each filter's part.
     double electrons_per_lux_s = 17000;
     std::array<double, 3> filter_part{0.62, 1.0, 0.55};
-    double photon_noise = 1;  // 1 as nature has it, 0 none
-    double prnu = 0;          // rms part by which pixels differ in response
+    double photon_noise = 1;  ///< 1 as nature has it, 0 none
+    double prnu = 0;          ///< rms part by which pixels differ in response
     double row_noise_e = 0;
     std::uint64_t serial = 0;
 };
 
 struct Mount {
-    // Camera at pan zero in the world's frame: place of the entrance pupil at z = 0.
+    /// Camera at pan zero in the world's frame: place of the entrance pupil at z = 0.
     Vec3 pupil_mm;
-    // Turns about x, y, z of the camera, in this order, from looking along the world's z.
+    /// Turns about x, y, z of the camera, in this order, from looking along the world's z.
     Vec3 turn_rad;
-    // The servo's axis: a point in the world's frame, and its direction (down, so that a positive
-    // pan turns towards positive x).
+    /// The servo's axis: a point in the world's frame, and its direction (down, so that a positive
+    /// pan turns towards positive x).
     Vec3 axis_point_mm;
     Vec3 axis_direction{0, 1, 0};
 };
@@ -86,12 +87,12 @@ struct RigCamera {
     Lens lens;
     Sensor sensor;
     Mount mount;
-    // Where `simrig-render` and tests put the servo when they are not told otherwise.
+    /// Where `simrig-render` and tests put the servo when they are not told otherwise.
     double pan_rad = 0;
 };
 
 struct Mains {
-    // Light = mean * (1 - modulation * cos(2 pi frequency t + phase)); 100 or 120 Hz.
+    /// Light = mean * (1 - modulation * cos(2 pi frequency t + phase)); 100 or 120 Hz.
     double frequency_hz = 100;
     double modulation = 0;
     double phase_rad = 0;
@@ -106,7 +107,9 @@ struct Rig {
     const RigCamera &of(Side side) const { return camera[static_cast<int>(side)]; }
 };
 
-// Reads a rig file. Throws BadFile (document.hpp).
+/// Reads a rig file. Throws BadFile (document.hpp).
 Rig load_rig(const std::string &path);
 
 }  // namespace world
+
+#endif

@@ -19,6 +19,8 @@ constexpr double kTouchMm = 0.003;
 
 // A pixel begins with two rays through opposite places of the whole pixel and the whole pupil.
 constexpr int kWhole = -1;
+// Levels 0, 1, 2 have 4, 16, 64 rays.
+constexpr int kLastLevel = 2;
 
 // Shirley's map of the square to the disk: shares stay compact. a, b in [-1, 1].
 Vec2 disk(double a, double b) {
@@ -77,7 +79,8 @@ struct Found {
     Vec3 direction;  // times z
 };
 
-void meet(const Candidate &candidate, const Segment &s, Found &best) {
+// z_from: nothing is met before.
+void meet(const Candidate &candidate, const Segment &s, double z_from, Found &best) {
     const Pose &pose = candidate.object_camera;
     const Mat3 &m = pose.rotation;
     const Vec3 origin = {pose.translation_mm.x + m.row0.x * s.pupil_mm.x + m.row0.y * s.pupil_mm.y,
@@ -93,7 +96,7 @@ void meet(const Candidate &candidate, const Segment &s, Found &best) {
     } else {
         const double per_z = length(direction);
         const double t = object.solid->trace(
-            {origin, (1 / per_z) * direction}, candidate.z_near * per_z,
+            {origin, (1 / per_z) * direction}, std::max(candidate.z_near, z_from) * per_z,
             std::min(candidate.z_far, best.z) * per_z, kTouchMm, candidate.parts);
         z = t / per_z;
     }
@@ -121,6 +124,25 @@ struct Remembered {
     Vec3 normal;
     LocalLight light;
     int tone = 0;
+    // Of all rays of the pixel: whether they met one surface without a step.
+    const Object *first = nullptr;
+    bool one_object = true;
+    double z_least = 1e30;
+    double z_most = 0;
+    double spread_mm = 0;
+
+    void note(const Found &found, double footprint_mm) {
+        const Object *met = found.candidate->object;
+        one_object = one_object && (first == nullptr || first == met);
+        first = met;
+        z_least = std::min(z_least, found.z);
+        z_most = std::max(z_most, found.z);
+        spread_mm = std::max(spread_mm, footprint_mm);
+    }
+    bool one_surface() const {
+        return one_object && first != nullptr && z_most - z_least < 4 * spread_mm &&
+               (first->solid == nullptr || first->material.tones.size() == 1);
+    }
 };
 
 void remember(const View &view, const Found &found, double footprint_mm, Remembered &memory) {
@@ -149,6 +171,7 @@ double shaded(const View &view, const Course &course, const Found &found, int ch
     const Object &object = *found.candidate->object;
     const double blur_mm = pixel.pupil_radius_mm * std::fabs(1 - found.z / pixel.focus_mm);
     const double pixel_mm = pixel.pixel_slope * found.z;
+    memory.note(found, blur_mm + pixel_mm);
     const Vec3 off = found.p - memory.p;
     if (memory.object != &object || dot(off, off) > memory.reach2) {
         remember(view, found, blur_mm + pixel_mm, memory);
@@ -246,37 +269,173 @@ double luminance_along(const View &view, const Course &course, int channel, Reme
         if (candidate.z_near >= found.z) {
             break;
         }
-        meet(candidate, course.ray, found);
+        meet(candidate, course.ray, 0, found);
     }
-    return found.candidate != nullptr ? shaded(view, course, found, channel, memory)
-                                      : view.scene->ambient.channel[channel];
+    if (found.candidate == nullptr) {
+        memory.one_object = false;
+        return view.scene->ambient.channel[channel];
+    }
+    return shaded(view, course, found, channel, memory);
 }
 
 double centred(unsigned share16) {
     return share16 * (2.0 / 65536) - 1;
 }
 
-Course opposite_course(const View &view, const PixelTask &task, double sign) {
+// Light on a block's pixel, linear between the block's corners.
+LocalLight between(const BlockLight &block, double x, double y, int channel) {
+    const auto mix = [x, y, &block](auto number) {
+        const double upper = number(block.corner[0]) * (1 - x) + number(block.corner[1]) * x;
+        const double lower = number(block.corner[2]) * (1 - x) + number(block.corner[3]) * x;
+        return upper + y * (lower - upper);
+    };
+    LocalLight light;
+    light.lux[channel] = mix([channel](const LocalLight &l) { return l.lux[channel]; });
+    light.sheen[channel] = mix([channel](const LocalLight &l) { return l.sheen[channel]; });
+    light.slant = {mix([](const LocalLight &l) { return l.slant.x; }),
+                   mix([](const LocalLight &l) { return l.slant.y; })};
+    return light;
+}
+
+// A pixel of one smooth surface: what its middle ray meets, and how its rays spread there.
+struct Spread {
+    const Object *object;
+    Vec3 middle;     // in the object's frame
+    Vec3 direction;  // of the ray, not of length 1
+    Vec3 normal;
+    double slant;    // sine of the angle between ray and surface
+    double filter2;  // mm^2, square to the ray: of pixel and pupil
+    double spot_mm;
+    const LocalLight *light;
+    int tone;
+    const Pose *object_camera;
+    double z;
+};
+
+double reflected(const Spread &s, const Vec3 &p, double rms_mm, double edge_mm, int channel) {
+    SurfacePlace place;
+    place.p = p;
+    place.n = s.normal;
+    place.tone = s.tone;
+    place.rms_mm = rms_mm;
+    place.edge_mm = edge_mm;
+    place.spot_mm = s.spot_mm;
+    place.slant = s.light->slant;
+    if (s.object->solid == nullptr) {
+        place.on_sheet = true;
+        place.sheet = s.object->sheet.place(p);
+    }
+    return std::max(reflectance(s.object->material, place, channel), 0.0);
+}
+
+// Textures of noise, through a filter that is as long as the slant makes it: up to three round ones
+// in a row, whose second moment is that of the whole.
+double filtered_along(const Spread &s, int channel) {
+    const double least = s.object->solid == nullptr ? 0.12 : 0.3;
+    const double across = std::sqrt(s.filter2 + s.spot_mm * s.spot_mm);
+    const double along = across / std::max(s.slant, least);
+    const int count = along < 1.4 * across ? 1 : along < 2.5 * across ? 2 : 3;
+    if (count == 1) {
+        return reflected(s, s.middle, std::sqrt(along * across), std::sqrt(s.filter2), channel);
+    }
+    // Equal steps of 2.5 radii leave 4 % of a wave that is as long as a step.
+    const double step = along / std::sqrt((count * count - 1) / 12.0 + 0.16);
+    const Vec3 flat = s.direction - dot(s.direction, s.normal) * s.normal;
+    const Vec3 axis = (step / length(flat)) * flat;
+    double sum = 0;
+    for (int i = 0; i < count; i++) {
+        sum += reflected(s, s.middle + (i - 0.5 * (count - 1)) * axis, 0.4 * step,
+                         std::sqrt(s.filter2), channel);
+    }
+    return sum / count;
+}
+
+// Textures with edges: two rays through opposite places of pixel and pupil. Slopes cancel between
+// them, so that their mean is much better than their difference says.
+double filtered_in_two(const Spread &s, const View &view, const PixelTask &task, Vec2 &pair) {
     const std::uint64_t key = task.key;
     const PixelView &pixel = task.views[0];
     const auto share = [key](unsigned shift) {
         return static_cast<unsigned>(key >> shift) & 0xFFFFu;
     };
-    const Aperture &aperture = *view.pixel_alone;
-    const Vec2 offset = {aperture.offset(share(0)), aperture.offset(share(16))};
+    const Vec2 offset = {view.pixel_alone->offset(share(0)), view.pixel_alone->offset(share(16))};
     const Vec2 pupil = disk(centred(share(32)), centred(share(48)));
-    return {segment(pixel, sign * offset, sign * pupil),
-            segment(pixel, {}, {}),
-            &aperture,
-            view.spot_px,
-            &pixel,
-            task.candidates,
-            kWhole};
+    const Segment ray = segment(pixel, offset, pupil);
+    const Segment middle = segment(pixel, {}, {});
+    const Vec2 lens = ray.pupil_mm - middle.pupil_mm;
+    const Vec2 slopes = ray.slopes - middle.slopes;
+    // On the tangent plane.
+    const Vec3 aside =
+        s.object_camera->rotation * Vec3{lens.x + s.z * slopes.x, lens.y + s.z * slopes.y, 0};
+    const Vec3 on_plane = aside - (dot(s.normal, aside) / dot(s.normal, s.direction)) * s.direction;
+    const double filter2 = kFiltered * s.filter2;
+    const double rms = std::sqrt((filter2 + s.spot_mm * s.spot_mm) / std::max(s.slant, 0.05));
+    const double edge = std::sqrt(filter2);
+    pair = {reflected(s, s.middle + kPull * on_plane, rms, edge, task.channel),
+            reflected(s, s.middle - kPull * on_plane, rms, edge, task.channel)};
+    return 0.5 * (pair.x + pair.y);
+}
+
+bool has_edges(const Material &material) {
+    return material.kind == MaterialKind::kBoard || material.kind == MaterialKind::kPainted;
+}
+
+// Mean luminance of a pixel whose rays all meet one smooth surface, from its middle ray. False:
+// the texture asks for more rays.
+bool smooth_luminance(const View &view, const PixelTask &task, Remembered &memory,
+                      double &luminance) {
+    const PixelView &pixel = task.views[0];
+    const Segment middle = segment(pixel, {}, {});
+    Found found;
+    for (const Candidate &candidate : *task.candidates) {
+        if (candidate.z_near >= found.z) {
+            break;
+        }
+        meet(candidate, middle, task.z_from, found);
+    }
+    if (found.candidate == nullptr) {
+        luminance = view.scene->ambient.channel[task.channel];
+        return true;
+    }
+    const double blur_mm = pixel.pupil_radius_mm * std::fabs(1 - found.z / pixel.focus_mm);
+    const double pixel_mm = pixel.pixel_slope * found.z;
+    Spread s{};
+    LocalLight light;
+    s.object = found.candidate->object;
+    if (task.block_light != nullptr) {
+        light = between(*task.block_light, task.block_place.x, task.block_place.y, task.channel);
+        s.light = &light;
+        s.normal = s.object->sheet.normal(found.p);
+    } else {
+        remember(view, found, blur_mm + pixel_mm, memory);
+        s.light = &memory.light;
+        s.normal = memory.normal;
+        s.tone = memory.tone;
+    }
+    s.middle = found.p;
+    s.direction = found.direction;
+    s.slant = std::fabs(dot(s.normal, found.direction)) / length(found.direction);
+    s.filter2 = view.pixel_alone->variance(kWhole) * pixel_mm * pixel_mm +
+                kDiskVariance[0] * blur_mm * blur_mm;
+    s.spot_mm = view.spot_px * pixel_mm;
+    s.object_camera = &found.candidate->object_camera;
+    s.z = found.z;
+    const double lit = (1 / kPi) * s.light->lux[task.channel];
+    const double sheen = s.light->sheen[task.channel];
+    if (!has_edges(s.object->material)) {
+        luminance = lit * filtered_along(s, task.channel) + sheen;
+        return true;
+    }
+    Vec2 pair;
+    luminance = lit * filtered_in_two(s, view, task, pair) + sheen;
+    const double k = task.electrons_per_luminance;
+    const double difference = lit * (pair.x - pair.y) * k;
+    return 0.1 * difference * difference <= kErrorPart2 * (luminance * k + task.least_noise_e2);
 }
 
 Course stratified_course(const View &view, const PixelTask &task, int n, int level) {
-    const SobolPoint &point = sobol_points()[static_cast<std::size_t>(n)];
-    const std::uint64_t key = task.key;
+    const SobolPoint &point = sobol_points()[static_cast<std::size_t>(n % kMostSamples)];
+    const std::uint64_t key = n < kMostSamples ? task.key : mixed(task.key);
     const unsigned px = (point[0] ^ key) & 0xFFFFu;
     const unsigned py = (point[1] ^ (key >> 16)) & 0xFFFFu;
     const unsigned lu = (point[2] ^ (key >> 32)) & 0xFFFFu;
@@ -310,6 +469,14 @@ bool settled(const PixelTask &task, double sum, double square, int n, int level)
 
 }  // namespace
 
+LocalLight light_on_sheet(const View &view, const PixelView &pixel, const Candidate &candidate) {
+    Found found;
+    meet(candidate, segment(pixel, {}, {}), 0, found);
+    Remembered memory;
+    remember(view, found, 0, memory);
+    return memory.light;
+}
+
 Corner corner_at(const PixelView &pixel, Vec2 offset_px, Vec2 pupil,
                  const std::vector<Candidate> &candidates) {
     Found found;
@@ -318,7 +485,7 @@ Corner corner_at(const PixelView &pixel, Vec2 offset_px, Vec2 pupil,
         if (candidate.z_near >= found.z) {
             break;
         }
-        meet(candidate, ray, found);
+        meet(candidate, ray, 0, found);
     }
     Corner corner;
     if (found.candidate != nullptr) {
@@ -335,42 +502,44 @@ Corner corner_at(const PixelView &pixel, Vec2 offset_px, Vec2 pupil,
 
 double pixel_luminance(const View &view, const PixelTask &task) {
     Remembered memory;
-    const double k2 = task.electrons_per_luminance * task.electrons_per_luminance;
     double sum = 0;
     double square = 0;
     int n = 0;
-    if (task.starts_smooth) {
-        const double a =
-            luminance_along(view, opposite_course(view, task, 1), task.channel, memory);
-        const double b =
-            luminance_along(view, opposite_course(view, task, -1), task.channel, memory);
-        // Slopes cancel between opposite rays: the mean is much better than their difference.
-        const double error2 = 0.1 * (a - b) * (a - b);
-        const double electrons = 0.5 * (a + b) * task.electrons_per_luminance;
-        if (error2 * k2 <= kErrorPart2 * (electrons + task.least_noise_e2)) {
-            return 0.5 * (a + b);
-        }
+    double luminance = 0;
+    if (task.starts_smooth && smooth_luminance(view, task, memory, luminance)) {
+        return luminance;
     }
     // Where objects meet, rays that all miss the smaller share must not end the pixel: that would
     // make blurred outlines too sharp. Half of the rays of the last level at least, whatever they
     // say.
-    const int first_level = task.view_count > 1 ? 1 : task.starts_smooth ? 0 : 2;
-    for (int level = first_level;; level++) {
+    const int first_level = task.view_count > 1 || !task.starts_smooth ? 1 : 0;
+    const bool edge_may_be_near = task.view_count == 1 && !task.starts_smooth;
+    const auto add = [&](int level) {
+        const double value =
+            luminance_along(view, stratified_course(view, task, n, level), task.channel, memory);
+        sum += value;
+        square += value * value;
+        n++;
+    };
+    for (int level = first_level; level <= kLastLevel; level++) {
         const int count = 4 << (2 * level);
-        for (; n < count; n++) {
-            if (level == 2 && n == count / 2 && task.view_count == 1 &&
+        while (n < count) {
+            if (level == kLastLevel && n == count / 2 && task.view_count == 1 &&
                 settled(task, sum, square, n, level)) {
-                break;
+                return sum / n;
             }
-            const double value = luminance_along(view, stratified_course(view, task, n, level),
-                                                 task.channel, memory);
-            sum += value;
-            square += value * value;
+            add(level);
         }
-        if (level == 2 || settled(task, sum, square, n, level)) {
+        const bool may_end = level == kLastLevel || !edge_may_be_near || memory.one_surface();
+        if (may_end && settled(task, sum, square, n, level)) {
             return sum / n;
         }
     }
+    // Bright against dark: the same number once more, turned.
+    while (n < 2 * kMostSamples) {
+        add(kLastLevel);
+    }
+    return sum / n;
 }
 
 }  // namespace world

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small vectors of the renderer's inner loops: plain doubles that the compiler keeps in registers.
-#pragma once
+/// Small vectors of the renderer's inner loops: plain doubles that the compiler keeps in registers.
+#ifndef VERGENCE_SIMRIG_WORLD_VEC_HPP
+#define VERGENCE_SIMRIG_WORLD_VEC_HPP
 
 #include <cmath>
 
@@ -64,7 +65,7 @@ inline Vec3 unit(const Vec3 &a) {
     return (1.0 / length(a)) * a;
 }
 
-// Rows of a rotation.
+/// Rows of a rotation.
 struct Mat3 {
     Vec3 row0{1, 0, 0};
     Vec3 row1{0, 1, 0};
@@ -84,7 +85,7 @@ inline Mat3 operator*(const Mat3 &a, const Mat3 &b) {
     return {columns * a.row0, columns * a.row1, columns * a.row2};
 }
 
-// Right-handed rotation by an angle about a unit axis (Rodrigues).
+/// Right-handed rotation by an angle about a unit axis (Rodrigues).
 inline Mat3 rotation_about(const Vec3 &axis, double angle_rad) {
     const double c = std::cos(angle_rad);
     const double s = std::sin(angle_rad);
@@ -95,7 +96,7 @@ inline Mat3 rotation_about(const Vec3 &axis, double angle_rad) {
             {k * a.z * a.x - s * a.y, k * a.z * a.y + s * a.x, c + k * a.z * a.z}};
 }
 
-// T_AB: takes points of frame B into frame A.
+/// T_AB: takes points of frame B into frame A.
 struct Pose {
     Mat3 rotation;
     Vec3 translation_mm;
@@ -112,15 +113,17 @@ inline Pose inverse(const Pose &pose) {
     return {back, -(back * pose.translation_mm)};
 }
 
-// Linear colour as the sensor's three filters see it: reflectance or irradiance.
+/// Linear colour as the sensor's three filters see it: reflectance or irradiance.
 struct Colour {
     double channel[3] = {0, 0, 0};
 };
 
-// A half line; `direction` has length 1.
+/// A half line; `direction` has length 1.
 struct Ray {
     Vec3 origin_mm;
     Vec3 direction;
 };
 
 }  // namespace world
+
+#endif

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The bytes of a message's body, taken apart and put together: little endian, never read past
 /// the end.
-#ifndef VERGENCE_SIMRIG_SERVER_BODY_HPP
-#define VERGENCE_SIMRIG_SERVER_BODY_HPP
+#ifndef VERGENCE_SIMRIG_WIRE_BODY_HPP
+#define VERGENCE_SIMRIG_WIRE_BODY_HPP
 
 #include <cstdint>
 #include <string>

@@ -1,0 +1,329 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Bad input to the real process: one clear line or a closed connection with its reason, the right
+exit code, never a hang, nothing left behind."""
+import os
+import signal
+import socket
+import stat
+import struct
+import subprocess
+import threading
+import unittest
+
+from simrig_client import (ADVANCE, BAD_REQUEST, BAD_VERSION, BRIDGE, BUSY, CONTROL,
+                           CONTROLLER, FAILED, FRAME_ARM, FRAME_WAIT, GPIO_SET, HELLO, I2C, MAGIC,
+                           NO_FRAME_ARMED, SCENE, SERIAL_WRITE, SIMRIG, TIME, TRUTH, Bench,
+                           Client, Gone, Refused, cpu_s, wait_until)
+
+
+class StartUp(Bench):
+    def refuse(self, code, arguments, *words):
+        self.assert_refused(self.run_simrig(*arguments), code, *words)
+
+    def test_wrong_usage(self):
+        listen = ["--listen", "tcp:0", "--scene", self.scene]
+        for arguments, word in (
+                ([], "--listen or --view"), (["--listen", "tcp:0"], "--scene is wanted"),
+                (["--scen", "x", "--listen", "tcp:0"], "'--scen' is not known"),
+                ([*listen, "--seed"], "--seed wants a value"), ([*listen, "extra"], "'extra'"),
+                ([*listen, "--seed", "-1"], "from 0 to 4294967295"),
+                ([*listen, "--seed", "1e3"], "not '1e3'"), ([*listen, "--threads", "0"], "1 to 64"),
+                ([*listen, "--zoom", "11"], "from 1 to 10"), ([*listen, "--zoom", "nan"], "nan"),
+                ([*listen, "--pty"], "--wall"), ([*listen, "--log", ""], "empty"),
+                ([*listen, "--wall", "--log", "x"], "--log"), ([*listen, "--until", "3"], "--from"),
+                ([*listen, "--replay", "x"], "--replay goes with")):
+            self.refuse(2, arguments, word, "see simrig --help")
+
+    def test_help_and_version(self):
+        for option, word in (("--help", "usage: simrig"), ("--help-control", "fault camera"),
+                             ("--version", "protocol 1")):
+            done = self.run_simrig("--scene", "x", option)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            self.assertIn(word, done.stdout)
+            with open("/dev/full", "w", encoding="ascii") as full:
+                done = self.run_simrig_to(full, option)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn("standard output", done.stderr)
+
+    def run_simrig_to(self, output, *arguments):
+        return subprocess.run([SIMRIG, *arguments], stdout=output, stderr=subprocess.PIPE,
+                              text=True, timeout=60, cwd=self.folder)
+
+    def test_where_to_listen(self):
+        for where, word in (("here", "neither unix:PATH nor tcp:PORT"), ("tcp:x", "'x'"),
+                            ("tcp:70000", "70000"), ("tcp:-1", "-1"), ("unix:", "1 to 107"),
+                            ("unix:" + "x" * 200, "1 to 107"), ("unix:no/such", "no/such"),
+                            ("unix:scene.yaml", "is not a socket")):
+            self.refuse(1, ["--scene", self.scene, "--listen", where], word)
+        self.assertEqual(self.scene.read_text(), SCENE)
+
+    def test_in_use(self):
+        first = self.start(where="tcp:0")
+        port = first.where.rpartition(":")[2]
+        self.refuse(1, ["--scene", self.scene, "--listen", f"tcp:{port}"], "in use")
+        path = self.folder / "s.sock"
+        second = self.start(where=f"unix:{path}")
+        self.assertEqual(stat.S_IMODE(path.stat().st_mode) & 0o077, 0, "open to others")
+        self.refuse(1, ["--scene", self.scene, "--listen", f"unix:{path}"], "in use")
+        self.assertTrue(second.client().time_us() >= 0)
+        # Whoever was killed leaves a socket; it is replaced.
+        second.process.kill()
+        second.process.wait()
+        self.assertTrue(path.exists())
+        third = self.start(where=f"unix:{path}")
+        self.assertEqual(third.stop(), 0)
+        self.assertFalse(path.exists())
+
+    def bad_file(self, name, content):
+        path = self.folder / name
+        path.write_bytes(content)
+        return path
+
+    def test_bad_scenes_rigs_and_scripts(self):
+        listen = ["--listen", f"unix:{self.folder}/n.sock"]
+        os.mkfifo(self.folder / "pipe.yaml")
+        bad_yaml = self.bad_file("bad.yaml", b"room: [\n")
+        control = self.bad_file("control.yaml", b"room: \"\\q\x07\x1b[2J\"\n")
+        deep = self.bad_file("deep.yaml", b"[" * 100000)
+        wrong = self.bad_file("wrong.yaml", SCENE.replace("lux: 0", "lux: x").encode())
+        large = self.bad_file("large.yaml", b"# \n" * 2000000)
+        for name, word in (("nosuch", "still_life"), ("./nosuch", "cannot be read"),
+                           (self.folder / "pipe.yaml", "is no file"),
+                           (f"{self.folder}/", "no file"), ("/dev/zero", "no file"),
+                           (bad_yaml, "bad.yaml:"), (control, "YAML"),
+                           (deep, "deep.yaml"), (wrong, "wrong.yaml:7: a number is wanted"),
+                           (large, "too long")):
+            self.refuse(3, ["--scene", name, *listen], word)
+        for name, word in (("nosuch", "perfect"), (bad_yaml, "bad.yaml:"), (wrong, "wrong.yaml:"),
+                           ("/dev/null", "no file")):
+            self.refuse(3, ["--scene", self.scene, "--rig", name, *listen], word)
+        script = self.bad_file("script", b"# faults\n\nat 1 fault servo left jam\nat 2 fault cat\n")
+        self.refuse(3, ["--scene", self.scene, "--script", script, *listen], f"{script}:4: ", "cat")
+        self.refuse(3, ["--scene", self.scene, "--script", self.folder, *listen], "no file")
+        self.refuse(3, ["--scene", self.scene, "--script", "nosuch", *listen], "nosuch")
+        self.assertFalse((self.folder / "n.sock").exists())
+
+    def test_bad_logs(self):
+        listen = ["--scene", self.scene, "--listen", f"unix:{self.folder}/n.sock"]
+        self.refuse(1, [*listen, "--log", "/dev/full"], "No space left")
+        self.refuse(1, [*listen, "--log", "no/such"], "No such file")
+        log = self.folder / "run.log"
+        running = self.start("--log", log)
+        running.client().read(BRIDGE, 0)
+        self.assertEqual(running.stop(), 0)
+        good = log.read_bytes()
+        for name, content, word in (("short", good[:-3], "middle"), ("head", good[:9], "middle"),
+                                    ("empty", b"", "not a log"), ("text", b"x" * 99, "not a log"),
+                                    ("bad", good[:-30] + b"\xff" * 30, "damaged")):
+            path = self.bad_file(name, content)
+            done = self.run_simrig("--replay", path)
+            self.assertEqual((done.returncode, done.stdout), (3, ""), name)
+            self.assertIn("simrig: ", done.stderr)
+            self.assertEqual(done.stderr.count("\n"), 1)
+            if name != "bad":
+                self.assertIn(word, done.stderr)
+        self.refuse(3, ["--replay", "nosuch"], "nosuch")
+        self.scene.write_text(SCENE + "\n")
+        self.refuse(3, ["--replay", log], "is not as it was")
+        self.assertFalse((self.folder / "n.sock").exists())
+
+    def test_a_log_that_fills_the_disk(self):
+        # A limit on the size of files stands in for the disk.
+
+        where = f"unix:{self.folder}/l.sock"
+        process = subprocess.Popen(
+            ["bash", "-c", "ulimit -f 1; trap '' XFSZ; exec \"$0\" \"$@\"", SIMRIG, "--scene",
+             str(self.scene), "--listen", where, "--log", "small.log"], cwd=self.folder, text=True,
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        self.addCleanup(process.kill)
+        self.assertIn("listening", process.stdout.readline())
+        client = Client(where)
+        for _ in range(100):
+            client.time_us()
+        client.close()
+        process.send_signal(signal.SIGTERM)
+        _, errors = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 1)
+        self.assertEqual(errors.count("\n"), 1, errors)
+        self.assertIn("small.log", errors)
+
+
+class Clients(Bench):
+    def setUp(self):
+        super().setUp()
+        self.running = self.start()
+
+    def raw(self):
+        return self.running.client(greet=False)
+
+    def assert_alive(self):
+        client = self.running.client(CONTROLLER)
+        client.time_us()
+        client.close()
+
+    def refuse_greeting(self, status, body, kind=HELLO):
+        client = self.raw()
+        got, rest = client.ask_status(kind, body)
+        self.assertEqual(got, status)
+        self.assertTrue(rest)
+        self.assertNotIn(b"\n", rest)
+        self.assert_closed(client)
+
+    def test_wrong_greetings(self):
+        hello = struct.pack("<IHH", MAGIC, 1, 0)
+        self.refuse_greeting(BAD_VERSION, struct.pack("<IHH", MAGIC, 2, 0))
+        self.refuse_greeting(BAD_VERSION, b"", TIME)
+        self.refuse_greeting(BAD_REQUEST, struct.pack("<IHH", MAGIC, 1, 7))
+        self.refuse_greeting(BAD_REQUEST, struct.pack("<IHH", 1, 1, 0))
+        self.refuse_greeting(BAD_REQUEST, hello[:5])
+        self.refuse_greeting(BAD_REQUEST, hello + b"x" * 65)
+        first = self.running.client()
+        self.refuse_greeting(BUSY, hello)
+        self.assert_refusal(BAD_REQUEST, first.ask, HELLO, hello)
+        self.assertEqual(first.advance(10)[1], 0)
+
+    def test_another_protocol(self):
+        for sent in (b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n", b"\xff" * 4096):
+            client = self.raw()
+            client.socket.sendall(sent)
+            _, _, status, text = client.receive()
+            self.assertEqual(status, BAD_REQUEST)
+            self.assertIn(b"16777216", text)
+            self.assert_closed(client)
+        self.assert_alive()
+
+    def test_bodies_of_the_wrong_size(self):
+        client = self.running.client()
+        for kind, body in ((TIME, b"x"), (ADVANCE, b"x" * 11), (ADVANCE, b"\0" * 13), (I2C, b""),
+                           (I2C, struct.pack("<IH", 100000, 43)), (FRAME_ARM, b"\1\0\1"),
+                           (FRAME_WAIT, b""), (TRUTH, b""), (TRUTH, b"\2"), (GPIO_SET, b"\2\0\0\0"),
+                           (FRAME_ARM, struct.pack("<HH", 0, 1)), (7, b""), (0, b""), (40, b""),
+                           (FRAME_ARM, struct.pack("<HH", 2113, 1)), (SERIAL_WRITE, b"x" * 4097),
+                           (CONTROL, b"x" * 4097), (0x8001, b""),
+                           (ADVANCE, struct.pack("<QI", 2 ** 63, 0)),
+                           (ADVANCE, struct.pack("<QI", 0, 8)),
+                           (I2C, struct.pack("<IHBBH", 9999, 1, 0x2C, 0, 0)),
+                           (I2C, struct.pack("<IHBBH", 10000, 1, 0x2C, 1, 2000)),
+                           (I2C, struct.pack("<IHBBH", 100000, 1, 0x80, 1, 1)),
+                           (I2C, struct.pack("<IHBBH", 100000, 1, 0x2C, 2, 1)),
+                           (I2C, struct.pack("<IHBBH", 100000, 1, 0x2C, 0, 9))):
+            text = self.assert_refusal(BAD_REQUEST, client.ask, kind, body)
+            self.assertTrue(text)
+        self.assertEqual(client.advance(10)[1], 0)
+
+    def test_bad_commands(self):
+        client = self.running.client(CONTROLLER)
+        for line in ("", "dance", "scene", "scene nosuch", "scene /dev/zero", "truth", "truth up x",
+                     "truth left x", "view x", "fault", "fault cat", "fault servo left", "at",
+                     "at x fault bus ok", "at 5", "at 5 status", "at -1 fault bus ok",
+                     "at 1e9 fault bus ok", "fault camera left torn 10", "fault serial late -1",
+                     "fault serial garbage 1.5", "move", "move cat 1 2 3", "move board 1 2",
+                     "move board 1 2 x", "move board 1 2 nan", "move board 1 2 3 4", "restore x",
+                     "snapshot", "fault bus ok extra", "scene \x1b[2J\n"):
+            text = self.assert_refusal(FAILED, client.control, line)
+            self.assertTrue(text and "\x1b" not in text, line)
+        self.assertIn("time_s", client.control("status"))
+
+    def test_clients_that_vanish(self):
+        """In the middle of a header, a body, an advance, a frame, a reply that nobody reads."""
+        whole = struct.pack("<IHH", 8, HELLO, 1) + struct.pack("<IHH", MAGIC, 1, 0)
+        for cut in (1, 7, 8, 12):
+            client = self.raw()
+            client.socket.sendall(whole[:cut])
+            client.close()
+        board = self.running.client()
+        board.send(ADVANCE, struct.pack("<QI", 80000 * 10 ** 6, 0))
+        board.close()
+        board = self.next_board()
+        board.bring_up()
+        board.arm(64, 48)
+        board.send(FRAME_WAIT, struct.pack("<Q", board.time_us() + 10 ** 9))
+        board.close()
+        board = self.next_board()
+        self.assert_refusal(NO_FRAME_ARMED, board.frame)
+        for _ in range(200):
+            board.send(CONTROL, b"help")
+        board.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        board.close()
+        board = self.next_board()
+        self.assertEqual(board.transfer([(BRIDGE, b"\0"), (BRIDGE, 2)])[3], b"\x5b\x1d")
+        self.assertEqual(self.running.stop(), 0)
+
+    def next_board(self):
+        """As soon as simrig has noticed that the last one has gone."""
+        found = []
+
+        def there():
+            try:
+                found.append(self.running.client())
+            except Refused as why:
+                self.assertEqual(why.status, BUSY)
+            return bool(found)
+        wait_until(there)
+        return found[0]
+
+    def test_half_a_message_holds_nobody_up(self):
+        slow = self.raw()
+        slow.socket.sendall(b"\x10\0\0\0\1\0")
+        board = self.running.client()
+        self.assertEqual(board.advance(1000)[1], 0)
+        # The other half still counts; the seat is taken by now.
+        slow.socket.sendall(b"\1\0" + struct.pack("<IHH", MAGIC, 1, 0) + b"12345678")
+        self.assertEqual(slow.receive()[2], BUSY)
+
+    def test_two_that_let_time_pass(self):
+        board, control = self.running.client(), self.running.client(CONTROLLER)
+        now = board.time_us()
+        board.send(ADVANCE, struct.pack("<QI", 80000 * 10 ** 6, 0))
+        wait_until(lambda: control.time_us() > now)
+        self.assert_refusal(BUSY, control.advance, 10)
+        self.assert_refusal(FAILED, control.control, "snapshot a")
+        board.close()
+        self.assert_alive()
+
+    def test_no_more_than_32(self):
+        clients = [self.raw() for _ in range(32)]
+        late = self.raw()
+        self.assertEqual(late.receive()[2], BUSY)
+        self.assert_closed(late)
+        for client in clients:
+            client.close()
+        wait_until(self.may_come)
+
+    def may_come(self):
+        try:
+            self.assert_alive()
+        except (Gone, Refused, BrokenPipeError, AssertionError):
+            return False
+        return True
+
+    def test_replies_that_nobody_reads(self):
+        """Requests without end, answers never fetched: neither memory nor others suffer."""
+        client = self.running.client(CONTROLLER)
+        client.socket.settimeout(0.5)
+        request = struct.pack("<IHH", 4, CONTROL, 1) + b"help"
+        with self.assertRaises(TimeoutError):
+            for _ in range(200):
+                client.socket.sendall(request * 2000)
+        with open(f"/proc/{self.running.process.pid}/status", encoding="ascii") as file:
+            memory_kb = int(file.read().split("VmRSS:")[1].split()[0])
+        self.assertLess(memory_kb, 300000)
+        self.assert_alive()
+        before = cpu_s(self.running.process.pid)
+        threading.Event().wait(0.3)
+        self.assertLess(cpu_s(self.running.process.pid) - before, 0.1, "it spins")
+
+    def test_signals(self):
+        for how in (signal.SIGINT, signal.SIGTERM):
+            running = self.start()
+            path = running.where.partition(":")[2]
+            board = running.client()
+            board.send(ADVANCE, struct.pack("<QI", 80000 * 10 ** 6, 0))
+            self.assertEqual(running.stop(how), 0)
+            self.assertEqual(running.complaint(), "")
+            self.assertFalse(os.path.exists(path))
+            self.assertRaises(Gone, board.receive)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/simrig/server/listener.hpp"
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+
+namespace simrig {
+
+namespace {
+
+constexpr int kWaiting = 64;  // who waits to be let in
+
+std::string because(const std::string &what) {
+    return what + ": " + std::strerror(errno);
+}
+
+}  // namespace
+
+Listener::Listener(const std::string &where) {
+    if (where.compare(0, 5, "unix:") == 0) {
+        listen_unix(where.substr(5));
+    } else if (where.compare(0, 4, "tcp:") == 0) {
+        listen_tcp(where.substr(4));
+    } else {
+        throw std::runtime_error("'" + where + "' is neither unix:PATH nor tcp:PORT");
+    }
+    if (listen(socket_, kWaiting) != 0) {
+        throw std::runtime_error(because("cannot listen on " + where));
+    }
+}
+
+Listener::~Listener() {
+    if (socket_ >= 0) {
+        close(socket_);
+    }
+    if (!path_.empty()) {
+        unlink(path_.c_str());
+    }
+}
+
+// A socket that a program left behind when it was killed is replaced; one that answers is not.
+void Listener::listen_unix(const std::string &path) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    if (path.empty() || path.size() >= sizeof address.sun_path) {
+        throw std::runtime_error("the path of a socket has 1 to " +
+                                 std::to_string(sizeof address.sun_path - 1) +
+                                 " characters: " + path);
+    }
+    std::memcpy(address.sun_path, path.c_str(), path.size());
+    socket_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+    const auto *generic = reinterpret_cast<const sockaddr *>(&address);
+    if (socket_ < 0) {
+        throw std::runtime_error(because("cannot make a socket"));
+    }
+    struct stat found {};
+    if (lstat(path.c_str(), &found) == 0) {
+        if (!S_ISSOCK(found.st_mode)) {
+            throw std::runtime_error(path + " is there already and is not a socket");
+        }
+        if (connect(socket_, generic, sizeof address) == 0) {
+            throw std::runtime_error(path + " is in use by another simrig");
+        }
+        unlink(path.c_str());
+        close(socket_);
+        socket_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+    }
+    // Whoever can connect can make simrig read and write files: nobody but its user.
+    const mode_t others = umask(S_IRWXG | S_IRWXO);
+    const int made = bind(socket_, generic, sizeof address);
+    const int reason = errno;
+    umask(others);
+    if (made != 0) {
+        errno = reason;
+        throw std::runtime_error(because("cannot make the socket " + path));
+    }
+    path_ = path;
+    name_ = "unix:" + path;
+}
+
+void Listener::listen_tcp(const std::string &port) {
+    size_t used = 0;
+    unsigned long number = 65536;
+    try {
+        number = std::stoul(port, &used);
+    } catch (const std::logic_error &) {
+        used = 0;
+    }
+    if (used == 0 || used != port.size() || number > 65535) {
+        throw std::runtime_error("'" + port + "' is not a port from 0 to 65535");
+    }
+    socket_ = ::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+    const int on = 1;
+    setsockopt(socket_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(uint16_t(number));
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    if (bind(socket_, reinterpret_cast<const sockaddr *>(&address), sizeof address) != 0) {
+        throw std::runtime_error(because("cannot use port " + port));
+    }
+    socklen_t size = sizeof address;
+    getsockname(socket_, reinterpret_cast<sockaddr *>(&address), &size);
+    name_ = "tcp:127.0.0.1:" + std::to_string(ntohs(address.sin_port));
+}
+
+}  // namespace simrig

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The command line of simrig.
+#ifndef VERGENCE_SIMRIG_SERVER_OPTIONS_HPP
+#define VERGENCE_SIMRIG_SERVER_OPTIONS_HPP
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+
+namespace simrig {
+
+struct Options {
+    std::string scene, rig, listen, log, replay, from, files, script, view;
+    uint64_t seed = 1;
+    int threads = 1;
+    double until_s = -1;  ///< negative: to the end
+    double zoom = 1, focus_mm = 1800;
+    bool wall = false, pty = false;
+    bool help = false, help_control = false, version = false;
+};
+
+struct WrongUsage : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// Throws WrongUsage with one line. After --help and the like nothing more is looked at.
+Options parse_options(int count, char **arguments);
+
+extern const char *const kUsage;
+
+}  // namespace simrig
+
+#endif

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A rig from its beginning on: what it was asked is kept, so that it can be run again up to any
+/// moment, in this process (snapshots) or in another (logs).
+#ifndef VERGENCE_SIMRIG_SERVER_SESSION_HPP
+#define VERGENCE_SIMRIG_SERVER_SESSION_HPP
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/simrig/server/board.hpp"
+#include "tools/simrig/wire/log.hpp"
+
+namespace simrig {
+
+/// A rig with all that belongs to it.
+struct Setup {
+    Stage stage;
+    Rig rig;
+    ControlDesk desk;
+    Board board;
+
+    /// head: with paths, not names; files: see ControlDesk.
+    Setup(const LogHead &head, std::shared_ptr<world::Scene> scene, int threads,
+          const std::string &files, WallClock clock);
+};
+
+class Session {
+  public:
+    using Make = std::function<std::unique_ptr<Setup>()>;
+    /// make: the rig at its beginning, always the same.
+    explicit Session(Make make);
+
+    Board &board() { return setup_->board; }
+    SerialLine &serial() { return setup_->rig.serial(); }
+    /// Board's functions of these names, kept.
+    std::optional<Body> begin(uint16_t type, const Body &body, simrig_role role);
+    std::optional<Body> step();
+    void abandon();
+    void release();
+
+    /// Everything from the beginning on goes there too. Throws std::runtime_error.
+    void log_to(const std::string &path, const LogHead &head);
+    /// The log could not be written to its end.
+    bool log_failed() const { return log_failed_; }
+
+    /// Remembers this moment; goes back to it. Throw std::runtime_error with one line.
+    void keep(const std::string &name);
+    void restore(const std::string &name);
+
+    /// Asks all of it again, as far as entries begin before that time. Throws std::runtime_error
+    /// at the first answer that differs.
+    void replay(const std::vector<LogEntry> &entries, double until_us);
+
+  private:
+    struct Moment {
+        size_t entries;
+        long log_end;
+    };
+    void record(LogEntry entry);
+    std::optional<Body> make_steps(const LogEntry &entry, double until_us);
+    bool repeat(const LogEntry &entry, const std::optional<Body> &stepped);
+
+    Make make_;
+    std::unique_ptr<Setup> setup_;
+    std::vector<LogEntry> entries_;
+    uint32_t steps_ = 0;
+    std::map<std::string, Moment> moments_;
+    std::unique_ptr<LogFile> log_;
+    bool log_failed_ = false;
+};
+
+}  // namespace simrig
+
+#endif

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Which scene is shown, and where its objects have been moved to.
+#ifndef VERGENCE_SIMRIG_SERVER_STAGING_HPP
+#define VERGENCE_SIMRIG_SERVER_STAGING_HPP
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tools/simrig/wire/message.hpp"
+#include "tools/simrig/world/scene.hpp"
+
+namespace simrig {
+
+class Staging {
+  public:
+    explicit Staging(std::string path) : path_(std::move(path)) {}
+
+    /// Another scene, with nothing moved. Throw std::runtime_error with one line.
+    std::shared_ptr<world::Scene> change(const std::string &path);
+    /// The same scene with one object elsewhere. place: position_mm and, if there are six numbers,
+    /// turn_deg, as in the scene's file.
+    std::shared_ptr<world::Scene> move(const std::string &object, const std::vector<double> &place);
+
+  private:
+    using Moves = std::map<std::string, std::vector<double>>;
+    static std::shared_ptr<world::Scene> loaded(const std::string &path, const Moves &moves);
+
+    std::string path_;
+    Moves moves_;
+};
+
+}  // namespace simrig
+
+#endif

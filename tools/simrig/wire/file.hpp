@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Files that others name: read whole, and never waited for.
+#ifndef VERGENCE_SIMRIG_WIRE_FILE_HPP
+#define VERGENCE_SIMRIG_WIRE_FILE_HPP
+
+#include <string>
+
+#include "tools/simrig/wire/message.hpp"
+
+namespace simrig {
+
+/// All bytes of a file. Throws std::runtime_error with one line: it cannot be read, is no file (but
+/// a directory, a pipe, a device), or has more than `most` bytes.
+Body whole_file(const std::string &path, size_t most);
+
+}  // namespace simrig
+
+#endif

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/simrig/wire/request.hpp"
+
+#include "tools/simrig/wire/body.hpp"
+
+namespace simrig {
+
+namespace {
+
+// The sensor's physical array.
+constexpr unsigned kMostColumns = 2112, kMostRows = 1568;
+constexpr unsigned kSlowestHz = 10000, kFastestHz = 1000000;
+// Bits of a byte with its acknowledgement.
+constexpr uint64_t kByteBits = 9;
+
+[[noreturn]] void bad(const std::string &text) {
+    throw Refused{SIMRIG_BAD_REQUEST, text};
+}
+
+Hello read_hello(BodyReader &body) {
+    if (body.left() < 8) {
+        bad("the greeting is too short");
+    }
+    if (body.u32() != SIMRIG_MAGIC) {
+        bad("this is not a greeting of the simrig protocol");
+    }
+    const uint16_t version = body.u16(), role = body.u16();
+    if (version != SIMRIG_VERSION) {
+        throw Refused{SIMRIG_BAD_VERSION, "the client speaks version " + std::to_string(version) +
+                                              " of the protocol, this simrig version " +
+                                              std::to_string(SIMRIG_VERSION)};
+    }
+    if (role > SIMRIG_ROLE_CONTROL) {
+        bad("there is no role " + std::to_string(role));
+    }
+    if (body.left() > SIMRIG_NAME_MAX) {
+        bad("the name of a client has at most 64 bytes");
+    }
+    return {simrig_role(role), body.rest()};
+}
+
+Transfer read_transfer(BodyReader &body) {
+    Transfer transfer;
+    transfer.speed_hz = body.u32();
+    const uint16_t count = body.u16();
+    if (transfer.speed_hz < kSlowestHz || transfer.speed_hz > kFastestHz) {
+        bad("the bus runs at 10 kHz to 1 MHz");
+    }
+    if (count == 0 || count > SIMRIG_I2C_MESSAGES_MAX) {
+        bad("a transfer has 1 to 42 messages");
+    }
+    uint64_t bits = 0;
+    for (unsigned i = 0; i < count; i++) {
+        Transfer::Part part;
+        part.address = body.u8();
+        const uint8_t flags = body.u8();
+        part.read = (flags & SIMRIG_I2C_READ) != 0;
+        part.length = body.u16();
+        if (part.address > 0x7F || flags > SIMRIG_I2C_READ) {
+            bad("an address has 7 bits, and its flags are 0 or 1");
+        }
+        if (part.length > SIMRIG_I2C_BYTES_MAX || (part.read && part.length == 0)) {
+            bad("a message has at most 8192 bytes, a read at least 1");
+        }
+        if (!part.read) {
+            part.bytes = body.bytes(part.length);
+        }
+        bits += kByteBits * (part.length + 1u);
+        transfer.parts.push_back(std::move(part));
+    }
+    if (bits > transfer.speed_hz) {
+        bad("a transfer takes a second at most");
+    }
+    return transfer;
+}
+
+Advance read_advance(BodyReader &body) {
+    const uint64_t until_us = body.u64();
+    const uint32_t wake = body.u32();
+    if (wake > (SIMRIG_WAKE_GPIO | SIMRIG_WAKE_SERIAL | SIMRIG_WAKE_FRAME)) {
+        bad("nothing wakes by " + std::to_string(wake));
+    }
+    return {until_us, wake};
+}
+
+FrameArm read_frame_arm(BodyReader &body) {
+    const uint16_t columns = body.u16(), rows = body.u16();
+    if (columns == 0 || rows == 0 || columns > kMostColumns || rows > kMostRows) {
+        bad("a frame has 1 to 2112 columns and 1 to 1568 rows");
+    }
+    return {columns, rows};
+}
+
+GpioSet read_gpio_set(BodyReader &body) {
+    const uint32_t levels = body.u32();
+    if (levels > SIMRIG_OUT_BRIDGE_RESET) {
+        bad("there is no such line to set");
+    }
+    return {levels};
+}
+
+AskTruth read_truth(BodyReader &body) {
+    const uint8_t camera = body.u8();
+    if (camera > 1) {
+        bad("camera 0 is left, 1 is right; there is no " + std::to_string(camera));
+    }
+    return {camera};
+}
+
+Request decode_body(uint16_t type, BodyReader &body) {
+    switch (type) {
+        case SIMRIG_HELLO:
+            return read_hello(body);
+        case SIMRIG_TIME:
+            return AskTime{};
+        case SIMRIG_ADVANCE:
+            return read_advance(body);
+        case SIMRIG_I2C:
+            return read_transfer(body);
+        case SIMRIG_GPIO_SET:
+            return read_gpio_set(body);
+        case SIMRIG_GPIO_GET:
+            return GpioGet{};
+        case SIMRIG_FRAME_ARM:
+            return read_frame_arm(body);
+        case SIMRIG_FRAME_WAIT:
+            return FrameWait{body.u64()};
+        case SIMRIG_FRAME_CANCEL:
+            return FrameCancel{};
+        case SIMRIG_SERIAL_WRITE:
+            if (body.left() > SIMRIG_SERIAL_BYTES_MAX) {
+                bad("at most 4096 bytes go to the serial line at once");
+            }
+            return SerialWrite{body.bytes(body.left())};
+        case SIMRIG_SERIAL_READ:
+            return SerialRead{};
+        case SIMRIG_CONTROL:
+            if (body.left() > SIMRIG_CONTROL_BYTES_MAX) {
+                bad("a command has at most 4096 bytes");
+            }
+            return ControlLine{body.rest()};
+        case SIMRIG_TRUTH:
+            return read_truth(body);
+        default:
+            bad("there is no request " + std::to_string(type));
+    }
+}
+
+}  // namespace
+
+bool is_for_board(const Request &request) {
+    return !std::holds_alternative<AskTime>(request) && !std::holds_alternative<Advance>(request) &&
+           !std::holds_alternative<ControlLine>(request) &&
+           !std::holds_alternative<AskTruth>(request);
+}
+
+Request decode(uint16_t type, const Body &body) {
+    BodyReader reader(body);
+    try {
+        Request request = decode_body(type, reader);
+        if (reader.left() > 0) {
+            bad("the body of request " + std::to_string(type) + " has " +
+                std::to_string(reader.left()) + " bytes too many");
+        }
+        return request;
+    } catch (const BodyTooShort &) {
+        bad("the body of request " + std::to_string(type) + " is too short");
+    }
+}
+
+Body refusal(const Refused &why) {
+    BodyWriter reply;
+    reply.u32(uint32_t(int32_t(why.status)));
+    reply.text(why.text);
+    return reply.take();
+}
+
+}  // namespace simrig

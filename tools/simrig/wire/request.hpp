@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What a client can ask for, taken out of a message's bytes and checked as far as that is possible
+/// without a rig.
+#ifndef VERGENCE_SIMRIG_WIRE_REQUEST_HPP
+#define VERGENCE_SIMRIG_WIRE_REQUEST_HPP
+
+#include <string>
+#include <variant>
+
+#include "tools/simrig/wire/message.hpp"
+
+namespace simrig {
+
+/// Why a request is not carried out: the reply's status and its line.
+struct Refused {
+    simrig_status status;
+    std::string text;
+};
+
+struct Hello {
+    simrig_role role;
+    std::string name;
+};
+struct AskTime {};
+struct Advance {
+    uint64_t until_us;
+    uint32_t wake;
+};
+struct Transfer {
+    struct Part {
+        uint8_t address;
+        bool read;
+        uint16_t length;
+        Body bytes;  ///< of a write
+    };
+    uint32_t speed_hz;
+    std::vector<Part> parts;
+};
+struct GpioSet {
+    uint32_t levels;
+};
+struct GpioGet {};
+struct FrameArm {
+    uint16_t columns, rows;
+};
+struct FrameWait {
+    uint64_t deadline_us;
+};
+struct FrameCancel {};
+struct SerialWrite {
+    Body bytes;
+};
+struct SerialRead {};
+struct ControlLine {
+    std::string text;
+};
+struct AskTruth {
+    uint8_t camera;
+};
+
+using Request =
+    std::variant<Hello, AskTime, Advance, Transfer, GpioSet, GpioGet, FrameArm, FrameWait,
+                 FrameCancel, SerialWrite, SerialRead, ControlLine, AskTruth>;
+
+/// Only the board may ask for this.
+bool is_for_board(const Request &request);
+
+/// Throws Refused: bytes missing or too many, numbers out of range, no such type.
+Request decode(uint16_t type, const Body &body);
+
+/// A reply that tells that something is wrong.
+Body refusal(const Refused &why);
+
+}  // namespace simrig
+
+#endif
