@@ -56,8 +56,13 @@ class Bench {
         write(kBridge, 0x56, 1);       // router of the sensors
         write(kBridge, 0x48, 0x00F3);  // sensors out of reset, with clocks and outputs
         write(kBridge, 0x08, 0x0103);  // servos and stream
-        for (const uint8_t sensor : kSensor) {
-            write(sensor, 0x09, 150);  // rows of exposure: 8 ms
+        for (size_t side = 0; side < 2; side++) {
+            write(kSensor[side], 0x09, 150);  // rows of exposure: 8 ms
+            // Both look at what stands 1.8 m away.
+            const simrig::ServoSettings servo;
+            const double pan_deg = stage_.rig().camera[side].pan_rad * 180 / world::kPi;
+            const double pulse_us = servo.centre_us + servo.us_per_degree * pan_deg;
+            write(kBridge, uint8_t(0x10 + 8 * side), uint16_t(pulse_us * 16));
         }
     }
 

@@ -46,13 +46,13 @@ double plaster(const Material &m, const SurfacePlace &s, int channel) {
     const double marks = m.layer[1].at(u, v, s.rms_mm);
     constexpr double kAside = 1.3;
     const double lit = m.layer[1].at(u + kAside * s.slant.x, v + kAside * s.slant.y, s.rms_mm);
-    const double su = u + 31 * broad + 3 * lit;
-    const double sv = v + 23 * broad - 19 * marks;
+    const double su = u + 31 * broad + lit;
+    const double sv = v + 23 * broad - 4 * marks;
     const double sand = m.layer[2].at(su, sv, s.rms_mm);
-    const double grit = m.layer[3].at(su + 4 * sand, sv, s.rms_mm);
+    const double grit = m.layer[3].at(su + sand, sv, s.rms_mm);
     const double pits = std::max(0.0, -grit - 1.1 + 0.5 * broad);
     const double factor = 1 + m.contrast * (0.045 * broad + 0.35 * (lit - marks) + 0.02 * marks +
-                                            0.036 * sand + 0.036 * grit - 0.12 * pits);
+                                            0.055 * sand + 0.036 * grit - 0.12 * pits);
     // Broad tones are a little warmer or colder as well.
     const double warm = m.contrast * 0.018 * broad * (channel == 0 ? 1 : channel == 2 ? -1 : 0);
     return m.tones[0].channel[channel] * (factor + warm);
