@@ -60,6 +60,9 @@ const Row *row_of(uint8_t index) {
     return nullptr;
 }
 
+// No row takes less; a constant of Elphel's drivers for this sensor.
+constexpr unsigned kShortestRowClocks = 511;
+
 // Pixel clocks of a row besides columns and blanking, by binning of rows and of columns: measured
 // for the drivers of Elphel's cameras.
 unsigned row_overhead(unsigned bin_rows) {
@@ -186,8 +189,9 @@ SensorFrame Mt9t001::plan(double period_us) const {
     frame.rows = std::max(frame.height / frame.skip_rows, 1u);
     frame.columns = std::max(frame.width / frame.skip_columns, 1u);
     const unsigned overhead = row_overhead(frame.bin_rows);
-    frame.row_clocks = frame.columns + overhead + column_overhead(frame.bin_columns) +
-                       std::max<unsigned>(latched_[kHorizontalBlanking], 21);
+    frame.row_clocks =
+        std::max(kShortestRowClocks, frame.columns + overhead + column_overhead(frame.bin_columns) +
+                                         std::max<unsigned>(latched_[kHorizontalBlanking], 21));
     frame.shutter_rows = light_now_.shutter_rows;
     frame.shutter_delay_clocks = light_now_.shutter_delay;
     // The rows that follow are being exposed meanwhile: a long exposure makes the frame longer.

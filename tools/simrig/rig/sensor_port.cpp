@@ -147,11 +147,14 @@ void SensorPort::next_look() {
     });
 }
 
-// As many clocks as the bridge's watch of the clock needs to see that it is there.
+// The bridge's watch divides the clock by 16 and looks at changes: 16 clocks are one change,
+// whatever came before; with one more there could be two, which look like none when nobody looks in
+// between.
 void SensorPort::burst() {
-    constexpr uint64_t kClocks = 17;
+    constexpr uint64_t kClocks = 16;
     wires_.set_clock(camera_, uint32_t(period_ps_));
-    wires_.at(wires_.now_ps() + kClocks * period_ps_, [this] {
+    // The level may be high or low before; a quarter more ends both alike after 16 rising edges.
+    wires_.at(wires_.now_ps() + kClocks * period_ps_ + period_ps_ / 4, [this] {
         if (!live_) {
             wires_.set_clock(camera_, 0);
         }
