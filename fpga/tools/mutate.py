@@ -90,6 +90,9 @@ def module_text(runner, folder, command, ports):
 
     def plain(found):
         kind = next((part for part in re.split(r"[\\$]", found.group(1)) if part in ports), None)
+        if kind is None:  # time_step, a wire to all but the proofs
+            level = dict(re.findall(r"\.(level_[io])\((.*)\)", found.group(3)))
+            return f"  assign {level['level_o']} = {level['level_i']};"
         instance = found.group(2).lstrip("\\").split(".")[-1]
         given = re.search(rf"\b{kind}\s*(#\([^;]*?\))\s*{re.escape(instance)}\s*\(", source)
         pins = [pin.rstrip(",\n") for pin in found.group(3).splitlines()

@@ -211,7 +211,8 @@ TEST_CASE("a sensor that holds SCL is not waited for, but counted") {
     (void)bench.master.write(kLeft, {0x10, 0x12, 0x34});
     bench.left.stretch_ps = 0;
     bench.bridge.run_idle(40 * kMs);
-    CHECK(bench.read(kBranchErrors) >= 1);
+    // At each clock that the sensor did not see, and once for what was not acknowledged.
+    CHECK(bench.read(kBranchErrors) >= 8);
     CHECK((bench.read(kIrqStatus) & kI2cError) != 0);
     CHECK(bench.master.write(kLeft, {0x10, 0x12, 0x34}) == 4);
     CHECK(bench.left.registers[0x10] == 0x1234);

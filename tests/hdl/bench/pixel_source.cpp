@@ -29,7 +29,14 @@ void PixelSource::set_period(uint32_t period_ps) {
 }
 
 void PixelSource::on_pixel_clock(uint64_t, int camera, int level) {
-    if (camera != camera_ || (level != 0) == launch_at_fall) {
+    if (camera != camera_) {
+        return;
+    }
+    if ((level != 0) == launch_at_fall) {
+        if (only_at_edge) {
+            bridge_.in.pixel[camera_] ^= 0x3FFu;
+            bridge_.drive();
+        }
         return;
     }
     if (++column_ >= window_.row_clocks()) {

@@ -39,6 +39,8 @@ class PixelSource : public Listener {
     uint32_t period() const { return period_ps_; }
     /// Outputs move after the clock's rise (false, as the sensor does by default) or fall.
     bool launch_at_fall = false;
+    /// Pixels are wrong from the edge at which they should be taken until they move.
+    bool only_at_edge = false;
     /// Frames begun.
     uint32_t frames() const { return frame_; }
     /// A fault in the next frame: so many pixels or lines fewer.
