@@ -177,7 +177,7 @@ TEST_CASE("bypass: one branch gets every address as it is, the other one as ever
     for (int camera = 0; camera < BRIDGE_CAMERAS; camera++) {
         CAPTURE(camera);
         Bench bench;
-        bench.write(kBranchCtrl, 1 | (camera + 1) << 1);
+        bench.write(kBranchCtrl, unsigned(1 | (camera + 1) << 1));
         hdl::I2cSensor &joined = bench.sensor(camera), &other = bench.sensor(1 - camera);
         // The sensor's own address means both branches in any case.
         CHECK(bench.master.write(kOwn, {0x20, 0xBE, 0xEF}) == 4);
