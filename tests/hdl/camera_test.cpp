@@ -376,7 +376,7 @@ TEST_CASE("time of the frames that go to the PPI") {
     OneCamera bench(0);
     hdl::PpiReceiver ppi(bench.bridge);
     bench.write(kCtrl, 0x0100);
-    for (const uint64_t later_ms : {0, 300, 400, 1000, 1400, 1400}) {
+    for (const uint64_t later_ms : {0u, 300u, 400u, 1000u, 1400u, 1400u}) {
         bench.source.set_period(0);
         bench.bridge.run_idle(later_ms * kMs);
         bench.source.set_period(20833);
