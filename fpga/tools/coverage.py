@@ -25,7 +25,7 @@ from places import FPGA, ROOT, own_cache
 CACHE = own_cache("fpga-coverage")
 WAIVERS = os.path.join(FPGA, "tools", "coverage_waivers.json")
 # Rounds where the usual number would take long with counters; others keep theirs.
-ROUNDS = {"hdl_symbols_test": "20000", "hdl_switch_test": "150", "hdl_servo_test": "30",
+ROUNDS = {"hdl_symbols_test": "100000", "hdl_switch_test": "150", "hdl_servo_test": "30",
           "hdl_spikes_test": "400"}
 # They take longest of all and reach no point that the others do not; --all runs them, too.
 SLOW = ("hdl_abort_test", "hdl_driver_fault_test", "hdl_driver_reboot_test",

@@ -291,7 +291,7 @@ TEST_CASE("pixel clock and period of both cameras, to one count") {
     bench.bridge.remove(left);
     bench.bridge.remove(right);
     for (const bool swapped : {false, true}) {
-        const unsigned period_ps[] = {swapped ? 41000u : 20833u, swapped ? 20833u : 41000u};
+        const unsigned period_ps[] = {swapped ? 40773u : 20833u, swapped ? 20833u : 40773u};
         bench.bridge.reset();
         left.set_period(0);
         right.set_period(0);
