@@ -18,7 +18,7 @@ using hdl::kUs;
 constexpr uint8_t kCtrl = 0x08, kIrqStatus = 0x0A, kPpiMode = 0x23, kExpectWidth = 0x2A;
 constexpr uint8_t kExpectHeight = 0x2B, kSensor = 0x48, kTime = 0x4A, kSkew = 0x44;
 constexpr uint8_t kFrameTime = 0x45, kCameras[] = {0x30, 0x38};
-constexpr uint16_t kLineError = 0x40, kFrameStart = 0x01;
+constexpr uint16_t kLineError = 0x40, kFrameStart = 0x01, kClockLost = 0x08;
 // Of a camera's block.
 enum Word { kFrames, kLines, kPixels, kPeriod, kPixclk, kShortLines, kShortFrames, kFlags };
 constexpr uint16_t kShortLine = 4, kShortFrame = 8, kLost = 1;
@@ -252,6 +252,33 @@ TEST_CASE("one transfer shows one frame, and the next transfer the newest") {
         // A transfer that does not begin with the first word holds nothing.
         const auto rest = bench.read_slowly(uint8_t(kCameras[camera] + kLines), 7, other_frames);
         CHECK((rest[kFlags - 1] & kShortLine) != 0);
+    }
+}
+
+TEST_CASE("a lost clock is told once, and only of a camera that should run") {
+    for (int camera = 0; camera < BRIDGE_CAMERAS; camera++) {
+        CAPTURE(camera);
+        OneCamera bench(camera);
+        const auto told = [&] {
+            bench.bridge.run(300 * kUs);
+            const bool lost = (bench.read(kIrqStatus) & kClockLost) != 0;
+            bench.write(kIrqStatus, kClockLost);
+            return lost;
+        };
+        // Outputs and clock of this camera alone.
+        bench.write(kSensor, 0x51u << camera);
+        bench.write(kCtrl, 0x0100);
+        CHECK(!told());
+        bench.source.set_period(0);
+        CHECK(told());
+        CHECK(!told());
+        bench.source.set_period(bench.period_ps);
+        CHECK(!told());
+        bench.write(kCtrl, 0);
+        bench.source.set_period(0);
+        CHECK(!told());
+        bench.write(kCtrl, 0x0100);
+        CHECK(told());
     }
 }
 
