@@ -34,14 +34,15 @@ module sync_bit #(
   (* ASYNC_REG = "TRUE", keep *) reg stable;
 
 `ifdef SIM_RANDOM_DELAY
-  // One edge may miss a change, the next takes it.
-  reg [31:0] noise = 32'h2545_F491;
+  // One edge may miss a change, the next takes it. A number is drawn for each change.
+  reg [31:0] noise = $random | 32'd1;
   reg missed = 1'b0;
+  wire changes = level_i != meta;
   wire [31:0] noise_a = noise ^ (noise << 13);
   wire [31:0] noise_b = noise_a ^ (noise_a >> 17);
-  wire miss = SIM_DELAY != 0 && noise[7] && !missed && level_i != meta;
+  wire miss = SIM_DELAY != 0 && noise[7] && !missed && changes;
   always @(posedge clk_i) begin
-    noise <= noise_b ^ (noise_b << 5) ^ {31'd0, level_i};
+    if (changes) noise <= noise_b ^ (noise_b << 5);
     missed <= miss;
   end
   wire sampled = miss ? meta : level_i;

@@ -7,6 +7,7 @@
 #include <new>
 
 #include "bridge_coverage.hpp"
+#include "idle_skip.hpp"
 #include "verilated_bridge.hpp"
 
 // Verilator's own code asks for this where no SystemC is.
@@ -57,6 +58,8 @@ struct bridge_model {
     bool interrupted = false;
     bool inputs_changed = true;
     bool unsettled = false;  // inputs were applied and no event has come since
+    bool stepping = false;   // no clock is skipped
+    IdleSkip skip;
     uint32_t wanted = 0;
     bridge_event_callback on_event = nullptr;
     void *event_context = nullptr;
@@ -225,18 +228,6 @@ void edge_of_control(bridge_model &model, Clock &clock) {
     clock.next_ps += clock.level ? period / 2 : period - period / 2;
 }
 
-// Verilator remembers each clock's level to find its edges. Makes it believe that it has seen the
-// control clock low; false: this version of Verilator calls its memory by another name.
-template <class Root>
-auto believe_clock_low(Root &root, int) -> decltype(root.__Vtrigrprev__TOP__clk_i = 0, bool()) {
-    root.__Vtrigrprev__TOP__clk_i = 0;
-    return true;
-}
-template <class Root>
-bool believe_clock_low(Root &, long) {
-    return false;
-}
-
 // A falling edge of the control clock alone that would change nothing is not worth a look.
 bool nothing_falls(bridge_model &model, bool tick_was) {
     return !model.unsettled && model.top->falling_counts_o == 0 &&
@@ -257,6 +248,27 @@ void edge_of_camera(bridge_model &model, int camera) {
         feed.word = *feed.next++;
         apply_words(model);
     }
+}
+
+// Just after an event: in idle time, clocks up to end_ps that only count need no look.
+void skip_still(bridge_model &model, uint64_t end_ps) {
+    Clock &control = model.clocks[BRIDGE_CLOCK_CONTROL];
+    const uint64_t period_ps = uint64_t{model.control_period_ps} * BRIDGE_CLOCKS_PER_US;
+    const bool rose = control.level && control.next_ps == model.now_ps + period_ps / 2;
+    if (!model.idle || !rose || model.stepping || model.unsettled || model.inputs_changed ||
+        model.interrupted || model.top->falling_counts_o != 0) {
+        return;
+    }
+    const uint64_t camera_ps = std::min(model.clocks[0].next_ps, model.clocks[1].next_ps);
+    const uint64_t last_ps = std::min(end_ps, camera_ps - 1);
+    const uint64_t still = model.skip.still(*model.top->rootp);
+    if (last_ps < model.now_ps + period_ps || still == 0) {
+        return;
+    }
+    const uint64_t clocks = std::min(still, (last_ps - model.now_ps) / period_ps);
+    model.skip.pass(*model.top->rootp, static_cast<unsigned>(clocks));
+    model.now_ps += clocks * period_ps;
+    control.next_ps += clocks * period_ps;
 }
 
 // Runs one moment at which at least one clock has an edge.
@@ -388,6 +400,21 @@ void bridge_model_set_idle(bridge_model *model, int idle) {
     changed.next_ps = rise + period / 2;
 }
 
+void bridge_model_set_stepping(bridge_model *model, int stepping) {
+    model->stepping = stepping != 0;
+}
+
+uint64_t bridge_model_digest(const bridge_model *model) {
+    const Vbridge_sim___024root &root = *model->top->rootp;
+    const auto *bytes = reinterpret_cast<const unsigned char *>(&root);
+    const auto *end = reinterpret_cast<const unsigned char *>(&root.vlSymsp);
+    uint64_t digest = 0xCBF29CE484222325u;  // FNV-1a
+    for (const unsigned char *at = bytes + sizeof(VerilatedModule); at != end; at++) {
+        digest = (digest ^ *at) * 0x100000001B3u;
+    }
+    return digest;
+}
+
 void bridge_model_advance(bridge_model *model, uint64_t duration_ps) {
     const uint64_t end_ps = model->now_ps + duration_ps;
     model->interrupted = false;
@@ -404,6 +431,7 @@ void bridge_model_advance(bridge_model *model, uint64_t duration_ps) {
         if (model->inputs_changed) {
             take_inputs(*model);
         }
+        skip_still(*model, end_ps);
     }
     if (!model->interrupted) {
         model->now_ps = end_ps;

@@ -43,4 +43,16 @@ class VlTriggerVec final {
 #include "Vbridge_sim__Syms.h"
 #include "Vbridge_sim___024root.h"
 
+// Verilator remembers each clock's level to find its edges. Makes it believe that it has seen the
+// control clock low; false: this version of Verilator calls its memory by another name.
+template <class Root>
+auto believe_clock_low(Root &root, int) -> decltype(root.__Vtrigrprev__TOP__clk_i = 0, bool()) {
+    root.__Vtrigrprev__TOP__clk_i = 0;
+    return true;
+}
+template <class Root>
+bool believe_clock_low(Root &, long) {
+    return false;
+}
+
 #endif

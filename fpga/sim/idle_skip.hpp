@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// Idle clocks that only count. Most of them do: the core's next state is its last one, but for the
+// time, the phase of the servo frame and the places in the millisecond. The Verilog itself shows
+// that a state stands still, by a clock that was evaluated; until the next value of these counters
+// that anything compares with, the same holds for the clocks to come, and they can be added instead
+// of evaluated.
+#ifndef VERGENCE_FPGA_SIM_IDLE_SKIP_HPP
+#define VERGENCE_FPGA_SIM_IDLE_SKIP_HPP
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+
+#include "verilated_bridge.hpp"
+
+using Root = Vbridge_sim___024root;
+
+// Other versions of Verilator may call the registers by other names, and evaluate every clock.
+#if VERILATOR_VERSION_INTEGER == 5006000
+
+struct IdleCounters {
+    explicit IdleCounters(Root &root)
+        : time_us(root.bridge_sim__DOT__core__DOT__time_us),
+          phase(root.bridge_sim__DOT__core__DOT__servos__DOT__frames__DOT__phase),
+          tens(root.bridge_sim__DOT__core__DOT__ticks__DOT__tens),
+          fives(root.bridge_sim__DOT__core__DOT__ticks__DOT__fives),
+          twenties(root.bridge_sim__DOT__core__DOT__ticks__DOT__twenties),
+          period(root.bridge_sim__DOT__core__DOT__servos__DOT__frames__DOT__period),
+          actual{root.bridge_sim__DOT__core__DOT__servos__DOT__servo0__DOT__actual,
+                 root.bridge_sim__DOT__core__DOT__servos__DOT__servo1__DOT__actual} {}
+
+    uint32_t &time_us;
+    uint16_t &phase;
+    uint8_t &tens, &fives, &twenties;  // the last two count and are asked when tens starts anew
+    const uint16_t period, actual[2];
+
+    // So many clocks pass before one that compares with another outcome than the last.
+    // Who compares: time_base, servo_frame with its period, servo_pwm with its pulse's end and
+    // with powers of two.
+    unsigned room() const {
+        const unsigned now = phase;
+        unsigned least = tens < kDecade ? kDecade - tens : 0;
+        least = std::min(least, kPhases - now % kPhases);
+        for (const unsigned end : ends()) {
+            least = end >= now ? std::min(least, end - now) : least;
+        }
+        return least == 0 ? 0 : least - 1;
+    }
+    // A number of the outcomes of what compares the phase.
+    unsigned outcomes() const {
+        unsigned number = phase / kPhases;
+        for (const unsigned end : ends()) {
+            number = number * 4 + (phase > end ? 2u : 0u) + (phase == end ? 1u : 0u);
+        }
+        return number;
+    }
+
+  private:
+    static constexpr unsigned kDecade = 9, kPhases = 512;
+    std::array<unsigned, 3> ends() const { return {period, actual[0] / 16u, actual[1] / 16u}; }
+};
+
+class IdleSkip {
+  public:
+    // Just after a rising edge of an idle clock was evaluated and nothing else happened: how many
+    // of the next ones only count.
+    unsigned still(Root &root) {
+        const IdleCounters counters(root);
+        if (!same(root) || counters.outcomes() != outcomes_) {
+            std::memcpy(before_, bytes(root), sizeof before_);
+            outcomes_ = counters.outcomes();
+            proved_ = false;
+        } else {
+            // Two clocks in a row, or a state that stood still before.
+            proved_ = proved_ || counters.time_us == time_us_ + 1;
+        }
+        time_us_ = counters.time_us;
+        return proved_ ? counters.room() : 0;
+    }
+    // These pass.
+    void pass(Root &root, unsigned clocks) {
+        IdleCounters counters(root);
+        counters.time_us += clocks;
+        counters.phase = static_cast<uint16_t>(counters.phase + clocks);
+        counters.tens = static_cast<uint8_t>(counters.tens + clocks);
+        time_us_ = counters.time_us;
+    }
+
+  private:
+    static unsigned char *bytes(Root &root) { return reinterpret_cast<unsigned char *>(&root); }
+    // Whether the state is that before, but for the counters.
+    bool same(Root &root) {
+        const IdleCounters counters(root);
+        take(root, counters.time_us);
+        take(root, counters.phase);
+        take(root, counters.tens);
+        take(root, counters.fives);
+        take(root, counters.twenties);
+        return std::memcmp(before_, bytes(root), sizeof before_) == 0;
+    }
+    template <class Word>
+    void take(Root &root, const Word &counter) {
+        const auto *place = reinterpret_cast<const unsigned char *>(&counter);
+        std::memcpy(before_ + (place - bytes(root)), place, sizeof counter);
+    }
+
+    bool proved_ = false;
+    uint32_t time_us_ = 0, outcomes_ = 0;
+    unsigned char before_[sizeof(Root)] = {};
+};
+
+#else
+
+class IdleSkip {
+  public:
+    unsigned still(Root &) { return 0; }
+    void pass(Root &, unsigned) {}
+};
+
+#endif
+
+#endif
