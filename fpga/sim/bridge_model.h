@@ -108,9 +108,9 @@ void bridge_model_get_outputs(const bridge_model *model, bridge_outputs *outputs
 void bridge_model_set_clock(bridge_model *model, int clock, uint32_t period_ps);
 
 /* Idle: one period of the control clock takes a microsecond, and every one carries the tick. Timers
- * run as they would, 25 times cheaper and more; nothing may move on a bus of I2C meanwhile, and a servo edge
- * comes at the next whole microsecond. Takes effect at a tick: this advances to it (less than 1
- * us). */
+ * run as they would, 25 times cheaper and more; nothing may move on a bus of I2C meanwhile, and a
+ * servo edge comes at the next whole microsecond. Takes effect at a tick: this advances to it (less
+ * than 1 us). */
 void bridge_model_set_idle(bridge_model *model, int idle);
 
 /* In idle time a period that only counts is not evaluated, but added, with the same outcome; see
