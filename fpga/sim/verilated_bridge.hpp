@@ -24,7 +24,8 @@ class VlTriggerVec final {
             word = (word & ~(uint64_t{1} << place)) | uint64_t{(value & 1u) != 0} << place;
             return *this;
         }
-        operator bool() const { return (word >> place & 1u) != 0; }
+        // Not moved to place 0, so that questions for several bits are one mask.
+        operator uint64_t() const { return word & uint64_t{1} << place; }
     };
 
     uint64_t bits_ = 0;
