@@ -37,7 +37,14 @@
     X(REFUSED, -26, "the device refused the value")                                       \
     X(VERIFY, -27, "a value that was written does not read back")                         \
     X(UNSUPPORTED, -28, "the hardware cannot do this")                                    \
-    X(RESTARTED, -29, "the device has restarted and lost its settings")
+    X(RESTARTED, -29, "the device has restarted and lost its settings")                   \
+    X(IO, -30, "the system could not do it")                                              \
+    X(FULL, -31, "there is no room left")                                                 \
+    X(JAMMED, -32, "something does not move where it was told to")                        \
+    X(NOT_CONNECTED, -33, "this instrument has no such part")                             \
+    X(NOT_READY, -34, "the instrument was not brought up, or is in its safe state")       \
+    X(MOVED, -35, "the scene or the instrument moved between the two frames")             \
+    X(FRAME, -36, "a frame was torn or damaged")
 
 enum error_code {
 #define ERROR_ENUM(name, number, text) ERROR_##name = (number),

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The image sensor Micron MT9T001: what it is set to, and what follows for its timing.
+///
+/// Registers and times: the Linux drivers mt9t001.c and mt9t031.c and Elphel's mt9x001.c, where at
+/// least two of them agree; the first has two mistakes (the shift of the binning field, the swapped
+/// address modes of rows and columns) that are not repeated here. Every write is read back.
+///
+/// Errors: those of hal/i2c.h, the transfer having been tried again where that is harmless;
+/// ERROR_DEVICE: something else answers; ERROR_VERIFY: a register does not hold what was written;
+/// ERROR_RANGE: a value outside the sensor's range (nothing was sent).
+#ifndef VERGENCE_DEVICE_MT9T001_H
+#define VERGENCE_DEVICE_MT9T001_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "hal/clock.h"
+#include "hal/i2c.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+    MT9T001_WIDTH_PX = 2048,
+    MT9T001_HEIGHT_PX = 1536,
+    MT9T001_GAIN_Q3_MIN = 8,  ///< gains are in 1/8
+    MT9T001_GAIN_Q3_MAX = 1024,
+    /// After a change of exposure, gain or window, frames to let pass before one is believed.
+    MT9T001_FRAMES_TO_SETTLE = 2,
+};
+
+/// Window and timing. Sizes are in pixels of the array; `skip` takes every n-th pair of rows and
+/// columns, `bin` (<= skip) joins so many of them.
+struct mt9t001_window {
+    uint16_t column_px, row_px;  ///< of the default window's corner, even; 0, 0 is its first pixel
+    uint16_t width_px, height_px;
+    uint8_t skip;  ///< 1 .. 8
+    uint8_t bin;   ///< 1 .. 3
+    uint16_t hblank_clocks, vblank_rows;
+};
+
+/// What a window means in time.
+struct mt9t001_timing {
+    uint16_t width_px, height_px;  ///< of the frames that come out
+    uint32_t row_clocks;
+    uint64_t row_ns;
+    uint32_t frame_rows;  ///< from one frame's start to the next one's
+    uint64_t frame_us;
+};
+
+/// What happened on the bus; all wrap.
+struct mt9t001_counts {
+    uint32_t transfers, failures, repeats, mismatches;
+};
+
+/// A sensor. The caller owns it, and bus and clock, which must outlive it; one thread at a time.
+struct mt9t001 {
+    const struct hal_i2c *bus;
+    const struct hal_clock *clock;
+    uint8_t address;
+    uint32_t clock_hz;  ///< of its clock input
+    struct mt9t001_window window;
+    uint32_t shutter_rows;
+    uint16_t gain_q3;
+    struct mt9t001_counts counts;
+};
+
+/// Finds the sensor at this address (0x5C or 0x5E behind the bridge's router, 0x5D alone), resets
+/// it and sets the full window, exposure and gain of its reset, outputs on.
+int mt9t001_open(struct mt9t001 *self, const struct hal_i2c *bus, const struct hal_clock *clock,
+                 uint8_t address, uint32_t clock_hz);
+
+/// The full window as after a reset.
+struct mt9t001_window mt9t001_full_window(void);
+/// The largest window of this size in the array's middle. ERROR_RANGE: no such window.
+int mt9t001_centred_window(uint16_t width_px, uint16_t height_px, uint8_t skip, uint8_t bin,
+                           struct mt9t001_window *window);
+
+/// Sets window, blanking and exposure in one moment (between two frames).
+int mt9t001_set_window(struct mt9t001 *self, const struct mt9t001_window *window);
+/// Exposure in whole rows, at least one; a long one makes frames longer.
+int mt9t001_set_shutter(struct mt9t001 *self, uint32_t rows);
+/// Gain of all colours, in 1/8; the nearest that the sensor has is taken and can be read in
+/// `gain_q3` then.
+int mt9t001_set_gain(struct mt9t001 *self, uint16_t gain_q3);
+/// The nearest gain that the sensor has, and the register's code for it. ERROR_RANGE.
+int mt9t001_gain_code(uint16_t gain_q3, uint16_t *code, uint16_t *real_q3);
+
+/// Timing of a window at this exposure. ERROR_RANGE.
+int mt9t001_timing_of(const struct mt9t001_window *window, uint32_t shutter_rows, uint32_t clock_hz,
+                      struct mt9t001_timing *timing);
+/// Exposure time of that many rows under a window, and the nearest number of rows (>= 1) to a time.
+uint64_t mt9t001_exposure_us(const struct mt9t001_timing *timing, uint32_t rows);
+uint32_t mt9t001_rows_for(const struct mt9t001_timing *timing, uint64_t exposure_us);
+
+/// Reads chip version and the registers that were set: ERROR_VERIFY or ERROR_RESTARTED (all as
+/// after a reset) when they are not what they should be. For health.
+int mt9t001_check(struct mt9t001 *self);
+/// Any register, for `registers` of the console.
+int mt9t001_read(struct mt9t001 *self, uint8_t index, uint16_t *value);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

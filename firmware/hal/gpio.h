@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Single lines of the processor, by what they are for. Levels are logical: 1 is active, whatever
+/// the wire does.
+///
+/// Backends return 0 or these of core/error.h: ERROR_UNSUPPORTED: there is no such line here;
+/// ERROR_TIMEOUT: no edge until the deadline; ERROR_DEVICE: the chip has gone; ERROR_IO: anything
+/// else that the system said.
+#ifndef VERGENCE_HAL_GPIO_H
+#define VERGENCE_HAL_GPIO_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+enum hal_gpio_line {
+    HAL_GPIO_BRIDGE_RESET,  ///< output
+    HAL_GPIO_BRIDGE_IRQ,    ///< input with edges
+    HAL_GPIO_LENS_POWER,    ///< output
+    HAL_GPIO_LINES
+};
+
+/// What a backend implements; `self` is that of `struct hal_gpio`.
+struct hal_gpio_operations {
+    int (*set)(void *self, enum hal_gpio_line line, bool active);
+    int (*get)(void *self, enum hal_gpio_line line, bool *active);
+    /// Waits for an edge to active that no earlier call has told. `*time_us`: of the system's
+    /// hal_clock.
+    int (*wait_edge)(void *self, enum hal_gpio_line line, uint64_t deadline_us, uint64_t *time_us);
+};
+
+/// The lines. The backend owns what `self` points to, which must outlive all users.
+struct hal_gpio {
+    const struct hal_gpio_operations *operations;
+    void *self;
+};
+
+#endif

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Commands: a name, arguments with ranges and units, help, and who carries it out. One table
+/// serves people at a console, programs on a socket, scripts and tests.
+///
+/// A command's answer is a list of items (key, value, unit) and ends in OK or `ERR code text`. It
+/// is written through `struct command_reply`, so whoever asked gets it as text or as JSON.
+#ifndef VERGENCE_RIG_COMMAND_H
+#define VERGENCE_RIG_COMMAND_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+struct rig;
+
+enum {
+    COMMAND_LINE_MAX = 512,  ///< longest line, without its end
+    COMMAND_ARGUMENTS_MAX = 8,
+};
+
+enum command_kind {
+    COMMAND_NUMBER,   ///< decimal, in the argument's unit
+    COMMAND_INTEGER,  ///< decimal or 0x..., in the argument's unit
+    COMMAND_CHOICE,   ///< one of the words in `choices`
+    COMMAND_TEXT,     ///< a word, or "words in quotes"
+};
+
+/// An argument. All strings are static storage.
+struct command_argument {
+    const char *name;
+    enum command_kind kind;
+    const char *unit;     ///< NULL: none
+    double least, most;   ///< of a number; of a text its length
+    const char *choices;  ///< words with a blank between; NULL: none
+    bool optional;        ///< only after all that are not
+    const char *help;
+};
+
+/// An argument's value.
+struct command_value {
+    bool given;
+    double number;
+    int64_t integer;
+    int choice;  ///< index of the word
+    const char *text;
+};
+
+/// Where the answer goes. Strings are copied or sent before a function returns.
+struct command_reply_operations {
+    /// A value; `decimals` after the point. `unit` NULL: none.
+    void (*number)(void *self, const char *key, double value, int decimals, const char *unit);
+    void (*text)(void *self, const char *key, const char *value);
+    /// Items up to the matching end belong together: a JSON object, or an array of what follows.
+    void (*begin)(void *self, const char *key, bool array);
+    void (*end)(void *self);
+};
+
+struct command_reply {
+    const struct command_reply_operations *operations;
+    void *self;
+};
+
+/// One call.
+struct command_call {
+    struct rig *rig;
+    const struct command_value *values;  ///< one for each argument of the command
+    const struct command_reply *reply;
+    char *message;  ///< one line for people in case of an error, of the size below; "": none yet
+    size_t message_bytes;
+    void *surroundings;  ///< of whoever runs the table: files, sessions, configuration
+};
+
+enum {
+    COMMAND_NEEDS_RIG = 1,  ///< refused until `bringup` has worked
+    COMMAND_LONG = 2,       ///< tells progress, and can be cancelled
+    COMMAND_MOVES = 4,      ///< moves or writes something
+};
+
+struct command {
+    const char *name;
+    const char *summary;  ///< one line, no full stop
+    const char *help;     ///< paragraphs
+    const struct command_argument *arguments;
+    unsigned argument_count;
+    unsigned flags;
+    /// 0 or an error of core/error.h.
+    int (*run)(const struct command_call *call);
+};
+
+/// Takes a line apart and checks it against the table. 0; ERROR_SYNTAX, ERROR_RANGE, ERROR_MISSING,
+/// ERROR_ARGUMENT with a sentence in `message` that says what is wrong and what would be right.
+/// `storage` (COMMAND_LINE_MAX + 1 bytes) holds the texts of the values. An empty line or a comment
+/// (#) is 0 with `*found` NULL.
+int command_parse(const char *line, const struct command *table, size_t count, char *storage,
+                  struct command_value *values, const struct command **found, char *message,
+                  size_t message_bytes);
+
+/// The command of that name, or NULL; and the nearest name, NULL when none is near.
+const struct command *command_find(const struct command *table, size_t count, const char *name);
+const char *command_nearest(const struct command *table, size_t count, const char *name);
+
+/// The instrument's own commands: those that need nothing but the rig.
+const struct command *command_rig_table(size_t *count);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Which parts an instrument has, and their numbers. What a profile lacks is refused with
+/// ERROR_NOT_CONNECTED by whatever would need it.
+#ifndef VERGENCE_RIG_PROFILE_H
+#define VERGENCE_RIG_PROFILE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "device/servo.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { RIG_LEFT, RIG_RIGHT, RIG_SIDES };
+
+enum rig_profile_lenses {
+    RIG_LENSES_FIXED,
+    RIG_LENSES_V3LC,  ///< two lenses on one controller
+    RIG_LENSES_V1LC,  ///< one lens, the left camera's
+};
+
+/// An instrument. Of what it lacks the numbers do not count.
+struct rig_profile {
+    char name[32];
+
+    bool bridge;  ///< the FPGA, and with it the two sensors behind it, on one port for both
+    uint8_t bridge_address, sensor_address[RIG_SIDES];
+    uint32_t sensor_clock_hz;
+
+    bool servos;
+    struct servo_model servo[RIG_SIDES];
+    uint16_t servo_slew_q4;  ///< greatest change from pulse to pulse, 1/16 us; 0: none moves
+    uint16_t watchdog_ms;    ///< silence after which the bridge brings the servos to rest
+    int32_t pan_least_urad, pan_most_urad;
+
+    enum rig_profile_lenses lenses;
+    int32_t lens_counts_per_s[3];   ///< slowest motor that is not taken for jammed; LENS_AXES
+    int32_t lens_backlash_counts;   ///< moves end from below, after going so far past
+    int32_t lens_tolerance_counts;  ///< a move has arrived within this
+
+    uint16_t width_px, height_px;  ///< full frames
+    uint32_t frame_us;             ///< longest time from frame to frame where no sensor tells
+    uint32_t skew_limit_us;        ///< of the two frames of a pair
+};
+
+/// The profiles that everybody has: "rig", "two-cameras", "two-cameras-lens". ERROR_MISSING.
+int rig_profile_named(const char *name, struct rig_profile *profile);
+
+/// Whether the numbers make sense together; ERROR_RANGE or ERROR_ARGUMENT, and in `*what` (static
+/// storage) the field that does not.
+int rig_profile_check(const struct rig_profile *profile, const char **what);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
