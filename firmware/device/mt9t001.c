@@ -28,6 +28,7 @@ enum {
     BLUE_GAIN = 0x2C,
     RED_GAIN = 0x2D,
     GREEN2_GAIN = 0x2E,
+    TEST_DATA = 0x32,
 };
 
 enum {
@@ -38,8 +39,11 @@ enum {
     SHUTTER_RESET_ROWS = 0x0619,
     READ_MODE_1_RESET = 0x8040,
     CONTROL_RUN = 0x0002,
+    CONTROL_TEST_DATA = 0x0040,
     CONTROL_FREEZE = 0x0001,  // "synchronize changes": nothing takes effect while it is set
     BIN_SHIFT = 4,
+    TEST_DATA_SHIFT = 2,
+    TEST_DATA_MAX = 0x3FF,
 };
 
 enum {
@@ -252,6 +256,14 @@ int mt9t001_set_gain(struct mt9t001 *self, uint16_t gain_q3) {
     uint16_t code = 0;
     const int error = mt9t001_gain_code(gain_q3, &code, &wanted.gain_q3);
     return error == ERROR_OK ? change_to(self, &wanted) : error;
+}
+
+int mt9t001_set_test_data(struct mt9t001 *self, uint16_t value) {
+    if (value > TEST_DATA_MAX) {
+        return ERROR_RANGE;
+    }
+    const int error = write(self, TEST_DATA, (uint16_t)(value << TEST_DATA_SHIFT));
+    return error == ERROR_OK ? write(self, OUTPUT_CONTROL, CONTROL_RUN | CONTROL_TEST_DATA) : error;
 }
 
 int mt9t001_check(struct mt9t001 *self) {

@@ -90,6 +90,9 @@ int mt9t001_set_shutter(struct mt9t001 *self, uint32_t rows);
 /// Gain of all colours, in 1/8; the nearest that the sensor has is taken and can be read in
 /// `gain_q3` then.
 int mt9t001_set_gain(struct mt9t001 *self, uint16_t gain_q3);
+/// Sends `value` (10 bits) in place of all pixels from the next frame on, as a test of the lines;
+/// ends with the next change of anything else.
+int mt9t001_set_test_data(struct mt9t001 *self, uint16_t value);
 /// The nearest gain that the sensor has, and the register's code for it. ERROR_RANGE.
 int mt9t001_gain_code(uint16_t gain_q3, uint16_t *code, uint16_t *real_q3);
 
