@@ -105,6 +105,10 @@ int command_parse(const char *line, const struct command *table, size_t count, c
                   struct command_value *values, const struct command **found, char *message,
                   size_t message_bytes);
 
+/// Runs a command that command_parse has found. Refuses with ERROR_NOT_READY what needs the rig
+/// while it is not RIG_READY. Whatever is not 0 comes with a message.
+int command_run(const struct command *command, const struct command_call *call);
+
 /// How a command is called: its name and its arguments, those in brackets that may be left out.
 /// Cut off when it is longer than `bytes` (> 0).
 void command_usage(const struct command *command, char *text, size_t bytes);

@@ -32,7 +32,7 @@ static bool copy_quoted(const char **at, char **to) {
 
 int command_words_split(const char *line, char *storage, const char **words, size_t *count,
                         const char **why) {
-    const size_t length = strnlen(line, COMMAND_LINE_MAX + 1);
+    const size_t length = strlen(line);
     if (length > COMMAND_LINE_MAX) {
         *why = "the line is longer than 512 characters";
         return ERROR_SYNTAX;
@@ -156,8 +156,8 @@ int command_words_choice(const char *word, const char *choices) {
 }
 
 int command_words_distance(const char *word, const char *other) {
-    const size_t length = strnlen(word, COMMAND_CHOICE_MAX + 1);
-    const size_t columns = strnlen(other, COMMAND_CHOICE_MAX + 1);
+    const size_t length = strlen(word);
+    const size_t columns = strlen(other);
     if (length > COMMAND_CHOICE_MAX || columns > COMMAND_CHOICE_MAX) {
         return FAR_AWAY;
     }
