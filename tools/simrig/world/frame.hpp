@@ -82,6 +82,14 @@ struct Truth {
     /// The camera in the middle of each row's exposure: one for all when nothing moves.
     std::vector<Camera> cameras;
 
+    /// Sets all layers of a pixel to those of another truth's.
+    void take(std::size_t pixel, const Truth &from, std::size_t from_pixel) {
+        depth_mm[pixel] = from.depth_mm[from_pixel];
+        for (std::size_t i = 0; i < 3; i++) {
+            normal[3 * pixel + i] = from.normal[3 * from_pixel + i];
+        }
+        id[pixel] = from.id[from_pixel];
+    }
     const Camera &camera(int row) const {
         return cameras.size() == 1 ? cameras[0] : cameras[static_cast<std::size_t>(row)];
     }
