@@ -76,6 +76,7 @@ Frame render(const Scene &scene, const Rig &rig, Side side, const FrameRequest &
 struct Truth {
     int columns = 0;
     int rows = 0;
+    Window window;
     std::vector<float> depth_mm;   ///< z in the camera's frame; 0 where nothing is seen
     std::vector<float> normal;     ///< three a pixel, in the camera's frame
     std::vector<std::uint8_t> id;  ///< of the object; 0 is nothing

@@ -159,4 +159,10 @@ void write_depth_pfm(const std::string &path, const Truth &truth) {
     finished(path, std::move(file));
 }
 
+void write_camera_yaml(const std::string &path, const Truth &truth) {
+    File file = opened(path);
+    std::fputs(camera_text(truth).c_str(), file.get());
+    finished(path, std::move(file));
+}
+
 }  // namespace world

@@ -95,6 +95,7 @@ Truth truth(const Scene &scene, const Rig &rig, Side side, const FrameRequest &r
     Truth result;
     result.columns = w.output_columns();
     result.rows = w.output_rows();
+    result.window = w;
     const auto pixels = static_cast<std::size_t>(result.columns * result.rows);
     result.depth_mm.resize(pixels);
     result.normal.resize(3 * pixels);
