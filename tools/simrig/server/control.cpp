@@ -92,7 +92,8 @@ std::string ControlDesk::help() {
            "degrees,\n"
            "                                    as position_mm and turn_deg in the scene's file\n"
            "truth left|right NAME               of the last frame, into the folder of --files:\n"
-           "                                    NAME.pfm (depth in mm), NAME.yaml (the camera)\n"
+           "                                    NAME.pfm (depth in mm), NAME_objects.pgm, "
+           "NAME.yaml\n"
            "view NAME                           what both cameras would see now, and a drawing, "
            "there:\n"
            "                                    NAME_left.png, NAME_right.png, NAME_rig.svg\n"
@@ -210,8 +211,9 @@ std::string ControlDesk::truth(const Words &words) {
     world::Truth truth;
     truth_of(int(side), truth);
     world::write_depth_pfm(path + ".pfm", truth);
+    world::write_objects_pgm(path + "_objects.pgm", truth);
     world::write_camera_yaml(path + ".yaml", truth);
-    return name + ".pfm\n" + name + ".yaml\n";
+    return name + ".pfm\n" + name + "_objects.pgm\n" + name + ".yaml\n";
 }
 
 std::string ControlDesk::view(const Words &words) {

@@ -27,7 +27,11 @@ std::string camera_text(const Truth &truth) {
         optics.focus_distance_mm, optics.f_number, optics.pupil_diameter_mm, truth.columns,
         truth.rows, window.column, window.row, window.skip_x, window.skip_y, window.bin_x,
         window.bin_y);
-    return text;
+    std::string objects;
+    for (const std::string &name : truth.objects) {
+        objects += (objects.empty() ? "\"" : ", \"") + name + "\"";
+    }
+    return text + ("objects: [" + objects + "]\n");
 }
 
 }  // namespace world
