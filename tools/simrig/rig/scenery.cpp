@@ -120,6 +120,17 @@ std::vector<uint16_t> Stage::picture(int camera, const SensorFrame &frame, doubl
     return pixels;
 }
 
+// Of these rows of the frame, dark pixels included, before it is mirrored.
+world::Window Stage::whole_window(const Asked &asked, int first_row, int rows) {
+    world::Window window = asked.request.window;
+    const int from = asked.flip_rows ? asked.pictured.rows - first_row - rows : first_row;
+    window.column -= window.skip_x * asked.columns.begin;
+    window.row += window.skip_y * (from - asked.rows.begin);
+    window.columns = window.skip_x * asked.pictured.columns;
+    window.rows = window.skip_y * rows;
+    return window;
+}
+
 const Stage::Pictured *Stage::pictured(int camera) const {
     const Asked &asked = asked_[size_t(camera)];
     return asked.ready ? &asked.pictured : nullptr;
@@ -131,6 +142,10 @@ world::Truth Stage::truth(int camera, int first_row, int rows) const {
     world::Truth all;
     all.columns = columns;
     all.rows = rows;
+    all.window = whole_window(asked, first_row, rows);
+    for (const auto &object : asked.pictured.scene->objects) {
+        all.objects.push_back(object->name);
+    }
     all.depth_mm.resize(size_t(columns) * size_t(rows));
     all.normal.resize(3 * all.depth_mm.size());
     all.id.resize(all.depth_mm.size());

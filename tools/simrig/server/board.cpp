@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "tools/simrig/wire/body.hpp"
+#include "tools/simrig/world/picture.hpp"
 
 namespace simrig {
 
@@ -202,7 +203,7 @@ Board::Answer Board::answer(const ControlLine &line) {
 Board::Answer Board::answer(const AskTruth &ask) {
     const world::Truth truth =
         at_desk([&] { return desk_.truth_of(ask.camera, 0, desk_.pictured(ask.camera).rows); });
-    const std::string camera = desk_.camera_of(ask.camera, truth);
+    const std::string camera = world::camera_text(truth);
     BodyWriter reply = ok();
     reply.u16(uint16_t(truth.columns));
     reply.u16(uint16_t(truth.rows));

@@ -37,8 +37,6 @@ class ControlDesk {
     /// also when there are no such rows.
     const Stage::Pictured &pictured(int camera) const;
     world::Truth truth_of(int camera, int first_row, int rows) const;
-    /// The camera as it was then, and the objects of its scene by name, as YAML.
-    std::string camera_of(int camera, const world::Truth &truth) const;
 
     /// The commands, a line each.
     static std::string help();
