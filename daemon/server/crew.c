@@ -54,6 +54,7 @@ static void run(struct crew *self, struct job *job) {
         .message_bytes = sizeof message,
         .surroundings = &self->surroundings,
     };
+    self->surroundings.job = job;
     reply_begin(&self->reply, job->output, &job->request, job->terminal);
     self->progress_what = NULL;
     int error = ERROR_CANCELLED;
