@@ -13,8 +13,10 @@ ROOT = os.environ["VERGENCE_SOURCE"]
 # Folder -> folders it may include from. Tests and tools may use everything below them.
 ARROWS = {
     "firmware/core": {"core"},
-    "firmware/rig": {"core", "rig"},
-    "daemon": {"core", "rig", "daemon"},
+    "firmware/hal": {"hal"},
+    "firmware/device": {"core", "hal", "device"},
+    "firmware/rig": {"core", "hal", "device", "rig"},
+    "daemon": {"core", "hal", "device", "rig", "daemon"},
     "calib": {"core", "calib"},
     "tools/host": {"core", "rig", "daemon", "tools", "calib"},
 }
