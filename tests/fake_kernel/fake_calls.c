@@ -323,6 +323,15 @@ struct dirent *readdir(DIR *stream) {
     return step_on(dirfd(stream), "readdir", "") < 0 ? NULL : next(stream);
 }
 
+int closedir(DIR *stream) {
+    typedef int (*function)(DIR *);
+    NEXT(function, "closedir");
+    if (fake_file_of(dirfd(stream)) != NULL) {
+        fake_file_drop(dirfd(stream));
+    }
+    return next(stream);
+}
+
 int tcgetattr(int fd, struct termios *settings) {
     typedef int (*function)(int, struct termios *);
     NEXT(function, "tcgetattr");
