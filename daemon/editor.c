@@ -30,8 +30,7 @@ enum key {
 };
 
 void editor_init(struct editor *self, void (*send)(void *, const char *, size_t),
-                 void (*complete)(void *, const char *, char *), void *cookie,
-                 const char *prompt) {
+                 void (*complete)(void *, const char *, char *), void *cookie, const char *prompt) {
     memset(self, 0, sizeof *self);
     self->send = send;
     self->complete = complete;
@@ -182,15 +181,15 @@ static void browse(struct editor *self, size_t back) {
         strcpy(self->own, self->line);
     }
     self->browsed = back;
-    set_line(self, back == 0 ? self->own
-                             : self->history[(self->history_next + EDITOR_HISTORY - back) %
-                                             EDITOR_HISTORY]);
+    set_line(self,
+             back == 0
+                 ? self->own
+                 : self->history[(self->history_next + EDITOR_HISTORY - back) % EDITOR_HISTORY]);
     draw(self);
 }
 
 static void remember(struct editor *self) {
-    const char *last =
-        self->history[(self->history_next + EDITOR_HISTORY - 1) % EDITOR_HISTORY];
+    const char *last = self->history[(self->history_next + EDITOR_HISTORY - 1) % EDITOR_HISTORY];
     if (self->length == 0 || (self->history_count > 0 && strcmp(last, self->line) == 0)) {
         return;
     }
@@ -287,8 +286,7 @@ static void motion(struct editor *self, char letter) {
             }
             break;
         case 'C':
-            move(self, self->cursor < self->length ? next_start(self, self->cursor)
-                                                   : self->cursor);
+            move(self, self->cursor < self->length ? next_start(self, self->cursor) : self->cursor);
             break;
         case 'D':
             move(self, self->cursor > 0 ? previous_start(self, self->cursor) : 0);

@@ -14,7 +14,7 @@ extern "C" {
 enum { JSON_MAX_DEPTH = 16 };
 
 struct json {
-    FILE *stream;  // its error indicator says whether all was written
+    FILE *stream;   // its error indicator says whether all was written
     bool one_line;  // all of the document
     int depth;
     bool first[JSON_MAX_DEPTH + 1];    // nothing written yet at this depth

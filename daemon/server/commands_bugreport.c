@@ -17,7 +17,7 @@
 #include "daemon/server/surroundings.h"
 
 static const char *const sections[] = {
-    "version", "config",           "status",         "health",         "calibration",
+    "version", "config",           "status",         "health",          "calibration",
     "files",   "registers bridge", "registers left", "registers right", "log 256",
 };
 

@@ -33,8 +33,8 @@ static void show(const struct command_call *call, const struct calibration *cali
     }
 }
 
-static int parse(const struct command_call *call, const char *name, const char *text,
-                 size_t length, struct calibration *calibration) {
+static int parse(const struct command_call *call, const char *name, const char *text, size_t length,
+                 struct calibration *calibration) {
     struct calibration_fault fault = {.field = "", .reason = ""};
     const int error = calibration_parse(text, length, calibration, &fault);
     if (error == 0) {
@@ -83,8 +83,8 @@ static int run_set(const struct command_call *call) {
     }
     int error = parse(call, name, text, (size_t)length, &calibration);
     if (error == 0) {
-        error = around->store->operations->save(around->store->self, SURROUNDINGS_CALIBRATION,
-                                                text, (size_t)length);
+        error = around->store->operations->save(around->store->self, SURROUNDINGS_CALIBRATION, text,
+                                                (size_t)length);
     }
     if (error == 0) {
         show(call, &calibration);

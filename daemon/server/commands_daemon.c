@@ -97,8 +97,8 @@ static int run_config(const struct command_call *call) {
 
 static int run_log(const struct command_call *call) {
     const struct surroundings *around = surroundings_of(call);
-    const uint64_t most = call->values[0].given ? (uint64_t)call->values[0].integer
-                                                : LOG_USUAL_LINES;
+    const uint64_t most =
+        call->values[0].given ? (uint64_t)call->values[0].integer : LOG_USUAL_LINES;
     struct logbook_line line;
     uint64_t back = most;
     item_begin(call, "lines", true);

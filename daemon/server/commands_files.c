@@ -4,6 +4,7 @@
 // come, and goes on where a broken line left it.
 #include <dirent.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
@@ -93,13 +94,11 @@ static int send_block(const struct command_call *call, int fd) {
     static _Thread_local char data[FILES_BLOCK_MOST];
     static _Thread_local char text[FILES_BLOCK_MOST / 3 * 4 + 1];
     const int64_t offset = call->values[1].integer;
-    const size_t most =
-        call->values[2].given ? (size_t)call->values[2].integer : FILES_BLOCK_USUAL;
+    const size_t most = call->values[2].given ? (size_t)call->values[2].integer : FILES_BLOCK_USUAL;
     INVARIANT(most <= sizeof data);
     const ssize_t bytes = pread(fd, data, most, offset);
     if (bytes < 0) {
-        return surroundings_refuse(call, ERROR_IO, "%s: %s", call->values[0].text,
-                                   strerror(errno));
+        return surroundings_refuse(call, ERROR_IO, "%s: %s", call->values[0].text, strerror(errno));
     }
     item_number(call, "offset", (double)offset, 0, "bytes");
     item_number(call, "bytes", (double)bytes, 0, NULL);

@@ -59,7 +59,10 @@ static void store(struct config *config, const struct config_key *key, int64_t n
     const uint16_t two = (uint16_t)number;
     const uint32_t four = (uint32_t)number;
     INVARIANT(key->bytes == 1 || key->bytes == 2 || key->bytes == 4);
-    memcpy(at, key->bytes == 1 ? (const void *)&one : key->bytes == 2 ? (const void *)&two : &four,
+    memcpy(at,
+           key->bytes == 1   ? (const void *)&one
+           : key->bytes == 2 ? (const void *)&two
+                             : &four,
            key->bytes);
 }
 
@@ -429,11 +432,10 @@ void config_help_print(FILE *file) {
         size_t length = (size_t)snprintf(help, sizeof help, "%s", key->help);
         if (key->kind == CONFIG_NUMBER) {
             const bool off = key->none != NULL;
-            length += (size_t)snprintf(help + length, sizeof help - length, " (%s%s%.0f to %.0f%s%s)",
-                                       off ? key->none : "", off ? ", " : "",
-                                       off ? key->least + 1 : key->least, key->most,
-                                       key->unit != NULL ? " " : "",
-                                       key->unit != NULL ? key->unit : "");
+            length += (size_t)snprintf(
+                help + length, sizeof help - length, " (%s%s%.0f to %.0f%s%s)",
+                off ? key->none : "", off ? ", " : "", off ? key->least + 1 : key->least, key->most,
+                key->unit != NULL ? " " : "", key->unit != NULL ? key->unit : "");
         } else if (key->kind == CONFIG_CHOICE) {
             length += (size_t)snprintf(help + length, sizeof help - length, " (%s)", key->choices);
         }

@@ -60,8 +60,7 @@ int config_parse(struct config *config, const char *name, const char *text, size
 
 /// Sets one key as a line `key = value` of a file does. 0, or an error with a message that does
 /// not say where the line was.
-int config_set(struct config *config, const char *key, const char *value,
-               struct message *message);
+int config_set(struct config *config, const char *key, const char *value, struct message *message);
 
 /// Whether what is set makes sense together: a profile, and the devices that it needs. 0, or an
 /// error with a message that names the key.

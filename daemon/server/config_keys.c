@@ -6,35 +6,29 @@
 
 #define AT(field) offsetof(struct config, field), sizeof(((struct config *)0)->field)
 #define TEXT(key, field, says) \
-    {.name = (key), .kind = CONFIG_TEXT, AT(field), .none = "none", .help = (says)}
-#define NUMBER(key, field, low, high, of, says) \
-    {.name = (key),                             \
-     .kind = CONFIG_NUMBER,                     \
-     AT(field),                                 \
-     .least = (low),                            \
-     .most = (high),                            \
-     .unit = (of),                              \
-     .help = (says)}
-#define LINE(key, field, says) \
-    {.name = (key),            \
-     .kind = CONFIG_NUMBER,    \
-     AT(field),                \
-     .least = CONFIG_NO_LINE,  \
-     .most = 1023,             \
-     .none = "none",           \
-     .help = (says)}
+    { .name = (key), .kind = CONFIG_TEXT, AT(field), .none = "none", .help = (says) }
+#define NUMBER(key, field, low, high, of, says)                                          \
+    {                                                                                    \
+        .name = (key), .kind = CONFIG_NUMBER, AT(field), .least = (low), .most = (high), \
+        .unit = (of), .help = (says)                                                     \
+    }
+#define LINE(key, field, says)                                                                  \
+    {                                                                                           \
+        .name = (key), .kind = CONFIG_NUMBER, AT(field), .least = CONFIG_NO_LINE, .most = 1023, \
+        .none = "none", .help = (says)                                                          \
+    }
 #define YES(key, field, says) \
-    {.name = (key), .kind = CONFIG_CHOICE, AT(field), .choices = "no yes", .help = (says)}
+    { .name = (key), .kind = CONFIG_CHOICE, AT(field), .choices = "no yes", .help = (says) }
 #define RIG(field, low, high, of, says) NUMBER("rig." #field, profile.field, low, high, of, says)
 #define RIG_YES(field, says) YES("rig." #field, profile.field, says)
 #define SERVO(side, at, field, low, high, of, says) \
     NUMBER("rig.servo_" side "_" #field, profile.servo[at].field, low, high, of, says)
-#define SERVOS(side, at)                                                                         \
-    SERVO(side, at, centre_q4, 1, 65535, "us/16", "pulse in the " side " servo's middle"),       \
-        SERVO(side, at, least_q4, 1, 65535, "us/16", "shortest pulse that it may get"),          \
-        SERVO(side, at, most_q4, 1, 65535, "us/16", "longest pulse that it may get"),            \
-        SERVO(side, at, q4_per_rad, 1, 1000000, "us/16 a radian", "how far a pulse turns it"),   \
-        SERVO(side, at, urad_per_s, 1, 100000000, "urad/s", "its speed at the lowest supply"),   \
+#define SERVOS(side, at)                                                                       \
+    SERVO(side, at, centre_q4, 1, 65535, "us/16", "pulse in the " side " servo's middle"),     \
+        SERVO(side, at, least_q4, 1, 65535, "us/16", "shortest pulse that it may get"),        \
+        SERVO(side, at, most_q4, 1, 65535, "us/16", "longest pulse that it may get"),          \
+        SERVO(side, at, q4_per_rad, 1, 1000000, "us/16 a radian", "how far a pulse turns it"), \
+        SERVO(side, at, urad_per_s, 1, 100000000, "urad/s", "its speed at the lowest supply"), \
         SERVO(side, at, settle_us, 0, 10000000, "us", "until it rests after a motion")
 
 static const struct config_key keys[] = {

@@ -51,9 +51,9 @@ struct connection {
     bool gone;            ///< nobody is there any more
     char input[CONNECTION_INPUT_BYTES];
     size_t input_bytes;
-    bool skipping;              ///< the rest of a line that was too long
-    uint64_t watch_us;          ///< when the next round of a watch is due
-    uint64_t stalled_us;        ///< since when the client has not read; 0: it reads
+    bool skipping;        ///< the rest of a line that was too long
+    uint64_t watch_us;    ///< when the next round of a watch is due
+    uint64_t stalled_us;  ///< since when the client has not read; 0: it reads
     struct editor editor;
 };
 

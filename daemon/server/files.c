@@ -49,8 +49,8 @@ static int open_below(int root, const char *name, int flags) {
         memcpy(part, name, bytes);
         part[bytes] = '\0';
         const bool last = name[bytes] == '\0';
-        const int next = openat(directory, part,
-                                O_NOFOLLOW | O_CLOEXEC | (last ? flags : O_PATH | O_DIRECTORY));
+        const int next =
+            openat(directory, part, O_NOFOLLOW | O_CLOEXEC | (last ? flags : O_PATH | O_DIRECTORY));
         const int number = errno;
         close(directory);
         errno = number;
@@ -115,8 +115,7 @@ static bool write_all(int fd, const char *data, size_t bytes) {
     return fsync(fd) == 0;
 }
 
-int files_write(const struct command_call *call, const char *name, const void *data,
-                size_t bytes) {
+int files_write(const struct command_call *call, const char *name, const void *data, size_t bytes) {
     const int error = need_directory(call);
     INVARIANT(strchr(name, '/') == NULL && strlen(name) <= FILES_NAME_MAX);
     if (error != 0) {

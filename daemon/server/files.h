@@ -22,8 +22,7 @@ int files_open_directory(const struct command_call *call, const char *name);
 
 /// Writes a whole new file in one step: nobody ever sees half of it. 0 or an error with the call's
 /// message; then there is none.
-int files_write(const struct command_call *call, const char *name, const void *data,
-                size_t bytes);
+int files_write(const struct command_call *call, const char *name, const void *data, size_t bytes);
 
 /// Base64 (RFC 4648) of `bytes` bytes, terminated, in `text` (4 characters for each 3 bytes begun,
 /// and one).

@@ -5,6 +5,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <netinet/in.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <string.h>
 #include <sys/socket.h>
@@ -30,8 +31,8 @@ static int fail(int fd, struct message *message, const char *what) {
 static bool is_served(const struct sockaddr_un *address) {
     const int fd = socket(AF_UNIX, SOCKET_FLAGS, 0);
     const bool served =
-        fd >= 0 && (connect(fd, (const struct sockaddr *)address, sizeof *address) == 0 ||
-                    errno == EAGAIN);
+        fd >= 0 &&
+        (connect(fd, (const struct sockaddr *)address, sizeof *address) == 0 || errno == EAGAIN);
     if (fd >= 0) {
         close(fd);
     }
@@ -41,8 +42,9 @@ static bool is_served(const struct sockaddr_un *address) {
 int listener_unix(const char *path, struct message *message) {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     if (strlen(path) >= sizeof address.sun_path) {
-        return message_set(message, ERROR_ARGUMENT, "%s: a socket's path has at most %zu characters",
-                           path, sizeof address.sun_path - 1);
+        return message_set(message, ERROR_ARGUMENT,
+                           "%s: a socket's path has at most %zu characters", path,
+                           sizeof address.sun_path - 1);
     }
     memcpy(address.sun_path, path, strlen(path) + 1);
     struct stat there;
@@ -58,8 +60,7 @@ int listener_unix(const char *path, struct message *message) {
     const int fd = socket(AF_UNIX, SOCKET_FLAGS, 0);
     // Nobody else may come in between bind and chmod.
     const mode_t mask = umask(0177);
-    const int bound =
-        fd >= 0 ? bind(fd, (const struct sockaddr *)&address, sizeof address) : -1;
+    const int bound = fd >= 0 ? bind(fd, (const struct sockaddr *)&address, sizeof address) : -1;
     umask(mask);
     if (bound != 0 || chmod(path, 0660) != 0 || listen(fd, BACKLOG) != 0) {
         return fail(fd, message, path);
@@ -68,9 +69,8 @@ int listener_unix(const char *path, struct message *message) {
 }
 
 int listener_tcp(uint16_t port, struct message *message) {
-    const struct sockaddr_in address = {.sin_family = AF_INET,
-                                        .sin_port = htons(port),
-                                        .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
+    const struct sockaddr_in address = {
+        .sin_family = AF_INET, .sin_port = htons(port), .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
     const int fd = socket(AF_INET, SOCKET_FLAGS, 0);
     const int one = 1;
     if (fd < 0 || setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &one, sizeof one) != 0 ||

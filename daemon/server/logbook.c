@@ -117,10 +117,9 @@ static bool send_line(struct logbook *self, const struct logbook_line *line, uin
     }
     logbook_time_text(line->time_us, when);
     const int length =
-        self->systemd
-            ? snprintf(text, sizeof text, "<%d>%s%s\n", (int)line->level, gap, line->text)
-            : snprintf(text, sizeof text, "%s %s: %s%s\n", when, logbook_level_name(line->level),
-                       gap, line->text);
+        self->systemd ? snprintf(text, sizeof text, "<%d>%s%s\n", (int)line->level, gap, line->text)
+                      : snprintf(text, sizeof text, "%s %s: %s%s\n", when,
+                                 logbook_level_name(line->level), gap, line->text);
     INVARIANT(length > 0 && (size_t)length < sizeof text);
     // A pipe that can take something takes a line of this length, so nothing waits here.
     struct pollfd room = {.fd = self->fd, .events = POLLOUT};

@@ -82,7 +82,8 @@ static void note_unit(struct reply *self, const char *key, const char *unit) {
     }
 }
 
-/// What stands before an item of text; a group's items follow on lines of their own, or on this one.
+/// What stands before an item of text; a group's items follow on lines of their own, or on this
+/// one.
 static void lead(struct reply *self, const char *key, bool group) {
     const bool in_line = self->in_line[self->depth];
     if (in_line) {

@@ -91,8 +91,7 @@ int request_parse(const char *line, struct request *request, char *message, size
         at += bytes + 1;
     }
     INVARIANT(request->command >= line);
-    if (request->sealed &&
-        crc != crc_update(0, request->command, strlen(request->command))) {
+    if (request->sealed && crc != crc_update(0, request->command, strlen(request->command))) {
         return refuse("the line was damaged on its way: send it again", NULL, message,
                       message_bytes, ERROR_CRC);
     }

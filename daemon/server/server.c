@@ -19,11 +19,14 @@
 #include "daemon/server/notify.h"
 
 enum {
-    CONSOLE = 0,      ///< its place among the clients
-    TICK_MS = 250,    ///< the loop looks at all once in this time, come what may
+    CONSOLE = 0,    ///< its place among the clients
+    TICK_MS = 250,  ///< the loop looks at all once in this time, come what may
     FDS_MAX = 2 + SERVER_LISTENERS + 2 * (SERVER_CLIENTS_MAX + 1),
     CONSOLE_RETRY_US = 1000000,
-    RIG_SILENCE_US = 20000000,  ///< a crew that has not gone on for so long is stuck
+    /// A crew that has not gone on for so long is stuck. A simulated rig renders its frames
+    /// meanwhile, which takes what it takes.
+    RIG_SILENCE_S = 20,
+    RIG_SILENCE_SIMULATED_S = 150,
     NOTIFY_US = 1000000,
 };
 
@@ -266,11 +269,16 @@ static void serve(struct server *self, struct connection *client, short input, s
     }
     if ((input & POLLIN) != 0 && connection_wants_input(client)) {
         receive(client);
-    } else if (((input | output) & (POLLHUP | POLLERR | POLLNVAL)) != 0 && !client->gone) {
-        // Both directions are shut, or what was sent before has been read already.
-        if ((input & POLLIN) == 0) {
+    } else if ((input & (POLLHUP | POLLERR | POLLNVAL)) != 0 && (input & POLLIN) == 0) {
+        // Both directions are shut; of a pipe in front of another output only this one.
+        if (client->in_fd == client->out_fd) {
             connection_gone(client);
+        } else {
+            connection_receive(client, NULL, 0, true);
         }
+    }
+    if ((output & (POLLERR | POLLNVAL)) != 0) {
+        connection_gone(client);
     }
     connection_step(client, now_us);
     connection_send(client, now_us);
@@ -306,10 +314,12 @@ static nfds_t gather(struct server *self, struct pollfd *fds, int at[][2]) {
         if (!client->used || client->gone) {
             continue;
         }
-        // A reader that has shut its side for good is seen without asking for input.
-        at[i][0] = (int)count;
-        const short events = connection_wants_input(client) ? POLLIN : 0;
-        fds[count++] = (struct pollfd){.fd = client->in_fd, .events = events};
+        // A peer that has gone for good is seen without asking for input.
+        if (client->in_fd == client->out_fd || !client->ended) {
+            at[i][0] = (int)count;
+            const short events = connection_wants_input(client) ? POLLIN : 0;
+            fds[count++] = (struct pollfd){.fd = client->in_fd, .events = events};
+        }
         if (output_length(&client->output) > 0) {
             at[i][1] = (int)count;
             fds[count++] = (struct pollfd){.fd = client->out_fd, .events = POLLOUT};
@@ -331,11 +341,12 @@ static int patience_ms(const struct server *self, uint64_t now_us) {
 
 /// The system's watchdog is fed as long as both crews go on.
 static void notify(struct server *self, uint64_t now_us) {
-    const bool alive = crew_silence_us(&self->rig_crew) < RIG_SILENCE_US;
+    const bool simulated = self->config->backend == CONFIG_BACKEND_SIM;
+    const unsigned limit_s = simulated ? RIG_SILENCE_SIMULATED_S : RIG_SILENCE_S;
+    const bool alive = crew_silence_us(&self->rig_crew) < (uint64_t)limit_s * 1000000;
     if (!alive && !self->stuck_told) {
         logbook_print(self->logbook, HAL_LOG_ERROR,
-                      "the thread of the instrument has been stuck for %u s",
-                      (unsigned)(RIG_SILENCE_US / 1000000));
+                      "the thread of the instrument has been stuck for %u s", limit_s);
     }
     self->stuck_told = !alive;
     if (alive && now_us - self->notified_us >= NOTIFY_US) {

@@ -34,7 +34,7 @@ struct surroundings {
     const struct hal_log *log;
     struct logbook *logbook;        ///< behind `log`: its last lines
     const struct hal_store *store;  ///< NULL: nothing can be kept
-    struct job *job;  ///< the one that runs, for commands that outlast one run
+    struct job *job;                ///< the one that runs, for commands that outlast one run
     int files_fd;  ///< the directory of sessions and other results that clients fetch; -1: none
 
     /// Of the command that runs. False: it is to end soon with ERROR_CANCELLED. Any thread.

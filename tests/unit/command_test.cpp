@@ -186,7 +186,7 @@ TEST_CASE("the instrument's table is whole") {
         CAPTURE(rig[i].name);
         CHECK(command_find(rig, count, rig[i].name) == &rig[i]);
         CHECK(std::strlen(rig[i].name) <= COMMAND_CHOICE_MAX);
-        CHECK(rig[i].run != nullptr);
+        CHECK((rig[i].run != nullptr));
         CHECK(std::strlen(rig[i].summary) < 70);
         CHECK(rig[i].summary[std::strlen(rig[i].summary) - 1] != '.');
         CHECK(std::strlen(rig[i].help) > 0);
