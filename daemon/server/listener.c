@@ -3,7 +3,6 @@
 
 #include <arpa/inet.h>
 #include <errno.h>
-#include <fcntl.h>
 #include <netinet/in.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -11,11 +10,9 @@
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
-#include <termios.h>
 #include <unistd.h>
 
 #include "core/error.h"
-#include "core/invariant.h"
 
 enum { BACKLOG = 16, SOCKET_FLAGS = SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK };
 
@@ -83,39 +80,4 @@ int listener_tcp(uint16_t port, struct message *message) {
 
 int listener_accept(int fd) {
     return accept4(fd, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
-}
-
-static speed_t speed_of(uint32_t baud) {
-    static const struct {
-        uint32_t baud;
-        speed_t speed;
-    } speeds[] = {{9600, B9600},     {19200, B19200},   {38400, B38400},   {57600, B57600},
-                  {115200, B115200}, {230400, B230400}, {460800, B460800}, {921600, B921600}};
-    for (size_t i = 0; i < sizeof speeds / sizeof speeds[0]; i++) {
-        if (speeds[i].baud == baud) {
-            return speeds[i].speed;
-        }
-    }
-    return B0;
-}
-
-int listener_serial(const char *device, uint32_t baud, struct message *message) {
-    const speed_t speed = speed_of(baud);
-    if (speed == B0) {
-        return message_set(message, ERROR_ARGUMENT, "%s: there is no speed of %u baud", device,
-                           (unsigned)baud);
-    }
-    const int fd = open(device, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-    struct termios settings;
-    if (fd < 0 || tcgetattr(fd, &settings) != 0) {
-        return fail(fd, message, device);
-    }
-    cfmakeraw(&settings);
-    settings.c_cflag |= CLOCAL | CREAD;
-    settings.c_cflag &= ~(tcflag_t)(CRTSCTS | CSTOPB);
-    if (cfsetspeed(&settings, speed) != 0 || tcsetattr(fd, TCSANOW, &settings) != 0) {
-        return fail(fd, message, device);
-    }
-    INVARIANT(fd >= 0);
-    return fd;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Where clients come from: sockets that listen, and serial terminals.
+/// Where clients come from: sockets that listen.
 #ifndef VERGENCE_DAEMON_SERVER_LISTENER_H
 #define VERGENCE_DAEMON_SERVER_LISTENER_H
 
@@ -21,10 +21,6 @@ int listener_tcp(uint16_t port, struct message *message);
 
 /// The next client; -1: none is there. What is accepted does not block.
 int listener_accept(int fd);
-
-/// Opens a serial line for a terminal: raw, 8N1, without flow control, and not the process's
-/// controlling terminal.
-int listener_serial(const char *device, uint32_t baud, struct message *message);
 
 #ifdef __cplusplus
 }

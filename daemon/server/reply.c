@@ -57,6 +57,8 @@ static void begin_result(struct reply *self) {
     }
     self->begun = true;
     wipe_bar(self);
+    fflush(self->stream);
+    self->crc = 0;
     if (self->request.json) {
         begin_json(self, NULL);
         json_open_object(&self->json, "result");
@@ -204,6 +206,7 @@ void reply_begin(struct reply *self, struct output *output, const struct request
     self->first[0] = true;
     self->path_end[0] = 0;
     self->units_length = 0;
+    self->crc = 0;
 }
 
 void reply_progress(struct reply *self, const char *what, uint32_t done, uint32_t total) {
@@ -217,6 +220,8 @@ void reply_progress(struct reply *self, const char *what, uint32_t done, uint32_
         json_integer(&self->json, "total", total);
         json_close_object(&self->json);
         json_end(&self->json);
+    } else if (!self->request.json && !self->terminal && self->request.progress) {
+        fprintf(self->stream, "... %s %" PRIu32 "/%" PRIu32 "\n", what, done, total);
     } else if (!self->request.json && self->terminal) {
         const int full = (int)((uint64_t)BAR_WIDTH * (done < total ? done : total) / total);
         fprintf(self->stream, "\r%-20.20s [%.*s%*s]", what, full, "########################",
@@ -251,6 +256,15 @@ static void close_groups(struct reply *self) {
     }
 }
 
+static void seal_text(struct reply *self) {
+    if (self->request.sealed) {
+        fflush(self->stream);
+        const uint32_t crc = self->crc;
+        fprintf(self->stream, " #%08" PRIX32, crc);
+    }
+    fputc('\n', self->stream);
+}
+
 static void seal(struct reply *self) {
     if (self->request.sealed) {
         fflush(self->stream);
@@ -270,9 +284,11 @@ void reply_end(struct reply *self, int error, const char *message) {
         json_text(&self->json, "message", message);
         seal(self);
     } else if (error == 0) {
-        fputs("OK\n", self->stream);
+        fputs("OK", self->stream);
+        seal_text(self);
     } else {
-        fprintf(self->stream, "ERR %s %s\n", error_name(error), message);
+        fprintf(self->stream, "ERR %s %s", error_name(error), message);
+        seal_text(self);
     }
     fflush(self->stream);
 }

@@ -2,7 +2,9 @@
 /// Answers as text for people or as JSON for programs.
 ///
 /// Text: `key: value unit` a line, what belongs together indented; then `OK`, or `ERR NAME text`
-/// with a name of core/error.h. JSON, one object a line:
+/// with a name of core/error.h, and where the request was sealed a blank, #, and eight digits: the
+/// CRC-32 of the answer before them. Where progress was asked for, lines `... what done/total`
+/// come first. JSON, one object a line:
 ///
 ///   {"result": {...}, "ok": true, "error": "OK", "code": 0, "message": ""}
 ///

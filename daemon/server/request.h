@@ -4,10 +4,10 @@
 ///
 ///   json      one JSON object on a line (text: items, then OK or ERR code text)
 ///   text      the other way round, where a connection has asked for JSON
-///   progress  long commands tell how far they are, in lines of their own; only with json
+///   progress  long commands tell how far they are, in lines of their own
 ///   id=N      the answer carries the number (0 .. 999999999); only with json
 ///   crc=H     CRC-32 of the rest of the line, behind the blank; another one is refused, and the
-///             answer ends with the CRC of its own line up to there; only with json
+///             answer carries its own CRC; see reply.h
 ///
 /// `@json` alone holds for all lines that follow, and so does `@text`.
 #ifndef VERGENCE_DAEMON_SERVER_REQUEST_H

@@ -14,6 +14,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/progress.h"
+#include "daemon/serial_device.h"
 #include "daemon/server/completion.h"
 #include "daemon/server/listener.h"
 #include "daemon/server/notify.h"
@@ -140,7 +141,7 @@ static int open_console(struct server *self, struct message *message) {
         open_stdio(self);
         return 0;
     }
-    const int fd = listener_serial(console, self->config->console_baud, message);
+    const int fd = serial_device_open(console, self->config->console_baud, message);
     if (fd >= 0) {
         connection_begin(&self->clients[CONSOLE], CONNECTION_TERMINAL, fd, fd, "console");
         self->clients[CONSOLE].lasting = true;
@@ -239,7 +240,7 @@ static void retry_console(struct server *self, uint64_t now_us) {
     if (!console->lasting || console->used || now_us < self->console_retry_us || self->stopping) {
         return;
     }
-    const int fd = listener_serial(self->config->console, self->config->console_baud, &message);
+    const int fd = serial_device_open(self->config->console, self->config->console_baud, &message);
     if (fd >= 0) {
         connection_begin(console, CONNECTION_TERMINAL, fd, fd, "console");
     } else {
