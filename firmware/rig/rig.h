@@ -15,6 +15,8 @@
 
 #include "device/fpga_bridge.h"
 #include "device/fpga_bridge_camera.h"
+#include "device/fpga_bridge_event.h"
+#include "device/fpga_bridge_sensor.h"
 #include "device/fpga_bridge_servo.h"
 #include "device/lens.h"
 #include "device/lens_v3lc.h"
@@ -117,6 +119,8 @@ struct rig {
     uint64_t pan_rest_us[RIG_SIDES];               ///< when the horn rests
     uint32_t exposure_us[RIG_SIDES];
     uint16_t gain_q3[RIG_SIDES];
+    uint64_t settled_us[RIG_SIDES];  ///< frames that begin then or later have what was set
+    bool streaming[RIG_SIDES];       ///< the source of that side gives frames
     struct hal_camera_format format;
     uint32_t pairs;   ///< taken since the bring-up
     uint64_t fed_us;  ///< the bridge's watchdog, last

@@ -92,8 +92,9 @@ std::string ControlDesk::help() {
            "degrees,\n"
            "                                    as position_mm and turn_deg in the scene's file\n"
            "truth left|right NAME               of the last frame, into the folder of --files:\n"
-           "                                    NAME.pfm (depth in mm), NAME_objects.pgm, "
-           "NAME.yaml\n"
+           "                                    NAME.pfm (depth in mm), NAME_normal.pfm, "
+           "NAME_object.pgm,\n"
+           "                                    NAME.yaml (the camera, and the objects' names)\n"
            "view NAME                           what both cameras would see now, and a drawing, "
            "there:\n"
            "                                    NAME_left.png, NAME_right.png, NAME_rig.svg\n"
@@ -196,11 +197,20 @@ std::string ControlDesk::status() {
     return text.str();
 }
 
-std::string ControlDesk::truth_of(int camera, world::Truth &truth) const {
-    if (!stage_.truth(camera, truth)) {
+const Stage::Pictured &ControlDesk::pictured(int camera) const {
+    const Stage::Pictured *pictured = stage_.pictured(camera);
+    if (pictured == nullptr) {
         refuse("no frame of this camera has been taken yet");
     }
-    return world::camera_text(truth);
+    return *pictured;
+}
+
+world::Truth ControlDesk::truth_of(int camera, int first_row, int rows) const {
+    const int all = pictured(camera).rows;
+    if (first_row + rows > all) {
+        refuse("the camera's last frame has " + std::to_string(all) + " rows");
+    }
+    return stage_.truth(camera, first_row, rows);
 }
 
 std::string ControlDesk::truth(const Words &words) {
@@ -208,12 +218,12 @@ std::string ControlDesk::truth(const Words &words) {
     const std::string &name = word_at(words, 2, "a name for the files");
     no_more_than(words, 3);
     const std::string path = place_for(files_, name);
-    world::Truth truth;
-    truth_of(int(side), truth);
+    const world::Truth truth = truth_of(int(side), 0, pictured(int(side)).rows);
     world::write_depth_pfm(path + ".pfm", truth);
-    world::write_objects_pgm(path + "_objects.pgm", truth);
+    world::write_normal_pfm(path + "_normal.pfm", truth);
+    world::write_object_pgm(path + "_object.pgm", truth);
     world::write_camera_yaml(path + ".yaml", truth);
-    return name + ".pfm\n" + name + "_objects.pgm\n" + name + ".yaml\n";
+    return name + ".pfm\n" + name + "_normal.pfm\n" + name + "_object.pgm\n" + name + ".yaml\n";
 }
 
 std::string ControlDesk::view(const Words &words) {

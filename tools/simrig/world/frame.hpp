@@ -52,6 +52,8 @@ struct Gains {
 
 struct FrameRequest {
     Window window;
+    bool mirrored_x = false;  ///< what comes of the window is, left to right
+    bool mirrored_y = false;
     double exposure_us = 20000;
     Gains gains;
     /// Rolling shutter: output row r is exposed from start + r row_time on, for exposure_us.
@@ -85,6 +87,14 @@ struct Truth {
     /// The camera in the middle of each row's exposure: one for all when nothing moves.
     std::vector<Camera> cameras;
 
+    /// Sets all layers of a pixel to those of another truth's.
+    void take(std::size_t pixel, const Truth &from, std::size_t from_pixel) {
+        depth_mm[pixel] = from.depth_mm[from_pixel];
+        for (std::size_t i = 0; i < 3; i++) {
+            normal[3 * pixel + i] = from.normal[3 * from_pixel + i];
+        }
+        id[pixel] = from.id[from_pixel];
+    }
     const Camera &camera(int row) const {
         return cameras.size() == 1 ? cameras[0] : cameras[static_cast<std::size_t>(row)];
     }
