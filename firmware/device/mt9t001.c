@@ -146,7 +146,7 @@ int mt9t001_read(struct mt9t001 *self, uint8_t index, uint16_t *value) {
 // Writes and reads back, in one transfer.
 static int write(struct mt9t001 *self, uint8_t index, uint16_t value) {
     uint8_t bytes[] = {index, (uint8_t)(value >> 8), (uint8_t)value};
-    uint8_t back[2];
+    uint8_t back[2] = {0, 0};
     const struct hal_i2c_message messages[] = {{bytes, sizeof bytes, self->address, false},
                                                {bytes, 1, self->address, false},
                                                {back, sizeof back, self->address, true}};
