@@ -2,19 +2,30 @@
 #include "daemon/session_read.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "core/crc.h"
 #include "core/error.h"
 
-enum { FILE_PATH_BYTES = SESSION_READ_PATH_BYTES + SESSION_NAME_MAX + 2, VALUE_ROOM = 4096 };
+enum { VALUE_ROOM = 4096 };
 
-static void path_of(const struct session_reader *self, const char *name,
-                    char path[FILE_PATH_BYTES]) {
-    snprintf(path, FILE_PATH_BYTES, "%s/%s", self->path, name);
+FILE *session_reader_file(const struct session_reader *self, const char *name,
+                          struct message *message) {
+    const int file = openat(self->directory, name, O_RDONLY | O_CLOEXEC);
+    FILE *stream = file >= 0 ? fdopen(file, "rb") : NULL;
+    if (stream == NULL) {
+        message_set(message, ERROR_MISSING, "%s/%s: cannot be read: %s", self->path, name,
+                    strerror(errno));
+        if (file >= 0) {
+            close(file);
+        }
+    }
+    return stream;
 }
 
 /// Reads a whole stream of at most `limit` bytes into memory that the caller frees.
@@ -50,15 +61,13 @@ static int slurp(FILE *stream, const char *path, size_t limit, char **text, size
 }
 
 static int load_index(struct session_reader *self, struct message *message) {
-    char path[FILE_PATH_BYTES];
-    path_of(self, SESSION_INDEX_NAME, path);
-    FILE *stream = fopen(path, "rb");
+    FILE *stream = session_reader_file(self, SESSION_INDEX_NAME, message);
     if (stream == NULL) {
-        return message_set(message, ERROR_ARGUMENT, "%s: is no session: %s: %s", self->path,
-                           SESSION_INDEX_NAME, strerror(errno));
+        return message_set(message, ERROR_ARGUMENT, "%s: is no session: it has no %s", self->path,
+                           SESSION_INDEX_NAME);
     }
-    const int code =
-        slurp(stream, path, SESSION_READ_INDEX_MAX_BYTES, &self->text, &self->length, message);
+    const int code = slurp(stream, self->path, SESSION_READ_INDEX_MAX_BYTES, &self->text,
+                           &self->length, message);
     fclose(stream);
     if (code != 0) {
         self->text = NULL;
@@ -110,15 +119,21 @@ int session_reader_next(struct session_reader *self, struct session_event *event
     return 1;
 }
 
-int session_reader_open(struct session_reader *self, const char *path, struct session_event *begin,
-                        struct message *message) {
+int session_reader_open(struct session_reader *self, int parent, const char *path,
+                        struct session_event *begin, struct message *message) {
     memset(self, 0, sizeof *self);
+    self->directory = -1;
     if (strlen(path) >= sizeof self->path) {
         return message_set(message, ERROR_ARGUMENT, "%s: the name is too long", path);
     }
     snprintf(self->path, sizeof self->path, "%s", path);
+    self->directory = openat(parent, path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (self->directory < 0) {
+        return message_set(message, ERROR_ARGUMENT, "%s: is no session: %s", path, strerror(errno));
+    }
     int code = load_index(self, message);
     if (code != 0) {
+        session_reader_close(self);
         return code;
     }
     struct session_event event;
@@ -134,17 +149,6 @@ int session_reader_open(struct session_reader *self, const char *path, struct se
         session_reader_close(self);
     }
     return code;
-}
-
-static FILE *open_file(const struct session_reader *self, const char *name,
-                       struct message *message) {
-    char path[FILE_PATH_BYTES];
-    path_of(self, name, path);
-    FILE *stream = fopen(path, "rb");
-    if (stream == NULL) {
-        message_set(message, ERROR_MISSING, "%s: cannot be read: %s", path, strerror(errno));
-    }
-    return stream;
 }
 
 static int damaged(const struct session_reader *self, const char *name, struct message *message) {
@@ -180,7 +184,7 @@ int session_reader_frame(const struct session_reader *self, const struct pair_fr
         return message_set(message, ERROR_MEMORY, "%s/%s: is larger than expected", self->path,
                            name);
     }
-    FILE *stream = open_file(self, name, message);
+    FILE *stream = session_reader_file(self, name, message);
     if (stream == NULL) {
         return ERROR_MISSING;
     }
@@ -197,7 +201,7 @@ int session_reader_calibration(const struct session_reader *self, uint32_t crc32
                                size_t capacity, struct message *message) {
     char name[SESSION_NAME_MAX + 1];
     session_calibration_name(crc32, name);
-    FILE *stream = open_file(self, name, message);
+    FILE *stream = session_reader_file(self, name, message);
     if (stream == NULL) {
         return ERROR_MISSING;
     }
@@ -210,5 +214,9 @@ int session_reader_calibration(const struct session_reader *self, uint32_t crc32
 void session_reader_close(struct session_reader *self) {
     free(self->text);
     self->text = NULL;
+    if (self->directory >= 0) {
+        close(self->directory);
+    }
+    self->directory = -1;
     self->length = self->at = 0;
 }

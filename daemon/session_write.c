@@ -74,13 +74,13 @@ static int append_event(struct session_writer *self, struct message *message) {
     return append(self, line, (size_t)(length + tail), message);
 }
 
-static int begin_directory(struct session_writer *self, struct message *message) {
-    const bool made = mkdir(self->path, DIRECTORY_MODE) == 0;
+static int begin_directory(struct session_writer *self, int parent, struct message *message) {
+    const bool made = mkdirat(parent, self->path, DIRECTORY_MODE) == 0;
     if (!made && errno != EEXIST) {
         return message_set(message, ERROR_ARGUMENT, "%s: cannot be made: %s", self->path,
                            strerror(errno));
     }
-    self->directory = open(self->path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    self->directory = openat(parent, self->path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     // Only a directory without an index may become a session; an index is never written over.
     self->index = self->directory < 0 ? -1
                                       : openat(self->directory, SESSION_INDEX_NAME,
@@ -92,7 +92,7 @@ static int begin_directory(struct session_writer *self, struct message *message)
             self->directory = -1;
         }
         if (made) {
-            rmdir(self->path);
+            unlinkat(parent, self->path, AT_REMOVEDIR);
         }
         return message_set(message, ERROR_ARGUMENT,
                            reason == EEXIST ? "%s: holds a session already: give another name"
@@ -106,15 +106,16 @@ static void copy_text(char *target, size_t bytes, const char *text) {
     snprintf(target, bytes, "%s", text != NULL ? text : "");
 }
 
-int session_writer_begin(struct session_writer *self, const char *path, const char *build,
-                         const char *profile, const char *date, struct message *message) {
+int session_writer_begin(struct session_writer *self, int parent, const char *path,
+                         const char *build, const char *profile, const char *date,
+                         struct message *message) {
     memset(self, 0, sizeof *self);
     self->directory = self->index = -1;
     if (strlen(path) >= sizeof self->path) {
         return message_set(message, ERROR_ARGUMENT, "%s: the name is too long", path);
     }
     copy_text(self->path, sizeof self->path, path);
-    const int code = begin_directory(self, message);
+    const int code = begin_directory(self, parent, message);
     if (code != 0) {
         return code;
     }
@@ -132,7 +133,7 @@ int session_writer_begin(struct session_writer *self, const char *path, const ch
         close(self->index);
         close(self->directory);
         self->directory = self->index = -1;
-        rmdir(self->path);
+        unlinkat(parent, self->path, AT_REMOVEDIR);
     }
     return appended;
 }

@@ -32,11 +32,14 @@ struct session_writer {
     struct session_event event;  // the one that is being written
 };
 
-/// Makes the directory, which must not be there yet or be empty, and begins the index. `build`,
-/// `profile` and `date` go into it. ERROR_ARGUMENT when there is something of that name already, or
-/// when it cannot be made; then nothing of it is left. The writer is large: static or allocated.
-int session_writer_begin(struct session_writer *self, const char *path, const char *build,
-                         const char *profile, const char *date, struct message *message);
+/// Makes the directory `path`, as openat(2) understands it with the descriptor `parent` (AT_FDCWD:
+/// a path as usual), and begins the index. It may be there, but no session in it. `build`,
+/// `profile` and `date` go into the index. ERROR_ARGUMENT when there is something of that name
+/// already, or when it cannot be made; then nothing of it is left. The writer is large: static or
+/// allocated.
+int session_writer_begin(struct session_writer *self, int parent, const char *path,
+                         const char *build, const char *profile, const char *date,
+                         struct message *message);
 
 /// From here on this calibration (canonical text, `length` bytes) is in force.
 int session_writer_calibration(struct session_writer *self, const char *text, size_t length,
