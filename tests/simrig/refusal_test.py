@@ -242,7 +242,8 @@ class Clients(Bench):
                      "at 1e9 fault bus ok", "fault camera left torn 10", "fault serial late -1",
                      "fault serial garbage 1.5", "move", "move cat 1 2 3", "move board 1 2",
                      "move board 1 2 x", "move board 1 2 nan", "move board 1 2 3 4", "restore x",
-                     "snapshot", "snapshot a b", "status x", "help x", "fault bus ok extra", "scene \x1b[2J\n"):
+                     "snapshot", "snapshot a b", "status x", "help x", "fault bus ok extra",
+                     "scene \x1b[2J\n"):
             text = self.assert_refusal(FAILED, client.control, line)
             self.assertTrue(text and "\x1b" not in text, line)
         self.assertIn("time_s", client.control("status"))
