@@ -91,7 +91,8 @@ class Console(DaemonTest):
         self.terminal.send("wait 100000\r")
         time.sleep(0.5)
         self.terminal.send("\x03")
-        self.terminal.wait(lambda t: "ERR CANCELLED cancelled" in t.screen.lines)
+        self.terminal.wait(lambda t: any(line.rstrip() == "ERR CANCELLED cancelled"
+                                         for line in t.screen.lines))
         self.terminal.wait_prompt()
         self.terminal.send("watch 0.1 version\r")
         self.terminal.wait(lambda t: t.text.count("version: ") > 3)
@@ -106,14 +107,12 @@ class Console(DaemonTest):
         self.terminal.wait_prompt()
 
     def test_the_end_is_a_new_beginning(self):
-        begin = len(self.terminal.screen.lines)
-        self.terminal.send("\x04")
-        self.terminal.wait(lambda t: any("lists the commands" in line
-                                         for line in t.screen.lines[begin:]))
-        self.terminal.wait_prompt()
-        self.terminal.send("quit\r")
-        time.sleep(0.3)
-        self.terminal.wait_prompt()
+        for keys in ("\x04", "quit\r"):
+            begin = len(self.terminal.screen.lines)
+            self.terminal.send(keys)
+            self.terminal.wait(lambda t: any("lists the commands" in line
+                                             for line in t.screen.lines[begin:]))
+            self.terminal.wait_prompt()
         self.assertEqual(self.terminal.run("version")[-1], "OK")
 
     def test_nothing_but_plain_characters_is_sent(self):
