@@ -38,7 +38,7 @@ unsigned fake_kernel_calls(void);
 /// Begins a new record; failures that were asked for stay.
 void fake_kernel_forget(void);
 
-/// The `nth` (from 1, from now) seen call whose line contains `what` ("" fits all) and the
+/// The `nth` (from 1, from now) seen call whose line contains `what` ("": all but sleeps) and the
 /// `times - 1` fitting ones after it fail with `error` and do nothing. `times` 0: for ever. At most
 /// 8 at a time.
 void fake_kernel_fail(const char *what, unsigned nth, int error, unsigned times);

@@ -59,7 +59,7 @@ inline void each_call_fails(int error, unsigned times, const std::function<int()
         if (!fake_kernel_failed()) {
             return;  // there are no more calls
         }
-        INFO("call ", nth, " fails with ", error, "; record:\n", fake_kernel_record());
+        INFO("call ", nth, " fails with ", error, "; record:\n", std::string(fake_kernel_record()));
         check(nth, result);
     }
 }

@@ -139,7 +139,7 @@ class Truth(Bench):
         _, normal, objects = self.layers(DEPTH | NORMAL | OBJECT)
         read = cv2.imread(str(self.folder / "a_normal.pfm"), cv2.IMREAD_UNCHANGED)
         self.assertTrue(numpy.array_equal(read[..., ::-1], normal))  # OpenCV has blue first
-        read = cv2.imread(str(self.folder / "a_objects.pgm"), cv2.IMREAD_UNCHANGED)
+        read = cv2.imread(str(self.folder / "a_object.pgm"), cv2.IMREAD_UNCHANGED)
         self.assertTrue(numpy.array_equal(read, objects))
 
     def test_refusals(self):
