@@ -9,7 +9,11 @@
 
 #include "daemon/record.h"
 #include "daemon/replay/replay.h"
+// In C a function may have the name of a structure.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wshadow"
 #include "daemon/sim/sim_backend.h"
+#pragma GCC diagnostic pop
 #include "scratch.hpp"
 #include "session_try.hpp"
 
