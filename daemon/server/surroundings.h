@@ -21,7 +21,11 @@ extern "C" {
 #endif
 
 struct config;
+struct job;
 struct logbook;
+
+/// The calibration's record in the store: its canonical text.
+#define SURROUNDINGS_CALIBRATION "calibration"
 
 struct surroundings {
     const struct config *config;
@@ -30,6 +34,7 @@ struct surroundings {
     const struct hal_log *log;
     struct logbook *logbook;        ///< behind `log`: its last lines
     const struct hal_store *store;  ///< NULL: nothing can be kept
+    struct job *job;                ///< the one that runs, for commands that outlast one run
     int files_fd;  ///< the directory of sessions and other results that clients fetch; -1: none
 
     /// Of the command that runs. False: it is to end soon with ERROR_CANCELLED. Any thread.

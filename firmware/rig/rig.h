@@ -115,6 +115,7 @@ struct rig {
     struct lens lens[RIG_SIDES];
     struct lens_abilities lens_abilities[RIG_SIDES];
     int32_t lens_commanded[RIG_SIDES][LENS_AXES];  ///< counts; INT32_MIN: never
+    int32_t lens_trim[RIG_SIDES][LENS_AXES];       ///< added to commands: see rig/lens_move.h
     uint16_t pan_q4[RIG_SIDES];                    ///< asked for
     uint64_t pan_rest_us[RIG_SIDES];               ///< when the horn rests
     uint32_t exposure_us[RIG_SIDES];

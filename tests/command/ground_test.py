@@ -13,6 +13,7 @@ ROOT = os.environ["VERGENCE_SOURCE"]
 # Folder -> folders it may include from. Tests and tools may use everything below them.
 ARROWS = {
     "firmware/core": {"core"},
+    "firmware/hal": {"hal"},
     "firmware/device": {"core", "hal", "device"},
     "firmware/rig": {"core", "hal", "device", "rig"},
     "daemon": {"core", "hal", "device", "rig", "daemon"},

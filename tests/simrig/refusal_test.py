@@ -31,7 +31,9 @@ class StartUp(Bench):
                 ([*listen, "--zoom", "11"], "from 1 to 10"), ([*listen, "--zoom", "nan"], "nan"),
                 ([*listen, "--pty"], "--wall"), ([*listen, "--log", ""], "empty"),
                 ([*listen, "--wall", "--log", "x"], "--log"), ([*listen, "--until", "3"], "--from"),
-                ([*listen, "--replay", "x"], "--replay goes with")):
+                ([*listen, "--replay", "x"], "--replay goes with"),
+                (["--replay", "x", "--every-clock"], "as it was in the log"),
+                (["--from", "x", "--every-clock", "--listen", "tcp:0"], "as it was in the log")):
             self.refuse(2, arguments, word, "see simrig --help")
 
     def test_help_and_version(self):

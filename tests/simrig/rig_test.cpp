@@ -40,6 +40,25 @@ TEST_CASE("frames come through camera select and passthrough bit for bit") {
     }
 }
 
+TEST_CASE("a sensor that is reset or sleeps in the middle of a row begins anew") {
+    Bench bench;
+    bench.wake_sensors();
+    CHECK(bench.write(kBridge, 0x08, 0x0100) == I2cStatus::kOk);
+    for (int i = 0; i < 8; i++) {
+        bench.rig.advance(bench.rig.now_us() + 1000.0 + 7 * i, 0);
+        if (i % 2 == 0) {
+            CHECK(bench.write(kLeft, 0x0D, 1) == I2cStatus::kOk);
+            CHECK(bench.write(kLeft, 0x0D, 0) == I2cStatus::kOk);
+        } else {
+            CHECK(bench.write(kBridge, 0x48, 0x00FF) == I2cStatus::kOk);
+            CHECK(bench.write(kBridge, 0x48, 0x00F3) == I2cStatus::kOk);
+        }
+        bench.set_window(kLeft, 64, 48, 21, 5);
+        const simrig::PpiFrame frame = bench.capture(64, 48);
+        CHECK(wrong_pixels(frame, 0) == 0);
+    }
+}
+
 TEST_CASE("a window other than armed is told") {
     Bench bench;
     bench.wake_sensors();

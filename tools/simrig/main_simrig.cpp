@@ -115,6 +115,7 @@ void check_sum(const std::string &path, uint32_t sum, uint32_t then, const std::
 Plan plan_of(const Options &options) {
     Plan plan;
     plan.head.seed = options.seed;
+    plan.head.every_clock = options.every_clock;
     const std::string log = options.replay + options.from;
     if (!log.empty()) {
         Log read = reading([&log] { return read_log(log); });
