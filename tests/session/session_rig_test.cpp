@@ -68,7 +68,6 @@ struct session_of_commands {
         codes.push_back(rig_bringup(instrument.get()));
         INFO(std::string(instrument->trouble.text));
         codes.push_back(rig_window(instrument.get(), 64, 48, 1));
-        codes.push_back(rig_pan_both(instrument.get(), 69300, -69300));
         codes.push_back(rig_lens_go(instrument.get(), 3, LENS_ZOOM, 320));
         std::uint32_t applied_us = 0;
         codes.push_back(rig_exposure(instrument.get(), 3, 5000, &applied_us));
