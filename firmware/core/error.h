@@ -44,7 +44,8 @@
     X(NOT_CONNECTED, -33, "this instrument has no such part")                             \
     X(NOT_READY, -34, "the instrument was not brought up, or is in its safe state")       \
     X(MOVED, -35, "the scene or the instrument moved between the two frames")             \
-    X(FRAME, -36, "a frame was torn or damaged")
+    X(FRAME, -36, "a frame was torn or damaged")                                          \
+    X(BUSY, -37, "too much else is waiting to be done")
 
 enum error_code {
 #define ERROR_ENUM(name, number, text) ERROR_##name = (number),
@@ -59,6 +60,10 @@ extern "C" {
 /// The text of a code, without a full stop; "unknown error" for any other number.
 /// Static storage, never NULL.
 const char *error_text(int code);
+
+/// The name of a code, such as "RANGE", for programs; "UNKNOWN" for any other number.
+/// Static storage, never NULL.
+const char *error_name(int code);
 
 #ifdef __cplusplus
 }

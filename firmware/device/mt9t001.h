@@ -26,6 +26,7 @@ enum {
     MT9T001_HEIGHT_PX = 1536,
     MT9T001_GAIN_Q3_MIN = 8,  ///< gains are in 1/8
     MT9T001_GAIN_Q3_MAX = 1024,
+    MT9T001_SHUTTER_ROWS_MAX = 0xFFFFF,
     /// After a change of exposure, gain or window, frames to let pass before one is believed.
     MT9T001_FRAMES_TO_SETTLE = 2,
 };
@@ -44,6 +45,8 @@ struct mt9t001_window {
 struct mt9t001_timing {
     uint16_t width_px, height_px;  ///< of the frames that come out
     uint32_t row_clocks;
+    uint32_t overhead_clocks;  ///< of the rows of an exposure, in which nothing is exposed
+    uint32_t clock_hz;
     uint64_t row_ns;
     uint32_t frame_rows;  ///< from one frame's start to the next one's
     uint64_t frame_us;
@@ -73,17 +76,23 @@ int mt9t001_open(struct mt9t001 *self, const struct hal_i2c *bus, const struct h
 
 /// The full window as after a reset.
 struct mt9t001_window mt9t001_full_window(void);
-/// The largest window of this size in the array's middle. ERROR_RANGE: no such window.
+/// The window of this size (in pixels of the array, multiples of 2 * skip) in the array's middle,
+/// with the blanking of a reset. ERROR_RANGE: no such window.
 int mt9t001_centred_window(uint16_t width_px, uint16_t height_px, uint8_t skip, uint8_t bin,
                            struct mt9t001_window *window);
 
-/// Sets window, blanking and exposure in one moment (between two frames).
+/// Sets window, blanking and exposure in one moment (between two frames). The exposure's time stays
+/// what it was, as nearly as whole rows allow. After an error the sensor has the old window, as far
+/// as it can still be reached; mt9t001_check tells.
 int mt9t001_set_window(struct mt9t001 *self, const struct mt9t001_window *window);
 /// Exposure in whole rows, at least one; a long one makes frames longer.
 int mt9t001_set_shutter(struct mt9t001 *self, uint32_t rows);
 /// Gain of all colours, in 1/8; the nearest that the sensor has is taken and can be read in
 /// `gain_q3` then.
 int mt9t001_set_gain(struct mt9t001 *self, uint16_t gain_q3);
+/// Sends `value` (10 bits) in place of all pixels from the next frame on, as a test of the lines;
+/// ends with the next change of anything else.
+int mt9t001_set_test_data(struct mt9t001 *self, uint16_t value);
 /// The nearest gain that the sensor has, and the register's code for it. ERROR_RANGE.
 int mt9t001_gain_code(uint16_t gain_q3, uint16_t *code, uint16_t *real_q3);
 

@@ -78,6 +78,7 @@ enum {
     COMMAND_NEEDS_RIG = 1,  ///< refused until `bringup` has worked
     COMMAND_LONG = 2,       ///< tells progress, and can be cancelled
     COMMAND_MOVES = 4,      ///< moves or writes something
+    COMMAND_NO_RIG = 8,     ///< touches nothing of the rig: may run while another command does
 };
 
 struct command {
@@ -91,13 +92,27 @@ struct command {
     int (*run)(const struct command_call *call);
 };
 
-/// Takes a line apart and checks it against the table. 0; ERROR_SYNTAX, ERROR_RANGE, ERROR_MISSING,
-/// ERROR_ARGUMENT with a sentence in `message` that says what is wrong and what would be right.
-/// `storage` (COMMAND_LINE_MAX + 1 bytes) holds the texts of the values. An empty line or a comment
-/// (#) is 0 with `*found` NULL.
+/// Takes a line apart and checks it against the table. Words are separated by blanks; a word in
+/// double quotes may hold blanks, and \" and \\ there; a # that begins a word ends the line. A
+/// choice that is optional may be left out in front of a number, too.
+///
+/// Returns 0, or with a sentence in `message` that says what is wrong and what would be right:
+/// ERROR_SYNTAX (the line cannot be taken apart, or a number is none), ERROR_RANGE, ERROR_MISSING
+/// (an argument), ERROR_ARGUMENT (no such command or choice, or too many arguments). The other
+/// outputs are undefined then. `storage` (COMMAND_LINE_MAX + 1 bytes) holds the texts of the
+/// values, `values` has room for COMMAND_ARGUMENTS_MAX. An empty line or a comment is 0 with
+/// `*found` NULL.
 int command_parse(const char *line, const struct command *table, size_t count, char *storage,
                   struct command_value *values, const struct command **found, char *message,
                   size_t message_bytes);
+
+/// Runs a command that command_parse has found. Refuses with ERROR_NOT_READY what needs the rig
+/// while it is not RIG_READY. Whatever is not 0 comes with a message.
+int command_run(const struct command *command, const struct command_call *call);
+
+/// How a command is called: its name and its arguments, those in brackets that may be left out.
+/// Cut off when it is longer than `bytes` (> 0).
+void command_usage(const struct command *command, char *text, size_t bytes);
 
 /// The command of that name, or NULL; and the nearest name, NULL when none is near.
 const struct command *command_find(const struct command *table, size_t count, const char *name);

@@ -31,7 +31,8 @@ module event_counters_properties #(
   wire mine = turn_i[chosen] && !filling_i && !clear_i && !read_i;
   wire cleared = clear_i && place_i == place && !filling_i;
   wire wraps = chosen >= SATURATING;
-  wire filled = !(filling_i || had_filling) || (had_filling && live && (had_fill ^ 4'd1) > (place ^ 4'd1));
+  wire filled = !(filling_i || had_filling) ||
+      (had_filling && live && (had_fill ^ 4'd1) > (place ^ 4'd1));
 
   reg begun = 1'b0;
   reg live, had_event, had_waiting, had_mine, had_cleared, had_filled, had_filling;
@@ -52,7 +53,8 @@ module event_counters_properties #(
     if (!begun) assume (rst_i);
     // As the register file fills its own memory; here it may end at any place.
     if (rst_i) assume (filling_i && fill_i == 4'd1);
-    else if (begun) assume (!filling_i || (had_filling && fill_i == (((had_fill ^ 4'd1) + {3'd0, live}) ^ 4'd1)));
+    else if (begun) assume (!filling_i ||
+        (had_filling && fill_i == (((had_fill ^ 4'd1) + {3'd0, live}) ^ 4'd1)));
     had_fill <= fill_i;
     begun <= 1'b1;
     live <= !rst_i;

@@ -150,14 +150,17 @@ module servo_width_properties (
       c_safe: cover (stored_i && !fresh_i && mine && use_safe_i && next_q4_o == safe_q4
         && safe_q4 != target);
       // Helps the induction: where the work stands.
-      a_pass: assert ((pass_i != STORE || bit_at_i == 4'd0) && (fresh_i ? pass_i == STORE && busy_i : !busy_i || pass_i <= STORE));
+      a_pass: assert ((pass_i != STORE || bit_at_i == 4'd0) &&
+          (fresh_i ? pass_i == STORE && busy_i : !busy_i || pass_i <= STORE));
       a_place: assert (!busy_i || fresh_i || quiet == {pass_i, bit_at_i}
         || (pass_i == STORE && bit_at_i == 4'd0 && quiet >= 8'd224));
       a_reading: assert (!reading_i || (busy_i && (fresh_i || quiet != 8'd0)));
       a_reads: assert (!busy_i || reading_i || (fresh_i ? quiet <= 8'd1 : quiet == 8'd0));
       a_working: assert (!working_i || (reading_i && (fresh_i || quiet > 8'd1)));
       a_works: assert (!reading_i || working_i || quiet <= (fresh_i ? 8'd2 : 8'd1));
-      a_word: assert (!reading_i || ((quiet < 8'd225 || word_pass_i == STORE) && (word_pass_i == STORE || fresh_i ? word_pass_i == STORE && pass_i == STORE && word_bit_i == 4'd0
+      a_word: assert (!reading_i || ((quiet < 8'd225 || word_pass_i == STORE) &&
+        (word_pass_i == STORE || fresh_i
+        ? word_pass_i == STORE && pass_i == STORE && word_bit_i == 4'd0
         : {pass_i, bit_at_i} == {word_pass_i, word_bit_i} + 8'd1 && word_pass_i < STORE)));
       a_place_before: assert (!reading_i || !mine || (place_before == {channel_i,
         word_pass_i == 4'd1 ? (use_safe_i ? 3'd4 : 3'd0) : word_pass_i[3:1] == 3'd1 ? 3'd2

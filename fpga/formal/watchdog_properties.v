@@ -32,7 +32,8 @@ module watchdog_properties (
   reg        counting;              // a period runs
   wire       again = kick_i || clear_i || !armed;
   reg        fresh;                 // the clock after a kick
-  wire       due = counting && !fresh && !again && tick_ms_i && begun_ms && (silent_ms + 16'd1 == period);
+  wire       due = counting && !fresh && !again && tick_ms_i && begun_ms &&
+      (silent_ms + 16'd1 == period);
   reg        was_due, due_before;
 
   always @(posedge clk_i) begin

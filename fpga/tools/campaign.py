@@ -72,15 +72,13 @@ def search(name, programs, seed, share, pool):
                          VERGENCE_DRAWS=str(each)) for shard in range(shards)]
     answers = [future.result() for future in asked]
     said = [re.findall(r"MESSAGE: (.*)", answer[1]) for answer in answers]
-    return (all(answer[0] for answer in answers), each * shards, add_up([words[-1] for words in said
-                                                                         if words]),
+    return (all(answer[0] for answer in answers), each * shards,
+            "; ".join(add_up(sentences) for sentences in zip(*said)),
             sum(answer[2] for answer in answers))
 
 
 def add_up(sentences):
     """Sentences that differ in their numbers, as one: the sums; of rates and times the largest."""
-    if not sentences:
-        return ""
     parts = [re.split(r"(\d+)", sentence) for sentence in sentences]
     if len({len(part) for part in parts}) != 1:
         return sentences[-1]

@@ -133,6 +133,28 @@ def c_header(registers):
     return "\n".join(lines) + C_FOOTER
 
 
+NAMES_HEADER = """\
+// SPDX-License-Identifier: Apache-2.0
+// Made by fpga/tools/registers.py from fpga/registers.rdl; do not edit.
+/// Names of the bridge's registers, for people.
+#ifndef VERGENCE_BRIDGE_REGISTER_NAMES_H
+#define VERGENCE_BRIDGE_REGISTER_NAMES_H
+
+#include "bridge_registers.h"
+
+"""
+
+
+def c_names(registers):
+    """The text of bridge_register_names.h."""
+    rows = [f'    X({r.name.upper()}, "{r.name}")' for r in registers]
+    head = "// X(index without BRIDGE_, name)\n#define BRIDGE_REGISTER_NAMES(X)"
+    lines = [head.split("\n")[1], *rows]
+    column = max(map(len, lines)) + 1
+    body = "\n".join(f"{line:<{column}}\\" for line in lines[:-1]) + "\n" + lines[-1]
+    return NAMES_HEADER + head.split("\n")[0] + "\n" + body + "\n\n#endif\n"
+
+
 def initializer(members):
     """One row of the table, broken where clang-format breaks it."""
     glued = [member.replace(" ", "\0") for member in members]

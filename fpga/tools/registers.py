@@ -5,6 +5,7 @@
   register_file.v        the registers themselves
   register_file_properties.vh  what is proved of them
   bridge_registers.h     indices, fields and a table for C
+  bridge_register_names.h  their names
   registers.md           table for people
   bridge_registers.json  test vectors
 
@@ -27,6 +28,7 @@ MAKERS = {
     "bridge_registers.vh": register_verilog.constants,
     "register_file.v": register_verilog.register_file,
     "bridge_registers.h": register_text.c_header,
+    "bridge_register_names.h": register_text.c_names,
     "register_file_properties.vh": register_properties.properties,
     "registers.md": register_text.documentation,
     "bridge_registers.json": register_text.vectors,

@@ -84,7 +84,7 @@ class Ground(unittest.TestCase):
                    "limits.h", "float.h", "arm_neon.h", "smmintrin.h", "stdatomic.h"}
         wrong = []
         for path in self.files:
-            if path.startswith(("firmware/core/", "firmware/rig/")):
+            if path.startswith("firmware/"):
                 found = set(re.findall(r"#include <([^>]+)>", text_of(path)))
                 wrong += [f"{path}: {name}" for name in found - allowed]
         self.assertEqual(wrong, [])

@@ -39,6 +39,10 @@ struct Limits {
         FUZZ_CHECK(line.text.size() <= SIMRIG_CONTROL_BYTES_MAX);
     }
     void operator()(const AskTruth &ask) const { FUZZ_CHECK(ask.camera <= 1); }
+    void operator()(const AskTruthRows &ask) const {
+        FUZZ_CHECK(ask.camera <= 1 && ask.layers >= 1 && ask.layers <= 7);
+        FUZZ_CHECK(ask.rows >= 1 && ask.first_row + ask.rows <= 1568);
+    }
     template <typename Other>
     void operator()(const Other &) const {}
 };

@@ -9,7 +9,7 @@ import unittest
 
 from simrig_client import (ADVANCE, BRIDGE, CONTROL, CONTROLLER, FRAME_ARM, FRAME_CANCEL,
                            FRAME_WAIT, GPIO_GET, GPIO_SET, HELLO, I2C, MAGIC, SERIAL_READ,
-                           SERIAL_WRITE, TIME, TRUTH, Bench, Gone)
+                           SERIAL_WRITE, TIME, TRUTH, TRUTH_ROWS, Bench, Gone)
 
 SEED = int(os.environ.get("VERGENCE_SEED", "20090915"))
 MESSAGES = int(os.environ.get("SIMRIG_FUZZ_MESSAGES", "4000"))
@@ -58,6 +58,8 @@ class Maker:
             lambda: (SERIAL_WRITE, chance.choice((b"1?\n", b"2Z400\n", self.bytes(80)))),
             lambda: (SERIAL_READ, b""), lambda: (CONTROL, chance.choice(LINES).encode()),
             lambda: (TRUTH, bytes([chance.getrandbits(1)])),
+            lambda: (TRUTH_ROWS, struct.pack("<BBHH", chance.getrandbits(1), self.number(3),
+                                             self.number(6), self.number(6))),
             lambda: (HELLO, struct.pack("<IHH", MAGIC, 1, chance.randint(0, 2)))))()
 
     def mutated(self, kind, body):

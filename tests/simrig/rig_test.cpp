@@ -40,6 +40,25 @@ TEST_CASE("frames come through camera select and passthrough bit for bit") {
     }
 }
 
+TEST_CASE("a sensor that is reset or sleeps in the middle of a row begins anew") {
+    Bench bench;
+    bench.wake_sensors();
+    CHECK(bench.write(kBridge, 0x08, 0x0100) == I2cStatus::kOk);
+    for (int i = 0; i < 8; i++) {
+        bench.rig.advance(bench.rig.now_us() + 1000.0 + 7 * i, 0);
+        if (i % 2 == 0) {
+            CHECK(bench.write(kLeft, 0x0D, 1) == I2cStatus::kOk);
+            CHECK(bench.write(kLeft, 0x0D, 0) == I2cStatus::kOk);
+        } else {
+            CHECK(bench.write(kBridge, 0x48, 0x00FF) == I2cStatus::kOk);
+            CHECK(bench.write(kBridge, 0x48, 0x00F3) == I2cStatus::kOk);
+        }
+        bench.set_window(kLeft, 64, 48, 21, 5);
+        const simrig::PpiFrame frame = bench.capture(64, 48);
+        CHECK(wrong_pixels(frame, 0) == 0);
+    }
+}
+
 TEST_CASE("a window other than armed is told") {
     Bench bench;
     bench.wake_sensors();
@@ -98,4 +117,18 @@ TEST_CASE("lens motors move at their speed, and the controller tells where they 
     int zoom = 0;
     CHECK(std::sscanf(text.c_str(), "V3LC 1\rZoom:%d", &zoom) == 1);
     CHECK(std::abs(zoom - 600) <= 5);
+}
+
+TEST_CASE("the first pulse of another width is as exact as the others") {
+    simrig::RigSettings settings;
+    settings.servo[0].repeatability_degrees = 0;
+    Bench bench(settings);
+    CHECK(bench.write(kBridge, 0x08, 0x0001) == I2cStatus::kOk);
+    bench.rig.advance(bench.rig.now_us() + 200 * kMs, 0);
+    // The servo follows the first pulse, and keeps to it within its dead band.
+    for (const double width_us : {1515.25, 1502.5, 1487.75, 1500.0}) {
+        CHECK(bench.write(kBridge, 0x10, uint16_t(width_us * 16)) == I2cStatus::kOk);
+        bench.rig.advance(bench.rig.now_us() + 200 * kMs, 0);
+        CHECK(std::abs(bench.rig.state(0).pan_deg - (width_us - 1500) / 10.3) < 0.01);
+    }
 }

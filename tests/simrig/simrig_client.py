@@ -20,7 +20,8 @@ MAGIC, VERSION = 0x47495256, 1
 HELLO, TIME, ADVANCE = 1, 2, 3
 I2C, GPIO_SET, GPIO_GET = 16, 17, 18
 FRAME_ARM, FRAME_WAIT, FRAME_CANCEL, SERIAL_WRITE, SERIAL_READ = range(19, 24)
-CONTROL, TRUTH = 32, 33
+CONTROL, TRUTH, TRUTH_ROWS = 32, 33, 34
+DEPTH, NORMAL, OBJECT = 1, 2, 4
 REPLY = 0x8000
 OK, BAD_REQUEST, BAD_VERSION, BUSY, NOT_ALLOWED = 0, -1, -2, -3, -4
 NACK_ADDRESS, NACK_DATA, ARBITRATION, TIMEOUT, STUCK = -5, -6, -7, -8, -9
@@ -273,6 +274,12 @@ def cpu_s(process_id):
     with open(f"/proc/{process_id}/stat", encoding="ascii") as file:
         fields = file.read().rsplit(")", 1)[1].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def children_cpu_s():
+    """CPU seconds of all processes that have been waited for."""
+    times = os.times()
+    return times.children_user + times.children_system
 
 
 def wait_until(condition):

@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "tests/simrig/world_try.hpp"
+#include "tools/simrig/world/board.hpp"
 
 using namespace world_try;
 
@@ -166,4 +167,17 @@ TEST_CASE("no area is without texture, and none without noise") {
             CHECK(plain <= blocks / 100);
         }
     }
+}
+
+TEST_CASE("a board's white squares do not end where its paper begins") {
+    const world::Board board = {5, 4, 20, 0};
+    for (const double filter_mm : {0.1, 1.0, 8.0}) {
+        for (const double off_mm : {-3.0, -0.4, 0.0, 0.4, 3.0}) {
+            // The right end of the top row's last square but one row: white beside white.
+            const double x = 50 + off_mm;
+            CHECK(world::board_white(board, {x, -10}, filter_mm, 0.3) == doctest::Approx(1));
+        }
+    }
+    // And a black one ends there: half of the filter sees it.
+    CHECK(world::board_white(board, {50, 10}, 1, 0.3) == doctest::Approx(0.5));
 }

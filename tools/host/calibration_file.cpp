@@ -210,7 +210,18 @@ import_pair read_opencv(std::vector<import_file> *files, const import_options &o
     }
 }
 
-import_pair read_ros(std::vector<import_file> *files, const import_options &options) {
+/// Formats with a file for each camera.
+struct camera_format {
+    const char *name;  // with an article
+    bool (*matches)(const std::string &text);
+    import_pair (*import)(const std::vector<import_file> &files, const import_options &options);
+};
+const camera_format ros_format = {"a camera_info file", import_ros_matches, import_ros};
+const camera_format simrig_format = {"a camera of the simulated rig", import_simrig_matches,
+                                     import_simrig};
+
+import_pair read_cameras(const camera_format &format, std::vector<import_file> *files,
+                         const import_options &options) {
     if (files->size() == 1) {
         const std::string path = files->front().path;
         const std::string right = find_partner(path, {{"left", "right"}, {"LEFT", "RIGHT"}});
@@ -224,14 +235,15 @@ import_pair read_ros(std::vector<import_file> *files, const import_options &opti
                       read_file(right.empty() ? left : right));
     }
     if (files->size() != 2) {
-        fail(ERROR_ARGUMENT, files->front().path + ": a camera_info pair is two files, LEFT,RIGHT");
+        fail(ERROR_ARGUMENT,
+             files->front().path + ": is " + format.name + ": a pair is two of them, LEFT,RIGHT");
     }
     for (const import_file &file : *files) {
-        if (!import_ros_matches(file.text)) {
-            fail(ERROR_SYNTAX, file.path + ": is no camera_info file");
+        if (!format.matches(file.text)) {
+            fail(ERROR_SYNTAX, file.path + ": is not " + format.name);
         }
     }
-    return import_ros(*files, options);
+    return format.import(*files, options);
 }
 
 import_pair read_any(std::vector<import_file> *files, const import_options &options) {
@@ -248,7 +260,10 @@ import_pair read_any(std::vector<import_file> *files, const import_options &opti
         return read_opencv(files, options);
     }
     if (import_ros_matches(first.text)) {
-        return read_ros(files, options);
+        return read_cameras(ros_format, files, options);
+    }
+    if (import_simrig_matches(first.text)) {
+        return read_cameras(simrig_format, files, options);
     }
     if (single && import_middlebury_matches(first.text)) {
         return import_middlebury(first, options);
@@ -256,9 +271,11 @@ import_pair read_any(std::vector<import_file> *files, const import_options &opti
     if (single && import_kitti_matches(first.text)) {
         return import_kitti(first, options);
     }
-    fail(ERROR_SYNTAX, first.path +
-                           ": is no calibration: our own text, OpenCV intrinsics/extrinsics, ROS "
-                           "camera_info, Middlebury calib.txt and KITTI are understood");
+    fail(ERROR_SYNTAX,
+         first.path +
+             ": is no calibration: our own text, OpenCV intrinsics/extrinsics, ROS "
+             "camera_info, Middlebury calib.txt, KITTI and cameras of the simulated rig are "
+             "understood");
 }
 
 /// Printable ASCII without anything that our text does not take.

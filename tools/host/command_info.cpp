@@ -70,7 +70,8 @@ const option_page page_of_command = {
     "FILE...",
     "explain a calibration or a result",
     "Says what is in each FILE: calibrations (our own text, OpenCV intrinsics and extrinsics, ROS "
-    "camera_info pairs, Middlebury calib.txt, KITTI) with the figures that follow from them, and "
+    "camera_info pairs, Middlebury calib.txt, KITTI, true cameras of the simulated rig) with the "
+    "figures that follow from them, and "
     "results (result.json, a result directory, PFM, PNG, PGM, PLY, PCD, GLB) with sizes, counts "
     "and extents.\n"
     "A calibration of several files is named by one of them, by its directory, or as a list "

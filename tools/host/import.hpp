@@ -46,6 +46,9 @@ import_pair import_opencv(const std::vector<import_file> &files, const import_op
 /// The pair of camera_info files, left first.
 import_pair import_ros(const std::vector<import_file> &files, const import_options &options);
 
+/// The true cameras of the simulated rig, left first; `skip` counts as smaller images.
+import_pair import_simrig(const std::vector<import_file> &files, const import_options &options);
+
 /// Middlebury's calib.txt (2014 and later).
 import_pair import_middlebury(const import_file &file, const import_options &options);
 
@@ -55,6 +58,7 @@ import_pair import_kitti(const import_file &file, const import_options &options)
 /// Which of the text forms a file has, by its contents.
 bool import_opencv_matches(const std::string &text);
 bool import_ros_matches(const std::string &text);
+bool import_simrig_matches(const std::string &text);
 bool import_middlebury_matches(const std::string &text);
 bool import_kitti_matches(const std::string &text);
 

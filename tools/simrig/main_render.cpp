@@ -20,7 +20,8 @@ constexpr const char *kUsage =
     "       [--window COLUMN,ROW,COLUMNS,ROWS] [--skip N] [--bin N] [--exposure US] [--gain G]\n"
     "       [--seed N] [--threads N] [--brightness FACTOR] [--time]\n"
     "writes PREFIX.png (a photograph), PREFIX.pgm (the 10-bit mosaic), PREFIX.pfm (true depth, "
-    "mm)\n";
+    "mm),\n"
+    "       PREFIX_object.pgm (what is seen where), PREFIX.yaml (the camera)\n";
 
 struct Options {
     std::string scene, rig, out;
@@ -148,7 +149,10 @@ void run(Options &o) {
     }
     world::write_png(o.out + ".png", world::developed(frame, camera.sensor, o.brightness));
     world::write_raw_pgm(o.out + ".pgm", frame);
-    world::write_depth_pfm(o.out + ".pfm", world::truth(scene, rig, o.side, o.request));
+    const world::Truth truth = world::truth(scene, rig, o.side, o.request);
+    world::write_depth_pfm(o.out + ".pfm", truth);
+    world::write_object_pgm(o.out + "_object.pgm", truth);
+    world::write_camera_yaml(o.out + ".yaml", truth);
 }
 
 }  // namespace

@@ -95,9 +95,16 @@ void Mt9t001::reset_registers() {
     }
     latched_ = registers_;
     light_now_ = light_next_ = light();
-    state_ = State::kStopped;
-    restart_ = true;
+    stop();
     triggered_ = false;
+}
+
+// In the middle of whatever it did; it begins anew.
+void Mt9t001::stop() {
+    state_ = State::kStopped;
+    row_ = clock_ = 0;
+    begun_ = false;
+    restart_ = true;
 }
 
 void Mt9t001::write(uint8_t index, uint16_t value) {
@@ -146,8 +153,7 @@ void Mt9t001::set_pins(const Pins &pins) {
         reset_registers();
     }
     if ((pins.standby && !pins_.standby) || !pins.clock_in) {
-        state_ = State::kStopped;
-        restart_ = true;
+        stop();
     }
     pins_ = pins;
 }

@@ -124,6 +124,7 @@ class Mt9t001 {
     enum class State { kStopped, kExposing, kReading };
 
     void reset_registers();
+    void stop();
     Light light() const;
     void expose(const Light &light);
     void latch();

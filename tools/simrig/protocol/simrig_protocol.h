@@ -20,6 +20,9 @@
  * the rig keeps up with the clock of the machine by itself, and SIMRIG_ADVANCE waits. Times are
  * microseconds since the rig's start.
  *
+ * The version is that of what stands here by its meaning; a new type of request leaves it as it is
+ * (a simrig without that type says SIMRIG_BAD_REQUEST).
+ *
  * One client at a time is the board (SIMRIG_ROLE_BOARD) and has the buses; others are for control.
  * When the board's connection ends, its lines are let go: the buses are free, outputs go to their
  * level at reset, an armed frame is given up.
@@ -50,9 +53,9 @@ enum simrig_status {
     SIMRIG_NOT_ALLOWED = -4, /* not for this role */
     SIMRIG_I2C_NACK_ADDRESS = -5,
     SIMRIG_I2C_NACK_DATA = -6,
-    SIMRIG_I2C_ARBITRATION = -7, /* a line was low that should be high */
-    SIMRIG_I2C_TIMEOUT = -8,     /* SCL held for too long */
-    SIMRIG_I2C_STUCK = -9,       /* a line is low before the transfer */
+    SIMRIG_I2C_ARBITRATION = -7, /* SDA was low where the master let it go */
+    SIMRIG_I2C_TIMEOUT = -8,     /* SCL held for more than 25 ms */
+    SIMRIG_I2C_STUCK = -9,       /* a line low before START, or SDA still low after STOP */
     SIMRIG_DEADLINE = -10,       /* no frame until the deadline */
     SIMRIG_NO_FRAME_ARMED = -11,
     SIMRIG_FAILED = -12 /* what was asked for did not work; the text says why */
@@ -101,13 +104,25 @@ enum simrig_type {
      * at most -> text */
     SIMRIG_CONTROL = 32,
     /* u8 camera (0 left, 1 right): the truth of its last frame that was taken -> u16 columns,
-     * u16 rows, u32 length of the text, text (YAML: the camera as it was), columns * rows f32
-     * depth along the camera's axis in mm, 0 where nothing is seen */
-    SIMRIG_TRUTH = 33
+     * u16 rows, u32 length of the text, text (YAML: the camera as it was, and the scene's objects
+     * by name), columns * rows f32 depth along the camera's axis in mm, 0 where nothing is seen */
+    SIMRIG_TRUTH = 33,
+    /* u8 camera, u8 layers (SIMRIG_LAYER_*, one at least), u16 first row, u16 rows: that much of
+     * the same truth -> u16 columns, u16 rows, then each layer that was asked for, in the order of
+     * their bits, rows * columns of what SIMRIG_LAYER_* says. Rows are those of the frame; a reply
+     * longer than SIMRIG_BODY_MAX is refused: ask for fewer */
+    SIMRIG_TRUTH_ROWS = 34
 };
 
 enum { SIMRIG_I2C_READ = 1 };
 enum { SIMRIG_WAKE_GPIO = 1, SIMRIG_WAKE_SERIAL = 2, SIMRIG_WAKE_FRAME = 4 };
+enum {
+    SIMRIG_LAYER_DEPTH = 1,  /* f32, as of SIMRIG_TRUTH */
+    SIMRIG_LAYER_NORMAL = 2, /* three f32: unit normal of the surface, towards the camera and in
+                                its frame (x right, y down, z forward); zeros where nothing is */
+    SIMRIG_LAYER_OBJECT = 4  /* u8: which of the scene's objects, counted from 1 in the order of
+                                its file; 0 where nothing is */
+};
 /* Lines from the board to the bridge. */
 enum { SIMRIG_OUT_BRIDGE_RESET = 1 };
 /* Lines from the bridge to the board. */

@@ -12,25 +12,6 @@ namespace {
 constexpr int kFirstRow = 20, kFirstColumn = 32;
 constexpr uint16_t kDark = 42;
 
-// Outputs of an axis whose array pixels all lie in the world's array: from `begin` on, `count`.
-struct Lit {
-    int begin = 0, count = 0;
-};
-
-Lit lit_part(int start, int skip, int bin, int outputs, int array) {
-    const auto first = [=](int output) { return start + skip * 2 * (output / 2) + output % 2; };
-    Lit lit;
-    while (lit.begin < outputs && first(lit.begin) < 0) {
-        lit.begin += 2;
-    }
-    int end = outputs / 2 * 2;
-    while (end > lit.begin && first(end - 1) + 2 * (bin - 1) >= array) {
-        end -= 2;
-    }
-    lit.count = std::max(end - lit.begin, 0);
-    return lit;
-}
-
 void flip(std::vector<uint16_t> &pixels, const SensorFrame &frame) {
     const auto columns = long(frame.columns), rows = long(frame.rows);
     if (frame.flip_columns) {
@@ -68,61 +49,128 @@ world::Mechanics Stage::mechanics(const CameraState &state) {
     return mechanics;
 }
 
-std::vector<uint16_t> Stage::picture(int camera, const SensorFrame &frame, double begin_us,
-                                     const std::function<CameraState(double time_us)> &state) {
+// Those whose array pixels all lie in the world's array.
+Stage::Lit Stage::lit_part(int start, int skip, int bin, int outputs, int array) {
+    const auto first = [=](int output) { return start + skip * 2 * (output / 2) + output % 2; };
+    Lit lit;
+    while (lit.begin < outputs && first(lit.begin) < 0) {
+        lit.begin += 2;
+    }
+    int end = outputs / 2 * 2;
+    while (end > lit.begin && first(end - 1) + 2 * (bin - 1) >= array) {
+        end -= 2;
+    }
+    lit.count = std::max(end - lit.begin, 0);
+    return lit;
+}
+
+void Stage::ask(Asked &asked, const SensorFrame &frame, double begin_us) const {
     const int row_start = int(frame.row_start) - kFirstRow;
     const int column_start = int(frame.column_start) - kFirstColumn;
     const auto skip_x = int(frame.skip_columns), skip_y = int(frame.skip_rows);
     const auto bin_x = int(frame.bin_columns), bin_y = int(frame.bin_rows);
-    const Lit columns =
-        lit_part(column_start, skip_x, bin_x, int(frame.columns), world::kArrayColumns);
-    const Lit rows = lit_part(row_start, skip_y, bin_y, int(frame.rows), world::kArrayRows);
-    std::vector<uint16_t> pixels(size_t(frame.columns) * frame.rows, kDark);
-    Asked &asked = asked_[size_t(camera)];
-    asked.ready = columns.count > 0 && rows.count > 0;
-    if (!asked.ready) {
-        return pixels;
-    }
-    asked.scene = scene_;  // another one may be set before its truth is asked for
+    // The scene is kept: another one may be set before its truth is asked for.
+    asked.pictured = {int(frame.columns), int(frame.rows), scene_};
+    asked.flip_columns = frame.flip_columns;
+    asked.flip_rows = frame.flip_rows;
+    asked.columns = lit_part(column_start, skip_x, bin_x, int(frame.columns), world::kArrayColumns);
+    asked.rows = lit_part(row_start, skip_y, bin_y, int(frame.rows), world::kArrayRows);
+    asked.ready = asked.columns.count > 0 && asked.rows.count > 0;
     world::FrameRequest &request = asked.request;
-    request.window.column = column_start + skip_x * columns.begin;
-    request.window.row = row_start + skip_y * rows.begin;
-    request.window.columns = columns.count * skip_x;
-    request.window.rows = rows.count * skip_y;
-    request.window.skip_x = skip_x;
-    request.window.skip_y = skip_y;
-    request.window.bin_x = bin_x;
-    request.window.bin_y = bin_y;
+    request.window = {column_start + skip_x * asked.columns.begin,
+                      row_start + skip_y * asked.rows.begin,
+                      asked.columns.count * skip_x,
+                      asked.rows.count * skip_y,
+                      skip_x,
+                      skip_y,
+                      bin_x,
+                      bin_y};
     request.exposure_us = std::max(frame.exposure_us, 1.0);
     for (size_t i = 0; i < 4; i++) {
         request.gains.analog[i] = frame.analog_gain[i];
         request.gains.digital[i] = frame.digital_gain[i];
     }
     request.row_time_us = frame.row_us;
-    request.start_time_us = begin_us + rows.begin * frame.row_us - request.exposure_us;
-    request.mechanics = [&state](double time_us) { return mechanics(state(time_us)); };
+    request.start_time_us = begin_us + asked.rows.begin * frame.row_us - request.exposure_us;
     request.seed = seed_;
     request.frame = frame.number;
     request.threads = threads_;
-    const world::Frame lit = world::render(*scene_, rig_, world::Side(camera), request);
-    for (int row = 0; row < rows.count; row++) {
+}
+
+std::vector<uint16_t> Stage::picture(int camera, const SensorFrame &frame, double begin_us,
+                                     const std::function<CameraState(double time_us)> &state) {
+    std::vector<uint16_t> pixels(size_t(frame.columns) * frame.rows, kDark);
+    Asked &asked = asked_[size_t(camera)];
+    ask(asked, frame, begin_us);
+    if (!asked.ready) {
+        return pixels;
+    }
+    asked.request.mechanics = [&state](double time_us) { return mechanics(state(time_us)); };
+    const world::Frame lit = world::render(*scene_, rig_, world::Side(camera), asked.request);
+    for (int row = 0; row < lit.rows; row++) {
         const auto from = lit.pixels.begin() + long(row) * lit.columns;
         std::copy(from, from + lit.columns,
-                  pixels.begin() + long(row + rows.begin) * long(frame.columns) + columns.begin);
+                  pixels.begin() + long(row + asked.rows.begin) * long(frame.columns) +
+                      asked.columns.begin);
     }
     // Truth is asked for later, when the moving parts have moved on: they are kept as they were.
     const world::Mechanics then = mechanics(state(begin_us));
-    request.mechanics = [then](double) { return then; };
+    asked.request.mechanics = [then](double) { return then; };
     flip(pixels, frame);
     return pixels;
 }
 
-bool Stage::truth(int camera, world::Truth &truth) const {
+const Stage::Pictured *Stage::pictured(int camera) const {
     const Asked &asked = asked_[size_t(camera)];
-    if (asked.ready) {
-        truth = world::truth(*asked.scene, rig_, world::Side(camera), asked.request);
+    return asked.ready ? &asked.pictured : nullptr;
+}
+
+world::Truth Stage::truth(int camera, int first_row, int rows) const {
+    const Asked &asked = asked_[size_t(camera)];
+    const int columns = asked.pictured.columns;
+    world::Truth all;
+    all.columns = columns;
+    all.rows = rows;
+    const world::Window &lit_window = asked.request.window;
+    all.window = lit_window;
+    all.window.column -= lit_window.skip_x * asked.columns.begin;
+    all.window.row -= lit_window.skip_y * (asked.rows.begin - first_row);
+    all.window.columns = lit_window.skip_x * columns;
+    all.window.rows = lit_window.skip_y * rows;
+    all.mirrored_x = asked.flip_columns;
+    all.mirrored_y = asked.flip_rows;
+    for (const auto &object : asked.pictured.scene->objects) {
+        all.objects.push_back(object->name);
     }
-    return asked.ready;
+    all.depth_mm.resize(size_t(columns) * size_t(rows));
+    all.normal.resize(3 * all.depth_mm.size());
+    all.id.resize(all.depth_mm.size());
+    // Of the lit part, before it is mirrored: the pairs of rows that hold those.
+    const int from = asked.flip_rows ? asked.pictured.rows - first_row - rows : first_row;
+    const int begin = std::clamp(from - asked.rows.begin, 0, asked.rows.count) / 2 * 2;
+    const int end = std::clamp(from + rows - asked.rows.begin + 1, 0, asked.rows.count) / 2 * 2;
+    world::FrameRequest request = asked.request;
+    all.cameras = {world::camera_at(rig_.of(world::Side(camera)), request.mechanics(0))};
+    if (begin >= end) {
+        return all;
+    }
+    request.window.row += request.window.skip_y * begin;
+    request.window.rows = request.window.skip_y * (end - begin);
+    const world::Truth lit =
+        world::truth(*asked.pictured.scene, rig_, world::Side(camera), request);
+    for (int row = 0; row < rows; row++) {
+        const int lit_row =
+            (asked.flip_rows ? from + rows - 1 - row : from + row) - asked.rows.begin - begin;
+        for (int column = 0; column < columns && lit_row >= 0 && lit_row < lit.rows; column++) {
+            const int lit_column =
+                (asked.flip_columns ? columns - 1 - column : column) - asked.columns.begin;
+            if (lit_column >= 0 && lit_column < lit.columns) {
+                all.take(size_t(row * columns + column), lit,
+                         size_t(lit_row * lit.columns + lit_column));
+            }
+        }
+    }
+    return all;
 }
 
 }  // namespace simrig

@@ -24,19 +24,35 @@ class Stage {
     /// Numbers of a frame, as Scenery wants them. Where the window leaves the lit array, dark ones.
     std::vector<uint16_t> picture(int camera, const SensorFrame &frame, double begin_us,
                                   const std::function<CameraState(double time_us)> &state);
-    /// Truth for the frame that picture() last made for this camera; nothing before.
-    bool truth(int camera, world::Truth &truth) const;
+    /// What was last pictured: rows and columns of that frame, and the scene that it shows. Null:
+    /// picture() has not made a frame for this camera yet, or none with a lit pixel.
+    struct Pictured {
+        int columns = 0, rows = 0;
+        std::shared_ptr<const world::Scene> scene;
+    };
+    const Pictured *pictured(int camera) const;
+    /// Truth for `rows` rows from `first_row` on of that frame, pixel by pixel as its numbers stand
+    /// in it; dark pixels see nothing. pictured() must not be null, and the rows must be there.
+    world::Truth truth(int camera, int first_row, int rows) const;
 
     const world::Rig &rig() const { return rig_; }
     const world::Scene &scene() const { return *scene_; }
     static world::Mechanics mechanics(const CameraState &state);
 
   private:
+    // Outputs of an axis that the world shows: from `begin` on, `count`; the others are dark.
+    struct Lit {
+        int begin = 0, count = 0;
+    };
     struct Asked {
         bool ready = false;
-        world::FrameRequest request;
-        std::shared_ptr<world::Scene> scene;
+        Pictured pictured;
+        bool flip_columns = false, flip_rows = false;
+        Lit columns, rows;
+        world::FrameRequest request;  ///< of the lit part
     };
+    static Lit lit_part(int start, int skip, int bin, int outputs, int array);
+    void ask(Asked &asked, const SensorFrame &frame, double begin_us) const;
 
     world::Rig rig_;
     std::shared_ptr<world::Scene> scene_;

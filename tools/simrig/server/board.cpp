@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "tools/simrig/wire/body.hpp"
+#include "tools/simrig/world/picture.hpp"
 
 namespace simrig {
 
@@ -16,6 +17,8 @@ namespace {
 constexpr double kLongestUs = 86400e6;
 // Of the rig's time between two looks at the clients; a replay takes the same slices.
 constexpr double kSliceUs = 5000;
+// Of a reply with truth, before its layers.
+constexpr int kTruthHeadBytes = 8;
 
 BodyWriter ok() {
     BodyWriter reply;
@@ -49,6 +52,12 @@ uint32_t bits_of(float value) {
     uint32_t bits;
     std::memcpy(&bits, &value, sizeof bits);
     return bits;
+}
+
+void put(BodyWriter &reply, const std::vector<float> &values) {
+    for (const float value : values) {
+        reply.u32(bits_of(value));
+    }
 }
 
 }  // namespace
@@ -175,32 +184,54 @@ Board::Answer Board::answer(const SerialRead &) {
     return reply.take();
 }
 
-Board::Answer Board::answer(const ControlLine &line) {
+// What the desk does not do, it says in a line.
+template <typename Ask>
+auto Board::at_desk(Ask ask) -> decltype(ask()) {
     try {
-        BodyWriter reply = ok();
-        reply.text(desk_.run(line.text));
-        return reply.take();
+        return ask();
     } catch (const std::runtime_error &error) {
         throw Refused{SIMRIG_FAILED, error.what()};
     }
 }
 
+Board::Answer Board::answer(const ControlLine &line) {
+    BodyWriter reply = ok();
+    reply.text(at_desk([&] { return desk_.run(line.text); }));
+    return reply.take();
+}
+
 Board::Answer Board::answer(const AskTruth &ask) {
-    world::Truth truth;
-    std::string camera;
-    try {
-        camera = desk_.truth_of(ask.camera, truth);
-    } catch (const std::runtime_error &error) {
-        throw Refused{SIMRIG_FAILED, error.what()};
-    }
+    const world::Truth truth =
+        at_desk([&] { return desk_.truth_of(ask.camera, 0, desk_.pictured(ask.camera).rows); });
+    const std::string camera = world::camera_text(truth);
     BodyWriter reply = ok();
     reply.u16(uint16_t(truth.columns));
     reply.u16(uint16_t(truth.rows));
     reply.u32(uint32_t(camera.size()));
     reply.text(camera);
-    for (const float depth_mm : truth.depth_mm) {
-        reply.u32(bits_of(depth_mm));
+    put(reply, truth.depth_mm);
+    return reply.take();
+}
+
+Board::Answer Board::answer(const AskTruthRows &ask) {
+    const int columns = at_desk([&] { return desk_.pictured(ask.camera).columns; });
+    const bool depth = (ask.layers & SIMRIG_LAYER_DEPTH) != 0;
+    const bool normal = (ask.layers & SIMRIG_LAYER_NORMAL) != 0;
+    const bool object = (ask.layers & SIMRIG_LAYER_OBJECT) != 0;
+    const int pixel_bytes = (depth ? 4 : 0) + (normal ? 12 : 0) + (object ? 1 : 0);
+    const int most_rows = (SIMRIG_BODY_MAX - kTruthHeadBytes) / (columns * pixel_bytes);
+    if (ask.rows > most_rows) {
+        throw Refused{SIMRIG_FAILED,
+                      "at most " + std::to_string(most_rows) + " such rows go into a reply"};
     }
+    const world::Truth truth =
+        at_desk([&] { return desk_.truth_of(ask.camera, ask.first_row, ask.rows); });
+    BodyWriter reply = ok();
+    reply.u16(uint16_t(truth.columns));
+    reply.u16(uint16_t(truth.rows));
+    put(reply, depth ? truth.depth_mm : std::vector<float>());
+    put(reply, normal ? truth.normal : std::vector<float>());
+    reply.bytes(object ? truth.id : std::vector<uint8_t>());
     return reply.take();
 }
 

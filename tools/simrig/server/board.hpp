@@ -57,7 +57,10 @@ class Board {
     Answer answer(const SerialRead &read);
     Answer answer(const ControlLine &line);
     Answer answer(const AskTruth &ask);
+    Answer answer(const AskTruthRows &ask);
 
+    template <typename Ask>
+    static auto at_desk(Ask ask) -> decltype(ask());
     uint32_t there_already(uint32_t wake);
     double slice_end(double until_us) const;
     Body time_and(uint32_t woken) const;

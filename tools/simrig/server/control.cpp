@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -29,25 +28,6 @@ constexpr size_t kMoveWords = 2, kPlaceNumbers = 3;
 
 size_t side_at(const Words &words, size_t at) {
     return one_of(word_at(words, at, "left or right"), {"left", "right"}, "a side");
-}
-
-std::string camera_text(const world::Camera &camera) {
-    const world::Optics &optics = camera.optics;
-    const world::Mat3 &turn = camera.world_camera.rotation;
-    const world::Vec3 &pupil_mm = camera.world_camera.translation_mm;
-    char text[1600];
-    std::snprintf(
-        text, sizeof text,
-        "focal_length_px: %.9g\nfocal_length_mm: %.9g\ncentre_px: [%.9g, %.9g]\n"
-        "radial: [%.9g, %.9g, %.9g]\ndecentring: [%.9g, %.9g]\npupil_mm: [%.9g, %.9g, %.9g]\n"
-        "rotation_world_camera: [%.12g, %.12g, %.12g, %.12g, %.12g, %.12g, %.12g, %.12g, %.12g]\n"
-        "focus_distance_mm: %.9g\nf_number: %.9g\npupil_diameter_mm: %.9g\n",
-        optics.focal_px, optics.focal_length_mm, optics.centre_px.x, optics.centre_px.y,
-        optics.radial[0], optics.radial[1], optics.radial[2], optics.decentring.x,
-        optics.decentring.y, pupil_mm.x, pupil_mm.y, pupil_mm.z, turn.row0.x, turn.row0.y,
-        turn.row0.z, turn.row1.x, turn.row1.y, turn.row1.z, turn.row2.x, turn.row2.y, turn.row2.z,
-        optics.focus_distance_mm, optics.f_number, optics.pupil_diameter_mm);
-    return text;
 }
 
 }  // namespace
@@ -112,7 +92,9 @@ std::string ControlDesk::help() {
            "degrees,\n"
            "                                    as position_mm and turn_deg in the scene's file\n"
            "truth left|right NAME               of the last frame, into the folder of --files:\n"
-           "                                    NAME.pfm (depth in mm), NAME.yaml (the camera)\n"
+           "                                    NAME.pfm (depth in mm), NAME_normal.pfm, "
+           "NAME_object.pgm,\n"
+           "                                    NAME.yaml (the camera, and the objects' names)\n"
            "view NAME                           what both cameras would see now, and a drawing, "
            "there:\n"
            "                                    NAME_left.png, NAME_right.png, NAME_rig.svg\n"
@@ -132,11 +114,9 @@ std::string ControlDesk::help() {
 std::string ControlDesk::run(const std::string &command) {
     const Words words = words_of(command);
     const std::string &name = word_at(words, 0, "a command");
-    if (name == "help") {
-        return help();
-    }
-    if (name == "status") {
-        return status();
+    if (name == "help" || name == "status") {
+        no_more_than(words, 1);
+        return name == "help" ? help() : status();
     }
     if (name == "truth") {
         return truth(words);
@@ -215,11 +195,20 @@ std::string ControlDesk::status() {
     return text.str();
 }
 
-std::string ControlDesk::truth_of(int camera, world::Truth &truth) const {
-    if (!stage_.truth(camera, truth)) {
+const Stage::Pictured &ControlDesk::pictured(int camera) const {
+    const Stage::Pictured *pictured = stage_.pictured(camera);
+    if (pictured == nullptr) {
         refuse("no frame of this camera has been taken yet");
     }
-    return camera_text(truth.camera(truth.rows / 2));
+    return *pictured;
+}
+
+world::Truth ControlDesk::truth_of(int camera, int first_row, int rows) const {
+    const int all = pictured(camera).rows;
+    if (first_row + rows > all) {
+        refuse("the camera's last frame has " + std::to_string(all) + " rows");
+    }
+    return stage_.truth(camera, first_row, rows);
 }
 
 std::string ControlDesk::truth(const Words &words) {
@@ -227,16 +216,12 @@ std::string ControlDesk::truth(const Words &words) {
     const std::string &name = word_at(words, 2, "a name for the files");
     no_more_than(words, 3);
     const std::string path = place_for(files_, name);
-    world::Truth truth;
-    const std::string camera = truth_of(int(side), truth);
+    const world::Truth truth = truth_of(int(side), 0, pictured(int(side)).rows);
     world::write_depth_pfm(path + ".pfm", truth);
-    std::ofstream file(path + ".yaml");
-    file << camera;
-    file.close();
-    if (!file) {
-        refuse("cannot write " + path + ".yaml");
-    }
-    return name + ".pfm\n" + name + ".yaml\n";
+    world::write_normal_pfm(path + "_normal.pfm", truth);
+    world::write_object_pgm(path + "_object.pgm", truth);
+    world::write_camera_yaml(path + ".yaml", truth);
+    return name + ".pfm\n" + name + "_normal.pfm\n" + name + "_object.pgm\n" + name + ".yaml\n";
 }
 
 std::string ControlDesk::view(const Words &words) {

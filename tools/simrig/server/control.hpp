@@ -33,8 +33,10 @@ class ControlDesk {
     /// Carries out one command and gives its answer, which may have several lines. Throws
     /// std::runtime_error with one line that says what is wrong.
     std::string run(const std::string &command);
-    /// Truth of the last frame of a camera; gives its camera as YAML. Throws as run().
-    std::string truth_of(int camera, world::Truth &truth) const;
+    /// What a camera's last frame was, and truth for some of its rows: see Stage. Throw as run(),
+    /// also when there are no such rows.
+    const Stage::Pictured &pictured(int camera) const;
+    world::Truth truth_of(int camera, int first_row, int rows) const;
 
     /// The commands, a line each.
     static std::string help();

@@ -9,6 +9,7 @@ namespace {
 
 // The sensor's physical array.
 constexpr unsigned kMostColumns = 2112, kMostRows = 1568;
+constexpr unsigned kAllLayers = SIMRIG_LAYER_DEPTH | SIMRIG_LAYER_NORMAL | SIMRIG_LAYER_OBJECT;
 constexpr unsigned kSlowestHz = 10000, kFastestHz = 1000000;
 // Bits of a byte with its acknowledgement.
 constexpr uint64_t kByteBits = 9;
@@ -99,12 +100,24 @@ GpioSet read_gpio_set(BodyReader &body) {
     return {levels};
 }
 
-AskTruth read_truth(BodyReader &body) {
+uint8_t read_camera(BodyReader &body) {
     const uint8_t camera = body.u8();
     if (camera > 1) {
         bad("camera 0 is left, 1 is right; there is no " + std::to_string(camera));
     }
-    return {camera};
+    return camera;
+}
+
+AskTruthRows read_truth_rows(BodyReader &body) {
+    const uint8_t camera = read_camera(body), layers = body.u8();
+    const uint16_t first_row = body.u16(), rows = body.u16();
+    if (layers == 0 || layers > kAllLayers) {
+        bad("truth has the layers 1, 2 and 4; there is no " + std::to_string(layers));
+    }
+    if (rows == 0 || first_row + rows > int(kMostRows)) {
+        bad("a frame has at most 1568 rows, and at least one is wanted");
+    }
+    return {camera, layers, first_row, rows};
 }
 
 Request decode_body(uint16_t type, BodyReader &body) {
@@ -140,7 +153,9 @@ Request decode_body(uint16_t type, BodyReader &body) {
             }
             return ControlLine{body.rest()};
         case SIMRIG_TRUTH:
-            return read_truth(body);
+            return AskTruth{read_camera(body)};
+        case SIMRIG_TRUTH_ROWS:
+            return read_truth_rows(body);
         default:
             bad("there is no request " + std::to_string(type));
     }
@@ -151,7 +166,8 @@ Request decode_body(uint16_t type, BodyReader &body) {
 bool is_for_board(const Request &request) {
     return !std::holds_alternative<AskTime>(request) && !std::holds_alternative<Advance>(request) &&
            !std::holds_alternative<ControlLine>(request) &&
-           !std::holds_alternative<AskTruth>(request);
+           !std::holds_alternative<AskTruth>(request) &&
+           !std::holds_alternative<AskTruthRows>(request);
 }
 
 Request decode(uint16_t type, const Body &body) {

@@ -57,10 +57,14 @@ struct ControlLine {
 struct AskTruth {
     uint8_t camera;
 };
+struct AskTruthRows {
+    uint8_t camera, layers;
+    uint16_t first_row, rows;
+};
 
 using Request =
     std::variant<Hello, AskTime, Advance, Transfer, GpioSet, GpioGet, FrameArm, FrameWait,
-                 FrameCancel, SerialWrite, SerialRead, ControlLine, AskTruth>;
+                 FrameCancel, SerialWrite, SerialRead, ControlLine, AskTruth, AskTruthRows>;
 
 /// Only the board may ask for this.
 bool is_for_board(const Request &request);

@@ -47,10 +47,13 @@ double wave_integral(double x) {
     return 1 - std::fabs(m - 1);
 }
 
-double wave_mean(double x, const Filter &filter) {
+// Its mean under the filter, and 0 beyond 0 and `end`.
+double wave_mean(double x, const Filter &filter, double end) {
     const double half = filter.half;
     return filter.apply(x, [=](double at) {
-        return (wave_integral(at + half) - wave_integral(at - half)) / (2 * half);
+        const double high = std::clamp(at + half, 0.0, end);
+        const double low = std::clamp(at - half, 0.0, end);
+        return (wave_integral(high) - wave_integral(low)) / (2 * half);
     });
 }
 
@@ -92,7 +95,8 @@ double board_white(const Board &board, Vec2 place_mm, double half_mm, double spo
     if (on <= 0) {
         return 1;
     }
-    const double black = 0.5 * on * (1 + wave_mean(x, filter) * wave_mean(y, filter));
+    const double black =
+        0.5 * (on + wave_mean(x, filter, board.columns) * wave_mean(y, filter, board.rows));
     if (board.marker_mm <= 0) {
         return 1 - black;
     }

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "tools/simrig/world/camera.hpp"
@@ -76,12 +77,24 @@ Frame render(const Scene &scene, const Rig &rig, Side side, const FrameRequest &
 struct Truth {
     int columns = 0;
     int rows = 0;
-    std::vector<float> depth_mm;   ///< z in the camera's frame; 0 where nothing is seen
-    std::vector<float> normal;     ///< three a pixel, in the camera's frame
-    std::vector<std::uint8_t> id;  ///< of the object; 0 is nothing
+    Window window;
+    bool mirrored_x = false;  ///< what comes of the window is, left to right
+    bool mirrored_y = false;
+    std::vector<float> depth_mm;       ///< z in the camera's frame; 0 where nothing is seen
+    std::vector<float> normal;         ///< three a pixel, in the camera's frame
+    std::vector<std::uint8_t> id;      ///< of the object; 0 is nothing
+    std::vector<std::string> objects;  ///< their names, the first is that of id 1
     /// The camera in the middle of each row's exposure: one for all when nothing moves.
     std::vector<Camera> cameras;
 
+    /// Sets all layers of a pixel to those of another truth's.
+    void take(std::size_t pixel, const Truth &from, std::size_t from_pixel) {
+        depth_mm[pixel] = from.depth_mm[from_pixel];
+        for (std::size_t i = 0; i < 3; i++) {
+            normal[3 * pixel + i] = from.normal[3 * from_pixel + i];
+        }
+        id[pixel] = from.id[from_pixel];
+    }
     const Camera &camera(int row) const {
         return cameras.size() == 1 ? cameras[0] : cameras[static_cast<std::size_t>(row)];
     }

@@ -100,10 +100,13 @@ double wood(const Material &m, const SurfacePlace &s, int channel) {
 }
 
 // The ornament is on the outside of the wall that it is wound around: neither within, nor on what
-// stands off, such as a handle.
+// stands off, such as a handle. A filter softens that only as far as the surface leads off the
+// wall: along the wall it stays on it, however wide it is.
 double on_wall(const Material &m, const SurfacePlace &s) {
-    const double off = std::sqrt(s.p.x * s.p.x + s.p.z * s.p.z) - m.raster.width_mm() / (2 * kPi);
-    const double soft = 0.4 + s.rms_mm;
+    const double from_axis = std::sqrt(s.met.x * s.met.x + s.met.z * s.met.z);
+    const double off = from_axis - m.raster.width_mm() / (2 * kPi);
+    const double upright = (s.n.x * s.met.x + s.n.z * s.met.z) / std::max(from_axis, 1e-9);
+    const double soft = 0.4 + s.rms_mm * std::sqrt(std::max(1 - upright * upright, 0.0));
     return std::clamp((0.9 - off) / soft, 0.0, 1.0) * std::clamp((off + 2.6) / soft, 0.0, 1.0);
 }
 

@@ -30,7 +30,8 @@ struct Material {
 
 /// Where reflectance is asked for.
 struct SurfacePlace {
-    Vec3 p;      ///< the body's own frame
+    Vec3 p;      ///< the body's own frame; on the tangent plane of `met`
+    Vec3 met;    ///< where the ray met the body
     Vec3 n;      ///< normal there
     Vec2 sheet;  ///< on a sheet: along it from the middle
     bool on_sheet = false;

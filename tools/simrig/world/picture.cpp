@@ -91,6 +91,18 @@ std::uint8_t toned(double light) {
     return static_cast<std::uint8_t>(std::lround(255 * std::clamp(srgb, 0.0, 1.0)));
 }
 
+// PFM has its last row first.
+void write_pfm(const std::string &path, const char *kind, const Truth &truth,
+               const std::vector<float> &values, int channels) {
+    File file = opened(path);
+    std::fprintf(file.get(), "%s\n%d %d\n-1\n", kind, truth.columns, truth.rows);
+    const auto row = static_cast<std::size_t>(truth.columns * channels);
+    for (int y = truth.rows - 1; y >= 0; y--) {
+        std::fwrite(&values[static_cast<std::size_t>(y) * row], sizeof(float), row, file.get());
+    }
+    finished(path, std::move(file));
+}
+
 }  // namespace
 
 Picture developed(const Frame &frame, const Sensor &sensor, double exposure) {
@@ -149,13 +161,23 @@ void write_raw_pgm(const std::string &path, const Frame &frame) {
 }
 
 void write_depth_pfm(const std::string &path, const Truth &truth) {
+    write_pfm(path, "Pf", truth, truth.depth_mm, 1);
+}
+
+void write_normal_pfm(const std::string &path, const Truth &truth) {
+    write_pfm(path, "PF", truth, truth.normal, 3);
+}
+
+void write_object_pgm(const std::string &path, const Truth &truth) {
     File file = opened(path);
-    std::fprintf(file.get(), "Pf\n%d %d\n-1\n", truth.columns, truth.rows);
-    // PFM has its last row first.
-    for (int y = truth.rows - 1; y >= 0; y--) {
-        std::fwrite(&truth.depth_mm[static_cast<std::size_t>(y * truth.columns)], sizeof(float),
-                    static_cast<std::size_t>(truth.columns), file.get());
-    }
+    std::fprintf(file.get(), "P5\n%d %d\n255\n", truth.columns, truth.rows);
+    std::fwrite(truth.id.data(), 1, truth.id.size(), file.get());
+    finished(path, std::move(file));
+}
+
+void write_camera_yaml(const std::string &path, const Truth &truth) {
+    File file = opened(path);
+    std::fputs(camera_text(truth).c_str(), file.get());
     finished(path, std::move(file));
 }
 

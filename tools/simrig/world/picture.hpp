@@ -24,6 +24,13 @@ Picture developed(const Frame &frame, const Sensor &sensor, double exposure);
 void write_png(const std::string &path, const Picture &picture);
 void write_raw_pgm(const std::string &path, const Frame &frame);  ///< 16 bits, largest value 1023
 void write_depth_pfm(const std::string &path, const Truth &truth);
+void write_normal_pfm(const std::string &path, const Truth &truth);  ///< x, y, z as three channels
+void write_object_pgm(const std::string &path, const Truth &truth);  ///< 8 bits, the objects' ids
+void write_camera_yaml(const std::string &path, const Truth &truth);
+
+/// The camera in the middle of the frame's exposure and the window, as YAML: pixels are those of
+/// the whole array, the pose is T_world_camera. tools/simrig/README.md describes the keys.
+std::string camera_text(const Truth &truth);
 
 }  // namespace world
 

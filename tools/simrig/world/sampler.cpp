@@ -183,7 +183,7 @@ double shaded(const View &view, const Course &course, const Found &found, int ch
     const double facing = dot(memory.normal, direction);
     const double z = dot(memory.normal, found.p - origin) / facing;
     SurfacePlace place;
-    place.p = found.p;
+    place.p = place.met = found.p;
     const double filter2 =
         kFiltered * (course.aperture->variance(level) * pixel_mm * pixel_mm +
                      kDiskVariance[static_cast<std::size_t>(level + 1)] * blur_mm * blur_mm);
@@ -259,6 +259,7 @@ struct Spread {
 double reflected(const Spread &s, const Vec3 &p, double rms_mm, double edge_mm, int channel) {
     SurfacePlace place;
     place.p = p;
+    place.met = s.middle;
     place.n = s.normal;
     place.tone = s.tone;
     place.rms_mm = rms_mm;
@@ -324,10 +325,14 @@ bool has_edges(const Material &material) {
     return material.kind == MaterialKind::kBoard || material.kind == MaterialKind::kPainted;
 }
 
+// Ornaments more out of focus than this begin with 16 rays: the filters of fewer are of another
+// shape than the blur, and neighbours that end after different numbers of rays differ: grain.
+constexpr double kBlurredPx = 2;
+
 // Mean luminance of a pixel whose rays all meet one smooth surface, from its middle ray. False:
-// the texture asks for more rays.
+// the texture asks for more rays, from level `next` on.
 bool smooth_luminance(const View &view, const PixelTask &task, Remembered &memory,
-                      double &luminance) {
+                      double &luminance, int &next) {
     const PixelView &pixel = task.views[0];
     const Segment middle = segment(pixel, {}, {});
     Found found;
@@ -369,6 +374,10 @@ bool smooth_luminance(const View &view, const PixelTask &task, Remembered &memor
     if (!has_edges(s.object->material)) {
         luminance = lit * filtered_along(s, task.channel) + sheen;
         return true;
+    }
+    if (s.object->material.kind == MaterialKind::kPainted && blur_mm > kBlurredPx * pixel_mm) {
+        next = 1;
+        return false;
     }
     Vec2 pair;
     luminance = lit * filtered_in_two(s, view, task, pair) + sheen;
@@ -450,13 +459,13 @@ double pixel_luminance(const View &view, const PixelTask &task) {
     double square = 0;
     int n = 0;
     double luminance = 0;
-    if (task.starts_smooth && smooth_luminance(view, task, memory, luminance)) {
+    int next = 0;
+    if (task.starts_smooth && smooth_luminance(view, task, memory, luminance, next)) {
         return luminance;
     }
     // Where objects meet, rays that all miss the smaller share must not end the pixel: that would
-    // make blurred outlines too sharp. Half of the rays of the last level at least, whatever they
-    // say.
-    const int first_level = task.view_count > 1 || !task.starts_smooth ? 1 : 0;
+    // make blurred outlines too sharp. Half of the last level's rays at least, whatever they say.
+    const int first_level = task.view_count > 1 || !task.starts_smooth ? 1 : next;
     const bool edge_may_be_near = task.view_count == 1 && !task.starts_smooth;
     const auto add = [&](int level) {
         const double value =
@@ -468,7 +477,8 @@ double pixel_luminance(const View &view, const PixelTask &task) {
     for (int level = first_level; level <= kLastLevel; level++) {
         const int count = 4 << (2 * level);
         while (n < count) {
-            if (level == kLastLevel && n == count / 2 && task.view_count == 1 &&
+            // Not of textures: half of the shares are left out then, which no spread tells.
+            if (edge_may_be_near && level == kLastLevel && n == count / 2 &&
                 settled(task, sum, square, n, level)) {
                 return sum / n;
             }

@@ -95,6 +95,10 @@ Truth truth(const Scene &scene, const Rig &rig, Side side, const FrameRequest &r
     Truth result;
     result.columns = w.output_columns();
     result.rows = w.output_rows();
+    result.window = w;
+    for (const auto &object : scene.objects) {
+        result.objects.push_back(object->name);
+    }
     const auto pixels = static_cast<std::size_t>(result.columns * result.rows);
     result.depth_mm.resize(pixels);
     result.normal.resize(3 * pixels);

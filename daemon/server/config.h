@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The daemon's settings: lines `key = value`, `#` begins a comment. One table has all keys with
+/// types, ranges, units, defaults and help; the reader, `--help-config` and the example file derive
+/// from it.
+#ifndef VERGENCE_DAEMON_SERVER_CONFIG_H
+#define VERGENCE_DAEMON_SERVER_CONFIG_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "daemon/message.h"
+#include "rig/profile.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { CONFIG_TEXT_BYTES = 256, CONFIG_NO_LINE = -1 };
+
+enum config_backend { CONFIG_BACKEND_SIM, CONFIG_BACKEND_LINUX, CONFIG_BACKEND_REPLAY };
+
+/// Texts are "" where there is none.
+struct config {
+    struct rig_profile profile;
+
+    enum config_backend backend;
+    char backend_place[CONFIG_TEXT_BYTES];  ///< address of the simulated rig, or directory
+    char i2c[CONFIG_TEXT_BYTES];            ///< devices of the Linux backends
+    char camera[RIG_SIDES][CONFIG_TEXT_BYTES];
+    char lens_uart[CONFIG_TEXT_BYTES];
+    char gpio_chip[CONFIG_TEXT_BYTES];
+    int32_t reset_line, irq_line, lens_power_line;  ///< of that chip; CONFIG_NO_LINE
+    bool reset_active_low, irq_active_low, lens_power_active_low;
+
+    char socket[CONFIG_TEXT_BYTES];
+    uint16_t tcp_port;                ///< 0: none
+    char console[CONFIG_TEXT_BYTES];  ///< a terminal's device, or "stdio"
+    uint32_t console_baud;
+    uint32_t clients, queue;
+    uint32_t reader_timeout_s;
+
+    char files[CONFIG_TEXT_BYTES], store[CONFIG_TEXT_BYTES];
+    char log_file[CONFIG_TEXT_BYTES];
+    int log_level;  ///< enum hal_log_level
+    bool confine;
+};
+
+/// What every key has before a file says otherwise.
+void config_defaults(struct config *config);
+
+/// Reads a file over what is there. 0; ERROR_IO, ERROR_SYNTAX, ERROR_RANGE, ERROR_MISSING,
+/// ERROR_DUPLICATE or ERROR_ARGUMENT with a message that begins with FILE:LINE.
+int config_read(struct config *config, const char *path, struct message *message);
+
+/// Reads the `length` bytes of a file's text; `name` stands for it in messages.
+int config_parse(struct config *config, const char *name, const char *text, size_t length,
+                 struct message *message);
+
+/// Sets one key as a line `key = value` of a file does. 0, or an error with a message that does
+/// not say where the line was.
+int config_set(struct config *config, const char *key, const char *value, struct message *message);
+
+/// Whether what is set makes sense together: a profile, and the devices that it needs. 0, or an
+/// error with a message that names the key.
+int config_check(const struct config *config, struct message *message);
+
+/// Number of keys; name of one; its value as the file would say it, in `text` (CONFIG_TEXT_BYTES +
+/// 16).
+size_t config_key_count(void);
+const char *config_key_name(size_t index);
+void config_key_print(const struct config *config, size_t index, char *text, size_t bytes);
+
+/// What `--help-config` prints, which is also a file of all defaults, each explained.
+void config_help_print(FILE *file);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What a command of the daemon may use beside the rig: `surroundings` of its command_call. A
+/// module with commands of its own offers a table of them (`const struct command
+/// *NAME_table(size_t *count)`) that main_vergenced.c adds to the others.
+///
+/// Commands flagged COMMAND_NO_RIG run on a thread of their own and must leave `call->rig` alone
+/// but for its profile, which never changes.
+#ifndef VERGENCE_DAEMON_SERVER_SURROUNDINGS_H
+#define VERGENCE_DAEMON_SERVER_SURROUNDINGS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "hal/log.h"
+#include "hal/store.h"
+#include "rig/command.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+struct config;
+struct job;
+struct logbook;
+
+/// The calibration's record in the store: its canonical text.
+#define SURROUNDINGS_CALIBRATION "calibration"
+
+struct surroundings {
+    const struct config *config;
+    const struct command *table;  ///< all commands
+    size_t table_count;
+    const struct hal_log *log;
+    struct logbook *logbook;        ///< behind `log`: its last lines
+    const struct hal_store *store;  ///< NULL: nothing can be kept
+    struct job *job;                ///< the one that runs, for commands that outlast one run
+    int files_fd;  ///< the directory of sessions and other results that clients fetch; -1: none
+
+    /// Of the command that runs. False: it is to end soon with ERROR_CANCELLED. Any thread.
+    bool (*go_on)(void *self);
+    /// `done` of `total`; `what` is static storage. The command's own thread only.
+    void (*progress)(void *self, const char *what, uint32_t done, uint32_t total);
+    void *self;
+};
+
+/// Those of a call.
+static inline const struct surroundings *surroundings_of(const struct command_call *call) {
+    return (const struct surroundings *)call->surroundings;
+}
+
+/// Writes the message of a call as printf would and returns `error`.
+int surroundings_refuse(const struct command_call *call, int error, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/sim/sim_clock.h"
+
+#include "core/error.h"
+#include "daemon/sim/sim_bytes.h"
+
+static uint64_t now_us(void *self) {
+    struct sim_connection *connection = self;
+    uint8_t head[8];
+    struct sim_exchange ask = {.type = SIMRIG_TIME, .head = head, .head_bytes = sizeof head};
+    if (sim_connection_demand(connection, &ask) == ERROR_OK) {
+        connection->now_us = sim_bytes_u64(head);
+    }
+    return connection->now_us;
+}
+
+static void wait_until_us(void *self, uint64_t time_us) {
+    struct sim_connection *connection = self;
+    // The newest time known may be old, but is never ahead.
+    if (time_us > connection->now_us) {
+        sim_connection_advance(connection, time_us, 0, NULL);
+    }
+}
+
+struct hal_clock sim_clock(struct sim_connection *connection) {
+    static const struct hal_clock_operations operations = {now_us, wait_until_us};
+    return (struct hal_clock){&operations, connection};
+}

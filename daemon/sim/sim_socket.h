@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A stream socket on which every wait ends: connecting, sending, receiving.
+#ifndef VERGENCE_DAEMON_SIM_SOCKET_H
+#define VERGENCE_DAEMON_SIM_SOCKET_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+/// Now, in ms of the machine's monotonic clock, as deadlines here are.
+int64_t sim_socket_now_ms(void);
+
+/// A connection to unix:PATH or tcp:HOST:PORT. The socket; ERROR_ARGUMENT: `where` is neither;
+/// ERROR_TIMEOUT; ERROR_IO: `errno` says why, or 0: the host has no address.
+int sim_socket_connect(const char *where, int64_t deadline_ms);
+
+/// Sends or receives all `bytes`. 0; ERROR_TIMEOUT; ERROR_IO: the other end has gone.
+int sim_socket_send(int socket, const void *data, size_t bytes, int64_t deadline_ms);
+int sim_socket_receive(int socket, void *data, size_t bytes, int64_t deadline_ms);
+
+#endif

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// The self test: every part is looked at, and a test picture of the bridge goes all the way that
+// pictures go and must arrive bit for bit. Nothing moves.
+#include "core/error.h"
+#include "core/invariant.h"
+#include "rig/commands.h"
+#include "rig/rig.h"
+
+enum {
+    PICTURE_WIDTH_PX = 256,
+    PICTURE_HEIGHT_PX = 64,
+    PICTURE_SEED = 0x155,
+    PICTURE_BITS = 10,
+    PICTURE_LIMIT_US = 500000,
+    SETTLE_US = 100000,  ///< a change of the source ends within it: BRIDGE_SWITCH_TIMEOUT_MS
+};
+
+/// Pixels that differ from the pseudo-random sequence of `prbs` in fpga/registers.rdl, and which
+/// of their bits ever do.
+static uint32_t wrong_pixels(const struct hal_camera_frame *frame, uint16_t *wrong_bits) {
+    uint32_t wrong = 0;
+    uint16_t expected = PICTURE_SEED;
+    *wrong_bits = 0;
+    for (uint32_t y = 0; y < frame->height_px; y++) {
+        for (uint32_t x = 0; x < frame->width_px; x++) {
+            const uint16_t difference =
+                (uint16_t)(frame->data[(size_t)y * frame->stride + x] ^ expected);
+            wrong += difference != 0;
+            *wrong_bits |= difference;
+            const unsigned next = (expected >> 9 ^ expected >> 6) & 1U;
+            expected = (uint16_t)((expected << 1 | next) & ((1U << PICTURE_BITS) - 1));
+        }
+    }
+    return wrong;
+}
+
+static int judge(const struct command_call *call, const struct hal_camera_frame *frame) {
+    INVARIANT(frame->data != NULL);
+    if (frame->faults != 0 || frame->width_px != PICTURE_WIDTH_PX ||
+        frame->height_px != PICTURE_HEIGHT_PX) {
+        struct command_text sentence = commands_sentence(call);
+        command_text_add(&sentence, "selftest: the bridge's test picture arrives torn");
+        return ERROR_FRAME;
+    }
+    uint16_t wrong_bits = 0;
+    const uint32_t wrong = wrong_pixels(frame, &wrong_bits);
+    commands_put_number(call, "wrong_pixels", wrong, 0, NULL);
+    if (wrong == 0) {
+        return 0;
+    }
+    struct command_text sentence = commands_sentence(call);
+    command_text_add(&sentence,
+                     "selftest: the bridge's test picture arrives with wrong data bits ");
+    command_text_add_hex(&sentence, wrong_bits, 4);
+    command_text_add(&sentence, ": look at the lines from the bridge to the parallel port");
+    return ERROR_VERIFY;
+}
+
+static int take_picture(const struct command_call *call) {
+    struct rig *rig = call->rig;
+    const struct hal_camera *port = rig->ports.camera[RIG_LEFT];
+    const struct hal_clock *clock = rig->ports.clock;
+    const struct hal_camera_format format = {PICTURE_WIDTH_PX, PICTURE_HEIGHT_PX};
+    int error = port->operations->start(port->self, &format);
+    if (error != 0) {
+        return error;
+    }
+    struct hal_camera_frame frame;
+    const uint64_t now_us = clock->operations->now_us(clock->self);
+    error = port->operations->take(port->self, now_us + SETTLE_US,
+                                   now_us + SETTLE_US + PICTURE_LIMIT_US, &frame);
+    if (error == 0) {
+        error = judge(call, &frame);
+        port->operations->give_back(port->self, &frame);
+    }
+    const int stopped = port->operations->stop(port->self);
+    return error != 0 ? error : stopped;
+}
+
+/// Leaves the stream off and the left camera selected, as a bring-up does.
+static int test_picture(const struct command_call *call) {
+    struct fpga_bridge *bridge = &call->rig->bridge;
+    const struct fpga_bridge_pattern pattern = {
+        .width = PICTURE_WIDTH_PX,
+        .height = PICTURE_HEIGHT_PX,
+        .hblank = 144,
+        .vblank = 25,
+        .kind = BRIDGE_PATTERN_KIND_IS_PRBS,
+        .seed = PICTURE_SEED,
+    };
+    int error = fpga_bridge_camera_pattern(bridge, &pattern);
+    if (error == 0) {
+        error = fpga_bridge_camera_select(bridge, BRIDGE_CAM_SELECT_SOURCE_IS_PATTERN);
+    }
+    if (error == 0) {
+        error = fpga_bridge_camera_stream(bridge, true);
+    }
+    if (error == 0) {
+        error = take_picture(call);
+    }
+    const int stopped = fpga_bridge_camera_stream(bridge, false);
+    const int selected = fpga_bridge_camera_select(bridge, BRIDGE_CAM_SELECT_SOURCE_IS_LEFT);
+    return error != 0 ? error : stopped != 0 ? stopped : selected;
+}
+
+int commands_selftest_run(const struct command_call *call) {
+    struct rig *rig = call->rig;
+    int error = rig_check(rig);
+    commands_put_text(call, "parts", error == 0 ? "all work" : error_text(error));
+    if (error != 0 || !rig->profile.bridge) {
+        return error;
+    }
+    if ((rig->bridge.caps & BRIDGE_CAPS_PATTERN_MASK) == 0) {
+        commands_put_text(call, "picture", "this bridge makes no test picture");
+        return 0;
+    }
+    error = test_picture(call);
+    commands_put_text(call, "picture", error == 0 ? "arrives bit for bit" : error_text(error));
+    return error;
+}

@@ -1,0 +1,478 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rig/lens_move.h"
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "rig/lens_read.h"
+#include "rig/watch.h"
+
+enum {
+    US_PER_S = 1000000,
+    COMMAND_US = 100000,  // a command is on its way by then
+    HALT_US = 500000,     // longest for a lens
+    TURN_US = 200000,
+    LEGS_PER_APPROACH = 2,
+    LEG_READINGS = 12,  // on a slow line a leg gets them, however long they take
+};
+
+// A lens under way.
+struct mover {
+    unsigned side;
+    enum lens_axis axis;
+    enum { STARTING, GOING_BACK, GOING_UP, ARRIVED } phase;
+    int32_t target;
+    int32_t low;       // where an approach from below begins
+    int32_t waypoint;  // of this approach
+    struct lens_limits limits;
+    // The present leg, in what the potentiometer reads.
+    int32_t goal, begin, command;
+    int32_t readings[LENS_READ_MEDIAN];
+    uint32_t count;  // of this leg
+    int32_t middle;
+    int32_t mark;         // where it was when it moved last
+    uint32_t since_mark;  // readings
+    uint32_t settled;     // readings
+    uint32_t sent;
+    uint64_t since_us, mark_us, deadline_us;
+    bool been_back, far;
+    int32_t trim_before;
+    uint32_t trims;
+    int32_t rested;  // where the approach before ended beside its target; INT32_MIN: none did
+    uint32_t path, done;
+};
+
+static int32_t distance(int32_t a, int32_t b) {
+    return a < b ? b - a : a - b;
+}
+
+static int32_t within(int32_t value, int32_t least, int32_t most) {
+    return value < least ? least : value > most ? most : value;
+}
+
+static uint64_t travel_us(const struct rig_profile *profile, enum lens_axis axis, int32_t counts) {
+    INVARIANT(profile->lens_counts_per_s[axis] > 0 && counts >= 0);
+    return (uint64_t)counts * US_PER_S / (uint64_t)profile->lens_counts_per_s[axis];
+}
+
+// How far below its target an approach begins.
+static int32_t run_up(const struct rig_profile *profile) {
+    INVARIANT(profile->lens_backlash_counts >= 0 && profile->lens_tolerance_counts >= 0);
+    const int32_t counts = profile->lens_backlash_counts + profile->lens_tolerance_counts;
+    return counts > LENS_MOVE_STEP_COUNTS ? counts : LENS_MOVE_STEP_COUNTS;
+}
+
+uint64_t lens_move_stall_us(const struct rig_profile *profile, enum lens_axis axis) {
+    return LENS_MOVE_STALL_US + travel_us(profile, axis, 2 * LENS_MOVE_STEP_COUNTS);
+}
+
+// Longest leg.
+static uint64_t leg_us(const struct rig_profile *profile, enum lens_axis axis, int32_t counts) {
+    return travel_us(profile, axis, counts) + 3 * lens_move_stall_us(profile, axis);
+}
+
+uint64_t lens_move_jam_us(const struct rig_profile *profile, enum lens_axis axis) {
+    // On the way down, up, and down once more; each with the first readings of a leg.
+    return 3 * (lens_move_stall_us(profile, axis) + LENS_MOVE_STALL_US);
+}
+
+uint64_t lens_move_limit_us(const struct rig_profile *profile, enum lens_axis axis,
+                            int32_t distance_counts) {
+    const int32_t beside = run_up(profile) + 2 * LENS_MOVE_TRIM_COUNTS;
+    return (uint64_t)RIG_SIDES * LENS_READ_MEDIAN * LENS_READ_SILENCE_US + LENS_MOVE_REST_US +
+           LEGS_PER_APPROACH * leg_us(profile, axis, distance_counts + run_up(profile)) +
+           (uint64_t)LENS_MOVE_TRIMS * LEGS_PER_APPROACH * leg_us(profile, axis, beside);
+}
+
+static int send(struct rig *self, const struct mover *mover) {
+    const struct lens *lens = &self->lens[mover->side];
+    const uint64_t deadline_us = watch_now_us(self) + COMMAND_US;
+    const int error = lens->operations->go(lens->self, mover->axis, mover->command, deadline_us);
+    if (error != ERROR_OK) {
+        watch_used(self, lens_read_part(mover->side), error);
+        return watch_trouble(self, lens_read_part(mover->side), error,
+                             "the command to move cannot be sent; look at the serial line", NULL);
+    }
+    self->lens_commanded[mover->side][mover->axis] = mover->target;
+    return ERROR_OK;
+}
+
+// ---- legs
+
+static int begin_leg(struct rig *self, struct mover *mover, int32_t goal) {
+    const int32_t wanted = goal + self->lens_trim[mover->side][mover->axis];
+    const struct lens_limits limits = mover->limits;
+    mover->goal = goal;
+    mover->begin = mover->middle;
+    mover->command = within(wanted, limits.least, limits.most);
+    mover->count = mover->since_mark = mover->settled = 0;
+    mover->sent = 1;
+    mover->mark = mover->begin;
+    mover->since_us = mover->mark_us = watch_now_us(self);
+    mover->deadline_us =
+        mover->since_us + leg_us(&self->profile, mover->axis, distance(mover->begin, goal));
+    return send(self, mover);
+}
+
+// Goes to the waypoint first.
+static int begin_approach(struct rig *self, struct mover *mover) {
+    mover->phase = GOING_BACK;
+    mover->been_back = true;
+    return begin_leg(self, mover, mover->waypoint);
+}
+
+// It is where it should be already, and came from below.
+static bool there(const struct rig *self, const struct mover *mover) {
+    return self->lens_commanded[mover->side][mover->axis] == mover->target &&
+           distance(mover->middle, mover->target) <= self->profile.lens_tolerance_counts;
+}
+
+static int start(struct rig *self, struct mover *mover) {
+    if (there(self, mover)) {
+        mover->phase = ARRIVED;
+        return ERROR_OK;
+    }
+    const int32_t down = mover->middle > mover->waypoint ? mover->middle - mover->waypoint : 0;
+    const int32_t up = distance(down > 0 ? mover->waypoint : mover->middle, mover->target);
+    mover->path = (uint32_t)(down + up);
+    if (down > 0 && mover->waypoint < mover->target) {
+        return begin_approach(self, mover);
+    }
+    mover->phase = GOING_UP;
+    return begin_leg(self, mover, mover->target);
+}
+
+static int jammed(struct rig *self, struct mover *mover) {
+    static const char *const texts[LENS_AXES] = {
+        "zoom stands at # and does not move to #; free the ring, then move it again",
+        "focus stands at # and does not move to #; free the ring, then move it again",
+        "iris stands at # and does not move to #; free the ring, then move it again",
+    };
+    self->lens_trim[mover->side][mover->axis] = mover->trim_before;  // that was no drift
+    watch_used(self, lens_read_part(mover->side), ERROR_JAMMED);
+    return watch_trouble(self, lens_read_part(mover->side), ERROR_JAMMED, texts[mover->axis],
+                         (const int32_t[]){mover->middle, mover->goal});
+}
+
+static int not_there(struct rig *self, struct mover *mover) {
+    self->lens_trim[mover->side][mover->axis] = mover->trim_before;
+    watch_used(self, lens_read_part(mover->side), ERROR_TIMEOUT);
+    return watch_trouble(self, lens_read_part(mover->side), ERROR_TIMEOUT,
+                         "it stands at # and does not arrive at # in time; look at the motor and "
+                         "at the profile's speeds and tolerance",
+                         (const int32_t[]){mover->middle, mover->goal});
+}
+
+// The waypoint is passed. From one above it goes below first, where there is room.
+static int go_on_up(struct rig *self, struct mover *mover) {
+    if (mover->goal > mover->target && mover->low < mover->target) {
+        return begin_leg(self, mover, mover->low);
+    }
+    mover->phase = GOING_UP;
+    return begin_leg(self, mover, mover->target);
+}
+
+// From so far that a jam can be told from a drift; where there is no room below, from above.
+static int begin_long_approach(struct rig *self, struct mover *mover) {
+    const int32_t target = mover->target, middle = mover->middle;
+    const int32_t run = run_up(&self->profile) + LENS_MOVE_TRIM_COUNTS;
+    const int32_t below = (middle < target ? middle : target) - run;
+    const int32_t above = (middle > target ? middle : target) + run;
+    mover->waypoint = below >= mover->limits.least ? below : above;
+    mover->far = true;
+    return begin_approach(self, mover);
+}
+
+// It moved, and rests beside the target: another approach, as far the other way.
+static int trim(struct rig *self, struct mover *mover) {
+    const int32_t beside = mover->middle - mover->target;
+    const int32_t tolerance = self->profile.lens_tolerance_counts;
+    int32_t *offset = &self->lens_trim[mover->side][mover->axis];
+    const int32_t wanted = within(*offset - beside, -LENS_MOVE_TRIM_COUNTS, LENS_MOVE_TRIM_COUNTS);
+    const int32_t command = within(mover->target + wanted, mover->limits.least, mover->limits.most);
+    const bool at_end = command == mover->command;
+    const bool again =
+        mover->rested != INT32_MIN && distance(mover->rested, mover->middle) <= tolerance;
+    if (at_end && again) {
+        mover->phase = ARRIVED;
+        return ERROR_OK;
+    }
+    if (mover->trims == LENS_MOVE_TRIMS) {
+        return not_there(self, mover);
+    }
+    mover->trims++;
+    mover->rested = mover->middle;
+    *offset = at_end ? *offset : wanted;
+    return begin_long_approach(self, mover);
+}
+
+// Nothing has moved for too long.
+static int stalled(struct rig *self, struct mover *mover) {
+    const int32_t left = distance(mover->middle, mover->goal);
+    const int32_t way = distance(mover->begin, mover->goal);
+    const int32_t moved = distance(mover->middle, mover->begin);
+    const int32_t tolerance = self->profile.lens_tolerance_counts;
+    const bool back = mover->phase == GOING_BACK;
+    if (left > LENS_MOVE_TRIM_COUNTS + (mover->far ? LENS_MOVE_TRIM_COUNTS : 0)) {
+        return jammed(self, mover);
+    }
+    if (!back) {
+        return trim(self, mover);
+    }
+    // Whatever the drift, a long leg moves the motor by the run up at least, and past the target.
+    const bool past = mover->waypoint > mover->target || mover->middle < mover->target - tolerance;
+    const int32_t least = mover->far ? run_up(&self->profile) : way;
+    if (past && 2 * moved >= least) {
+        return go_on_up(self, mover);
+    }
+    return mover->far ? jammed(self, mover) : begin_long_approach(self, mover);
+}
+
+// ---- readings
+
+static int judge(struct rig *self, struct mover *mover) {
+    const uint64_t now_us = watch_now_us(self);
+    const uint64_t still_us = now_us - mover->mark_us;
+    const uint64_t stall_us = lens_move_stall_us(&self->profile, mover->axis);
+    if (mover->settled >= LENS_MOVE_SETTLED_READINGS) {
+        if (mover->phase == GOING_BACK) {
+            return go_on_up(self, mover);
+        }
+        mover->phase = ARRIVED;
+        return ERROR_OK;
+    }
+    if (still_us >= stall_us && mover->since_mark >= LENS_MOVE_STALL_READINGS) {
+        return stalled(self, mover);
+    }
+    if (now_us >= mover->deadline_us && mover->count >= LEG_READINGS) {
+        return not_there(self, mover);
+    }
+    const bool begun = distance(mover->middle, mover->begin) > self->profile.lens_tolerance_counts;
+    if (!begun && still_us >= mover->sent * stall_us / LENS_MOVE_COMMANDS) {
+        mover->sent++;  // the one before may have been lost
+        return send(self, mover);
+    }
+    return ERROR_OK;
+}
+
+static void note_way(struct mover *mover) {
+    const bool back = mover->phase == GOING_BACK;
+    const int32_t ahead = back ? distance(mover->target, mover->waypoint) : 0;
+    const uint32_t left = (uint32_t)(distance(mover->middle, mover->goal) + ahead);
+    const uint32_t done = left < mover->path ? mover->path - left : 0;
+    mover->done = done > mover->done ? done : mover->done;
+}
+
+// Takes a reading of this leg.
+static int take(struct rig *self, struct mover *mover, int32_t position) {
+    mover->readings[mover->count % LENS_READ_MEDIAN] = position;
+    mover->count++;
+    mover->since_mark++;
+    if (mover->count < LENS_READ_MEDIAN) {
+        return ERROR_OK;
+    }
+    mover->middle = lens_read_median(mover->readings);
+    if (mover->phase == STARTING) {
+        return start(self, mover);
+    }
+    const int32_t left = distance(mover->middle, mover->goal);
+    const bool past =
+        mover->goal < mover->begin ? mover->middle < mover->goal : mover->middle > mover->goal;
+    const bool there_now = left <= self->profile.lens_tolerance_counts ||
+                           (mover->phase == GOING_BACK && past);  // further is as good
+    mover->settled = there_now ? mover->settled + 1 : 0;
+    if (distance(mover->middle, mover->mark) >= LENS_MOVE_STEP_COUNTS) {
+        mover->mark = mover->middle;
+        mover->mark_us = watch_now_us(self);
+        mover->since_mark = 0;
+    }
+    note_way(mover);
+    // Two wild readings of the first three can hide that it stood above.
+    const bool above = mover->middle > mover->target + self->profile.lens_tolerance_counts;
+    if (above && !mover->been_back && mover->waypoint < mover->target) {
+        return begin_approach(self, mover);
+    }
+    return judge(self, mover);
+}
+
+// Waits for one reading of a lens, and takes it.
+static int look_at(struct rig *self, struct mover *mover, uint64_t deadline_us) {
+    const uint64_t begin_us = watch_now_us(self);
+    for (;;) {
+        int error = watch_look(self);
+        if (error != ERROR_OK) {
+            return error;
+        }
+        struct lens_reading readings[LENS_AXES];
+        error = lens_read_try(self, mover->side, mover->since_us, readings);
+        if (error == ERROR_OK) {
+            return take(self, mover, readings[mover->axis].position);
+        }
+        if (error != ERROR_TIMEOUT) {
+            return error;
+        }
+        const uint64_t now_us = watch_now_us(self);
+        if (now_us - begin_us >= LENS_READ_SILENCE_US) {
+            return lens_read_silent(self, mover->side);
+        }
+        if (now_us >= deadline_us) {
+            return not_there(self, mover);
+        }
+    }
+}
+
+// ---- to rest
+
+// A reading on the way to rest, which cannot be cancelled; false: none came.
+static bool read_resting(struct rig *self, const struct mover *mover, uint64_t deadline_us,
+                         int32_t *position) {
+    const uint64_t since_us = watch_now_us(self);
+    struct lens_reading readings[LENS_AXES];
+    int error = ERROR_TIMEOUT;
+    while (error == ERROR_TIMEOUT && watch_now_us(self) + WATCH_STEP_US < deadline_us) {
+        (void)watch_feed(self);  // the motor comes first
+        error = lens_read_try(self, mover->side, since_us, readings);
+    }
+    if (error == ERROR_OK) {
+        *position = readings[mover->axis].position;
+    }
+    return error == ERROR_OK;
+}
+
+// Stops a motor, or sends it to where it is, of which two of three new readings may be wild.
+static void halt(struct rig *self, const struct mover *mover, uint64_t deadline_us) {
+    const struct lens *lens = &self->lens[mover->side];
+    self->lens_commanded[mover->side][mover->axis] = INT32_MIN;
+    const uint64_t stopped_us = watch_now_us(self) + COMMAND_US;
+    if (lens->operations->stop(lens->self, stopped_us) == ERROR_OK) {
+        return;
+    }
+    int32_t readings[LENS_READ_MEDIAN];
+    for (unsigned i = 0; i < LENS_READ_MEDIAN; i++) {
+        if (!read_resting(self, mover, deadline_us, &readings[i])) {
+            return;  // it goes where it was sent, and rests there
+        }
+    }
+    const int32_t seen = mover->middle;
+    const int32_t two = lens_read_median((const int32_t[]){readings[0], readings[1], seen});
+    const int32_t all = lens_read_median((const int32_t[]){two, readings[2], seen});
+    const int32_t offset = self->lens_trim[mover->side][mover->axis];
+    const int32_t at = within(all + offset, mover->limits.least, mover->limits.most);
+    const uint64_t sent_us = watch_now_us(self) + COMMAND_US;
+    (void)lens->operations->go(lens->self, mover->axis, at, sent_us);
+}
+
+// Waits until a motor stands still: for readings alike, which one under way does not give.
+static void wait_for_rest(struct rig *self, const struct mover *mover, uint64_t deadline_us) {
+    int32_t first = 0, now = 0;
+    for (unsigned alike = 0; alike < LENS_READ_MEDIAN;) {
+        if (!read_resting(self, mover, deadline_us, &now)) {
+            return;
+        }
+        const bool same = alike > 0 && distance(first, now) <= self->profile.lens_tolerance_counts;
+        alike = same ? alike + 1 : 1;
+        first = same ? first : now;
+    }
+}
+
+// The first error stays the one that is told.
+static void bring_to_rest(struct rig *self, const struct mover *movers, unsigned count) {
+    const struct rig_trouble trouble = self->trouble;
+    const uint64_t begin_us = watch_now_us(self);
+    for (unsigned i = 0; i < count; i++) {
+        if (movers[i].phase == GOING_BACK || movers[i].phase == GOING_UP) {
+            halt(self, &movers[i], begin_us + (i + 1) * HALT_US);
+        }
+    }
+    // A motor takes a moment to begin its way back, and stands still meanwhile.
+    for (const uint64_t end_us = watch_now_us(self) + TURN_US; watch_now_us(self) < end_us;) {
+        const struct hal_clock *clock = self->ports.clock;
+        (void)watch_feed(self);
+        clock->operations->wait_until_us(clock->self, watch_now_us(self) + WATCH_STEP_US);
+    }
+    for (unsigned i = 0; i < count; i++) {
+        if (movers[i].phase == GOING_BACK || movers[i].phase == GOING_UP) {
+            wait_for_rest(self, &movers[i], begin_us + LENS_MOVE_REST_US);
+        }
+    }
+    self->trouble = trouble;
+}
+
+// ---- all together
+
+static void tell_progress(struct rig *self, const struct mover *movers, unsigned count) {
+    static const char *const what[LENS_AXES] = {"zoom", "focus", "iris"};
+    uint32_t done = 0, path = 0;
+    for (unsigned i = 0; i < count; i++) {
+        if (movers[i].phase == STARTING) {
+            return;
+        }
+        done += movers[i].phase == ARRIVED ? movers[i].path : movers[i].done;
+        path += movers[i].path;
+    }
+    if (self->observer.progress != NULL && path > 0) {
+        self->observer.progress(self->observer.self, what[movers[0].axis], done, path);
+    }
+}
+
+static bool all_arrived(const struct mover *movers, unsigned count) {
+    unsigned arrived = 0;
+    for (unsigned i = 0; i < count; i++) {
+        arrived += movers[i].phase == ARRIVED ? 1 : 0;
+    }
+    return arrived == count;
+}
+
+// Looks at the lenses in turn until all have arrived.
+static int follow(struct rig *self, struct mover *movers, unsigned count) {
+    const int32_t furthest = movers[0].limits.most - movers[0].limits.least;
+    const uint64_t end_us = watch_now_us(self) +
+                            lens_move_limit_us(&self->profile, movers[0].axis, furthest) -
+                            LENS_MOVE_REST_US;
+    int error = ERROR_OK;
+    while (error == ERROR_OK && !all_arrived(movers, count)) {
+        for (unsigned i = 0; i < count && error == ERROR_OK; i++) {
+            if (movers[i].phase != ARRIVED) {
+                error = look_at(self, &movers[i], end_us);
+            }
+        }
+        tell_progress(self, movers, count);
+    }
+    return error;
+}
+
+int rig_lens_go(struct rig *self, unsigned sides, enum lens_axis axis, int32_t position) {
+    int error = (unsigned)axis < LENS_AXES
+                    ? lens_read_ready(self, sides, axis)
+                    : watch_trouble(self, RIG_PART_NONE, ERROR_ARGUMENT, "no such axis", NULL);
+    struct mover movers[RIG_SIDES];
+    unsigned count = 0;
+    for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
+        if ((sides & 1u << side) == 0) {
+            continue;
+        }
+        struct mover *mover = &movers[count++];
+        const struct lens *lens = &self->lens[side];
+        *mover = (struct mover){.side = side, .axis = axis, .phase = STARTING};
+        error = lens->operations->limits(lens->self, axis, &mover->limits);
+        const struct lens_limits limits = mover->limits;
+        if (error == ERROR_OK && (position < limits.least || position > limits.most)) {
+            error = watch_trouble(self, lens_read_part(side), ERROR_RANGE,
+                                  "position # is outside # to #",
+                                  (const int32_t[]){position, limits.least, limits.most});
+        }
+        const int32_t below = position - run_up(&self->profile);
+        mover->target = position;
+        mover->low = mover->waypoint = below > limits.least ? below : limits.least;
+        mover->rested = INT32_MIN;
+        mover->trim_before = self->lens_trim[side][axis];
+        mover->since_us = watch_now_us(self);
+    }
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = follow(self, movers, count);
+    if (error != ERROR_OK) {
+        bring_to_rest(self, movers, count);
+    }
+    return error;
+}

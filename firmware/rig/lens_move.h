@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+/// How rig_lens_go moves lenses, and how long it may take.
+///
+/// A motor turns its ring through play, so a position is one of the ring only when it was always
+/// approached from the same side: a move first goes down to target - (lens_backlash_counts +
+/// lens_tolerance_counts), unless the lens stands below that, and then up. Only next to the lower
+/// limit there is no room for that, and the play remains.
+///
+/// The controller tells nothing but noisy positions. It has arrived when the middle one of three
+/// readings is within the tolerance and stays so for three readings that are all newer. It is
+/// jammed when that middle one has not come LENS_MOVE_STEP_COUNTS nearer for lens_move_stall_us
+/// and five readings; half way there the command is sent once more, for it may have been lost.
+/// A motor that moved, but rests beside the target by at most LENS_MOVE_TRIM_COUNTS (its
+/// potentiometer has drifted, say) is sent as far the other way on the next approach, thrice; what
+/// was needed is kept in `lens_trim`. At an end of the controller's range there is nothing further
+/// to ask for: it has arrived when a second approach ends at the same place.
+///
+/// After a jam, a failure or ERROR_CANCELLED the motors are stopped, or sent to where they are.
+#ifndef VERGENCE_RIG_LENS_MOVE_H
+#define VERGENCE_RIG_LENS_MOVE_H
+
+#include "rig/rig.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+    LENS_MOVE_STEP_COUNTS = 8,
+    LENS_MOVE_STALL_US = 1000000,
+    LENS_MOVE_STALL_READINGS = 5,
+    LENS_MOVE_COMMANDS = 4,  ///< in that time
+    LENS_MOVE_SETTLED_READINGS = 4,
+    LENS_MOVE_TRIMS = 3,
+    LENS_MOVE_TRIM_COUNTS = 20,
+    LENS_MOVE_REST_US = 2500000,  ///< longest way to rest
+};
+
+/// Time without progress after which a motor counts as jammed: LENS_MOVE_STALL_US and twice what
+/// LENS_MOVE_STEP_COUNTS take the slowest motor.
+uint64_t lens_move_stall_us(const struct rig_profile *profile, enum lens_axis axis);
+
+/// A jam is told at most so long after it began, on a line that works, and LENS_MOVE_REST_US later
+/// the other lens rests. Next to a target it takes a second approach to tell it from a drift.
+uint64_t lens_move_jam_us(const struct rig_profile *profile, enum lens_axis axis);
+
+/// No call of rig_lens_go takes longer, for lenses at most `distance` counts away from where they
+/// are to go.
+uint64_t lens_move_limit_us(const struct rig_profile *profile, enum lens_axis axis,
+                            int32_t distance);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rig/lens_read.h"
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "rig/watch.h"
+
+enum { BOTH = 1u << RIG_LEFT | 1u << RIG_RIGHT };
+
+enum rig_part lens_read_part(unsigned side) {
+    INVARIANT(side < RIG_SIDES);
+    return side == RIG_LEFT ? RIG_PART_LEFT_LENS : RIG_PART_RIGHT_LENS;
+}
+
+int32_t lens_read_median(const int32_t values[LENS_READ_MEDIAN]) {
+    const int32_t a = values[0], b = values[1], c = values[2];
+    const int32_t least = a < b ? a : b, most = a < b ? b : a;
+    return c < least ? least : c > most ? most : c;
+}
+
+// The lenses that the profile has.
+static unsigned sides_of(const struct rig *self) {
+    switch (self->profile.lenses) {
+        case RIG_LENSES_V3LC:
+            return BOTH;
+        case RIG_LENSES_V1LC:
+            return 1u << RIG_LEFT;
+        case RIG_LENSES_FIXED:
+            break;
+    }
+    return 0;
+}
+
+int lens_read_ready(struct rig *self, unsigned sides, enum lens_axis axis) {
+    if (sides == 0 || (sides & ~(unsigned)BOTH) != 0 || (unsigned)axis > LENS_AXES) {
+        return watch_trouble(self, RIG_PART_NONE, ERROR_ARGUMENT, "no such lens or axis", NULL);
+    }
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        if ((sides & 1u << side) == 0) {
+            continue;
+        }
+        if ((sides_of(self) & 1u << side) == 0) {
+            return watch_trouble(self, lens_read_part(side), ERROR_NOT_CONNECTED,
+                                 "the profile has no motorized lens there", NULL);
+        }
+        if (self->state != RIG_READY) {
+            return watch_trouble(self, lens_read_part(side), ERROR_NOT_READY,
+                                 "the rig is not up; bring it up first", NULL);
+        }
+        if (axis < LENS_AXES && (self->lens_abilities[side].axes & 1u << axis) == 0) {
+            return watch_trouble(self, lens_read_part(side), ERROR_NOT_CONNECTED,
+                                 "its controller has no such axis", NULL);
+        }
+    }
+    return ERROR_OK;
+}
+
+int lens_read_try(struct rig *self, unsigned side, uint64_t since_us,
+                  struct lens_reading readings[LENS_AXES]) {
+    const struct lens *lens = &self->lens[side];
+    const uint64_t deadline_us = watch_now_us(self) + WATCH_STEP_US;
+    const int error = lens->operations->read(lens->self, deadline_us, readings);
+    if (error == ERROR_TIMEOUT) {
+        return error;
+    }
+    watch_used(self, lens_read_part(side), error);
+    if (error != ERROR_OK) {
+        return watch_trouble(self, lens_read_part(side), error,
+                             "its controller's serial line does not work; look at adapter and "
+                             "cable",
+                             NULL);
+    }
+    return readings[0].time_us >= since_us ? ERROR_OK : ERROR_TIMEOUT;
+}
+
+int lens_read_silent(struct rig *self, unsigned side) {
+    watch_used(self, lens_read_part(side), ERROR_TIMEOUT);
+    return watch_trouble(self, lens_read_part(side), ERROR_TIMEOUT,
+                         "no answer that makes sense for # s; look at the controller's supply and "
+                         "serial line",
+                         (const int32_t[]){LENS_READ_SILENCE_US / 1000000});
+}
+
+// A reading from now on.
+static int read_now(struct rig *self, unsigned side, struct lens_reading readings[LENS_AXES]) {
+    const uint64_t since_us = watch_now_us(self);
+    for (;;) {
+        int error = lens_read_try(self, side, since_us, readings);
+        if (error != ERROR_TIMEOUT) {
+            return error;
+        }
+        if (watch_now_us(self) - since_us >= LENS_READ_SILENCE_US) {
+            return lens_read_silent(self, side);
+        }
+        error = watch_look(self);
+        if (error != ERROR_OK) {
+            return error;
+        }
+    }
+}
+
+int rig_lens_read(struct rig *self, unsigned side, int32_t positions[LENS_AXES]) {
+    int error = lens_read_ready(self, side < RIG_SIDES ? 1u << side : 0, LENS_AXES);
+    int32_t values[LENS_AXES][LENS_READ_MEDIAN];
+    for (unsigned i = 0; i < LENS_READ_MEDIAN && error == ERROR_OK; i++) {
+        struct lens_reading readings[LENS_AXES];
+        error = read_now(self, side, readings);
+        for (unsigned axis = 0; axis < LENS_AXES && error == ERROR_OK; axis++) {
+            values[axis][i] = readings[axis].position;
+        }
+        error = error == ERROR_OK ? watch_look(self) : error;
+    }
+    for (unsigned axis = 0; axis < LENS_AXES && error == ERROR_OK; axis++) {
+        const bool present = (self->lens_abilities[side].axes & 1u << axis) != 0;
+        positions[axis] = present ? lens_read_median(values[axis]) : INT32_MIN;
+    }
+    return error;
+}
+
+int rig_lens_limits(struct rig *self, unsigned side, enum lens_axis axis,
+                    struct lens_limits *limits) {
+    if ((unsigned)axis >= LENS_AXES) {
+        return ERROR_ARGUMENT;
+    }
+    const int error = lens_read_ready(self, side < RIG_SIDES ? 1u << side : 0, axis);
+    const struct lens *lens = &self->lens[side < RIG_SIDES ? side : 0];
+    return error == ERROR_OK ? lens->operations->limits(lens->self, axis, limits) : error;
+}

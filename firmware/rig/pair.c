@@ -1,0 +1,328 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rig/pair.h"
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "rig/failure.h"
+#include "rig/pair_change.h"
+#include "rig/rig_camera.h"
+#include "rig/watch.h"
+
+enum {
+    FRAME_ATTEMPTS = 2,
+    // Squares of noise beyond five sigmas are one in a million; a thing that moves covers more.
+    CHANGE_LIMIT_PERMILLE = 2,
+    US_PER_MS = 1000,
+};
+
+static uint32_t values_of_pixel(enum hal_camera_layout layout) {
+    return layout == HAL_CAMERA_RGB ? 3 : 1;
+}
+
+static unsigned frames_of(const struct pair_options *options) {
+    return options->check_static ? RIG_SIDES + 1 : RIG_SIDES;
+}
+
+size_t pair_values(const struct rig *rig, const struct pair_options *options) {
+    // Only cameras with ports of their own come in colours.
+    const size_t values = rig->profile.bridge ? 1 : 3;
+    return frames_of(options) * values * rig->format.width_px * rig->format.height_px;
+}
+
+// ---- frames
+
+static void copy_frame(const struct hal_camera_frame *from, uint16_t *to) {
+    const uint32_t row_values = from->width_px * values_of_pixel(from->layout);
+    INVARIANT(from->stride >= row_values);
+    for (uint32_t row = 0; row < from->height_px; row++) {
+        const uint16_t *values = from->data + (size_t)row * from->stride;
+        for (uint32_t i = 0; i < row_values; i++) {
+            to[(size_t)row * row_values + i] = values[i];
+        }
+    }
+}
+
+static int is_as_asked(struct rig *rig, unsigned side, const struct hal_camera_frame *frame) {
+    if (frame->width_px == rig->format.width_px && frame->height_px == rig->format.height_px) {
+        return ERROR_OK;
+    }
+    const int32_t numbers[] = {frame->width_px, frame->height_px};
+    return watch_trouble(rig, failure_part(RIG_PART_LEFT_CAMERA, side), ERROR_FRAME,
+                         "it sends # x # pixels, which is not what was asked for; bring up again",
+                         numbers);
+}
+
+static int torn(struct rig *rig, unsigned side, uint32_t faults) {
+    const enum rig_part part = failure_part(RIG_PART_LEFT_CAMERA, side);
+    watch_used(rig, part, ERROR_FRAME);
+    const char *what = (faults & HAL_CAMERA_SHORT_LINE) != 0
+                           ? "two frames in succession had lines of a wrong length; look at its "
+                             "cable"
+                       : (faults & (HAL_CAMERA_SHORT | HAL_CAMERA_LONG)) != 0
+                           ? "two frames in succession had a wrong number of rows; look at its "
+                             "cable"
+                           : "two frames in succession were damaged; look at its cable and plug";
+    return watch_trouble(rig, part, ERROR_FRAME, what, NULL);
+}
+
+// A whole frame of a camera, in `memory` (`values` long), with its circumstances but the stands.
+static int take_frame(struct rig *rig, unsigned side, uint64_t not_before_us, uint16_t *memory,
+                      size_t values, struct pair_frame *out) {
+    struct hal_camera_frame frame = {.faults = 0};
+    for (int attempt = 0; attempt < FRAME_ATTEMPTS; attempt++) {
+        int error = rig_camera_take(rig, side, not_before_us, &frame);
+        if (error != ERROR_OK) {
+            return error;
+        }
+        error = is_as_asked(rig, side, &frame);
+        const size_t needed =
+            (size_t)frame.width_px * frame.height_px * values_of_pixel(frame.layout);
+        if (error == ERROR_OK && needed > values) {
+            error = ERROR_MEMORY;
+        }
+        const bool whole = error == ERROR_OK && frame.faults == 0;
+        if (whole) {
+            copy_frame(&frame, memory);
+            *out = (struct pair_frame){
+                .data = memory,
+                .width_px = frame.width_px,
+                .height_px = frame.height_px,
+                .stride = frame.width_px * values_of_pixel(frame.layout),
+                .bits = frame.bits,
+                .layout = frame.layout,
+                .sequence = frame.sequence,
+                .begin_us = frame.begin_us,
+                .end_us = frame.end_us,
+                .exposure_us = rig->exposure_us[side],
+                .gain_q3 = rig->gain_q3[side],
+            };
+        }
+        rig_camera_give_back(rig, side, &frame);
+        if (whole || error != ERROR_OK) {
+            return error;
+        }
+    }
+    return torn(rig, side, frame.faults);
+}
+
+// When a frame of the right camera must begin at the earliest to be the one nearest to the left
+// one's. Cameras with ports of their own run freely: half a frame earlier will do, so the time from
+// frame to frame is measured.
+static int take_left(struct rig *rig, uint16_t *memory, size_t values, struct pair_frame *left,
+                     uint64_t *right_not_before_us) {
+    const uint64_t now_us = watch_now_us(rig);
+    int error = take_frame(rig, RIG_LEFT, now_us, memory, values, left);
+    if (error != ERROR_OK || rig->profile.bridge) {
+        *right_not_before_us = left->end_us;
+        return error;
+    }
+    const uint64_t first_us = left->begin_us;
+    error = take_frame(rig, RIG_LEFT, first_us + 1, memory, values, left);
+    if (error == ERROR_OK) {
+        const uint64_t half_us = (left->begin_us - first_us) / 2;
+        *right_not_before_us = left->begin_us > half_us ? left->begin_us - half_us : 0;
+    }
+    return error;
+}
+
+// ---- where the cameras look
+
+static int read_servo(struct rig *rig, unsigned side, uint16_t *pan_q4, bool *turning) {
+    struct fpga_bridge_servo servo;
+    const enum rig_part part = failure_part(RIG_PART_LEFT_SERVO, side);
+    const int error = watch_used(rig, part, fpga_bridge_servo_read(&rig->bridge, side, &servo));
+    if (error != ERROR_OK) {
+        return failure_of_bus(rig, part, error);
+    }
+    *pan_q4 = servo.actual_q4;
+    *turning = servo.actual_q4 != servo.target_q4;
+    return ERROR_OK;
+}
+
+static int read_stand(struct rig *rig, unsigned side, struct pair_stand *stand) {
+    bool turning = false;
+    int error = ERROR_OK;
+    stand->pan_q4 = 0;
+    for (unsigned axis = 0; axis < LENS_AXES; axis++) {
+        stand->position[axis] = INT32_MIN;
+    }
+    if (rig->pan_q4[side] != 0) {
+        error = read_servo(rig, side, &stand->pan_q4, &turning);
+    }
+    if (error == ERROR_OK && turning) {
+        error = watch_trouble(rig, failure_part(RIG_PART_LEFT_SERVO, side), ERROR_MOVED,
+                              "it still turns; wait until it rests, then capture again", NULL);
+    }
+    if (error != ERROR_OK || rig->lens[side].operations == NULL) {
+        return error;
+    }
+    int32_t positions[LENS_AXES];
+    error = rig_lens_read(rig, side, positions);
+    for (unsigned axis = 0; axis < LENS_AXES && error == ERROR_OK; axis++) {
+        if ((rig->lens_abilities[side].axes >> axis & 1) != 0) {
+            stand->position[axis] = positions[axis];
+        }
+    }
+    return error;
+}
+
+static int read_stands(struct rig *rig, struct pair_stand stands[RIG_SIDES]) {
+    int error = ERROR_OK;
+    for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
+        error = read_stand(rig, side, &stands[side]);
+    }
+    return error;
+}
+
+static int compare_stands(struct rig *rig, unsigned side, const struct pair_frame *frame) {
+    const struct pair_stand *before = &frame->before, *after = &frame->after;
+    if (before->pan_q4 != after->pan_q4) {
+        const int32_t numbers[] = {before->pan_q4 / 16, after->pan_q4 / 16};
+        return watch_trouble(rig, failure_part(RIG_PART_LEFT_SERVO, side), ERROR_MOVED,
+                             "it turned from # us to # us during the pair; capture again", numbers);
+    }
+    static const char *const moved[LENS_AXES] = {
+        "its zoom moved from # to # during the pair; capture again",
+        "its focus moved from # to # during the pair; capture again",
+        "its iris moved from # to # during the pair; capture again",
+    };
+    for (unsigned axis = 0; axis < LENS_AXES; axis++) {
+        const int32_t numbers[] = {before->position[axis], after->position[axis]};
+        if (numbers[0] == INT32_MIN || numbers[1] == INT32_MIN) {
+            continue;
+        }
+        const int32_t way =
+            numbers[0] > numbers[1] ? numbers[0] - numbers[1] : numbers[1] - numbers[0];
+        if (way > rig->profile.lens_tolerance_counts) {
+            return watch_trouble(rig, failure_part(RIG_PART_LEFT_LENS, side), ERROR_MOVED,
+                                 moved[axis], numbers);
+        }
+    }
+    return ERROR_OK;
+}
+
+// ---- whether the two belong together
+
+static int compare_times(struct rig *rig, const struct pair *pair) {
+    const int64_t apart_us = pair->skew_us < 0 ? -pair->skew_us : pair->skew_us;
+    if (apart_us <= rig->profile.skew_limit_us) {
+        return ERROR_OK;
+    }
+    const int32_t numbers[] = {(int32_t)(apart_us / US_PER_MS),
+                               (int32_t)(rig->profile.skew_limit_us / US_PER_MS)};
+    return watch_trouble(rig, RIG_PART_RIGHT_CAMERA, ERROR_MOVED,
+                         "its frame began # ms from the left one, more than # ms; expose shorter, "
+                         "or allow more skew",
+                         numbers);
+}
+
+static int compare_scenes(struct rig *rig, struct pair *pair, uint16_t *memory, size_t values) {
+    struct pair_frame again;
+    const int error =
+        take_frame(rig, RIG_LEFT, pair->frame[RIG_RIGHT].end_us, memory, values, &again);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    const struct pair_frame *left = &pair->frame[RIG_LEFT];
+    const struct pair_change_frames frames = {.before = left->data,
+                                              .after = again.data,
+                                              .width = left->stride,
+                                              .height = left->height_px,
+                                              .bits = left->bits,
+                                              .gain_q3 = left->gain_q3};
+    pair->change_permille = pair_change_permille(&frames);
+    pair->checked = true;
+    if (pair->change_permille <= CHANGE_LIMIT_PERMILLE) {
+        return ERROR_OK;
+    }
+    const int32_t number = (int32_t)pair->change_permille;
+    return watch_trouble(rig, RIG_PART_LEFT_CAMERA, ERROR_MOVED,
+                         "# of 1000 parts of its picture changed meanwhile; let the scene and its "
+                         "light stand still, then capture again",
+                         &number);
+}
+
+static int wait_for_rest(struct rig *rig) {
+    int error = ERROR_OK;
+    for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
+        error = watch_until(rig, rig->pan_rest_us[side]);
+    }
+    return error;
+}
+
+static void tell(const struct rig *rig, const struct pair_options *options, uint32_t done) {
+    if (rig->observer.progress != NULL) {
+        rig->observer.progress(rig->observer.self, "frames", done, frames_of(options));
+    }
+}
+
+// All steps; `*compared`: the frames and stands are all there.
+static int capture(struct rig *rig, const struct pair_options *options, uint16_t *memory,
+                   size_t frame_values, struct pair *pair, bool *compared) {
+    struct pair_stand before[RIG_SIDES], after[RIG_SIDES];
+    struct pair_frame *frames = pair->frame;
+    uint64_t right_not_before_us = 0;
+    int error = wait_for_rest(rig);
+    error = error == ERROR_OK ? read_stands(rig, before) : error;
+    tell(rig, options, 0);
+    if (error == ERROR_OK) {
+        error = take_left(rig, memory, frame_values, &frames[RIG_LEFT], &right_not_before_us);
+    }
+    if (error == ERROR_OK) {
+        tell(rig, options, 1);
+        error = take_frame(rig, RIG_RIGHT, right_not_before_us, memory + frame_values, frame_values,
+                           &frames[RIG_RIGHT]);
+    }
+    if (error != ERROR_OK) {
+        return error;
+    }
+    tell(rig, options, RIG_SIDES);
+    pair->skew_us = (int64_t)(frames[RIG_RIGHT].begin_us - frames[RIG_LEFT].begin_us);
+    const int checked =
+        options->check_static
+            ? compare_scenes(rig, pair, memory + RIG_SIDES * frame_values, frame_values)
+            : ERROR_OK;
+    if (checked != ERROR_OK && checked != ERROR_MOVED) {
+        return checked;
+    }
+    const struct rig_trouble trouble = rig->trouble;
+    error = read_stands(rig, after);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    *compared = true;
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        frames[side].before = before[side];
+        frames[side].after = after[side];
+        error = error == ERROR_OK ? compare_stands(rig, side, &frames[side]) : error;
+    }
+    error = error == ERROR_OK ? compare_times(rig, pair) : error;
+    if (error == ERROR_OK && checked != ERROR_OK) {
+        rig->trouble = trouble;
+        error = checked;
+    }
+    tell(rig, options, frames_of(options));
+    return error;
+}
+
+int pair_capture(struct rig *rig, const struct pair_options *options, uint16_t *memory,
+                 size_t values, struct pair *pair) {
+    INVARIANT(options != NULL && pair != NULL);
+    if (rig->state != RIG_READY) {
+        return ERROR_NOT_READY;
+    }
+    if (memory == NULL || values < pair_values(rig, options)) {
+        return ERROR_MEMORY;
+    }
+    struct pair taken = {.number = rig->pairs + 1};
+    bool compared = false;
+    const int error = capture(rig, options, memory, values / frames_of(options), &taken, &compared);
+    if (error == ERROR_OK || (error == ERROR_MOVED && compared)) {
+        *pair = taken;
+    }
+    rig->pairs += error == ERROR_OK;
+    // Nothing has moved, so the rig may stay as it is after a frame that was no good.
+    const bool harmless = error == ERROR_OK || error == ERROR_MOVED || error == ERROR_FRAME ||
+                          error == ERROR_MEMORY || error == ERROR_CANCELLED;
+    return harmless ? error : failure_make_safe(rig, error);
+}

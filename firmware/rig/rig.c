@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rig/rig.h"
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "rig/failure.h"
+#include "rig/rig_camera.h"
+#include "rig/watch.h"
+
+enum {
+    LENS_STOP_US = 100000,
+    CTRL_REST = 0,  // no pulses, no frames
+};
+
+void rig_init(struct rig *self, const struct rig_profile *profile, const struct rig_ports *ports,
+              const struct rig_observer *observer) {
+    const char *what = NULL;
+    INVARIANT(rig_profile_check(profile, &what) == ERROR_OK);
+    INVARIANT(ports->clock != NULL);
+    INVARIANT(ports->camera[RIG_LEFT] != NULL && ports->camera[RIG_RIGHT] != NULL);
+    INVARIANT(!profile->bridge || ports->i2c != NULL);
+    INVARIANT(profile->lenses == RIG_LENSES_FIXED || ports->lens_uart != NULL);
+    *self = (struct rig){.profile = *profile, .ports = *ports, .state = RIG_DOWN};
+    if (observer != NULL) {
+        self->observer = *observer;
+    }
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        for (unsigned axis = 0; axis < LENS_AXES; axis++) {
+            self->lens_commanded[side][axis] = INT32_MIN;
+        }
+    }
+}
+
+// ---- safe
+
+static void keep_first(int *first, int error) {
+    *first = *first == ERROR_OK ? error : *first;
+}
+
+// Motors that can be stopped are; others end by themselves where they were sent, which is within
+// their range.
+static int stop_lenses(struct rig *self) {
+    int first = ERROR_OK;
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        const struct lens *lens = &self->lens[side];
+        if (lens->operations == NULL || !self->lens_abilities[side].stops) {
+            continue;
+        }
+        const enum rig_part part = failure_part(RIG_PART_LEFT_LENS, side);
+        const uint64_t deadline_us = watch_now_us(self) + LENS_STOP_US;
+        const int error = watch_used(self, part, lens->operations->stop(lens->self, deadline_us));
+        if (error != ERROR_OK && first == ERROR_OK) {
+            first = watch_trouble(self, part, error,
+                                  "it cannot be told to stop; switch its controller off", NULL);
+        }
+    }
+    return first;
+}
+
+// One transfer ends pulses and frames. Where it fails the bridge is held in reset, and where it
+// has no such line its watchdog does it.
+static int rest_bridge(struct rig *self) {
+    const struct hal_gpio *gpio = self->ports.gpio;
+    // What a bridge that was never opened holds is nothing of ours.
+    if (self->bridge.bus.bus == NULL) {
+        return ERROR_OK;
+    }
+    const int error =
+        watch_used(self, RIG_PART_BRIDGE, fpga_bridge_write(&self->bridge, BRIDGE_CTRL, CTRL_REST));
+    if (error == ERROR_OK) {
+        return ERROR_OK;
+    }
+    failure_of_bus(self, RIG_PART_BRIDGE, error);
+    if (gpio != NULL) {
+        const int held = gpio->operations->set(gpio->self, HAL_GPIO_BRIDGE_RESET, true);
+        if (held != ERROR_UNSUPPORTED) {
+            watch_used(self, RIG_PART_RESET_LINE, held);
+        }
+    }
+    return error;
+}
+
+int rig_safe(struct rig *self) {
+    int first = ERROR_OK;
+    struct rig_trouble trouble = self->trouble;
+    if (self->profile.bridge) {
+        keep_first(&first, rest_bridge(self));
+        trouble = first != ERROR_OK ? self->trouble : trouble;
+    }
+    const int stopped = stop_lenses(self);
+    if (first == ERROR_OK && stopped != ERROR_OK) {
+        trouble = self->trouble;
+    }
+    keep_first(&first, stopped);
+    const int ended = rig_camera_stop(self);
+    if (first == ERROR_OK && ended != ERROR_OK) {
+        trouble = self->trouble;
+    }
+    keep_first(&first, ended);
+    self->trouble = trouble;
+    self->state = self->state == RIG_DOWN ? RIG_DOWN : RIG_SAFE;
+    return first;
+}
+
+// ---- while nothing else runs
+
+int rig_idle(struct rig *self) {
+    if (self->state != RIG_READY) {
+        return ERROR_OK;
+    }
+    const int error = watch_feed(self);
+    return error == ERROR_OK ? ERROR_OK : failure_make_safe(self, error);
+}
+
+// ---- check
+
+// The first trouble of a check is the one that is told.
+static void note(struct rig *self, struct rig_trouble *first, int error) {
+    if (error != ERROR_OK && first->error == ERROR_OK) {
+        *first = self->trouble;
+    }
+}
+
+static int check_bridge(struct rig *self) {
+    uint16_t status = 0;
+    int error = fpga_bridge_watchdog_feed(&self->bridge);
+    if (error == ERROR_OK) {
+        error = fpga_bridge_read(&self->bridge, BRIDGE_STATUS, &status);
+    }
+    watch_used(self, RIG_PART_BRIDGE, error);
+    if (error != ERROR_OK) {
+        return failure_of_bus(self, RIG_PART_BRIDGE, error);
+    }
+    self->fed_us = watch_now_us(self);
+    if ((status & BRIDGE_STATUS_WATCHDOG_FIRED_MASK) != 0) {
+        watch_used(self, RIG_PART_BRIDGE, ERROR_TIMEOUT);
+        return watch_trouble(self, RIG_PART_BRIDGE, ERROR_TIMEOUT,
+                             "its watchdog fired, this program came too late; bring up again",
+                             NULL);
+    }
+    return ERROR_OK;
+}
+
+static int check_camera(struct rig *self, unsigned side) {
+    const enum rig_part sensor = failure_part(RIG_PART_LEFT_SENSOR, side);
+    const enum rig_part camera = failure_part(RIG_PART_LEFT_CAMERA, side);
+    int error = watch_used(self, sensor, mt9t001_check(&self->sensor[side]));
+    if (error != ERROR_OK) {
+        return failure_of_bus(self, sensor, error);
+    }
+    struct fpga_bridge_camera seen;
+    error = watch_used(self, RIG_PART_BRIDGE, fpga_bridge_camera_read(&self->bridge, side, &seen));
+    if (error != ERROR_OK) {
+        return failure_of_bus(self, RIG_PART_BRIDGE, error);
+    }
+    if (watch_used(self, camera, seen.lost ? ERROR_TIMEOUT : ERROR_OK) != ERROR_OK) {
+        return watch_trouble(self, camera, ERROR_TIMEOUT,
+                             "it sends no pixel clock; look at its cable, its supply and its clock",
+                             NULL);
+    }
+    return ERROR_OK;
+}
+
+static int check_servo(struct rig *self, unsigned side) {
+    const enum rig_part part = failure_part(RIG_PART_LEFT_SERVO, side);
+    struct fpga_bridge_servo servo;
+    const int error = fpga_bridge_servo_read(&self->bridge, side, &servo);
+    watch_used(self, part, error);
+    return error == ERROR_OK ? ERROR_OK : failure_of_bus(self, part, error);
+}
+
+// A frame of a camera with a port of its own.
+static int check_source(struct rig *self, unsigned side) {
+    struct hal_camera_frame frame;
+    const int error = rig_camera_take(self, side, watch_now_us(self), &frame);
+    if (error == ERROR_OK) {
+        rig_camera_give_back(self, side, &frame);
+    }
+    return error;
+}
+
+static int check_lens(struct rig *self, unsigned side) {
+    int32_t positions[LENS_AXES];
+    return self->lens[side].operations != NULL ? rig_lens_read(self, side, positions) : ERROR_OK;
+}
+
+int rig_check(struct rig *self) {
+    if (self->state != RIG_READY) {
+        return ERROR_NOT_READY;
+    }
+    struct rig_trouble first = {.error = ERROR_OK};
+    const bool bridge = self->profile.bridge;
+    const int of_bridge = bridge ? check_bridge(self) : ERROR_OK;
+    note(self, &first, of_bridge);
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        if (!bridge) {
+            note(self, &first, check_source(self, side));
+        } else if (of_bridge == ERROR_OK) {
+            note(self, &first, check_camera(self, side));
+        }
+        if (self->profile.servos && of_bridge == ERROR_OK) {
+            note(self, &first, check_servo(self, side));
+        }
+        note(self, &first, check_lens(self, side));
+    }
+    if (first.error == ERROR_OK) {
+        return ERROR_OK;
+    }
+    self->trouble = first;
+    // Without bridge nobody holds the servos, and settings are lost.
+    return of_bridge == ERROR_OK ? first.error : failure_make_safe(self, first.error);
+}

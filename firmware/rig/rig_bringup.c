@@ -1,0 +1,396 @@
+// SPDX-License-Identifier: Apache-2.0
+// From power-up to an instrument whose parts are all known: each step looks at one part, and a part
+// that fails stops only what hangs on it.
+#include "core/error.h"
+#include "core/invariant.h"
+#include "rig/failure.h"
+#include "rig/rig.h"
+#include "rig/rig_camera.h"
+#include "rig/rig_lines.h"
+#include "rig/watch.h"
+
+enum {
+    RESET_US = 1000,  // of the bridge; it clears its branches for 0.1 ms afterwards
+    CLOCK_US = 2000,  // of a sensor, before its reset ends
+    SENSORS = 3,      // both, as bits
+    LENS_PATIENCE_US = 1700000,
+    LENS_ANSWER_US = 100000,
+    US_PER_MS = 1000,
+    SWITCH_LIMIT_MS = 120,
+    // Ten periods of mains light at 50 Hz: no flicker in the first pictures.
+    EXPOSURE_US = 20000,
+};
+
+// What the steps have found.
+struct finding {
+    struct rig_trouble first;
+    bool bridge;
+    bool sensor[RIG_SIDES];
+};
+
+static bool note(struct rig *self, struct finding *finding, int error) {
+    if (error == ERROR_OK) {
+        return true;
+    }
+    const struct hal_log *log = self->ports.log;
+    if (log != NULL && error != ERROR_CANCELLED) {
+        log->operations->write(log->self, HAL_LOG_ERROR, self->trouble.text);
+    }
+    if (finding->first.error == ERROR_OK) {
+        finding->first = self->trouble;
+        finding->first.error = error;
+    }
+    return false;
+}
+
+static int of_bridge(struct rig *self, int error) {
+    watch_used(self, RIG_PART_BRIDGE, error);
+    return error == ERROR_OK ? ERROR_OK : failure_of_bus(self, RIG_PART_BRIDGE, error);
+}
+
+static int set_reset(struct rig *self, bool active) {
+    const struct hal_gpio *gpio = self->ports.gpio;
+    const int error = gpio == NULL
+                          ? ERROR_UNSUPPORTED
+                          : gpio->operations->set(gpio->self, HAL_GPIO_BRIDGE_RESET, active);
+    if (error == ERROR_UNSUPPORTED) {
+        return error;
+    }
+    watch_used(self, RIG_PART_RESET_LINE, error);
+    return error == ERROR_OK
+               ? ERROR_OK
+               : watch_trouble(self, RIG_PART_RESET_LINE, error,
+                               "it cannot be driven; look at the chip's name and who may use it",
+                               NULL);
+}
+
+// ---- the bridge
+
+// Lets go of the reset, which a bring-up that failed may have left.
+static int open_bridge(struct rig *self) {
+    int error = set_reset(self, false);
+    const bool line = error == ERROR_OK;
+    if (error != ERROR_OK && error != ERROR_UNSUPPORTED) {
+        return error;
+    }
+    error = watch_until(self, watch_now_us(self) + RESET_US);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = fpga_bridge_open(&self->bridge, self->ports.i2c, self->ports.clock);
+    if (error != ERROR_OK && line) {
+        error = set_reset(self, true);
+        if (error == ERROR_OK) {
+            error = watch_until(self, watch_now_us(self) + RESET_US);
+        }
+        if (error == ERROR_OK) {
+            error = set_reset(self, false);
+        }
+        if (error == ERROR_OK) {
+            error = watch_until(self, watch_now_us(self) + RESET_US);
+        }
+        if (error != ERROR_OK) {
+            return error;
+        }
+        error = fpga_bridge_open(&self->bridge, self->ports.i2c, self->ports.clock);
+    }
+    return of_bridge(self, error);
+}
+
+// All registers to what they are after a reset, then to what this instrument needs.
+static int set_bridge(struct rig *self) {
+    struct fpga_bridge *bridge = &self->bridge;
+    int error = fpga_bridge_need(bridge, BRIDGE_CAPS_CAMERA1_MASK | BRIDGE_CAPS_ROUTER_MASK);
+    if (error == ERROR_OK) {
+        error = fpga_bridge_soft_reset(bridge);
+    }
+    if (error == ERROR_OK) {
+        error = watch_until(self, watch_now_us(self) + RESET_US);
+        if (error != ERROR_OK) {
+            return error;
+        }
+        error = fpga_bridge_watchdog_set(
+            bridge,
+            self->profile.watchdog_ms != 0 ? self->profile.watchdog_ms : (uint16_t)US_PER_MS,
+            BRIDGE_WDG_ACTION_IS_OFF);
+    }
+    if (error == ERROR_OK) {
+        // The sensors move their lines at the rising edge of the clock.
+        error = fpga_bridge_camera_ppi_mode(
+            bridge, BRIDGE_PPI_MODE_EDGE0_MASK | BRIDGE_PPI_MODE_EDGE1_MASK);
+    }
+    if (error == ERROR_OK) {
+        error = fpga_bridge_camera_switch_limit(bridge, SWITCH_LIMIT_MS);
+    }
+    if (error == ERROR_OK) {
+        error = fpga_bridge_sensor_route(bridge, true, BRIDGE_BRANCH_CTRL_BYPASS_IS_NONE);
+    }
+    if (error == ERROR_OK) {
+        error = fpga_bridge_watchdog_feed(bridge);  // leaves the mark by which a restart is seen
+    }
+    self->fed_us = watch_now_us(self);
+    return of_bridge(self, error);
+}
+
+// The interrupt's line, where there is one, follows the bridge.
+static int check_interrupt(struct rig *self) {
+    const struct hal_gpio *gpio = self->ports.gpio;
+    bool low = true, high = false;
+    int seen = gpio == NULL ? ERROR_UNSUPPORTED
+                            : gpio->operations->get(gpio->self, HAL_GPIO_BRIDGE_IRQ, &low);
+    if (seen == ERROR_UNSUPPORTED) {
+        return ERROR_OK;
+    }
+    const uint16_t event = BRIDGE_IRQ_STATUS_TRIGGER_DONE_MASK;
+    uint16_t events = 0;
+    int error = fpga_bridge_event_enable(&self->bridge, event);
+    if (error == ERROR_OK) {
+        error = fpga_bridge_event_test(&self->bridge, event);
+    }
+    if (error == ERROR_OK && seen == ERROR_OK) {
+        seen = gpio->operations->get(gpio->self, HAL_GPIO_BRIDGE_IRQ, &high);
+    }
+    if (error == ERROR_OK) {
+        error = fpga_bridge_event_enable(&self->bridge, 0);
+    }
+    if (error == ERROR_OK) {
+        error = fpga_bridge_event_take(&self->bridge, &events);
+    }
+    if (error != ERROR_OK) {
+        return of_bridge(self, error);
+    }
+    if (seen == ERROR_OK && (low || !high)) {
+        seen = ERROR_VERIFY;
+    }
+    watch_used(self, RIG_PART_IRQ_LINE, seen);
+    return seen == ERROR_OK ? ERROR_OK
+                            : watch_trouble(self, RIG_PART_IRQ_LINE, seen,
+                                            "it does not follow the bridge; look at the wire and "
+                                            "the line's number",
+                                            NULL);
+}
+
+static int set_servo(struct rig *self, unsigned side) {
+    const struct servo_model *model = &self->profile.servo[side];
+    struct fpga_bridge *bridge = &self->bridge;
+    int error = fpga_bridge_servo_limits(bridge, side, model->least_q4, model->most_q4);
+    if (error == ERROR_OK) {
+        error = fpga_bridge_servo_safe(bridge, side, model->centre_q4);
+    }
+    if (error == ERROR_OK) {
+        error = fpga_bridge_servo_slew(bridge, side, self->profile.servo_slew_q4);
+    }
+    const enum rig_part part = failure_part(RIG_PART_LEFT_SERVO, side);
+    watch_used(self, part, error);
+    return error == ERROR_OK ? ERROR_OK : failure_of_bus(self, part, error);
+}
+
+// ---- the sensors
+
+static int wake_sensors(struct rig *self) {
+    struct fpga_bridge_sensor_lines lines = {.oe = SENSORS, .extclk = SENSORS};
+    int error = of_bridge(self, fpga_bridge_sensor_drive(&self->bridge, &lines));
+    if (error == ERROR_OK) {
+        error = watch_until(self, watch_now_us(self) + CLOCK_US);
+    }
+    lines.reset_n = SENSORS;
+    if (error == ERROR_OK) {
+        error = of_bridge(self, fpga_bridge_sensor_drive(&self->bridge, &lines));
+    }
+    return error == ERROR_OK ? watch_until(self, watch_now_us(self) + CLOCK_US) : error;
+}
+
+// A sensor that did not answer: whether something holds its branch.
+static int sensor_failed(struct rig *self, unsigned side, int error) {
+    const enum rig_part part = failure_part(RIG_PART_LEFT_SENSOR, side);
+    struct fpga_bridge_sensor_bus bus;
+    const int read = fpga_bridge_sensor_bus_read(&self->bridge, &bus);
+    if (read != ERROR_OK) {
+        return of_bridge(self, read);
+    }
+    if ((bus.branch_sda >> side & 1) == 0 || (bus.branch_scl >> side & 1) == 0) {
+        return watch_trouble(self, part, ERROR_I2C_STUCK,
+                             "its I2C lines are held low; switch it off and on, look for a short",
+                             NULL);
+    }
+    return error == ERROR_I2C_NACK
+               ? watch_trouble(self, part, error,
+                               "it does not answer on I2C; look at its cable and its supply", NULL)
+               : failure_of_bus(self, part, error);
+}
+
+static int open_sensor(struct rig *self, unsigned side) {
+    const struct rig_profile *profile = &self->profile;
+    struct mt9t001 *sensor = &self->sensor[side];
+    int error = mt9t001_open(sensor, self->ports.i2c, self->ports.clock,
+                             profile->sensor_address[side], profile->sensor_clock_hz);
+    if (error != ERROR_OK && error != ERROR_DEVICE) {
+        // A sensor that was cut off in the middle of a byte holds its branch.
+        int cleared = fpga_bridge_sensor_bus_clear(&self->bridge, (uint16_t)(1u << side));
+        if (cleared == ERROR_OK) {
+            cleared = watch_until(self, watch_now_us(self) + RESET_US);
+            if (cleared != ERROR_OK) {
+                return cleared;
+            }
+            error = mt9t001_open(sensor, self->ports.i2c, self->ports.clock,
+                                 profile->sensor_address[side], profile->sensor_clock_hz);
+        }
+    }
+    watch_used(self, failure_part(RIG_PART_LEFT_SENSOR, side), error);
+    if (error != ERROR_OK) {
+        return sensor_failed(self, side, error);
+    }
+    self->gain_q3[side] = sensor->gain_q3;
+    return ERROR_OK;
+}
+
+// ---- lenses
+
+// Its questions may take long to be given up: in steps.
+static int open_lens(struct rig *self, unsigned side) {
+    const struct lens *lens = &self->lens[side];
+    struct lens_reading readings[LENS_AXES];
+    const enum rig_part part = failure_part(RIG_PART_LEFT_LENS, side);
+    const uint64_t deadline_us = watch_now_us(self) + LENS_PATIENCE_US;
+    bool heard = true;
+    int error = ERROR_TIMEOUT;
+    while (error == ERROR_TIMEOUT && watch_now_us(self) < deadline_us) {
+        error = watch_look(self);
+        if (error != ERROR_OK) {
+            return error;
+        }
+        const uint64_t until_us = watch_now_us(self) + LENS_ANSWER_US;
+        if (heard) {
+            error = lens->operations->open(lens->self, until_us, &self->lens_abilities[side]);
+            heard = error != ERROR_TIMEOUT;
+        } else {
+            error = lens->operations->read(lens->self, until_us, readings);
+            heard = error == ERROR_OK;
+            error = heard ? ERROR_TIMEOUT : error;  // once more, to learn what it can
+        }
+    }
+    watch_used(self, part, error);
+    if (error == ERROR_OK) {
+        return ERROR_OK;
+    }
+    return watch_trouble(self, part, error,
+                         error == ERROR_TIMEOUT
+                             ? "its controller does not answer; look at its supply and serial cable"
+                             : "the serial line to its controller cannot be used; look at its name",
+                         NULL);
+}
+
+static void bring_up_lenses(struct rig *self, struct finding *finding) {
+    const bool single = self->profile.lenses == RIG_LENSES_V1LC;
+    if (self->profile.lenses == RIG_LENSES_FIXED) {
+        return;
+    }
+    lens_v3lc_init(&self->v3lc, self->ports.lens_uart, self->ports.clock, single);
+    for (unsigned side = 0; side < (single ? 1u : (unsigned)RIG_SIDES); side++) {
+        if (finding->first.error == ERROR_CANCELLED) {
+            return;
+        }
+        self->lens[side] = lens_v3lc_lens(&self->v3lc, side);
+        if (!note(self, finding, open_lens(self, side))) {
+            self->lens[side].operations = NULL;
+        }
+    }
+}
+
+// ---- all
+
+static void bring_up_bridge(struct rig *self, struct finding *finding) {
+    finding->bridge =
+        note(self, finding, open_bridge(self)) && note(self, finding, set_bridge(self));
+    if (!finding->bridge) {
+        return;
+    }
+    note(self, finding, check_interrupt(self));
+    for (unsigned side = 0; side < RIG_SIDES && self->profile.servos; side++) {
+        note(self, finding, set_servo(self, side));
+    }
+    if (!note(self, finding, wake_sensors(self))) {
+        return;
+    }
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        finding->sensor[side] = note(self, finding, open_sensor(self, side));
+    }
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        if (finding->sensor[side] && finding->first.error != ERROR_CANCELLED) {
+            note(self, finding, rig_lines_check(self, side));
+        }
+    }
+}
+
+static void bring_up_sources(struct rig *self, struct finding *finding) {
+    const struct hal_camera_format format = {self->profile.width_px, self->profile.height_px};
+    if (!note(self, finding, rig_camera_start(self, &format))) {
+        return;
+    }
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        struct hal_camera_frame frame;
+        if (note(self, finding, rig_camera_take(self, side, watch_now_us(self), &frame))) {
+            rig_camera_give_back(self, side, &frame);
+        }
+    }
+}
+
+static void forget(struct rig *self) {
+    self->trouble = (struct rig_trouble){.error = ERROR_OK};
+    for (int part = 0; part < RIG_PARTS; part++) {
+        self->health[part] = (struct rig_part_health){.present = false};
+    }
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        self->lens[side] = (struct lens){NULL, NULL};
+        self->pan_q4[side] = 0;
+        self->pan_rest_us[side] = 0;
+        self->settled_us[side] = 0;
+        self->exposure_us[side] = 0;
+        self->gain_q3[side] = 0;
+        for (unsigned axis = 0; axis < LENS_AXES; axis++) {
+            self->lens_commanded[side][axis] = INT32_MIN;
+        }
+    }
+    self->bridge = (struct fpga_bridge){.marked = false};
+    self->pairs = 0;
+}
+
+int rig_bringup(struct rig *self) {
+    if (self->state == RIG_READY) {
+        rig_safe(self);
+    }
+    forget(self);
+    self->state = RIG_DOWN;
+    struct finding finding = {.first = {.error = ERROR_OK}};
+    if (self->profile.bridge) {
+        bring_up_bridge(self, &finding);
+    } else {
+        bring_up_sources(self, &finding);
+    }
+    if (finding.first.error != ERROR_CANCELLED) {
+        bring_up_lenses(self, &finding);
+    }
+    if (finding.first.error == ERROR_OK) {
+        self->state = RIG_READY;
+        uint32_t applied_us = 0;
+        int error = ERROR_OK;
+        if (self->profile.bridge) {
+            error = rig_window(self, self->profile.width_px, self->profile.height_px, 1);
+            if (error == ERROR_OK) {
+                error =
+                    rig_exposure(self, 1u << RIG_LEFT | 1u << RIG_RIGHT, EXPOSURE_US, &applied_us);
+            }
+            if (error == ERROR_OK) {
+                error = fpga_bridge_camera_stream(&self->bridge, true);
+                error = of_bridge(self, error);
+            }
+        }
+        note(self, &finding, error);
+    }
+    if (finding.first.error == ERROR_OK) {
+        return ERROR_OK;
+    }
+    self->state = RIG_SAFE;
+    self->trouble = finding.first;
+    return failure_make_safe(self, finding.first.error);
+}

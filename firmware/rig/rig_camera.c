@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rig/rig_camera.h"
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "rig/failure.h"
+#include "rig/watch.h"
+
+enum {
+    // A frame is waited for so many times as long as it lasts, and this more: the one under way
+    // when the waiting began, the one wanted, and one that was lost.
+    PATIENCE_FRAMES = 3,
+    PATIENCE_US = 250000,
+    SWITCH_LOOK_US = 5000,
+    SWITCH_PATIENCE_US = 600000,  // two times the longest limit of the bridge, and frames
+    COUNT_FULL = 255,             // where the bridge's counts of errors stop
+};
+
+static uint64_t later(uint64_t a, uint64_t b) {
+    return a > b ? a : b;
+}
+
+static uint64_t sooner(uint64_t a, uint64_t b) {
+    return a < b ? a : b;
+}
+
+// Behind the bridge both sides have one port.
+static bool has_source(const struct rig *self, unsigned side) {
+    return !self->profile.bridge || side == RIG_LEFT;
+}
+
+uint64_t rig_camera_frame_us(const struct rig *self, unsigned side) {
+    if (!self->profile.bridge) {
+        return self->profile.frame_us;
+    }
+    struct mt9t001_timing timing;
+    const struct mt9t001 *sensor = &self->sensor[side];
+    const int error =
+        mt9t001_timing_of(&sensor->window, sensor->shutter_rows, sensor->clock_hz, &timing);
+    INVARIANT(error == ERROR_OK);
+    return timing.frame_us;
+}
+
+void rig_camera_unsettle(struct rig *self, unsigned side, uint64_t before_us) {
+    const uint64_t wait_us = before_us + MT9T001_FRAMES_TO_SETTLE * rig_camera_frame_us(self, side);
+    self->settled_us[side] = later(self->settled_us[side], watch_now_us(self) + wait_us);
+}
+
+static int source_failed(struct rig *self, unsigned side, int error) {
+    const enum rig_part part = failure_part(RIG_PART_LEFT_CAMERA, side);
+    const char *what =
+        error == ERROR_UNSUPPORTED ? "it cannot give frames of this size; choose another window"
+        : error == ERROR_DEVICE    ? "it has gone or never was there; look at its plug and its name"
+                                : "the system cannot start its frames; look into the system's log";
+    return watch_trouble(self, part, error, what, NULL);
+}
+
+int rig_camera_start(struct rig *self, const struct hal_camera_format *format) {
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        if (!has_source(self, side)) {
+            continue;
+        }
+        const struct hal_camera *camera = self->ports.camera[side];
+        INVARIANT(camera != NULL);
+        const int error = watch_used(self, failure_part(RIG_PART_LEFT_CAMERA, side),
+                                     camera->operations->start(camera->self, format));
+        if (error != ERROR_OK) {
+            return source_failed(self, side, error);
+        }
+        self->streaming[side] = true;
+    }
+    self->format = *format;
+    return ERROR_OK;
+}
+
+int rig_camera_stop(struct rig *self) {
+    int first = ERROR_OK;
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        const struct hal_camera *camera = self->ports.camera[side];
+        if (!self->streaming[side]) {
+            continue;
+        }
+        self->streaming[side] = false;
+        const int error = watch_used(self, failure_part(RIG_PART_LEFT_CAMERA, side),
+                                     camera->operations->stop(camera->self));
+        if (error != ERROR_OK && first == ERROR_OK) {
+            first = source_failed(self, side, error);
+        }
+    }
+    return first;
+}
+
+// A result of the bridge's driver.
+static int of_bridge(struct rig *self, int error) {
+    watch_used(self, RIG_PART_BRIDGE, error);
+    return error == ERROR_OK ? ERROR_OK : failure_of_bus(self, RIG_PART_BRIDGE, error);
+}
+
+// No frame came: why.
+static int no_frame(struct rig *self, unsigned side, int error) {
+    const enum rig_part part = failure_part(RIG_PART_LEFT_CAMERA, side);
+    if (error != ERROR_TIMEOUT) {
+        return source_failed(self, side, error);
+    }
+    struct fpga_bridge_camera seen;
+    const char *what = "no frame came in time; look at its cable, then bring up again";
+    if (self->profile.bridge) {
+        const int read = of_bridge(self, fpga_bridge_camera_read(&self->bridge, side, &seen));
+        if (read != ERROR_OK) {
+            return read;
+        }
+        what = seen.lost ? "it sends no pixel clock; look at its cable, its supply and its clock"
+                         : "its clock runs but no frame reaches the port; look at FRAME_VALID and "
+                           "the port's cable";
+    }
+    return watch_trouble(self, part, error, what, NULL);
+}
+
+// Makes the bridge pass frames of this camera.
+static int choose(struct rig *self, unsigned side) {
+    static const uint16_t sources[RIG_SIDES] = {BRIDGE_CAM_SELECT_SOURCE_IS_LEFT,
+                                                BRIDGE_CAM_SELECT_SOURCE_IS_RIGHT};
+    struct fpga_bridge_source source;
+    const uint64_t frame_us =
+        later(rig_camera_frame_us(self, RIG_LEFT), rig_camera_frame_us(self, RIG_RIGHT));
+    const uint64_t deadline_us = watch_now_us(self) + 2 * frame_us + SWITCH_PATIENCE_US;
+    bool asked = false;
+    for (;;) {
+        int error = of_bridge(self, fpga_bridge_camera_source(&self->bridge, &source));
+        if (error == ERROR_OK && source.active == sources[side] && source.gate_open &&
+            !source.switching) {
+            return ERROR_OK;
+        }
+        if (error == ERROR_OK && !asked) {
+            error = of_bridge(self, fpga_bridge_camera_select(&self->bridge, sources[side]));
+            asked = true;
+        }
+        if (error != ERROR_OK) {
+            return error;
+        }
+        if (watch_now_us(self) >= deadline_us) {
+            watch_used(self, failure_part(RIG_PART_LEFT_CAMERA, side), ERROR_TIMEOUT);
+            return no_frame(self, side, ERROR_TIMEOUT);
+        }
+        error = watch_until(self, watch_now_us(self) + SWITCH_LOOK_US);
+        if (error != ERROR_OK) {
+            return error;
+        }
+    }
+}
+
+// The bridge's counts of a camera, with room to grow.
+static int read_counts(struct rig *self, unsigned side, struct fpga_bridge_camera *seen) {
+    int error = of_bridge(self, fpga_bridge_camera_read(&self->bridge, side, seen));
+    if (error != ERROR_OK || (seen->short_lines < COUNT_FULL && seen->short_frames < COUNT_FULL)) {
+        return error;
+    }
+    const uint8_t lines =
+        side == RIG_LEFT ? BRIDGE_CAMERA0_SHORT_LINES : BRIDGE_CAMERA1_SHORT_LINES;
+    const uint8_t frames =
+        side == RIG_LEFT ? BRIDGE_CAMERA0_SHORT_FRAMES : BRIDGE_CAMERA1_SHORT_FRAMES;
+    error = of_bridge(self, fpga_bridge_clear_count(&self->bridge, lines));
+    if (error == ERROR_OK) {
+        error = of_bridge(self, fpga_bridge_clear_count(&self->bridge, frames));
+    }
+    return error == ERROR_OK ? of_bridge(self, fpga_bridge_camera_read(&self->bridge, side, seen))
+                             : error;
+}
+
+// A frame, waited for in steps so that the observer is asked and the watchdog fed.
+static int wait_for_frame(struct rig *self, unsigned side, uint64_t not_before_us,
+                          struct hal_camera_frame *frame) {
+    const struct hal_camera *camera = self->ports.camera[side];
+    const uint64_t begin_us = later(not_before_us, self->settled_us[side]);
+    uint64_t now_us = watch_now_us(self);
+    const uint64_t deadline_us =
+        later(begin_us, now_us) + PATIENCE_FRAMES * rig_camera_frame_us(self, side) + PATIENCE_US;
+    int error = ERROR_TIMEOUT;
+    while (error == ERROR_TIMEOUT && now_us < deadline_us) {
+        error = watch_look(self);
+        if (error != ERROR_OK) {
+            return error;
+        }
+        now_us = watch_now_us(self);
+        error = camera->operations->take(camera->self, begin_us,
+                                         sooner(now_us + WATCH_STEP_US, deadline_us), frame);
+        now_us = watch_now_us(self);
+    }
+    watch_used(self, failure_part(RIG_PART_LEFT_CAMERA, side), error);
+    return error == ERROR_OK ? ERROR_OK : no_frame(self, side, error);
+}
+
+int rig_camera_take(struct rig *self, unsigned side, uint64_t not_before_us,
+                    struct hal_camera_frame *frame) {
+    INVARIANT(side < RIG_SIDES && self->ports.camera[side] != NULL);
+    if (!self->profile.bridge) {
+        return wait_for_frame(self, side, not_before_us, frame);
+    }
+    struct fpga_bridge_camera before, after;
+    int error = choose(self, side);
+    if (error == ERROR_OK) {
+        error = read_counts(self, side, &before);
+    }
+    if (error == ERROR_OK) {
+        // The port may still hold a frame of the other camera.
+        error = wait_for_frame(self, side, later(not_before_us, watch_now_us(self)), frame);
+    }
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = of_bridge(self, fpga_bridge_camera_read(&self->bridge, side, &after));
+    if (error != ERROR_OK) {
+        rig_camera_give_back(self, side, frame);
+        return error;
+    }
+    frame->faults |= after.short_lines != before.short_lines ? HAL_CAMERA_SHORT_LINE : 0u;
+    frame->faults |= after.short_frames != before.short_frames ? HAL_CAMERA_SHORT : 0u;
+    return ERROR_OK;
+}
+
+void rig_camera_give_back(struct rig *self, unsigned side, const struct hal_camera_frame *frame) {
+    const struct hal_camera *camera = self->ports.camera[side];
+    INVARIANT(camera != NULL);
+    camera->operations->give_back(camera->self, frame);
+}

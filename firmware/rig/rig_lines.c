@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rig/rig_lines.h"
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "rig/failure.h"
+#include "rig/rig_camera.h"
+#include "rig/watch.h"
+
+enum {
+    WIDTH_PX = 64,
+    HEIGHT_PX = 48,
+    EXPOSURE_ROWS = 1,
+    BITS = 10,
+    ALL = (1 << BITS) - 1,
+    EVEN = 0x155,
+    ODD = 0x2AA,
+    ATTEMPTS = 3,
+};
+
+// A line that was 0 where a 1 was sent, or the other way round.
+struct wrong {
+    uint16_t low, high;
+};
+
+static int of_sensor(struct rig *self, unsigned side, int error) {
+    const enum rig_part part = failure_part(RIG_PART_LEFT_SENSOR, side);
+    watch_used(self, part, error);
+    return error == ERROR_OK ? ERROR_OK : failure_of_bus(self, part, error);
+}
+
+static int set_small_window(struct rig *self, unsigned side) {
+    struct mt9t001 *sensor = &self->sensor[side];
+    struct mt9t001_window window;
+    const uint64_t before_us = rig_camera_frame_us(self, side);
+    int error = mt9t001_centred_window(WIDTH_PX, HEIGHT_PX, 1, 1, &window);
+    INVARIANT(error == ERROR_OK);
+    error = of_sensor(self, side, mt9t001_set_window(sensor, &window));
+    if (error == ERROR_OK) {
+        error = of_sensor(self, side, mt9t001_set_shutter(sensor, EXPOSURE_ROWS));
+    }
+    // The old exposure, in the new window, may take as long as it did.
+    rig_camera_unsettle(self, side, 2 * before_us);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = watch_used(self, RIG_PART_BRIDGE,
+                       fpga_bridge_camera_expect(&self->bridge, WIDTH_PX, HEIGHT_PX));
+    if (error == ERROR_OK) {
+        error = watch_used(self, RIG_PART_BRIDGE, fpga_bridge_camera_stream(&self->bridge, true));
+    }
+    return error == ERROR_OK ? ERROR_OK : failure_of_bus(self, RIG_PART_BRIDGE, error);
+}
+
+static void compare(const struct hal_camera_frame *frame, uint16_t sent, struct wrong *wrong) {
+    INVARIANT(frame->width_px == WIDTH_PX && frame->height_px == HEIGHT_PX);
+    for (unsigned row = 0; row < HEIGHT_PX; row++) {
+        const uint16_t *values = frame->data + (size_t)row * frame->stride;
+        for (unsigned column = 0; column < WIDTH_PX; column++) {
+            wrong->low |= (uint16_t)(sent & ~values[column]);
+            wrong->high |= (uint16_t)(~sent & values[column] & ALL);
+        }
+    }
+}
+
+// A whole frame with this value.
+static int send(struct rig *self, unsigned side, uint16_t value, struct wrong *wrong) {
+    int error = of_sensor(self, side, mt9t001_set_test_data(&self->sensor[side], value));
+    rig_camera_unsettle(self, side, rig_camera_frame_us(self, side));
+    for (int attempt = 0; attempt < ATTEMPTS && error == ERROR_OK; attempt++) {
+        struct hal_camera_frame frame;
+        error = rig_camera_take(self, side, watch_now_us(self), &frame);
+        if (error != ERROR_OK) {
+            return error;
+        }
+        const bool whole = frame.faults == 0;
+        if (whole) {
+            compare(&frame, value, wrong);
+        }
+        rig_camera_give_back(self, side, &frame);
+        if (whole) {
+            return ERROR_OK;
+        }
+    }
+    if (error != ERROR_OK) {
+        return error;
+    }
+    const enum rig_part part = failure_part(RIG_PART_LEFT_CAMERA, side);
+    watch_used(self, part, ERROR_FRAME);
+    return watch_trouble(self, part, ERROR_FRAME,
+                         "its frames come torn; look at its cable: PIXCLK, LINE_VALID, FRAME_VALID",
+                         NULL);
+}
+
+static int lowest_bit(uint16_t bits) {
+    int bit = 0;
+    INVARIANT(bits != 0);
+    while ((bits >> bit & 1) == 0) {
+        bit++;
+    }
+    return bit;
+}
+
+static int tell(struct rig *self, unsigned side, const struct wrong *wrong) {
+    const enum rig_part part = failure_part(RIG_PART_LEFT_CAMERA, side);
+    const uint16_t all = wrong->low | wrong->high;
+    const int32_t number = lowest_bit(all);
+    const char *what = (wrong->low & wrong->high) != 0
+                           ? "data line # changes by itself; look at its cable"
+                       : wrong->low != 0 ? "data line # always reads 0; look at its cable"
+                                         : "data line # always reads 1; look at its cable";
+    watch_used(self, part, ERROR_VERIFY);
+    return watch_trouble(self, part, ERROR_VERIFY, what, &number);
+}
+
+int rig_lines_check(struct rig *self, unsigned side) {
+    const struct hal_camera_format format = {WIDTH_PX, HEIGHT_PX};
+    struct wrong wrong = {0, 0};
+    int error = set_small_window(self, side);
+    if (error == ERROR_OK && !self->streaming[RIG_LEFT]) {
+        error = rig_camera_start(self, &format);
+    }
+    if (error == ERROR_OK) {
+        error = send(self, side, EVEN, &wrong);
+    }
+    if (error == ERROR_OK) {
+        error = send(self, side, ODD, &wrong);
+    }
+    if (error != ERROR_OK) {
+        return error;
+    }
+    return (wrong.low | wrong.high) != 0 ? tell(self, side, &wrong) : ERROR_OK;
+}

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+// What frames look like: exposure, gain, window.
+#include "core/error.h"
+#include "core/invariant.h"
+#include "rig/failure.h"
+#include "rig/rig.h"
+#include "rig/rig_camera.h"
+#include "rig/watch.h"
+
+enum {
+    BOTH_SIDES = 1 << RIG_LEFT | 1 << RIG_RIGHT,
+    GAIN_PARTS = 1000,
+    EXPOSURE_MOST_US = 10000000,
+};
+
+static int refuse_sides(unsigned sides) {
+    return sides == 0 || (sides & ~(unsigned)BOTH_SIDES) != 0 ? ERROR_ARGUMENT : ERROR_OK;
+}
+
+// A setting of a sensor behind the bridge was sent, with this result.
+static int sensor_was_set(struct rig *self, unsigned side, uint64_t before_us, int error) {
+    const enum rig_part part = failure_part(RIG_PART_LEFT_SENSOR, side);
+    watch_used(self, part, error);
+    rig_camera_unsettle(self, side, before_us);
+    return error == ERROR_OK ? ERROR_OK
+                             : failure_make_safe(self, failure_of_bus(self, part, error));
+}
+
+// A control of a camera with a port of its own.
+static int control(struct rig *self, unsigned side, enum hal_camera_control which, int32_t value,
+                   int32_t *applied) {
+    const enum rig_part part = failure_part(RIG_PART_LEFT_CAMERA, side);
+    const struct hal_camera *camera = self->ports.camera[side];
+    const int error = camera->operations->control == NULL
+                          ? ERROR_UNSUPPORTED
+                          : camera->operations->control(camera->self, which, value, applied);
+    if (error == ERROR_UNSUPPORTED || error == ERROR_RANGE) {
+        return watch_trouble(self, part, error,
+                             error == ERROR_RANGE
+                                 ? "it does not take this value; choose one nearer to what it has"
+                                 : "it has no such control; set it by its own program",
+                             NULL);
+    }
+    watch_used(self, part, error);
+    if (error != ERROR_OK) {
+        return failure_make_safe(
+            self, watch_trouble(self, part, error,
+                                "it does not take a setting; look at its plug, then bring up again",
+                                NULL));
+    }
+    const uint64_t wait_us = MT9T001_FRAMES_TO_SETTLE * rig_camera_frame_us(self, side);
+    self->settled_us[side] = watch_now_us(self) + wait_us;
+    return ERROR_OK;
+}
+
+static int set_exposure(struct rig *self, unsigned side, uint32_t exposure_us) {
+    if (!self->profile.bridge) {
+        int32_t applied = 0;
+        const int error =
+            control(self, side, HAL_CAMERA_EXPOSURE_US, (int32_t)exposure_us, &applied);
+        if (error == ERROR_OK) {
+            self->exposure_us[side] = (uint32_t)applied;
+        }
+        return error;
+    }
+    struct mt9t001 *sensor = &self->sensor[side];
+    struct mt9t001_timing timing;
+    int error = mt9t001_timing_of(&sensor->window, 1, sensor->clock_hz, &timing);
+    INVARIANT(error == ERROR_OK);
+    const uint64_t before_us = rig_camera_frame_us(self, side);
+    error = mt9t001_set_shutter(sensor, mt9t001_rows_for(&timing, exposure_us));
+    self->exposure_us[side] = (uint32_t)mt9t001_exposure_us(&timing, sensor->shutter_rows);
+    return sensor_was_set(self, side, before_us, error);
+}
+
+int rig_exposure(struct rig *self, unsigned sides, uint32_t exposure_us, uint32_t *applied_us) {
+    int error = refuse_sides(sides);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    if (exposure_us < 1 || exposure_us > EXPOSURE_MOST_US) {
+        return ERROR_RANGE;
+    }
+    if (self->state != RIG_READY) {
+        return ERROR_NOT_READY;
+    }
+    for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
+        if ((sides >> side & 1) != 0) {
+            error = set_exposure(self, side, exposure_us);
+            *applied_us = error == ERROR_OK ? self->exposure_us[side] : *applied_us;
+        }
+    }
+    return error;
+}
+
+static int set_gain(struct rig *self, unsigned side, uint16_t gain_q3) {
+    if (!self->profile.bridge) {
+        // Such cameras have a scale of their own.
+        const int32_t span = MT9T001_GAIN_Q3_MAX - MT9T001_GAIN_Q3_MIN;
+        const int32_t part = (gain_q3 - MT9T001_GAIN_Q3_MIN) * GAIN_PARTS / span;
+        int32_t applied = 0;
+        const int error = control(self, side, HAL_CAMERA_GAIN_PART, part, &applied);
+        if (error == ERROR_OK) {
+            INVARIANT(applied >= 0 && applied <= GAIN_PARTS);
+            self->gain_q3[side] =
+                (uint16_t)(MT9T001_GAIN_Q3_MIN + (applied * span + GAIN_PARTS / 2) / GAIN_PARTS);
+        }
+        return error;
+    }
+    const int error = mt9t001_set_gain(&self->sensor[side], gain_q3);
+    self->gain_q3[side] = self->sensor[side].gain_q3;
+    return sensor_was_set(self, side, rig_camera_frame_us(self, side), error);
+}
+
+int rig_gain(struct rig *self, unsigned sides, uint16_t gain_q3, uint16_t *applied_q3) {
+    int error = refuse_sides(sides);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    if (gain_q3 < MT9T001_GAIN_Q3_MIN || gain_q3 > MT9T001_GAIN_Q3_MAX) {
+        return ERROR_RANGE;
+    }
+    if (self->state != RIG_READY) {
+        return ERROR_NOT_READY;
+    }
+    for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
+        if ((sides >> side & 1) != 0) {
+            error = set_gain(self, side, gain_q3);
+            *applied_q3 = error == ERROR_OK ? self->gain_q3[side] : *applied_q3;
+        }
+    }
+    return error;
+}
+
+// Both sensors, the bridge and the port go over to another size.
+static int set_sensor_windows(struct rig *self, const struct mt9t001_window *window) {
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        struct mt9t001 *sensor = &self->sensor[side];
+        const uint64_t before_us = rig_camera_frame_us(self, side);
+        int error = mt9t001_set_window(sensor, window);
+        error = sensor_was_set(self, side, before_us, error);
+        if (error != ERROR_OK) {
+            return error;
+        }
+        struct mt9t001_timing timing;
+        error = mt9t001_timing_of(window, sensor->shutter_rows, sensor->clock_hz, &timing);
+        INVARIANT(error == ERROR_OK);
+        self->exposure_us[side] = (uint32_t)mt9t001_exposure_us(&timing, sensor->shutter_rows);
+    }
+    const int error =
+        watch_used(self, RIG_PART_BRIDGE,
+                   fpga_bridge_camera_expect(&self->bridge, window->width_px / window->skip,
+                                             window->height_px / window->skip));
+    return error == ERROR_OK
+               ? ERROR_OK
+               : failure_make_safe(self, failure_of_bus(self, RIG_PART_BRIDGE, error));
+}
+
+int rig_window(struct rig *self, uint16_t width_px, uint16_t height_px, uint8_t skip) {
+    struct mt9t001_window window = {.skip = 1};
+    int error = ERROR_OK;
+    if (self->profile.bridge) {
+        error = mt9t001_centred_window(width_px, height_px, skip, 1, &window);
+    } else if (skip != 1) {
+        error = ERROR_UNSUPPORTED;
+    }
+    if (error != ERROR_OK) {
+        return error;
+    }
+    if (self->state != RIG_READY) {
+        return ERROR_NOT_READY;
+    }
+    if (self->profile.bridge) {
+        error = set_sensor_windows(self, &window);
+    }
+    if (error != ERROR_OK) {
+        return error;
+    }
+    const struct hal_camera_format format = {(uint16_t)(width_px / window.skip),
+                                             (uint16_t)(height_px / window.skip)};
+    error = rig_camera_stop(self);
+    if (error == ERROR_OK) {
+        error = rig_camera_start(self, &format);
+    }
+    if (error == ERROR_UNSUPPORTED && self->format.width_px != 0) {
+        // As it was: the cameras have no such size.
+        const struct rig_trouble why = self->trouble;
+        const struct hal_camera_format before = self->format;
+        const int back =
+            rig_camera_stop(self) == ERROR_OK ? rig_camera_start(self, &before) : error;
+        self->trouble = why;
+        if (back == ERROR_OK && !self->profile.bridge) {
+            return error;
+        }
+    }
+    return error == ERROR_OK ? ERROR_OK : failure_make_safe(self, error);
+}

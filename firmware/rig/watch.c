@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rig/watch.h"
+
+#include "core/decimal.h"
+#include "core/error.h"
+#include "core/invariant.h"
+
+enum {
+    US_PER_MS = 1000,
+    // A feed may be late by a transfer that is tried again, and three of four may be lost.
+    FEEDS_PER_PERIOD = 4,
+};
+
+uint64_t watch_now_us(const struct rig *self) {
+    INVARIANT(self->ports.clock != NULL);
+    return self->ports.clock->operations->now_us(self->ports.clock->self);
+}
+
+static bool hungry(const struct rig *self, uint64_t now_us) {
+    const bool alive = self->profile.bridge && self->state == RIG_READY;
+    const uint64_t period_us = (uint64_t)self->profile.watchdog_ms * US_PER_MS;
+    return alive && period_us > 0 && now_us - self->fed_us >= period_us / FEEDS_PER_PERIOD;
+}
+
+int watch_feed(struct rig *self) {
+    const uint64_t now_us = watch_now_us(self);
+    if (!hungry(self, now_us)) {
+        return ERROR_OK;
+    }
+    const int error = watch_used(self, RIG_PART_BRIDGE, fpga_bridge_watchdog_feed(&self->bridge));
+    if (error != ERROR_OK) {
+        self->state = RIG_SAFE;
+        return watch_trouble(self, RIG_PART_BRIDGE, error,
+                             error == ERROR_RESTARTED
+                                 ? "it has restarted and lost its settings; bring the rig up again"
+                                 : "it does not take the watchdog's sign of life; look at its "
+                                   "supply and I2C lines, then bring the rig up again",
+                             NULL);
+    }
+    self->fed_us = now_us;
+    return ERROR_OK;
+}
+
+int watch_look(struct rig *self) {
+    const int error = watch_feed(self);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    const struct rig_observer *observer = &self->observer;
+    const bool on = observer->go_on == NULL || observer->go_on(observer->self);
+    return on ? ERROR_OK : ERROR_CANCELLED;
+}
+
+int watch_until(struct rig *self, uint64_t until_us) {
+    const struct hal_clock *clock = self->ports.clock;
+    for (uint64_t now_us; (now_us = watch_now_us(self)) < until_us;) {
+        const int error = watch_look(self);
+        if (error != ERROR_OK) {
+            return error;
+        }
+        const uint64_t step_us =
+            until_us - now_us < WATCH_STEP_US ? until_us - now_us : (uint64_t)WATCH_STEP_US;
+        clock->operations->wait_until_us(clock->self, now_us + step_us);
+    }
+    return ERROR_OK;
+}
+
+int watch_used(struct rig *self, enum rig_part part, int error) {
+    INVARIANT((unsigned)part < RIG_PARTS && error <= ERROR_OK);
+    struct rig_part_health *health = &self->health[part];
+    health->uses++;
+    health->error = error;
+    if (error == ERROR_OK) {
+        health->present = true;
+        health->last_us = watch_now_us(self);
+    } else {
+        health->failures++;
+    }
+    return error;
+}
+
+// A text of the trouble, which never outgrows it.
+struct sentence {
+    char *text;
+    size_t length;
+};
+
+static void add(struct sentence *sentence, const char *text) {
+    const size_t room = sizeof((struct rig_trouble *)0)->text - 1;
+    while (*text != '\0' && sentence->length < room) {
+        sentence->text[sentence->length++] = *text++;
+    }
+    INVARIANT(sentence->length <= room);
+    sentence->text[sentence->length] = '\0';
+}
+
+int watch_trouble(struct rig *self, enum rig_part part, int error, const char *what,
+                  const int32_t *numbers) {
+    INVARIANT(error < ERROR_OK);
+    struct sentence sentence = {self->trouble.text, 0};
+    self->trouble.part = part;
+    self->trouble.error = error;
+    add(&sentence, rig_part_text(part));
+    add(&sentence, ": ");
+    for (; *what != '\0'; what++) {
+        char piece[DECIMAL_TEXT_BYTES] = {*what, '\0'};
+        if (*what == '#') {
+            INVARIANT(numbers != NULL);
+            decimal_print(*numbers++, 0, piece);
+        }
+        add(&sentence, piece);
+    }
+    return error;
+}

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The simulated lens controller as the hal's serial line and clock, and a rig that has nothing but
+/// two lenses on it.
+#ifndef VERGENCE_TESTS_MOTION_LENS_BENCH_HPP
+#define VERGENCE_TESTS_MOTION_LENS_BENCH_HPP
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <deque>
+#include <functional>
+#include <limits>
+#include <map>
+#include <vector>
+
+#include "core/error.h"
+#include "rig/lens_move.h"
+#include "rig/rig.h"
+#include "tools/simrig/devices/lens_controller.hpp"
+
+namespace motion {
+
+/// Time, and the bytes on the line to a simulated controller.
+class LensWorld {
+  public:
+    using Motors = std::array<simrig::LensMotorSettings, simrig::kLensAxes>;
+    using Positions = std::array<double, simrig::kLensAxes>;
+
+    LensWorld(const std::array<Motors, 2> &motors, const std::array<Positions, 2> &positions,
+              uint64_t seed, const simrig::LensControllerSettings &settings = {})
+        : controller(
+              settings,
+              {lens(motors[0], positions[0], seed), lens(motors[1], positions[1], seed + 100)},
+              seed + 200) {}
+
+    const hal_uart *uart() const { return &uart_; }
+    const hal_clock *clock() const { return &clock_; }
+    double now_us() const { return now_us_; }
+
+    /// At this time (us), or as soon as time passes.
+    void at(double time_us, std::function<void(double)> what) {
+        events_.emplace(time_us, std::move(what));
+    }
+    void advance(double until_us) {
+        while (!events_.empty() && events_.begin()->first <= until_us) {
+            const auto event = events_.begin();
+            step(std::max(now_us_, event->first));
+            const auto what = event->second;
+            events_.erase(event);
+            what(now_us_);
+        }
+        step(std::max(now_us_, until_us));
+    }
+
+    simrig::LensController controller;
+
+  private:
+    static simrig::LensController::Lens lens(const Motors &motors, const Positions &positions,
+                                             uint64_t seed) {
+        return {simrig::LensMotor(motors[0], positions[0], seed),
+                simrig::LensMotor(motors[1], positions[1], seed + 1),
+                simrig::LensMotor(motors[2], positions[2], seed + 2)};
+    }
+    void step(double time_us) {
+        now_us_ = time_us;
+        for (const uint8_t byte : controller.line().take(time_us)) {
+            come_.push_back(byte);
+        }
+    }
+    static LensWorld &of(void *self) { return *static_cast<LensWorld *>(self); }
+
+    static int write(void *self, const void *data, size_t bytes, uint64_t) {
+        LensWorld &world = of(self);
+        const auto *first = static_cast<const uint8_t *>(data);
+        world.controller.line().send(world.now_us_, {first, first + bytes});
+        return ERROR_OK;
+    }
+    static int read(void *self, void *data, size_t capacity, uint64_t deadline_us, size_t *bytes) {
+        LensWorld &world = of(self);
+        const double end_us = double(deadline_us);
+        while (world.come_.empty() && world.now_us_ < end_us) {
+            const double next_us = world.controller.line().next_us();
+            world.advance(std::min(end_us, std::max(world.now_us_ + 1, std::ceil(next_us))));
+        }
+        if (world.come_.empty()) {
+            return ERROR_TIMEOUT;
+        }
+        *bytes = std::min(capacity, world.come_.size());
+        std::copy_n(world.come_.begin(), *bytes, static_cast<uint8_t *>(data));
+        world.come_.erase(world.come_.begin(), world.come_.begin() + std::ptrdiff_t(*bytes));
+        return ERROR_OK;
+    }
+    static int discard(void *self) {
+        of(self).come_.clear();
+        return ERROR_OK;
+    }
+    static uint64_t clock_now_us(void *self) { return uint64_t(of(self).now_us_); }
+    static void wait_until_us(void *self, uint64_t time_us) { of(self).advance(double(time_us)); }
+
+    double now_us_ = 0;
+    std::deque<uint8_t> come_;
+    std::multimap<double, std::function<void(double)>> events_;
+    hal_uart_operations uart_operations_{write, read, discard};
+    hal_clock_operations clock_operations_{clock_now_us, wait_until_us};
+    hal_uart uart_{&uart_operations_, this};
+    hal_clock clock_{&clock_operations_, this};
+};
+
+/// Numbers that the tests' profiles share.
+constexpr int32_t kTolerance = 3, kBacklash = 10, kSlowest = 80;
+
+/// A rig of lenses alone, brought up by hand.
+class LensRig {
+  public:
+    explicit LensRig(LensWorld &world, bool single = false) : world_(world) {
+        std::memset(&rig, 0, sizeof rig);
+        std::strcpy(rig.profile.name, "lenses");
+        rig.profile.lenses = single ? RIG_LENSES_V1LC : RIG_LENSES_V3LC;
+        rig.profile.lens_tolerance_counts = kTolerance;
+        rig.profile.lens_backlash_counts = kBacklash;
+        std::fill_n(rig.profile.lens_counts_per_s, 3, kSlowest);
+        rig.ports.clock = world.clock();
+        rig.ports.lens_uart = world.uart();
+        rig.observer = {go_on, progress, this};
+        lens_v3lc_init(&rig.v3lc, world.uart(), world.clock(), single);
+        for (unsigned side = 0; side < (single ? 1u : 2u); side++) {
+            rig.lens[side] = lens_v3lc_lens(&rig.v3lc, side);
+            std::fill_n(rig.lens_commanded[side], 3, INT32_MIN);
+        }
+    }
+    /// Opens both lenses.
+    int open() {
+        int error = ERROR_OK;
+        for (unsigned side = 0; side < RIG_SIDES && rig.lens[side].operations != nullptr; side++) {
+            const int own = rig.lens[side].operations->open(rig.lens[side].self,
+                                                            uint64_t(world_.now_us()) + 5000000,
+                                                            &rig.lens_abilities[side]);
+            error = error == ERROR_OK ? own : error;
+        }
+        rig.state = RIG_READY;
+        return error;
+    }
+    int go(unsigned sides, lens_axis axis, int32_t position) {
+        asked_us = world_.now_us();
+        longest_silence_us = 0;
+        done = total = 0;
+        went_back = false;
+        return rig_lens_go(&rig, sides, axis, position);
+    }
+
+    struct rig rig;
+    double cancel_us = std::numeric_limits<double>::infinity();  ///< from then on
+    double cancelled_us = 0;                                     ///< when it was told
+    double asked_us = 0, longest_silence_us = 0;  ///< between two questions whether to go on
+    uint32_t done = 0, total = 0;
+    bool went_back = false;  ///< progress went back, or beyond its end
+
+  private:
+    static bool go_on(void *self) {
+        auto &me = *static_cast<LensRig *>(self);
+        const double now_us = me.world_.now_us();
+        me.longest_silence_us = std::max(me.longest_silence_us, now_us - me.asked_us);
+        me.asked_us = now_us;
+        if (now_us >= me.cancel_us) {
+            me.cancelled_us = now_us;
+            return false;
+        }
+        return true;
+    }
+    static void progress(void *self, const char *, uint32_t done, uint32_t total) {
+        auto &me = *static_cast<LensRig *>(self);
+        me.went_back |= done < me.done || done > total || (me.total != 0 && total != me.total);
+        me.done = done;
+        me.total = total;
+    }
+    LensWorld &world_;
+};
+
+}  // namespace motion
+
+#endif

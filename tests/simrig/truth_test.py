@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Truth over the socket against rays that are cut with the scene's shapes here, in closed form."""
+import re
+import struct
+import unittest
+
+import cv2
+import numpy
+
+from simrig_client import (BAD_REQUEST, BRIDGE, DEPTH, FAILED, LEFT, NORMAL, OBJECT, OK, SCENE,
+                           TRUTH, TRUTH_ROWS, Bench)
+
+BALL_MM, BALL_RADIUS_MM = numpy.array([-80.0, -10.0, 1650.0]), 45.0
+SIZES = {DEPTH: (1, "<f4"), NORMAL: (3, "<f4"), OBJECT: (1, "u1")}
+# Where bring_up() puts the window on the lit array.
+COLUMN, ROW = 900, 700
+
+
+def scene_with_a_ball():
+    ball = ("  - solid: {name: ball, material: clay, position_mm: [-205, -10, -150], parts: "
+            f"[{{ball: {{centre_mm: [0, 0, 0], radius_mm: {BALL_RADIUS_MM}}}}}]}}\n")
+    board = SCENE.replace("[1200, 900]", "[3000, 2400]")  # fills the picture
+    return board.replace("objects:", "  - clay: {kind: clay, colours: [[0.5, 0.4, 0.3]]}\n"
+                         "objects:") + ball
+
+
+def brute_force(camera, columns, rows):
+    """Depth, normal and object of each pixel of the lit array; a pinhole, and no lens's faults."""
+    def numbers(key):
+        return numpy.array([float(n) for n in re.search(
+            rf"^{key}: \[?([^\]\n]*)", camera, re.M)[1].split(",")])
+    focal_px, centre = numbers("focal_length_px")[0], numbers("centre_px")
+    turn, pupil_mm = numbers("rotation_world_camera").reshape(3, 3), numbers("pupil_mm")
+    x, y = numpy.meshgrid(columns, rows)
+    slopes = numpy.dstack([(x - centre[0]) / focal_px, (y - centre[1]) / focal_px,
+                           numpy.ones(x.shape)])
+    rays = slopes @ turn.T
+    # The board: the plane z = 1800. The ball, where it is met, lies before it.
+    depth = (1800 - pupil_mm[2]) / rays[..., 2]
+    normal = numpy.broadcast_to(numpy.array([0.0, 0.0, -1.0]), rays.shape).copy()
+    to_ball = pupil_mm - BALL_MM
+    a, b = (rays ** 2).sum(-1), rays @ to_ball
+    under_root = b ** 2 - a * (to_ball @ to_ball - BALL_RADIUS_MM ** 2)
+    hit = under_root > 0
+    near = (-b - numpy.sqrt(numpy.maximum(under_root, 0))) / a
+    depth[hit] = near[hit]
+    normal[hit] = ((pupil_mm + near[..., None] * rays - BALL_MM) / BALL_RADIUS_MM)[hit]
+    # Scratched outlines are not compared.
+    surely = numpy.abs(under_root) > 1e-3 * a * BALL_RADIUS_MM ** 2
+    return depth, normal @ turn, numpy.where(hit, 2, 1), surely
+
+
+class Truth(Bench):
+    def setUp(self):
+        super().setUp()
+        self.scene.write_text(scene_with_a_ball())
+        self.running = self.start("--files", self.folder, rig="perfect")
+        self.board = self.running.client()
+        self.board.bring_up()
+
+    def take(self, columns=64, rows=48):
+        self.board.arm(columns, rows)
+        self.assertEqual(self.board.frame()[5], 0)
+
+    def layers(self, which, first_row=0, rows=48):
+        answer = self.board.ask(TRUTH_ROWS, struct.pack("<BBHH", 0, which, first_row, rows))
+        columns, got_rows = struct.unpack_from("<HH", answer)
+        self.assertEqual(got_rows, rows)
+        at, found = 4, []
+        for bit, (channels, kind) in SIZES.items():
+            if which & bit:
+                values = numpy.frombuffer(answer, kind, columns * rows * channels, at)
+                at += values.nbytes
+                found.append(values.reshape((rows, columns, channels)).squeeze(-1)
+                             if channels == 1 else values.reshape((rows, columns, channels)))
+        self.assertEqual(at, len(answer))
+        return found
+
+    def camera(self):
+        answer = self.board.ask(TRUTH, b"\0")
+        columns, rows, length = struct.unpack_from("<HHI", answer)
+        depth = numpy.frombuffer(answer[8 + length:], "<f4").reshape(rows, columns)
+        return answer[8:8 + length].decode(), depth
+
+    def compare(self, found, wanted):
+        depth, normal, objects, surely = wanted
+        self.assertGreater(surely.mean(), 0.9)
+        self.assertEqual(set(numpy.unique(objects)), {1, 2}, "both are to be seen")
+        self.assertLess(numpy.abs(found[0] - depth)[surely].max(), 0.01)
+        self.assertLess(numpy.abs(found[1] - normal)[surely].max(), 1e-4)
+        self.assertTrue(numpy.array_equal(found[2][surely], objects[surely]))
+
+    def test_layers_against_brute_force(self):
+        self.take()
+        camera, depth = self.camera()
+        self.assertIn('objects: ["board", "ball"]', camera)
+        found = self.layers(DEPTH | NORMAL | OBJECT)
+        self.assertTrue(numpy.array_equal(found[0], depth))
+        self.compare(found, brute_force(camera, COLUMN + numpy.arange(64), ROW + numpy.arange(48)))
+
+    def test_parts_are_parts_of_the_whole(self):
+        self.take()
+        depth, normal, objects = self.layers(DEPTH | NORMAL | OBJECT)
+        for first, rows in ((0, 1), (47, 1), (5, 2), (11, 30), (6, 6)):
+            for layer, whole in ((DEPTH, depth), (NORMAL, normal), (OBJECT, objects)):
+                (part,) = self.layers(layer, first, rows)
+                # Rays are cut to 1e-7 mm; rounded to 32 bits that may be the next number.
+                numpy.testing.assert_allclose(part, whole[first:first + rows], 3e-7, 1e-6,
+                                              err_msg=f"{layer} {first} {rows}")
+
+    def test_a_mirrored_frame_has_mirrored_truth(self):
+        self.take()
+        plain = self.layers(DEPTH | NORMAL | OBJECT)
+        # Read mode 2: rows and columns from the far end of the same window.
+        self.assertEqual(self.board.write(LEFT, 0x20, 0xC000), OK)
+        self.board.advance(100000)
+        self.take()
+        for before, now in zip(plain, self.layers(DEPTH | NORMAL | OBJECT)):
+            numpy.testing.assert_allclose(before[::-1, ::-1], now, 3e-7, 1e-6)
+        (part,) = self.layers(DEPTH, 3, 4)
+        numpy.testing.assert_allclose(part, plain[0][::-1, ::-1][3:7], 3e-7)
+
+    def test_dark_pixels_see_nothing(self):
+        # From the array's first row and column on: 20 rows and 32 columns are dark.
+        for index in (1, 2):
+            self.assertEqual(self.board.write(LEFT, index, 0), OK)
+        self.board.advance(100000)
+        self.take()
+        depth, normal, objects = self.layers(DEPTH | NORMAL | OBJECT)
+        lit = numpy.zeros((48, 64), bool)
+        lit[20:, 32:] = True
+        self.assertTrue(numpy.array_equal(depth > 0, lit))
+        self.assertTrue(numpy.array_equal(objects > 0, lit))
+        self.assertTrue(numpy.array_equal(numpy.abs(normal).sum(-1) > 0, lit))
+
+    def test_files_hold_the_same(self):
+        self.take()
+        self.board.control("truth left a")
+        _, normal, objects = self.layers(DEPTH | NORMAL | OBJECT)
+        read = cv2.imread(str(self.folder / "a_normal.pfm"), cv2.IMREAD_UNCHANGED)
+        self.assertTrue(numpy.array_equal(read[..., ::-1], normal))  # OpenCV has blue first
+        read = cv2.imread(str(self.folder / "a_object.pgm"), cv2.IMREAD_UNCHANGED)
+        self.assertTrue(numpy.array_equal(read, objects))
+
+    def test_refusals(self):
+        def refused(status, *numbers):
+            return self.assert_refusal(status, self.board.ask, TRUTH_ROWS,
+                                       struct.pack("<BBHH", *numbers))
+        self.assertIn("no frame", refused(FAILED, 1, DEPTH, 0, 1))
+        self.take()
+        for numbers in ((2, 1, 0, 1), (0, 0, 0, 1), (0, 8, 0, 1), (0, 1, 0, 0), (0, 1, 1568, 1),
+                        (0, 1, 65535, 65535)):
+            refused(BAD_REQUEST, *numbers)
+        self.assertIn("48 rows", refused(FAILED, 0, DEPTH, 40, 9))
+        for body in (b"", b"\0\1\0\0\1", b"\0\1\0\0\1\0\0"):
+            self.assert_refusal(BAD_REQUEST, self.board.ask, TRUTH_ROWS, body)
+
+    def test_more_than_a_reply_holds(self):
+        board = self.board
+        for index, value in ((3, 1535), (4, 2047), (1, 20), (2, 32), (9, 1535)):
+            self.assertEqual(board.write(LEFT, index, value), OK)
+        self.assertEqual(board.write(BRIDGE, 0x20, 0), OK)
+        board.advance(400000)
+        board.arm(2048, 1536)
+        self.assertEqual(board.frame(2000000)[5], 0)
+        text = self.assert_refusal(FAILED, board.ask, TRUTH_ROWS,
+                                   struct.pack("<BBHH", 0, NORMAL, 0, 1536))
+        most = int(re.search(r"at most (\d+) such rows", text)[1])
+        self.assertLessEqual(2048 * 12 * most, 1 << 24)
+        self.assertEqual(self.layers(NORMAL, 1536 - 64, 64)[0].shape, (64, 2048, 3))
+
+
+if __name__ == "__main__":
+    unittest.main()

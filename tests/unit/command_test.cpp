@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+// The table engine of commands: what is taken, what is refused, and with which sentence.
+#include "rig/command.h"
+
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "rig/command_text.h"
+#include "rig/command_words.h"
+#include "synthetic/seed.hpp"
+
+namespace {
+
+int run_nothing(const command_call *) {
+    return 0;
+}
+
+const command_argument move_arguments[] = {
+    {"SIDE", COMMAND_CHOICE, nullptr, 0, 0, "left right both", false, "which"},
+    {"ANGLE", COMMAND_NUMBER, "deg", -30.5, 30, nullptr, false, "where to"},
+    {"COUNT", COMMAND_INTEGER, nullptr, 0, 255, nullptr, true, "how often"},
+    {"NOTE", COMMAND_TEXT, nullptr, 1, 8, nullptr, true, "a word"},
+};
+
+const command_argument expose_arguments[] = {
+    {"SIDE", COMMAND_CHOICE, nullptr, 0, 0, "left right both", true, "which"},
+    {"TIME", COMMAND_INTEGER, "us", 1, 1000, nullptr, true, "how long"},
+};
+
+const command table[] = {
+    {"status", "says", "", nullptr, 0, 0, run_nothing},
+    {"move", "moves", "", move_arguments, 4, 0, run_nothing},
+    {"pan", "turns", "", nullptr, 0, 0, run_nothing},
+    {"expose", "sets", "", expose_arguments, 2, 0, run_nothing},
+};
+
+struct Parsed {
+    int error;
+    std::string message;
+    const command *found;
+    std::vector<command_value> values;
+    std::string storage;
+};
+
+Parsed parse(const std::string &line) {
+    Parsed parsed;
+    parsed.storage.resize(COMMAND_LINE_MAX + 1);
+    parsed.values.resize(COMMAND_ARGUMENTS_MAX);
+    char message[200] = "";
+    parsed.found = nullptr;
+    parsed.error = command_parse(line.c_str(), table, 4, &parsed.storage[0], parsed.values.data(),
+                                 &parsed.found, message, sizeof message);
+    parsed.message = message;
+    return parsed;
+}
+
+void refused(const std::string &line, int error, const std::string &sentence) {
+    const Parsed parsed = parse(line);
+    CAPTURE(line);
+    CHECK(parsed.error == error);
+    CHECK(parsed.message == sentence);
+}
+
+}  // namespace
+
+TEST_CASE("a line becomes a command and its values") {
+    const Parsed parsed = parse("\tmove  both -3.25 0xfF \"a \\\"b\\\\\"  # and why");
+    REQUIRE(parsed.error == 0);
+    REQUIRE(parsed.found == &table[1]);
+    CHECK(parsed.values[0].choice == 2);
+    CHECK(parsed.values[1].number == -3.25);
+    CHECK(parsed.values[2].integer == 255);
+    CHECK(parsed.values[3].given);
+    CHECK(std::string(parsed.values[3].text) == "a \"b\\");
+    const Parsed shorter = parse("move left +.5");
+    REQUIRE(shorter.error == 0);
+    CHECK(shorter.values[1].number == 0.5);
+    CHECK_FALSE(shorter.values[2].given);
+    CHECK_FALSE(shorter.values[3].given);
+}
+
+TEST_CASE("an optional choice may be left out in front of a number") {
+    const Parsed all = parse("expose 500");
+    REQUIRE(all.error == 0);
+    CHECK_FALSE(all.values[0].given);
+    CHECK(all.values[1].integer == 500);
+    const Parsed one = parse("expose right 500");
+    REQUIRE(one.error == 0);
+    CHECK(one.values[0].choice == 1);
+    CHECK(one.values[1].integer == 500);
+    refused("expose 5000", ERROR_RANGE,
+            "expose: TIME \"5000\" is too large: expected is a whole number from 1 to 1000 us");
+    refused("expose 500 left", ERROR_ARGUMENT,
+            "expose: \"left\" is too much; usage: expose [SIDE] [TIME]");
+    refused("expose x", ERROR_ARGUMENT,
+            "expose: SIDE \"x\" is unknown: expected is left, right or both");
+}
+
+TEST_CASE("nothing is no command") {
+    for (const char *line : {"", "   ", "\t", "# a comment", "  #x"}) {
+        const Parsed parsed = parse(line);
+        CHECK(parsed.error == 0);
+        CHECK(parsed.found == nullptr);
+        CHECK(parsed.message.empty());
+    }
+}
+
+TEST_CASE("refusals name argument, range and unit") {
+    refused("stats", ERROR_ARGUMENT, "there is no command \"stats\"; did you mean \"status\"?");
+    refused("fly", ERROR_ARGUMENT, "there is no command \"fly\"; \"help\" lists them");
+    refused("status now", ERROR_ARGUMENT, "status: \"now\" is too much; usage: status");
+    refused("move left 1 1 a b c d e f g", ERROR_ARGUMENT,
+            "move: \"b\" is too much; usage: move SIDE ANGLE [COUNT] [NOTE]");
+    refused("move", ERROR_MISSING, "move: SIDE is missing: expected is left, right or both");
+    refused("move lift 1", ERROR_ARGUMENT,
+            "move: SIDE \"lift\" is unknown: expected is left, right or both; did you mean "
+            "\"left\"?");
+    refused("move left", ERROR_MISSING,
+            "move: ANGLE is missing: expected is a number from -30.5 to 30 deg");
+    refused("move left 30.01", ERROR_RANGE,
+            "move: ANGLE \"30.01\" is too large: expected is a number from -30.5 to 30 deg");
+    refused("move left -31", ERROR_RANGE,
+            "move: ANGLE \"-31\" is too small: expected is a number from -30.5 to 30 deg");
+    for (const char *word : {"x", "1e3", "0x10", "1.", ".", "-", "--1", "nan", "inf", "1,5"}) {
+        refused(std::string("move left ") + word, ERROR_SYNTAX,
+                std::string("move: ANGLE \"") + word +
+                    "\" is no number: expected is a number from -30.5 to 30 deg");
+    }
+    refused("move left 1 2.5", ERROR_SYNTAX,
+            "move: COUNT \"2.5\" is no whole number: expected is a whole number from 0 to 255");
+    refused("move left 1 0xFFFFFFFFFFFFFFFFFFFFFFFF", ERROR_RANGE,
+            "move: COUNT \"0xFFFFFFFFFFFFFFFFFFFFFFFF\" is too large: expected is a whole number "
+            "from 0 to 255");
+    refused("move left 1 2 ninechars", ERROR_RANGE,
+            "move: NOTE \"ninechars\" is too long: expected is a text of 1 to 8 characters");
+    refused("move left 1 2 \"\"", ERROR_RANGE,
+            "move: NOTE \"\" is too short: expected is a text of 1 to 8 characters");
+}
+
+TEST_CASE("lines that cannot be taken apart") {
+    refused("move \"left", ERROR_SYNTAX, "a word that begins with a quote must end with one");
+    refused("move \"left\"1", ERROR_SYNTAX, "a word that begins with a quote must end with one");
+    refused("status\x1b", ERROR_SYNTAX, "the line holds a control character");
+    refused(std::string(COMMAND_LINE_MAX + 1, 'x'), ERROR_SYNTAX,
+            "the line is longer than 512 characters");
+    CHECK(parse(std::string(COMMAND_LINE_MAX, 'x')).error == ERROR_ARGUMENT);
+    CHECK(parse("status" + std::string(COMMAND_LINE_MAX - 6, ' ')).error == 0);
+}
+
+TEST_CASE("a message is one line and fits, whatever was typed") {
+    char message[32];
+    std::vector<char> storage(COMMAND_LINE_MAX + 1);
+    command_value values[COMMAND_ARGUMENTS_MAX];
+    const command *found = nullptr;
+    const std::string line = "\xc3\xa4" + std::string(300, 'y');
+    CHECK(command_parse(line.c_str(), table, 4, storage.data(), values, &found, message,
+                        sizeof message) == ERROR_ARGUMENT);
+    CHECK(std::strlen(message) == sizeof message - 1);
+}
+
+TEST_CASE("numbers are those that were typed") {
+    std::mt19937 random(synthetic::test_seed());
+    for (int i = 0; i < 20000; i++) {
+        const int decimals = static_cast<int>(random() % 7);
+        const long whole = static_cast<long>(random() % 100000);
+        std::string text = (random() % 2 ? "-" : "") + std::to_string(whole);
+        if (decimals > 0) {
+            text += ".";
+            for (int d = 0; d < decimals; d++) {
+                text += static_cast<char>('0' + random() % 10);
+            }
+        }
+        double value = 0;
+        REQUIRE(command_words_number(text.c_str(), &value));
+        CHECK(value == std::stod(text));
+        const long long integer =
+            static_cast<long long>((uint64_t(random()) << 32 | random()) >> 1);
+        int64_t read = 0;
+        REQUIRE(command_words_integer(std::to_string(-integer).c_str(), &read));
+        CHECK(read == -integer);
+        char printed[64];
+        command_text added = command_text_begin(printed, sizeof printed);
+        command_text_add_integer(&added, -integer);
+        CHECK(std::string(printed) == std::to_string(-integer));
+    }
+    int64_t nearest = 0;
+    CHECK(command_words_integer("-99999999999999999999", &nearest));
+    CHECK(nearest == -INT64_MAX);
+    char printed[64];
+    command_text added = command_text_begin(printed, sizeof printed);
+    command_text_add_integer(&added, INT64_MIN);
+    command_text_add(&added, " ");
+    command_text_add_number(&added, -0.25, 6);
+    command_text_add(&added, " ");
+    command_text_add_number(&added, 1e300, 6);
+    CHECK(std::string(printed) == "-9223372036854775808 -0.25 ?");
+}
+
+TEST_CASE("the instrument's table is whole") {
+    size_t count = 0;
+    const command *rig = command_rig_table(&count);
+    REQUIRE(count > 10);
+    for (size_t i = 0; i < count; i++) {
+        CAPTURE(rig[i].name);
+        CHECK(command_find(rig, count, rig[i].name) == &rig[i]);
+        CHECK(std::strlen(rig[i].name) <= COMMAND_CHOICE_MAX);
+        CHECK((rig[i].run != nullptr));
+        CHECK(std::strlen(rig[i].summary) < 70);
+        CHECK(rig[i].summary[std::strlen(rig[i].summary) - 1] != '.');
+        CHECK(std::strlen(rig[i].help) > 0);
+        bool optional = false;
+        for (unsigned a = 0; a < rig[i].argument_count; a++) {
+            const command_argument &argument = rig[i].arguments[a];
+            CHECK((argument.optional || !optional));
+            optional = argument.optional;
+            CHECK(std::strlen(argument.help) > 0);
+            CHECK((argument.kind == COMMAND_CHOICE) == (argument.choices != nullptr));
+            CHECK((argument.kind == COMMAND_CHOICE || argument.least < argument.most));
+        }
+    }
+}
