@@ -23,6 +23,7 @@ extern "C" {
 struct config;
 struct job;
 struct logbook;
+struct record;
 
 /// The calibration's record in the store: its canonical text.
 #define SURROUNDINGS_CALIBRATION "calibration"
@@ -33,6 +34,7 @@ struct surroundings {
     size_t table_count;
     const struct hal_log *log;
     struct logbook *logbook;        ///< behind `log`: its last lines
+    struct record *record;          ///< in front of the rig's ports; recording when told to
     const struct hal_store *store;  ///< NULL: nothing can be kept
     struct job *job;                ///< the one that runs, for commands that outlast one run
     int files_fd;  ///< the directory of sessions and other results that clients fetch; -1: none
