@@ -119,7 +119,7 @@ static int by_name(const void *a, const void *b) {
 static bool join_tables(struct daemon *self) {
     static const struct command *(*const tables[])(size_t *) = {
         command_rig_table,    commands_daemon_table,    commands_calibration_table,
-        commands_files_table, commands_bugreport_table,
+        commands_files_table, commands_bugreport_table, commands_session_table,
     };
     for (size_t i = 0; i < sizeof tables / sizeof tables[0]; i++) {
         size_t count = 0;
@@ -227,6 +227,7 @@ static int serve(struct daemon *self) {
         server_run(&self->server);
     }
     server_close(&self->server);
+    commands_session_end(&self->backends.record);
     main_backends_close(&self->backends);
     if (self->store_open) {
         store_close(&self->store);

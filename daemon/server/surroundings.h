@@ -25,8 +25,9 @@ struct job;
 struct logbook;
 struct record;
 
-/// The calibration's record in the store: its canonical text.
+/// The calibration's record in the store: its canonical text, and how long it is at most.
 #define SURROUNDINGS_CALIBRATION "calibration"
+enum { SURROUNDINGS_CALIBRATION_BYTES = 4096 };
 
 struct surroundings {
     const struct config *config;

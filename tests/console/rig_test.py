@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The instrument through its console: brought up, aimed, looked at, on the simulated rig."""
+import glob
 import os
+import subprocess
 import time
 import unittest
 
-from daemon_process import DaemonTest
+from daemon_process import PATIENCE_S, VERGENCED, DaemonTest
 
 
 class Rig(DaemonTest):
@@ -72,6 +74,43 @@ class Rig(DaemonTest):
         self.assertIn(self.asked("status")["state"], ("safe", "ready"))
         self.assertTrue(self.first.ask_json("bringup")["ok"])
         self.assertAlmostEqual(self.asked("zoom left 400")["left"]["position"], 400, delta=6)
+
+    def frames_of(self, session):
+        """The files of a session's frames, whose names are the CRC of what is in them."""
+        pattern = os.path.join(self.files, session, "frame-*")
+        return sorted(os.path.basename(path) for path in glob.glob(pattern))
+
+    def test_a_recorded_session_plays_bit_for_bit(self):
+        self.asked("record start r1")
+        self.assertEqual(self.first.ask("record start r2")[0][:8], "ERR BUSY")
+        commands = ["bringup", "window 320 240", "exposure 8000", "pan both 3 -3", "capture",
+                    "capture - static"]
+        answers = [self.asked(command) for command in commands]
+        self.assertLess(answers[5]["change"], 1)
+        self.assertNotEqual(answers[4]["skew"], 0)
+        self.assertEqual(self.asked("record stop"), {"session": "r1", "pairs": 2})
+        self.assertEqual(self.asked("record"), {"recording": "nothing"})
+        self.assertEqual(len(self.frames_of("r1")) >= 4, True)
+        # The same commands to a daemon that has nothing but the recording.
+        script = "".join(f"{command}\n" for command in commands).replace(
+            "capture\n", "capture p1\n").replace("capture - static", "capture p2 static")
+        done = subprocess.run(
+            [VERGENCED, f"backend=replay {os.path.join(self.files, 'r1')}", "socket=none",
+             f"files={self.files}", "store=none", "console=stdio"], input=script, text=True,
+            capture_output=True, timeout=PATIENCE_S)
+        self.assertEqual(done.stdout.count("OK\n"), len(commands), done.stdout)
+        played = self.frames_of("p1") + self.frames_of("p2")
+        self.assertEqual(len(played), 4)
+        self.assertTrue(set(played) <= set(self.frames_of("r1")))
+
+    def test_capture(self):
+        self.asked("window 320 240")
+        answer = self.asked("capture one static")
+        self.assertEqual((answer["session"], answer["left"]["width"]), ("one", 320))
+        self.assertEqual(len(self.frames_of("one")), 2)
+        self.assertEqual(self.first.ask("capture one")[0][:12], "ERR ARGUMENT")
+        self.assertEqual(self.first.ask("capture ../x")[0][:12], "ERR ARGUMENT")
+        self.assertTrue(self.asked("capture")["session"].startswith("capture-"))
 
     def test_safe(self):
         self.assertIn("state", self.asked("safe"))
