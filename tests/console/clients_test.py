@@ -91,7 +91,7 @@ class Clients(DaemonTest):
     def test_help_is_whole(self):
         commands = self.first.ask_json("help")["result"]
         wanted = ("help status health selftest pan zoom focus iris exposure gain window "
-                  "calibration registers watch log config version bugreport quit").split()
+                  "capture record calibration registers watch log config version bugreport quit").split()
         self.assertEqual([name for name in wanted if name not in commands], [])
         for name in commands:
             self.assertTrue(self.first.ask_json(f"help {name}")["result"]["usage"].startswith(name))
