@@ -125,7 +125,7 @@ class Regress(Workshop):
 
     def test_accept_keeps_all_reasons(self):
         self.accept("first")
-        self.options(arguments=["--disparity", "0:40"])
+        self.options(arguments=["--disparity", "0:20"])
         self.compare(1)
         self.accept("fewer disparities are searched")
         self.compare(0)
