@@ -12,6 +12,7 @@
 #include "core/invariant.h"
 #include "daemon/message.h"
 #include "daemon/options.h"
+#include "daemon/remote.h"
 #include "daemon/version.h"
 
 enum { CLIENT_COMMANDS_MAX = 32, CLIENT_CLOSED_PIPE = 128 + SIGPIPE };
@@ -29,6 +30,7 @@ static void print_help(FILE *file, const struct client_command *commands, int co
         "vergence - measures 3D surfaces with two cameras\n\n"
         "usage: vergence COMMAND [ARGUMENTS]\n"
         "       vergence help COMMAND\n"
+        "       vergence --connect WHERE [COMMAND]   (an instrument; --connect x --help)\n"
         "       vergence --version\n\n"
         "Commands\n",
         file);
@@ -99,6 +101,9 @@ static int dispatch(int argc, char **argv, const struct client_command *commands
     if (strcmp(argv[1], "--version") == 0) {
         printf("vergence %s (build %s)\n", client_version(), client_build_id());
         return CLIENT_OK;
+    }
+    if (strncmp(argv[1], "--connect", 9) == 0) {
+        return remote_main(argc, argv);
     }
     const struct client_command *command = find_command(argv[1], commands, command_count);
     return command != NULL ? command->run(argc - 1, argv + 1) : CLIENT_USAGE;

@@ -12,6 +12,11 @@ void json_begin(struct json *json, FILE *stream) {
     json->first[0] = true;
 }
 
+void json_begin_line(struct json *json, FILE *stream) {
+    json_begin(json, stream);
+    json->one_line = true;
+}
+
 /// Length of the well-formed UTF-8 sequence at `text`, 0 when there is none (RFC 3629).
 static int utf8_length(const unsigned char *text) {
     const unsigned char lead = text[0];
@@ -73,7 +78,7 @@ static void open_level(struct json *json, const char *name, char bracket, bool i
     fputc(bracket, json->stream);
     json->depth++;
     json->first[json->depth] = true;
-    json->in_line[json->depth] = in_line;
+    json->in_line[json->depth] = in_line || json->one_line;
 }
 
 static void close_level(struct json *json, char bracket) {
@@ -135,6 +140,16 @@ void json_real(struct json *json, const char *name, double value, int digits) {
     }
     put_lead(json, name);
     fprintf(json->stream, "%.*g", digits, value);
+}
+
+void json_fixed(struct json *json, const char *name, double value, int decimals) {
+    INVARIANT(decimals >= 0 && decimals <= 17);
+    if (!isfinite(value)) {
+        json_null(json, name);
+        return;
+    }
+    put_lead(json, name);
+    fprintf(json->stream, "%.*f", decimals, value);
 }
 
 void json_reals(struct json *json, const char *name, const double *values, int count, int digits) {

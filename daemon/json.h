@@ -14,7 +14,8 @@ extern "C" {
 enum { JSON_MAX_DEPTH = 16 };
 
 struct json {
-    FILE *stream;  // its error indicator says whether all was written
+    FILE *stream;   // its error indicator says whether all was written
+    bool one_line;  // all of the document
     int depth;
     bool first[JSON_MAX_DEPTH + 1];    // nothing written yet at this depth
     bool in_line[JSON_MAX_DEPTH + 1];  // this array stands on one line
@@ -22,6 +23,8 @@ struct json {
 
 /// Begins on a stream that the caller opened and will close.
 void json_begin(struct json *json, FILE *stream);
+/// The same for a document on one line.
+void json_begin_line(struct json *json, FILE *stream);
 
 /// Objects and arrays. `name` is the member's name, or NULL inside an array and at the top.
 void json_open_object(struct json *json, const char *name);
@@ -36,6 +39,8 @@ void json_bool(struct json *json, const char *name, bool value);
 void json_integer(struct json *json, const char *name, int64_t value);
 /// With `digits` significant digits, 1..17.
 void json_real(struct json *json, const char *name, double value, int digits);
+/// With `decimals` after the point, 0..17.
+void json_fixed(struct json *json, const char *name, double value, int decimals);
 void json_null(struct json *json, const char *name);
 
 /// An array of numbers on one line.

@@ -32,7 +32,7 @@ struct config {
     char lens_uart[CONFIG_TEXT_BYTES];
     char gpio_chip[CONFIG_TEXT_BYTES];
     int32_t reset_line, irq_line, lens_power_line;  ///< of that chip; CONFIG_NO_LINE
-    bool reset_active_low, irq_active_low;
+    bool reset_active_low, irq_active_low, lens_power_active_low;
 
     char socket[CONFIG_TEXT_BYTES];
     uint16_t tcp_port;                ///< 0: none
@@ -45,18 +45,27 @@ struct config {
     char log_file[CONFIG_TEXT_BYTES];
     int log_level;  ///< enum hal_log_level
     bool confine;
+    char faults[CONFIG_TEXT_BYTES];  ///< script of fault_plan.h
 };
 
 /// What every key has before a file says otherwise.
 void config_defaults(struct config *config);
 
-/// Reads a file over the defaults. 0; ERROR_IO, ERROR_SYNTAX, ERROR_RANGE, ERROR_MISSING,
+/// Reads a file over what is there. 0; ERROR_IO, ERROR_SYNTAX, ERROR_RANGE, ERROR_MISSING,
 /// ERROR_DUPLICATE or ERROR_ARGUMENT with a message that begins with FILE:LINE.
 int config_read(struct config *config, const char *path, struct message *message);
 
 /// Reads the `length` bytes of a file's text; `name` stands for it in messages.
 int config_parse(struct config *config, const char *name, const char *text, size_t length,
                  struct message *message);
+
+/// Sets one key as a line `key = value` of a file does. 0, or an error with a message that does
+/// not say where the line was.
+int config_set(struct config *config, const char *key, const char *value, struct message *message);
+
+/// Whether what is set makes sense together: a profile, and the devices that it needs. 0, or an
+/// error with a message that names the key.
+int config_check(const struct config *config, struct message *message);
 
 /// Number of keys; name of one; its value as the file would say it, in `text` (CONFIG_TEXT_BYTES +
 /// 16).

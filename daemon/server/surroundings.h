@@ -21,7 +21,13 @@ extern "C" {
 #endif
 
 struct config;
+struct job;
 struct logbook;
+struct record;
+
+/// The calibration's record in the store: its canonical text, and how long it is at most.
+#define SURROUNDINGS_CALIBRATION "calibration"
+enum { SURROUNDINGS_CALIBRATION_BYTES = 4096 };
 
 struct surroundings {
     const struct config *config;
@@ -29,7 +35,9 @@ struct surroundings {
     size_t table_count;
     const struct hal_log *log;
     struct logbook *logbook;        ///< behind `log`: its last lines
+    struct record *record;          ///< in front of the rig's ports; recording when told to
     const struct hal_store *store;  ///< NULL: nothing can be kept
+    struct job *job;                ///< the one that runs, for commands that outlast one run
     int files_fd;  ///< the directory of sessions and other results that clients fetch; -1: none
 
     /// Of the command that runs. False: it is to end soon with ERROR_CANCELLED. Any thread.

@@ -200,6 +200,22 @@ static int too_many(const struct command *command, const char *word,
     return ERROR_ARGUMENT;
 }
 
+/// "exposure 5000" leaves out the choice of the camera, which may be left out, and means the number
+/// behind it.
+static bool is_left_out(const struct command *command, unsigned place, const char *word) {
+    const struct command_argument *argument = &command->arguments[place];
+    if (!argument->optional || argument->kind != COMMAND_CHOICE ||
+        place + 1 >= command->argument_count) {
+        return false;
+    }
+    const enum command_kind behind = argument[1].kind;
+    double number = 0;
+    int64_t integer = 0;
+    return (behind == COMMAND_NUMBER || behind == COMMAND_INTEGER) &&
+           (command_words_number(word, &number) || command_words_integer(word, &integer)) &&
+           command_words_choice(word, argument->choices) < 0;
+}
+
 int command_parse(const char *line, const struct command *table, size_t count, char *storage,
                   struct command_value *values, const struct command **found, char *message,
                   size_t message_bytes) {
@@ -224,18 +240,25 @@ int command_parse(const char *line, const struct command *table, size_t count, c
     if (word_count - 1 > command->argument_count) {
         return too_many(command, words[command->argument_count + 1], &sentence);
     }
+    size_t next = 1;
     for (unsigned i = 0; i < command->argument_count; i++) {
         const struct place place = {command, &command->arguments[i], &sentence};
         values[i] = (struct command_value){.choice = -1};
         int wrong = 0;
-        if (i + 1 < word_count) {
-            wrong = take_value(&place, words[i + 1], &values[i]);
+        if (next < word_count && is_left_out(command, i, words[next])) {
+            continue;
+        }
+        if (next < word_count) {
+            wrong = take_value(&place, words[next++], &values[i]);
         } else if (!command->arguments[i].optional) {
             wrong = refuse(&place, ERROR_MISSING, NULL, " is missing");
         }
         if (wrong != 0) {
             return wrong;
         }
+    }
+    if (next < word_count) {
+        return too_many(command, words[next], &sentence);
     }
     *found = command;
     return 0;

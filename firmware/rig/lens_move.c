@@ -9,7 +9,10 @@
 enum {
     US_PER_S = 1000000,
     COMMAND_US = 100000,  // a command is on its way by then
+    HALT_US = 500000,     // longest for a lens
+    TURN_US = 200000,
     LEGS_PER_APPROACH = 2,
+    LEG_READINGS = 12,  // on a slow line a leg gets them, however long they take
 };
 
 // A lens under way.
@@ -17,7 +20,9 @@ struct mover {
     unsigned side;
     enum lens_axis axis;
     enum { STARTING, GOING_BACK, GOING_UP, ARRIVED } phase;
-    int32_t target, waypoint;
+    int32_t target;
+    int32_t low;       // where an approach from below begins
+    int32_t waypoint;  // of this approach
     struct lens_limits limits;
     // The present leg, in what the potentiometer reads.
     int32_t goal, begin, command;
@@ -29,7 +34,8 @@ struct mover {
     uint32_t settled;     // readings
     uint32_t sent;
     uint64_t since_us, mark_us, deadline_us;
-    bool been_back;
+    bool been_back, far;
+    int32_t trim_before;
     uint32_t trims;
     int32_t rested;  // where the approach before ended beside its target; INT32_MIN: none did
     uint32_t path, done;
@@ -64,9 +70,14 @@ static uint64_t leg_us(const struct rig_profile *profile, enum lens_axis axis, i
     return travel_us(profile, axis, counts) + 3 * lens_move_stall_us(profile, axis);
 }
 
+uint64_t lens_move_jam_us(const struct rig_profile *profile, enum lens_axis axis) {
+    // On the way down, up, and down once more; each with the first readings of a leg.
+    return 3 * (lens_move_stall_us(profile, axis) + LENS_MOVE_STALL_US);
+}
+
 uint64_t lens_move_limit_us(const struct rig_profile *profile, enum lens_axis axis,
                             int32_t distance_counts) {
-    const int32_t beside = run_up(profile) + LENS_MOVE_TRIM_COUNTS;
+    const int32_t beside = run_up(profile) + 2 * LENS_MOVE_TRIM_COUNTS;
     return (uint64_t)RIG_SIDES * LENS_READ_MEDIAN * LENS_READ_SILENCE_US + LENS_MOVE_REST_US +
            LEGS_PER_APPROACH * leg_us(profile, axis, distance_counts + run_up(profile)) +
            (uint64_t)LENS_MOVE_TRIMS * LEGS_PER_APPROACH * leg_us(profile, axis, beside);
@@ -136,19 +147,39 @@ static int jammed(struct rig *self, struct mover *mover) {
         "focus stands at # and does not move to #; free the ring, then move it again",
         "iris stands at # and does not move to #; free the ring, then move it again",
     };
-    self->lens_trim[mover->side][mover->axis] = 0;
+    self->lens_trim[mover->side][mover->axis] = mover->trim_before;  // that was no drift
     watch_used(self, lens_read_part(mover->side), ERROR_JAMMED);
     return watch_trouble(self, lens_read_part(mover->side), ERROR_JAMMED, texts[mover->axis],
                          (const int32_t[]){mover->middle, mover->goal});
 }
 
 static int not_there(struct rig *self, struct mover *mover) {
-    self->lens_trim[mover->side][mover->axis] = 0;
+    self->lens_trim[mover->side][mover->axis] = mover->trim_before;
     watch_used(self, lens_read_part(mover->side), ERROR_TIMEOUT);
     return watch_trouble(self, lens_read_part(mover->side), ERROR_TIMEOUT,
                          "it stands at # and does not arrive at # in time; look at the motor and "
                          "at the profile's speeds and tolerance",
                          (const int32_t[]){mover->middle, mover->goal});
+}
+
+// The waypoint is passed. From one above it goes below first, where there is room.
+static int go_on_up(struct rig *self, struct mover *mover) {
+    if (mover->goal > mover->target && mover->low < mover->target) {
+        return begin_leg(self, mover, mover->low);
+    }
+    mover->phase = GOING_UP;
+    return begin_leg(self, mover, mover->target);
+}
+
+// From so far that a jam can be told from a drift; where there is no room below, from above.
+static int begin_long_approach(struct rig *self, struct mover *mover) {
+    const int32_t target = mover->target, middle = mover->middle;
+    const int32_t run = run_up(&self->profile) + LENS_MOVE_TRIM_COUNTS;
+    const int32_t below = (middle < target ? middle : target) - run;
+    const int32_t above = (middle > target ? middle : target) + run;
+    mover->waypoint = below >= mover->limits.least ? below : above;
+    mover->far = true;
+    return begin_approach(self, mover);
 }
 
 // It moved, and rests beside the target: another approach, as far the other way.
@@ -171,12 +202,7 @@ static int trim(struct rig *self, struct mover *mover) {
     mover->trims++;
     mover->rested = mover->middle;
     *offset = at_end ? *offset : wanted;
-    // Far enough for a jam to be told; where there is no room below, from above.
-    const int32_t run = run_up(&self->profile), target = mover->target, middle = mover->middle;
-    const int32_t below = (middle < target ? middle : target) - run;
-    mover->waypoint =
-        below >= mover->limits.least ? below : (middle > target ? middle : target) + run;
-    return begin_approach(self, mover);
+    return begin_long_approach(self, mover);
 }
 
 // Nothing has moved for too long.
@@ -184,16 +210,21 @@ static int stalled(struct rig *self, struct mover *mover) {
     const int32_t left = distance(mover->middle, mover->goal);
     const int32_t way = distance(mover->begin, mover->goal);
     const int32_t moved = distance(mover->middle, mover->begin);
-    // How far a potentiometer is off is known once an approach has ended: then half will do.
-    const bool known = mover->trims > 0 && mover->phase == GOING_BACK;
-    if (left > LENS_MOVE_TRIM_COUNTS || (known && 2 * moved < way)) {
+    const int32_t tolerance = self->profile.lens_tolerance_counts;
+    const bool back = mover->phase == GOING_BACK;
+    if (left > LENS_MOVE_TRIM_COUNTS + (mover->far ? LENS_MOVE_TRIM_COUNTS : 0)) {
         return jammed(self, mover);
     }
-    if (mover->phase == GOING_BACK) {
-        mover->phase = GOING_UP;
-        return begin_leg(self, mover, mover->target);
+    if (!back) {
+        return trim(self, mover);
     }
-    return trim(self, mover);
+    // Whatever the drift, a long leg moves the motor by the run up at least, and past the target.
+    const bool past = mover->waypoint > mover->target || mover->middle < mover->target - tolerance;
+    const int32_t least = mover->far ? run_up(&self->profile) : way;
+    if (past && 2 * moved >= least) {
+        return go_on_up(self, mover);
+    }
+    return mover->far ? jammed(self, mover) : begin_long_approach(self, mover);
 }
 
 // ---- readings
@@ -203,14 +234,16 @@ static int judge(struct rig *self, struct mover *mover) {
     const uint64_t still_us = now_us - mover->mark_us;
     const uint64_t stall_us = lens_move_stall_us(&self->profile, mover->axis);
     if (mover->settled >= LENS_MOVE_SETTLED_READINGS) {
-        const bool back = mover->phase == GOING_BACK;
-        mover->phase = back ? GOING_UP : ARRIVED;
-        return back ? begin_leg(self, mover, mover->target) : ERROR_OK;
+        if (mover->phase == GOING_BACK) {
+            return go_on_up(self, mover);
+        }
+        mover->phase = ARRIVED;
+        return ERROR_OK;
     }
     if (still_us >= stall_us && mover->since_mark >= LENS_MOVE_STALL_READINGS) {
         return stalled(self, mover);
     }
-    if (now_us >= mover->deadline_us) {
+    if (now_us >= mover->deadline_us && mover->count >= LEG_READINGS) {
         return not_there(self, mover);
     }
     const bool begun = distance(mover->middle, mover->begin) > self->profile.lens_tolerance_counts;
@@ -290,11 +323,12 @@ static int look_at(struct rig *self, struct mover *mover, uint64_t deadline_us) 
 // ---- to rest
 
 // A reading on the way to rest, which cannot be cancelled; false: none came.
-static bool read_resting(struct rig *self, struct mover *mover, uint64_t since_us,
-                         uint64_t deadline_us, int32_t *position) {
+static bool read_resting(struct rig *self, const struct mover *mover, uint64_t deadline_us,
+                         int32_t *position) {
+    const uint64_t since_us = watch_now_us(self);
     struct lens_reading readings[LENS_AXES];
     int error = ERROR_TIMEOUT;
-    while (error == ERROR_TIMEOUT && watch_now_us(self) < deadline_us) {
+    while (error == ERROR_TIMEOUT && watch_now_us(self) + WATCH_STEP_US < deadline_us) {
         (void)watch_feed(self);  // the motor comes first
         error = lens_read_try(self, mover->side, since_us, readings);
     }
@@ -304,38 +338,60 @@ static bool read_resting(struct rig *self, struct mover *mover, uint64_t since_u
     return error == ERROR_OK;
 }
 
-// Sends the motor to where it is and waits until it stays there.
-static void bring_to_rest(struct rig *self, struct mover *mover, uint64_t deadline_us) {
+// Stops a motor, or sends it to where it is, of which two of three new readings may be wild.
+static void halt(struct rig *self, const struct mover *mover, uint64_t deadline_us) {
     const struct lens *lens = &self->lens[mover->side];
     self->lens_commanded[mover->side][mover->axis] = INT32_MIN;
-    const uint64_t stop_us = watch_now_us(self) + COMMAND_US;
-    int32_t at = 0;
-    if (lens->operations->stop(lens->self, stop_us) != ERROR_OK) {
-        if (!read_resting(self, mover, watch_now_us(self), deadline_us, &at)) {
-            return;
-        }
-        at = within(at, mover->limits.least, mover->limits.most);
-        const uint64_t sent_us = watch_now_us(self) + COMMAND_US;
-        (void)lens->operations->go(lens->self, mover->axis, at, sent_us);
+    const uint64_t stopped_us = watch_now_us(self) + COMMAND_US;
+    if (lens->operations->stop(lens->self, stopped_us) == ERROR_OK) {
+        return;
     }
-    // Two readings alike, which a motor under way does not give.
-    int32_t before = INT32_MIN, now = 0;
-    while (read_resting(self, mover, watch_now_us(self), deadline_us, &now)) {
-        if (before != INT32_MIN && distance(before, now) <= self->profile.lens_tolerance_counts) {
+    int32_t readings[LENS_READ_MEDIAN];
+    for (unsigned i = 0; i < LENS_READ_MEDIAN; i++) {
+        if (!read_resting(self, mover, deadline_us, &readings[i])) {
+            return;  // it goes where it was sent, and rests there
+        }
+    }
+    const int32_t seen = mover->middle;
+    const int32_t two = lens_read_median((const int32_t[]){readings[0], readings[1], seen});
+    const int32_t all = lens_read_median((const int32_t[]){two, readings[2], seen});
+    const int32_t offset = self->lens_trim[mover->side][mover->axis];
+    const int32_t at = within(all + offset, mover->limits.least, mover->limits.most);
+    const uint64_t sent_us = watch_now_us(self) + COMMAND_US;
+    (void)lens->operations->go(lens->self, mover->axis, at, sent_us);
+}
+
+// Waits until a motor stands still: for readings alike, which one under way does not give.
+static void wait_for_rest(struct rig *self, const struct mover *mover, uint64_t deadline_us) {
+    int32_t first = 0, now = 0;
+    for (unsigned alike = 0; alike < LENS_READ_MEDIAN;) {
+        if (!read_resting(self, mover, deadline_us, &now)) {
             return;
         }
-        before = now;
+        const bool same = alike > 0 && distance(first, now) <= self->profile.lens_tolerance_counts;
+        alike = same ? alike + 1 : 1;
+        first = same ? first : now;
     }
 }
 
 // The first error stays the one that is told.
-static void bring_all_to_rest(struct rig *self, struct mover *movers, unsigned count) {
+static void bring_to_rest(struct rig *self, const struct mover *movers, unsigned count) {
     const struct rig_trouble trouble = self->trouble;
     const uint64_t begin_us = watch_now_us(self);
     for (unsigned i = 0; i < count; i++) {
-        const uint64_t part_us = (uint64_t)LENS_MOVE_REST_US / count;
         if (movers[i].phase == GOING_BACK || movers[i].phase == GOING_UP) {
-            bring_to_rest(self, &movers[i], begin_us + (i + 1) * part_us);
+            halt(self, &movers[i], begin_us + (i + 1) * HALT_US);
+        }
+    }
+    // A motor takes a moment to begin its way back, and stands still meanwhile.
+    for (const uint64_t end_us = watch_now_us(self) + TURN_US; watch_now_us(self) < end_us;) {
+        const struct hal_clock *clock = self->ports.clock;
+        (void)watch_feed(self);
+        clock->operations->wait_until_us(clock->self, watch_now_us(self) + WATCH_STEP_US);
+    }
+    for (unsigned i = 0; i < count; i++) {
+        if (movers[i].phase == GOING_BACK || movers[i].phase == GOING_UP) {
+            wait_for_rest(self, &movers[i], begin_us + LENS_MOVE_REST_US);
         }
     }
     self->trouble = trouble;
@@ -375,9 +431,8 @@ static int follow(struct rig *self, struct mover *movers, unsigned count) {
     int error = ERROR_OK;
     while (error == ERROR_OK && !all_arrived(movers, count)) {
         for (unsigned i = 0; i < count && error == ERROR_OK; i++) {
-            const uint64_t until_us = movers[i].phase == STARTING ? end_us : movers[i].deadline_us;
             if (movers[i].phase != ARRIVED) {
-                error = look_at(self, &movers[i], until_us < end_us ? until_us : end_us);
+                error = look_at(self, &movers[i], end_us);
             }
         }
         tell_progress(self, movers, count);
@@ -407,8 +462,9 @@ int rig_lens_go(struct rig *self, unsigned sides, enum lens_axis axis, int32_t p
         }
         const int32_t below = position - run_up(&self->profile);
         mover->target = position;
-        mover->waypoint = below > limits.least ? below : limits.least;
+        mover->low = mover->waypoint = below > limits.least ? below : limits.least;
         mover->rested = INT32_MIN;
+        mover->trim_before = self->lens_trim[side][axis];
         mover->since_us = watch_now_us(self);
     }
     if (error != ERROR_OK) {
@@ -416,7 +472,7 @@ int rig_lens_go(struct rig *self, unsigned sides, enum lens_axis axis, int32_t p
     }
     error = follow(self, movers, count);
     if (error != ERROR_OK) {
-        bring_all_to_rest(self, movers, count);
+        bring_to_rest(self, movers, count);
     }
     return error;
 }

@@ -33,12 +33,16 @@ enum {
     LENS_MOVE_SETTLED_READINGS = 4,
     LENS_MOVE_TRIMS = 3,
     LENS_MOVE_TRIM_COUNTS = 20,
-    LENS_MOVE_REST_US = 1500000,  ///< longest way to rest
+    LENS_MOVE_REST_US = 2500000,  ///< longest way to rest
 };
 
 /// Time without progress after which a motor counts as jammed: LENS_MOVE_STALL_US and twice what
 /// LENS_MOVE_STEP_COUNTS take the slowest motor.
 uint64_t lens_move_stall_us(const struct rig_profile *profile, enum lens_axis axis);
+
+/// A jam is told at most so long after it began, on a line that works, and LENS_MOVE_REST_US later
+/// the other lens rests. Next to a target it takes a second approach to tell it from a drift.
+uint64_t lens_move_jam_us(const struct rig_profile *profile, enum lens_axis axis);
 
 /// No call of rig_lens_go takes longer, for lenses at most `distance` counts away from where they
 /// are to go.

@@ -148,15 +148,24 @@ int rig_idle(struct rig *self);
 int rig_check(struct rig *self);
 
 /// Turns a camera: radians * 1e6 from its middle, positive to +x (right). Waits until it rests.
+/// The horn comes from below, by three dead bands, in its last step. Measured in the simulated rig
+/// (dead band 3 us = 0.29 degrees; 30 moves of 2 servos, half of them of up to 1.1 degrees):
+/// without its repeatability it rests within 0.01 degrees, without the approach within 0.29; with
+/// the repeatability of 0.3 degrees rms, which nothing can mend, it rests within 0.30 rms. Within
+/// three dead bands of the lower limit of the servo there is no room for the approach.
+/// Nothing tells where a horn is: a servo that is jammed or has no supply is not noticed, and there
+/// is no ERROR_JAMMED. ERROR_RANGE: outside the profile's or the servo's limits; ERROR_TIMEOUT: the
+/// bridge does not send the width. After ERROR_CANCELLED the servos stay where they were.
 int rig_pan(struct rig *self, unsigned side, int32_t angle_urad);
-/// Both at once.
+/// Both at once; neither moves when one angle is refused.
 int rig_pan_both(struct rig *self, int32_t left_urad, int32_t right_urad);
 /// Where the bridge has the servo now.
 int rig_pan_read(struct rig *self, unsigned side, int32_t *angle_urad);
 
 /// Moves an axis of a lens (of both lenses at the same time when `sides` is 3; bit RIG_LEFT,
 /// RIG_RIGHT) to a position and waits until it is there: from below, past the backlash. Says
-/// ERROR_JAMMED when nothing moves, ERROR_TIMEOUT when it does not arrive.
+/// ERROR_JAMMED when nothing moves, ERROR_TIMEOUT when it does not arrive or its controller does
+/// not answer; how, and how soon: rig/lens_move.h. On any error all motors are at rest.
 int rig_lens_go(struct rig *self, unsigned sides, enum lens_axis axis, int32_t position);
 /// Reads the positions of a lens, each the middle one of three readings.
 int rig_lens_read(struct rig *self, unsigned side, int32_t positions[LENS_AXES]);

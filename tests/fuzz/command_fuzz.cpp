@@ -58,7 +58,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
         const command_value &value = first.values[i];
         FUZZ_CHECK(value.given || argument.optional);
         if (!value.given) {
-            break;
+            continue;
         }
         if (argument.kind == COMMAND_NUMBER || argument.kind == COMMAND_INTEGER) {
             FUZZ_CHECK(value.number >= argument.least && value.number <= argument.most);

@@ -29,9 +29,10 @@ class LensWorld {
 
     LensWorld(const std::array<Motors, 2> &motors, const std::array<Positions, 2> &positions,
               uint64_t seed, const simrig::LensControllerSettings &settings = {})
-        : controller(settings, {lens(motors[0], positions[0], seed),
-                                lens(motors[1], positions[1], seed + 100)},
-                     seed + 200) {}
+        : controller(
+              settings,
+              {lens(motors[0], positions[0], seed), lens(motors[1], positions[1], seed + 100)},
+              seed + 200) {}
 
     const hal_uart *uart() const { return &uart_; }
     const hal_clock *clock() const { return &clock_; }

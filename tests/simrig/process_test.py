@@ -195,6 +195,41 @@ class VirtualTime(Bench):
         self.assertEqual(tags, list(range(tags[0], tags[0] + 21)))
 
 
+class EveryClock(Bench):
+    """What the bridge measures of cameras whose frames nobody has armed."""
+
+    def measured(self, *arguments):
+        board = self.start(*arguments).client()
+        board.bring_up()
+        # Frames seen, lines, pixels, period, pixel clock: words 30 to 34 of the left camera.
+        before = board.read(BRIDGE, 0x30)
+        board.advance(10000)
+        frames, lines, pixels, period_10us, clock_khz = board.read(BRIDGE, 0x30, 5)
+        return frames - before, lines, pixels, period_10us, clock_khz
+
+    def test_the_bridge_counts_all_frames(self):
+        frames, lines, pixels, period_10us, clock_khz = self.measured("--every-clock")
+        # 48 rows and 6 of blank, 511 clocks each.
+        period_us = 54 * 511 / 48
+        self.assertEqual((lines, pixels), (48, 64))
+        self.assertIn(frames, range(int(10000 / period_us) - 1, int(10000 / period_us) + 3))
+        self.assertAlmostEqual(period_10us * 10, period_us, delta=0.02 * period_us + 10)
+        self.assertAlmostEqual(clock_khz, 48000, delta=500)
+
+    def test_without_it_those_that_are_armed(self):
+        self.assertEqual(self.measured()[0], 0)
+
+    def test_a_log_holds_it(self):
+        log = self.folder / "run.log"
+        running = self.start("--every-clock", "--log", log)
+        board = running.client()
+        board.bring_up()
+        self.assertGreater(board.read(BRIDGE, 0x30), 0)
+        self.assertEqual(running.stop(), 0)
+        done = self.run_simrig("--replay", log)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+
 class WallTime(Bench):
     def test_time_is_the_clock_s(self):
         board = self.start("--wall").client()

@@ -65,8 +65,8 @@ class Control(Bench):
         take(board)
         for name in ("../x", "/x", "a/b", "", "." * 3, "x" * 65):
             self.assert_refusal(FAILED, board.control, f"truth left {name}")
-        self.assertEqual(board.control("truth left a"),
-                         "a.pfm\na_normal.pfm\na_objects.pgm\na.yaml\n")
+        self.assertEqual(board.control("truth left a"), 
+                         "a.pfm\na_normal.pfm\na_object.pgm\na.yaml\n")
         depth = cv2.imread(str(self.folder / "a.pfm"), cv2.IMREAD_UNCHANGED)
         self.assertTrue(numpy.array_equal(depth, self.depth()))
         self.assertIn("rotation_world_camera:", (self.folder / "a.yaml").read_text())

@@ -118,3 +118,17 @@ TEST_CASE("lens motors move at their speed, and the controller tells where they 
     CHECK(std::sscanf(text.c_str(), "V3LC 1\rZoom:%d", &zoom) == 1);
     CHECK(std::abs(zoom - 600) <= 5);
 }
+
+TEST_CASE("the first pulse of another width is as exact as the others") {
+    simrig::RigSettings settings;
+    settings.servo[0].repeatability_degrees = 0;
+    Bench bench(settings);
+    CHECK(bench.write(kBridge, 0x08, 0x0001) == I2cStatus::kOk);
+    bench.rig.advance(bench.rig.now_us() + 200 * kMs, 0);
+    // The servo follows the first pulse, and keeps to it within its dead band.
+    for (const double width_us : {1515.25, 1502.5, 1487.75, 1500.0}) {
+        CHECK(bench.write(kBridge, 0x10, uint16_t(width_us * 16)) == I2cStatus::kOk);
+        bench.rig.advance(bench.rig.now_us() + 200 * kMs, 0);
+        CHECK(std::abs(bench.rig.state(0).pan_deg - (width_us - 1500) / 10.3) < 0.01);
+    }
+}

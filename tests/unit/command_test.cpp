@@ -27,10 +27,16 @@ const command_argument move_arguments[] = {
     {"NOTE", COMMAND_TEXT, nullptr, 1, 8, nullptr, true, "a word"},
 };
 
+const command_argument expose_arguments[] = {
+    {"SIDE", COMMAND_CHOICE, nullptr, 0, 0, "left right both", true, "which"},
+    {"TIME", COMMAND_INTEGER, "us", 1, 1000, nullptr, true, "how long"},
+};
+
 const command table[] = {
     {"status", "says", "", nullptr, 0, 0, run_nothing},
     {"move", "moves", "", move_arguments, 4, 0, run_nothing},
     {"pan", "turns", "", nullptr, 0, 0, run_nothing},
+    {"expose", "sets", "", expose_arguments, 2, 0, run_nothing},
 };
 
 struct Parsed {
@@ -47,7 +53,7 @@ Parsed parse(const std::string &line) {
     parsed.values.resize(COMMAND_ARGUMENTS_MAX);
     char message[200] = "";
     parsed.found = nullptr;
-    parsed.error = command_parse(line.c_str(), table, 3, &parsed.storage[0], parsed.values.data(),
+    parsed.error = command_parse(line.c_str(), table, 4, &parsed.storage[0], parsed.values.data(),
                                  &parsed.found, message, sizeof message);
     parsed.message = message;
     return parsed;
@@ -76,6 +82,23 @@ TEST_CASE("a line becomes a command and its values") {
     CHECK(shorter.values[1].number == 0.5);
     CHECK_FALSE(shorter.values[2].given);
     CHECK_FALSE(shorter.values[3].given);
+}
+
+TEST_CASE("an optional choice may be left out in front of a number") {
+    const Parsed all = parse("expose 500");
+    REQUIRE(all.error == 0);
+    CHECK_FALSE(all.values[0].given);
+    CHECK(all.values[1].integer == 500);
+    const Parsed one = parse("expose right 500");
+    REQUIRE(one.error == 0);
+    CHECK(one.values[0].choice == 1);
+    CHECK(one.values[1].integer == 500);
+    refused("expose 5000", ERROR_RANGE,
+            "expose: TIME \"5000\" is too large: expected is a whole number from 1 to 1000 us");
+    refused("expose 500 left", ERROR_ARGUMENT,
+            "expose: \"left\" is too much; usage: expose [SIDE] [TIME]");
+    refused("expose x", ERROR_ARGUMENT,
+            "expose: SIDE \"x\" is unknown: expected is left, right or both");
 }
 
 TEST_CASE("nothing is no command") {
@@ -135,7 +158,7 @@ TEST_CASE("a message is one line and fits, whatever was typed") {
     command_value values[COMMAND_ARGUMENTS_MAX];
     const command *found = nullptr;
     const std::string line = "\xc3\xa4" + std::string(300, 'y');
-    CHECK(command_parse(line.c_str(), table, 3, storage.data(), values, &found, message,
+    CHECK(command_parse(line.c_str(), table, 4, storage.data(), values, &found, message,
                         sizeof message) == ERROR_ARGUMENT);
     CHECK(std::strlen(message) == sizeof message - 1);
 }
@@ -186,7 +209,7 @@ TEST_CASE("the instrument's table is whole") {
         CAPTURE(rig[i].name);
         CHECK(command_find(rig, count, rig[i].name) == &rig[i]);
         CHECK(std::strlen(rig[i].name) <= COMMAND_CHOICE_MAX);
-        CHECK(rig[i].run != nullptr);
+        CHECK((rig[i].run != nullptr));
         CHECK(std::strlen(rig[i].summary) < 70);
         CHECK(rig[i].summary[std::strlen(rig[i].summary) - 1] != '.');
         CHECK(std::strlen(rig[i].help) > 0);

@@ -21,7 +21,7 @@ struct request {
     const char *rig, *listen, *files, *script, *log, *from, *replay, *view;
     int seed = -1, threads = -1;
     double zoom = -1, focus_mm = -1, until_s = -1;
-    bool wall, pty;
+    bool wall, pty, every_clock;
 };
 
 const option options[] = {
@@ -38,6 +38,11 @@ const option options[] = {
      0, 2147483647, 1, 0, nullptr},
     {"wall", OPTION_FLAG, offsetof(request, wall), nullptr,
      "The rig's time is the clock's. Otherwise it passes by requests alone.", 0, 0, 0, 0, nullptr},
+    {"every-clock", OPTION_FLAG, offsetof(request, every_clock), nullptr,
+     "Both sensors' clocks and pixels reach the FPGA all the time, not only while a frame is "
+     "armed: "
+     "its counts of frames are then of all. Slow.",
+     0, 0, 0, 0, nullptr},
     {"pty", OPTION_FLAG, offsetof(request, pty), nullptr,
      "With --wall: the lens controller's line as a pseudo terminal too.", 0, 0, 0, 0, nullptr},
     {"view", OPTION_TEXT, offsetof(request, view), "DIR",
@@ -132,6 +137,9 @@ std::vector<std::string> arguments_of(const request &asked, const char *scene) {
     }
     if (asked.pty) {
         words.emplace_back("--pty");
+    }
+    if (asked.every_clock) {
+        words.emplace_back("--every-clock");
     }
     return words;
 }

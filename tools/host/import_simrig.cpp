@@ -62,9 +62,14 @@ true_camera read_camera(const import_file &file) {
     }
     const double side_px = LENS_SIDE_MAX_PX, thinned = 16;
     const auto size = whole_numbers(file, root, "size_px", 1, side_px);
-    const auto first = whole_numbers(file, root, "first_px", 0, side_px);
+    const auto first = whole_numbers(file, root, "first_px", -side_px, side_px);
     const auto skip = whole_numbers(file, root, "skip", 1, thinned);
     const auto bin = whole_numbers(file, root, "bin", 1, thinned);
+    for (const double mirrored : whole_numbers(file, root, "mirrored", 0, 1)) {
+        if (mirrored != 0) {
+            import_fail(ERROR_RANGE, file, "mirrored: mirrored frames are not supported");
+        }
+    }
     const double focal_px = numbers(file, root, "focal_length_px", 1)[0];
     const auto centre_px = numbers(file, root, "centre_px", 2);
     const auto radial = numbers(file, root, "radial", 3);

@@ -21,7 +21,7 @@ constexpr const char *kUsage =
     "       [--seed N] [--threads N] [--brightness FACTOR] [--time]\n"
     "writes PREFIX.png (a photograph), PREFIX.pgm (the 10-bit mosaic), PREFIX.pfm (true depth, "
     "mm),\n"
-    "       PREFIX_objects.pgm (what is seen where), PREFIX.yaml (the camera)\n";
+    "       PREFIX_object.pgm (what is seen where), PREFIX.yaml (the camera)\n";
 
 struct Options {
     std::string scene, rig, out;
@@ -151,7 +151,7 @@ void run(Options &o) {
     world::write_raw_pgm(o.out + ".pgm", frame);
     const world::Truth truth = world::truth(scene, rig, o.side, o.request);
     world::write_depth_pfm(o.out + ".pfm", truth);
-    world::write_objects_pgm(o.out + "_objects.pgm", truth);
+    world::write_object_pgm(o.out + "_object.pgm", truth);
     world::write_camera_yaml(o.out + ".yaml", truth);
 }
 

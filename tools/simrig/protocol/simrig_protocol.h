@@ -53,9 +53,9 @@ enum simrig_status {
     SIMRIG_NOT_ALLOWED = -4, /* not for this role */
     SIMRIG_I2C_NACK_ADDRESS = -5,
     SIMRIG_I2C_NACK_DATA = -6,
-    SIMRIG_I2C_ARBITRATION = -7, /* a line was low that should be high */
-    SIMRIG_I2C_TIMEOUT = -8,     /* SCL held for too long */
-    SIMRIG_I2C_STUCK = -9,       /* a line is low before the transfer */
+    SIMRIG_I2C_ARBITRATION = -7, /* SDA was low where the master let it go */
+    SIMRIG_I2C_TIMEOUT = -8,     /* SCL held for more than 25 ms */
+    SIMRIG_I2C_STUCK = -9,       /* a line low before START, or SDA still low after STOP */
     SIMRIG_DEADLINE = -10,       /* no frame until the deadline */
     SIMRIG_NO_FRAME_ARMED = -11,
     SIMRIG_FAILED = -12 /* what was asked for did not work; the text says why */

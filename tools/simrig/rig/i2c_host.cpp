@@ -38,7 +38,7 @@ void I2cHost::raise_scl() {
     set(true, sda_);
     const uint64_t limit_ps = wires_.now_ps() + kStretchLimitPs;
     wait(high_ps_ / 8);
-    while (wires_.out().scl == 0) {
+    while (!scl_is_high()) {
         if (wires_.now_ps() > limit_ps) {
             throw Failed{I2cStatus::kTimeout};
         }
@@ -54,7 +54,7 @@ void I2cHost::start(bool repeated) {
         raise_scl();
         wait(high_ps_);
     }
-    if (wires_.out().sda == 0) {
+    if (!sda_is_high()) {
         throw Failed{repeated ? I2cStatus::kArbitration : I2cStatus::kStuck};
     }
     set(true, false);
@@ -70,6 +70,9 @@ void I2cHost::stop() {
     wait(high_ps_);
     set(true, true);
     wait(low_ps_);
+    if (!sda_is_high()) {
+        throw Failed{I2cStatus::kStuck};
+    }
 }
 
 bool I2cHost::bit(bool level) {
@@ -78,7 +81,7 @@ bool I2cHost::bit(bool level) {
     wait(low_ps_ - hold_ps_);
     raise_scl();
     wait(high_ps_ / 2);
-    const bool seen = wires_.out().sda != 0;
+    const bool seen = sda_is_high();
     wait(high_ps_ - high_ps_ / 2 - high_ps_ / 8);
     set(false, level);
     return seen;
@@ -122,7 +125,7 @@ void I2cHost::run_message(I2cMessage &message, I2cResult &result) {
 I2cResult I2cHost::transfer(unsigned speed_hz, std::vector<I2cMessage> &messages) {
     I2cResult result;
     set_speed(speed_hz);
-    if (wires_.out().scl == 0 || wires_.out().sda == 0) {
+    if (!scl_is_high() || !sda_is_high()) {
         result.status = I2cStatus::kStuck;
         return result;
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The DSP's end of the I2C bus, bit by bit on the bridge's pins: one master with clock stretching,
-/// loss of arbitration and time-outs, as a controller in a processor has them.
+/// loss of arbitration and time-outs, as a controller in a processor has them (the TWI of a BF537;
+/// not Linux's i2c-algo-bit, which does not look at SDA while it sends).
 #ifndef VERGENCE_SIMRIG_RIG_I2C_HOST_HPP
 #define VERGENCE_SIMRIG_RIG_I2C_HOST_HPP
 
@@ -17,7 +18,14 @@ struct I2cMessage {
     std::vector<uint8_t> bytes;  ///< to write, or as many as to read
 };
 
-enum class I2cStatus { kOk, kNackAddress, kNackData, kArbitration, kTimeout, kStuck };
+enum class I2cStatus {
+    kOk,
+    kNackAddress,  ///< nobody answers to the address; STOP was sent
+    kNackData,     ///< a byte of a write was not acknowledged; STOP was sent
+    kArbitration,  ///< SDA was low where the master let it go; no clock and no STOP after that
+    kTimeout,      ///< SCL was held for more than 25 ms; given up there
+    kStuck,        ///< a line was low before START, or SDA did not come up at STOP
+};
 
 struct I2cResult {
     I2cStatus status = I2cStatus::kOk;
@@ -46,6 +54,8 @@ class I2cHost {
     void set_speed(unsigned speed_hz);
     void set(bool scl, bool sda);
     void wait(uint64_t duration_ps) { wires_.run(duration_ps); }
+    bool scl_is_high() { return wires_.in.scl && wires_.out().scl != 0; }
+    bool sda_is_high() { return wires_.in.sda && wires_.out().sda != 0; }
     void raise_scl();
     void start(bool repeated);
     void stop();

@@ -95,12 +95,14 @@ void Rig::on_pins(uint64_t time_ps, uint32_t groups, const bridge_outputs &now) 
 
 // In idle time a clock lasts a microsecond, and edges come later by clocks: what the servos see of
 // their pulses is exact to 40 ns only when both edges of a pulse come at full rate. They can be
-// foreseen from those before.
-Rig::Span Rig::next_edge(const Pulse &pulse, uint64_t now_ps) {
+// foreseen from those before, but for the one or two pulses after a write, of any width.
+Rig::Span Rig::next_edge(const Pulse &pulse, uint64_t now_ps) const {
     constexpr uint64_t kGuardPs = 3 * kPsPerUs;
     Span span;
     if (pulse.high && pulse.width_ps != 0) {
-        const uint64_t guard_ps = std::min(2 * pulse.change_ps + kGuardPs, pulse.width_ps);
+        const bool foreseen = pulse.rise_ps > written_ps_ + pulse.period_ps;
+        const uint64_t guard_ps =
+            foreseen ? std::min(2 * pulse.change_ps + kGuardPs, pulse.width_ps) : pulse.width_ps;
         span = {pulse.rise_ps + pulse.width_ps - guard_ps,
                 pulse.rise_ps + pulse.width_ps + guard_ps};
     } else if (!pulse.high && pulse.period_ps != 0) {
@@ -160,7 +162,13 @@ uint32_t Rig::advance(double until_us, uint32_t wake) {
 }
 
 I2cResult Rig::i2c(unsigned speed_hz, std::vector<I2cMessage> &messages) {
-    return host_.transfer(speed_hz, messages);
+    const I2cResult result = host_.transfer(speed_hz, messages);
+    for (const I2cMessage &message : messages) {
+        if (!message.read && message.bytes.size() > 1) {
+            written_ps_ = wires_.now_ps();
+        }
+    }
+    return result;
 }
 
 void Rig::set_bridge_reset(bool reset) {

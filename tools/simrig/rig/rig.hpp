@@ -118,8 +118,9 @@ class Rig : public PinListener {
     struct Span {
         uint64_t begin_ps = UINT64_MAX, end_ps = 0;
     };
-    static Span next_edge(const Pulse &pulse, uint64_t now_ps);
+    Span next_edge(const Pulse &pulse, uint64_t now_ps) const;
     std::array<Pulse, BRIDGE_SERVOS> pulses_;
+    uint64_t written_ps_ = 0;  ///< when a register was written last
     std::vector<GpioEdge> irq_edges_;
     bool irq_ = false, wake_on_irq_ = false, woken_by_irq_ = false, quiet_ = false;
     bool wake_on_frame_ = false;

@@ -120,17 +120,6 @@ std::vector<uint16_t> Stage::picture(int camera, const SensorFrame &frame, doubl
     return pixels;
 }
 
-// Of these rows of the frame, dark pixels included, before it is mirrored.
-world::Window Stage::whole_window(const Asked &asked, int first_row, int rows) {
-    world::Window window = asked.request.window;
-    const int from = asked.flip_rows ? asked.pictured.rows - first_row - rows : first_row;
-    window.column -= window.skip_x * asked.columns.begin;
-    window.row += window.skip_y * (from - asked.rows.begin);
-    window.columns = window.skip_x * asked.pictured.columns;
-    window.rows = window.skip_y * rows;
-    return window;
-}
-
 const Stage::Pictured *Stage::pictured(int camera) const {
     const Asked &asked = asked_[size_t(camera)];
     return asked.ready ? &asked.pictured : nullptr;
@@ -142,7 +131,14 @@ world::Truth Stage::truth(int camera, int first_row, int rows) const {
     world::Truth all;
     all.columns = columns;
     all.rows = rows;
-    all.window = whole_window(asked, first_row, rows);
+    const world::Window &lit_window = asked.request.window;
+    all.window = lit_window;
+    all.window.column -= lit_window.skip_x * asked.columns.begin;
+    all.window.row -= lit_window.skip_y * (asked.rows.begin - first_row);
+    all.window.columns = lit_window.skip_x * columns;
+    all.window.rows = lit_window.skip_y * rows;
+    all.mirrored_x = asked.flip_columns;
+    all.mirrored_y = asked.flip_rows;
     for (const auto &object : asked.pictured.scene->objects) {
         all.objects.push_back(object->name);
     }

@@ -52,7 +52,6 @@ class Stage {
         world::FrameRequest request;  ///< of the lit part
     };
     static Lit lit_part(int start, int skip, int bin, int outputs, int array);
-    static world::Window whole_window(const Asked &asked, int first_row, int rows);
     void ask(Asked &asked, const SensorFrame &frame, double begin_us) const;
 
     world::Rig rig_;

@@ -93,7 +93,7 @@ std::string ControlDesk::help() {
            "                                    as position_mm and turn_deg in the scene's file\n"
            "truth left|right NAME               of the last frame, into the folder of --files:\n"
            "                                    NAME.pfm (depth in mm), NAME_normal.pfm, "
-           "NAME_objects.pgm,\n"
+           "NAME_object.pgm,\n"
            "                                    NAME.yaml (the camera, and the objects' names)\n"
            "view NAME                           what both cameras would see now, and a drawing, "
            "there:\n"
@@ -114,11 +114,9 @@ std::string ControlDesk::help() {
 std::string ControlDesk::run(const std::string &command) {
     const Words words = words_of(command);
     const std::string &name = word_at(words, 0, "a command");
-    if (name == "help") {
-        return help();
-    }
-    if (name == "status") {
-        return status();
+    if (name == "help" || name == "status") {
+        no_more_than(words, 1);
+        return name == "help" ? help() : status();
     }
     if (name == "truth") {
         return truth(words);
@@ -221,9 +219,9 @@ std::string ControlDesk::truth(const Words &words) {
     const world::Truth truth = truth_of(int(side), 0, pictured(int(side)).rows);
     world::write_depth_pfm(path + ".pfm", truth);
     world::write_normal_pfm(path + "_normal.pfm", truth);
-    world::write_objects_pgm(path + "_objects.pgm", truth);
+    world::write_object_pgm(path + "_object.pgm", truth);
     world::write_camera_yaml(path + ".yaml", truth);
-    return name + ".pfm\n" + name + "_normal.pfm\n" + name + "_objects.pgm\n" + name + ".yaml\n";
+    return name + ".pfm\n" + name + "_normal.pfm\n" + name + "_object.pgm\n" + name + ".yaml\n";
 }
 
 std::string ControlDesk::view(const Words &words) {

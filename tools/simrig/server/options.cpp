@@ -24,6 +24,10 @@ const char *const kUsage =
     "                   give the same answers\n"
     "  --threads N      for pictures (default 1); the same pictures with any number\n"
     "  --wall           the rig's time is the clock's; otherwise it passes by requests alone\n"
+    "  --every-clock    both sensors' clocks and pixels reach the bridge all the time, not only\n"
+    "                   while a frame is armed; without it its counts and times of frames, its\n"
+    "                   measured pixel clocks and their loss are of armed frames alone. A second\n"
+    "                   then costs several seconds of a processor\n"
     "  --pty            with --wall: the lens controller's line as a pseudo terminal too\n"
     "  --files DIR      where the commands truth and view may write; without it they may not\n"
     "  --script FILE    control commands to begin with, a line each (see --help-control)\n"
@@ -114,6 +118,9 @@ void check(const Options &options) {
     if (options.until_s >= 0 && options.from.empty()) {
         throw WrongUsage("--until goes with --from");
     }
+    if (options.every_clock && (!options.replay.empty() || !options.from.empty())) {
+        throw WrongUsage("--every-clock is as it was in the log that --replay or --from reads");
+    }
     if (!options.replay.empty()) {
         if (!options.listen.empty() || !options.view.empty() || !options.from.empty() ||
             !options.log.empty() || !options.script.empty()) {
@@ -134,8 +141,11 @@ void check(const Options &options) {
 Options parse_options(int count, char **arguments) {
     Options options;
     const std::map<std::string, bool *> flags = {
-        {"--wall", &options.wall},       {"--pty", &options.pty},
-        {"--help", &options.help},       {"--help-control", &options.help_control},
+        {"--wall", &options.wall},
+        {"--pty", &options.pty},
+        {"--every-clock", &options.every_clock},
+        {"--help", &options.help},
+        {"--help-control", &options.help_control},
         {"--version", &options.version},
     };
     for (int i = 1; i < count; i++) {

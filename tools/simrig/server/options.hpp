@@ -15,7 +15,7 @@ struct Options {
     int threads = 1;
     double until_s = -1;  ///< negative: to the end
     double zoom = 1, focus_mm = 1800;
-    bool wall = false, pty = false;
+    bool wall = false, pty = false, every_clock = false;
     bool help = false, help_control = false, version = false;
 };
 

@@ -17,7 +17,7 @@ namespace simrig {
 namespace {
 
 constexpr uint32_t kLogMagic = 0x4C475253;  // "SRGL"
-constexpr uint16_t kLogVersion = 2;
+constexpr uint16_t kLogVersion = 3;
 constexpr size_t kLongestLog = size_t(1) << 30;
 
 Body head_bytes(const LogHead &head) {
@@ -28,6 +28,7 @@ Body head_bytes(const LogHead &head) {
     out.u64(head.seed);
     out.u32(head.rig_sum);
     out.u32(head.scene_sum);
+    out.u8(head.every_clock ? 1 : 0);
     for (const std::string *text : {&head.rig, &head.scene}) {
         out.u32(uint32_t(text->size()));
         out.text(*text);
@@ -44,6 +45,11 @@ LogHead read_head(const std::string &name, BodyReader &in) {
     head.seed = in.u64();
     head.rig_sum = in.u32();
     head.scene_sum = in.u32();
+    const uint8_t every_clock = in.u8();
+    if (every_clock > 1) {
+        throw std::runtime_error(name + " is damaged");
+    }
+    head.every_clock = every_clock == 1;
     for (std::string *text : {&head.rig, &head.scene}) {
         const Body bytes = in.bytes(in.u32());
         *text = std::string(bytes.begin(), bytes.end());

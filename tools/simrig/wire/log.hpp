@@ -32,6 +32,7 @@ struct LogHead {
     std::string rig, scene;
     uint32_t rig_sum = 0, scene_sum = 0;
     uint64_t seed = 0;
+    bool every_clock = false;  ///< RigSettings::every_clock
 };
 
 uint32_t sum_of(const Body &body);

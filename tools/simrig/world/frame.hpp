@@ -78,6 +78,8 @@ struct Truth {
     int columns = 0;
     int rows = 0;
     Window window;
+    bool mirrored_x = false;  ///< what comes of the window is, left to right
+    bool mirrored_y = false;
     std::vector<float> depth_mm;       ///< z in the camera's frame; 0 where nothing is seen
     std::vector<float> normal;         ///< three a pixel, in the camera's frame
     std::vector<std::uint8_t> id;      ///< of the object; 0 is nothing

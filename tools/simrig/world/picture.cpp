@@ -168,7 +168,7 @@ void write_normal_pfm(const std::string &path, const Truth &truth) {
     write_pfm(path, "PF", truth, truth.normal, 3);
 }
 
-void write_objects_pgm(const std::string &path, const Truth &truth) {
+void write_object_pgm(const std::string &path, const Truth &truth) {
     File file = opened(path);
     std::fprintf(file.get(), "P5\n%d %d\n255\n", truth.columns, truth.rows);
     std::fwrite(truth.id.data(), 1, truth.id.size(), file.get());

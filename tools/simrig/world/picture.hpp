@@ -25,7 +25,7 @@ void write_png(const std::string &path, const Picture &picture);
 void write_raw_pgm(const std::string &path, const Frame &frame);  ///< 16 bits, largest value 1023
 void write_depth_pfm(const std::string &path, const Truth &truth);
 void write_normal_pfm(const std::string &path, const Truth &truth);  ///< x, y, z as three channels
-void write_objects_pgm(const std::string &path, const Truth &truth);  ///< 8 bits: Truth::id
+void write_object_pgm(const std::string &path, const Truth &truth);  ///< 8 bits, the objects' ids
 void write_camera_yaml(const std::string &path, const Truth &truth);
 
 /// The camera in the middle of the frame's exposure and the window, as YAML: pixels are those of

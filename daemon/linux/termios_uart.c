@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/linux/termios_uart.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <stdbool.h>
+#include <string.h>
+#include <sys/file.h>
+#include <sys/ioctl.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/linux/device_file.h"
+
+/// The line is gone when the kernel says EIO, too: that is what a pulled USB adapter gives.
+static int error_of(int error_number) {
+    return error_number == EIO ? ERROR_DEVICE : device_file_error(error_number);
+}
+
+static int wait_for(const struct termios_uart *self, short events, uint64_t deadline_us) {
+    short happened = 0;
+    const int error = device_file_wait(self->fd, events, deadline_us, &happened);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    // What came before the line was hung up may still be read.
+    return (happened & events) != 0 ? ERROR_OK : ERROR_DEVICE;
+}
+
+static int write_all(void *opaque, const void *data, size_t bytes, uint64_t deadline_us) {
+    const struct termios_uart *self = opaque;
+    INVARIANT(self->fd >= 0 && (data != NULL || bytes == 0));
+    const uint8_t *next = data;
+    while (bytes > 0) {
+        const int error = wait_for(self, POLLOUT, deadline_us);
+        if (error != ERROR_OK) {
+            return error;
+        }
+        const ssize_t written = write(self->fd, next, bytes);
+        if (written < 0 && errno != EINTR && errno != EAGAIN) {
+            return error_of(errno);
+        }
+        if (written > 0) {
+            INVARIANT((size_t)written <= bytes);
+            next += written;
+            bytes -= (size_t)written;
+        }
+    }
+    return ERROR_OK;
+}
+
+static int read_some(void *opaque, void *data, size_t capacity, uint64_t deadline_us,
+                     size_t *bytes) {
+    const struct termios_uart *self = opaque;
+    INVARIANT(self->fd >= 0 && capacity > 0);
+    for (;;) {
+        const int error = wait_for(self, POLLIN, deadline_us);
+        if (error != ERROR_OK) {
+            return error;
+        }
+        const ssize_t got = read(self->fd, data, capacity);
+        if (got > 0) {
+            *bytes = (size_t)got;
+            return ERROR_OK;
+        }
+        // Ready without a byte: the end, which on a terminal is a line that was hung up.
+        if (got == 0) {
+            return ERROR_DEVICE;
+        }
+        if (errno != EINTR && errno != EAGAIN) {
+            return error_of(errno);
+        }
+    }
+}
+
+static int discard(void *opaque) {
+    const struct termios_uart *self = opaque;
+    INVARIANT(self->fd >= 0);
+    return tcflush(self->fd, TCIFLUSH) == 0 ? ERROR_OK : error_of(errno);
+}
+
+static bool speed_of(uint32_t bits_per_s, speed_t *speed) {
+    static const struct {
+        uint32_t bits_per_s;
+        speed_t speed;
+    } speeds[] = {
+        {1200, B1200},     {2400, B2400},     {4800, B4800},     {9600, B9600},
+        {19200, B19200},   {38400, B38400},   {57600, B57600},   {115200, B115200},
+        {230400, B230400}, {460800, B460800}, {921600, B921600},
+    };
+    for (size_t i = 0; i < sizeof speeds / sizeof speeds[0]; i++) {
+        if (speeds[i].bits_per_s == bits_per_s) {
+            *speed = speeds[i].speed;
+            return true;
+        }
+    }
+    return false;
+}
+
+/// Whether the driver took what matters of the settings: it answers 0 if it took any of them.
+static bool took(int fd, const struct termios *wanted) {
+    struct termios now;
+    const tcflag_t control = CSIZE | PARENB | CSTOPB | CREAD | CRTSCTS;
+    return tcgetattr(fd, &now) == 0 && (now.c_cflag & control) == (wanted->c_cflag & control) &&
+           (now.c_lflag & (ICANON | ECHO | ISIG)) == 0 && (now.c_oflag & OPOST) == 0 &&
+           cfgetospeed(&now) == cfgetospeed(wanted) && cfgetispeed(&now) == cfgetispeed(wanted);
+}
+
+static int make_raw(int fd, speed_t speed) {
+    struct termios settings;
+    if (tcgetattr(fd, &settings) != 0) {
+        return errno == ENOTTY ? ERROR_UNSUPPORTED : error_of(errno);
+    }
+    cfmakeraw(&settings);
+    settings.c_cflag &= ~(tcflag_t)(CSTOPB | CRTSCTS);
+    settings.c_cflag |= CLOCAL | CREAD;
+    settings.c_iflag &= ~(tcflag_t)(IXON | IXOFF);
+    settings.c_cc[VMIN] = 0;
+    settings.c_cc[VTIME] = 0;
+    if (cfsetispeed(&settings, speed) != 0 || cfsetospeed(&settings, speed) != 0 ||
+        tcsetattr(fd, TCSANOW, &settings) != 0) {
+        return errno == EINVAL ? ERROR_UNSUPPORTED : error_of(errno);
+    }
+    if (!took(fd, &settings)) {
+        errno = EINVAL;
+        return ERROR_UNSUPPORTED;
+    }
+    return tcflush(fd, TCIOFLUSH) == 0 ? ERROR_OK : error_of(errno);
+}
+
+/// Against programs that come later (the kernel refuses them, but not root's), and against those
+/// that were there before and lock as well.
+static int claim(int fd) {
+    if (ioctl(fd, TIOCEXCL) != 0) {
+        return errno == ENOTTY ? ERROR_UNSUPPORTED : error_of(errno);
+    }
+    if (flock(fd, LOCK_EX | LOCK_NB) != 0) {
+        return errno == EWOULDBLOCK ? ERROR_REFUSED : error_of(errno);
+    }
+    return ERROR_OK;
+}
+
+int termios_uart_open(struct termios_uart *self, const char *path, uint32_t bits_per_s,
+                      struct message *message) {
+    static const struct hal_uart_operations operations = {write_all, read_some, discard};
+    *self = (struct termios_uart){.hal = {&operations, self}, .fd = -1};
+    speed_t speed = B0;
+    if (!speed_of(bits_per_s, &speed)) {
+        return message_set(message, ERROR_UNSUPPORTED,
+                           "serial line %s: no line runs at %u bit/s; 9600, 115200 and their like "
+                           "up to 921600 do",
+                           path, (unsigned)bits_per_s);
+    }
+    const int fd = device_file_open(path, O_RDWR | O_NONBLOCK, "serial line", message);
+    if (fd < 0) {
+        return fd;
+    }
+    self->fd = fd;
+    int error = claim(fd);
+    if (error == ERROR_REFUSED) {
+        message_set(message, error, "serial line %s: another program has it; end that first", path);
+        termios_uart_close(self);
+        return error;
+    }
+    if (error == ERROR_OK) {
+        error = make_raw(fd, speed);
+    }
+    if (error != ERROR_OK) {
+        message_set(message, error, "serial line %s cannot be set to %u bit/s, 8N1, raw: %s", path,
+                    (unsigned)bits_per_s, strerror(errno));
+        termios_uart_close(self);
+    }
+    return error;
+}
+
+void termios_uart_close(struct termios_uart *self) {
+    if (self->fd >= 0) {
+        // Where something else keeps the line open (the other end of a pseudo terminal) it would
+        // stay refused.
+        ioctl(self->fd, TIOCNXCL);
+    }
+    device_file_close(&self->fd);
+}

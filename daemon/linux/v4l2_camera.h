@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+/// hal_camera on a Linux video device: a webcam, or the parallel port behind the camera select.
+///
+/// A stream that breaks (an error of the driver, no frame for three frame times, a buffer that
+/// cannot be) is stopped, its buffers are released, and it is started again: at most 3 times a
+/// call, with growing pauses, within the call's deadline. Each is counted and told to the log.
+///
+/// Times of frames: with a monotonic time stamp from the driver they are exact at one end, and the
+/// other end is one frame time away, so that a frame never seems to have begun later than it did.
+/// Drivers without such stamps give a bound: a frame that was waited for became whole just now, one
+/// that was there already became so after its buffer had been queued.
+#ifndef VERGENCE_DAEMON_LINUX_V4L2_CAMERA_H
+#define VERGENCE_DAEMON_LINUX_V4L2_CAMERA_H
+
+#include "daemon/linux/v4l2_stream.h"
+#include "daemon/message.h"
+#include "hal/camera.h"
+#include "hal/log.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Frames that can be lent at a time.
+enum { V4L2_CAMERA_LENT_MAX = 2 };
+
+/// The caller owns it; `hal` points to it, so it must not move.
+struct v4l2_camera {
+    struct hal_camera hal;
+    struct v4l2_stream stream;
+    char path[64];
+    const struct hal_log *log;  ///< NULL: none
+    uint32_t frame_us;          ///< longest time from frame to frame
+    bool started;
+    struct hal_camera_format format;
+    struct hal_camera_counts counts;
+
+    uint16_t *slots[V4L2_CAMERA_LENT_MAX];  ///< memory of the frames that are lent
+    bool lent[V4L2_CAMERA_LENT_MAX];
+    size_t slot_values;
+
+    bool has_sequence;
+    uint32_t driver_sequence, sequence;  ///< of the last frame: the driver's, ours
+    uint64_t alive_us;                   ///< a frame came, or the stream was started
+    uint32_t patience_us;                ///< how long the next one may take
+};
+
+/// Opens a camera, for example "/dev/video0", without starting it. `frame_us`: the longest time
+/// from frame to frame, where the driver does not tell. ERROR_DEVICE, ERROR_REFUSED,
+/// ERROR_UNSUPPORTED, ERROR_IO; `message` says more; nothing is open then.
+int v4l2_camera_open(struct v4l2_camera *self, const char *path, uint32_t frame_us,
+                     const struct hal_log *log, struct message *message);
+/// Stops, releases all memory.
+void v4l2_camera_close(struct v4l2_camera *self);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: Apache-2.0
+// The daemon: picks the backends and the commands, and serves them.
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/client.h"
+#include "daemon/main_backends.h"
+#include "daemon/options.h"
+#include "daemon/server/commands_daemon.h"
+#include "daemon/server/config.h"
+#include "daemon/server/confine.h"
+#include "daemon/server/notify.h"
+#include "daemon/server/server.h"
+#include "daemon/store.h"
+
+enum { SETTINGS_MAX = 64 };
+
+static const char usual_config[] = "/etc/vergence/vergenced.conf";
+
+/// All that the daemon consists of.
+struct daemon {
+    struct config config;
+    struct logbook logbook;
+    struct hal_log log;
+    struct store store;
+    bool store_open;
+    struct main_backends backends;
+    struct rig rig;
+    struct server server;
+    int files_fd;
+    struct command *table;
+    size_t table_count;
+};
+
+struct arguments {
+    const char *config;
+    const char *check;
+    bool help_config;
+    bool version;
+};
+
+static const struct option options[] = {
+    {.name = "config",
+     .kind = OPTION_TEXT,
+     .offset = offsetof(struct arguments, config),
+     .value_name = "FILE",
+     .help = "Settings; /etc/vergence/vergenced.conf where that file is there, else defaults."},
+    {.name = "check",
+     .kind = OPTION_TEXT,
+     .offset = offsetof(struct arguments, check),
+     .value_name = "FILE",
+     .help = "Only check a file of settings."},
+    {.name = "help-config",
+     .kind = OPTION_FLAG,
+     .offset = offsetof(struct arguments, help_config),
+     .help = "Print all settings with their defaults, each explained: a file to begin with."},
+    {.name = "version",
+     .kind = OPTION_FLAG,
+     .offset = offsetof(struct arguments, version),
+     .help = "Print version and build."},
+};
+
+static const struct option_page page = {
+    .command = "vergenced",
+    .operands = "[KEY=VALUE ...]",
+    .summary = "serves the instrument to consoles and programs",
+    .description =
+        "Brings nothing up by itself: \"bringup\" does. Ends on SIGTERM, with the "
+        "instrument in its safe state; opens its log again on SIGHUP.\n"
+        "KEY=VALUE changes a setting after the file was read.",
+    .examples =
+        "vergenced --check vergenced.conf\n"
+        "vergenced \"backend=sim unix:rig.sock\" socket=v.sock console=stdio",
+    .options = options,
+    .option_count = sizeof options / sizeof options[0],
+    .operands_min = 0,
+    .operands_max = SETTINGS_MAX,
+};
+
+static int fail(const struct message *message) {
+    fprintf(stderr, "vergenced: %s\n", message->text);
+    return CLIENT_BAD_INPUT;
+}
+
+/// File, then the settings of the command line.
+static int load_config(struct config *config, const char *path, const char *const *settings,
+                       int count, struct message *message) {
+    config_defaults(config);
+    int error = 0;
+    if (path != NULL || access(usual_config, F_OK) == 0) {
+        error = config_read(config, path != NULL ? path : usual_config, message);
+    }
+    for (int i = 0; error == 0 && i < count; i++) {
+        char key[CONFIG_TEXT_BYTES];
+        const char *equals = strchr(settings[i], '=');
+        if (equals == NULL || (size_t)(equals - settings[i]) >= sizeof key) {
+            return message_set(message, ERROR_ARGUMENT, "\"%s\": expected is KEY=VALUE",
+                               settings[i]);
+        }
+        memcpy(key, settings[i], (size_t)(equals - settings[i]));
+        key[equals - settings[i]] = '\0';
+        error = config_set(config, key, equals + 1, message);
+    }
+    return error != 0 ? error : config_check(config, message);
+}
+
+/// One table of all commands, in the order of their names.
+static int by_name(const void *a, const void *b) {
+    return strcmp(((const struct command *)a)->name, ((const struct command *)b)->name);
+}
+
+static bool join_tables(struct daemon *self) {
+    static const struct command *(*const tables[])(size_t *) = {
+        command_rig_table,    commands_daemon_table,    commands_calibration_table,
+        commands_files_table, commands_bugreport_table, commands_session_table,
+    };
+    for (size_t i = 0; i < sizeof tables / sizeof tables[0]; i++) {
+        size_t count = 0;
+        const struct command *table = tables[i](&count);
+        struct command *all =
+            realloc(self->table, (self->table_count + count) * sizeof *self->table);
+        if (all == NULL) {
+            return false;
+        }
+        self->table = all;
+        memcpy(all + self->table_count, table, count * sizeof *all);
+        self->table_count += count;
+    }
+    INVARIANT(self->table_count > 0);
+    qsort(self->table, self->table_count, sizeof *self->table, by_name);
+    return true;
+}
+
+static int open_files(struct daemon *self, struct message *message) {
+    const char *path = self->config.files;
+    self->files_fd = -1;
+    if (path[0] == '\0') {
+        return 0;
+    }
+    if (mkdir(path, 0750) != 0 && errno != EEXIST) {
+        return message_set(message, ERROR_IO, "files = %s: %s", path, strerror(errno));
+    }
+    self->files_fd = open(path, O_PATH | O_DIRECTORY | O_CLOEXEC);
+    if (self->files_fd < 0) {
+        return message_set(message, ERROR_IO, "files = %s: %s", path, strerror(errno));
+    }
+    return 0;
+}
+
+static int open_store(struct daemon *self, struct message *message) {
+    if (self->config.store[0] == '\0') {
+        return 0;
+    }
+    const int error = store_open(&self->store, self->config.store, message);
+    self->store_open = error == 0;
+    return error;
+}
+
+static int start(struct daemon *self, struct message *message) {
+    struct rig_ports ports = {0};
+    const int number = logbook_open(&self->logbook, self->config.log_file, self->config.log_level);
+    if (number != 0) {
+        return message_set(message, ERROR_IO, "log = %s: %s", self->config.log_file,
+                           strerror(number));
+    }
+    self->log = logbook_log(&self->logbook);
+    int error = open_files(self, message);
+    error = error != 0 ? error : open_store(self, message);
+    if (error == 0) {
+        error = main_backends_open(&self->backends, &self->config, &self->log, &ports, message);
+    }
+    if (error != 0) {
+        return error;
+    }
+    const struct server_parts parts = {
+        .config = &self->config,
+        .logbook = &self->logbook,
+        .log = &self->log,
+        .store = self->store_open ? &self->store.hal : NULL,
+        .files_fd = self->files_fd,
+        .table = self->table,
+        .table_count = self->table_count,
+        .rig = &self->rig,
+        .record = &self->backends.record,
+        .time_passes = self->backends.time_passes,
+    };
+    error = server_open(&self->server, &parts, message);
+    if (error != 0) {
+        return error;
+    }
+    const struct rig_observer observer = crew_observer(&self->server.rig_crew);
+    rig_init(&self->rig, &self->config.profile, &ports, &observer);
+    return server_start(&self->server, message);
+}
+
+static int confine(struct daemon *self, struct message *message) {
+    if (!self->config.confine) {
+        return 0;
+    }
+    const int error = confine_process(message);
+    if (error == ERROR_UNSUPPORTED) {
+        logbook_print(&self->logbook, HAL_LOG_WARNING, "%s", message->text);
+        return 0;
+    }
+    return error;
+}
+
+static int serve(struct daemon *self) {
+    struct message message;
+    notify_open();
+    int error = join_tables(self) ? start(self, &message)
+                                  : message_set(&message, ERROR_MEMORY, "there is no memory");
+    error = error != 0 ? error : confine(self, &message);
+    int code = CLIENT_OK;
+    if (error != 0) {
+        code = fail(&message);
+    } else {
+        logbook_print(&self->logbook, HAL_LOG_NOTICE, "vergenced %s (build %s): serving",
+                      client_version(), client_build_id());
+        server_run(&self->server);
+    }
+    server_close(&self->server);
+    commands_session_end(&self->backends.record);
+    main_backends_close(&self->backends);
+    if (self->store_open) {
+        store_close(&self->store);
+    }
+    if (self->files_fd >= 0) {
+        close(self->files_fd);
+    }
+    logbook_close(&self->logbook);
+    free(self->table);
+    return code;
+}
+
+int main(int argc, char **argv) {
+    static struct daemon daemon;
+    struct arguments arguments = {0};
+    const char *settings[SETTINGS_MAX];
+    int setting_count = 0;
+    const int code = options_parse(&page, argc, argv, &arguments, settings, &setting_count);
+    if (code != OPTIONS_CONTINUE) {
+        return code;
+    }
+    if (arguments.help_config) {
+        config_help_print(stdout);
+        return fflush(stdout) == 0 ? CLIENT_OK : CLIENT_FAILED;
+    }
+    if (arguments.version) {
+        printf("vergenced %s (build %s)\n", client_version(), client_build_id());
+        return fflush(stdout) == 0 ? CLIENT_OK : CLIENT_FAILED;
+    }
+    struct message message;
+    const char *path = arguments.check != NULL ? arguments.check : arguments.config;
+    if (load_config(&daemon.config, path, settings, setting_count, &message) != 0) {
+        return fail(&message);
+    }
+    if (arguments.check != NULL) {
+        printf("%s: good\n", arguments.check);
+        return fflush(stdout) == 0 ? CLIENT_OK : CLIENT_FAILED;
+    }
+    return serve(&daemon);
+}

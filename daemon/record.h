@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Stands between an instrument and its backends and writes down every call with its answer, and
+/// the pixels of every frame, into a session: calls.log. daemon/replay answers the same calls
+/// again.
+///
+/// Recording never disturbs: when the disk is full it ends, and says so in `trouble`; the calls go
+/// on. As the rig, it is used by one thread at a time.
+#ifndef VERGENCE_DAEMON_RECORD_H
+#define VERGENCE_DAEMON_RECORD_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "daemon/message.h"
+#include "daemon/session_write.h"
+#include "daemon/trace.h"
+#include "rig/rig.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { RECORD_BUFFER_BYTES = 1 << 16 };
+
+struct record_camera {
+    struct record *record;
+    const struct hal_camera *inner;
+    int number;
+};
+
+/// The caller owns it; it must not be moved while its ports are in use. It is large.
+struct record {
+    struct rig_ports inner;
+    struct hal_clock clock;
+    struct hal_i2c i2c;
+    struct hal_i2c_operations i2c_operations;  // `lines` only where the inner bus has it
+    struct hal_gpio gpio;
+    struct hal_uart uart;
+    struct hal_camera camera[RIG_SIDES];
+    struct hal_camera_operations camera_operations[RIG_SIDES];
+    struct record_camera camera_state[RIG_SIDES];
+
+    struct session_writer *writer;  // NULL: nothing is recorded
+    int log;                        // descriptor of calls.log
+    uint32_t crc;                   // of calls.log so far
+    bool failed;                    // nothing is recorded any more
+    struct message trouble;         // why
+    uint64_t calls;
+    size_t filled;
+    char buffer[RECORD_BUFFER_BYTES];
+};
+
+/// Puts the recorder in front of `inner`, recording nothing yet. `*outer` are the ports to use; a
+/// port that is NULL stays NULL, and one port for both cameras stays one.
+void record_init(struct record *self, const struct rig_ports *inner, struct rig_ports *outer);
+
+/// From here on all calls go into the session, which must outlive `record_stop`. 0, ERROR_FULL or
+/// ERROR_IO.
+int record_start(struct record *self, struct session_writer *writer, struct message *message);
+
+/// Sees to it that what was recorded so far is on the disk: to be called before a pair is written.
+/// 0, or why recording has ended.
+int record_flush(struct record *self, struct message *message);
+
+/// Ends it. As `record_flush`; harmless when it was not started.
+int record_stop(struct record *self, struct message *message);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/remote.h"
+
+#include <inttypes.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include "core/crc.h"
+#include "core/error.h"
+#include "core/invariant.h"
+
+enum {
+    SEND_TRIES = 4,   ///< of a line that the daemon found damaged
+    CALL_TRIES = 12,  ///< of a request that may be repeated
+    CALL_SERIAL_MS = 3000,
+    CALL_SOCKET_MS = 60000,
+    BAR_WIDTH = 30,
+};
+
+void remote_progress(struct remote *self, const char *what, uint64_t done, uint64_t total) {
+    if (isatty(STDERR_FILENO) == 0) {
+        return;
+    }
+    if (total == 0) {
+        if (self->bar_shown) {
+            fprintf(stderr, "\r%*s\r", BAR_WIDTH + 30, "");
+        }
+        self->bar_shown = false;
+        return;
+    }
+    const int full = (int)((done < total ? done : total) * BAR_WIDTH / total);
+    fprintf(stderr, "\r%-20.20s [%.*s%*s]", what, full, "##############################",
+            BAR_WIDTH - full, "");
+    self->bar_shown = true;
+}
+
+/// A line `... what done/total`.
+static bool show_progress(struct remote *self, const char *text) {
+    if (strncmp(text, "... ", 4) != 0) {
+        return false;
+    }
+    char what[64];
+    const char *blank = strrchr(text, ' ');
+    const char *slash = strrchr(text, '/');
+    if (blank > text + 3 && slash != NULL && slash > blank) {
+        snprintf(what, sizeof what, "%.*s", (int)(blank - text - 4), text + 4);
+        remote_progress(self, what, strtoull(blank + 1, NULL, 10), strtoull(slash + 1, NULL, 10));
+    }
+    return true;
+}
+
+/// Writes the request with what stands before the command.
+static bool make_request(const struct remote *self, const char *command, const char *prefix,
+                         bool sealed, char *request) {
+    char seal[16] = "";
+    if (sealed) {
+        snprintf(seal, sizeof seal, "%scrc=%08" PRIX32, prefix[0] != '\0' ? "," : "",
+                 crc_update(0, command, strlen(command)));
+    }
+    const bool at = prefix[0] != '\0' || sealed;
+    const int length = snprintf(request, REMOTE_REQUEST_BYTES, "%s%s%s%s%s\n", at ? "@" : "",
+                                prefix, seal, at ? " " : "", command);
+    INVARIANT(self->line.fd >= 0);
+    return length > 0 && length < REMOTE_REQUEST_BYTES;
+}
+
+/// The next line of an answer; attends to the user meanwhile.
+static int receive(struct remote *self, int limit_ms, char **text) {
+    for (;;) {
+        bool extra = false;
+        const int error = remote_line_receive(&self->line, limit_ms, self->extra_fd, &extra, text);
+        if (error != ERROR_CANCELLED) {
+            return error;
+        }
+        if (extra && self->attend != NULL) {
+            self->attend(self);
+        }
+    }
+}
+
+/// Whether a line of JSON is the answer itself, and if it says ok.
+static bool is_json_end(const char *text, bool *ok) {
+    const struct json_value all = json_reader_parse(text, strlen(text));
+    const struct json_value value = json_reader_member(all, "ok");
+    *ok = json_reader_true(value);
+    return value.text != NULL;
+}
+
+/// Whether a line of text ends the answer. Takes the seal off and compares it.
+static bool is_text_end(char *text, bool sealed, uint32_t crc, bool *ok, bool *damaged) {
+    *ok = strncmp(text, "OK", 2) == 0 && (text[2] == '\0' || text[2] == ' ');
+    if (!*ok && strncmp(text, "ERR ", 4) != 0) {
+        return false;
+    }
+    if (sealed) {
+        char *seal = strrchr(text, '#');
+        *damaged = seal == NULL || seal == text || seal[-1] != ' ' || strlen(seal) != 9;
+        if (!*damaged) {
+            seal[-1] = '\0';
+            crc = crc_update(crc, text, strlen(text));
+            *damaged = strtoul(seal + 1, NULL, 16) != crc;
+        }
+    }
+    return true;
+}
+
+/// One try of remote_ask.
+static int ask_once(struct remote *self, const char *request,
+                    void (*show)(struct remote *, void *, const char *), void *cookie,
+                    bool *refused) {
+    const bool sealed = self->line.serial && !self->json;
+    uint32_t crc = 0;
+    *refused = false;
+    if (!remote_line_send(&self->line, request, strlen(request))) {
+        return ERROR_DEVICE;
+    }
+    for (;;) {
+        char *text = NULL;
+        bool ok = false;
+        bool damaged = false;
+        const int error = receive(self, REMOTE_FOREVER_MS, &text);
+        if (error != 0) {
+            remote_progress(self, "", 0, 0);
+            return error;
+        }
+        if (!self->json && show_progress(self, text)) {
+            continue;
+        }
+        const bool end =
+            self->json ? is_json_end(text, &ok) : is_text_end(text, sealed, crc, &ok, &damaged);
+        // Not carried out, for it did not arrive as it was sent.
+        *refused = end && !self->json && strncmp(text, "ERR CRC ", 8) == 0;
+        if (*refused && self->line.serial) {
+            return 1;
+        }
+        remote_progress(self, "", 0, 0);
+        show(self, cookie, text);
+        if (end) {
+            return damaged ? ERROR_CRC : ok ? 0 : 1;
+        }
+        // Rounds of a watch have an empty line between them.
+        crc = text[0] == '\0' ? 0 : crc_update(crc, text, strlen(text));
+        crc = text[0] == '\0' ? 0 : crc_update(crc, "\n", 1);
+    }
+}
+
+int remote_ask(struct remote *self, const char *command,
+               void (*show)(struct remote *self, void *cookie, const char *text), void *cookie,
+               struct message *message) {
+    char request[REMOTE_REQUEST_BYTES];
+    const bool sealed = self->line.serial && !self->json;
+    const char *prefix = self->json ? "json,progress" : "progress";
+    if (!make_request(self, command, prefix, sealed, request)) {
+        return message_set(message, ERROR_SYNTAX, "the command is too long");
+    }
+    int result = 1;
+    bool refused = true;
+    for (int i = 0; refused && i < SEND_TRIES; i++) {
+        result = ask_once(self, request, show, cookie, &refused);
+    }
+    if (result == ERROR_CRC) {
+        message_set(message, 0, "the answer was damaged on its way; the command was carried out");
+    } else if (refused) {
+        result = message_set(message, ERROR_CRC, "the line damages what is sent");
+    } else if (result < 0) {
+        message_set(message, 0, "the connection broke");
+    }
+    return result;
+}
+
+/// Whether a sealed line of JSON is as it was sent.
+static bool is_whole(const char *text) {
+    static const char mark[] = ", \"crc\": \"";
+    const char *seal = NULL;
+    for (const char *at = strstr(text, mark); at != NULL; at = strstr(at + 1, mark)) {
+        seal = at;
+    }
+    return seal != NULL && strlen(seal) == sizeof mark - 1 + 8 + 2 &&
+           strtoul(seal + sizeof mark - 1, NULL, 16) == crc_update(0, text, (size_t)(seal - text));
+}
+
+/// Waits for the answer with the id of the last request.
+static int take_answer(struct remote *self, struct json_value *answer) {
+    const int limit_ms = self->line.serial ? CALL_SERIAL_MS : CALL_SOCKET_MS;
+    for (;;) {
+        char *text = NULL;
+        int64_t id = -1;
+        const int error = receive(self, limit_ms, &text);
+        if (error != 0) {
+            return error;
+        }
+        *answer = json_reader_parse(text, strlen(text));
+        // Anything else is rubbish, or the answer to an earlier try.
+        if (answer->text != NULL && is_whole(text) &&
+            json_reader_integer(json_reader_member(*answer, "id"), &id) && id == self->id) {
+            return 0;
+        }
+        if (answer->text == NULL && self->line.serial) {
+            return ERROR_TIMEOUT;  // damaged: not worth waiting for more
+        }
+    }
+}
+
+int remote_call(struct remote *self, const char *command, struct json_value *result,
+                struct message *message) {
+    int error = ERROR_TIMEOUT;
+    for (int i = 0; i < CALL_TRIES; i++) {
+        char request[REMOTE_REQUEST_BYTES];
+        char prefix[32];
+        char name[32] = "";
+        char text[512] = "";
+        struct json_value answer;
+        self->id = (self->id + 1) % 1000000;
+        snprintf(prefix, sizeof prefix, "json,id=%" PRId32, self->id);
+        if (!make_request(self, command, prefix, true, request)) {
+            return message_set(message, ERROR_SYNTAX, "the command is too long");
+        }
+        error = remote_line_send(&self->line, request, strlen(request)) ? take_answer(self, &answer)
+                                                                        : ERROR_DEVICE;
+        if (error == ERROR_DEVICE) {
+            return message_set(message, error, "the connection broke");
+        }
+        if (error != 0) {
+            continue;
+        }
+        *result = json_reader_member(answer, "result");
+        if (json_reader_true(json_reader_member(answer, "ok"))) {
+            return 0;
+        }
+        json_reader_text(json_reader_member(answer, "error"), name, sizeof name);
+        json_reader_text(json_reader_member(answer, "message"), text, sizeof text);
+        if (strcmp(name, error_name(ERROR_CRC)) != 0) {
+            return message_set(message, ERROR_REFUSED, "%s %s", name, text);
+        }
+    }
+    return message_set(message, ERROR_TIMEOUT, "no answer comes through the line undamaged");
+}

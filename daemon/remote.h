@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A PC in front of the instrument: asks a running vergenced. `vergence --connect WHERE`.
+#ifndef VERGENCE_DAEMON_REMOTE_H
+#define VERGENCE_DAEMON_REMOTE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "daemon/json_reader.h"
+#include "daemon/remote_line.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { REMOTE_REQUEST_BYTES = 640, REMOTE_EXIT_ERR = 1, REMOTE_EXIT_LINE = 3 };
+
+/// A conversation.
+struct remote {
+    struct remote_line line;
+    bool json;       ///< answers are shown as they come
+    bool bar_shown;  ///< of progress, on standard error
+    int32_t id;      ///< of the last request that wanted one
+    /// What may want attention while an answer is awaited, and who gives it; -1, NULL: none.
+    int extra_fd;
+    void (*attend)(struct remote *self);
+};
+
+/// The command line `vergence --connect ...`; the process's exit code.
+int remote_main(int argc, char **argv);
+
+/// Sends a command and gives each line of the answer to `show`; waits for its end as long as it
+/// takes. 0: OK; 1: ERR, which `show` has seen; ERROR_DEVICE: the line broke, ERROR_CRC: something
+/// was damaged on the way, with a message.
+int remote_ask(struct remote *self, const char *command,
+               void (*show)(struct remote *self, void *cookie, const char *text), void *cookie,
+               struct message *message);
+
+/// Asks for a JSON answer that arrives whole, several times if need be: for commands that may be
+/// repeated. `*result` points into the line until the next call. 0; ERROR_DEVICE; ERROR_TIMEOUT:
+/// nothing sensible came; ERROR_REFUSED: the daemon said ERR; with a message.
+int remote_call(struct remote *self, const char *command, struct json_value *result,
+                struct message *message);
+
+/// How far something is, as a bar on standard error when that is a terminal; `total` 0 wipes it.
+void remote_progress(struct remote *self, const char *what, uint64_t done, uint64_t total);
+
+/// Fetches a file of the instrument into `local`, going on where an earlier try was broken off
+/// (local.part holds it). 0 or an error with a message.
+int remote_fetch(struct remote *self, const char *name, const char *local, struct message *message);
+
+/// A person at a terminal. The process's exit code.
+int remote_terminal(struct remote *self);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

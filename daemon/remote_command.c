@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+// `vergence --connect WHERE [COMMAND...]`: its command line, one command, a script.
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/client.h"
+#include "daemon/options.h"
+#include "daemon/remote.h"
+#include "rig/command.h"
+#include "rig/command_words.h"
+
+enum { EXIT_INTERRUPTED = 130 };
+
+struct arguments {
+    const char *connect;
+    bool json;
+    bool keep_going;
+};
+
+static const struct option options[] = {
+    {.name = "connect",
+     .kind = OPTION_TEXT,
+     .offset = offsetof(struct arguments, connect),
+     .value_name = "WHERE",
+     .help = "unix:PATH, tcp:HOST:PORT, serial:DEVICE or serial:DEVICE:BAUD (115200)."},
+    {.name = "json",
+     .kind = OPTION_FLAG,
+     .offset = offsetof(struct arguments, json),
+     .help = "Answers in JSON, one object a line, for programs."},
+    {.name = "keep-going",
+     .kind = OPTION_FLAG,
+     .offset = offsetof(struct arguments, keep_going),
+     .help = "A script on standard input goes on after a command that failed."},
+};
+
+static const struct option_page page = {
+    .command = "vergence",
+    .operands = "--connect WHERE [OPTIONS] [COMMAND [ARGUMENT ...]]",
+    .summary = "asks the vergenced of an instrument",
+    .description =
+        "Without a command: line by line from standard input; at a terminal with line editing, "
+        "history and completion. Ctrl-C cancels what runs. \"help\" lists the commands.\n"
+        "\"fetch NAME [FILE]\" brings a file of the instrument here; when the line breaks, the "
+        "same command later goes on from there.\n"
+        "Exit code: 0 OK; 1 ERR; 2 the command line makes no sense; 3 no connection; 130 "
+        "cancelled by Ctrl-C.",
+    .examples =
+        "vergence --connect unix:/run/vergence/vergenced.sock status\n"
+        "vergence --connect serial:/dev/ttyUSB0 fetch bugreport.txt",
+    .options = options,
+    .option_count = sizeof options / sizeof options[0],
+    .operands_min = 0,
+    .operands_max = 0,
+};
+
+static bool interrupted;
+
+/// Ctrl-C is the instrument's business first; whoever presses it twice does not want to wait.
+static void attend(struct remote *self) {
+    struct signalfd_siginfo information;
+    if (read(self->extra_fd, &information, sizeof information) != sizeof information) {
+        return;
+    }
+    if (interrupted) {
+        _exit(EXIT_INTERRUPTED);
+    }
+    interrupted = true;
+    remote_line_send(&self->line, "\003", 1);
+}
+
+static void watch_signals(struct remote *self) {
+    sigset_t taken;
+    sigemptyset(&taken);
+    sigaddset(&taken, SIGINT);
+    sigprocmask(SIG_BLOCK, &taken, NULL);
+    self->extra_fd = signalfd(-1, &taken, SFD_CLOEXEC | SFD_NONBLOCK);
+    self->attend = attend;
+}
+
+static void show(struct remote *self, void *cookie, const char *text) {
+    (void)cookie;
+    // What failed is for people too, but not among what was asked for.
+    FILE *file = !self->json && strncmp(text, "ERR ", 4) == 0 ? stderr : stdout;
+    fprintf(file, "%s\n", text);
+    fflush(file);
+}
+
+static int fail(const struct message *message, int code) {
+    fprintf(stderr, "vergence: %s\n", message->text);
+    return code;
+}
+
+/// The local name of a file without its directories.
+static const char *base_name(const char *name) {
+    const char *slash = strrchr(name, '/');
+    return slash != NULL ? slash + 1 : name;
+}
+
+static int run_fetch(struct remote *self, const char *name, const char *local) {
+    struct message message;
+    const int error = remote_fetch(self, name, local, &message);
+    if (error == 0) {
+        return CLIENT_OK;
+    }
+    return fail(&message, error == ERROR_DEVICE || error == ERROR_TIMEOUT ? REMOTE_EXIT_LINE
+                                                                          : REMOTE_EXIT_ERR);
+}
+
+/// A line of a script, or the command line's command.
+static int run_line(struct remote *self, const char *line) {
+    char storage[COMMAND_LINE_MAX + 1];
+    const char *words[COMMAND_WORDS_MAX];
+    size_t count = 0;
+    const char *why = NULL;
+    struct message message;
+    if (command_words_split(line, storage, words, &count, &why) != 0) {
+        message_set(&message, 0, "%s", why);
+        return fail(&message, REMOTE_EXIT_ERR);
+    }
+    if (count == 0) {
+        return CLIENT_OK;
+    }
+    const bool to_file =
+        strcmp(words[0], "fetch") == 0 && !self->json &&
+        (count == 2 || (count == 3 && words[2][strspn(words[2], "0123456789")] != '\0'));
+    if (to_file) {
+        return run_fetch(self, words[1], count == 3 ? words[2] : base_name(words[1]));
+    }
+    const int result = remote_ask(self, line, show, NULL, &message);
+    if (result < 0) {
+        return fail(&message, result == ERROR_CRC ? REMOTE_EXIT_ERR : REMOTE_EXIT_LINE);
+    }
+    return result == 0 ? CLIENT_OK : interrupted ? EXIT_INTERRUPTED : REMOTE_EXIT_ERR;
+}
+
+static int run_script(struct remote *self, bool keep_going) {
+    char line[COMMAND_LINE_MAX + 2];
+    int worst = CLIENT_OK;
+    while (fgets(line, sizeof line, stdin) != NULL) {
+        line[strcspn(line, "\r\n")] = '\0';
+        const int code = run_line(self, line);
+        worst = code != CLIENT_OK ? code : worst;
+        if (code != CLIENT_OK && (!keep_going || code != REMOTE_EXIT_ERR)) {
+            break;
+        }
+    }
+    return worst;
+}
+
+/// Joins the words; those with blanks or quotes in quotes.
+static bool join(char *const *words, int count, char *line, size_t bytes) {
+    size_t length = 0;
+    for (int i = 0; i < count; i++) {
+        // One word alone may be a whole line: 'pan left 3'.
+        const bool quoted = count > 1 && (words[i][0] == '\0' || strpbrk(words[i], " \t\"#"));
+        const char *const lead = i > 0 ? " " : "";
+        length += (size_t)snprintf(line + length, bytes - length, "%s%s", lead, quoted ? "\"" : "");
+        for (const char *at = words[i]; *at != '\0' && length + 4 < bytes; at++) {
+            if (quoted && (*at == '"' || *at == '\\')) {
+                line[length++] = '\\';
+            }
+            line[length++] = *at;
+        }
+        line[length] = '\0';
+        length += (size_t)snprintf(line + length, bytes - length, "%s", quoted ? "\"" : "");
+        if (length + 8 >= bytes) {
+            return false;
+        }
+    }
+    INVARIANT(length < bytes);
+    return true;
+}
+
+/// Where the command begins: what follows is its own, also when it looks like an option (-3).
+static int first_word(int argc, char **argv) {
+    int at = 1;
+    while (at < argc && strncmp(argv[at], "--", 2) == 0) {
+        at += strcmp(argv[at], "--connect") == 0 ? 2 : 1;
+    }
+    return at < argc ? at : argc;
+}
+
+int remote_main(int argc, char **argv) {
+    struct arguments arguments = {0};
+    const int first = first_word(argc, argv);
+    const int count = argc - first;
+    int none = 0;
+    struct message message;
+    char line[COMMAND_LINE_MAX + 16] = "";
+    const int code = options_parse(&page, first, argv, &arguments, NULL, &none);
+    if (code != OPTIONS_CONTINUE) {
+        return code;
+    }
+    if (!join(argv + first, count, line, sizeof line)) {
+        message_set(&message, 0, "the command is longer than %d characters", COMMAND_LINE_MAX);
+        return fail(&message, CLIENT_USAGE);
+    }
+    struct remote remote = {.json = arguments.json, .extra_fd = -1};
+    int result = CLIENT_OK;
+    if (remote_line_open(&remote.line, arguments.connect, &message) != 0) {
+        result = fail(&message, REMOTE_EXIT_LINE);
+    } else if (count == 0 && isatty(STDIN_FILENO) != 0 && !arguments.json) {
+        result = remote_terminal(&remote);
+    } else {
+        watch_signals(&remote);
+        result = count > 0 ? run_line(&remote, line) : run_script(&remote, arguments.keep_going);
+    }
+    remote_line_close(&remote.line);
+    return result;
+}

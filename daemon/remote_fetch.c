@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+// A file of the instrument, block by block.
+#include <errno.h>
+#include <fcntl.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/crc.h"
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/remote.h"
+
+enum { BLOCK_SERIAL = 1536, BLOCK_SOCKET = 49152, PATH_BYTES = 4096, TEXT_BYTES = 65540 };
+
+/// A fetch under way.
+struct fetch {
+    struct remote *remote;
+    const char *name, *local;
+    char part[PATH_BYTES];
+    int fd;
+    uint64_t size;
+    uint32_t crc;
+    char text[TEXT_BYTES];
+    uint8_t data[BLOCK_SOCKET + 3];
+};
+
+static int digit_of(char c) {
+    if (c >= 'A' && c <= 'Z') {
+        return c - 'A';
+    }
+    if (c >= 'a' && c <= 'z') {
+        return c - 'a' + 26;
+    }
+    if (c >= '0' && c <= '9') {
+        return c - '0' + 52;
+    }
+    return c == '+' ? 62 : c == '/' ? 63 : -1;
+}
+
+/// Decodes Base64; the number of bytes, or -1.
+static ssize_t decode(const char *text, uint8_t *data, size_t capacity) {
+    const size_t length = strlen(text);
+    size_t bytes = 0;
+    if (length % 4 != 0 || length / 4 * 3 > capacity) {
+        return -1;
+    }
+    for (size_t i = 0; i < length; i += 4) {
+        uint32_t four = 0;
+        int given = 0;
+        for (size_t k = 0; k < 4; k++) {
+            const bool padding = text[i + k] == '=' && i + 4 == length && k >= 2;
+            const int digit = padding ? 0 : digit_of(text[i + k]);
+            if (digit < 0 || (!padding && given != (int)k)) {
+                return -1;
+            }
+            four = four << 6 | (uint32_t)digit;
+            given += !padding;
+        }
+        for (int k = 0; k < given - 1; k++) {
+            data[bytes++] = (uint8_t)(four >> (16 - 8 * k));
+        }
+    }
+    return (ssize_t)bytes;
+}
+
+static bool read_crc(struct json_value result, uint32_t *crc) {
+    char text[16];
+    if (!json_reader_text(json_reader_member(result, "crc"), text, sizeof text) ||
+        strlen(text) != 8) {
+        return false;
+    }
+    *crc = (uint32_t)strtoul(text, NULL, 16);
+    return true;
+}
+
+/// Puts the name into quotes: it may hold blanks.
+static void make_command(const struct fetch *self, const char *rest, char *command, size_t bytes) {
+    snprintf(command, bytes, "fetch \"%s\"%s", self->name, rest);
+}
+
+/// Length and CRC-32 of the whole.
+static int describe(struct fetch *self, struct message *message) {
+    char command[512];
+    struct json_value result;
+    int64_t size = -1;
+    make_command(self, "", command, sizeof command);
+    const int error = remote_call(self->remote, command, &result, message);
+    if (error != 0) {
+        return error;
+    }
+    if (!json_reader_integer(json_reader_member(result, "size"), &size) || size < 0 ||
+        !read_crc(result, &self->crc)) {
+        return message_set(message, ERROR_VERSION, "vergenced does not answer as it should");
+    }
+    self->size = (uint64_t)size;
+    return 0;
+}
+
+/// Fetches the block at `offset` and appends it. `*got`: its bytes.
+static int fetch_block(struct fetch *self, uint64_t offset, size_t *got, struct message *message) {
+    char command[512];
+    char rest[64];
+    struct json_value result;
+    int64_t at = -1;
+    uint32_t crc = 0;
+    const int most = self->remote->line.serial ? BLOCK_SERIAL : BLOCK_SOCKET;
+    snprintf(rest, sizeof rest, " %" PRIu64 " %d", offset, most);
+    make_command(self, rest, command, sizeof command);
+    const int error = remote_call(self->remote, command, &result, message);
+    if (error != 0) {
+        return error;
+    }
+    ssize_t bytes = -1;
+    if (json_reader_integer(json_reader_member(result, "offset"), &at) && (uint64_t)at == offset &&
+        read_crc(result, &crc) &&
+        json_reader_text(json_reader_member(result, "data"), self->text, sizeof self->text)) {
+        bytes = decode(self->text, self->data, sizeof self->data);
+    }
+    if (bytes <= 0 || crc_update(0, self->data, (size_t)bytes) != crc) {
+        return message_set(message, ERROR_CRC, "%s: has changed while it was fetched: try again",
+                           self->name);
+    }
+    INVARIANT((size_t)bytes <= sizeof self->data);
+    if (pwrite(self->fd, self->data, (size_t)bytes, (off_t)offset) != bytes) {
+        return message_set(message, ERROR_IO, "%s: %s", self->part, strerror(errno));
+    }
+    *got = (size_t)bytes;
+    return 0;
+}
+
+static int fetch_rest(struct fetch *self, uint64_t offset, struct message *message) {
+    while (offset < self->size) {
+        size_t got = 0;
+        const int error = fetch_block(self, offset, &got, message);
+        if (error != 0) {
+            remote_progress(self->remote, "", 0, 0);
+            return error;
+        }
+        offset += got;
+        remote_progress(self->remote, self->name, offset, self->size);
+    }
+    remote_progress(self->remote, "", 0, 0);
+    return 0;
+}
+
+/// CRC-32 of what is there.
+static bool is_right(struct fetch *self) {
+    uint32_t crc = 0;
+    uint64_t at = 0;
+    for (;;) {
+        const ssize_t bytes = pread(self->fd, self->data, sizeof self->data, (off_t)at);
+        if (bytes <= 0) {
+            break;
+        }
+        crc = crc_update(crc, self->data, (size_t)bytes);
+        at += (uint64_t)bytes;
+    }
+    return at == self->size && crc == self->crc;
+}
+
+/// Goes on with what an earlier try has left; from the beginning when that belongs to another file.
+static int fetch_into_part(struct fetch *self, struct message *message) {
+    struct stat about;
+    uint64_t have = 0;
+    if (fstat(self->fd, &about) == 0 && (uint64_t)about.st_size <= self->size) {
+        have = (uint64_t)about.st_size;
+    }
+    if (ftruncate(self->fd, (off_t)have) != 0) {
+        return message_set(message, ERROR_IO, "%s: %s", self->part, strerror(errno));
+    }
+    int error = fetch_rest(self, have, message);
+    if (error == 0 && have > 0 && !is_right(self)) {
+        error = ftruncate(self->fd, 0) == 0 ? fetch_rest(self, 0, message) : ERROR_IO;
+    }
+    if (error == 0 && !is_right(self)) {
+        return message_set(message, ERROR_CRC, "%s: has changed while it was fetched: try again",
+                           self->name);
+    }
+    return error;
+}
+
+int remote_fetch(struct remote *remote, const char *name, const char *local,
+                 struct message *message) {
+    struct fetch *self = malloc(sizeof *self);
+    if (self == NULL) {
+        return message_set(message, ERROR_MEMORY, "there is no memory");
+    }
+    self->remote = remote;
+    self->name = name;
+    self->local = local;
+    self->fd = -1;
+    int error = describe(self, message);
+    if (error == 0) {
+        snprintf(self->part, sizeof self->part, "%s.part", local);
+        self->fd = open(self->part, O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+        error = self->fd >= 0
+                    ? fetch_into_part(self, message)
+                    : message_set(message, ERROR_IO, "%s: %s", self->part, strerror(errno));
+    }
+    if (self->fd >= 0 && close(self->fd) != 0 && error == 0) {
+        error = message_set(message, ERROR_IO, "%s: %s", self->part, strerror(errno));
+    }
+    if (error == 0 && rename(self->part, local) != 0) {
+        error = message_set(message, ERROR_IO, "%s: %s", local, strerror(errno));
+    }
+    free(self);
+    return error;
+}

@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/remote_line.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <netdb.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/progress.h"
+#include "daemon/serial_device.h"
+
+enum { SERIAL_BAUD = 115200, HELLO_MS = 1500, HELLO_TRIES = 4, QUIET_MS = 100, SEND_MS = 10000 };
+
+static int open_unix(const char *path, struct message *message) {
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    if (strlen(path) >= sizeof address.sun_path) {
+        return message_set(message, ERROR_ARGUMENT, "unix:%s: the path is too long", path);
+    }
+    strcpy(address.sun_path, path);
+    const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (fd >= 0 && connect(fd, (const struct sockaddr *)&address, sizeof address) == 0) {
+        return fd;
+    }
+    message_set(message, ERROR_IO, "unix:%s: %s; does vergenced run there?", path, strerror(errno));
+    if (fd >= 0) {
+        close(fd);
+    }
+    return ERROR_IO;
+}
+
+static int open_tcp(const char *place, struct message *message) {
+    char host[256];
+    const char *colon = strrchr(place, ':');
+    if (colon == NULL || (size_t)(colon - place) >= sizeof host) {
+        return message_set(message, ERROR_ARGUMENT, "tcp:%s: expected is tcp:HOST:PORT", place);
+    }
+    memcpy(host, place, (size_t)(colon - place));
+    host[colon - place] = '\0';
+    const struct addrinfo hints = {.ai_socktype = SOCK_STREAM};
+    struct addrinfo *list = NULL;
+    const int failed = getaddrinfo(host, colon + 1, &hints, &list);
+    if (failed != 0) {
+        return message_set(message, ERROR_IO, "tcp:%s: %s", place, gai_strerror(failed));
+    }
+    int fd = -1;
+    for (const struct addrinfo *at = list; at != NULL && fd < 0; at = at->ai_next) {
+        fd = socket(at->ai_family, at->ai_socktype | SOCK_CLOEXEC, at->ai_protocol);
+        if (fd >= 0 && connect(fd, at->ai_addr, at->ai_addrlen) != 0) {
+            const int number = errno;
+            close(fd);
+            errno = number;
+            fd = -1;
+        }
+    }
+    freeaddrinfo(list);
+    if (fd < 0) {
+        return message_set(message, ERROR_IO, "tcp:%s: %s; does vergenced run there?", place,
+                           strerror(errno));
+    }
+    const int one = 1;
+    setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &one, sizeof one);
+    return fd;
+}
+
+static int open_serial(const char *place, struct message *message) {
+    char device[256];
+    uint32_t baud = SERIAL_BAUD;
+    const char *colon = strrchr(place, ':');
+    const size_t length = colon != NULL ? (size_t)(colon - place) : strlen(place);
+    if (length >= sizeof device) {
+        return message_set(message, ERROR_ARGUMENT, "serial:%s: the name is too long", place);
+    }
+    memcpy(device, place, length);
+    device[length] = '\0';
+    if (colon != NULL) {
+        char *end = NULL;
+        baud = (uint32_t)strtoul(colon + 1, &end, 10);
+        if (end == colon + 1 || *end != '\0') {
+            return message_set(message, ERROR_ARGUMENT, "serial:%s: expected is serial:DEVICE:BAUD",
+                               place);
+        }
+    }
+    return serial_device_open(device, baud, message);
+}
+
+/// Ctrl-C ends whatever somebody has typed there; then the console learns who is here.
+static bool greet(struct remote_line *self) {
+    static const char hello[] = "\003\r@program\r";
+    for (int i = 0; i < HELLO_TRIES; i++) {
+        char *text = NULL;
+        bool extra = false;
+        remote_line_quiet(self, QUIET_MS);
+        if (!remote_line_send(self, hello, sizeof hello - 1)) {
+            return false;
+        }
+        const uint64_t end_us = progress_now_us() + HELLO_MS * 1000;
+        while (progress_now_us() < end_us &&
+               remote_line_receive(self, HELLO_MS, -1, &extra, &text) == 0) {
+            if (strcmp(text, "OK") == 0) {
+                remote_line_quiet(self, QUIET_MS);
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+int remote_line_open(struct remote_line *self, const char *where, struct message *message) {
+    *self = (struct remote_line){.fd = -1};
+    if (strncmp(where, "unix:", 5) == 0) {
+        self->fd = open_unix(where + 5, message);
+    } else if (strncmp(where, "tcp:", 4) == 0) {
+        self->fd = open_tcp(where + 4, message);
+    } else if (strncmp(where, "serial:", 7) == 0) {
+        self->fd = open_serial(where + 7, message);
+        self->serial = true;
+    } else {
+        return message_set(message, ERROR_ARGUMENT,
+                           "\"%s\": expected is unix:PATH, tcp:HOST:PORT or serial:DEVICE", where);
+    }
+    if (self->fd < 0) {
+        return self->fd;
+    }
+    fcntl(self->fd, F_SETFL, fcntl(self->fd, F_GETFL) | O_NONBLOCK);
+    self->data = malloc(REMOTE_LINE_BYTES);
+    if (self->data == NULL) {
+        return message_set(message, ERROR_MEMORY, "there is no memory");
+    }
+    if (self->serial && !greet(self)) {
+        return message_set(message, ERROR_TIMEOUT,
+                           "%s: no vergenced answers there; is it the right device and speed?",
+                           where);
+    }
+    return 0;
+}
+
+void remote_line_close(struct remote_line *self) {
+    if (self->fd >= 0) {
+        if (self->serial) {
+            remote_line_send(self, "@terminal\r", 10);
+            tcdrain(self->fd);
+        }
+        close(self->fd);
+        self->fd = -1;
+    }
+    free(self->data);
+    self->data = NULL;
+}
+
+bool remote_line_send(struct remote_line *self, const char *data, size_t bytes) {
+    while (bytes > 0) {
+        const ssize_t sent = write(self->fd, data, bytes);
+        if (sent > 0) {
+            data += sent;
+            bytes -= (size_t)sent;
+            continue;
+        }
+        struct pollfd room = {.fd = self->fd, .events = POLLOUT};
+        if (sent < 0 && errno != EAGAIN && errno != EINTR) {
+            return false;
+        }
+        if (poll(&room, 1, SEND_MS) == 0) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/// A whole line that is there already; NULL: none.
+static char *take_line(struct remote_line *self) {
+    char *begin = self->data + self->used;
+    char *end = memchr(begin, '\n', self->filled - self->used);
+    if (end == NULL) {
+        return NULL;
+    }
+    *end = '\0';
+    self->used = (size_t)(end - self->data) + 1;
+    if (end > begin && end[-1] == '\r') {
+        end[-1] = '\0';
+    }
+    return begin;
+}
+
+/// Reads what is there. ERROR_DEVICE at the end.
+static int fill(struct remote_line *self) {
+    if (self->used > 0) {
+        memmove(self->data, self->data + self->used, self->filled - self->used);
+        self->filled -= self->used;
+        self->used = 0;
+    }
+    if (self->filled == REMOTE_LINE_BYTES) {
+        self->filled = 0;  // no answer is so long: rubbish
+        self->skipping = true;
+    }
+    INVARIANT(self->filled < REMOTE_LINE_BYTES);
+    const ssize_t bytes =
+        read(self->fd, self->data + self->filled, REMOTE_LINE_BYTES - self->filled);
+    if (bytes > 0) {
+        self->filled += (size_t)bytes;
+        return 0;
+    }
+    return bytes == 0 || (errno != EAGAIN && errno != EINTR) ? ERROR_DEVICE : 0;
+}
+
+int remote_line_receive(struct remote_line *self, int limit_ms, int extra_fd, bool *extra_ready,
+                        char **text) {
+    const uint64_t end_us = progress_now_us() + (uint64_t)(limit_ms > 0 ? limit_ms : 0) * 1000;
+    *extra_ready = false;
+    for (;;) {
+        *text = take_line(self);
+        if (*text != NULL && !self->skipping) {
+            return 0;
+        }
+        if (*text != NULL) {
+            self->skipping = false;
+            continue;
+        }
+        struct pollfd fds[] = {{.fd = self->fd, .events = POLLIN},
+                               {.fd = extra_fd, .events = POLLIN}};
+        const uint64_t now_us = progress_now_us();
+        if (limit_ms >= 0 && now_us >= end_us) {
+            return ERROR_TIMEOUT;
+        }
+        const int wait_ms = limit_ms < 0 ? -1 : (int)((end_us - now_us) / 1000) + 1;
+        if (poll(fds, 2, wait_ms) < 0) {
+            return ERROR_CANCELLED;
+        }
+        if (fds[1].revents != 0) {
+            *extra_ready = true;
+            return ERROR_CANCELLED;
+        }
+        if (fds[0].revents != 0 && fill(self) != 0) {
+            return ERROR_DEVICE;
+        }
+    }
+}
+
+void remote_line_quiet(struct remote_line *self, int quiet_ms) {
+    struct pollfd wait = {.fd = self->fd, .events = POLLIN};
+    const uint64_t end_us = progress_now_us() + (uint64_t)quiet_ms * 20000;
+    self->used = 0;
+    self->filled = 0;
+    self->skipping = false;
+    while (progress_now_us() < end_us && poll(&wait, 1, quiet_ms) > 0 && fill(self) == 0) {
+        self->filled = 0;
+    }
+}

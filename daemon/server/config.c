@@ -1,0 +1,448 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/server/config.h"
+
+#include <errno.h>
+#include <string.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/server/config_keys.h"
+#include "hal/log.h"
+#include "rig/command_words.h"
+
+enum { FILE_BYTES_MAX = 65536, LINE_BYTES = 512, KEYS_MAX = 128 };
+
+void config_defaults(struct config *config) {
+    *config = (struct config){
+        .backend = CONFIG_BACKEND_LINUX,
+        .i2c = "/dev/i2c-1",
+        .camera = {"/dev/video0", "/dev/video1"},
+        .lens_uart = "/dev/ttyS1",
+        .gpio_chip = "/dev/gpiochip0",
+        .reset_line = CONFIG_NO_LINE,
+        .irq_line = CONFIG_NO_LINE,
+        .lens_power_line = CONFIG_NO_LINE,
+        .reset_active_low = true,
+        .socket = "/run/vergence/vergenced.sock",
+        .console_baud = 115200,
+        .clients = 8,
+        .queue = 8,
+        .reader_timeout_s = 30,
+        .files = "/var/lib/vergence/files",
+        .store = "/var/lib/vergence/store",
+        .log_level = HAL_LOG_INFO,
+        .confine = true,
+    };
+    const int error = rig_profile_named("rig", &config->profile);
+    INVARIANT(error == 0);
+}
+
+static int64_t load(const struct config *config, const struct config_key *key) {
+    const unsigned char *at = (const unsigned char *)config + key->offset;
+    if (key->bytes == 1) {
+        return *at;
+    }
+    if (key->bytes == 2) {
+        uint16_t value;
+        memcpy(&value, at, sizeof value);
+        return value;
+    }
+    INVARIANT(key->bytes == 4);
+    int32_t value;
+    memcpy(&value, at, sizeof value);
+    return value;
+}
+
+static void store(struct config *config, const struct config_key *key, int64_t number) {
+    unsigned char *at = (unsigned char *)config + key->offset;
+    const uint8_t one = (uint8_t)number;
+    const uint16_t two = (uint16_t)number;
+    const uint32_t four = (uint32_t)number;
+    INVARIANT(key->bytes == 1 || key->bytes == 2 || key->bytes == 4);
+    memcpy(at,
+           key->bytes == 1   ? (const void *)&one
+           : key->bytes == 2 ? (const void *)&two
+                             : &four,
+           key->bytes);
+}
+
+static int set_number(struct config *config, const struct config_key *key, const char *value,
+                      struct message *message) {
+    int64_t number = 0;
+    const bool none = key->none != NULL && strcmp(value, key->none) == 0;
+    const char *unit = key->unit != NULL ? key->unit : "";
+    const char *blank = key->unit != NULL ? " " : "";
+    if (none) {
+        number = (int64_t)key->least;
+    } else if (!command_words_integer(value, &number)) {
+        return message_set(message, ERROR_SYNTAX,
+                           "%s \"%s\" is no whole number: expected is %.0f to %.0f%s%s%s%s",
+                           key->name, value, key->least, key->most, blank, unit,
+                           key->none != NULL ? ", or " : "", key->none != NULL ? key->none : "");
+    }
+    if ((double)number < key->least || (double)number > key->most) {
+        return message_set(message, ERROR_RANGE, "%s %s is out of range: from %.0f to %.0f%s%s",
+                           key->name, value, key->least, key->most, blank, unit);
+    }
+    store(config, key, number);
+    return 0;
+}
+
+static int set_text(struct config *config, const struct config_key *key, const char *value,
+                    struct message *message) {
+    const char *text = strcmp(value, key->none) == 0 ? "" : value;
+    if (strlen(text) >= key->bytes) {
+        return message_set(message, ERROR_RANGE, "%s is too long: at most %zu characters",
+                           key->name, key->bytes - 1);
+    }
+    memcpy((char *)config + key->offset, text, strlen(text) + 1);
+    return 0;
+}
+
+static int set_backend(struct config *config, const char *value, struct message *message) {
+    static const struct {
+        const char *word;
+        enum config_backend backend;
+        bool place;
+    } backends[] = {{"linux", CONFIG_BACKEND_LINUX, false},
+                    {"sim", CONFIG_BACKEND_SIM, true},
+                    {"replay", CONFIG_BACKEND_REPLAY, true}};
+    for (size_t i = 0; i < sizeof backends / sizeof backends[0]; i++) {
+        const size_t bytes = strlen(backends[i].word);
+        if (strncmp(value, backends[i].word, bytes) != 0 ||
+            (value[bytes] != ' ' && value[bytes] != '\0')) {
+            continue;
+        }
+        const char *place = value + bytes + strspn(value + bytes, " \t");
+        if ((*place != '\0') != backends[i].place || strlen(place) >= CONFIG_TEXT_BYTES) {
+            break;
+        }
+        config->backend = backends[i].backend;
+        strcpy(config->backend_place, place);
+        return 0;
+    }
+    return message_set(message, ERROR_ARGUMENT,
+                       "backend \"%s\": expected is linux, sim unix:PATH, sim tcp:HOST:PORT or "
+                       "replay DIRECTORY",
+                       value);
+}
+
+static int set_choice(struct config *config, const struct config_key *key, const char *value,
+                      struct message *message) {
+    const int place = command_words_choice(value, key->choices);
+    if (place < 0) {
+        return message_set(message, ERROR_ARGUMENT, "%s \"%s\": expected is one of: %s", key->name,
+                           value, key->choices);
+    }
+    store(config, key, place + (int64_t)key->least);
+    return 0;
+}
+
+static const struct config_key *find_key(const char *name, const char **nearest) {
+    size_t count = 0;
+    const struct config_key *keys = config_keys(&count);
+    int least = 4;
+    *nearest = NULL;
+    for (size_t i = 0; i < count; i++) {
+        if (strcmp(keys[i].name, name) == 0) {
+            return &keys[i];
+        }
+        const int distance = command_words_distance(name, keys[i].name);
+        if (distance < least) {
+            least = distance;
+            *nearest = keys[i].name;
+        }
+    }
+    return NULL;
+}
+
+int config_set(struct config *config, const char *name, const char *value,
+               struct message *message) {
+    const char *nearest = NULL;
+    const struct config_key *key = find_key(name, &nearest);
+    if (key == NULL) {
+        return message_set(message, ERROR_ARGUMENT, "there is no key \"%s\"%s%s%s", name,
+                           nearest != NULL ? "; did you mean \"" : "",
+                           nearest != NULL ? nearest : "; see vergenced --help-config",
+                           nearest != NULL ? "\"?" : "");
+    }
+    switch (key->kind) {
+        case CONFIG_PROFILE:
+            if (rig_profile_named(value, &config->profile) != 0) {
+                return message_set(message, ERROR_ARGUMENT,
+                                   "profile \"%s\": expected is one of: rig two-cameras "
+                                   "two-cameras-lens",
+                                   value);
+            }
+            return 0;
+        case CONFIG_BACKEND:
+            return set_backend(config, value, message);
+        case CONFIG_TEXT:
+            return set_text(config, key, value, message);
+        case CONFIG_CHOICE:
+            return set_choice(config, key, value, message);
+        case CONFIG_NUMBER:
+            break;
+    }
+    return set_number(config, key, value, message);
+}
+
+/// Cuts comment and blanks off both ends of a line.
+static char *trimmed(char *line) {
+    for (char *at = line; *at != '\0'; at++) {
+        if (*at == '#' && (at == line || at[-1] == ' ' || at[-1] == '\t')) {
+            *at = '\0';
+            break;
+        }
+    }
+    line += strspn(line, " \t");
+    size_t length = strlen(line);
+    while (length > 0 && strchr(" \t\r", line[length - 1]) != NULL) {
+        line[--length] = '\0';
+    }
+    return line;
+}
+
+/// One line that is neither empty nor a comment; `lines` says where each key was set before.
+static int parse_line(struct config *config, char *line, int number, int *lines,
+                      struct message *message) {
+    char *equals = strchr(line, '=');
+    if (equals == NULL) {
+        return message_set(message, ERROR_SYNTAX, "\"%s\": expected is key = value", line);
+    }
+    *equals = '\0';
+    char *name = trimmed(line);
+    char *value = trimmed(equals + 1);
+    if (*value == '\0') {
+        return message_set(message, ERROR_MISSING, "%s: the value is missing", name);
+    }
+    size_t count = 0;
+    const struct config_key *keys = config_keys(&count);
+    INVARIANT(count <= KEYS_MAX);
+    for (size_t i = 0; i < count; i++) {
+        if (strcmp(keys[i].name, name) != 0) {
+            continue;
+        }
+        if (lines[i] != 0) {
+            return message_set(message, ERROR_DUPLICATE, "%s was set in line %d already", name,
+                               lines[i]);
+        }
+        for (size_t k = 0; keys[i].kind == CONFIG_PROFILE && k < count; k++) {
+            if (lines[k] != 0 && strncmp(keys[k].name, "rig.", 4) == 0) {
+                return message_set(message, ERROR_ARGUMENT,
+                                   "profile must stand above %s (line %d), which it would undo",
+                                   keys[k].name, lines[k]);
+            }
+        }
+        lines[i] = number;
+    }
+    return config_set(config, name, value, message);
+}
+
+static int at_line(const char *name, int line, int error, struct message *message) {
+    struct message inner = *message;
+    return message_set(message, error, "%s:%d: %.900s", name, line, inner.text);
+}
+
+int config_parse(struct config *config, const char *name, const char *text, size_t length,
+                 struct message *message) {
+    int lines[KEYS_MAX] = {0};
+    int number = 0;
+    for (size_t at = 0; at < length;) {
+        const char *end = memchr(text + at, '\n', length - at);
+        const size_t bytes = end != NULL ? (size_t)(end - text) - at : length - at;
+        char line[LINE_BYTES];
+        number++;
+        if (bytes >= sizeof line || memchr(text + at, '\0', bytes) != NULL) {
+            message_set(message, 0, "the line is too long, or this is no text file");
+            return at_line(name, number, ERROR_SYNTAX, message);
+        }
+        memcpy(line, text + at, bytes);
+        line[bytes] = '\0';
+        at += bytes + 1;
+        char *content = trimmed(line);
+        if (*content == '\0') {
+            continue;
+        }
+        const int error = parse_line(config, content, number, lines, message);
+        if (error != 0) {
+            return at_line(name, number, error, message);
+        }
+    }
+    const int error = config_check(config, message);
+    if (error == 0) {
+        return 0;
+    }
+    // The line that set the key that the message begins with, if one did.
+    size_t count = 0;
+    const struct config_key *keys = config_keys(&count);
+    for (size_t i = 0; i < count; i++) {
+        const size_t bytes = strlen(keys[i].name);
+        if (lines[i] != 0 && strncmp(message->text, keys[i].name, bytes) == 0 &&
+            message->text[bytes] == ' ') {
+            return at_line(name, lines[i], error, message);
+        }
+    }
+    struct message inner = *message;
+    return message_set(message, error, "%s: %.900s", name, inner.text);
+}
+
+/// The key of a field of the profile: the first that begins with its name.
+static const char *profile_key(const char *field) {
+    size_t count = 0;
+    const struct config_key *keys = config_keys(&count);
+    for (size_t i = 0; i < count; i++) {
+        if (strncmp(keys[i].name, "rig.", 4) == 0 &&
+            strncmp(keys[i].name + 4, field, strlen(field)) == 0) {
+            return keys[i].name;
+        }
+    }
+    return "profile";
+}
+
+int config_check(const struct config *config, struct message *message) {
+    const struct rig_profile *profile = &config->profile;
+    const char *what = "";
+    const int error = rig_profile_check(profile, &what);
+    if (error != 0) {
+        return message_set(message, error, "%s does not go with the rest of the profile: %s",
+                           profile_key(what), error_text(error));
+    }
+    if (config->backend != CONFIG_BACKEND_LINUX) {
+        return 0;
+    }
+    const bool lenses = profile->lenses != RIG_LENSES_FIXED;
+    const struct {
+        bool needed;
+        const char *value, *key;
+    } devices[] = {
+        {profile->bridge, config->i2c, "i2c"},
+        {true, config->camera[RIG_LEFT], "left_camera"},
+        {!profile->bridge, config->camera[RIG_RIGHT], "right_camera"},
+        {lenses, config->lens_uart, "lens_uart"},
+        {config->reset_line >= 0 || config->irq_line >= 0 || config->lens_power_line >= 0,
+         config->gpio_chip, "gpio_chip"},
+    };
+    for (size_t i = 0; i < sizeof devices / sizeof devices[0]; i++) {
+        if (devices[i].needed && devices[i].value[0] == '\0') {
+            return message_set(message, ERROR_MISSING,
+                               "%s is none, but the profile %s needs it with backend = linux",
+                               devices[i].key, profile->name);
+        }
+    }
+    return 0;
+}
+
+int config_read(struct config *config, const char *path, struct message *message) {
+    static char text[FILE_BYTES_MAX];
+    FILE *file = fopen(path, "re");
+    if (file == NULL) {
+        return message_set(message, ERROR_IO, "%s: %s", path, strerror(errno));
+    }
+    errno = 0;
+    const size_t length = fread(text, 1, sizeof text, file);
+    const int number = errno;
+    const bool failed = ferror(file) != 0;
+    fclose(file);
+    if (failed) {
+        return message_set(message, ERROR_IO, "%s: %s", path, strerror(number));
+    }
+    if (length == sizeof text) {
+        return message_set(message, ERROR_SYNTAX, "%s: is no file of settings: longer than %d",
+                           path, FILE_BYTES_MAX);
+    }
+    return config_parse(config, path, text, length, message);
+}
+
+size_t config_key_count(void) {
+    size_t count = 0;
+    config_keys(&count);
+    return count;
+}
+
+const char *config_key_name(size_t index) {
+    size_t count = 0;
+    const struct config_key *keys = config_keys(&count);
+    INVARIANT(index < count);
+    return keys[index].name;
+}
+
+void config_key_print(const struct config *config, size_t index, char *text, size_t bytes) {
+    static const char *const backends[] = {
+        [CONFIG_BACKEND_SIM] = "sim", [CONFIG_BACKEND_LINUX] = "linux", "replay"};
+    size_t count = 0;
+    const struct config_key *key = &config_keys(&count)[index];
+    INVARIANT(index < count);
+    const char *place = (const char *)config + key->offset;
+    char word[COMMAND_CHOICE_MAX];
+    switch (key->kind) {
+        case CONFIG_PROFILE:
+            snprintf(text, bytes, "%s", config->profile.name);
+            break;
+        case CONFIG_BACKEND:
+            snprintf(text, bytes, "%s%s%s", backends[config->backend],
+                     config->backend_place[0] != '\0' ? " " : "", config->backend_place);
+            break;
+        case CONFIG_TEXT:
+            snprintf(text, bytes, "%s", place[0] != '\0' ? place : key->none);
+            break;
+        case CONFIG_CHOICE:
+            command_words_choice_at(key->choices, (int)(load(config, key) - (int64_t)key->least),
+                                    word);
+            snprintf(text, bytes, "%s", word);
+            break;
+        case CONFIG_NUMBER:
+            if (key->none != NULL && load(config, key) == (int64_t)key->least) {
+                snprintf(text, bytes, "%s", key->none);
+            } else {
+                snprintf(text, bytes, "%lld", (long long)load(config, key));
+            }
+            break;
+    }
+}
+
+/// A comment, wrapped.
+static void print_comment(FILE *file, const char *text) {
+    size_t column = 0;
+    for (const char *at = text; *at != '\0';) {
+        at += strspn(at, " ");
+        const size_t word = strcspn(at, " ");
+        if (column == 0 || column + 1 + word > 98) {
+            column = (size_t)fprintf(file, "%s#", column == 0 ? "" : "\n") - (column != 0);
+        }
+        column += (size_t)fprintf(file, " %.*s", (int)word, at);
+        at += word;
+    }
+    fputc('\n', file);
+}
+
+void config_help_print(FILE *file) {
+    struct config defaults;
+    size_t count = 0;
+    const struct config_key *keys = config_keys(&count);
+    config_defaults(&defaults);
+    fputs("# SPDX-License-Identifier: Apache-2.0\n", file);
+    print_comment(file,
+                  "Settings of vergenced, with their defaults. A line is `key = value`; # begins "
+                  "a comment. Check a file with: vergenced --check FILE");
+    for (size_t i = 0; i < count; i++) {
+        char value[CONFIG_TEXT_BYTES + 16];
+        char help[1024];
+        const struct config_key *key = &keys[i];
+        size_t length = (size_t)snprintf(help, sizeof help, "%s", key->help);
+        if (key->kind == CONFIG_NUMBER) {
+            const bool off = key->none != NULL;
+            length += (size_t)snprintf(
+                help + length, sizeof help - length, " (%s%s%.0f to %.0f%s%s)",
+                off ? key->none : "", off ? ", " : "", off ? key->least + 1 : key->least, key->most,
+                key->unit != NULL ? " " : "", key->unit != NULL ? key->unit : "");
+        } else if (key->kind == CONFIG_CHOICE) {
+            length += (size_t)snprintf(help + length, sizeof help - length, " (%s)", key->choices);
+        }
+        INVARIANT(length < sizeof help);
+        config_key_print(&defaults, i, value, sizeof value);
+        fputc('\n', file);
+        print_comment(file, help);
+        fprintf(file, "%s = %s\n", key->name, value);
+    }
+}

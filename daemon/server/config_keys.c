@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/server/config_keys.h"
+
+#include "daemon/server/crew.h"
+#include "daemon/server/server.h"
+
+#define AT(field) offsetof(struct config, field), sizeof(((struct config *)0)->field)
+#define TEXT(key, field, says) \
+    { .name = (key), .kind = CONFIG_TEXT, AT(field), .none = "none", .help = (says) }
+#define NUMBER(key, field, low, high, of, says)                                          \
+    {                                                                                    \
+        .name = (key), .kind = CONFIG_NUMBER, AT(field), .least = (low), .most = (high), \
+        .unit = (of), .help = (says)                                                     \
+    }
+#define LINE(key, field, says)                                                                  \
+    {                                                                                           \
+        .name = (key), .kind = CONFIG_NUMBER, AT(field), .least = CONFIG_NO_LINE, .most = 1023, \
+        .none = "none", .help = (says)                                                          \
+    }
+#define YES(key, field, says) \
+    { .name = (key), .kind = CONFIG_CHOICE, AT(field), .choices = "no yes", .help = (says) }
+#define RIG(field, low, high, of, says) NUMBER("rig." #field, profile.field, low, high, of, says)
+#define RIG_YES(field, says) YES("rig." #field, profile.field, says)
+#define SERVO(side, at, field, low, high, of, says) \
+    NUMBER("rig.servo_" side "_" #field, profile.servo[at].field, low, high, of, says)
+#define SERVOS(side, at)                                                                       \
+    SERVO(side, at, centre_q4, 1, 65535, "us/16", "pulse in the " side " servo's middle"),     \
+        SERVO(side, at, least_q4, 1, 65535, "us/16", "shortest pulse that it may get"),        \
+        SERVO(side, at, most_q4, 1, 65535, "us/16", "longest pulse that it may get"),          \
+        SERVO(side, at, q4_per_rad, 1, 1000000, "us/16 a radian", "how far a pulse turns it"), \
+        SERVO(side, at, urad_per_s, 1, 100000000, "urad/s", "its speed at the lowest supply"), \
+        SERVO(side, at, settle_us, 0, 10000000, "us", "until it rests after a motion")
+
+static const struct config_key keys[] = {
+    {.name = "profile",
+     .kind = CONFIG_PROFILE,
+     .help = "which instrument this is: rig (FPGA, two sensors, servos, lenses), two-cameras, "
+             "two-cameras-lens. Sets every rig. key, which may be changed in lines below it"},
+    {.name = "backend",
+     .kind = CONFIG_BACKEND,
+     .help = "what the instrument hangs on: linux (the devices below), sim unix:PATH or sim "
+             "tcp:HOST:PORT (a simulated rig), replay DIRECTORY (a recorded session)"},
+    TEXT("i2c", i2c, "I2C bus of the FPGA bridge and of the sensors behind it"),
+    TEXT("left_camera", camera[RIG_LEFT],
+         "V4L2 device of the left camera; behind a bridge that of the port for both"),
+    TEXT("right_camera", camera[RIG_RIGHT], "V4L2 device of the right camera"),
+    TEXT("lens_uart", lens_uart, "serial line of the lens controller"),
+    TEXT("gpio_chip", gpio_chip, "GPIO chip with the lines below"),
+    LINE("reset_line", reset_line, "its line to the bridge's reset"),
+    YES("reset_active_low", reset_active_low, "whether that line resets when it is low"),
+    LINE("irq_line", irq_line, "its line from the bridge's interrupt"),
+    YES("irq_active_low", irq_active_low, "whether that line is active when it is low"),
+    LINE("lens_power_line", lens_power_line, "its line that switches the lens controller"),
+    YES("lens_power_active_low", lens_power_active_low, "whether low switches it on"),
+
+    TEXT("socket", socket, "Unix socket for clients, for the daemon's user and group"),
+    {.name = "tcp_port",
+     .kind = CONFIG_NUMBER,
+     AT(tcp_port),
+     .least = 0,
+     .most = 65535,
+     .none = "off",
+     .help = "TCP port for clients on this machine (127.0.0.1); anybody who can log in here can "
+             "use it"},
+    TEXT("console", console, "terminal: a serial device, or stdio"),
+    NUMBER("console_baud", console_baud, 9600, 921600, "baud", "speed of that device"),
+    NUMBER("clients", clients, 1, SERVER_CLIENTS_MAX, NULL, "most clients at a time"),
+    NUMBER("queue", queue, 1, CREW_QUEUE_MAX, NULL,
+           "commands that may wait; one more is answered ERR BUSY"),
+    NUMBER("reader_timeout", reader_timeout_s, 1, 3600, "s",
+           "a client that has not read for so long is dropped"),
+
+    TEXT("files", files, "directory of sessions and results, which clients can fetch"),
+    TEXT("store", store, "directory of what outlives a restart: settings, the calibration"),
+    TEXT("log", log_file, "file of the log; none: standard error"),
+    {.name = "log_level",
+     .kind = CONFIG_CHOICE,
+     AT(log_level),
+     .least = 3,
+     .choices = "error warning notice info debug",
+     .help = "the least important lines that are kept"},
+    TEXT("faults", faults,
+         "for tests: which calls of which part fail, such as i2c.transfer@5=i2c_nack"),
+    YES("confine", confine, "give up, after the start, all system calls that are not needed"),
+
+    RIG_YES(bridge, "whether there is an FPGA bridge, and both sensors behind it"),
+    RIG(bridge_address, 0x08, 0x77, NULL, "I2C address of the bridge"),
+    NUMBER("rig.sensor_address_left", profile.sensor_address[RIG_LEFT], 0x08, 0x77, NULL,
+           "I2C address of the left sensor"),
+    NUMBER("rig.sensor_address_right", profile.sensor_address[RIG_RIGHT], 0x08, 0x77, NULL,
+           "I2C address of the right sensor"),
+    RIG(sensor_clock_hz, 1000000, 48000000, "Hz", "clock that the sensors get"),
+    RIG_YES(servos, "whether servos turn the cameras"),
+    SERVOS("left", RIG_LEFT),
+    SERVOS("right", RIG_RIGHT),
+    RIG(servo_slew_q4, 0, 2047, "us/16 a pulse", "greatest change from pulse to pulse; 0: any"),
+    RIG(watchdog_ms, 1, 65535, "ms", "silence after which the bridge lets the servos rest"),
+    RIG(pan_least_urad, -1570796, 1570796, "urad", "farthest turn to the left"),
+    RIG(pan_most_urad, -1570796, 1570796, "urad", "farthest turn to the right"),
+    {.name = "rig.lenses",
+     .kind = CONFIG_CHOICE,
+     AT(profile.lenses),
+     .choices = "fixed v3lc v1lc",
+     .help = "fixed; two motorized ones on a V3LC; the left one on a V1LC"},
+    NUMBER("rig.lens_counts_per_s_zoom", profile.lens_counts_per_s[0], 1, 100000, "counts/s",
+           "a slower zoom motor is taken for jammed"),
+    NUMBER("rig.lens_counts_per_s_focus", profile.lens_counts_per_s[1], 1, 100000, "counts/s",
+           "a slower focus motor is taken for jammed"),
+    NUMBER("rig.lens_counts_per_s_iris", profile.lens_counts_per_s[2], 1, 100000, "counts/s",
+           "a slower iris motor is taken for jammed"),
+    RIG(lens_backlash_counts, 0, 100, "counts", "moves end from below, after so far past"),
+    RIG(lens_tolerance_counts, 1, 100, "counts", "a move has arrived within this"),
+    RIG(width_px, 16, 16384, "px", "width of full frames"),
+    RIG(height_px, 16, 16384, "px", "height of full frames"),
+    RIG(frame_us, 1000, 60000000, "us", "longest time between frames where no sensor tells"),
+    RIG(skew_limit_us, 1, 60000000, "us", "longest time between the frames of a pair"),
+};
+
+const struct config_key *config_keys(size_t *count) {
+    *count = sizeof keys / sizeof keys[0];
+    return keys;
+}

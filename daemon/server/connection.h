@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A client of the daemon: somebody at a terminal, or a program that sends lines. All of it is the
+/// event loop's, but for the job that a crew carries out meanwhile.
+#ifndef VERGENCE_DAEMON_SERVER_CONNECTION_H
+#define VERGENCE_DAEMON_SERVER_CONNECTION_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "daemon/editor.h"
+#include "daemon/server/job.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { CONNECTION_INPUT_BYTES = 4096, CONNECTION_NAME_BYTES = 64 };
+
+enum connection_kind {
+    CONNECTION_LINES,     ///< lines in, answers out
+    CONNECTION_TERMINAL,  ///< prompt, echo, line editing; `@program` makes it lines for a program
+};
+
+/// What the connection needs of the server; `self` is the server.
+struct connection_host {
+    /// Queues the job; when there is no room answers so, and the job is JOB_FREE again.
+    void (*submit)(void *self, struct job *job);
+    /// Answers at once, with an error or (0) without one; no crew has the job.
+    void (*answer)(void *self, struct job *job, int error, const char *message);
+    /// Parses what `job` asks for; see command_parse.
+    int (*parse)(void *self, const char *line, struct job *job, char *message,
+                 size_t message_bytes);
+    /// Completion for terminals; see editor.h.
+    void (*complete)(void *self, const char *before, char *words);
+    void *self;
+};
+
+struct connection {
+    bool used;
+    bool lasting;  ///< a terminal of the daemon's own: comes back after its end
+    enum connection_kind kind;
+    bool program;  ///< a terminal whose other end is a program
+    int in_fd, out_fd;
+    char name[CONNECTION_NAME_BYTES];
+    const struct connection_host *host;
+    struct output output;
+    struct job job;
+    bool json, progress;  ///< asked for all lines to come
+    bool ended;           ///< no more input: to be closed when all is answered
+    bool gone;            ///< nobody is there any more
+    char input[CONNECTION_INPUT_BYTES];
+    size_t input_bytes;
+    bool skipping;        ///< the rest of a line that was too long
+    uint64_t watch_us;    ///< when the next round of a watch is due
+    uint64_t stalled_us;  ///< since when the client has not read; 0: it reads
+    struct editor editor;
+};
+
+/// Allocates the output. False: no memory.
+bool connection_init(struct connection *self, const struct connection_host *host, int wake_fd);
+void connection_destroy(struct connection *self);
+
+/// A client has come.
+void connection_begin(struct connection *self, enum connection_kind kind, int in_fd, int out_fd,
+                      const char *name);
+/// Whether it wants to read: not when it has more than it can use.
+bool connection_wants_input(const struct connection *self);
+/// Bytes have come, or (`end`) no more will.
+void connection_receive(struct connection *self, const char *data, size_t bytes, bool end);
+/// Nobody is there any more: what runs is cancelled.
+void connection_gone(struct connection *self);
+/// Does what is due: takes an answer that is finished, begins the next line or round.
+void connection_step(struct connection *self, uint64_t now_us);
+/// When the next round of a watch is due; UINT64_MAX: never.
+uint64_t connection_due_us(const struct connection *self);
+/// Sends what the client takes now.
+void connection_send(struct connection *self, uint64_t now_us);
+/// Whether all is over and it may be closed.
+bool connection_over(struct connection *self);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

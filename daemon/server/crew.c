@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/server/crew.h"
+
+#include <errno.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/progress.h"
+
+enum { IDLE_NS = 50 * 1000 * 1000, PROGRESS_US = 100000 };
+
+static bool go_on(void *cookie) {
+    struct crew *self = cookie;
+    atomic_store(&self->alive_us, progress_now_us());
+    const struct job *job = self->running;
+    return !atomic_load(&self->stopping) && (job == NULL || !atomic_load(&job->cancelled));
+}
+
+static void show_progress(void *cookie, const char *what, uint32_t done, uint32_t total) {
+    struct crew *self = cookie;
+    const uint64_t now_us = progress_now_us();
+    atomic_store(&self->alive_us, now_us);
+    if (self->running == NULL ||
+        (what == self->progress_what && now_us - self->progress_us < PROGRESS_US)) {
+        return;
+    }
+    self->progress_us = now_us;
+    self->progress_what = what;
+    reply_progress(&self->reply, what, done, total);
+}
+
+struct rig_observer crew_observer(struct crew *self) {
+    return (struct rig_observer){.go_on = go_on, .progress = show_progress, .self = self};
+}
+
+/// Gives a job back to the event loop.
+static void finish(struct crew *self, struct job *job) {
+    const uint64_t one = 1;
+    atomic_store(&job->state, JOB_DONE);
+    const ssize_t told = write(self->wake_fd, &one, sizeof one);
+    (void)told;  // it cannot fail but for being told often enough already
+}
+
+static void run(struct crew *self, struct job *job) {
+    char message[JOB_MESSAGE_BYTES] = "";
+    const struct command_call call = {
+        .rig = self->rig,
+        .values = job->values,
+        .reply = &self->reply.items,
+        .message = message,
+        .message_bytes = sizeof message,
+        .surroundings = &self->surroundings,
+    };
+    self->surroundings.job = job;
+    reply_begin(&self->reply, job->output, &job->request, job->terminal);
+    self->progress_what = NULL;
+    int error = ERROR_CANCELLED;
+    if (!atomic_load(&self->stopping) && !atomic_load(&job->cancelled)) {
+        error = command_run(job->command, &call);
+    }
+    if (error == ERROR_CANCELLED && message[0] == '\0') {
+        strcpy(message, error_text(error));
+    }
+    // A watch is answered by its last round, or by what ends it.
+    if (error == 0 && job->watch.on && !(job->round && job->watch.rounds_left == 1)) {
+        if (job->round) {
+            job->watch.rounds_left -= job->watch.rounds_left > 0;
+            reply_end_round(&self->reply);
+        }
+    } else {
+        job->watch.on = false;
+        reply_end(&self->reply, error, message);
+    }
+}
+
+/// Between two jobs: the rig wants to be looked after.
+static void idle(struct crew *self) {
+    atomic_store(&self->alive_us, progress_now_us());
+    if (!self->has_rig || !self->time_passes || self->rig->state != RIG_READY) {
+        return;
+    }
+    if (rig_idle(self->rig) != 0) {
+        const struct hal_log *log = self->surroundings.log;
+        log->operations->write(log->self, HAL_LOG_ERROR, self->rig->trouble.text);
+    }
+}
+
+/// The next job; NULL after a while without one.
+static struct job *next_job(struct crew *self) {
+    struct timespec until;
+    clock_gettime(CLOCK_MONOTONIC, &until);
+    until.tv_nsec += IDLE_NS;
+    until.tv_sec += until.tv_nsec / 1000000000;
+    until.tv_nsec %= 1000000000;
+    struct job *job = NULL;
+    pthread_mutex_lock(&self->lock);
+    int waited = 0;
+    while (self->count == 0 && !atomic_load(&self->stopping) && waited == 0) {
+        waited = pthread_cond_timedwait(&self->news, &self->lock, &until);
+    }
+    if (self->count > 0) {
+        job = self->waiting[self->first];
+        self->first = (self->first + 1) % CREW_QUEUE_MAX;
+        self->count--;
+    }
+    pthread_mutex_unlock(&self->lock);
+    return job;
+}
+
+static void *work(void *cookie) {
+    struct crew *self = cookie;
+    uint64_t idle_us = 0;
+    for (;;) {
+        struct job *job = next_job(self);
+        if (job == NULL && atomic_load(&self->stopping)) {
+            break;
+        }
+        if (job != NULL) {
+            self->running = job;
+            run(self, job);
+            self->running = NULL;
+            finish(self, job);
+        }
+        // Also when one job follows another at once.
+        const uint64_t now_us = progress_now_us();
+        if (now_us - idle_us >= IDLE_NS / 1000) {
+            idle_us = now_us;
+            idle(self);
+        }
+    }
+    if (self->has_rig && self->rig->state != RIG_DOWN) {
+        rig_safe(self->rig);
+    }
+    return NULL;
+}
+
+bool crew_start(struct crew *self, size_t capacity) {
+    INVARIANT(capacity >= 1 && capacity <= CREW_QUEUE_MAX);
+    pthread_condattr_t attributes;
+    self->capacity = capacity;
+    self->surroundings.go_on = go_on;
+    self->surroundings.progress = show_progress;
+    self->surroundings.self = self;
+    atomic_store(&self->alive_us, progress_now_us());
+    if (!reply_open(&self->reply) || pthread_mutex_init(&self->lock, NULL) != 0 ||
+        pthread_condattr_init(&attributes) != 0) {
+        return false;
+    }
+    pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
+    self->started = pthread_cond_init(&self->news, &attributes) == 0 &&
+                    pthread_create(&self->thread, NULL, work, self) == 0;
+    pthread_condattr_destroy(&attributes);
+    return self->started;
+}
+
+void crew_stop(struct crew *self) {
+    if (!self->started) {
+        return;
+    }
+    pthread_mutex_lock(&self->lock);
+    atomic_store(&self->stopping, true);
+    pthread_cond_signal(&self->news);
+    pthread_mutex_unlock(&self->lock);
+    pthread_join(self->thread, NULL);
+    INVARIANT(self->count == 0 && self->running == NULL);
+    self->started = false;
+    pthread_cond_destroy(&self->news);
+    pthread_mutex_destroy(&self->lock);
+    reply_close(&self->reply);
+}
+
+bool crew_submit(struct crew *self, struct job *job) {
+    INVARIANT(atomic_load(&job->state) == JOB_WAITING);
+    pthread_mutex_lock(&self->lock);
+    const bool room = self->count < self->capacity;
+    if (room) {
+        self->waiting[(self->first + self->count) % CREW_QUEUE_MAX] = job;
+        self->count++;
+        pthread_cond_signal(&self->news);
+    }
+    pthread_mutex_unlock(&self->lock);
+    return room;
+}
+
+uint64_t crew_silence_us(const struct crew *self) {
+    const uint64_t now_us = progress_now_us();
+    const uint64_t alive_us = atomic_load(&self->alive_us);
+    return now_us > alive_us ? now_us - alive_us : 0;
+}

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A command of a client on its way: parsed by the event loop, carried out by a crew. Each
+/// connection has one, so a client's commands run one after the other.
+#ifndef VERGENCE_DAEMON_SERVER_JOB_H
+#define VERGENCE_DAEMON_SERVER_JOB_H
+
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "daemon/server/output.h"
+#include "daemon/server/request.h"
+#include "rig/command.h"
+
+enum { JOB_MESSAGE_BYTES = 512, JOB_LINE_BYTES = REQUEST_PREFIX_MAX + COMMAND_LINE_MAX + 2 };
+
+enum job_state {
+    JOB_FREE,     ///< the event loop's
+    JOB_WAITING,  ///< in a crew's queue, or under way; the crew's
+    JOB_DONE,     ///< the event loop's again: the answer is in the output
+};
+
+/// A command that is repeated.
+struct job_watch {
+    bool on;
+    uint64_t interval_us;
+    uint32_t rounds_left;  ///< 0: until it is cancelled
+    char line[COMMAND_LINE_MAX + 1];
+};
+
+struct job {
+    atomic_int state;       ///< enum job_state
+    atomic_bool cancelled;  ///< by the client
+    struct output *output;
+    bool terminal;
+    struct request request;
+    const struct command *command;
+    char storage[COMMAND_LINE_MAX + 1];
+    struct command_value values[COMMAND_ARGUMENTS_MAX];
+    struct job_watch watch;
+    bool round;  ///< this is a round of `watch`: no answer unless it fails or is the last
+    bool quit;   ///< the connection is to end
+};
+
+#endif

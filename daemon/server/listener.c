@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/server/listener.h"
+
+#include <arpa/inet.h>
+#include <errno.h>
+#include <netinet/in.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include "core/error.h"
+
+enum { BACKLOG = 16, SOCKET_FLAGS = SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK };
+
+/// Closes a descriptor that is not good enough.
+static int fail(int fd, struct message *message, const char *what) {
+    const int number = errno;
+    if (fd >= 0) {
+        close(fd);
+    }
+    return message_set(message, ERROR_IO, "%s: %s", what, strerror(number));
+}
+
+static bool is_served(const struct sockaddr_un *address) {
+    const int fd = socket(AF_UNIX, SOCKET_FLAGS, 0);
+    const bool served =
+        fd >= 0 &&
+        (connect(fd, (const struct sockaddr *)address, sizeof *address) == 0 || errno == EAGAIN);
+    if (fd >= 0) {
+        close(fd);
+    }
+    return served;
+}
+
+int listener_unix(const char *path, struct message *message) {
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    if (strlen(path) >= sizeof address.sun_path) {
+        return message_set(message, ERROR_ARGUMENT,
+                           "%s: a socket's path has at most %zu characters", path,
+                           sizeof address.sun_path - 1);
+    }
+    memcpy(address.sun_path, path, strlen(path) + 1);
+    struct stat there;
+    if (lstat(path, &there) == 0) {
+        if (!S_ISSOCK(there.st_mode)) {
+            return message_set(message, ERROR_ARGUMENT, "%s: is there and is no socket", path);
+        }
+        if (is_served(&address)) {
+            return message_set(message, ERROR_BUSY, "%s: another vergenced listens there", path);
+        }
+        unlink(path);
+    }
+    const int fd = socket(AF_UNIX, SOCKET_FLAGS, 0);
+    // Nobody else may come in between bind and chmod.
+    const mode_t mask = umask(0177);
+    const int bound = fd >= 0 ? bind(fd, (const struct sockaddr *)&address, sizeof address) : -1;
+    umask(mask);
+    if (bound != 0 || chmod(path, 0660) != 0 || listen(fd, BACKLOG) != 0) {
+        return fail(fd, message, path);
+    }
+    return fd;
+}
+
+int listener_tcp(uint16_t port, struct message *message) {
+    const struct sockaddr_in address = {
+        .sin_family = AF_INET, .sin_port = htons(port), .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
+    const int fd = socket(AF_INET, SOCKET_FLAGS, 0);
+    const int one = 1;
+    if (fd < 0 || setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &one, sizeof one) != 0 ||
+        bind(fd, (const struct sockaddr *)&address, sizeof address) != 0 ||
+        listen(fd, BACKLOG) != 0) {
+        return fail(fd, message, "TCP on the loopback");
+    }
+    return fd;
+}
+
+int listener_accept(int fd) {
+    return accept4(fd, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
+}

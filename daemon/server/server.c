@@ -1,0 +1,439 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/server/server.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/eventfd.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/progress.h"
+#include "daemon/serial_device.h"
+#include "daemon/server/completion.h"
+#include "daemon/server/listener.h"
+#include "daemon/server/notify.h"
+
+enum {
+    CONSOLE = 0,    ///< its place among the clients
+    TICK_MS = 250,  ///< the loop looks at all once in this time, come what may
+    FDS_MAX = 2 + SERVER_LISTENERS + 2 * (SERVER_CLIENTS_MAX + 1),
+    CONSOLE_RETRY_US = 1000000,
+    /// A crew that has not gone on for so long is stuck. A simulated rig renders its frames
+    /// meanwhile, which takes what it takes.
+    RIG_SILENCE_S = 20,
+    RIG_SILENCE_SIMULATED_S = 150,
+    NOTIFY_US = 1000000,
+};
+
+static void submit(void *cookie, struct job *job);
+
+static void answer(void *cookie, struct job *job, int error, const char *message) {
+    struct server *self = cookie;
+    reply_begin(&self->reply, job->output, &job->request, job->terminal);
+    reply_end(&self->reply, error, message);
+}
+
+static int parse(void *cookie, const char *line, struct job *job, char *message,
+                 size_t message_bytes) {
+    struct server *self = cookie;
+    return command_parse(line, self->table, self->table_count, job->storage, job->values,
+                         &job->command, message, message_bytes);
+}
+
+static void submit(void *cookie, struct job *job) {
+    struct server *self = cookie;
+    const bool desk = (job->command->flags & COMMAND_NO_RIG) != 0;
+    if (!crew_submit(desk ? &self->desk_crew : &self->rig_crew, job)) {
+        atomic_store(&job->state, JOB_FREE);
+        answer(self, job, ERROR_BUSY, "too many commands are waiting: try again later");
+    }
+}
+
+static void complete(void *cookie, const char *before, char *words) {
+    const struct server *self = cookie;
+    completion_words(self->table, self->table_count, before, words, EDITOR_WORDS_BYTES);
+}
+
+/// Signals become something to read. Threads made later inherit the mask.
+static bool open_signals(struct server *self) {
+    sigset_t taken;
+    sigemptyset(&taken);
+    sigaddset(&taken, SIGINT);
+    sigaddset(&taken, SIGTERM);
+    sigaddset(&taken, SIGHUP);
+    signal(SIGPIPE, SIG_IGN);
+    if (pthread_sigmask(SIG_BLOCK, &taken, NULL) != 0) {
+        return false;
+    }
+    self->signal_fd = signalfd(-1, &taken, SFD_CLOEXEC | SFD_NONBLOCK);
+    self->wake_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    return self->signal_fd >= 0 && self->wake_fd >= 0;
+}
+
+static bool open_clients(struct server *self) {
+    self->host = (struct connection_host){submit, answer, parse, complete, self};
+    self->client_count = self->config->clients + 1;
+    INVARIANT(self->client_count <= SERVER_CLIENTS_MAX + 1);
+    for (size_t i = 0; i < self->client_count; i++) {
+        if (!connection_init(&self->clients[i], &self->host, self->wake_fd)) {
+            return false;
+        }
+    }
+    return reply_open(&self->reply);
+}
+
+static void open_crew(struct server *self, struct crew *crew, const struct server_parts *parts) {
+    crew->rig = parts->rig;
+    crew->wake_fd = self->wake_fd;
+    crew->surroundings = (struct surroundings){
+        .config = parts->config,
+        .table = parts->table,
+        .table_count = parts->table_count,
+        .log = parts->log,
+        .logbook = parts->logbook,
+        .store = parts->store,
+        .record = parts->record,
+        .files_fd = parts->files_fd,
+    };
+}
+
+static int open_listeners(struct server *self, struct message *message) {
+    if (self->config->socket[0] != '\0') {
+        self->listeners[0] = listener_unix(self->config->socket, message);
+    }
+    if (self->config->tcp_port != 0) {
+        self->listeners[1] = listener_tcp(self->config->tcp_port, message);
+    }
+    for (int i = 0; i < SERVER_LISTENERS; i++) {
+        if (self->listeners[i] < -1) {
+            return self->listeners[i];
+        }
+    }
+    return 0;
+}
+
+/// Standard input and output as the console: a terminal with line editing when they are one.
+static void open_stdio(struct server *self) {
+    const bool terminal = isatty(STDIN_FILENO) != 0 && isatty(STDOUT_FILENO) != 0;
+    self->stdio = true;
+    if (terminal && tcgetattr(STDIN_FILENO, &self->stdio_settings) == 0) {
+        struct termios raw = self->stdio_settings;
+        cfmakeraw(&raw);
+        self->stdio_raw = tcsetattr(STDIN_FILENO, TCSADRAIN, &raw) == 0;
+    }
+    fcntl(STDIN_FILENO, F_SETFL, fcntl(STDIN_FILENO, F_GETFL) | O_NONBLOCK);
+    fcntl(STDOUT_FILENO, F_SETFL, fcntl(STDOUT_FILENO, F_GETFL) | O_NONBLOCK);
+    connection_begin(&self->clients[CONSOLE], terminal ? CONNECTION_TERMINAL : CONNECTION_LINES,
+                     STDIN_FILENO, STDOUT_FILENO, "console");
+}
+
+static int open_console(struct server *self, struct message *message) {
+    const char *console = self->config->console;
+    if (console[0] == '\0') {
+        return 0;
+    }
+    if (strcmp(console, "stdio") == 0) {
+        open_stdio(self);
+        return 0;
+    }
+    const int fd = serial_device_open(console, self->config->console_baud, message);
+    if (fd >= 0) {
+        connection_begin(&self->clients[CONSOLE], CONNECTION_TERMINAL, fd, fd, "console");
+        self->clients[CONSOLE].lasting = true;
+    }
+    return fd < 0 ? fd : 0;
+}
+
+int server_open(struct server *self, const struct server_parts *parts, struct message *message) {
+    *self = (struct server){.config = parts->config,
+                            .logbook = parts->logbook,
+                            .table = parts->table,
+                            .table_count = parts->table_count,
+                            .listeners = {-1, -1},
+                            .signal_fd = -1,
+                            .wake_fd = -1};
+    if (!open_signals(self) || !open_clients(self)) {
+        return message_set(message, ERROR_MEMORY, "no memory for %u clients",
+                           (unsigned)parts->config->clients);
+    }
+    open_crew(self, &self->rig_crew, parts);
+    open_crew(self, &self->desk_crew, parts);
+    self->rig_crew.has_rig = true;
+    self->rig_crew.time_passes = parts->time_passes;
+    const int error = open_listeners(self, message);
+    return error != 0 ? error : open_console(self, message);
+}
+
+int server_start(struct server *self, struct message *message) {
+    if (!crew_start(&self->rig_crew, self->config->queue) ||
+        !crew_start(&self->desk_crew, self->config->queue)) {
+        return message_set(message, ERROR_IO, "the system gives no thread: %s", strerror(errno));
+    }
+    return 0;
+}
+
+static void take_signals(struct server *self) {
+    struct signalfd_siginfo information;
+    while (read(self->signal_fd, &information, sizeof information) == sizeof information) {
+        if (information.ssi_signo == SIGHUP) {
+            logbook_reopen(self->logbook);
+        } else {
+            logbook_print(self->logbook, HAL_LOG_NOTICE, "signal %u: ending",
+                          information.ssi_signo);
+            self->stopping = true;
+        }
+    }
+}
+
+static struct connection *free_seat(struct server *self) {
+    for (size_t i = CONSOLE + 1; i < self->client_count; i++) {
+        if (!self->clients[i].used) {
+            return &self->clients[i];
+        }
+    }
+    return NULL;
+}
+
+static void accept_clients(struct server *self, int listener) {
+    for (;;) {
+        const int fd = listener_accept(listener);
+        if (fd < 0) {
+            return;
+        }
+        struct connection *seat = free_seat(self);
+        if (seat != NULL) {
+            connection_begin(seat, CONNECTION_LINES, fd, fd, "client");
+        } else {
+            static const char text[] = "ERR BUSY too many clients: try again later\n";
+            const ssize_t told = write(fd, text, sizeof text - 1);
+            (void)told;  // whoever is not told sees the end all the same
+            close(fd);
+        }
+    }
+}
+
+static void close_client(struct server *self, struct connection *client) {
+    if (client == &self->clients[CONSOLE] && self->stdio) {
+        self->stopping = true;
+    } else {
+        close(client->in_fd);
+    }
+    output_reset(&client->output, true);
+    client->used = false;
+    if (client->lasting && !client->gone) {
+        // The line is still there: the next one who types gets a prompt.
+        self->console_retry_us = 0;
+    } else if (client->lasting) {
+        self->console_retry_us = progress_now_us() + CONSOLE_RETRY_US;
+    }
+}
+
+/// A serial console that has gone may come back (an adapter that is plugged in again).
+static void retry_console(struct server *self, uint64_t now_us) {
+    struct message message;
+    struct connection *console = &self->clients[CONSOLE];
+    if (!console->lasting || console->used || now_us < self->console_retry_us || self->stopping) {
+        return;
+    }
+    const int fd = serial_device_open(self->config->console, self->config->console_baud, &message);
+    if (fd >= 0) {
+        connection_begin(console, CONNECTION_TERMINAL, fd, fd, "console");
+    } else {
+        self->console_retry_us = now_us + CONSOLE_RETRY_US;
+    }
+}
+
+static void receive(struct connection *client) {
+    char data[CONNECTION_INPUT_BYTES];
+    const size_t room = sizeof client->input - client->input_bytes;
+    INVARIANT(room > 0);
+    const ssize_t bytes = read(client->in_fd, data, room);
+    if (bytes > 0) {
+        connection_receive(client, data, (size_t)bytes, false);
+    } else if (bytes == 0) {
+        connection_receive(client, NULL, 0, true);
+    } else if (errno != EAGAIN && errno != EINTR) {
+        connection_gone(client);
+    }
+}
+
+/// Reads, works, writes for one client.
+static void serve(struct server *self, struct connection *client, short input, short output,
+                  uint64_t now_us) {
+    if (!client->used) {
+        return;
+    }
+    if ((input & POLLIN) != 0 && connection_wants_input(client)) {
+        receive(client);
+    } else if ((input & (POLLHUP | POLLERR | POLLNVAL)) != 0 && (input & POLLIN) == 0) {
+        // Both directions are shut; of a pipe in front of another output only this one.
+        if (client->in_fd == client->out_fd) {
+            connection_gone(client);
+        } else {
+            connection_receive(client, NULL, 0, true);
+        }
+    }
+    if ((output & (POLLERR | POLLNVAL)) != 0) {
+        connection_gone(client);
+    }
+    connection_step(client, now_us);
+    connection_send(client, now_us);
+    const uint64_t patience_us = (uint64_t)self->config->reader_timeout_s * 1000000;
+    const bool stalled = client->stalled_us != 0 && now_us - client->stalled_us > patience_us;
+    if (!client->gone && (stalled || output_overrun(&client->output))) {
+        if (client->lasting) {
+            output_reset(&client->output, false);  // nobody has plugged in a terminal
+            client->stalled_us = 0;
+        } else {
+            logbook_print(self->logbook, HAL_LOG_WARNING, "a client does not read: dropped");
+            connection_gone(client);
+        }
+    }
+    connection_step(client, now_us);
+    if (connection_over(client)) {
+        close_client(self, client);
+    }
+}
+
+/// What the loop waits for; places of a client's descriptors in `at` (-1: not there).
+static nfds_t gather(struct server *self, struct pollfd *fds, int at[][2]) {
+    nfds_t count = 0;
+    fds[count++] = (struct pollfd){.fd = self->signal_fd, .events = POLLIN};
+    fds[count++] = (struct pollfd){.fd = self->wake_fd, .events = POLLIN};
+    for (int i = 0; i < SERVER_LISTENERS; i++) {
+        fds[count++] = (struct pollfd){.fd = self->listeners[i], .events = POLLIN};
+    }
+    for (size_t i = 0; i < self->client_count; i++) {
+        struct connection *client = &self->clients[i];
+        at[i][0] = -1;
+        at[i][1] = -1;
+        if (!client->used || client->gone) {
+            continue;
+        }
+        // A peer that has gone for good is seen without asking for input.
+        if (client->in_fd == client->out_fd || !client->ended) {
+            at[i][0] = (int)count;
+            const short events = connection_wants_input(client) ? POLLIN : 0;
+            fds[count++] = (struct pollfd){.fd = client->in_fd, .events = events};
+        }
+        if (output_length(&client->output) > 0) {
+            at[i][1] = (int)count;
+            fds[count++] = (struct pollfd){.fd = client->out_fd, .events = POLLOUT};
+        }
+    }
+    INVARIANT(count <= FDS_MAX);
+    return count;
+}
+
+/// Until when nothing is due, in ms from now.
+static int patience_ms(const struct server *self, uint64_t now_us) {
+    uint64_t due_us = now_us + (uint64_t)TICK_MS * 1000;
+    for (size_t i = 0; i < self->client_count; i++) {
+        const uint64_t client_us = connection_due_us(&self->clients[i]);
+        due_us = client_us < due_us ? client_us : due_us;
+    }
+    return due_us <= now_us ? 0 : (int)((due_us - now_us + 999) / 1000);
+}
+
+/// The system's watchdog is fed as long as both crews go on.
+static void notify(struct server *self, uint64_t now_us) {
+    const bool simulated = self->config->backend == CONFIG_BACKEND_SIM;
+    const unsigned limit_s = simulated ? RIG_SILENCE_SIMULATED_S : RIG_SILENCE_S;
+    const bool alive = crew_silence_us(&self->rig_crew) < (uint64_t)limit_s * 1000000;
+    if (!alive && !self->stuck_told) {
+        logbook_print(self->logbook, HAL_LOG_ERROR,
+                      "the thread of the instrument has been stuck for %u s", limit_s);
+    }
+    self->stuck_told = !alive;
+    if (alive && now_us - self->notified_us >= NOTIFY_US) {
+        self->notified_us = now_us;
+        notify_send("WATCHDOG=1");
+    }
+}
+
+static void turn(struct server *self) {
+    struct pollfd fds[FDS_MAX];
+    int at[SERVER_CLIENTS_MAX + 1][2];
+    const nfds_t count = gather(self, fds, at);
+    const int ready = poll(fds, count, patience_ms(self, progress_now_us()));
+    const uint64_t now_us = progress_now_us();
+    if (ready < 0) {
+        INVARIANT(errno == EINTR || errno == ENOMEM);
+        return;
+    }
+    uint64_t woken = 0;
+    if ((fds[1].revents & POLLIN) != 0 && read(self->wake_fd, &woken, sizeof woken) < 0) {
+        INVARIANT(errno == EAGAIN);
+    }
+    if ((fds[0].revents & POLLIN) != 0) {
+        take_signals(self);
+    }
+    for (size_t i = 0; i < self->client_count; i++) {
+        const short input = at[i][0] >= 0 ? fds[at[i][0]].revents : 0;
+        const short output = at[i][1] >= 0 ? fds[at[i][1]].revents : 0;
+        serve(self, &self->clients[i], input, output, now_us);
+    }
+    for (int i = 0; i < SERVER_LISTENERS; i++) {
+        if ((fds[2 + i].revents & POLLIN) != 0) {
+            accept_clients(self, self->listeners[i]);
+        }
+    }
+    retry_console(self, now_us);
+    notify(self, now_us);
+    logbook_flush(self->logbook);
+}
+
+int server_run(struct server *self) {
+    notify_send("READY=1");
+    while (!self->stopping) {
+        turn(self);
+    }
+    notify_send("STOPPING=1");
+    return 0;
+}
+
+/// What has been answered is sent, as far as it is taken at once.
+static void close_clients(struct server *self) {
+    for (size_t i = 0; i < self->client_count; i++) {
+        struct connection *client = &self->clients[i];
+        if (client->used) {
+            connection_send(client, progress_now_us());
+            if (i != CONSOLE || !self->stdio) {
+                close(client->in_fd);
+            }
+        }
+        if (client->host != NULL) {
+            connection_destroy(client);
+        }
+    }
+}
+
+void server_close(struct server *self) {
+    crew_stop(&self->rig_crew);
+    crew_stop(&self->desk_crew);
+    close_clients(self);
+    reply_close(&self->reply);
+    if (self->stdio_raw) {
+        tcsetattr(STDIN_FILENO, TCSADRAIN, &self->stdio_settings);
+    }
+    for (int i = 0; i < SERVER_LISTENERS; i++) {
+        if (self->listeners[i] >= 0) {
+            close(self->listeners[i]);
+        }
+    }
+    if (self->listeners[0] >= 0) {
+        unlink(self->config->socket);
+    }
+    if (self->signal_fd >= 0) {
+        close(self->signal_fd);
+    }
+    if (self->wake_fd >= 0) {
+        close(self->wake_fd);
+    }
+}

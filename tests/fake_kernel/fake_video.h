@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A fake /dev/video*: a camera with a clock of frames, a queue of buffers and controls. As with a
+/// real driver, a frame that finds no buffer is lost, and its number with it.
+#ifndef VERGENCE_TESTS_FAKE_VIDEO_H
+#define VERGENCE_TESTS_FAKE_VIDEO_H
+
+#include <linux/videodev2.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { FAKE_VIDEO_BUFFERS = 16, FAKE_VIDEO_FORMATS = 8, FAKE_VIDEO_CONTROLS = 8 };
+
+struct fake_video_format {
+    uint32_t fourcc, width_px, height_px;
+    uint32_t bytes_per_line;  ///< 0: as short as possible
+};
+
+struct fake_video_control {
+    uint32_t id;
+    int32_t minimum, maximum, step, value;
+};
+
+/// A camera. What is above the line is the test's to change at any time.
+struct fake_video {
+    uint32_t capabilities;  ///< V4L2_CAP_* of the device
+    struct fake_video_format formats[FAKE_VIDEO_FORMATS];
+    struct fake_video_control controls[FAKE_VIDEO_CONTROLS];
+    unsigned buffers_most;        ///< that the driver gives
+    uint32_t frame_us;            ///< from frame to frame
+    uint32_t first_us;            ///< from STREAMON to the end of the first frame
+    bool tells_frame_time;        ///< VIDIOC_G_PARM
+    uint32_t time_flags;          ///< V4L2_BUF_FLAG_TIMESTAMP_* and _TSTAMP_SRC_*
+    bool counts;                  ///< false: sequence stays 0, as with some drivers
+    bool full_range;              ///< V4L2_QUANTIZATION_FULL_RANGE
+    uint32_t frames_until_still;  ///< 0: runs for ever; n: no more frames after n of a stream
+    /// Fills a frame; `bytes` are the room, and become what is filled. NULL: every byte is
+    /// x + y + the frame's number.
+    void (*paint)(struct fake_video *self, uint32_t sequence, uint8_t *data, size_t *bytes);
+    /// May change what DQBUF returns. NULL: nothing.
+    void (*spoil)(struct fake_video *self, struct v4l2_buffer *buffer);
+    const char *picture;  ///< a file to show (fake_picture.h), read again when it changes; NULL
+    void *user;
+    // ---
+    struct fake_video_format format;
+    size_t buffer_bytes;
+    unsigned count, queued_count, done_count;
+    unsigned queued[FAKE_VIDEO_BUFFERS];
+    struct v4l2_buffer done[FAKE_VIDEO_BUFFERS];
+    bool on;
+    uint64_t next_us;   ///< end of the next frame
+    uint32_t sequence;  ///< of the next frame
+    unsigned starts;    ///< STREAMONs so far
+    int fd;
+};
+
+/// Adds a camera with one format, 30 frames a second, exact time stamps at the frames' ends, and
+/// 16 buffers at most. The struct belongs to the fake kernel and lives until the next reset; at
+/// most 4.
+struct fake_video *fake_video_add(const char *path, uint32_t fourcc, uint32_t width_px,
+                                  uint32_t height_px);
+/// Forgets all cameras.
+void fake_video_forget(void);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

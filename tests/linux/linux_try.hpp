@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A test's own kernel: fresh at the start, and at the end no descriptor may be left open.
+#ifndef VERGENCE_TESTS_LINUX_TRY_HPP
+#define VERGENCE_TESTS_LINUX_TRY_HPP
+
+#include <doctest/doctest.h>
+
+#include <cerrno>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "fake_kernel.h"
+
+namespace linux_try {
+
+inline long open_descriptors() {
+    const std::filesystem::directory_iterator all("/proc/self/fd");
+    return std::distance(begin(all), end(all));
+}
+
+/// Virtual time begins here, so that a time near 0 is never right by chance.
+constexpr uint64_t kStart_us = 1000000000;
+
+struct Kernel {
+    long before;
+
+    Kernel() : before(open_descriptors()) {
+        fake_kernel_reset();
+        fake_kernel_virtual_time(kStart_us);
+    }
+    Kernel(const Kernel &) = delete;
+    Kernel &operator=(const Kernel &) = delete;
+    ~Kernel() {
+        CHECK(open_descriptors() == before);
+        fake_kernel_reset();
+    }
+};
+
+/// The record since the last call of this.
+inline std::string record() {
+    std::string text = fake_kernel_record();
+    fake_kernel_forget();
+    return text;
+}
+
+/// What the kernel says when something breaks for good.
+constexpr int kErrors[] = {EIO, ENODEV, ENXIO, EBUSY, EACCES, ENOMEM, EINVAL, ENOTTY, ETIMEDOUT};
+
+/// Makes every single call of `scenario` fail with `error` in turn, `times` (0: for ever, too), and
+/// calls `check` with what it returned. `scenario` gets a fresh kernel each time.
+inline void each_call_fails(int error, unsigned times, const std::function<int()> &scenario,
+                            const std::function<void(unsigned, int)> &check) {
+    for (unsigned nth = 1;; nth++) {
+        const Kernel kernel;
+        fake_kernel_fail("", nth, error, times);
+        const int result = scenario();
+        if (!fake_kernel_failed()) {
+            return;  // there are no more calls
+        }
+        INFO("call ", nth, " fails with ", error, "; record:\n", std::string(fake_kernel_record()));
+        check(nth, result);
+    }
+}
+
+}  // namespace linux_try
+
+#endif

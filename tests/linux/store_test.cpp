@@ -1,0 +1,400 @@
+// SPDX-License-Identifier: Apache-2.0
+// The store of settings: always the old record or the new one, whole, whatever happens at whichever
+// system call.
+#include "daemon/store.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "linux_try.hpp"
+#include "scratch.hpp"
+
+namespace {
+
+namespace fs = std::filesystem;
+using linux_try::record;
+
+const std::string kOld(10000, 'o'), kNew(12345, 'n');
+
+struct Store {
+    ::store store{};
+    message text{};
+    int opened;
+
+    explicit Store(const std::string &path) : opened(store_open(&store, path.c_str(), &text)) {}
+    Store(const Store &) = delete;
+    Store &operator=(const Store &) = delete;
+    ~Store() { store_close(&store); }
+
+    int save(const std::string &name, const std::string &data) {
+        return store.hal.operations->save(store.hal.self, name.c_str(), data.data(), data.size());
+    }
+    int remove(const std::string &name) {
+        return store.hal.operations->remove(store.hal.self, name.c_str());
+    }
+    int load(const std::string &name, std::string *data, size_t capacity = 100000) {
+        data->assign(capacity, '?');
+        size_t bytes = 0;
+        const int error =
+            store.hal.operations->load(store.hal.self, name.c_str(), &(*data)[0], capacity, &bytes);
+        data->resize(error == ERROR_OK ? bytes : 0);
+        return error;
+    }
+};
+
+std::string load(const std::string &path, const std::string &name) {
+    Store store(path);
+    std::string data;
+    REQUIRE(store.opened == ERROR_OK);
+    const int error = store.load(name, &data);
+    return error == ERROR_OK ? data : std::string("error: ") + error_text(error);
+}
+
+std::set<std::string> listing(const std::string &path) {
+    std::set<std::string> names;
+    for (const fs::directory_entry &entry : fs::directory_iterator(path)) {
+        names.insert(entry.path().filename().string());
+    }
+    return names;
+}
+
+// A directory with two records, the fake kernel watching it.
+struct Place {
+    linux_try::Kernel kernel;
+    scratch directory;
+    std::string path;
+
+    Place() : path(directory / "settings") {
+        Store store(path);
+        REQUIRE(store.opened == ERROR_OK);
+        REQUIRE(store.save("limits", kOld) == ERROR_OK);
+        REQUIRE(store.save("other", "untouched") == ERROR_OK);
+        fake_kernel_watch(path.c_str());
+    }
+};
+
+// Runs `work` in a process of its own; its exit status as wait gives it.
+int in_child(const std::function<int()> &work) {
+    const pid_t child = fork();
+    REQUIRE(child >= 0);
+    if (child == 0) {
+        _exit(work());
+    }
+    int status = 0;
+    REQUIRE(waitpid(child, &status, 0) == child);
+    return status;
+}
+
+enum class Change { Save, First, Remove };
+
+int change(const std::string &path, Change what) {
+    Store store(path);
+    if (store.opened != ERROR_OK) {
+        return store.opened;
+    }
+    return what == Change::Save    ? store.save("limits", kNew)
+           : what == Change::First ? store.save("first", kNew)
+                                   : store.remove("limits");
+}
+
+// What the changed record may be: as before, and as afterwards.
+std::string changed(const std::string &path, Change what) {
+    return load(path, what == Change::First ? "first" : "limits");
+}
+
+const std::string kMissing = "error: a required field is missing";
+
+std::string before(Change what) {
+    return what == Change::First ? kMissing : kOld;
+}
+
+std::string after(Change what) {
+    return what == Change::Remove ? kMissing : kNew;
+}
+
+constexpr Change kChanges[] = {Change::Save, Change::First, Change::Remove};
+
+}  // namespace
+
+TEST_CASE("a save makes sure of the file, then of its name; its calls") {
+    const Place place;
+    Store store(place.path);
+    CHECK(record() ==
+          "settings mkdir\n"
+          "settings open rdonly directory cloexec\n"
+          "settings flock\n"
+          ". open rdonly noctty directory nofollow cloexec\n"
+          ". readdir\n. readdir\n. readdir\n. readdir\n. readdir\n");
+    CHECK(store.save("limits", kNew) == ERROR_OK);
+    CHECK(record() ==
+          ".new-limits open wronly create trunc noctty nofollow cloexec\n"
+          ".new-limits write 58\n"
+          ".new-limits write 12345\n"
+          ".new-limits fsync\n"
+          ".new-limits close\n"
+          "settings rename .new-limits limits\n"
+          "settings fsync\n");
+    std::string data;
+    CHECK(store.load("limits", &data) == ERROR_OK);
+    CHECK(data == kNew);
+    CHECK(record() ==
+          "limits open rdonly noctty nonblock nofollow cloexec\n"
+          "limits read 58\n"
+          "limits read 12345\n"
+          "limits read 1\n"
+          "limits close\n");
+    CHECK(store.remove("limits") == ERROR_OK);
+    CHECK(record() == "settings unlink limits\nsettings fsync\n");
+    CHECK(store.remove("limits") == ERROR_MISSING);
+    CHECK(store.load("limits", &data) == ERROR_MISSING);
+}
+
+TEST_CASE("a record is a line of text and then the contents as they are") {
+    const Place place;
+    std::ostringstream text;
+    text << std::ifstream(place.path + "/other").rdbuf();
+    CHECK(text.str() == "vergence record 1:         9 bytes follow, crc32 e209aa13\nuntouched");
+    struct stat status;
+    REQUIRE(stat((place.path + "/other").c_str(), &status) == 0);
+    CHECK((status.st_mode & 0777) == 0600);
+    REQUIRE(stat(place.path.c_str(), &status) == 0);
+    CHECK((status.st_mode & 0777) == 0700);
+}
+
+TEST_CASE("killed at every system call in turn: the old record or the new one, whole") {
+    for (const Change what : kChanges) {
+        unsigned nth = 1, olds = 0, news = 0;
+        for (;; nth++) {
+            const Place place;
+            const int status = in_child([&] {
+                fake_kernel_kill("", nth);
+                return change(place.path, what) == ERROR_OK ? 42 : 43;
+            });
+            CAPTURE(nth);
+            if (WIFEXITED(status)) {
+                CHECK(WEXITSTATUS(status) == 42);
+                CHECK(changed(place.path, what) == after(what));
+                break;
+            }
+            REQUIRE(WTERMSIG(status) == SIGKILL);
+            const std::string now = changed(place.path, what);
+            olds += now == before(what);
+            news += now == after(what);
+            CHECK((now == before(what) || now == after(what)));
+            CHECK(load(place.path, "other") == "untouched");
+            for (const std::string &name : listing(place.path)) {
+                CHECK(name[0] != '.');  // the next start has cleaned up
+            }
+            // It can be changed afterwards as if nothing had been.
+            CHECK(Store(place.path).save("limits", "again") == ERROR_OK);
+            CHECK(load(place.path, "limits") == "again");
+        }
+        CHECK(nth >= 10);
+        CHECK(olds >= 8);
+        CHECK(news >= 1);
+        CHECK(olds + news == nth - 1);
+    }
+}
+
+TEST_CASE("killed in the middle of a write") {
+    for (unsigned write = 1; write <= 2; write++) {
+        const Place place;
+        const int status = in_child([&] {
+            fake_kernel_short(" write", write, 1);
+            fake_kernel_kill(" write", write + 1);
+            return change(place.path, Change::Save);
+        });
+        REQUIRE(WIFSIGNALED(status));
+        CHECK(load(place.path, "limits") == kOld);
+    }
+}
+
+TEST_CASE("every system call fails in turn: the old or the new record, and the right error") {
+    const struct {
+        int system, ours;
+    } pairs[] = {{EIO, ERROR_IO},        {ENOSPC, ERROR_FULL},    {EDQUOT, ERROR_FULL},
+                 {EROFS, ERROR_REFUSED}, {EACCES, ERROR_REFUSED}, {ENOMEM, ERROR_IO}};
+    for (const auto &pair : pairs) {
+        for (const unsigned times : {1U, 0U}) {
+            for (const Change what : kChanges) {
+                unsigned nth = 1, succeeded = 0;
+                for (;; nth++) {
+                    const Place place;
+                    record();
+                    fake_kernel_fail("", nth, pair.system, times);
+                    const int error = change(place.path, what);
+                    const bool failed = fake_kernel_failed();
+                    INFO("call ", nth, " gives ", pair.system, "; record:\n", record());
+                    fake_kernel_reset();
+                    if (!failed) {
+                        CHECK(error == ERROR_OK);
+                        break;
+                    }
+                    CHECK((error == ERROR_OK || error == pair.ours));
+                    succeeded += error == ERROR_OK;
+                    const std::string now = changed(place.path, what);
+                    if (error == ERROR_OK) {
+                        CHECK(now == after(what));
+                    } else {
+                        CHECK((now == before(what) || now == after(what)));
+                    }
+                    CHECK(load(place.path, "other") == "untouched");
+                    CHECK(Store(place.path).save("limits", "again") == ERROR_OK);
+                    CHECK(load(place.path, "limits") == "again");
+                }
+                CHECK(nth >= 10);
+                // What may fail: to make the directory that is there, to clean up, to close it.
+                CHECK(succeeded <= 10);
+            }
+        }
+    }
+}
+
+TEST_CASE("a full disk: saves fail, the record stays, and nothing is left over") {
+    const Place place;
+    Store store(place.path);
+    fake_kernel_fail(" write", 1, ENOSPC, 0);
+    fake_kernel_fail(" fsync", 1, ENOSPC, 0);
+    for (int i = 0; i < 3; i++) {
+        CHECK(store.save("limits", kNew) == ERROR_FULL);
+        std::string data;
+        CHECK(store.load("limits", &data) == ERROR_OK);
+        CHECK(data == kOld);
+    }
+    CHECK(listing(place.path) == std::set<std::string>{"limits", "other"});
+}
+
+TEST_CASE("every system call of a load fails in turn: an error, and never a part of the record") {
+    for (const int error : {EIO, EACCES, ENOMEM}) {
+        for (unsigned nth = 1; nth <= 4; nth++) {
+            const Place place;
+            Store store(place.path);
+            std::string data;
+            fake_kernel_fail("limits ", nth, error, 1);
+            CHECK(store.load("limits", &data) == (error == EACCES ? ERROR_REFUSED : ERROR_IO));
+            CHECK(store.load("limits", &data) == ERROR_OK);
+            CHECK(data == kOld);
+        }
+    }
+}
+
+TEST_CASE("signals and short reads and writes change nothing") {
+    for (const char *call : {" open", " write", " read ", " fsync", " close"}) {
+        CAPTURE(call);
+        const Place place;
+        fake_kernel_fail(call, 1, EINTR, 3);
+        std::string data;
+        {
+            Store store(place.path);
+            REQUIRE(store.opened == ERROR_OK);
+            CHECK(store.save("limits", kNew) == ERROR_OK);
+            CHECK(store.load("limits", &data) == ERROR_OK);
+            CHECK(data == kNew);
+        }
+        CHECK(fake_kernel_failed());
+    }
+    for (const char *call : {" write", " read "}) {
+        const Place place;
+        fake_kernel_short(call, 1, 0);
+        std::string data;
+        Store store(place.path);
+        CHECK(store.save("limits", kNew) == ERROR_OK);
+        CHECK(store.load("limits", &data) == ERROR_OK);
+        CHECK(data == kNew);
+    }
+}
+
+TEST_CASE("a file system without sync of directories will do") {
+    for (const int error : {EINVAL, ENOTSUP}) {
+        const Place place;
+        Store store(place.path);
+        fake_kernel_fail("settings fsync", 1, error, 0);
+        CHECK(store.save("limits", kNew) == ERROR_OK);
+        CHECK(store.remove("limits") == ERROR_OK);
+    }
+}
+
+TEST_CASE("any changed byte, and any missing or added one, is found") {
+    const Place place;
+    fake_kernel_reset();
+    std::ostringstream stream;
+    stream << std::ifstream(place.path + "/other").rdbuf();
+    const std::string good = stream.str();
+    const auto put = [&](const std::string &text) {
+        std::ofstream(place.path + "/other", std::ios::binary) << text;
+    };
+    Store store(place.path);
+    std::string data;
+    for (size_t i = 0; i < good.size(); i++) {
+        for (const int flip : {0x01, 0x10, 0x80}) {
+            std::string bad = good;
+            bad[i] = static_cast<char>(bad[i] ^ flip);
+            put(bad);
+            const int error = store.load("other", &data, 1000);
+            CHECK((error == ERROR_CRC || error == ERROR_BUFFER));
+        }
+        put(good.substr(0, i));
+        CHECK(store.load("other", &data) == ERROR_CRC);
+    }
+    put(good + "x");
+    CHECK(store.load("other", &data) == ERROR_CRC);
+    put(good);
+    CHECK(store.load("other", &data) == ERROR_OK);
+    CHECK(store.load("other", &data, 9) == ERROR_OK);
+    CHECK(store.load("other", &data, 8) == ERROR_BUFFER);
+    // A record under another's name is not that record.
+    fs::rename(place.path + "/other", place.path + "/limits");
+    CHECK(store.load("limits", &data) == ERROR_CRC);
+}
+
+TEST_CASE("names that are none are refused, also those of files that are no records") {
+    const Place place;
+    Store store(place.path);
+    std::string data;
+    record();
+    for (const std::string &name :
+         {std::string(), std::string("."), std::string(".."), std::string(".new-limits"),
+          std::string("../x"), std::string("a/b"), std::string("1a"), std::string("a b"),
+          std::string("a\n"), std::string("\xC3\xA4"), std::string(41, 'a')}) {
+        CAPTURE(name);
+        CHECK(store.save(name, "x") == ERROR_ARGUMENT);
+        CHECK(store.load(name, &data) == ERROR_ARGUMENT);
+        CHECK(store.remove(name) == ERROR_ARGUMENT);
+    }
+    CHECK(record().empty());
+    for (const std::string &name : {std::string("a"), std::string("Z9-_."), std::string(40, 'a')}) {
+        CHECK(store.save(name, "") == ERROR_OK);
+        CHECK(store.load(name, &data) == ERROR_OK);
+        CHECK(data.empty());
+    }
+    REQUIRE(symlink("other", (place.path + "/link").c_str()) == 0);
+    CHECK(store.load("link", &data) == ERROR_IO);
+    REQUIRE(mkfifo((place.path + "/pipe").c_str(), 0600) == 0);
+    CHECK(store.load("pipe", &data) == ERROR_CRC);  // and does not wait for a writer
+}
+
+TEST_CASE("two processes cannot have one store, and the message says so") {
+    const Place place;
+    {
+        const Store first(place.path);
+        REQUIRE(first.opened == ERROR_OK);
+        const Store second(place.path);
+        CHECK(second.opened == ERROR_REFUSED);
+        CHECK(std::string(second.text.text) ==
+              "settings directory " + place.path +
+                  ": it is locked; another process uses it; end that first");
+    }
+    CHECK(Store(place.path).opened == ERROR_OK);
+    CHECK(Store(place.path + "/no/such").opened == ERROR_MISSING);
+    CHECK(Store(place.path + "/limits").opened == ERROR_IO);
+}

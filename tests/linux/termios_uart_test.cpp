@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: Apache-2.0
+// hal_uart on a real terminal: a pseudo terminal, whose calls the fake kernel watches and breaks.
+#include "daemon/linux/termios_uart.h"
+
+#include <fcntl.h>
+#include <pty.h>
+#include <signal.h>
+#include <sys/ioctl.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <string>
+#include <thread>
+
+#include "core/error.h"
+#include "daemon/linux/monotonic_clock.h"
+#include "linux_try.hpp"
+
+namespace {
+
+using linux_try::Kernel;
+using linux_try::record;
+
+// The other end of a serial line. Real time: the kernel moves the bytes in its own time.
+struct Line {
+    Kernel kernel;
+    int master = -1;
+    std::string path;
+
+    Line() {
+        int slave = -1;
+        char name[64];
+        REQUIRE(openpty(&master, &slave, name, nullptr, nullptr) == 0);
+        path = name;
+        ::close(slave);
+        fake_kernel_reset();
+        fake_kernel_watch(name);
+    }
+    ~Line() { hang_up(); }
+    void hang_up() {
+        if (master >= 0) {
+            ::close(master);
+        }
+        master = -1;
+    }
+    std::string name() const { return path.substr(path.rfind('/') + 1); }
+};
+
+struct Uart {
+    termios_uart uart{};
+    message text{};
+
+    explicit Uart(const Line &line) {
+        REQUIRE(termios_uart_open(&uart, line.path.c_str(), 9600, &text) == ERROR_OK);
+    }
+    ~Uart() { termios_uart_close(&uart); }
+
+    int write(const std::string &bytes, uint64_t wait_us = 200000) {
+        return uart.hal.operations->write(uart.hal.self, bytes.data(), bytes.size(),
+                                          monotonic_clock_now_us() + wait_us);
+    }
+    int read(std::string *bytes, uint64_t wait_us = 200000, size_t capacity = 64) {
+        bytes->assign(capacity, '?');
+        size_t got = 0;
+        const int error = uart.hal.operations->read(uart.hal.self, &(*bytes)[0], capacity,
+                                                    monotonic_clock_now_us() + wait_us, &got);
+        bytes->resize(error == ERROR_OK ? got : 0);
+        return error;
+    }
+    int discard() { return uart.hal.operations->discard(uart.hal.self); }
+};
+
+std::string take(int fd, size_t bytes) {
+    std::string text(bytes, '?');
+    size_t got = 0;
+    while (got < bytes) {
+        const ssize_t more = ::read(fd, &text[got], bytes - got);
+        REQUIRE(more > 0);
+        got += static_cast<size_t>(more);
+    }
+    return text;
+}
+
+}  // namespace
+
+TEST_CASE("the calls of opening, writing, reading and closing; bytes pass unchanged") {
+    Line line;
+    {
+        Uart uart(line);
+        const std::string n = line.name();
+        CHECK(record() == n + " open rdwr noctty nonblock cloexec\n" + n + " ioctl TIOCEXCL\n" + n +
+                              " flock\n" + n + " tcgetattr\n" + n + " tcsetattr now\n" + n +
+                              " tcgetattr\n" + n + " tcflush both\n");
+        termios now;
+        REQUIRE(tcgetattr(line.master, &now) == 0);
+        CHECK(cfgetospeed(&now) == B9600);
+        CHECK((now.c_cflag & (CSIZE | PARENB | CSTOPB | CRTSCTS)) == CS8);
+        CHECK((now.c_lflag & (ICANON | ECHO | ISIG | IEXTEN)) == 0);
+        CHECK((now.c_iflag & (IXON | IXOFF | ICRNL | INLCR | ISTRIP | BRKINT | PARMRK)) == 0);
+        CHECK((now.c_oflag & OPOST) == 0);
+
+        std::string all;
+        for (int c = 0; c < 256; c++) {
+            all.push_back(static_cast<char>(c));
+        }
+        CHECK(uart.write(all) == ERROR_OK);
+        CHECK(take(line.master, 256) == all);
+        CHECK(record() == n + " poll out\n" + n + " write 256\n");
+
+        REQUIRE(::write(line.master, all.data(), all.size()) == 256);
+        std::string got, more;
+        while (got.size() < 256 && uart.read(&more, 1000000, 100) == ERROR_OK) {
+            CHECK(more.size() <= 100);
+            got += more;
+        }
+        CHECK(got == all);
+        record();
+    }
+    CHECK(record() == line.name() + " ioctl TIOCNXCL\n" + line.name() + " close\n");
+}
+
+TEST_CASE("nobody else can have the line meanwhile, not even root") {
+    const Line line;
+    {
+        const Uart uart(line);
+        termios_uart second;
+        message text;
+        CHECK(termios_uart_open(&second, line.path.c_str(), 9600, &text) == ERROR_REFUSED);
+        CHECK(second.fd == -1);
+        CHECK(std::string(text.text).find("another program has it; end that first") !=
+              std::string::npos);
+    }
+    const Uart later(line);
+    CHECK(later.uart.fd >= 0);
+}
+
+TEST_CASE("reading and writing end at the deadline") {
+    const Line line;
+    Uart uart(line);
+    std::string got;
+    uint64_t begin_us = monotonic_clock_now_us();
+    CHECK(uart.read(&got, 30000) == ERROR_TIMEOUT);
+    uint64_t took_us = monotonic_clock_now_us() - begin_us;
+    CHECK(took_us >= 30000);
+    CHECK(took_us < 2000000);
+    CHECK(uart.read(&got, 0) == ERROR_TIMEOUT);
+    // Nobody takes the bytes, so at some time there is no room for more.
+    begin_us = monotonic_clock_now_us();
+    CHECK(uart.write(std::string(1000000, 'x'), 30000) == ERROR_TIMEOUT);
+    took_us = monotonic_clock_now_us() - begin_us;
+    CHECK(took_us >= 30000);
+    CHECK(took_us < 2000000);
+}
+
+TEST_CASE("a byte that is there already is read even when the deadline has passed") {
+    const Line line;
+    Uart uart(line);
+    REQUIRE(::write(line.master, "a", 1) == 1);
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    std::string got;
+    CHECK(uart.read(&got, 0) == ERROR_OK);
+    CHECK(got == "a");
+}
+
+TEST_CASE("discard forgets what has come") {
+    const Line line;
+    Uart uart(line);
+    REQUIRE(::write(line.master, "old", 3) == 3);
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    record();
+    CHECK(uart.discard() == ERROR_OK);
+    CHECK(record() == line.name() + " tcflush in\n");
+    REQUIRE(::write(line.master, "new", 3) == 3);
+    std::string got;
+    CHECK(uart.read(&got) == ERROR_OK);
+    CHECK(got == "new");
+    fake_kernel_fail("tcflush", 1, EIO, 1);
+    CHECK(uart.discard() == ERROR_DEVICE);
+}
+
+TEST_CASE("a line that is hung up: what came before is still read, then it is gone") {
+    Line line;
+    Uart uart(line);
+    REQUIRE(::write(line.master, "last", 4) == 4);
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    std::thread unplug([&] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        line.hang_up();
+    });
+    std::string got;
+    const int first = uart.read(&got, 1000000);
+    CHECK(first == ERROR_OK);
+    CHECK(got == "last");
+    const uint64_t begin_us = monotonic_clock_now_us();
+    CHECK(uart.read(&got, 5000000) == ERROR_DEVICE);
+    CHECK(monotonic_clock_now_us() - begin_us < 4000000);  // at once, not at the deadline
+    unplug.join();
+    CHECK(uart.write("x") == ERROR_DEVICE);
+}
+
+TEST_CASE("signals and short writes in the middle change nothing") {
+    const Line line;
+    for (const char *call : {"poll", "write", "read"}) {
+        for (const int error : {EINTR, EAGAIN}) {
+            if (std::string(call) == "poll" && error == EAGAIN) {
+                continue;
+            }
+            Uart uart(line);
+            fake_kernel_fail(call, 1, error, 3);
+            std::string got;
+            CHECK(uart.write("hello") == ERROR_OK);
+            CHECK(take(line.master, 5) == "hello");
+            REQUIRE(::write(line.master, "world", 5) == 5);
+            CHECK(uart.read(&got, 1000000) == ERROR_OK);
+            CHECK(got == "world");
+            CHECK(fake_kernel_failed());
+        }
+    }
+    Uart uart(line);
+    fake_kernel_short(" write", 1, 2);
+    CHECK(uart.write("12345678") == ERROR_OK);
+    CHECK(take(line.master, 8) == "12345678");
+    CHECK(fake_kernel_failed());
+}
+
+TEST_CASE("every error of poll, read and write is the right one of the interface") {
+    const Line line;
+    const struct {
+        int system, ours;
+    } pairs[] = {{EIO, ERROR_DEVICE},
+                 {ENODEV, ERROR_DEVICE},
+                 {ENXIO, ERROR_DEVICE},
+                 {ENOMEM, ERROR_IO},
+                 {EINVAL, ERROR_IO}};
+    for (const auto &pair : pairs) {
+        CAPTURE(pair.system);
+        Uart uart(line);
+        std::string got;
+        fake_kernel_fail(" write", 1, pair.system, 1);
+        CHECK(uart.write("x") == pair.ours);
+        fake_kernel_fail(" read", 1, pair.system, 1);
+        REQUIRE(::write(line.master, "y", 1) == 1);
+        CHECK(uart.read(&got) == pair.ours);
+        fake_kernel_fail(" poll", 1, pair.system, 1);
+        CHECK(uart.read(&got) == ERROR_IO);
+        fake_kernel_fail(" poll", 1, pair.system, 1);
+        CHECK(uart.write("x") == ERROR_IO);
+    }
+}
+
+TEST_CASE("every call of opening fails in turn: an error, and nothing open") {
+    Line line;
+    for (const int error : linux_try::kErrors) {
+        message text;
+        for (unsigned nth = 1; nth <= 7; nth++) {
+            CAPTURE(nth);
+            CAPTURE(error);
+            const long before = linux_try::open_descriptors();
+            fake_kernel_reset();
+            fake_kernel_watch(line.path.c_str());
+            fake_kernel_fail("", nth, error, 1);
+            termios_uart uart;
+            CHECK(termios_uart_open(&uart, line.path.c_str(), 9600, &text) != ERROR_OK);
+            CHECK(fake_kernel_failed());
+            CHECK(uart.fd == -1);
+            CHECK(std::string(text.text).find(line.path) != std::string::npos);
+            CHECK(linux_try::open_descriptors() == before);
+        }
+    }
+}
+
+TEST_CASE("what is no terminal, and speeds that there are not, are refused in one line") {
+    const Kernel kernel;
+    termios_uart uart;
+    message text;
+    CHECK(termios_uart_open(&uart, "/dev/null", 9600, &text) == ERROR_UNSUPPORTED);
+    CHECK(std::string(text.text) ==
+          "serial line /dev/null cannot be set to 9600 bit/s, 8N1, raw: Inappropriate ioctl for "
+          "device");
+    CHECK(termios_uart_open(&uart, "/dev/null", 9601, &text) == ERROR_UNSUPPORTED);
+    CHECK(termios_uart_open(&uart, "/dev/ttyNONE", 9600, &text) == ERROR_DEVICE);
+    CHECK(uart.fd == -1);
+}

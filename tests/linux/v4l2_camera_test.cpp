@@ -1,0 +1,424 @@
+// SPDX-License-Identifier: Apache-2.0
+// hal_camera on V4L2: its calls, times, numbers, and what happens when the stream breaks.
+#include <set>
+
+#include "camera_try.hpp"
+
+namespace {
+
+using namespace linux_try;
+
+constexpr uint16_t kWidth = 64, kHeight = 48;
+
+fake_video *grey_camera() {
+    return fake_video_add(kVideo, V4L2_PIX_FMT_GREY, kWidth, kHeight);
+}
+
+}  // namespace
+
+TEST_CASE("the calls of opening, starting, taking, stopping and closing") {
+    const Kernel kernel;
+    grey_camera();
+    hal_camera_frame frame;
+    {
+        Camera camera;
+        REQUIRE(camera.opened == ERROR_OK);
+        CHECK(record() ==
+              "video0 open rdwr noctty nonblock cloexec\n"
+              "video0 ioctl QUERYCAP\n");
+        REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+        CHECK(record() ==
+              "video0 ioctl S_FMT BA10 64x48\n"
+              "video0 ioctl S_FMT GRBG 64x48\n"
+              "video0 ioctl S_FMT GREY 64x48\n"
+              "video0 ioctl G_PARM\n"
+              "video0 ioctl REQBUFS 4\n"
+              "video0 ioctl QUERYBUF 0\nvideo0 mmap 4096 at 0x0\n"
+              "video0 ioctl QUERYBUF 1\nvideo0 mmap 4096 at 0x1000\n"
+              "video0 ioctl QUERYBUF 2\nvideo0 mmap 4096 at 0x2000\n"
+              "video0 ioctl QUERYBUF 3\nvideo0 mmap 4096 at 0x3000\n"
+              "video0 ioctl QBUF 0\nvideo0 ioctl QBUF 1\n"
+              "video0 ioctl QBUF 2\nvideo0 ioctl QBUF 3\n"
+              "video0 ioctl STREAMON\n");
+        REQUIRE(camera.take(&frame) == ERROR_OK);
+        CHECK(record() ==
+              "video0 ioctl DQBUF\n"
+              "video0 poll in 1000000us\n"
+              "video0 ioctl DQBUF\n"
+              "video0 ioctl QBUF 0\n");
+        camera.give_back(frame);
+        CHECK(record().empty());
+        // The same again costs nothing.
+        REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+        CHECK(record().empty());
+        REQUIRE(camera.stop() == ERROR_OK);
+        CHECK(record() == "video0 ioctl STREAMOFF\nvideo0 ioctl REQBUFS 0\n");
+        CHECK(mappings() == 0);
+        REQUIRE(camera.stop() == ERROR_OK);
+        CHECK(record().empty());
+    }
+    CHECK(record() == "video0 ioctl REQBUFS 0\nvideo0 close\n");
+}
+
+TEST_CASE("a frame says what it is") {
+    const Kernel kernel;
+    grey_camera();
+    Camera camera;
+    REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+    hal_camera_frame frame;
+    for (uint32_t i = 0; i < 5; i++) {
+        REQUIRE(camera.look(&frame) == ERROR_OK);
+        CHECK(frame.width_px == kWidth);
+        CHECK(frame.height_px == kHeight);
+        CHECK(frame.stride == kWidth);
+        CHECK(frame.bits == 8);
+        CHECK(frame.layout == HAL_CAMERA_GREY);
+        CHECK(frame.faults == 0);
+        CHECK(frame.sequence == i + 1);
+        CHECK(frame.end_us == kStart_us + (i + 1) * kFrame_us);
+        CHECK(frame.begin_us == kStart_us + i * kFrame_us);
+        CHECK(frame.data[0] == i);
+        CHECK(frame.data[47 * kWidth + 63] == 47 + 63 + i);
+        CHECK(fake_kernel_now_us() == frame.end_us);
+    }
+    CHECK(camera.counts().frames == 5);
+    CHECK(camera.counts().gaps == 0);
+    CHECK(camera.log.lines.empty());
+}
+
+TEST_CASE("a frame that began too early is passed over") {
+    const Kernel kernel;
+    for (const bool begins : {false, true}) {
+        fake_kernel_reset();
+        fake_kernel_virtual_time(kStart_us);
+        fake_video *video = grey_camera();
+        video->time_flags = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC |
+                            (begins ? V4L2_BUF_FLAG_TSTAMP_SRC_SOE : V4L2_BUF_FLAG_TSTAMP_SRC_EOF);
+        Camera camera;
+        REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+        hal_camera_frame frame;
+        // The frames that begin at 0 and 33333 do not count.
+        REQUIRE(camera.look(&frame, kStart_us + kFrame_us + 1) == ERROR_OK);
+        CHECK(frame.begin_us == kStart_us + 2 * kFrame_us);
+        CHECK(frame.end_us == kStart_us + 3 * kFrame_us);
+        CHECK(frame.sequence == 3);
+        // Old frames lie in the queue for a while; none of them is taken for a new one.
+        fake_kernel_advance(4 * kFrame_us);
+        const uint64_t now_us = fake_kernel_now_us();
+        REQUIRE(camera.look(&frame, now_us) == ERROR_OK);
+        CHECK(frame.begin_us >= now_us);
+        CHECK(frame.begin_us <= now_us + 2 * kFrame_us);
+        CHECK(camera.counts().frames == 2);
+    }
+}
+
+TEST_CASE("without the driver's time stamps frames are never taken for newer than they are") {
+    const Kernel kernel;
+    fake_video *video = grey_camera();
+    video->time_flags = V4L2_BUF_FLAG_TIMESTAMP_UNKNOWN;
+    // The first byte of a frame is the time when it began, in frame times.
+    static uint64_t origin_us;
+    origin_us = kStart_us;
+    video->paint = [](fake_video *self, uint32_t, uint8_t *data, size_t *) {
+        data[0] = static_cast<uint8_t>((self->next_us - kFrame_us - origin_us) / kFrame_us);
+    };
+    Camera camera;
+    REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+    hal_camera_frame frame;
+    uint32_t taken = 0;
+    for (int i = 0; i < 50; i++) {
+        fake_kernel_advance(static_cast<uint64_t>(i * 7919 % 200000));
+        const uint64_t now_us = fake_kernel_now_us();
+        const int error = camera.look(&frame, now_us, 400000);
+        REQUIRE(error == ERROR_OK);
+        const uint64_t began_us = origin_us + frame.data[0] * uint64_t{kFrame_us};
+        CHECK(began_us >= now_us);
+        CHECK(frame.begin_us >= now_us);
+        CHECK(frame.begin_us <= began_us);
+        CHECK(frame.end_us >= began_us + kFrame_us);
+        taken++;
+        origin_us += frame.data[0] >= 200 ? 200 * uint64_t{kFrame_us} : 0;
+    }
+    CHECK(taken == 50);
+}
+
+TEST_CASE("a call ends at its deadline, to the microsecond") {
+    const Kernel kernel;
+    grey_camera()->first_us = 500000;
+    Camera camera;
+    REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+    hal_camera_frame frame;
+    CHECK(camera.look(&frame, 0, 123456) == ERROR_TIMEOUT);
+    CHECK(fake_kernel_now_us() == kStart_us + 123456);
+    CHECK(camera.look(&frame, 0, 0) == ERROR_TIMEOUT);
+    CHECK(camera.counts().timeouts == 2);
+    CHECK(camera.counts().restarts == 0);
+    // Frames come, but all too early.
+    CHECK(camera.look(&frame, UINT64_MAX, 1000000) == ERROR_TIMEOUT);
+    CHECK(fake_kernel_now_us() == kStart_us + 1123456);
+    CHECK(camera.look(&frame) == ERROR_OK);
+    CHECK(camera.counts().timeouts == 3);
+    // Frames are there, all too early, and no time is left.
+    fake_kernel_advance(3 * kFrame_us);
+    CHECK(camera.look(&frame, UINT64_MAX, 0) == ERROR_TIMEOUT);
+}
+
+TEST_CASE("frames that nobody took are counted") {
+    const Kernel kernel;
+    fake_video *video = grey_camera();
+    Camera camera;
+    REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+    hal_camera_frame frame;
+    REQUIRE(camera.look(&frame) == ERROR_OK);
+    fake_kernel_advance(10 * kFrame_us);  // four find a buffer, six do not
+    for (uint32_t i = 0; i < 4; i++) {
+        REQUIRE(camera.look(&frame) == ERROR_OK);
+        CHECK(frame.sequence == 2 + i);
+    }
+    CHECK(camera.counts().gaps == 0);
+    REQUIRE(camera.look(&frame) == ERROR_OK);
+    CHECK(frame.sequence == 12);
+    CHECK(camera.counts().gaps == 6);
+    // A driver whose numbers stand still has no gaps, and ours go on.
+    video->counts = false;
+    REQUIRE(camera.look(&frame) == ERROR_OK);
+    REQUIRE(camera.look(&frame) == ERROR_OK);
+    CHECK(frame.sequence == 14);
+    CHECK(camera.counts().gaps == 6);
+    CHECK(camera.counts().restarts == 0);
+}
+
+TEST_CASE("two frames can be lent, and keep their pixels") {
+    const Kernel kernel;
+    grey_camera();
+    Camera camera;
+    REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+    hal_camera_frame first, second, third;
+    REQUIRE(camera.take(&first) == ERROR_OK);
+    REQUIRE(camera.take(&second) == ERROR_OK);
+    CHECK(first.data[0] == 0);
+    CHECK(second.data[0] == 1);
+    camera.give_back(first);
+    for (int i = 0; i < 9; i++) {
+        REQUIRE(camera.take(&third) == ERROR_OK);
+        CHECK(second.data[0] == 1);
+        CHECK(third.data[0] == 2 + i);
+        camera.give_back(third);
+    }
+    camera.give_back(second);
+}
+
+TEST_CASE("what the driver says about a frame is told") {
+    const Kernel kernel;
+    fake_video *video = grey_camera();
+    Camera camera;
+    REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+    hal_camera_frame frame;
+    video->spoil = [](fake_video *, v4l2_buffer *buffer) { buffer->flags |= V4L2_BUF_FLAG_ERROR; };
+    REQUIRE(camera.look(&frame) == ERROR_OK);
+    CHECK(frame.faults == HAL_CAMERA_DAMAGED);
+    video->spoil = [](fake_video *, v4l2_buffer *buffer) { buffer->bytesused -= kWidth; };
+    REQUIRE(camera.look(&frame) == ERROR_OK);
+    CHECK(frame.faults == HAL_CAMERA_SHORT);
+    CHECK(frame.data[46 * kWidth] == 47);
+    CHECK(frame.data[47 * kWidth] == 0);
+    video->spoil = [](fake_video *, v4l2_buffer *buffer) { buffer->bytesused = 0; };
+    REQUIRE(camera.look(&frame) == ERROR_OK);
+    CHECK(frame.faults == HAL_CAMERA_SHORT);
+    CHECK(frame.data[0] == 0);
+    video->spoil = [](fake_video *, v4l2_buffer *buffer) { buffer->bytesused = 99999; };
+    REQUIRE(camera.look(&frame) == ERROR_OK);
+    CHECK(frame.faults == HAL_CAMERA_DAMAGED);
+    video->spoil = nullptr;
+    REQUIRE(camera.look(&frame) == ERROR_OK);
+    CHECK(frame.faults == 0);
+    CHECK(camera.counts().frames == 5);
+    CHECK(camera.counts().faulty == 4);
+}
+
+TEST_CASE("a stream that stands still is started again, and that is counted and told") {
+    const Kernel kernel;
+    fake_video *video = grey_camera();
+    video->frames_until_still = 3;
+    Camera camera;
+    REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+    hal_camera_frame frame;
+    uint32_t last = 0;
+    for (int i = 0; i < 9; i++) {
+        REQUIRE(camera.look(&frame) == ERROR_OK);
+        CHECK(frame.sequence > last);
+        CHECK(frame.faults == 0);
+        last = frame.sequence;
+    }
+    CHECK(camera.counts().restarts == 2);
+    CHECK(camera.counts().gaps == 2);
+    CHECK(last == 11);
+    CHECK(video->starts == 3);
+    CHECK(fake_kernel_now_us() == kStart_us + 9 * kFrame_us + 2 * 100000);
+    REQUIRE(camera.log.lines.size() == 2);
+    CHECK(camera.log.lines[0] ==
+          "4 camera /dev/video0: no frame came for 100 ms; the stream is started again");
+}
+
+TEST_CASE("a stream that breaks once is made anew; the call succeeds") {
+    for (const int error : {EIO, EPIPE, EINVAL, ENOMEM, ETIMEDOUT, EPROTO}) {
+        for (const char *call : {"DQBUF", "poll", " QBUF"}) {
+            CAPTURE(error);
+            CAPTURE(call);
+            const Kernel kernel;
+            grey_camera();
+            Camera camera;
+            REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+            record();
+            hal_camera_frame frame;
+            fake_kernel_fail(call, 1, error, 1);
+            REQUIRE(camera.look(&frame) == ERROR_OK);
+            REQUIRE(camera.look(&frame) == ERROR_OK);
+            CHECK(fake_kernel_failed());
+            CHECK(camera.counts().restarts == 1);
+            CHECK(camera.log.lines.size() == 1);
+            const std::string calls = record();
+            CHECK(calls.find("STREAMOFF\nvideo0 ioctl REQBUFS 0\n") != std::string::npos);
+        }
+    }
+}
+
+TEST_CASE("a driver that goes wrong in other ways") {
+    const Kernel kernel;
+    fake_video *video = grey_camera();
+    Camera camera;
+    REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+    hal_camera_frame frame;
+    video->spoil = [](fake_video *self, v4l2_buffer *buffer) {
+        buffer->index = 7;
+        self->spoil = nullptr;
+    };
+    CHECK(camera.look(&frame) == ERROR_OK);
+    CHECK(camera.counts().restarts == 1);
+    video->spoil = [](fake_video *self, v4l2_buffer *buffer) {
+        buffer->index = self->queued[0];  // its own, which it has not given back
+        self->spoil = nullptr;
+    };
+    CHECK(camera.look(&frame) == ERROR_OK);
+    CHECK(camera.look(&frame) == ERROR_OK);
+    CHECK(camera.counts().restarts == 2);
+    // Ready without a frame, again and again.
+    fake_kernel_fail("DQBUF", 1, EAGAIN, 20);
+    CHECK(camera.look(&frame) == ERROR_OK);
+    CHECK(camera.counts().restarts >= 3);
+    // Somebody has turned it off: EINVAL; and once more, with a driver that says POLLERR only.
+    video->on = false;
+    CHECK(camera.look(&frame) == ERROR_OK);
+    video->on = false;
+    fake_kernel_fail("DQBUF", 1, EAGAIN, 2);
+    CHECK(camera.look(&frame) == ERROR_OK);
+    CHECK(camera.log.lines.back() ==
+          "4 camera /dev/video0: the driver reports an error (POLLERR); the stream is started "
+          "again");
+}
+
+TEST_CASE("a camera that is pulled out while its stream is made anew") {
+    const Kernel kernel;
+    grey_camera();
+    Camera camera;
+    REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+    hal_camera_frame frame;
+    fake_kernel_fail("DQBUF", 1, EIO, 1);
+    fake_kernel_fail("REQBUFS 4", 1, ENODEV, 0);
+    CHECK(camera.look(&frame) == ERROR_DEVICE);
+    CHECK(camera.counts().restarts == 1);
+    CHECK(camera.log.lines.back() == "3 camera /dev/video0: REQBUFS: No such device");
+}
+
+TEST_CASE("a stream that stays broken: three attempts with pauses, then an error; later it works") {
+    const Kernel kernel;
+    grey_camera();
+    Camera camera;
+    REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+    hal_camera_frame frame;
+    fake_kernel_fail("DQBUF", 1, EIO, 4);
+    CHECK(camera.look(&frame) == ERROR_IO);
+    CHECK(fake_kernel_now_us() == kStart_us + 60000);
+    CHECK(camera.counts().restarts == 3);
+    REQUIRE(camera.log.lines.size() == 4);
+    CHECK(camera.log.lines[3] ==
+          "3 camera /dev/video0: DQBUF: Input/output error; giving up for now");
+    CHECK(camera.look(&frame) == ERROR_OK);
+
+    // A short deadline is kept all the same.
+    fake_kernel_fail("DQBUF", 1, EIO, 0);
+    const uint64_t before_us = fake_kernel_now_us();
+    CHECK(camera.look(&frame, 0, 10000) == ERROR_TIMEOUT);
+    CHECK(fake_kernel_now_us() == before_us + 10000);
+}
+
+TEST_CASE("a camera that was pulled out is told at once") {
+    for (const int error : {ENODEV, ENXIO}) {
+        for (const char *call : {"DQBUF", "poll"}) {
+            const Kernel kernel;
+            grey_camera();
+            Camera camera;
+            REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+            hal_camera_frame frame;
+            fake_kernel_fail(call, 1, error, 0);
+            fake_kernel_fail("STREAMOFF", 1, error, 0);
+            CHECK(camera.look(&frame) == ERROR_DEVICE);
+            CHECK(fake_kernel_now_us() == kStart_us);
+            CHECK(camera.counts().restarts == 0);
+            CHECK(camera.stop() == ERROR_DEVICE);
+        }
+    }
+}
+
+TEST_CASE(
+    "every call fails in turn, once and for ever: the right end, in time, nothing left over") {
+    for (const int error : {EIO, ENODEV, EBUSY, ENOMEM, EINVAL, ENOTTY, EACCES, ENOSPC}) {
+        for (const unsigned times : {1U, 0U}) {
+            linux_try::each_call_fails(
+                error, times,
+                [&] {
+                    grey_camera();
+                    Camera camera;
+                    if (camera.opened != ERROR_OK) {
+                        CHECK(std::string(camera.text.text).find(kVideo) != std::string::npos);
+                        return camera.opened;
+                    }
+                    int result = camera.start(kWidth, kHeight);
+                    CHECK((result == ERROR_OK || !camera.log.lines.empty()));
+                    hal_camera_frame frame;
+                    for (int i = 0; i < 3 && result == ERROR_OK; i++) {
+                        const uint64_t before_us = fake_kernel_now_us();
+                        result = camera.look(&frame);
+                        CHECK(fake_kernel_now_us() <= before_us + 1000000);
+                        CHECK((result != ERROR_OK || frame.faults == 0));
+                    }
+                    const int stopped = camera.stop();
+                    return result == ERROR_OK ? stopped : result;
+                },
+                [&](unsigned, int result) {
+                    const std::set<int> ours = {ERROR_OK,          ERROR_IO,      ERROR_DEVICE,
+                                                ERROR_UNSUPPORTED, ERROR_TIMEOUT, ERROR_REFUSED};
+                    CHECK(ours.count(result) == 1);
+                });
+        }
+    }
+}
+
+TEST_CASE("signals during any call change nothing") {
+    for (const char *call : {" open", "ioctl", "poll"}) {
+        for (unsigned nth = 1; nth < 30; nth++) {
+            const Kernel kernel;
+            grey_camera();
+            fake_kernel_fail(call, nth, EINTR, 3);
+            Camera camera;
+            REQUIRE(camera.opened == ERROR_OK);
+            hal_camera_frame frame;
+            CHECK(camera.start(kWidth, kHeight) == ERROR_OK);
+            CHECK(camera.look(&frame) == ERROR_OK);
+            CHECK(camera.look(&frame) == ERROR_OK);
+            CHECK(frame.sequence == 2);
+            CHECK(camera.stop() == ERROR_OK);
+            CHECK(camera.log.lines.empty());
+        }
+    }
+}

@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which format of a V4L2 camera is taken, what its pixels become, and the camera's controls.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <random>
+
+#include "camera_try.hpp"
+#include "daemon/linux/v4l2_jpeg.h"
+#include "synthetic/seed.hpp"
+// It needs stdio, and does not say so.
+#include <jpeglib.h>
+
+namespace {
+
+using namespace linux_try;
+
+constexpr uint16_t kWidth = 38, kHeight = 24;
+
+std::vector<uint8_t> frame_bytes;
+
+void use(fake_video *video, const std::vector<uint8_t> &bytes) {
+    frame_bytes = bytes;
+    video->paint = [](fake_video *, uint32_t, uint8_t *data, size_t *room) {
+        REQUIRE(frame_bytes.size() <= *room);
+        std::copy(frame_bytes.begin(), frame_bytes.end(), data);
+        *room = frame_bytes.size();
+    };
+}
+
+std::vector<uint8_t> random_bytes(size_t count) {
+    std::mt19937 random(static_cast<uint32_t>(synthetic::test_seed()));
+    std::vector<uint8_t> bytes(count);
+    for (uint8_t &byte : bytes) {
+        byte = static_cast<uint8_t>(random());
+    }
+    return bytes;
+}
+
+// A JPEG of a smooth picture; its pixels in `rgb`.
+std::vector<uint8_t> jpeg_of(std::vector<uint8_t> *rgb) {
+    rgb->resize(3 * size_t{kWidth} * kHeight);
+    for (size_t i = 0; i < rgb->size(); i++) {
+        const size_t x = i / 3 % kWidth, y = i / 3 / kWidth;
+        (*rgb)[i] = static_cast<uint8_t>(40 + 2 * x + 3 * y + 10 * (i % 3));
+    }
+    jpeg_compress_struct info{};
+    jpeg_error_mgr manager;
+    info.err = jpeg_std_error(&manager);
+    jpeg_create_compress(&info);
+    unsigned char *memory = nullptr;
+    unsigned long bytes = 0;
+    jpeg_mem_dest(&info, &memory, &bytes);
+    info.image_width = kWidth;
+    info.image_height = kHeight;
+    info.input_components = 3;
+    info.in_color_space = JCS_RGB;
+    jpeg_set_defaults(&info);
+    jpeg_set_quality(&info, 95, TRUE);
+    jpeg_start_compress(&info, TRUE);
+    while (info.next_scanline < kHeight) {
+        JSAMPROW row = rgb->data() + 3 * size_t{kWidth} * info.next_scanline;
+        jpeg_write_scanlines(&info, &row, 1);
+    }
+    jpeg_finish_compress(&info);
+    jpeg_destroy_compress(&info);
+    std::vector<uint8_t> result(memory, memory + bytes);
+    free(memory);
+    return result;
+}
+
+}  // namespace
+
+TEST_CASE("the best of a camera's formats is taken") {
+    const Kernel kernel;
+    fake_video *video = fake_video_add(kVideo, V4L2_PIX_FMT_MJPEG, kWidth, kHeight);
+    video->formats[1] = {V4L2_PIX_FMT_YUYV, kWidth, kHeight, 0};
+    video->formats[2] = {V4L2_PIX_FMT_GREY, kWidth * 2, kHeight * 2, 0};
+    video->formats[3] = {V4L2_PIX_FMT_NV12, kWidth, kHeight, 0};
+    Camera camera;
+    REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+    CHECK(std::string(camera.camera.stream.format->name) == "YUYV");
+    REQUIRE(camera.start(kWidth * 2, kHeight * 2) == ERROR_OK);
+    CHECK(std::string(camera.camera.stream.format->name) == "GREY");
+    CHECK(camera.start(kWidth * 3, kHeight) == ERROR_UNSUPPORTED);
+    CHECK(camera.log.lines.back() ==
+          "3 camera /dev/video0: it has no frames of 114 x 24 in a format that we read (v4l2-ctl "
+          "--list-formats-ext shows what it has)");
+    CHECK(camera.start(0, kHeight) == ERROR_UNSUPPORTED);
+    REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+}
+
+TEST_CASE("a bus without room for YUYV gets MJPEG; without room for any it is said") {
+    const Kernel kernel;
+    fake_video *video = fake_video_add(kVideo, V4L2_PIX_FMT_YUYV, kWidth, kHeight);
+    video->formats[1] = {V4L2_PIX_FMT_MJPEG, kWidth, kHeight, 0};
+    Camera camera;
+    fake_kernel_fail("STREAMON", 1, ENOSPC, 1);
+    REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+    CHECK(std::string(camera.camera.stream.format->name) == "MJPEG");
+    REQUIRE(camera.stop() == ERROR_OK);
+    fake_kernel_fail("STREAMON", 1, ENOSPC, 0);
+    CHECK(camera.start(kWidth, kHeight) == ERROR_IO);
+    CHECK(camera.log.lines.back().find("the USB bus has no room") != std::string::npos);
+}
+
+TEST_CASE("mosaics: little-endian words, nothing above their bits, rows with a tail") {
+    const Kernel kernel;
+    fake_video *video = fake_video_add(kVideo, V4L2_PIX_FMT_SGRBG10, kWidth, kHeight);
+    video->formats[0].bytes_per_line = 2 * kWidth + 10;
+    const std::vector<uint8_t> bytes = random_bytes(size_t{kHeight} * (2 * kWidth + 10));
+    use(video, bytes);
+    Camera camera;
+    REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+    hal_camera_frame frame;
+    REQUIRE(camera.look(&frame) == ERROR_OK);
+    CHECK(frame.layout == HAL_CAMERA_BAYER_GRBG);
+    CHECK(frame.bits == 10);
+    CHECK(frame.faults == 0);
+    bool equal = true;
+    for (size_t y = 0; y < kHeight; y++) {
+        for (size_t x = 0; x < kWidth; x++) {
+            const size_t at = y * (2 * kWidth + 10) + 2 * x;
+            const int value = (bytes[at] | bytes[at + 1] << 8) & 0x3FF;
+            equal = equal && frame.data[y * frame.stride + x] == value;
+        }
+    }
+    CHECK(equal);
+}
+
+TEST_CASE("YUYV becomes red, green and blue as BT.601 says, to half a step") {
+    for (const bool full : {false, true}) {
+        const Kernel kernel;
+        fake_video *video = fake_video_add(kVideo, V4L2_PIX_FMT_YUYV, kWidth, kHeight);
+        video->full_range = full;
+        const std::vector<uint8_t> bytes = random_bytes(size_t{kHeight} * 2 * kWidth);
+        use(video, bytes);
+        Camera camera;
+        REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+        hal_camera_frame frame;
+        REQUIRE(camera.look(&frame) == ERROR_OK);
+        CHECK(frame.layout == HAL_CAMERA_RGB);
+        CHECK(frame.stride == 3 * kWidth);
+        double worst = 0;
+        for (size_t i = 0; i < size_t{kWidth} * kHeight; i++) {
+            const uint8_t *pair = &bytes[4 * (i / 2)];
+            const double y = full ? pair[2 * (i % 2)] : (pair[2 * (i % 2)] - 16) * 255.0 / 219;
+            const double scale = full ? 1 : 255.0 / 224;
+            const double u = (pair[1] - 128) * scale, v = (pair[3] - 128) * scale;
+            const double rgb[] = {y + 1.402 * v, y - 0.344136 * u - 0.714136 * v, y + 1.772 * u};
+            for (size_t c = 0; c < 3; c++) {
+                const double expected = std::min(255.0, std::max(0.0, rgb[c]));
+                worst = std::max(worst, std::fabs(expected - frame.data[3 * i + c]));
+            }
+        }
+        CHECK(worst < 1.0);
+    }
+}
+
+TEST_CASE("JPEG frames decode; what is damaged says so and never more") {
+    REQUIRE(v4l2_jpeg_available());
+    const Kernel kernel;
+    fake_video *video = fake_video_add(kVideo, V4L2_PIX_FMT_MJPEG, kWidth, kHeight);
+    std::vector<uint8_t> rgb;
+    const std::vector<uint8_t> jpeg = jpeg_of(&rgb);
+    use(video, jpeg);
+    Camera camera;
+    REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+    hal_camera_frame frame;
+    REQUIRE(camera.look(&frame) == ERROR_OK);
+    CHECK(frame.faults == 0);
+    int worst = 0;
+    for (size_t i = 0; i < rgb.size(); i++) {
+        worst = std::max(worst, std::abs(rgb[i] - frame.data[i]));
+    }
+    CHECK(worst <= 8);
+    for (size_t length : {size_t{0}, size_t{1}, size_t{100}, jpeg.size() / 2, jpeg.size() - 20}) {
+        use(video, std::vector<uint8_t>(jpeg.begin(), jpeg.begin() + static_cast<long>(length)));
+        REQUIRE(camera.look(&frame) == ERROR_OK);
+        CHECK(frame.faults == HAL_CAMERA_DAMAGED);
+    }
+    std::mt19937 random(static_cast<uint32_t>(synthetic::test_seed()));
+    INFO("VERGENCE_SEED=", synthetic::test_seed());
+    for (int i = 0; i < 300; i++) {
+        std::vector<uint8_t> bad = jpeg;
+        for (int j = 0; j < 3; j++) {
+            bad[random() % bad.size()] = static_cast<uint8_t>(random());
+        }
+        use(video, bad);
+        REQUIRE(camera.look(&frame) == ERROR_OK);
+        const auto most = *std::max_element(frame.data, frame.data + frame.stride * kHeight);
+        CHECK(most <= 255);
+    }
+}
+
+TEST_CASE("controls: automatic off, scaled to the camera's range, and what it took") {
+    const Kernel kernel;
+    fake_video *video = fake_video_add(kVideo, V4L2_PIX_FMT_GREY, kWidth, kHeight);
+    video->controls[0] = {V4L2_CID_EXPOSURE_AUTO, 0, 3, 1, 3};
+    video->controls[1] = {V4L2_CID_EXPOSURE_ABSOLUTE, 3, 2047, 1, 250};
+    video->controls[2] = {V4L2_CID_EXPOSURE_AUTO_PRIORITY, 0, 1, 1, 1};
+    video->controls[3] = {V4L2_CID_GAIN, 0, 255, 1, 64};
+    Camera camera;
+    record();
+    int32_t applied = 0;
+    CHECK(camera.control(HAL_CAMERA_EXPOSURE_US, 10040, &applied) == ERROR_OK);
+    CHECK(applied == 10000);
+    CHECK(record() ==
+          "video0 ioctl QUERYCTRL 0x9a0902\n"
+          "video0 ioctl S_CTRL 0x9a0901 = 1\n"
+          "video0 ioctl S_CTRL 0x9a0903 = 0\n"
+          "video0 ioctl S_CTRL 0x9a0902 = 100\n"
+          "video0 ioctl G_CTRL 0x9a0902\n");
+    CHECK(camera.control(HAL_CAMERA_EXPOSURE_US, 300, &applied) == ERROR_OK);
+    for (const int32_t value : {0, -1, 249, 204750, 1000000, INT32_MAX, INT32_MIN}) {
+        CHECK(camera.control(HAL_CAMERA_EXPOSURE_US, value, &applied) == ERROR_RANGE);
+    }
+    CHECK(applied == 300);
+    // The camera has no automatic gain that could be turned off; that does no harm.
+    CHECK(camera.control(HAL_CAMERA_GAIN_PART, 1000, &applied) == ERROR_OK);
+    CHECK(video->controls[3].value == 255);
+    CHECK(camera.control(HAL_CAMERA_GAIN_PART, 500, &applied) == ERROR_OK);
+    CHECK(video->controls[3].value == 128);
+    CHECK(applied == 502);
+    CHECK(camera.control(HAL_CAMERA_GAIN_PART, 1001, &applied) == ERROR_RANGE);
+    CHECK(camera.control(HAL_CAMERA_GAIN_PART, -1, &applied) == ERROR_RANGE);
+    CHECK(camera.control(HAL_CAMERA_FOCUS_PART, 0, &applied) == ERROR_UNSUPPORTED);
+    video->controls[4] = {V4L2_CID_FOCUS_ABSOLUTE, -100, 155, 5, 0};
+    video->controls[5] = {V4L2_CID_FOCUS_AUTO, 0, 1, 1, 1};
+    CHECK(camera.control(HAL_CAMERA_FOCUS_PART, 1000, &applied) == ERROR_OK);
+    CHECK(video->controls[4].value == 155);
+    CHECK(video->controls[5].value == 0);
+    CHECK(camera.control(HAL_CAMERA_FOCUS_PART, 30, &applied) == ERROR_OK);
+    CHECK(video->controls[4].value == -90);  // a step of the camera
+    CHECK(applied == 39);
+}
+
+TEST_CASE("every call of a control fails in turn") {
+    const struct {
+        int system, ours;
+    } pairs[] = {{EINVAL, ERROR_UNSUPPORTED},
+                 {ENOTTY, ERROR_UNSUPPORTED},
+                 {ERANGE, ERROR_RANGE},
+                 {ENODEV, ERROR_DEVICE},
+                 {EIO, ERROR_IO},
+                 {EBUSY, ERROR_IO}};
+    for (const auto &pair : pairs) {
+        for (unsigned nth = 1; nth <= 4; nth++) {
+            const Kernel kernel;
+            fake_video *video = fake_video_add(kVideo, V4L2_PIX_FMT_GREY, kWidth, kHeight);
+            video->controls[0] = {V4L2_CID_GAIN, 0, 255, 1, 64};
+            video->controls[1] = {V4L2_CID_AUTOGAIN, 0, 1, 1, 1};
+            Camera camera;
+            int32_t applied = -5;
+            fake_kernel_fail("", nth, pair.system, 1);
+            const int error = camera.control(HAL_CAMERA_GAIN_PART, 10, &applied);
+            // That there is nothing automatic to turn off is no error.
+            CHECK(error == (nth == 2 && pair.ours == ERROR_UNSUPPORTED ? ERROR_OK : pair.ours));
+            CHECK((error == ERROR_OK) == (applied != -5));
+        }
+    }
+}
+
+TEST_CASE("what is no camera is refused in one line") {
+    const Kernel kernel;
+    fake_video *video = fake_video_add(kVideo, V4L2_PIX_FMT_GREY, kWidth, kHeight);
+    video->capabilities = V4L2_CAP_META_CAPTURE | V4L2_CAP_STREAMING;
+    {
+        const Camera camera;
+        CHECK(camera.opened == ERROR_UNSUPPORTED);
+        CHECK(std::string(camera.text.text) ==
+              "camera /dev/video0 (Fake camera) does not stream pictures; a camera often has two "
+              "devices, try the next lower number");
+    }
+    const Camera none("/dev/null");
+    CHECK(none.opened == ERROR_UNSUPPORTED);
+    CHECK(std::string(none.text.text) ==
+          "camera /dev/null: it is no V4L2 device; name /dev/videoN");
+}
+
+TEST_CASE("drivers with too little or unmappable memory, or impossible sizes, are refused") {
+    const Kernel kernel;
+    fake_video *video = fake_video_add(kVideo, V4L2_PIX_FMT_GREY, kWidth, kHeight);
+    Camera camera;
+    fake_kernel_fail("mmap", 1, ENODEV, 1);
+    CHECK(camera.start(kWidth, kHeight) == ERROR_UNSUPPORTED);
+    CHECK(camera.log.lines.back().find("without an MMU the driver needs get_unmapped_area") !=
+          std::string::npos);
+    video->buffers_most = 1;
+    CHECK(camera.start(kWidth, kHeight) == ERROR_IO);
+    CHECK(camera.log.lines.back() ==
+          "3 camera /dev/video0: the driver has memory for 1 frames only; smaller ones may do");
+    video->buffers_most = 2;
+    CHECK(camera.start(kWidth, kHeight) == ERROR_OK);
+    hal_camera_frame frame;
+    for (int i = 0; i < 5; i++) {
+        CHECK(camera.look(&frame) == ERROR_OK);
+    }
+    CHECK(camera.stop() == ERROR_OK);
+    video->formats[0].bytes_per_line = kWidth - 1;
+    CHECK(camera.start(kWidth, kHeight) == ERROR_UNSUPPORTED);
+}

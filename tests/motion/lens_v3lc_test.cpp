@@ -1,0 +1,368 @@
+// SPDX-License-Identifier: Apache-2.0
+// The lens controller's driver against a line that does what it is told: silence, rubbish, pieces,
+// lost bytes, late answers. A small machine that has states and a clock, and expects no calls.
+#include "device/lens_v3lc.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <deque>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+
+namespace {
+
+constexpr uint64_t kMs = 1000;
+
+// What comes back for a question, and when after it.
+struct Piece {
+    uint64_t after_us;
+    std::string bytes;
+};
+using Script = std::function<std::vector<Piece>(const std::string &line, int question)>;
+
+std::string status(int lens, int zoom, int focus = 500, int iris = 600) {
+    char text[80];
+    std::snprintf(text, sizeof text, "V3LC %d\rZoom:%04d\rFocus:%04d\rIris:%04d\r\n", lens, zoom,
+                  focus, iris);
+    return text;
+}
+
+class Line {
+  public:
+    explicit Line(Script script) : script_(std::move(script)) {}
+
+    const hal_uart *uart() const { return &uart_; }
+    const hal_clock *clock() const { return &clock_; }
+    /// Comes by itself.
+    void comes(uint64_t at_us, const std::string &bytes) {
+        for (const char byte : bytes) {
+            const auto later = [&](const std::pair<uint64_t, char> &other) {
+                return other.first > at_us;
+            };
+            coming_.insert(std::find_if(coming_.begin(), coming_.end(), later), {at_us, byte});
+        }
+    }
+
+    uint64_t now_us = 0;
+    std::vector<std::string> lines;  ///< that the controller got
+    int fails = ERROR_OK;            ///< what the system says to everything
+    uint64_t noise_until_us = 0;     ///< an endless stream of 'x' until then
+
+  private:
+    static Line &of(void *self) { return *static_cast<Line *>(self); }
+    static int write(void *self, const void *data, size_t bytes, uint64_t) {
+        Line &line = of(self);
+        if (line.fails != ERROR_OK) {
+            return line.fails;
+        }
+        for (const char byte : std::string(static_cast<const char *>(data), bytes)) {
+            if (byte != '\n') {
+                line.half_ += byte;
+                continue;
+            }
+            line.lines.push_back(line.half_);
+            const bool question = !line.half_.empty() && line.half_.back() == '?';
+            line.questions_ += question ? 1 : 0;
+            if (question) {
+                for (const Piece &piece : line.script_(line.half_, line.questions_)) {
+                    line.comes(line.now_us + piece.after_us, piece.bytes);
+                }
+            }
+            line.half_.clear();
+        }
+        return ERROR_OK;
+    }
+    static int read(void *self, void *data, size_t capacity, uint64_t deadline_us, size_t *bytes) {
+        Line &line = of(self);
+        if (line.fails != ERROR_OK) {
+            return line.fails;
+        }
+        if (line.now_us < line.noise_until_us) {
+            line.now_us += kMs;
+            *static_cast<char *>(data) = 'x';
+            *bytes = 1;
+            return ERROR_OK;
+        }
+        if (line.coming_.empty() || line.coming_.front().first > deadline_us) {
+            line.now_us = std::max(line.now_us, deadline_us);
+            return ERROR_TIMEOUT;
+        }
+        line.now_us = std::max(line.now_us, line.coming_.front().first);
+        for (*bytes = 0; *bytes < capacity && !line.coming_.empty() &&
+                         line.coming_.front().first <= line.now_us;
+             ++*bytes) {
+            static_cast<char *>(data)[*bytes] = line.coming_.front().second;
+            line.coming_.pop_front();
+        }
+        return ERROR_OK;
+    }
+    static int discard(void *self) {
+        Line &line = of(self);
+        while (!line.coming_.empty() && line.coming_.front().first <= line.now_us) {
+            line.coming_.pop_front();
+        }
+        return line.fails;
+    }
+    static uint64_t clock_now_us(void *self) { return of(self).now_us; }
+    static void wait_until_us(void *self, uint64_t time_us) {
+        of(self).now_us = std::max(of(self).now_us, time_us);
+    }
+
+    Script script_;
+    int questions_ = 0;
+    std::string half_;
+    std::deque<std::pair<uint64_t, char>> coming_;
+    hal_uart_operations uart_operations_{write, read, discard};
+    hal_clock_operations clock_operations_{clock_now_us, wait_until_us};
+    hal_uart uart_{&uart_operations_, this};
+    hal_clock clock_{&clock_operations_, this};
+};
+
+struct Bench {
+    explicit Bench(Script script, bool single = false) : line(std::move(script)) {
+        lens_v3lc_init(&driver, line.uart(), line.clock(), single);
+    }
+    // Within `patience_us`.
+    int read(unsigned number, uint64_t patience_us) {
+        const lens lens = lens_v3lc_lens(&driver, number);
+        return lens.operations->read(lens.self, line.now_us + patience_us, readings);
+    }
+    int go(unsigned number, lens_axis axis, int32_t position) {
+        const lens lens = lens_v3lc_lens(&driver, number);
+        return lens.operations->go(lens.self, axis, position, line.now_us + 100 * kMs);
+    }
+
+    Line line;
+    lens_v3lc driver{};
+    lens_reading readings[LENS_AXES]{};
+};
+
+// Answers as they should be, 57 ms after the question.
+Script good(int zoom = 400) {
+    return [zoom](const std::string &line, int) {
+        return std::vector<Piece>{{57 * kMs, status(line[0] - '0', zoom)}};
+    };
+}
+
+}  // namespace
+
+TEST_CASE("commands are the public code's, with the lens in front") {
+    Bench bench(good());
+    CHECK(bench.go(0, LENS_ZOOM, 300) == ERROR_OK);
+    CHECK(bench.go(1, LENS_FOCUS, 850) == ERROR_OK);
+    CHECK(bench.go(1, LENS_IRIS, 512) == ERROR_OK);
+    CHECK(bench.go(0, LENS_ZOOM, 299) == ERROR_RANGE);
+    CHECK(bench.go(0, LENS_ZOOM, 851) == ERROR_RANGE);
+    CHECK(bench.go(0, LENS_AXES, 500) == ERROR_NOT_CONNECTED);
+    CHECK(bench.line.lines == std::vector<std::string>{"1Z300", "2F850", "2I512"});
+    const lens lens = lens_v3lc_lens(&bench.driver, 0);
+    CHECK(lens.operations->stop(lens.self, 1) == ERROR_UNSUPPORTED);
+}
+
+TEST_CASE("it is found, and says what it can do") {
+    Bench bench(good());
+    const lens lens = lens_v3lc_lens(&bench.driver, 1);
+    lens_abilities abilities{};
+    CHECK(lens.operations->open(lens.self, 500 * kMs, &abilities) == ERROR_OK);
+    CHECK(abilities.reads_position);
+    CHECK(!abilities.stops);
+    CHECK(!abilities.tells_moving);
+    CHECK(!abilities.answers_after);
+    CHECK(abilities.axes == 7);
+    CHECK(bench.line.lines == std::vector<std::string>{"", "T255", "2?"});
+    lens_limits limits{};
+    CHECK(lens.operations->limits(lens.self, LENS_FOCUS, &limits) == ERROR_OK);
+    CHECK(limits.least == 300);
+    CHECK(limits.most == 850);
+}
+
+TEST_CASE("an answer is read, and its time is that of the question") {
+    Bench bench(good(432));
+    bench.line.now_us = 5000;
+    REQUIRE(bench.read(1, 200 * kMs) == ERROR_OK);
+    CHECK(bench.readings[LENS_ZOOM].position == 432);
+    CHECK(bench.readings[LENS_FOCUS].position == 500);
+    CHECK(bench.readings[LENS_IRIS].position == 600);
+    CHECK(bench.readings[LENS_ZOOM].time_us == 5000);
+    CHECK(bench.line.now_us == 62 * kMs);
+}
+
+TEST_CASE("silence ends at the deadline, and is asked again ever more seldom") {
+    Bench bench([](const std::string &, int) { return std::vector<Piece>(); });
+    CHECK(bench.read(0, 5000 * kMs) == ERROR_TIMEOUT);
+    CHECK(bench.line.now_us == 5000 * kMs);
+    CHECK(bench.driver.counts.asked == 6);  // at 0, 0.2, 0.6, 1.4, 3.0, 4.6 s
+    CHECK(bench.driver.counts.silent == 5);
+    CHECK(bench.line.lines[1] == "");  // ends what the controller may have got of the first
+}
+
+TEST_CASE("short deadlines do no harm: the question stays open") {
+    Bench bench([](const std::string &, int) {
+        return std::vector<Piece>{{170 * kMs, status(1, 640)}};
+    });
+    int tries = 0;
+    while (bench.read(0, 20 * kMs) == ERROR_TIMEOUT) {
+        REQUIRE(++tries < 20);
+    }
+    CHECK(tries == 8);
+    CHECK(bench.driver.counts.asked == 1);
+    CHECK(bench.readings[LENS_ZOOM].position == 640);
+    CHECK(bench.readings[LENS_ZOOM].time_us == 0);
+}
+
+TEST_CASE("what came before the question is not its answer") {
+    Bench bench(good(400));
+    bench.line.comes(10, status(1, 800));
+    bench.line.comes(20, "V3LC 1\rZoom:0");  // and half of another
+    bench.line.now_us = 1000;
+    REQUIRE(bench.read(0, 500 * kMs) == ERROR_OK);
+    CHECK(bench.readings[LENS_ZOOM].position == 400);
+}
+
+TEST_CASE("pieces are put together, at every place where they may fall apart") {
+    const std::string whole = status(1, 345);
+    for (size_t cut = 1; cut < whole.size(); cut++) {
+        Bench bench([&](const std::string &, int) {
+            return std::vector<Piece>{{20 * kMs, whole.substr(0, cut)},
+                                      {150 * kMs, whole.substr(cut)}};
+        });
+        REQUIRE(bench.read(0, 500 * kMs) == ERROR_OK);
+        CHECK(bench.readings[LENS_ZOOM].position == 345);
+        CHECK(bench.driver.counts.asked == 1);
+    }
+}
+
+TEST_CASE("any byte that is lost or another makes it no answer, or does no harm") {
+    const std::string whole = status(1, 345, 512, 698);
+    for (size_t at = 0; at + 1 < whole.size(); at++) {
+        for (int change = -1; change < 256; change++) {
+            std::string spoilt = whole;
+            if (change < 0) {
+                spoilt.erase(at, 1);
+            } else {
+                spoilt[at] = char(change);
+            }
+            Bench bench([&](const std::string &, int question) {
+                return std::vector<Piece>{{57 * kMs, question == 1 ? spoilt : whole}};
+            });
+            REQUIRE(bench.read(0, 1000 * kMs) == ERROR_OK);
+            INFO("byte " << at << " to " << change);
+            const bool digit = whole[at] >= '0' && whole[at] <= '9';
+            const bool told = change < 0 || change < '0' || change > '9' || !digit;
+            const bool same = bench.readings[0].position == 345 &&
+                              bench.readings[1].position == 512 &&
+                              bench.readings[2].position == 698;
+            // A blank in place of a leading 0 is the same number; so is a 0 that is lost.
+            CHECK((same || !told));
+        }
+    }
+}
+
+TEST_CASE("values that no position has are asked for again") {
+    for (const int wrong : {0, 259, 891, 1023, 9999}) {
+        Bench bench([&](const std::string &, int question) {
+            return std::vector<Piece>{{57 * kMs, status(1, 400, question < 3 ? wrong : 500)}};
+        });
+        REQUIRE(bench.read(0, 1000 * kMs) == ERROR_OK);
+        CHECK(bench.readings[LENS_FOCUS].position == 500);
+        CHECK(bench.driver.counts.rubbish == 2);
+        CHECK(bench.driver.counts.asked == 3);
+        // Not faster than the line carries answers.
+        CHECK(bench.line.now_us == 257 * kMs);
+    }
+    Bench bench([](const std::string &, int) {
+        return std::vector<Piece>{{57 * kMs, status(1, 400, 500, 17)}};
+    });
+    CHECK(bench.read(0, 1000 * kMs) == ERROR_TIMEOUT);
+    CHECK(bench.driver.counts.rubbish == 10);
+}
+
+TEST_CASE("the other lens's answer is not this one's") {
+    Bench bench([](const std::string &, int) {
+        return std::vector<Piece>{{30 * kMs, status(1, 400)}, {90 * kMs, status(2, 700)}};
+    });
+    REQUIRE(bench.read(1, 500 * kMs) == ERROR_OK);
+    CHECK(bench.readings[LENS_ZOOM].position == 700);
+    CHECK(bench.driver.counts.late == 1);
+}
+
+TEST_CASE("a lens that does not exist is never read") {
+    for (const char *text : {"V3LC 3\r", "V3LC 0\r", "V3LC\r", "V3LC 12\r", "V3LC 1 \r"}) {
+        Bench bench([&](const std::string &, int) {
+            return std::vector<Piece>{
+                {57 * kMs, std::string(text) + "Zoom:0400\rFocus:0400\rIris:0400\r\n"}};
+        });
+        CHECK(bench.read(0, 1000 * kMs) == ERROR_TIMEOUT);
+        CHECK(bench.driver.counts.rubbish == 10);
+    }
+}
+
+TEST_CASE("late answers do not stay one behind") {
+    // The position is the number of the question that it answers.
+    Bench bench([](const std::string &, int question) {
+        return std::vector<Piece>{{330 * kMs, status(1, 300 + question)}};
+    });
+    REQUIRE(bench.read(0, 2000 * kMs) == ERROR_OK);
+    CHECK(bench.readings[LENS_ZOOM].position == 301);
+    CHECK(bench.readings[LENS_ZOOM].time_us == 0);  // and not when it was asked again
+    CHECK(bench.driver.counts.asked == 2);
+    for (int question = 3; question < 10; question++) {
+        const uint64_t begin_us = bench.line.now_us;
+        REQUIRE(bench.read(0, 2000 * kMs) == ERROR_OK);
+        CHECK(bench.readings[LENS_ZOOM].position == 300 + question);
+        CHECK(bench.readings[LENS_ZOOM].time_us >= begin_us);
+    }
+    CHECK(bench.driver.counts.late == 1);
+    CHECK(bench.driver.counts.asked == 9);
+}
+
+TEST_CASE("NUL bytes and endless streams end at the deadline, and it works again after them") {
+    Bench bench(good(500));
+    bench.line.comes(1, std::string(300, '\0'));
+    REQUIRE(bench.read(0, 500 * kMs) == ERROR_OK);
+    bench.line.noise_until_us = bench.line.now_us + 3000 * kMs;
+    const uint64_t begin_us = bench.line.now_us;
+    CHECK(bench.read(0, 1000 * kMs) == ERROR_TIMEOUT);
+    CHECK(bench.line.now_us <= begin_us + 1001 * kMs);
+    bench.line.now_us = bench.line.noise_until_us;
+    REQUIRE(bench.read(0, 1000 * kMs) == ERROR_OK);
+    CHECK(bench.readings[LENS_ZOOM].position == 500);
+}
+
+TEST_CASE("what the system says is passed on at once") {
+    Bench bench(good());
+    for (const int error : {ERROR_IO, ERROR_DEVICE}) {
+        bench.line.fails = error;
+        const uint64_t begin_us = bench.line.now_us;
+        CHECK(bench.read(0, 1000 * kMs) == error);
+        CHECK(bench.go(0, LENS_ZOOM, 400) == error);
+        CHECK(bench.line.now_us == begin_us);
+    }
+    bench.line.fails = ERROR_OK;
+    CHECK(bench.read(0, 1000 * kMs) == ERROR_OK);
+}
+
+TEST_CASE("a V1LC has no digits, no LF that could be relied on, and no iris") {
+    Bench bench(
+        [](const std::string &line, int) {
+            CHECK(line == "?");
+            return std::vector<Piece>{{40 * kMs, "V1LC\rz:120\rf:44\ri:random\r"}};
+        },
+        true);
+    const lens lens = lens_v3lc_lens(&bench.driver, 0);
+    lens_abilities abilities{};
+    REQUIRE(lens.operations->open(lens.self, 1000 * kMs, &abilities) == ERROR_OK);
+    CHECK(abilities.axes == 3);
+    REQUIRE(bench.read(0, 500 * kMs) == ERROR_OK);
+    CHECK(bench.readings[LENS_ZOOM].position == 120);
+    CHECK(bench.readings[LENS_FOCUS].position == 44);
+    CHECK(bench.readings[LENS_IRIS].position == 0);
+    CHECK(bench.go(0, LENS_ZOOM, 99) == ERROR_OK);
+    CHECK(bench.line.lines.back() == "Z099");
+    CHECK(bench.go(0, LENS_ZOOM, 181) == ERROR_RANGE);
+    CHECK(bench.go(0, LENS_IRIS, 100) == ERROR_NOT_CONNECTED);
+}
