@@ -15,7 +15,7 @@ namespace {
 constexpr double kBlackLevel = 42;
 constexpr unsigned kBoth = 1u << RIG_LEFT | 1u << RIG_RIGHT;
 
-void write_sensor(RigBench &bench, uint8_t address, uint8_t index, uint16_t value) {
+void write_register(RigBench &bench, uint8_t address, uint8_t index, uint16_t value) {
     uint8_t bytes[] = {index, uint8_t(value >> 8), uint8_t(value)};
     const hal_i2c_message message = {bytes, sizeof bytes, address, false};
     size_t begun = 0;
@@ -160,6 +160,34 @@ TEST_CASE("a lens that moves meanwhile makes it no pair") {
     CHECK(bench.capture(pair) == ERROR_OK);
 }
 
+TEST_CASE("a camera that turns meanwhile makes it no pair") {
+    RigBench bench;
+    REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
+    REQUIRE(rig_pan_both(&bench.rig, 69289, -69289) == ERROR_OK);
+    ::pair pair{};
+    REQUIRE(bench.capture(pair) == ERROR_OK);
+    for (int side = 0; side < RIG_SIDES; side++) {
+        uint16_t width_q4 = 0;
+        REQUIRE(servo_width_q4(&bench.rig.profile.servo[side], side == RIG_LEFT ? 69289 : -69289,
+                               &width_q4) == ERROR_OK);
+        CHECK(pair.frame[side].before.pan_q4 == width_q4);
+        CHECK(pair.frame[side].after.pan_q4 == width_q4);
+    }
+    const uint32_t frames = bench.rig.health[RIG_PART_LEFT_CAMERA].uses;
+    bool turned = false;
+    bench.go_on = [&] {
+        if (!turned && bench.rig.health[RIG_PART_LEFT_CAMERA].uses > frames) {
+            turned = true;
+            write_register(bench, BRIDGE_I2C_ADDRESS, BRIDGE_SERVO1_TARGET_Q4, 24000);
+        }
+        return true;
+    };
+    CHECK(bench.capture(pair) == ERROR_MOVED);
+    CHECK(turned);
+    CHECK(bench.rig.trouble.part == RIG_PART_RIGHT_SERVO);
+    CHECK(bench.rig.state == RIG_READY);
+}
+
 TEST_CASE("a scene that moves meanwhile is found when it is looked for") {
     RigBench bench(small_profile(), "chessboard");
     REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
@@ -198,7 +226,7 @@ TEST_CASE("frames of a wrong size are refused, by the bridge's counts too") {
     RigBench bench;
     REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
     ::pair pair{};
-    write_sensor(bench, 0x5C, 0x04, 123);  // columns
+    write_register(bench, 0x5C, 0x04, 123);  // columns
     bench.advance_ms(200);
     CHECK(bench.capture(pair) == ERROR_FRAME);
     CHECK(bench.rig.trouble.part == RIG_PART_LEFT_CAMERA);
@@ -207,12 +235,12 @@ TEST_CASE("frames of a wrong size are refused, by the bridge's counts too") {
     CHECK(bench.rig.state == RIG_READY);
     CHECK(rig_check(&bench.rig) == ERROR_VERIFY);
     CHECK(bench.rig.trouble.part == RIG_PART_LEFT_SENSOR);
-    write_sensor(bench, 0x5C, 0x04, 127);
-    write_sensor(bench, 0x5E, 0x03, 89);  // rows
+    write_register(bench, 0x5C, 0x04, 127);
+    write_register(bench, 0x5E, 0x03, 89);  // rows
     bench.advance_ms(200);
     CHECK(bench.capture(pair) == ERROR_FRAME);
     CHECK(bench.rig.trouble.part == RIG_PART_RIGHT_CAMERA);
-    write_sensor(bench, 0x5E, 0x03, 95);
+    write_register(bench, 0x5E, 0x03, 95);
     bench.advance_ms(200);
     CHECK(bench.capture(pair) == ERROR_OK);
 }
