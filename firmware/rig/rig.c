@@ -57,27 +57,34 @@ static int stop_lenses(struct rig *self) {
     return first;
 }
 
-// One transfer ends pulses and frames. Where it fails the bridge is held in reset, and where it
-// has no such line its watchdog does it.
-static int rest_bridge(struct rig *self) {
+// Holds the bridge in reset: no pulses, no frames. ERROR_UNSUPPORTED: there is no such line.
+static int hold_bridge(struct rig *self) {
     const struct hal_gpio *gpio = self->ports.gpio;
-    // What a bridge that was never opened holds is nothing of ours.
+    const int error = gpio == NULL ? ERROR_UNSUPPORTED
+                                   : gpio->operations->set(gpio->self, HAL_GPIO_BRIDGE_RESET, true);
+    return error == ERROR_UNSUPPORTED ? error : watch_used(self, RIG_PART_RESET_LINE, error);
+}
+
+// One transfer ends pulses and frames. Where it fails the bridge is held in reset, and where it
+// has no such line its watchdog does it: nobody feeds it any more.
+static int rest_bridge(struct rig *self) {
     if (self->bridge.bus.bus == NULL) {
-        return ERROR_OK;
+        // Never opened, so nothing of ours runs there; of an earlier program's, something may.
+        const int held = hold_bridge(self);
+        if (held == ERROR_OK || held == ERROR_UNSUPPORTED) {
+            return ERROR_OK;
+        }
+        return watch_trouble(self, RIG_PART_RESET_LINE, held,
+                             "it cannot be driven; look at the chip's name and who may use it",
+                             NULL);
     }
     const int error =
         watch_used(self, RIG_PART_BRIDGE, fpga_bridge_write(&self->bridge, BRIDGE_CTRL, CTRL_REST));
     if (error == ERROR_OK) {
         return ERROR_OK;
     }
-    failure_of_bus(self, RIG_PART_BRIDGE, error);
-    if (gpio != NULL) {
-        const int held = gpio->operations->set(gpio->self, HAL_GPIO_BRIDGE_RESET, true);
-        if (held != ERROR_UNSUPPORTED) {
-            watch_used(self, RIG_PART_RESET_LINE, held);
-        }
-    }
-    return error;
+    hold_bridge(self);
+    return failure_of_bus(self, RIG_PART_BRIDGE, error);
 }
 
 int rig_safe(struct rig *self) {
