@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pairs of two cameras that run freely, each on a port of its own.
+#include <doctest/doctest.h>
+
+#include <cstdint>
+#include <cstdlib>
+#include <random>
+#include <vector>
+
+#include "core/error.h"
+#include "rig/pair.h"
+#include "synthetic/seed.hpp"
+
+namespace {
+
+constexpr uint32_t kWidth = 640, kHeight = 480;
+
+struct Clock {
+    uint64_t time_us = 1000000;
+    static uint64_t now(void *self) { return static_cast<Clock *>(self)->time_us; }
+    static void wait(void *self, uint64_t until_us) {
+        uint64_t &time_us = static_cast<Clock *>(self)->time_us;
+        time_us = until_us > time_us ? until_us : time_us;
+    }
+};
+
+// Frames every `period_us`, read out in half of it; colours.
+struct Camera {
+    Clock &clock;
+    uint64_t period_us, phase_us;
+    uint16_t level;
+    bool gone = false, started = false;
+    int lent = 0;
+    std::vector<uint16_t> values = std::vector<uint16_t>(size_t(3) * kWidth * kHeight, level);
+
+    static Camera &of(void *self) { return *static_cast<Camera *>(self); }
+    static int start(void *self, const hal_camera_format *format) {
+        if (of(self).gone) {
+            return ERROR_DEVICE;
+        }
+        of(self).started = format->width_px == kWidth && format->height_px == kHeight;
+        return of(self).started ? ERROR_OK : ERROR_UNSUPPORTED;
+    }
+    static int stop(void *self) {
+        CHECK(of(self).lent == 0);
+        of(self).started = false;
+        return ERROR_OK;
+    }
+    static int take(void *self, uint64_t not_before_us, uint64_t deadline_us,
+                    hal_camera_frame *frame) {
+        Camera &me = of(self);
+        REQUIRE(me.started);
+        if (me.gone) {
+            return ERROR_DEVICE;
+        }
+        uint64_t number = (not_before_us - me.phase_us + me.period_us - 1) / me.period_us;
+        const uint64_t begin_us = me.phase_us + number * me.period_us;
+        const uint64_t end_us = begin_us + me.period_us / 2;
+        if (end_us > deadline_us) {
+            Clock::wait(&me.clock, deadline_us);
+            return ERROR_TIMEOUT;
+        }
+        Clock::wait(&me.clock, end_us);
+        me.lent++;
+        *frame = {me.values.data(), kWidth, kHeight,  3 * kWidth, 8,      HAL_CAMERA_RGB,
+                  uint32_t(number), 0,      begin_us, end_us,     nullptr};
+        return ERROR_OK;
+    }
+    static void give_back(void *self, const hal_camera_frame *) { of(self).lent--; }
+};
+
+constexpr hal_clock_operations kClock = {Clock::now, Clock::wait};
+constexpr hal_camera_operations kCamera = {Camera::start,     Camera::stop, Camera::take,
+                                           Camera::give_back, nullptr,      nullptr};
+
+struct TwoCameras {
+    Clock time;
+    Camera left, right;
+    hal_clock clock{&kClock, &time};
+    hal_camera ports[2]{{&kCamera, &left}, {&kCamera, &right}};
+    ::rig rig{};
+    std::vector<uint16_t> memory;
+
+    TwoCameras(uint64_t period_us, uint64_t phase_us)
+        : left{time, period_us, 0, 50}, right{time, period_us, phase_us, 90} {
+        rig_profile profile{};
+        REQUIRE(rig_profile_named("two-cameras", &profile) == ERROR_OK);
+        const rig_ports hangs_on = {&clock,  nullptr, nullptr, {&ports[0], &ports[1]},
+                                    nullptr, nullptr};
+        rig_init(&rig, &profile, &hangs_on, nullptr);
+    }
+    int capture(::pair &pair) {
+        const pair_options options = {true};
+        memory.assign(pair_values(&rig, &options), 0);
+        return pair_capture(&rig, &options, memory.data(), memory.size(), &pair);
+    }
+};
+
+}  // namespace
+
+TEST_CASE("the two frames that are nearest to each other are the pair") {
+    const uint64_t seed = synthetic::test_seed();
+    CAPTURE(seed);
+    std::mt19937_64 random(seed);
+    for (int i = 0; i < 20; i++) {
+        const uint64_t period_us = 16000 + random() % 60000;
+        TwoCameras two(period_us, random() % period_us);
+        CAPTURE(period_us);
+        REQUIRE(rig_bringup(&two.rig) == ERROR_OK);
+        ::pair pair{};
+        REQUIRE(two.capture(pair) == ERROR_OK);
+        CHECK(uint64_t(std::llabs(pair.skew_us)) <= period_us / 2 + 1);
+        CHECK(pair.change_permille == 0);
+        CHECK(pair.frame[RIG_LEFT].data[3] == 50);
+        CHECK(pair.frame[RIG_RIGHT].data[3 * kWidth * kHeight - 1] == 90);
+        CHECK(pair.frame[RIG_LEFT].stride == 3 * kWidth);
+        CHECK(pair.frame[RIG_LEFT].before.pan_q4 == 0);
+        CHECK(pair.frame[RIG_LEFT].before.position[LENS_ZOOM] == INT32_MIN);
+        CHECK(two.left.lent == 0);
+        CHECK(two.right.lent == 0);
+    }
+}
+
+TEST_CASE("a camera that is missing or goes is named, and the rig is safe") {
+    TwoCameras two(33333, 10000);
+    two.right.gone = true;
+    CHECK(rig_bringup(&two.rig) == ERROR_DEVICE);
+    CHECK(two.rig.trouble.part == RIG_PART_RIGHT_CAMERA);
+    CHECK(two.rig.state == RIG_SAFE);
+    two.right.gone = false;
+    REQUIRE(rig_bringup(&two.rig) == ERROR_OK);
+    two.left.gone = true;
+    ::pair pair{};
+    CHECK(two.capture(pair) == ERROR_DEVICE);
+    CHECK(two.rig.trouble.part == RIG_PART_LEFT_CAMERA);
+    CHECK(two.rig.state == RIG_SAFE);
+    CHECK(!two.right.started);
+}
+
+TEST_CASE("what two cameras lack is refused") {
+    TwoCameras two(33333, 10000);
+    REQUIRE(rig_bringup(&two.rig) == ERROR_OK);
+    CHECK(rig_window(&two.rig, 640, 480, 2) == ERROR_UNSUPPORTED);
+    CHECK(rig_window(&two.rig, 320, 240, 1) == ERROR_UNSUPPORTED);
+    CHECK(two.rig.state == RIG_READY);
+    uint32_t applied_us = 0;
+    CHECK(rig_exposure(&two.rig, 3, 10000, &applied_us) == ERROR_UNSUPPORTED);
+    ::pair pair{};
+    CHECK(two.capture(pair) == ERROR_OK);
+}
