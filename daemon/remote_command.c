@@ -14,7 +14,7 @@
 #include "rig/command.h"
 #include "rig/command_words.h"
 
-enum { WORDS_MAX = 12, EXIT_INTERRUPTED = 130 };
+enum { EXIT_INTERRUPTED = 130 };
 
 struct arguments {
     const char *connect;
@@ -40,7 +40,7 @@ static const struct option options[] = {
 
 static const struct option_page page = {
     .command = "vergence",
-    .operands = "--connect WHERE [COMMAND [ARGUMENT ...]]",
+    .operands = "--connect WHERE [OPTIONS] [COMMAND [ARGUMENT ...]]",
     .summary = "asks the vergenced of an instrument",
     .description =
         "Without a command: line by line from standard input; at a terminal with line editing, "
@@ -55,7 +55,7 @@ static const struct option_page page = {
     .options = options,
     .option_count = sizeof options / sizeof options[0],
     .operands_min = 0,
-    .operands_max = WORDS_MAX,
+    .operands_max = 0,
 };
 
 static bool interrupted;
@@ -153,7 +153,7 @@ static int run_script(struct remote *self, bool keep_going) {
 }
 
 /// Joins the words; those with blanks or quotes in quotes.
-static bool join(const char *const *words, int count, char *line, size_t bytes) {
+static bool join(char *const *words, int count, char *line, size_t bytes) {
     size_t length = 0;
     for (int i = 0; i < count; i++) {
         // One word alone may be a whole line: 'pan left 3'.
@@ -176,17 +176,27 @@ static bool join(const char *const *words, int count, char *line, size_t bytes) 
     return true;
 }
 
+/// Where the command begins: what follows is its own, also when it looks like an option (-3).
+static int first_word(int argc, char **argv) {
+    int at = 1;
+    while (at < argc && strncmp(argv[at], "--", 2) == 0) {
+        at += strcmp(argv[at], "--connect") == 0 ? 2 : 1;
+    }
+    return at < argc ? at : argc;
+}
+
 int remote_main(int argc, char **argv) {
     struct arguments arguments = {0};
-    const char *words[WORDS_MAX];
-    int count = 0;
+    const int first = first_word(argc, argv);
+    const int count = argc - first;
+    int none = 0;
     struct message message;
     char line[COMMAND_LINE_MAX + 16] = "";
-    const int code = options_parse(&page, argc, argv, &arguments, words, &count);
+    const int code = options_parse(&page, first, argv, &arguments, NULL, &none);
     if (code != OPTIONS_CONTINUE) {
         return code;
     }
-    if (!join(words, count, line, sizeof line)) {
+    if (!join(argv + first, count, line, sizeof line)) {
         message_set(&message, 0, "the command is longer than %d characters", COMMAND_LINE_MAX);
         return fail(&message, CLIENT_USAGE);
     }

@@ -4,7 +4,8 @@
 /// line of the index that names them, and a line counts only with its CRC at its end.
 ///
 /// All functions return 0 or ERROR_FULL (no room), ERROR_IO, or what is said, with `message` naming
-/// the file. After an error the event is not in the session; later ones may be, once there is room.
+/// the file. After an error the event is not in the session, unless the disk did not
+/// even let it be taken back; later events may be, once there is room.
 #ifndef VERGENCE_DAEMON_SESSION_WRITE_H
 #define VERGENCE_DAEMON_SESSION_WRITE_H
 

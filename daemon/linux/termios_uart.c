@@ -6,6 +6,7 @@
 #include <poll.h>
 #include <stdbool.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/ioctl.h>
 #include <termios.h>
 #include <unistd.h>
@@ -127,8 +128,17 @@ static int make_raw(int fd, speed_t speed) {
         errno = EINVAL;
         return ERROR_UNSUPPORTED;
     }
-    if (ioctl(fd, TIOCEXCL) != 0 || tcflush(fd, TCIOFLUSH) != 0) {
-        return error_of(errno);
+    return tcflush(fd, TCIOFLUSH) == 0 ? ERROR_OK : error_of(errno);
+}
+
+/// Against programs that come later (the kernel refuses them, but not root's), and against those
+/// that were there before and lock as well.
+static int claim(int fd) {
+    if (ioctl(fd, TIOCEXCL) != 0) {
+        return errno == ENOTTY ? ERROR_UNSUPPORTED : error_of(errno);
+    }
+    if (flock(fd, LOCK_EX | LOCK_NB) != 0) {
+        return errno == EWOULDBLOCK ? ERROR_REFUSED : error_of(errno);
     }
     return ERROR_OK;
 }
@@ -149,7 +159,15 @@ int termios_uart_open(struct termios_uart *self, const char *path, uint32_t bits
         return fd;
     }
     self->fd = fd;
-    const int error = make_raw(fd, speed);
+    int error = claim(fd);
+    if (error == ERROR_REFUSED) {
+        message_set(message, error, "serial line %s: another program has it; end that first", path);
+        termios_uart_close(self);
+        return error;
+    }
+    if (error == ERROR_OK) {
+        error = make_raw(fd, speed);
+    }
     if (error != ERROR_OK) {
         message_set(message, error, "serial line %s cannot be set to %u bit/s, 8N1, raw: %s", path,
                     (unsigned)bits_per_s, strerror(errno));
@@ -159,5 +177,10 @@ int termios_uart_open(struct termios_uart *self, const char *path, uint32_t bits
 }
 
 void termios_uart_close(struct termios_uart *self) {
+    if (self->fd >= 0) {
+        // Where something else keeps the line open (the other end of a pseudo terminal) it would
+        // stay refused.
+        ioctl(self->fd, TIOCNXCL);
+    }
     device_file_close(&self->fd);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// hal_uart on a Linux terminal: raw, 8 data bits, no parity, one stop bit, no handshake. Nobody
-/// else can open the line meanwhile (TIOCEXCL), but for root.
+/// else can have the line meanwhile: the kernel refuses all but root (TIOCEXCL), and who locks it
+/// as we do (flock) is refused in any case.
 #ifndef VERGENCE_DAEMON_LINUX_TERMIOS_UART_H
 #define VERGENCE_DAEMON_LINUX_TERMIOS_UART_H
 

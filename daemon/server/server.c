@@ -98,6 +98,7 @@ static void open_crew(struct server *self, struct crew *crew, const struct serve
         .log = parts->log,
         .logbook = parts->logbook,
         .store = parts->store,
+        .record = parts->record,
         .files_fd = parts->files_fd,
     };
 }

@@ -2,6 +2,7 @@
 #include "fake_kernel.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <pthread.h>
 #include <signal.h>
 #include <stdio.h>
@@ -32,6 +33,7 @@ static char watches[WATCHES][FAKE_PATH_BYTES];
 static struct plan plans[PLANS];
 static char record[RECORD_BYTES];
 static size_t record_length;
+static int record_fd = -1;
 static unsigned calls;
 static bool failed, time_is_virtual;
 static uint64_t virtual_now_us, call_takes_us;
@@ -64,8 +66,21 @@ void fake_kernel_reset(void) {
     fake_kernel_unlock();
 }
 
+static void stop(const char *why) {
+    fprintf(stderr, "fake kernel: %s\n", why);
+    abort();
+}
+
 const char *fake_kernel_record(void) {
     return record;
+}
+
+void fake_kernel_record_to(const char *path) {
+    record_fd =
+        (int)syscall(SYS_openat, AT_FDCWD, path, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
+    if (record_fd < 0) {
+        stop("the record's file cannot be opened");
+    }
 }
 
 unsigned fake_kernel_calls(void) {
@@ -74,11 +89,6 @@ unsigned fake_kernel_calls(void) {
 
 bool fake_kernel_failed(void) {
     return failed;
-}
-
-static void stop(const char *why) {
-    fprintf(stderr, "fake kernel: %s\n", why);
-    abort();
 }
 
 void fake_kernel_watch(const char *prefix) {
@@ -157,6 +167,9 @@ static void write_down(const char *line) {
     record[record_length++] = '\n';
     record[record_length] = '\0';
     calls++;
+    if (record_fd >= 0) {
+        syscall(SYS_write, record_fd, record + record_length - length - 1, length + 1);
+    }
 }
 
 enum fake_fate fake_kernel_step(const char *name, const char *call, const char *details) {

@@ -33,6 +33,8 @@ void fake_kernel_watch(const char *prefix);
 /// All lines since the last reset or `fake_kernel_forget`, each with its end. Lives until the next
 /// seen call.
 const char *fake_kernel_record(void);
+/// Every line is appended to this file as well, from now on: for a program that may be killed.
+void fake_kernel_record_to(const char *path);
 /// Calls since then.
 unsigned fake_kernel_calls(void);
 /// Begins a new record; failures that were asked for stay.

@@ -89,9 +89,9 @@ TEST_CASE("the calls of opening, writing, reading and closing; bytes pass unchan
     {
         Uart uart(line);
         const std::string n = line.name();
-        CHECK(record() == n + " open rdwr noctty nonblock cloexec\n" + n + " tcgetattr\n" + n +
-                              " tcsetattr now\n" + n + " tcgetattr\n" + n + " ioctl TIOCEXCL\n" +
-                              n + " tcflush both\n");
+        CHECK(record() == n + " open rdwr noctty nonblock cloexec\n" + n + " ioctl TIOCEXCL\n" + n +
+                              " flock\n" + n + " tcgetattr\n" + n + " tcsetattr now\n" + n +
+                              " tcgetattr\n" + n + " tcflush both\n");
         termios now;
         REQUIRE(tcgetattr(line.master, &now) == 0);
         CHECK(cfgetospeed(&now) == B9600);
@@ -117,18 +117,22 @@ TEST_CASE("the calls of opening, writing, reading and closing; bytes pass unchan
         CHECK(got == all);
         record();
     }
-    CHECK(record() == line.name() + " close\n");
+    CHECK(record() == line.name() + " ioctl TIOCNXCL\n" + line.name() + " close\n");
 }
 
-TEST_CASE("nobody else can open the line meanwhile") {
-    if (getuid() == 0) {
-        MESSAGE("root may open it all the same; that it was asked for is in the test above");
-        return;
-    }
+TEST_CASE("nobody else can have the line meanwhile, not even root") {
     const Line line;
-    const Uart uart(line);
-    CHECK(::open(line.path.c_str(), O_RDWR | O_NOCTTY) == -1);
-    CHECK(errno == EBUSY);
+    {
+        const Uart uart(line);
+        termios_uart second;
+        message text;
+        CHECK(termios_uart_open(&second, line.path.c_str(), 9600, &text) == ERROR_REFUSED);
+        CHECK(second.fd == -1);
+        CHECK(std::string(text.text).find("another program has it; end that first") !=
+              std::string::npos);
+    }
+    const Uart later(line);
+    CHECK(later.uart.fd >= 0);
 }
 
 TEST_CASE("reading and writing end at the deadline") {
@@ -249,7 +253,7 @@ TEST_CASE("every call of opening fails in turn: an error, and nothing open") {
     Line line;
     for (const int error : linux_try::kErrors) {
         message text;
-        for (unsigned nth = 1; nth <= 6; nth++) {
+        for (unsigned nth = 1; nth <= 7; nth++) {
             CAPTURE(nth);
             CAPTURE(error);
             const long before = linux_try::open_descriptors();

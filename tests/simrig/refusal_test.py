@@ -11,9 +11,9 @@ import threading
 import unittest
 
 from simrig_client import (ADVANCE, BAD_REQUEST, BAD_VERSION, BRIDGE, BUSY, CONTROL,
-                           CONTROLLER, FAILED, FRAME_ARM, FRAME_WAIT, GPIO_SET, HELLO, I2C, MAGIC,
-                           NO_FRAME_ARMED, SCENE, SERIAL_WRITE, SIMRIG, TIME, TRUTH, Bench,
-                           Client, Gone, Refused, cpu_s, wait_until)
+                           CONTROLLER, FAILED, FILES, FRAME_ARM, FRAME_WAIT, GPIO_SET, HELLO, I2C,
+                           MAGIC, NO_FRAME_ARMED, SCENE, SERIAL_WRITE, SIMRIG, TIME, TRUTH, Bench,
+                           Client, Gone, Refused, children_cpu_s, cpu_s, wait_until)
 
 
 class StartUp(Bench):
@@ -99,11 +99,32 @@ class StartUp(Bench):
         for name, word in (("nosuch", "perfect"), (bad_yaml, "bad.yaml:"), (wrong, "wrong.yaml:"),
                            ("/dev/null", "no file")):
             self.refuse(3, ["--scene", self.scene, "--rig", name, *listen], word)
+        for name, word in self.scenes_that_ask_too_much():
+            self.refuse(3, ["--scene", name, *listen], word)
+        # Told before the scene's light is worked out, which takes seconds.
+        rig = (FILES / "rigs" / "default.yaml").read_text(encoding="utf-8")
+        slow = self.bad_file("r.yaml", rig.replace("counts_per_s: 200", "counts_per_s: x").encode())
+        begin = children_cpu_s()
+        self.refuse(3, ["--scene", "still_life", "--rig", slow, *listen], "r.yaml:59:")
+        self.assertLess(children_cpu_s() - begin, 1)
         script = self.bad_file("script", b"# faults\n\nat 1 fault servo left jam\nat 2 fault cat\n")
         self.refuse(3, ["--scene", self.scene, "--script", script, *listen], f"{script}:4: ", "cat")
         self.refuse(3, ["--scene", self.scene, "--script", self.folder, *listen], "no file")
         self.refuse(3, ["--scene", self.scene, "--script", "nosuch", *listen], "nosuch")
         self.assertFalse((self.folder / "n.sock").exists())
+
+    def scenes_that_ask_too_much(self):
+        """Files, and a word of the line that refuses them."""
+        sheet = "  - sheet: {name: s%d, material: print, position_mm: [0, 0, 0], size_mm: [9, 9]}\n"
+        for number, (text, word) in enumerate((
+                (SCENE + "".join(sheet % i for i in range(255)), "at most 255 objects"),
+                (SCENE + sheet.replace("s%d", "board"), "'board' is there already"),
+                (SCENE.replace("name: board", 'name: "a\\nb"'), "1 to 64"),
+                (SCENE.replace("name: board", "name: a b"), "1 to 64"),
+                (SCENE.replace("name: board", 'name: ""'), "1 to 64"),
+                (SCENE.replace("[0, 0, 0], size", "[0, 1e308, 0], size"), "1e+308 is not between"),
+                (SCENE.replace("[1200, 900]", "[1e200, 900]"), "1e+200 is not between"))):
+            yield self.bad_file(f"much{number}.yaml", text.encode()), word
 
     def test_bad_logs(self):
         listen = ["--scene", self.scene, "--listen", f"unix:{self.folder}/n.sock"]
@@ -221,7 +242,8 @@ class Clients(Bench):
                      "at 1e9 fault bus ok", "fault camera left torn 10", "fault serial late -1",
                      "fault serial garbage 1.5", "move", "move cat 1 2 3", "move board 1 2",
                      "move board 1 2 x", "move board 1 2 nan", "move board 1 2 3 4", "restore x",
-                     "snapshot", "fault bus ok extra", "scene \x1b[2J\n"):
+                     "snapshot", "snapshot a b", "status x", "help x", "fault bus ok extra",
+                     "scene \x1b[2J\n"):
             text = self.assert_refusal(FAILED, client.control, line)
             self.assertTrue(text and "\x1b" not in text, line)
         self.assertIn("time_s", client.control("status"))

@@ -276,6 +276,12 @@ def cpu_s(process_id):
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
+def children_cpu_s():
+    """CPU seconds of all processes that have been waited for."""
+    times = os.times()
+    return times.children_user + times.children_system
+
+
 def wait_until(condition):
     end = time.monotonic() + PATIENCE_S
     while not condition():

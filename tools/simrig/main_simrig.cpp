@@ -13,6 +13,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "tools/simrig/rig/settings.hpp"
 #include "tools/simrig/server/options.hpp"
 #include "tools/simrig/server/place.hpp"
 #include "tools/simrig/server/pty.hpp"
@@ -142,7 +143,9 @@ Plan plan_of(const Options &options) {
     Progress progress;
     progress.show(0, 1, "working out the scene's light");
     reading([&plan] {
-        world::load_rig(plan.rig_path);  // soon done, and so is a mistake in it
+        // Soon done, and so a mistake in them is soon told.
+        world::load_rig(plan.rig_path);
+        load_settings(plan.rig_path);
         plan.scene = std::make_shared<world::Scene>(world::load_scene(plan.scene_path));
     });
     return plan;

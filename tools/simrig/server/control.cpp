@@ -114,11 +114,9 @@ std::string ControlDesk::help() {
 std::string ControlDesk::run(const std::string &command) {
     const Words words = words_of(command);
     const std::string &name = word_at(words, 0, "a command");
-    if (name == "help") {
-        return help();
-    }
-    if (name == "status") {
-        return status();
+    if (name == "help" || name == "status") {
+        no_more_than(words, 1);
+        return name == "help" ? help() : status();
     }
     if (name == "truth") {
         return truth(words);

@@ -168,6 +168,7 @@ std::optional<Body> Server::snapshots(const Message &message) {
     }
     try {
         const std::string &name = word_at(words, 1, "a name for the snapshot");
+        no_more_than(words, 2);
         if (words[0] == "snapshot") {
             session_.keep(name);
         } else {

@@ -6,6 +6,9 @@
 namespace world {
 namespace {
 
+// Of coordinates and the like, in whatever unit: their products stay far from the ends of numbers.
+constexpr double kFarthest = 1e7;
+
 std::string number_text(double value) {
     std::ostringstream text;
     text << value;
@@ -117,7 +120,7 @@ int Entry::whole(int low, int high) const {
 std::vector<double> Entry::numbers(std::size_t count) const {
     std::vector<double> values;
     for (const Entry &item : items()) {
-        values.push_back(item.number());
+        values.push_back(item.number(-kFarthest, kFarthest));
     }
     if (values.size() != count) {
         fail(std::to_string(count) + " numbers are wanted here, not " +

@@ -41,7 +41,7 @@ class Entry {
     double number() const;
     double number(double low, double high) const;
     int whole(int low, int high) const;
-    /// [x, y] or [x, y, z].
+    /// [x, y] or [x, y, z], each within -1e7 .. 1e7.
     Vec2 pair() const;
     Vec3 vector() const;
 

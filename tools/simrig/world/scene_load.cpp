@@ -8,6 +8,10 @@
 namespace world {
 namespace {
 
+// Truth tells objects apart by a byte, in which 0 is nothing.
+constexpr std::size_t kMostObjects = 255;
+constexpr std::size_t kLongestName = 64;
+
 Colour colour_of(const Entry &entry, double low, double high) {
     const Vec3 v = entry.vector();
     for (const double c : {v.x, v.y, v.z}) {
@@ -211,6 +215,26 @@ AreaLight read_light(const Entry &entry, const Pose &room) {
     return light;
 }
 
+// Names go into commands of one line, of words, and into YAML between quotes.
+std::string read_name(const Entry &entry) {
+    const std::string name = entry.text();
+    const bool plain = std::all_of(name.begin(), name.end(), [](unsigned char c) {
+        return c > 0x20 && c != 0x7F && c != '"' && c != '\\';
+    });
+    if (!plain || name.empty() || name.size() > kLongestName) {
+        entry.fail("a name has 1 to 64 characters, without spaces, quotes and backslashes");
+    }
+    return name;
+}
+
+void name_once(const Entry &entry, const Scene &scene, const std::string &name) {
+    for (const auto &object : scene.objects) {
+        if (object->name == name) {
+            entry.fail("an object '" + name + "' is there already");
+        }
+    }
+}
+
 std::unique_ptr<Object> read_object(const Entry &entry, const Pose &room,
                                     const std::map<std::string, Entry> &materials, int id) {
     const std::string kind = entry.only_key();
@@ -220,7 +244,7 @@ std::unique_ptr<Object> read_object(const Entry &entry, const Pose &room,
     const Entry e = entry.at(kind);
     auto object = std::make_unique<Object>();
     object->id = id;
-    object->name = e.at("name").text();
+    object->name = read_name(e.at("name"));
     const std::string material = e.at("material").text();
     const auto found = materials.find(material);
     if (found == materials.end()) {
@@ -271,9 +295,15 @@ Scene load_scene(const std::string &path) {
         const std::string name = material.only_key();
         materials.emplace(name, material.at(name));
     }
-    for (const Entry &object : file.at("objects").items()) {
-        scene.objects.push_back(
-            read_object(object, room, materials, static_cast<int>(scene.objects.size()) + 1));
+    const std::vector<Entry> objects = file.at("objects").items();
+    if (objects.size() > kMostObjects) {
+        file.at("objects").fail("a scene has at most 255 objects");
+    }
+    for (const Entry &object : objects) {
+        auto read =
+            read_object(object, room, materials, static_cast<int>(scene.objects.size()) + 1);
+        name_once(object, scene, read->name);
+        scene.objects.push_back(std::move(read));
     }
     light_scene(scene);
     return scene;

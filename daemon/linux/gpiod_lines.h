@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+/// hal_gpio on the lines of Linux GPIO chips, through libgpiod 1.6 or 2.
+#ifndef VERGENCE_DAEMON_LINUX_GPIOD_LINES_H
+#define VERGENCE_DAEMON_LINUX_GPIOD_LINES_H
+
+#include "daemon/linux/gpiod_shim.h"
+#include "daemon/message.h"
+#include "hal/gpio.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Where a line of the interface is.
+struct gpiod_lines_place {
+    const char *chip;  ///< "/dev/gpiochip0"; NULL: there is no such line here
+    unsigned offset;   ///< on the chip
+    bool active_low;
+    bool active_at_start;  ///< of an output
+};
+
+/// The caller owns it; `hal` points to it, so it must not move.
+struct gpiod_lines {
+    struct hal_gpio hal;
+    struct gpiod_shim *lines[HAL_GPIO_LINES];
+};
+
+/// Requests all lines that have a place; outputs get their first level then, and keep their last
+/// one when the program ends, as far as the chip does. ERROR_DEVICE, ERROR_REFUSED,
+/// ERROR_UNSUPPORTED, ERROR_IO; `message` says more and nothing is requested then.
+int gpiod_lines_open(struct gpiod_lines *self, const struct gpiod_lines_place *places,
+                     struct message *message);
+void gpiod_lines_close(struct gpiod_lines *self);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,264 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Programs at the socket: answers as text and JSON, several at once, and those that misbehave."""
+import json
+import os
+import random
+import signal
+import socket
+import stat
+import subprocess
+import time
+import unittest
+import zlib
+
+from daemon_process import PATIENCE_S, VERGENCE, VERGENCED, Client, DaemonTest, sealed
+
+
+class Clients(DaemonTest):
+    settings = ("clients=6", "queue=2", "reader_timeout=1")
+
+    def setUp(self):
+        # Seats of clients that have gone are free again soon.
+        self.first = self.client()
+        self.assertEqual(self.first.ask("wait 0")[-1], "OK")
+
+    def test_answers_as_text(self):
+        lines = self.first.ask("version")
+        self.assertEqual([line.split(":")[0] for line in lines], ["version", "build", "OK"])
+        self.assertEqual(self.first.ask("zoom"), [
+            'ERR NOT_READY zoom: the instrument is down; "bringup" first'])
+        self.first.send("\n   \n# a comment\nquit\n")
+        self.assertEqual(self.first.line(), "OK")
+        self.assertIsNone(self.first.line())
+
+    def test_answers_as_json(self):
+        answer = self.first.ask_json("status", "json,id=7")
+        self.assertEqual((answer["id"], answer["ok"], answer["error"], answer["code"]),
+                         (7, True, "OK", 0))
+        self.assertEqual(answer["result"], {"state": "down", "profile": "rig"})
+        answer = self.first.ask_json("fly")
+        self.assertEqual((answer["ok"], answer["error"], answer["message"]), (
+            False, "ARGUMENT", 'there is no command "fly"; "help" lists them'))
+        self.first.send("@json\nversion\n@text version\nversion\n@text\nversion\n")
+        self.assertTrue(json.loads(self.first.line())["ok"])
+        self.assertIn("build", json.loads(self.first.line())["result"])
+        self.assertEqual(self.first.answer()[-1], "OK")
+        self.assertIn("build", json.loads(self.first.line())["result"])
+        self.assertEqual(self.first.answer(), ["OK"])
+        self.assertEqual(self.first.answer()[-1], "OK")
+        self.assertEqual(self.first.ask("@yaml version")[0][:10], "ERR SYNTAX")
+
+    def test_progress(self):
+        self.first.send("@json,progress wait 2\n@progress wait 2\n")
+        events = []
+        while "ok" not in (events[-1] if events else {}):
+            events.append(json.loads(self.first.line()))
+        self.assertGreater(len(events), 1)
+        self.assertEqual((events[0]["event"], events[0]["what"], events[0]["total"]),
+                         ("progress", "waiting", 2000))
+        lines = self.first.answer()
+        self.assertEqual((lines[0], lines[-1]), ("... waiting 0/2000", "OK"))
+
+    def test_sealed(self):
+        self.first.send(sealed("version"))
+        line = self.first.line()
+        head, _, seal = line.rpartition(', "crc": "')
+        self.assertEqual(seal, f'{zlib.crc32(head.encode()):08X}"}}')
+        self.assertTrue(json.loads(line)["ok"])
+        self.first.send(sealed("version").replace("version", "vErsion"))
+        self.assertEqual(json.loads(self.first.line())["error"], "CRC")
+        self.first.send(sealed("log 1", "text"))
+        lines = [self.first.line()]
+        while not lines[-1].startswith("OK"):
+            lines.append(self.first.line())
+        text = "\n".join(lines)
+        self.assertEqual(text[-9:], f"#{zlib.crc32(text[:-10].encode()):08X}")
+
+    def test_watch(self):
+        lines = self.first.ask("watch 0.1 version 3")
+        self.assertEqual((sum(line.startswith("build") for line in lines), lines[-1]), (3, "OK"))
+        self.first.send("@json watch 0.1 version\n")
+        self.assertEqual(json.loads(self.first.line())["event"], "watch")
+        self.first.send("\x03")
+        line = json.loads(self.first.line())
+        while "ok" not in line:
+            line = json.loads(self.first.line())
+        self.assertEqual(line["error"], "CANCELLED")
+        self.assertEqual(self.first.ask("watch 1 quit")[0][:12], "ERR ARGUMENT")
+        self.assertEqual(self.first.ask('watch 1 "watch 1 version"')[0][:12], "ERR ARGUMENT")
+        self.assertIn("zoom: the instrument is down", self.first.ask("watch 1 zoom")[0])
+
+    def test_help_is_whole(self):
+        commands = self.first.ask_json("help")["result"]
+        wanted = ("help status health selftest pan zoom focus iris exposure gain window "
+                  "capture record calibration registers watch log config version bugreport quit").split()
+        self.assertEqual([name for name in wanted if name not in commands], [])
+        for name in commands:
+            self.assertTrue(self.first.ask_json(f"help {name}")["result"]["usage"].startswith(name))
+
+    def test_two_clients_wait_for_each_other_and_a_full_queue_says_so(self):
+        others = [self.client() for _ in range(4)]
+        self.first.send("wait 100000\n")
+        time.sleep(0.3)
+        others[0].send("wait 0\n")
+        others[1].send("wait 0\n")
+        time.sleep(0.3)
+        self.assertEqual(others[2].ask("wait 0"), [
+            "ERR BUSY too many commands are waiting: try again later"])
+        # What needs no rig does not wait for it.
+        self.assertEqual(others[3].ask("version")[-1], "OK")
+        self.first.send("\x03")
+        self.assertEqual(self.first.answer(), ["ERR CANCELLED cancelled"])
+        self.assertEqual(others[0].answer(), ["OK"])
+        self.assertEqual(others[1].answer(), ["OK"])
+
+    def test_too_many_clients(self):
+        clients = [self.client() for _ in range(5)]
+        self.assertEqual(clients[-1].ask("version")[-1], "OK")
+        with Client(self.path) as late:
+            self.assertEqual(late.line(), "ERR BUSY too many clients: try again later")
+            self.assertIsNone(late.line())
+
+    def test_half_closed(self):
+        self.first.send("version\nwait 1\nversion")
+        self.first.socket.shutdown(socket.SHUT_WR)
+        answers = [self.first.answer()[-1] for _ in range(3)]
+        self.assertEqual((answers, self.first.line()), (["OK", "OK", "OK"], None))
+
+    def test_a_client_that_goes_cancels_what_it_began(self):
+        gone = self.client()
+        gone.send("wait 100000\n")
+        time.sleep(0.3)
+        gone.socket.close()
+        self.assertEqual(self.first.ask("wait 0"), ["OK"])
+
+    def test_a_client_that_is_killed(self):
+        for _ in range(3):
+            process = subprocess.Popen(
+                [VERGENCE, "--connect", f"unix:{self.path}", "wait", "100000"])
+            time.sleep(0.4)
+            process.send_signal(signal.SIGKILL)
+            process.wait()
+        self.assertEqual(self.first.ask("wait 0"), ["OK"])
+
+    def test_a_client_that_never_reads(self):
+        deaf = self.client()
+        deaf.socket.settimeout(0.2)
+        end = time.monotonic() + PATIENCE_S
+        dropped = False
+        while not dropped and time.monotonic() < end:
+            begin = time.monotonic()
+            self.assertEqual(self.first.ask("version")[-1], "OK")
+            self.assertLess(time.monotonic() - begin, 5)
+            try:
+                deaf.socket.send(200 * b"help\n")
+            except TimeoutError:
+                pass
+            except OSError:
+                dropped = True
+        self.assertTrue(dropped)
+        self.assertIn("a client does not read: dropped", "\n".join(self.first.ask("log 5")))
+
+    def test_very_long_lines_and_rubbish(self):
+        self.first.send("x" * 513 + "\nversion\n")
+        self.assertEqual(self.first.line(),
+                         "ERR SYNTAX the line is longer than 512 characters")
+        self.assertEqual(self.first.answer()[-1], "OK")
+        self.first.send("y" * 100000 + "\nversion\n")
+        self.assertEqual(self.first.line(),
+                         "ERR SYNTAX the line is longer than 512 characters")
+        self.assertEqual(self.first.answer()[-1], "OK")
+        self.first.send(b"ver\0sion\n")
+        self.assertEqual(self.first.line(), "ERR SYNTAX the line holds a control character")
+        seed = int(os.environ.get("VERGENCE_TEST_SEED", random.randrange(1 << 32)))
+        print(f"VERGENCE_TEST_SEED={seed}")
+        chance = random.Random(seed)
+        for _ in range(200):
+            self.first.send(bytes(chance.randrange(256) for _ in range(chance.randrange(400))))
+        self.first.send("\n\x03\nversion\nquit\n")
+        lines = []
+        while (line := self.first.line()) is not None:
+            lines.append(line)
+        self.assertEqual(lines[-2:], ["OK", "OK"])
+
+    def test_the_socket_is_for_owner_and_group(self):
+        self.assertEqual(stat.S_IMODE(os.stat(self.path).st_mode), 0o660)
+
+    def test_a_second_daemon_does_not_take_the_socket(self):
+        done = subprocess.run([VERGENCED, *self.arguments(), "store=none"], capture_output=True,
+                              text=True, timeout=PATIENCE_S)
+        self.assertEqual(done.returncode, 3)
+        self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+        self.assertEqual(self.first.ask("version")[-1], "OK")
+
+    def test_all_threads_are_confined(self):
+        tasks = f"/proc/{self.daemon.pid}/task"
+        for task in os.listdir(tasks):
+            with open(f"{tasks}/{task}/status", encoding="utf-8") as file:
+                lines = dict(line.split(":", 1) for line in file if ":" in line)
+            self.assertEqual((lines["Seccomp"].strip(), lines["NoNewPrivs"].strip()), ("2", "1"))
+
+    def test_files_stay_where_they_are(self):
+        with open(os.path.join(self.files, "a b.txt"), "w", encoding="utf-8") as file:
+            file.write("hello")
+        os.symlink("/etc/passwd", os.path.join(self.files, "link"))
+        self.addCleanup(os.remove, os.path.join(self.files, "link"))
+        self.assertEqual(self.first.ask_json('fetch "a b.txt"')["result"],
+                         {"size": 5, "crc": f"{zlib.crc32(b'hello'):08X}"})
+        self.assertEqual(self.first.ask_json('fetch "a b.txt" 1 3')["result"]["data"], "ZWxs")
+        self.assertEqual(self.first.ask_json('fetch "a b.txt" 9')["result"]["bytes"], 0)
+        for name in ("link", "../rig.sock", "/etc/passwd", "..", ".", "a/../../x", ".hidden", "no"):
+            self.assertFalse(self.first.ask_json(f"fetch {name}")["ok"], name)
+        self.assertIn("  - file a b.txt, size 5 bytes", self.first.ask("files"))
+
+    def test_calibration(self):
+        self.assertEqual(self.first.ask("calibration")[0][:11], "ERR MISSING")
+        self.assertEqual(self.first.ask("calibration set")[0][:11], "ERR MISSING")
+        with open(os.path.join(self.files, "bad.txt"), "w", encoding="utf-8") as file:
+            file.write("vergence calibration 99\n")
+        answer = self.first.ask("calibration set bad.txt")[0]
+        self.assertTrue(answer.startswith("ERR ") and "bad.txt:1" in answer, answer)
+        self.assertEqual(self.first.ask("calibration forget")[0][:11], "ERR MISSING")
+
+
+class FullDisk(DaemonTest):
+    settings = ("log=/dev/full",)
+
+    def test_a_log_that_cannot_be_written_stops_nobody(self):
+        client = self.client()
+        self.assertEqual(client.ask("wait 0.1"), ["OK"])
+        self.assertTrue(any("serving" in line for line in client.ask("log")))
+
+
+class LogFile(DaemonTest):
+    @classmethod
+    def arguments(cls):
+        cls.file = os.path.join(cls.folder, "log")
+        return [*super().arguments(), f"log={cls.file}", "console=none", "tcp_port=off"]
+
+    def test_it_is_opened_again_and_the_end_is_told(self):
+        client = self.client()
+        client.ask("version")
+        os.rename(self.file, self.file + ".1")
+        self.daemon.send_signal(signal.SIGHUP)
+        self.wait_for(self.file)
+        with open(self.file + ".1", encoding="utf-8") as file:
+            self.assertIn("serving", file.read())
+        self.end(self.daemon)
+        with open(self.file, encoding="utf-8") as file:
+            self.assertIn("signal 15: ending", file.read())
+        self.assertFalse(os.path.exists(self.path))
+        self.start()
+
+
+class NoRig(unittest.TestCase):
+    def test_no_rig_is_one_line(self):
+        done = subprocess.run(
+            [VERGENCED, "backend=sim unix:/no/such.sock", "socket=none", "store=none",
+             "files=none"], capture_output=True, text=True, timeout=PATIENCE_S)
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
+        self.assertIn("backend = sim unix:/no/such.sock", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

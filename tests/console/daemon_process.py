@@ -1,0 +1,220 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the console's tests share: a simulated rig, a vergenced in front of it, clients of that,
+and a terminal that shows what a person would see."""
+import json
+import os
+import pty
+import select
+import shutil
+import signal
+import socket
+import subprocess
+import tempfile
+import time
+import tty
+import unittest
+import zlib
+
+VERGENCED = os.environ["VERGENCED"]
+VERGENCE = os.environ["VERGENCE_BOARD"]
+SIMRIG = os.environ.get("SIMRIG", "")
+PATIENCE_S = 60
+
+
+class Screen:
+    """The last line of a terminal that knows nothing but characters, CR, LF, BEL and BS."""
+
+    def __init__(self):
+        self.lines, self.column, self.bells = [""], 0, 0
+
+    def feed(self, text):
+        for character in text:
+            if character == "\r":
+                self.column = 0
+            elif character == "\n":
+                self.lines.append("")
+            elif character == "\b":
+                self.column = max(0, self.column - 1)
+            elif character == "\a":
+                self.bells += 1
+            else:
+                assert character >= " ", f"a control character: {character!r}"
+                line = self.lines[-1].ljust(self.column)
+                self.lines[-1] = line[:self.column] + character + line[self.column + 1:]
+                self.column += 1
+
+
+class Terminal:
+    """A pseudo terminal with somebody at it."""
+
+    def __init__(self):
+        self.master, slave = pty.openpty()
+        tty.setraw(slave)
+        self.slave, self.name = slave, os.ttyname(slave)
+        self.screen, self.text = Screen(), ""
+
+    def close(self):
+        os.close(self.master)
+        os.close(self.slave)
+
+    def send(self, data):
+        data = data.encode() if isinstance(data, str) else data
+        while data:
+            data = data[os.write(self.master, data):]
+
+    def read(self, timeout_s):
+        """What comes within the time; "" when nothing does."""
+        if not select.select([self.master], [], [], timeout_s)[0]:
+            return ""
+        text = os.read(self.master, 65536).decode(errors="replace")
+        self.text += text
+        self.screen.feed(text)
+        return text
+
+    def wait(self, condition):
+        """Until condition(self) holds, or fails."""
+        end = time.monotonic() + PATIENCE_S
+        while not condition(self):
+            if time.monotonic() > end:
+                raise AssertionError(f"never seen; the screen: {self.screen.lines[-8:]}")
+            self.read(0.1)
+
+    def wait_line(self, line):
+        """Until the last line of the screen is this, and the cursor behind it or within."""
+        self.wait(lambda t: t.screen.lines[-1].rstrip() == line.rstrip())
+
+    def wait_prompt(self):
+        self.wait(lambda t: t.screen.lines[-1].rstrip() == "vergence>")
+
+    def run(self, line):
+        """Types a line; what is shown between it and the next prompt."""
+        begin = len(self.screen.lines)
+        self.send(line + "\r")
+        self.wait(lambda t: len(t.screen.lines) > begin and
+                  t.screen.lines[-1].rstrip() == "vergence>")
+        return [shown.rstrip() for shown in self.screen.lines[begin:-1]]
+
+
+class Client:
+    """A program at the daemon's socket."""
+
+    def __init__(self, path):
+        self.socket = socket.socket(socket.AF_UNIX)
+        self.socket.settimeout(PATIENCE_S)
+        self.socket.connect(path)
+        self.left = b""
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.socket.close()
+
+    def send(self, text):
+        self.socket.sendall(text.encode() if isinstance(text, str) else text)
+
+    def line(self):
+        """The next line; None at the end."""
+        while b"\n" not in self.left:
+            data = self.socket.recv(65536)
+            if not data:
+                return None
+            self.left += data
+        line, self.left = self.left.split(b"\n", 1)
+        return line.decode(errors="replace")
+
+    def ask(self, command):
+        """The lines of the answer, the last is OK or ERR."""
+        self.send(command + "\n")
+        return self.answer()
+
+    def answer(self):
+        lines = []
+        while not lines or not (lines[-1] == "OK" or lines[-1].startswith("ERR ")):
+            line = self.line()
+            if line is None:
+                raise AssertionError(f"the end instead of an answer: {lines}")
+            lines.append(line)
+        return lines
+
+    def ask_json(self, command, prefix="json"):
+        self.send(f"@{prefix} {command}\n")
+        return json.loads(self.line())
+
+
+class DaemonTest(unittest.TestCase):
+    """A daemon for each class, with a simulated rig behind it."""
+    settings = ()
+    scene = "plane"
+    has_socket = True
+    error_file = None
+
+    @classmethod
+    def setUpClass(cls):
+        if not SIMRIG:
+            raise unittest.SkipTest("the simulated rig needs -DVERGENCE_FPGA=ON")
+        cls.folder = tempfile.mkdtemp(prefix="console")
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        cls.rig_path = os.path.join(cls.folder, "rig.sock")
+        cls.rig = subprocess.Popen(
+            [SIMRIG, "--scene", cls.scene, "--listen", f"unix:{cls.rig_path}"],
+            stdout=subprocess.DEVNULL)
+        cls.addClassCleanup(cls.end, cls.rig)
+        cls.wait_for(cls.rig_path)
+        cls.path = os.path.join(cls.folder, "v.sock")
+        cls.files = os.path.join(cls.folder, "files")
+        cls.daemon = None
+        cls.start()
+
+    @classmethod
+    def start(cls):
+        cls.log = open(os.path.join(cls.folder, "stderr"), "ab")
+        cls.addClassCleanup(cls.log.close)
+        cls.daemon = subprocess.Popen(
+            [VERGENCED, *cls.arguments()], stdin=subprocess.DEVNULL, stderr=cls.log)
+        cls.addClassCleanup(cls.end, cls.daemon)
+        cls.wait_for(cls.path)
+
+    @classmethod
+    def arguments(cls):
+        return [f"backend=sim unix:{cls.rig_path}", f"socket={cls.path}", f"files={cls.files}",
+                f"store={os.path.join(cls.folder, 'store')}", *cls.settings]
+
+    @staticmethod
+    def wait_for(path):
+        end = time.monotonic() + PATIENCE_S
+        while not os.path.exists(path):
+            assert time.monotonic() < end, f"{path} does not come"
+            time.sleep(0.02)
+
+    @staticmethod
+    def end(process):
+        """Ends it in good order; a crash is a failure of the test."""
+        if process.poll() is None:
+            process.send_signal(signal.SIGTERM)
+            try:
+                process.wait(PATIENCE_S)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                raise
+        assert process.returncode in (0, -signal.SIGTERM, 143), f"ended with {process.returncode}"
+
+    def tearDown(self):
+        self.assertIsNone(self.daemon.poll(), "the daemon has gone")
+
+    def client(self):
+        client = Client(self.path)
+        self.addCleanup(client.socket.close)
+        return client
+
+    @classmethod
+    def vergence(cls, *words, where=None, **options):
+        """The shipped client."""
+        return subprocess.run(
+            [VERGENCE, "--connect", where or f"unix:{cls.path}", *words], capture_output=True,
+            text=True, timeout=2 * PATIENCE_S, **options)
+
+
+def sealed(command, words="json,id=1"):
+    """A request with its CRC."""
+    return f"@{words},crc={zlib.crc32(command.encode()):08X} {command}\n"

@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The shipped client: one command, a script, a person, files over a line that loses bytes."""
+import json
+import os
+import pty
+import random
+import select
+import subprocess
+import threading
+import time
+import tty
+import unittest
+
+from daemon_process import PATIENCE_S, VERGENCE, DaemonTest, Screen, Terminal
+
+
+class BadLine:
+    """A serial line between two pseudo terminals that loses and changes bytes."""
+
+    def __init__(self, console, seed, lost, changed):
+        self.console = console  # the daemon's side, a Terminal
+        self.master, slave = pty.openpty()
+        tty.setraw(slave)
+        self.slave, self.name = slave, os.ttyname(slave)
+        self.chance, self.lost, self.changed = random.Random(seed), lost, changed
+        self.carried, self.limit, self.ended = 0, None, False
+        self.thread = threading.Thread(target=self.run)
+        self.thread.start()
+
+    def spoil(self, data):
+        result = bytearray()
+        for byte in data:
+            if self.chance.random() < self.lost:
+                continue
+            if self.chance.random() < self.changed:
+                byte ^= 1 << self.chance.randrange(8)
+            result.append(byte)
+        return bytes(result)
+
+    def run(self):
+        ends = {self.master: self.console.master, self.console.master: self.master}
+        while not self.ended:
+            for end in select.select(list(ends), [], [], 0.1)[0]:
+                data = os.read(end, 4096)
+                self.carried += len(data)
+                if self.limit is not None and self.carried > self.limit:
+                    continue  # the plug is out
+                data = self.spoil(data)
+                while data:
+                    data = data[os.write(ends[end], data):]
+
+    def close(self):
+        self.ended = True
+        self.thread.join()
+        os.close(self.master)
+        os.close(self.slave)
+
+
+class Remote(DaemonTest):
+    @classmethod
+    def setUpClass(cls):
+        cls.console = Terminal()
+        cls.addClassCleanup(cls.console.close)
+        cls.settings = (f"console={cls.console.name}",)
+        super().setUpClass()
+        cls.console.wait_prompt()
+        cls.content = random.Random(5).randbytes(100000)
+        os.makedirs(os.path.join(cls.files, "session"), exist_ok=True)
+        with open(os.path.join(cls.files, "session", "frame.bin"), "wb") as file:
+            file.write(cls.content)
+
+    def path_of(self, name):
+        return os.path.join(self.folder, name)
+
+    def test_one_command(self):
+        done = self.vergence("wait", "0.5")
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "OK\n", ""))
+        done = self.vergence("pan", "left", "-3")
+        self.assertEqual((done.returncode, done.stdout), (1, ""))
+        self.assertTrue(done.stderr.startswith("ERR NOT_READY pan: "), done.stderr)
+        done = self.vergence("--json", "status")
+        self.assertEqual((done.returncode, json.loads(done.stdout)["ok"]), (0, True))
+        done = self.vergence("--json", "fly")
+        self.assertEqual((done.returncode, json.loads(done.stdout)["error"]), (1, "ARGUMENT"))
+        done = self.vergence("watch", "0.1", "log 1", "2")
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_a_script(self):
+        done = self.vergence(input="# first\nversion\n\nfly\nversion\n")
+        self.assertEqual((done.returncode, done.stdout.count("build")), (1, 1))
+        done = self.vergence("--keep-going", input="fly\nversion")
+        self.assertEqual((done.returncode, done.stdout.count("build")), (1, 1))
+        done = self.vergence(input="version\nwait 0\n")
+        self.assertEqual((done.returncode, done.stdout.count("OK\n")), (0, 2))
+
+    def test_no_connection(self):
+        for where in ("unix:/no/such", "tcp:127.0.0.1:1", "tcp:nowhere", "serial:/dev/null",
+                      "carrier:pigeon"):
+            done = self.vergence("version", where=where)
+            self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (3, "", 1),
+                             done.stderr)
+
+    def test_ctrl_c(self):
+        process = subprocess.Popen([VERGENCE, "--connect", f"unix:{self.path}", "wait", "100000"],
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        time.sleep(0.5)
+        process.send_signal(2)
+        _, errors = process.communicate(timeout=PATIENCE_S)
+        self.assertEqual((process.returncode, errors), (130, "ERR CANCELLED cancelled\n"))
+
+    def test_fetch(self):
+        there = self.path_of("got")
+        done = self.vergence("fetch", "session/frame.bin", there)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        with open(there, "rb") as file:
+            self.assertEqual(file.read(), self.content)
+        done = self.vergence("fetch", "session/none.bin", there)
+        self.assertEqual(done.returncode, 1)
+        # What was left of another file under this name does no harm.
+        with open(there + ".part", "wb") as file:
+            file.write(b"something else")
+        self.assertEqual(self.vergence("fetch", "session/frame.bin", there).returncode, 0)
+        with open(there, "rb") as file:
+            self.assertEqual(file.read(), self.content)
+        done = self.vergence("fetch", "session/frame.bin", "/no/such/folder/x")
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1))
+
+    def test_a_person(self):
+        master, slave = pty.openpty()
+        process = subprocess.Popen([VERGENCE, "--connect", f"unix:{self.path}"], stdin=slave,
+                                   stdout=slave, stderr=slave, env={**os.environ, "TERM": "dumb"})
+        os.close(slave)
+        screen = Screen()
+
+        def until(condition):
+            end = time.monotonic() + PATIENCE_S
+            while not condition():
+                self.assertLess(time.monotonic(), end, screen.lines[-5:])
+                if select.select([master], [], [], 0.1)[0]:
+                    screen.feed(os.read(master, 65536).decode())
+
+        until(lambda: screen.lines[-1].rstrip() == "vergence>")
+        os.write(master, b"vers\t\r")
+        until(lambda: screen.lines[-1].rstrip() == "vergence>" and "OK" in screen.lines)
+        os.write(master, b"zoom both 3\x01\x1b[C\x1b[C\x1b[C\x1b[C r\t")
+        until(lambda: screen.lines[-1].rstrip() == "vergence> zoom right  both 3")
+        os.write(master, b"\x03wait 100000\r")
+        until(lambda: "waiting" in screen.lines[-1])
+        os.write(master, b"\x03")
+        until(lambda: any("ERR CANCELLED" in line for line in screen.lines) and
+              screen.lines[-1].rstrip() == "vergence>")
+        os.write(master, b"\x04")
+        self.assertEqual(process.wait(PATIENCE_S), 0)
+        os.close(master)
+
+    def through(self, lost, changed, seed=None):
+        seed = seed or int(os.environ.get("VERGENCE_TEST_SEED", random.randrange(1 << 32)))
+        print(f"VERGENCE_TEST_SEED={seed}")
+        line = BadLine(self.console, seed, lost, changed)
+        self.addCleanup(line.close)
+        return line
+
+    def test_a_serial_line(self):
+        line = self.through(0, 0)
+        done = self.vergence("version", where=f"serial:{line.name}")
+        self.assertEqual((done.returncode, done.stdout.count("\n")), (0, 3), done.stderr)
+        done = self.vergence("--json", "status", where=f"serial:{line.name}:921600")
+        self.assertTrue(json.loads(done.stdout)["ok"])
+        done = self.vergence("fetch", "session/frame.bin", self.path_of("serial"),
+                             where=f"serial:{line.name}")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        with open(self.path_of("serial"), "rb") as file:
+            self.assertEqual(file.read(), self.content)
+
+    def test_a_serial_line_that_loses_bytes(self):
+        line = self.through(0.00003, 0.00003)
+        there = self.path_of("lossy")
+        for _ in range(20):
+            done = self.vergence("fetch", "session/frame.bin", there, where=f"serial:{line.name}")
+            if done.returncode == 0:
+                break
+            self.assertEqual(done.returncode, 3, done.stderr)
+        with open(there, "rb") as file:
+            self.assertEqual(file.read(), self.content)
+
+    def test_a_serial_line_that_breaks(self):
+        line = self.through(0, 0)
+        there = self.path_of("broken")
+        line.limit = line.carried + 60000
+        done = self.vergence("fetch", "session/frame.bin", there, where=f"serial:{line.name}")
+        self.assertEqual((done.returncode, os.path.exists(there)), (3, False), done.stderr)
+        had = os.path.getsize(there + ".part")
+        self.assertGreater(had, 10000)
+        line.limit, before = None, line.carried
+        done = self.vergence("fetch", "session/frame.bin", there, where=f"serial:{line.name}")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertLess(line.carried - before, (len(self.content) - had) * 1.6 + 3000)
+        with open(there, "rb") as file:
+            self.assertEqual(file.read(), self.content)
+
+
+if __name__ == "__main__":
+    unittest.main()

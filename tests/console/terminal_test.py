@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A person at the serial console: editing keys, history, completion, Ctrl-C, rubbish."""
+import os
+import random
+import time
+import unittest
+
+from daemon_process import DaemonTest, Terminal
+
+
+class Console(DaemonTest):
+    @classmethod
+    def setUpClass(cls):
+        cls.terminal = Terminal()
+        cls.addClassCleanup(cls.terminal.close)
+        cls.settings = (f"console={cls.terminal.name}",)
+        super().setUpClass()
+        cls.terminal.wait_prompt()
+
+    def setUp(self):
+        self.terminal.send("\x03")
+        time.sleep(0.1)
+        self.terminal.read(0.1)
+        self.terminal.wait_prompt()
+
+    def typed(self, keys, line):
+        self.terminal.send(keys)
+        self.terminal.wait_line("vergence> " + line)
+
+    def test_an_answer(self):
+        shown = self.terminal.run("status")
+        self.assertEqual((shown[0], shown[-1]), ("state: down", "OK"))
+        shown = self.terminal.run("stauts")
+        self.assertEqual(shown,
+                         ['ERR ARGUMENT there is no command "stauts"; did you mean "status"?'])
+        self.assertEqual(self.terminal.run("   "), [])
+
+    def test_editing_keys(self):
+        left, right, home, end, delete = "\x1b[D", "\x1b[C", "\x1b[H", "\x1b[F", "\x1b[3~"
+        self.typed("abd" + left + "c", "abcd")
+        self.typed(home + "x" + end + "y", "xabcdy")
+        self.typed("\x01" + delete + "\x05\x7f", "abcd")
+        self.typed(left + left + "\x0b", "ab")
+        self.typed("\x15", "")
+        self.typed("one two  \x17", "one")
+        self.typed("\x17", "")
+        self.typed("ab\x02\x02\x06-\x1bOH+", "+a-b")
+        self.typed(right + right + right + right + right + "!", "+a-b!")
+        self.typed("\x1b[1~<\x1b[4~>", "<+a-b!>")
+        self.typed("\x0c", "<+a-b!>")
+        self.typed("\x01\x04", "+a-b!>")
+
+    def test_umlauts_are_one_key(self):
+        self.typed("aäb\x1b[D\x1b[D\x7f", "äb")
+        self.typed("\x1b[C\x7f", "b")
+
+    def test_history(self):
+        self.terminal.run("version")
+        self.terminal.run("log 1")
+        self.terminal.run("log 1")  # not kept twice
+        up, down = "\x1b[A", "\x1b[B"
+        self.typed("new" + up, "log 1")
+        self.typed(up, "version")
+        self.typed(down, "log 1")
+        self.typed(down, "new")
+        self.typed("\x10\x10\x0e", "log 1")
+
+    def test_completion(self):
+        self.typed("stat\t", "status")
+        self.typed("\x15zoom l\t", "zoom left")
+        self.typed("\x15calibration \tsh\t", "calibration show")
+        self.assertIn("show set forget", [line.strip() for line in self.terminal.screen.lines])
+        self.typed("\x15help ver\t", "help version")
+        bells = self.terminal.screen.bells
+        self.typed("\x15qqq\t", "qqq")
+        self.terminal.wait(lambda t: t.screen.bells > bells)
+
+    def test_a_long_line_scrolls(self):
+        text = "".join(chr(ord("a") + i % 26) for i in range(300))
+        self.terminal.send("help " + text)
+        self.terminal.wait(lambda t: t.screen.lines[-1].rstrip().endswith(text[-50:]))
+        self.assertLessEqual(len(self.terminal.screen.lines[-1].rstrip()), 79)
+        self.terminal.send("\x01")
+        self.terminal.wait(lambda t: t.screen.lines[-1].startswith("vergence> help abc"))
+        self.assertIn("is too long", self.terminal.run("")[0])
+        bells = self.terminal.screen.bells
+        self.terminal.send(1000 * "x")
+        self.terminal.wait(lambda t: t.screen.bells > bells)
+
+    def test_ctrl_c_cancels_what_runs(self):
+        self.terminal.send("wait 100000\r")
+        time.sleep(0.5)
+        self.terminal.send("\x03")
+        self.terminal.wait(lambda t: any(line.rstrip() == "ERR CANCELLED cancelled"
+                                         for line in t.screen.lines))
+        self.terminal.wait_prompt()
+        self.terminal.send("watch 0.1 version\r")
+        self.terminal.wait(lambda t: t.text.count("version: ") > 3)
+        self.terminal.send("\x03")
+        self.terminal.wait_prompt()
+
+    def test_type_ahead(self):
+        begin = len(self.terminal.screen.lines)
+        self.terminal.send("wait 1\rversion\r")
+        self.terminal.wait(lambda t: sum(line.strip() == "OK" for line in
+                                         t.screen.lines[begin:]) == 2)
+        self.terminal.wait_prompt()
+
+    def test_the_end_is_a_new_beginning(self):
+        for keys in ("\x04", "quit\r"):
+            begin = len(self.terminal.screen.lines)
+            self.terminal.send(keys)
+            self.terminal.wait(lambda t: any("lists the commands" in line
+                                             for line in t.screen.lines[begin:]))
+            self.terminal.wait_prompt()
+        self.assertEqual(self.terminal.run("version")[-1], "OK")
+
+    def test_nothing_but_plain_characters_is_sent(self):
+        # Screen refuses any other, all the time; so no escape sequence has come, TERM or not.
+        self.terminal.run("help")
+        self.assertNotIn("\x1b", self.terminal.text)
+
+    def test_rubbish(self):
+        seed = int(os.environ.get("VERGENCE_TEST_SEED", random.randrange(1 << 32)))
+        print(f"VERGENCE_TEST_SEED={seed}")
+        chance = random.Random(seed)
+        for _ in range(30):
+            # No line of it must mean anything.
+            data = bytes(chance.choice([b for b in range(256) if b not in (10, 13)])
+                         for _ in range(chance.randrange(1, 700)))
+            self.terminal.send(data)
+            self.terminal.read(0.02)
+        self.terminal.send("\x03\x03")
+        while self.terminal.read(0.5):
+            pass
+        self.terminal.wait_prompt()
+        self.assertEqual(self.terminal.run("version")[-1], "OK")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// The C library's functions that ask about a path: how libgpiod finds out what a device is.
+#include <dlfcn.h>
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
+#include <unistd.h>
+
+#include "fake_file.h"
+
+char *__realpath_chk(const char *path, char *resolved, size_t room);
+
+#define NEXT(type, name)                          \
+    static type next;                             \
+    if (next == NULL) {                           \
+        *(void **)&next = dlsym(RTLD_NEXT, name); \
+        if (next == NULL) {                       \
+            abort();                              \
+        }                                         \
+    }
+
+static void describe_device(const struct fake_device *device, struct stat *status) {
+    memset(status, 0, sizeof *status);
+    status->st_mode = S_IFCHR | 0660;
+    status->st_rdev = makedev(device->major, device->minor);
+}
+
+int stat(const char *path, struct stat *status) {
+    typedef int (*function)(const char *, struct stat *);
+    const struct fake_device *device = fake_file_device_at(path);
+    if (device != NULL) {
+        describe_device(device, status);
+        return 0;
+    }
+    NEXT(function, "stat")
+    return next(path, status);
+}
+
+int lstat(const char *path, struct stat *status) {
+    typedef int (*function)(const char *, struct stat *);
+    const struct fake_device *device = fake_file_device_at(path);
+    if (device != NULL) {
+        describe_device(device, status);
+        return 0;
+    }
+    NEXT(function, "lstat")
+    return next(path, status);
+}
+
+int access(const char *path, int mode) {
+    typedef int (*function)(const char *, int);
+    if (fake_file_device_at(path) != NULL) {
+        return 0;
+    }
+    NEXT(function, "access")
+    return next(path, mode);
+}
+
+/// What /sys says that a fake chip belongs to, or NULL for all other paths.
+static char *resolve_subsystem(const char *path, char *resolved) {
+    static const char bus[] = "/sys/bus/gpio";
+    if (strcmp(path, "/sys/dev/char/254:0/subsystem") != 0) {
+        return NULL;
+    }
+    if (resolved == NULL) {
+        return strdup(bus);
+    }
+    memcpy(resolved, bus, sizeof bus);
+    return resolved;
+}
+
+char *realpath(const char *path, char *resolved) {
+    typedef char *(*function)(const char *, char *);
+    char *ours = resolve_subsystem(path, resolved);
+    if (ours != NULL) {
+        return ours;
+    }
+    NEXT(function, "realpath")
+    return next(path, resolved);
+}
+
+char *__realpath_chk(const char *path, char *resolved, size_t room) {
+    typedef char *(*function)(const char *, char *, size_t);
+    char *ours = resolve_subsystem(path, resolved);
+    if (ours != NULL) {
+        return ours;
+    }
+    NEXT(function, "__realpath_chk")
+    return next(path, resolved, room);
+}

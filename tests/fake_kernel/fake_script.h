@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The fake kernel in a program that knows nothing of it: LD_PRELOAD names the library, and
+/// VERGENCE_FAKE_KERNEL a file of lines that are followed at start. Time is real.
+///
+///     video PATH FORMAT PICTURE FRAME_US [WIDTHxHEIGHT]
+///                          a camera that shows PICTURE (fake_picture.h); FORMAT: GREY, YUYV,
+///                          SGRBG10 or MJPEG, the last with a size
+///     i2c PATH ADDRESS     a bus with one device of 256 registers
+///     gpio PATH            a chip with 8 lines
+///     watchdog PATH        a watchdog of 60 s
+///     watch PREFIX         real files under PREFIX are seen
+///     fail NTH TIMES ERRNO WHAT    as fake_kernel_fail; ERRNO as in errno.h, or a number
+///     kill NTH WHAT        as fake_kernel_kill
+///     record FILE          every line of the record is appended to FILE as it comes
+///     # ...                a remark
+///
+/// WHAT is the rest of the line and may be missing: all. A line that is wrong ends the program.
+#ifndef VERGENCE_TESTS_FAKE_SCRIPT_H
+#define VERGENCE_TESTS_FAKE_SCRIPT_H
+
+/// Follows the lines of a file.
+void fake_script_run(const char *path);
+
+#endif

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fake_watchdog.h"
+
+#include <errno.h>
+#include <linux/watchdog.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "fake_file.h"
+#include "fake_kernel.h"
+
+static struct fake_watchdog state;
+static bool magic;  // the last byte written was 'V'
+
+static void feed(void) {
+    const uint64_t now_us = fake_kernel_now_us();
+    const uint64_t since_us = now_us - state.fed_us;
+    state.longest_us = since_us > state.longest_us ? since_us : state.longest_us;
+    state.fed_us = now_us;
+    state.feeds++;
+}
+
+bool fake_watchdog_bit(const struct fake_watchdog *self) {
+    const uint64_t period_us = (uint64_t)self->period_s * 1000000;
+    return self->longest_us > period_us ||
+           (self->armed && fake_kernel_now_us() - self->fed_us > period_us);
+}
+
+static int arm(struct fake_file *file) {
+    (void)file;
+    if (state.armed) {
+        return -EBUSY;
+    }
+    state.armed = true;
+    state.fed_us = fake_kernel_now_us();
+    return 0;
+}
+
+static void close_watchdog(struct fake_file *file) {
+    (void)file;
+    state.armed = !magic;
+}
+
+static void describe(struct fake_file *file, unsigned long request, const void *argument,
+                     char *line, size_t bytes) {
+    (void)file;
+    if (request == WDIOC_SETTIMEOUT) {
+        snprintf(line, bytes, "SETTIMEOUT %d", *(const int *)argument);
+    } else if (request == WDIOC_GETTIMEOUT) {
+        snprintf(line, bytes, "GETTIMEOUT");
+    } else if (request == WDIOC_KEEPALIVE) {
+        snprintf(line, bytes, "KEEPALIVE");
+    }
+}
+
+static int control(struct fake_file *file, unsigned long request, void *argument) {
+    (void)file;
+    int *seconds = argument;
+    if (request == WDIOC_SETTIMEOUT && state.sets_period) {
+        state.period_s = *seconds < state.least_s  ? state.least_s
+                         : *seconds > state.most_s ? state.most_s
+                                                   : *seconds;
+        *seconds = state.period_s;
+        return 0;
+    }
+    if (request == WDIOC_GETTIMEOUT && state.tells_period) {
+        *seconds = state.period_s;
+        return 0;
+    }
+    if (request == WDIOC_KEEPALIVE && state.has_keepalive) {
+        feed();
+        return 0;
+    }
+    return request == WDIOC_SETTIMEOUT ? -EOPNOTSUPP : -ENOTTY;
+}
+
+static int write_bytes(struct fake_file *file, const void *data, size_t bytes) {
+    (void)file;
+    magic = memchr(data, 'V', bytes) != NULL;
+    feed();
+    return (int)bytes;
+}
+
+struct fake_watchdog *fake_watchdog_add(const char *path) {
+    static const struct fake_operations operations = {.open = arm,
+                                                      .close = close_watchdog,
+                                                      .describe = describe,
+                                                      .ioctl = control,
+                                                      .write = write_bytes};
+    magic = false;
+    state = (struct fake_watchdog){.period_s = 60,
+                                   .least_s = 2,
+                                   .most_s = 120,
+                                   .sets_period = true,
+                                   .tells_period = true,
+                                   .has_keepalive = true};
+    fake_file_device(path, 10, 130, &operations, &state);
+    return &state;
+}

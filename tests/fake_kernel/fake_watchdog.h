@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A fake /dev/watchdog: armed when it is opened; says when the system would have restarted.
+#ifndef VERGENCE_TESTS_FAKE_WATCHDOG_H
+#define VERGENCE_TESTS_FAKE_WATCHDOG_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+struct fake_watchdog {
+    int period_s;
+    int least_s, most_s;  ///< a period outside is set to the nearer end
+    bool sets_period, tells_period, has_keepalive;
+    bool armed;
+    unsigned feeds;
+    uint64_t fed_us;
+    uint64_t longest_us;  ///< greatest time between two feeds
+};
+
+/// Adds the device. Lives until the next call.
+struct fake_watchdog *fake_watchdog_add(const char *path);
+/// Whether the system would have restarted by now.
+bool fake_watchdog_bit(const struct fake_watchdog *self);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

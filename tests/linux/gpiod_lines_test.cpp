@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+// hal_gpio on libgpiod, 1.6 or 2: the same behaviour on either. gpiod_v2_test.py builds this with
+// the version that the system does not have.
+#include "daemon/linux/gpiod_lines.h"
+
+#include <string>
+
+#include "core/error.h"
+#include "fake_gpio.h"
+#include "linux_try.hpp"
+
+namespace {
+
+using linux_try::Kernel;
+using linux_try::kStart_us;
+using linux_try::record;
+
+const char *const kChip = "/dev/gpiochip0";
+
+struct Lines {
+    gpiod_lines_place places[HAL_GPIO_LINES]{};
+    gpiod_lines lines{};
+    message text{};
+    int opened;
+
+    explicit Lines(bool active_low = false, bool lens_power = true) {
+        places[HAL_GPIO_BRIDGE_RESET] = {kChip, 3, active_low, false};
+        places[HAL_GPIO_BRIDGE_IRQ] = {kChip, 5, active_low, false};
+        places[HAL_GPIO_LENS_POWER] = {lens_power ? kChip : nullptr, 7, false, true};
+        opened = gpiod_lines_open(&lines, places, &text);
+    }
+    Lines(const Lines &) = delete;
+    Lines &operator=(const Lines &) = delete;
+    ~Lines() { gpiod_lines_close(&lines); }
+
+    int set(hal_gpio_line line, bool active) {
+        return lines.hal.operations->set(lines.hal.self, line, active);
+    }
+    int get(hal_gpio_line line, bool *active) {
+        return lines.hal.operations->get(lines.hal.self, line, active);
+    }
+    int wait_edge(uint64_t deadline_us, uint64_t *time_us) {
+        return lines.hal.operations->wait_edge(lines.hal.self, HAL_GPIO_BRIDGE_IRQ, deadline_us,
+                                               time_us);
+    }
+};
+
+}  // namespace
+
+TEST_CASE("outputs: first level, set, get, whatever active means on the wire") {
+    MESSAGE("built with ", std::string(gpiod_shim_library()));
+    for (const bool active_low : {false, true}) {
+        const Kernel kernel;
+        const fake_gpio *chip = fake_gpio_add(kChip);
+        {
+            Lines lines(active_low);
+            INFO(std::string(lines.text.text));
+            REQUIRE(lines.opened == ERROR_OK);
+            CHECK(chip->is_output[3]);
+            CHECK(chip->is_output[7]);
+            CHECK_FALSE(chip->is_output[5]);
+            CHECK(std::string(chip->consumer[3]) == "vergence");
+            CHECK(chip->wire[3] == active_low);
+            CHECK(chip->wire[7]);
+            record();
+            for (const bool active : {true, false, true}) {
+                bool read = !active;
+                CHECK(lines.set(HAL_GPIO_BRIDGE_RESET, active) == ERROR_OK);
+                CHECK(chip->wire[3] == (active != active_low));
+                CHECK(lines.get(HAL_GPIO_BRIDGE_RESET, &read) == ERROR_OK);
+                CHECK(read == active);
+            }
+            CHECK(fake_kernel_calls() == 6);  // one system call each
+        }
+        CHECK_FALSE(chip->requested[3]);
+        CHECK_FALSE(chip->requested[5]);
+        CHECK_FALSE(chip->requested[7]);
+    }
+}
+
+TEST_CASE("edges: each is told once, in order, with the kernel's time") {
+    const Kernel kernel;
+    fake_gpio *chip = fake_gpio_add(kChip);
+    Lines lines;
+    REQUIRE(lines.opened == ERROR_OK);
+    fake_gpio_edge(chip, 5, kStart_us + 1000);
+    fake_gpio_edge(chip, 5, kStart_us + 1500);
+    fake_gpio_edge(chip, 5, kStart_us + 90000);
+    fake_kernel_advance(2000);
+    uint64_t time_us = 0;
+    CHECK(lines.wait_edge(0, &time_us) == ERROR_OK);  // it has come already
+    CHECK(time_us == kStart_us + 1000);
+    CHECK(lines.wait_edge(kStart_us + 50000, &time_us) == ERROR_OK);
+    CHECK(time_us == kStart_us + 1500);
+    CHECK(lines.wait_edge(kStart_us + 50000, &time_us) == ERROR_TIMEOUT);
+    CHECK(fake_kernel_now_us() == kStart_us + 50000);
+    CHECK(lines.wait_edge(kStart_us + 100000, &time_us) == ERROR_OK);
+    CHECK(time_us == kStart_us + 90000);
+    CHECK(fake_kernel_now_us() == kStart_us + 90000);
+    bool active = false;
+    CHECK(lines.get(HAL_GPIO_BRIDGE_IRQ, &active) == ERROR_OK);
+    CHECK(active);
+    // An older kernel stamps with the time of day.
+    chip->stamp_offset_us = int64_t{1800000000} * 1000000;
+    fake_gpio_edge(chip, 5, kStart_us + 95000);
+    CHECK(lines.wait_edge(kStart_us + 100000, &time_us) == ERROR_OK);
+    CHECK(time_us == kStart_us + 95000);
+}
+
+TEST_CASE("lines that are not there, and uses that they are not for") {
+    const Kernel kernel;
+    fake_gpio_add(kChip);
+    Lines lines(false, false);
+    REQUIRE(lines.opened == ERROR_OK);
+    bool active = true;
+    uint64_t time_us = 0;
+    CHECK(lines.set(HAL_GPIO_LENS_POWER, true) == ERROR_UNSUPPORTED);
+    CHECK(lines.get(HAL_GPIO_LENS_POWER, &active) == ERROR_UNSUPPORTED);
+    CHECK(lines.set(HAL_GPIO_BRIDGE_IRQ, true) == ERROR_UNSUPPORTED);
+    CHECK(lines.lines.hal.operations->wait_edge(lines.lines.hal.self, HAL_GPIO_BRIDGE_RESET,
+                                                kStart_us, &time_us) == ERROR_UNSUPPORTED);
+    const struct gpiod_lines_place none[HAL_GPIO_LINES] = {};
+    gpiod_lines empty;
+    CHECK(gpiod_lines_open(&empty, none, &lines.text) == ERROR_OK);
+    gpiod_lines_close(&empty);
+}
+
+TEST_CASE("every error of a call is the right one of the interface; signals are none") {
+    const struct {
+        int system, ours;
+    } pairs[] = {
+        {EIO, ERROR_IO}, {ENODEV, ERROR_DEVICE}, {ENXIO, ERROR_DEVICE}, {EINVAL, ERROR_IO}};
+    for (const auto &pair : pairs) {
+        const Kernel kernel;
+        fake_gpio *chip = fake_gpio_add(kChip);
+        Lines lines;
+        REQUIRE(lines.opened == ERROR_OK);
+        fake_gpio_edge(chip, 5, kStart_us);
+        bool active = false;
+        uint64_t time_us = 0;
+        fake_kernel_fail("SET_VALUES", 1, pair.system, 1);
+        CHECK(lines.set(HAL_GPIO_BRIDGE_RESET, true) == pair.ours);
+        CHECK(lines.set(HAL_GPIO_BRIDGE_RESET, true) == ERROR_OK);
+        fake_kernel_fail("GET_VALUES", 1, pair.system, 1);
+        CHECK(lines.get(HAL_GPIO_BRIDGE_RESET, &active) == pair.ours);
+        fake_kernel_fail(" read", 1, pair.system, 1);
+        CHECK(lines.wait_edge(kStart_us, &time_us) == pair.ours);
+        fake_kernel_fail(" poll", 1, pair.system, 1);
+        CHECK(lines.wait_edge(kStart_us, &time_us) == ERROR_IO);
+        fake_kernel_fail(" poll", 1, EINTR, 3);
+        fake_kernel_fail(" read", 1, EINTR, 3);
+        CHECK(lines.wait_edge(kStart_us, &time_us) == ERROR_TIMEOUT);  // interrupted, and too late
+        CHECK(lines.wait_edge(kStart_us + 1, &time_us) == ERROR_OK);
+    }
+}
+
+TEST_CASE("every call of opening fails in turn: one line says which, and nothing stays open") {
+    for (const int error : linux_try::kErrors) {
+        unsigned last = 0;
+        message text;
+        linux_try::each_call_fails(
+            error, 1,
+            [&] {
+                fake_gpio_add(kChip);
+                const Lines lines;
+                text = lines.text;
+                return lines.opened;
+            },
+            [&](unsigned nth, int result) {
+                last = nth;
+                if (result != ERROR_OK) {
+                    CHECK(std::string(text.text).find(kChip) != std::string::npos);
+                }
+            });
+        CHECK(last >= 6);
+    }
+}
+
+TEST_CASE("what is wrong with a line is said in one line") {
+    const Kernel kernel;
+    fake_gpio *chip = fake_gpio_add(kChip);
+    chip->requested[5] = true;
+    {
+        const Lines lines;
+        CHECK(lines.opened == ERROR_REFUSED);
+        CHECK(std::string(lines.text.text) ==
+              "line 5 of /dev/gpiochip0 for the bridge's interrupt: Device or resource busy; "
+              "another program or driver has it (gpioinfo shows which)");
+        CHECK_FALSE(chip->requested[3]);  // what it had is given back
+    }
+    chip->requested[5] = false;
+    gpiod_lines lines;
+    message text;
+    gpiod_lines_place places[HAL_GPIO_LINES] = {};
+    places[HAL_GPIO_BRIDGE_RESET] = {kChip, 99, false, false};
+    CHECK(gpiod_lines_open(&lines, places, &text) == ERROR_UNSUPPORTED);
+    places[HAL_GPIO_BRIDGE_RESET] = {"/dev/gpiochip9", 1, false, false};
+    CHECK(gpiod_lines_open(&lines, places, &text) == ERROR_DEVICE);
+    places[HAL_GPIO_BRIDGE_RESET] = {"/dev/null", 1, false, false};
+    CHECK(gpiod_lines_open(&lines, places, &text) == ERROR_DEVICE);
+    CHECK(std::string(text.text).find("gpiodetect") != std::string::npos);
+}

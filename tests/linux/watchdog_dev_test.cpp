@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+// hal_watchdog on /dev/watchdog: armed, fed, and disarmed only at an orderly end.
+#include "daemon/linux/watchdog_dev.h"
+
+#include <string>
+
+#include "core/error.h"
+#include "fake_watchdog.h"
+#include "linux_try.hpp"
+
+namespace {
+
+using linux_try::Kernel;
+using linux_try::record;
+
+const char *const kPath = "/dev/watchdog";
+
+int feed(watchdog_dev &dog) {
+    return dog.hal.operations->feed(dog.hal.self);
+}
+
+uint64_t period_us(watchdog_dev &dog) {
+    return dog.hal.operations->period_us(dog.hal.self);
+}
+
+}  // namespace
+
+TEST_CASE("the calls of opening, feeding, and an orderly end") {
+    const Kernel kernel;
+    const fake_watchdog *device = fake_watchdog_add(kPath);
+    watchdog_dev dog;
+    message text;
+    REQUIRE(watchdog_dev_open(&dog, kPath, 15, &text) == ERROR_OK);
+    CHECK(record() ==
+          "watchdog open wronly noctty cloexec\n"
+          "watchdog ioctl SETTIMEOUT 15\n");
+    CHECK(device->armed);
+    CHECK(period_us(dog) == 15000000);
+    CHECK(feed(dog) == ERROR_OK);
+    CHECK(record() == "watchdog ioctl KEEPALIVE\n");
+    CHECK(device->feeds == 1);
+    CHECK(watchdog_dev_close(&dog, true));
+    CHECK(record() == "watchdog write 1\nwatchdog close\n");
+    CHECK_FALSE(device->armed);
+    CHECK_FALSE(watchdog_dev_close(&dog, true));
+}
+
+TEST_CASE("an end that is not orderly leaves it armed, and the system restarts") {
+    const Kernel kernel;
+    const fake_watchdog *device = fake_watchdog_add(kPath);
+    watchdog_dev dog;
+    message text;
+    REQUIRE(watchdog_dev_open(&dog, kPath, 15, &text) == ERROR_OK);
+    CHECK_FALSE(watchdog_dev_close(&dog, false));
+    CHECK(record().find(" write ") == std::string::npos);
+    CHECK(device->armed);
+    CHECK_FALSE(fake_watchdog_bit(device));
+    fake_kernel_advance(15000001);
+    CHECK(fake_watchdog_bit(device));
+}
+
+TEST_CASE("the period is what the driver makes of it") {
+    const struct {
+        bool sets, tells;
+        unsigned wanted_s;
+        uint64_t period_us;
+    } cases[] = {{true, true, 1, 2000000},
+                 {true, true, 3600, 120000000},
+                 {false, true, 15, 60000000},
+                 {false, false, 15, 0}};
+    for (const auto &one : cases) {
+        const Kernel kernel;
+        fake_watchdog *device = fake_watchdog_add(kPath);
+        device->sets_period = one.sets;
+        device->tells_period = one.tells;
+        watchdog_dev dog;
+        message text;
+        REQUIRE(watchdog_dev_open(&dog, kPath, one.wanted_s, &text) == ERROR_OK);
+        CHECK(period_us(dog) == one.period_us);
+        watchdog_dev_close(&dog, true);
+    }
+}
+
+TEST_CASE("a driver without KEEPALIVE is fed by writing, and never with the magic byte") {
+    const Kernel kernel;
+    fake_watchdog *device = fake_watchdog_add(kPath);
+    device->has_keepalive = false;
+    watchdog_dev dog;
+    message text;
+    REQUIRE(watchdog_dev_open(&dog, kPath, 15, &text) == ERROR_OK);
+    CHECK(feed(dog) == ERROR_OK);
+    CHECK(device->feeds == 1);
+    watchdog_dev_close(&dog, false);
+    CHECK(device->armed);
+}
+
+TEST_CASE("every call fails in turn, and signals are no failure") {
+    for (const int error : linux_try::kErrors) {
+        linux_try::each_call_fails(
+            error, 1,
+            [&] {
+                const fake_watchdog *device = fake_watchdog_add(kPath);
+                watchdog_dev dog;
+                message text;
+                int result = watchdog_dev_open(&dog, kPath, 15, &text);
+                if (result != ERROR_OK) {
+                    CHECK(dog.fd == -1);
+                    CHECK(std::string(text.text).find(kPath) != std::string::npos);
+                    CHECK_FALSE(device->armed);
+                    return result;
+                }
+                result = feed(dog);
+                watchdog_dev_close(&dog, true);
+                return result;
+            },
+            [&](unsigned nth, int result) {
+                const bool other_way = error == ENOTTY || (error == EINVAL && nth == 2);
+                CHECK((result != ERROR_OK) == (nth == 1 || (nth <= 3 && !other_way)));
+            });
+    }
+    const Kernel kernel;
+    const fake_watchdog *device = fake_watchdog_add(kPath);
+    for (const char *call : {"open", "SETTIMEOUT", "KEEPALIVE", "write"}) {
+        watchdog_dev dog;
+        message text;
+        fake_kernel_fail(call, 1, EINTR, 2);
+        REQUIRE(watchdog_dev_open(&dog, kPath, 15, &text) == ERROR_OK);
+        CHECK(feed(dog) == ERROR_OK);
+        CHECK(watchdog_dev_close(&dog, true));
+        CHECK_FALSE(device->armed);
+    }
+    CHECK_FALSE(fake_watchdog_bit(device));
+}
+
+TEST_CASE("two programs cannot feed one watchdog") {
+    const Kernel kernel;
+    fake_watchdog_add(kPath);
+    watchdog_dev first, second;
+    message text;
+    REQUIRE(watchdog_dev_open(&first, kPath, 15, &text) == ERROR_OK);
+    CHECK(watchdog_dev_open(&second, kPath, 15, &text) == ERROR_REFUSED);
+    CHECK(
+        std::string(text.text) ==
+        "watchdog /dev/watchdog: Device or resource busy; another program has it; end that first");
+    watchdog_dev_close(&first, true);
+}

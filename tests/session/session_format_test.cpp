@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+// The session's directory: what goes in comes out, and nothing else is taken for it.
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "scratch.hpp"
+#include "session_try.hpp"
+#include "synthetic/seed.hpp"
+
+using namespace session_try;
+
+namespace {
+
+std::string read_text(const std::string &path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+void begin(session_writer &writer, const std::string &path) {
+    message trouble{};
+    REQUIRE(session_writer_begin(&writer, AT_FDCWD, path.c_str(), "v1-dirty", "two-cameras",
+                                 "2026-11-22T03:00:00Z", &trouble) == 0);
+}
+
+/// Reads all events; the result of the last call.
+int read_all(const std::string &path, int *count, message *trouble) {
+    session_reader reader;
+    auto event = std::make_unique<session_event>();
+    int code = session_reader_open(&reader, AT_FDCWD, path.c_str(), event.get(), trouble);
+    *count = 0;
+    if (code != 0) {
+        return code;
+    }
+    while ((code = session_reader_next(&reader, event.get(), trouble)) == 1) {
+        ++*count;
+    }
+    session_reader_close(&reader);
+    return code;
+}
+
+}  // namespace
+
+TEST_CASE("all kinds of events come back as they went in") {
+    const scratch folder;
+    const std::string path = folder / "session";
+    Random random(synthetic::test_seed());
+    auto writer = new_writer();
+    begin(*writer, path);
+    message trouble{};
+    const std::string calibration = "vergence-calibration 1\nnothing more is looked at here\n";
+    const std::string command = "pan left 2.5 % \"two  words\" \x01\xff=";
+    const std::uint16_t values[] = {0x5b1d, 0, 0xffff};
+    CHECK(session_writer_calibration(writer.get(), calibration.data(), calibration.size(),
+                                     &trouble) == 0);
+    CHECK(session_writer_command(writer.get(), command.c_str(), &trouble) == 0);
+    CHECK(session_writer_registers(writer.get(), "FPGA bridge", 17, 0x20, values, 3, &trouble) ==
+          0);
+    std::vector<owned_pair> pairs(20);
+    for (auto &made : pairs) {
+        random_pair(random, made);
+        REQUIRE(session_writer_pair(writer.get(), &made.value, &trouble) == 0);
+    }
+    CHECK(session_writer_end(writer.get(), &trouble) == 0);
+
+    session_reader reader;
+    auto event = std::make_unique<session_event>();
+    REQUIRE(session_reader_open(&reader, AT_FDCWD, path.c_str(), event.get(), &trouble) == 0);
+    CHECK(std::string(event->build) == "v1-dirty");
+    CHECK(std::string(event->profile) == "two-cameras");
+    CHECK(std::string(event->date) == "2026-11-22T03:00:00Z");
+    REQUIRE(session_reader_next(&reader, event.get(), &trouble) == 1);
+    CHECK(event->kind == SESSION_CALIBRATION);
+    char text[200];
+    REQUIRE(session_reader_calibration(&reader, event->crc32, text, sizeof text, &trouble) ==
+            static_cast<int>(calibration.size()));
+    CHECK(std::string(text, calibration.size()) == calibration);
+    CHECK(session_reader_calibration(&reader, event->crc32, text, 5, &trouble) == ERROR_CRC);
+    REQUIRE(session_reader_next(&reader, event.get(), &trouble) == 1);
+    CHECK(event->kind == SESSION_COMMAND);
+    CHECK(event->text == command);
+    REQUIRE(session_reader_next(&reader, event.get(), &trouble) == 1);
+    CHECK(event->kind == SESSION_REGISTERS);
+    CHECK(std::string(event->part) == "FPGA bridge");
+    CHECK(event->at_us == 17);
+    CHECK(event->first == 0x20);
+    REQUIRE(event->count == 3);
+    CHECK(std::memcmp(event->values, values, sizeof values) == 0);
+    for (const auto &made : pairs) {
+        REQUIRE(session_reader_next(&reader, event.get(), &trouble) == 1);
+        CHECK(event->kind == SESSION_PAIR);
+        CHECK(same_pair(reader, *event, made));
+    }
+    REQUIRE(session_reader_next(&reader, event.get(), &trouble) == 1);
+    CHECK(event->kind == SESSION_END);
+    CHECK(session_reader_next(&reader, event.get(), &trouble) == 0);
+    CHECK(!reader.cut);
+    session_reader_close(&reader);
+}
+
+TEST_CASE("equal frames are one file, and a session is never begun twice") {
+    const scratch folder;
+    const std::string path = folder / "session";
+    Random random(synthetic::test_seed());
+    auto writer = new_writer();
+    begin(*writer, path);
+    message trouble{};
+    owned_pair made;
+    random_pair(random, made);
+    REQUIRE(session_writer_pair(writer.get(), &made.value, &trouble) == 0);
+    REQUIRE(session_writer_pair(writer.get(), &made.value, &trouble) == 0);
+    std::size_t files = 0;
+    for (const auto &entry : std::filesystem::directory_iterator(path)) {
+        files += entry.path().filename().string().rfind("frame-", 0) == 0;
+    }
+    CHECK(files == 2);
+    CHECK(session_writer_end(writer.get(), &trouble) == 0);
+    const std::string before = read_text(path + "/session.index");
+    auto again = new_writer();
+    CHECK(session_writer_begin(again.get(), AT_FDCWD, path.c_str(), "", "", "", &trouble) ==
+          ERROR_ARGUMENT);
+    CHECK(std::string(trouble.text).find("holds a session already") != std::string::npos);
+    CHECK(read_text(path + "/session.index") == before);
+    CHECK(session_writer_begin(again.get(), AT_FDCWD, (folder / "none/there").c_str(), "", "", "",
+                               &trouble) == ERROR_ARGUMENT);
+}
+
+TEST_CASE("an index that ends anywhere gives the events before; a changed one is refused") {
+    const scratch folder;
+    const std::string path = folder / "session";
+    Random random(synthetic::test_seed());
+    auto writer = new_writer();
+    begin(*writer, path);
+    message trouble{};
+    for (int i = 0; i < 3; i++) {
+        owned_pair made;
+        random_pair(random, made);
+        REQUIRE(session_writer_pair(writer.get(), &made.value, &trouble) == 0);
+    }
+    CHECK(session_writer_end(writer.get(), &trouble) == 0);
+    const std::string whole = read_text(path + "/session.index");
+    for (std::size_t length = 0; length <= whole.size(); length++) {
+        folder.write("session/session.index", whole.substr(0, length));
+        const auto lines = std::count(whole.begin(), whole.begin() + long(length), '\n');
+        int count;
+        const int code = read_all(path, &count, &trouble);
+        CHECK(code == (lines == 0 ? ERROR_ARGUMENT : 0));
+        CHECK(count == std::max(0L, lines - 1));
+    }
+    // One changed byte: found, or in the last line (and the end of the one before, which makes one
+    // of the two) taken for one that did not become whole.
+    const std::size_t last = whole.rfind('\n', whole.size() - 2) + 1;
+    for (std::size_t at = 0; at < whole.size(); at++) {
+        std::string changed = whole;
+        changed[at] = static_cast<char>(changed[at] ^ (1 << upto(random, 6)));
+        folder.write("session/session.index", changed);
+        int count;
+        const int code = read_all(path, &count, &trouble);
+        INFO("byte ", at, ", ", std::string(trouble.text));
+        CHECK((at + 1 < last ? code == ERROR_CRC || code == ERROR_SYNTAX : code == 0));
+        CHECK(count <= 3);
+    }
+}
+
+TEST_CASE("a damaged or missing frame is told by its name") {
+    const scratch folder;
+    const std::string path = folder / "session";
+    Random random(synthetic::test_seed());
+    auto writer = new_writer();
+    begin(*writer, path);
+    message trouble{};
+    owned_pair made;
+    random_pair(random, made);
+    REQUIRE(session_writer_pair(writer.get(), &made.value, &trouble) == 0);
+    CHECK(session_writer_end(writer.get(), &trouble) == 0);
+    session_reader reader;
+    auto event = std::make_unique<session_event>();
+    REQUIRE(session_reader_open(&reader, AT_FDCWD, path.c_str(), nullptr, &trouble) == 0);
+    REQUIRE(session_reader_next(&reader, event.get(), &trouble) == 1);
+    char name[SESSION_NAME_MAX + 1];
+    session_frame_name(event->frame_crc[0], name);
+    const std::string whole = read_text(path + "/" + name);
+    const pair_frame &frame = event->pair.frame[0];
+    std::vector<std::uint16_t> pixels(std::size_t{frame.stride} * frame.height_px);
+    const auto load = [&](std::size_t values) {
+        return session_reader_frame(&reader, &frame, event->frame_crc[0], pixels.data(), values,
+                                    &trouble);
+    };
+    CHECK(load(pixels.size()) == 0);
+    CHECK(load(pixels.size() - 1) == ERROR_MEMORY);
+    std::string changed = whole;
+    changed[whole.size() / 2] = static_cast<char>(changed[whole.size() / 2] ^ 1);
+    for (const std::string &text :
+         {changed, whole + "x", whole.substr(0, whole.size() - 1), std::string()}) {
+        folder.write(std::string("session/") + name, text);
+        CHECK(load(pixels.size()) == ERROR_CRC);
+        CHECK(std::string(trouble.text).find(name) != std::string::npos);
+    }
+    std::filesystem::remove(path + "/" + name);
+    CHECK(load(pixels.size()) == ERROR_MISSING);
+    session_reader_close(&reader);
+}
+
+TEST_CASE("lines are canonical: what is printed again differently is refused") {
+    auto event = std::make_unique<session_event>();
+    const auto parses = [&](const std::string &line) {
+        return session_event_parse(line.data(), line.size(), event.get()) == 0;
+    };
+    CHECK(parses("begin version=1 build=a profile= date=b"));
+    CHECK(parses("command text=a%20b%25"));
+    CHECK(parses("calibration file=0000abcd"));
+    CHECK(parses("registers at_us=0 part=a first=05 values=0000,ffff"));
+    CHECK(parses("end"));
+    for (const char *line :
+         {"", "en", "end ", "command text=a b", "command text=%41", "command text=%2",
+          "command text", "command text=%00", "calibration file=abcd", "calibration file=0000ABCD",
+          "calibration file=100000000", "begin version=2 build=a profile= date=b",
+          "registers at_us=00 part=a first=05 values=0000",
+          "registers at_us=0 part=a first=05 values=0000,",
+          "registers at_us=18446744073709551616 part=a first=05 values=0000", "pair number=1"}) {
+        INFO(std::string(line));
+        CHECK(!parses(line));
+    }
+}

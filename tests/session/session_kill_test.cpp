@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: Apache-2.0
+// A recording that is killed at every call of the system, in the middle of every write too, and one
+// that gets an error from every call: the directory can be read, and all that was told to be safe
+// is in it.
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdarg>
+#include <filesystem>
+
+#include "scratch.hpp"
+#include "session_try.hpp"
+#include "synthetic/seed.hpp"
+
+using namespace session_try;
+
+namespace {
+
+/// What happens at the call with this number, counted from 1; 0: nothing.
+struct fate {
+    long at = 0;
+    bool killed = false;  // else it fails
+    int error = 0;
+    bool for_ever = false;  // all later calls fail, too
+};
+fate coming;
+long calls;
+
+/// Whether this call fails; does not return when the process dies here.
+bool strikes() {
+    calls++;
+    const bool now =
+        coming.at != 0 && (calls == coming.at || (coming.for_ever && calls > coming.at));
+    if (now && coming.killed) {
+        raise(SIGKILL);
+    }
+    errno = now ? coming.error : errno;
+    return now;
+}
+
+}  // namespace
+
+extern "C" {
+int __real_openat(int directory, const char *path, int flags, mode_t mode);
+int __real_mkdirat(int directory, const char *path, mode_t mode);
+ssize_t __real_write(int file, const void *data, size_t bytes);
+int __real_ftruncate(int file, off_t length);
+off_t __real_lseek(int file, off_t offset, int whence);
+int __real_fsync(int file);
+int __real_close(int file);
+int __real_renameat(int from, const char *old_path, int to, const char *new_path);
+int __real_unlinkat(int directory, const char *path, int flags);
+
+int __wrap_openat(int directory, const char *path, int flags, ...) {
+    va_list arguments;
+    va_start(arguments, flags);
+    const mode_t mode = (flags & O_CREAT) != 0 ? va_arg(arguments, mode_t) : 0;
+    va_end(arguments);
+    return strikes() ? -1 : __real_openat(directory, path, flags, mode);
+}
+
+int __wrap_mkdirat(int directory, const char *path, mode_t mode) {
+    return strikes() ? -1 : __real_mkdirat(directory, path, mode);
+}
+
+// What is struck has come half of the way.
+ssize_t __wrap_write(int file, const void *data, size_t bytes) {
+    if (coming.at != 0 && calls + 1 == coming.at && bytes > 1) {
+        __real_write(file, data, bytes / 2);
+    }
+    return strikes() ? -1 : __real_write(file, data, bytes);
+}
+
+int __wrap_ftruncate(int file, off_t length) {
+    return strikes() ? -1 : __real_ftruncate(file, length);
+}
+
+off_t __wrap_lseek(int file, off_t offset, int whence) {
+    return strikes() ? -1 : __real_lseek(file, offset, whence);
+}
+
+int __wrap_fsync(int file) {
+    return strikes() ? -1 : __real_fsync(file);
+}
+
+int __wrap_close(int file) {
+    const bool struck = strikes();
+    const int code = __real_close(file);
+    return struck ? -1 : code;
+}
+
+int __wrap_renameat(int from, const char *old_path, int to, const char *new_path) {
+    return strikes() ? -1 : __real_renameat(from, old_path, to, new_path);
+}
+
+int __wrap_unlinkat(int directory, const char *path, int flags) {
+    return strikes() ? -1 : __real_unlinkat(directory, path, flags);
+}
+}
+
+namespace {
+
+constexpr int kPairs = 4;
+
+struct recording {
+    owned_pair pairs[kPairs];
+    recording() {
+        Random random(synthetic::test_seed());
+        for (owned_pair &made : pairs) {
+            random_pair(random, made);
+        }
+    }
+};
+
+/// Records all pairs; tells each that is safe, by its number, to `told`. 0 or the first error.
+int record(const recording &what, const std::string &path, int told) {
+    auto writer = new_writer();
+    message trouble{};
+    int first =
+        session_writer_begin(writer.get(), AT_FDCWD, path.c_str(), "v1", "rig", "now", &trouble);
+    if (first != 0) {
+        CHECK(trouble.text[0] != '\0');
+        return first;
+    }
+    for (int i = 0; i < kPairs; i++) {
+        const int code = session_writer_pair(writer.get(), &what.pairs[i].value, &trouble);
+        if (code == 0) {
+            const char number = static_cast<char>(i);
+            __real_write(told, &number, 1);
+        }
+        first = first != 0 ? first : code;
+    }
+    const int code = session_writer_end(writer.get(), &trouble);
+    return first != 0 ? first : code;
+}
+
+/// Reads what is there: the pairs in it must be those of `told`, perhaps with one more where a kill
+/// came between its line and the telling, or where the line could not be taken back.
+void check_what_is_left(const recording &what, const std::string &path, const std::string &told,
+                        bool one_more) {
+    session_reader reader;
+    auto event = std::make_unique<session_event>();
+    message trouble{};
+    const int code = session_reader_open(&reader, AT_FDCWD, path.c_str(), nullptr, &trouble);
+    if (code != 0) {
+        CHECK(code == ERROR_ARGUMENT);
+        CHECK(told.empty());
+        return;
+    }
+    std::size_t found = 0;
+    int got;
+    while ((got = session_reader_next(&reader, event.get(), &trouble)) == 1) {
+        if (event->kind != SESSION_PAIR) {
+            continue;
+        }
+        const int number = found < told.size() ? told[found] : int(found);
+        CHECK((found < told.size() || (one_more && found == told.size())));
+        CHECK(same_pair(reader, *event, what.pairs[number]));
+        found++;
+    }
+    INFO(std::string(trouble.text));
+    CHECK(got == 0);
+    CHECK(found >= told.size());
+    session_reader_close(&reader);
+}
+
+/// Runs the recording in a process of its own; what it told comes back. -1: it was killed.
+int run(const recording &what, const std::string &path, const fate &fate, std::string *told) {
+    int ends[2];
+    REQUIRE(pipe(ends) == 0);
+    const pid_t child = fork();
+    REQUIRE(child >= 0);
+    if (child == 0) {
+        calls = 0;
+        coming = fate;
+        const int code = record(what, path, ends[1]);
+        _exit(code == 0 ? 0 : 1);
+    }
+    __real_close(ends[1]);
+    char number;
+    told->clear();
+    while (read(ends[0], &number, 1) == 1) {
+        *told += number;
+    }
+    __real_close(ends[0]);
+    int status = 0;
+    REQUIRE(waitpid(child, &status, 0) == child);
+    return WIFSIGNALED(status) ? -1 : WEXITSTATUS(status);
+}
+
+long count_calls(const recording &what) {
+    const scratch folder;
+    calls = 0;
+    coming = {};
+    int ends[2];
+    REQUIRE(pipe(ends) == 0);
+    REQUIRE(record(what, folder / "session", ends[1]) == 0);
+    const long count = calls;
+    __real_close(ends[0]);
+    __real_close(ends[1]);
+    return count;
+}
+
+}  // namespace
+
+TEST_CASE("killed at every call") {
+    const recording what;
+    const long count = count_calls(what);
+    CHECK(count > 60);
+    for (long at = 1; at <= count; at++) {
+        const scratch folder;
+        std::string told;
+        INFO("call ", at);
+        REQUIRE(run(what, folder / "session", {at, true, 0, false}, &told) == -1);
+        check_what_is_left(what, folder / "session", told, true);
+    }
+}
+
+TEST_CASE("an error from every call, once and for ever") {
+    const recording what;
+    const long count = count_calls(what);
+    for (const int error : {ENOSPC, EIO}) {
+        for (const bool for_ever : {false, true}) {
+            for (long at = 1; at <= count; at++) {
+                const scratch folder;
+                std::string told;
+                INFO("call ", at, ", error ", error, ", for ever ", for_ever);
+                const int code = run(what, folder / "session", {at, false, error, for_ever}, &told);
+                REQUIRE(code >= 0);
+                check_what_is_left(what, folder / "session", told, for_ever);
+                // What fails once costs at most the pair that was being written.
+                if (!for_ever && std::filesystem::exists(folder / "session/session.index")) {
+                    CHECK(told.size() >= kPairs - 1);
+                }
+            }
+        }
+    }
+}

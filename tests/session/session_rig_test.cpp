@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+// The whole instrument on the simulated rig, recorded; then the same commands on the recording
+// alone: the same pair to the last byte, without a simulated rig.
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+
+#include "daemon/record.h"
+#include "daemon/replay/replay.h"
+// In C a function may have the name of a structure.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wshadow"
+#include "daemon/sim/sim_backend.h"
+#pragma GCC diagnostic pop
+#include "scratch.hpp"
+#include "session_try.hpp"
+
+using namespace session_try;
+
+namespace {
+
+/// A simrig that ends with this.
+struct running_rig {
+    pid_t process;
+    std::string where;
+
+    explicit running_rig(const scratch &folder) : where("unix:" + (folder / "rig.sock")) {
+        const char *program = std::getenv("SIMRIG");
+        REQUIRE(program != nullptr);
+        process = fork();
+        REQUIRE(process >= 0);
+        if (process == 0) {
+            const std::string quiet = "/dev/null";
+            if (freopen(quiet.c_str(), "w", stdout) == nullptr) {
+                _exit(1);
+            }
+            execl(program, "simrig", "--scene", "cylinder", "--listen", where.c_str(), "--seed",
+                  "5", static_cast<char *>(nullptr));
+            _exit(1);
+        }
+        const std::string socket = folder / "rig.sock";
+        for (int i = 0; access(socket.c_str(), F_OK) != 0; i++) {
+            REQUIRE(i < 3000);
+            usleep(20000);
+        }
+    }
+    ~running_rig() {
+        kill(process, SIGTERM);
+        waitpid(process, nullptr, 0);
+    }
+    running_rig(const running_rig &) = delete;
+    running_rig &operator=(const running_rig &) = delete;
+};
+
+/// What is done on either: everything that a session may hold.
+struct session_of_commands {
+    std::vector<int> codes;
+    std::vector<std::uint16_t> memory;
+    owned_pair taken;
+
+    void run(const rig_ports &ports, session_writer *writer, record *recorder) {
+        auto instrument = std::make_unique<rig>();
+        rig_profile profile{};
+        REQUIRE(rig_profile_named("rig", &profile) == 0);
+        rig_init(instrument.get(), &profile, &ports, nullptr);
+        codes.push_back(rig_bringup(instrument.get()));
+        INFO(std::string(instrument->trouble.text));
+        codes.push_back(rig_window(instrument.get(), 64, 48, 1));
+        codes.push_back(rig_lens_go(instrument.get(), 3, LENS_ZOOM, 320));
+        std::uint32_t applied_us = 0;
+        codes.push_back(rig_exposure(instrument.get(), 3, 5000, &applied_us));
+        codes.push_back(static_cast<int>(applied_us));
+        for (int i = 0; i < 2; i++) {
+            const pair_options options{i == 1};
+            memory.assign(pair_values(instrument.get(), &options), 0);
+            const int code = pair_capture(instrument.get(), &options, memory.data(), memory.size(),
+                                          &taken.value);
+            codes.push_back(code);
+            if (code == 0) {
+                keep();
+            }
+            message trouble{};
+            if (writer != nullptr && code == 0) {
+                REQUIRE(record_flush(recorder, &trouble) == 0);
+                REQUIRE(session_writer_pair(writer, &taken.value, &trouble) == 0);
+            }
+        }
+        codes.push_back(rig_safe(instrument.get()));
+    }
+
+  private:
+    /// The pixels outlive the memory that the pair was taken into.
+    void keep() {
+        for (int side = 0; side < RIG_SIDES; side++) {
+            pair_frame &frame = taken.value.frame[side];
+            taken.pixels[side].assign(frame.data,
+                                      frame.data + std::size_t{frame.stride} * frame.height_px);
+            frame.data = taken.pixels[side].data();
+        }
+    }
+};
+
+}  // namespace
+
+TEST_CASE("a recorded session plays as the instrument, bit for bit") {
+    const scratch folder;
+    const std::string path = folder / "session";
+    session_of_commands first, again;
+    message trouble{};
+    {
+        const running_rig simulated(folder);
+        auto backend = std::make_unique<sim_backend>();
+        INFO(std::string(backend->connection.text));
+        REQUIRE(sim_backend_open(backend.get(), simulated.where.c_str(), 60000) == 0);
+        const rig_ports inner = sim_backend_ports(backend.get());
+        rig_ports ports{};
+        auto recorder = std::make_unique<record>();
+        record_init(recorder.get(), &inner, &ports);
+        auto writer = new_writer();
+        REQUIRE(session_writer_begin(writer.get(), AT_FDCWD, path.c_str(), "v1", "rig", "now",
+                                     &trouble) == 0);
+        REQUIRE(record_start(recorder.get(), writer.get(), &trouble) == 0);
+        first.run(ports, writer.get(), recorder.get());
+        CHECK(record_stop(recorder.get(), &trouble) == 0);
+        CHECK(session_writer_end(writer.get(), &trouble) == 0);
+        MESSAGE("recorded calls: ", recorder->calls);
+        sim_backend_close(backend.get());
+    }
+    CHECK(first.codes[0] == 0);
+    REQUIRE(first.taken.value.frame[0].data != nullptr);
+
+    auto player = std::make_unique<replay>();
+    const int opened = replay_open(player.get(), AT_FDCWD, path.c_str(), nullptr, &trouble);
+    INFO(std::string(trouble.text));
+    REQUIRE(opened == 0);
+    again.run(player->ports, nullptr, nullptr);
+    CHECK(std::string(player->trouble.text) == "");
+    CHECK(replay_is_over(player.get()));
+    replay_close(player.get());
+    CHECK(again.codes == first.codes);
+    for (int side = 0; side < RIG_SIDES; side++) {
+        CHECK(same_frame(again.taken.value.frame[side], first.taken.value.frame[side]));
+        CHECK(again.taken.pixels[side] == first.taken.pixels[side]);
+    }
+    // The index holds the same pair.
+    session_reader reader;
+    auto event = std::make_unique<session_event>();
+    REQUIRE(session_reader_open(&reader, AT_FDCWD, path.c_str(), nullptr, &trouble) == 0);
+    bool found = false;
+    while (session_reader_next(&reader, event.get(), &trouble) == 1) {
+        found |= event->kind == SESSION_PAIR && same_pair(reader, *event, again.taken);
+    }
+    CHECK(found);
+    session_reader_close(&reader);
+}

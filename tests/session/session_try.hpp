@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Random frames, pairs and events, and sessions that are read back whole.
+#ifndef VERGENCE_TESTS_SESSION_TRY_HPP
+#define VERGENCE_TESTS_SESSION_TRY_HPP
+
+#include <doctest/doctest.h>
+#include <fcntl.h>
+
+#include <cstring>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "daemon/session_read.h"
+#include "daemon/session_write.h"
+
+namespace session_try {
+
+using Random = std::mt19937_64;
+
+inline std::uint64_t upto(Random &random, std::uint64_t most) {
+    return std::uniform_int_distribution<std::uint64_t>(0, most)(random);
+}
+
+/// A pair that owns its pixels.
+struct owned_pair {
+    pair value{};
+    std::vector<std::uint16_t> pixels[RIG_SIDES];
+};
+
+inline pair_stand random_stand(Random &random) {
+    pair_stand stand{};
+    stand.pan_q4 = static_cast<std::uint16_t>(upto(random, UINT16_MAX));
+    for (auto &position : stand.position) {
+        position =
+            upto(random, 3) == 0 ? INT32_MIN : static_cast<std::int32_t>(upto(random, 2000)) - 1000;
+    }
+    return stand;
+}
+
+inline void random_frame(Random &random, pair_frame &frame, std::vector<std::uint16_t> &pixels) {
+    frame.layout = static_cast<hal_camera_layout>(upto(random, 2));
+    frame.bits = static_cast<std::uint8_t>(8 + upto(random, 8));
+    frame.width_px = static_cast<std::uint16_t>(1 + upto(random, 40));
+    frame.height_px = static_cast<std::uint16_t>(1 + upto(random, 30));
+    frame.stride = session_frame_row_values(&frame) + static_cast<std::uint32_t>(upto(random, 5));
+    pixels.resize(std::size_t{frame.stride} * frame.height_px);
+    for (auto &pixel : pixels) {
+        pixel = static_cast<std::uint16_t>(upto(random, (1u << frame.bits) - 1));
+    }
+    frame.data = pixels.data();
+    frame.sequence = static_cast<std::uint32_t>(random());
+    frame.begin_us = random();
+    frame.end_us = random();
+    frame.exposure_us = static_cast<std::uint32_t>(random());
+    frame.gain_q3 = static_cast<std::uint16_t>(random());
+    frame.before = random_stand(random);
+    frame.after = random_stand(random);
+}
+
+inline void random_pair(Random &random, owned_pair &made) {
+    made.value = {};
+    made.value.number = static_cast<std::uint32_t>(random());
+    made.value.skew_us = static_cast<std::int64_t>(upto(random, 2000000)) - 1000000;
+    made.value.checked = upto(random, 1) == 1;
+    made.value.change_permille = static_cast<std::uint32_t>(upto(random, 1000));
+    for (int side = 0; side < RIG_SIDES; side++) {
+        random_frame(random, made.value.frame[side], made.pixels[side]);
+    }
+}
+
+inline bool same_stand(const pair_stand &a, const pair_stand &b) {
+    return a.pan_q4 == b.pan_q4 && std::memcmp(a.position, b.position, sizeof a.position) == 0;
+}
+
+/// Whether all but the pixels of two frames is the same.
+inline bool same_frame(const pair_frame &a, const pair_frame &b) {
+    return a.width_px == b.width_px && a.height_px == b.height_px && a.bits == b.bits &&
+           a.layout == b.layout && a.sequence == b.sequence && a.begin_us == b.begin_us &&
+           a.end_us == b.end_us && a.exposure_us == b.exposure_us && a.gain_q3 == b.gain_q3 &&
+           same_stand(a.before, b.before) && same_stand(a.after, b.after);
+}
+
+/// Checks that an event's pair is `made`, to the last pixel.
+inline bool same_pair(const session_reader &reader, const session_event &event,
+                      const owned_pair &made) {
+    const pair &a = event.pair, &b = made.value;
+    bool same = a.number == b.number && a.skew_us == b.skew_us && a.checked == b.checked &&
+                a.change_permille == b.change_permille;
+    for (int side = 0; side < RIG_SIDES && same; side++) {
+        const pair_frame &frame = a.frame[side], &expected = b.frame[side];
+        const std::size_t row = session_frame_row_values(&frame);
+        std::vector<std::uint16_t> pixels(row * frame.height_px);
+        message trouble{};
+        same = same_frame(frame, expected) &&
+               session_reader_frame(&reader, &frame, event.frame_crc[side], pixels.data(),
+                                    pixels.size(), &trouble) == 0;
+        for (std::size_t y = 0; y < frame.height_px && same; y++) {
+            same = std::memcmp(&pixels[y * row], expected.data + y * expected.stride,
+                               row * sizeof pixels[0]) == 0;
+        }
+    }
+    return same;
+}
+
+inline std::unique_ptr<session_writer> new_writer() {
+    auto writer = std::make_unique<session_writer>();
+    writer->directory = writer->index = -1;
+    return writer;
+}
+
+}  // namespace session_try
+
+#endif
