@@ -90,8 +90,9 @@ class Clients(DaemonTest):
 
     def test_help_is_whole(self):
         commands = self.first.ask_json("help")["result"]
-        wanted = ("help status health selftest pan zoom focus iris exposure gain window "
-                  "capture record calibration registers watch log config version bugreport quit").split()
+        wanted = ("help status health selftest pan zoom focus iris exposure gain window capture "
+                  "record calibration registers watch log config version bugreport "
+                  "quit").split()
         self.assertEqual([name for name in wanted if name not in commands], [])
         for name in commands:
             self.assertTrue(self.first.ask_json(f"help {name}")["result"]["usage"].startswith(name))
