@@ -228,6 +228,23 @@ TEST_CASE("a bus: before, after, spoiled, at the deadline; and no lines where th
     i2c_dev_close(&dev);
 }
 
+TEST_CASE("a bus with lines has them behind the wrapper, too") {
+    const hal_i2c_operations operations = {nullptr, [](void *, unsigned pulled, unsigned *high) {
+                                               *high = ~pulled & (HAL_I2C_SCL | HAL_I2C_SDA);
+                                               return 0;
+                                           }};
+    const hal_i2c real = {&operations, nullptr};
+    fault_plan plan = plan_of("i2c.lines@1=io");
+    const fault_common common = common_of(&plan, "i2c");
+    fault_i2c bus;
+    fault_i2c_wrap(&bus, &common, &real);
+    unsigned high = 99;
+    CHECK(bus.hal.operations->lines(bus.hal.self, HAL_I2C_SDA, &high) == ERROR_IO);
+    CHECK(high == 99);
+    CHECK(bus.hal.operations->lines(bus.hal.self, HAL_I2C_SDA, &high) == ERROR_OK);
+    CHECK(high == HAL_I2C_SCL);
+}
+
 TEST_CASE("a camera: no frame is lost that nobody has, and damage is told") {
     const Kernel kernel;
     fake_video_add(linux_try::kVideo, V4L2_PIX_FMT_GREY, 64, 48);
@@ -313,6 +330,9 @@ TEST_CASE("lines and serial lines: outputs are untouched on errors") {
     CHECK(lines.hal.operations->get(lines.hal.self, reset, &active) == ERROR_OK);
     CHECK(active);
     CHECK(lines.hal.operations->set(lines.hal.self, reset, true) == ERROR_DEVICE);
+    CHECK(gpio.calls == 2);
+    CHECK(lines.hal.operations->set(lines.hal.self, reset, true) == ERROR_OK);
+    CHECK(gpio.calls == 3);
     CHECK(lines.hal.operations->wait_edge(lines.hal.self, HAL_GPIO_BRIDGE_IRQ, kStart_us + 90,
                                           &time_us) == ERROR_TIMEOUT);
     CHECK(fake_kernel_now_us() == kStart_us + 90);

@@ -274,6 +274,20 @@ TEST_CASE("a full disk: saves fail, the record stays, and nothing is left over")
     CHECK(listing(place.path) == std::set<std::string>{"limits", "other"});
 }
 
+TEST_CASE("every system call of a load fails in turn: an error, and never a part of the record") {
+    for (const int error : {EIO, EACCES, ENOMEM}) {
+        for (unsigned nth = 1; nth <= 4; nth++) {
+            const Place place;
+            Store store(place.path);
+            std::string data;
+            fake_kernel_fail("limits ", nth, error, 1);
+            CHECK(store.load("limits", &data) == (error == EACCES ? ERROR_REFUSED : ERROR_IO));
+            CHECK(store.load("limits", &data) == ERROR_OK);
+            CHECK(data == kOld);
+        }
+    }
+}
+
 TEST_CASE("signals and short reads and writes change nothing") {
     for (const char *call : {" open", " write", " read ", " fsync", " close"}) {
         CAPTURE(call);

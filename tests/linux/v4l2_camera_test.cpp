@@ -158,6 +158,9 @@ TEST_CASE("a call ends at its deadline, to the microsecond") {
     CHECK(fake_kernel_now_us() == kStart_us + 1123456);
     CHECK(camera.look(&frame) == ERROR_OK);
     CHECK(camera.counts().timeouts == 3);
+    // Frames are there, all too early, and no time is left.
+    fake_kernel_advance(3 * kFrame_us);
+    CHECK(camera.look(&frame, UINT64_MAX, 0) == ERROR_TIMEOUT);
 }
 
 TEST_CASE("frames that nobody took are counted") {
@@ -303,9 +306,28 @@ TEST_CASE("a driver that goes wrong in other ways") {
     fake_kernel_fail("DQBUF", 1, EAGAIN, 20);
     CHECK(camera.look(&frame) == ERROR_OK);
     CHECK(camera.counts().restarts >= 3);
-    // Somebody has turned it off: POLLERR.
+    // Somebody has turned it off: EINVAL; and once more, with a driver that says POLLERR only.
     video->on = false;
     CHECK(camera.look(&frame) == ERROR_OK);
+    video->on = false;
+    fake_kernel_fail("DQBUF", 1, EAGAIN, 2);
+    CHECK(camera.look(&frame) == ERROR_OK);
+    CHECK(camera.log.lines.back() ==
+          "4 camera /dev/video0: the driver reports an error (POLLERR); the stream is started "
+          "again");
+}
+
+TEST_CASE("a camera that is pulled out while its stream is made anew") {
+    const Kernel kernel;
+    grey_camera();
+    Camera camera;
+    REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+    hal_camera_frame frame;
+    fake_kernel_fail("DQBUF", 1, EIO, 1);
+    fake_kernel_fail("REQBUFS 4", 1, ENODEV, 0);
+    CHECK(camera.look(&frame) == ERROR_DEVICE);
+    CHECK(camera.counts().restarts == 1);
+    CHECK(camera.log.lines.back() == "3 camera /dev/video0: REQBUFS: No such device");
 }
 
 TEST_CASE("a stream that stays broken: three attempts with pauses, then an error; later it works") {
