@@ -231,6 +231,23 @@ class FullDisk(DaemonTest):
         self.assertTrue(any("serving" in line for line in client.ask("log")))
 
 
+class Unconfined(DaemonTest):
+    """In the sanitizers' build this is where leaks are found, at the end."""
+    settings = ("confine=no",)
+
+    def test_it_works_and_ends_in_good_order(self):
+        with self.client() as client:
+            for command in ("bringup", "health", "pan 1", "log", "help", "version", "config",
+                            "bugreport", "files", "record start r", "bringup", "record stop",
+                            "window 64 64", "capture", "watch 0.1 version 2", "safe", "fly"):
+                client.ask(command)
+            client.send("wait 100000\n")
+            time.sleep(0.2)
+        self.end(self.daemon)
+        self.assertNotIn("ERROR", self.said())
+        self.start()
+
+
 class LogFile(DaemonTest):
     @classmethod
     def arguments(cls):
