@@ -228,6 +228,9 @@ static int serve(struct daemon *self) {
     }
     server_close(&self->server);
     commands_session_end(&self->backends.record);
+    if (self->backends.has_replay && self->backends.replay.trouble.text[0] != '\0') {
+        logbook_print(&self->logbook, HAL_LOG_WARNING, "%s", self->backends.replay.trouble.text);
+    }
     main_backends_close(&self->backends);
     if (self->store_open) {
         store_close(&self->store);

@@ -171,6 +171,17 @@ static int run_capture(const struct command_call *call) {
     return error;
 }
 
+/// As after the daemon's start: what is to be played must begin where the player begins.
+static void begin_afresh(struct rig *rig) {
+    const struct rig_profile profile = rig->profile;
+    const struct rig_ports ports = rig->ports;
+    const struct rig_observer observer = rig->observer;
+    if (rig->state != RIG_DOWN) {
+        rig_safe(rig);
+    }
+    rig_init(rig, &profile, &ports, &observer);
+}
+
 static int start_recording(const struct command_call *call) {
     struct message message;
     if (session.recording) {
@@ -181,6 +192,7 @@ static int start_recording(const struct command_call *call) {
     if (error != 0) {
         return error;
     }
+    begin_afresh(call->rig);
     error = record_start(surroundings_of(call)->record, &session.writer, &message);
     if (error != 0) {
         struct message second;
@@ -265,9 +277,10 @@ static const struct command commands[] = {
      .run = run_capture},
     {.name = "record",
      .summary = "record all that the instrument's parts do and say, to be replayed",
-     .help = "Every call of a bus, a line, a camera and the clock, and the pairs that are captured "
-             "meanwhile. To be played, bring the instrument up after the start: replaying begins "
-             "with a fresh one.",
+     .help =
+         "Every call of a bus, a line, a camera and the clock, and the pairs that are captured "
+         "meanwhile. The instrument is put down first: its bring-up is the beginning of what is "
+         "recorded. To play it: vergenced \"backend=replay SESSION\", and the same commands.",
      .arguments = record_arguments,
      .argument_count = 2,
      .flags = COMMAND_MOVES,

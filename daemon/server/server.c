@@ -415,6 +415,9 @@ static void close_clients(struct server *self) {
 }
 
 void server_close(struct server *self) {
+    if (self->config == NULL) {
+        return;  // never opened
+    }
     crew_stop(&self->rig_crew);
     crew_stop(&self->desk_crew);
     close_clients(self);
