@@ -273,7 +273,7 @@ TEST_CASE("a line that falls silent is told after three seconds") {
             continue;
         }
         CHECK(error == ERROR_TIMEOUT);
-        CHECK(world.now_us() - silent_us <= 3e6 + LENS_MOVE_REST_US + 1e5);
+        CHECK(world.now_us() - silent_us <= 3e6 + double(LENS_MOVE_REST_US) + 1e5);
         CHECK(lenses.longest_silence_us <= 100000);
     }
 }
