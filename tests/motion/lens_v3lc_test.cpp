@@ -200,6 +200,51 @@ TEST_CASE("silence ends at the deadline, and is asked again ever more seldom") {
     CHECK(bench.line.lines[1] == "");  // ends what the controller may have got of the first
 }
 
+TEST_CASE("patience is learnt from answers") {
+    Bench bench([](const std::string &, int question) {
+        return question == 5 ? std::vector<Piece>{{57 * kMs, status(1, 400)}}
+                             : std::vector<Piece>();
+    });
+    REQUIRE(bench.read(0, 5000 * kMs) == ERROR_OK);  // the fifth question, at 3 s
+    // The next waits out what may still come for the four, as long as that took.
+    const uint64_t begin_us = bench.line.now_us;
+    CHECK(bench.read(0, 1600 * kMs + 700 * kMs) == ERROR_TIMEOUT);
+    CHECK(bench.driver.counts.asked == 6);
+    bench.line.now_us = begin_us + 60000 * kMs;
+    Bench prompt([](const std::string &, int question) {
+        return question == 2 ? std::vector<Piece>()
+                             : std::vector<Piece>{{400 * kMs, status(1, 400)}};
+    });
+    REQUIRE(prompt.read(0, 5000 * kMs) == ERROR_OK);  // asked twice, learns nothing from it
+    prompt.line.now_us += 5000 * kMs;
+    REQUIRE(prompt.read(0, 5000 * kMs) == ERROR_OK);
+    CHECK(prompt.driver.patience_us == 900 * kMs);  // twice 400 ms and 100
+}
+
+TEST_CASE("another lens is asked at once, whoever else is waited for") {
+    Bench bench(good(600));
+    CHECK(bench.read(0, 20 * kMs) == ERROR_TIMEOUT);
+    REQUIRE(bench.read(1, 100 * kMs) == ERROR_OK);
+    CHECK(bench.line.lines == std::vector<std::string>{"1?", "2?"});
+    CHECK(bench.driver.counts.late == 1);
+}
+
+TEST_CASE("numbers with too many digits and records that are too long are rubbish") {
+    for (const char *record : {"Zoom:00400", "aaaaaaaaaaaaaaaaaaaa:4009", "Zoom:", "Zoom:4x0"}) {
+        Bench bench([&](const std::string &, int) {
+            return std::vector<Piece>{
+                {57 * kMs, std::string("V3LC 1\r") + record + "\rFocus:0400\rIris:0400\r\n"}};
+        });
+        CHECK(bench.read(0, 150 * kMs) == ERROR_TIMEOUT);
+        CHECK(bench.driver.counts.rubbish == 1);
+    }
+    Bench bench([&](const std::string &, int) {  // as long as it may be
+        return std::vector<Piece>{
+            {57 * kMs, "V3LC 1\raaaaaaaaaaaaaaaaaaaa:400\rFocus:0400\rIris:  400\r\n"}};
+    });
+    CHECK(bench.read(0, 150 * kMs) == ERROR_OK);
+}
+
 TEST_CASE("short deadlines do no harm: the question stays open") {
     Bench bench([](const std::string &, int) {
         return std::vector<Piece>{{170 * kMs, status(1, 640)}};
@@ -328,6 +373,10 @@ TEST_CASE("NUL bytes and endless streams end at the deadline, and it works again
     const uint64_t begin_us = bench.line.now_us;
     CHECK(bench.read(0, 1000 * kMs) == ERROR_TIMEOUT);
     CHECK(bench.line.now_us <= begin_us + 1001 * kMs);
+    // An answer might come through: it is asked again now and then.
+    const uint32_t asked = bench.driver.counts.asked;
+    CHECK(bench.read(0, 1900 * kMs) == ERROR_TIMEOUT);
+    CHECK(bench.driver.counts.asked == asked + 1);
     bench.line.now_us = bench.line.noise_until_us;
     REQUIRE(bench.read(0, 1000 * kMs) == ERROR_OK);
     CHECK(bench.readings[LENS_ZOOM].position == 500);
