@@ -318,6 +318,32 @@ TEST_CASE("a driver that goes wrong in other ways") {
           "again");
 }
 
+TEST_CASE("a camera that was pulled out and put back works after the next start") {
+    const Kernel kernel;
+    grey_camera();
+    Camera camera;
+    REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+    hal_camera_frame frame;
+    int32_t applied = 0;
+    fake_kernel_fail("DQBUF", 1, ENODEV, 1);
+    CHECK(camera.look(&frame) == ERROR_DEVICE);
+    fake_kernel_fail(" open", 1, ENOENT, 2);
+    record();
+    CHECK(camera.start(kWidth, kHeight) == ERROR_DEVICE);
+    CHECK(record() ==
+          "video0 ioctl STREAMOFF\nvideo0 ioctl REQBUFS 0\nvideo0 ioctl REQBUFS 0\nvideo0 close\n"
+          "video0 open rdwr noctty nonblock cloexec\n");
+    CHECK(camera.log.lines.back() ==
+          "3 camera /dev/video0: No such file or directory; is it connected, "
+          "and its driver loaded?");
+    CHECK(camera.control(HAL_CAMERA_GAIN_PART, 1, &applied) == ERROR_DEVICE);
+    CHECK(camera.stop() == ERROR_OK);
+    CHECK(camera.start(kWidth, kHeight) == ERROR_DEVICE);
+    CHECK(camera.start(kWidth, kHeight) == ERROR_OK);
+    CHECK(camera.look(&frame) == ERROR_OK);
+    CHECK(camera.look(&frame) == ERROR_OK);
+}
+
 TEST_CASE("a camera that is pulled out while its stream is made anew") {
     const Kernel kernel;
     grey_camera();
