@@ -11,16 +11,16 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/client.h"
+#include "daemon/main_backends.h"
 #include "daemon/options.h"
 #include "daemon/server/commands_daemon.h"
 #include "daemon/server/config.h"
 #include "daemon/server/confine.h"
 #include "daemon/server/notify.h"
 #include "daemon/server/server.h"
-#include "daemon/sim/sim_backend.h"
 #include "daemon/store.h"
 
-enum { SETTINGS_MAX = 64, SIM_PATIENCE_MS = SIM_CONNECTION_PATIENCE_MS };
+enum { SETTINGS_MAX = 64 };
 
 static const char usual_config[] = "/etc/vergence/vergenced.conf";
 
@@ -31,8 +31,7 @@ struct daemon {
     struct hal_log log;
     struct store store;
     bool store_open;
-    struct sim_backend sim;
-    bool sim_open;
+    struct main_backends backends;
     struct rig rig;
     struct server server;
     int files_fd;
@@ -120,7 +119,7 @@ static int by_name(const void *a, const void *b) {
 static bool join_tables(struct daemon *self) {
     static const struct command *(*const tables[])(size_t *) = {
         command_rig_table,    commands_daemon_table,    commands_calibration_table,
-        commands_files_table, commands_bugreport_table,
+        commands_files_table, commands_bugreport_table, commands_session_table,
     };
     for (size_t i = 0; i < sizeof tables / sizeof tables[0]; i++) {
         size_t count = 0;
@@ -164,20 +163,6 @@ static int open_store(struct daemon *self, struct message *message) {
     return error;
 }
 
-static int open_backend(struct daemon *self, struct rig_ports *ports, struct message *message) {
-    if (self->config.backend != CONFIG_BACKEND_SIM) {
-        return message_set(message, ERROR_UNSUPPORTED, "this build has no such backend");
-    }
-    const int error = sim_backend_open(&self->sim, self->config.backend_place, SIM_PATIENCE_MS);
-    if (error != 0) {
-        return message_set(message, error, "backend = sim %s: %s", self->config.backend_place,
-                           self->sim.connection.text);
-    }
-    self->sim_open = true;
-    *ports = sim_backend_ports(&self->sim);
-    return 0;
-}
-
 static int start(struct daemon *self, struct message *message) {
     struct rig_ports ports = {0};
     const int number = logbook_open(&self->logbook, self->config.log_file, self->config.log_level);
@@ -188,11 +173,12 @@ static int start(struct daemon *self, struct message *message) {
     self->log = logbook_log(&self->logbook);
     int error = open_files(self, message);
     error = error != 0 ? error : open_store(self, message);
-    error = error != 0 ? error : open_backend(self, &ports, message);
+    if (error == 0) {
+        error = main_backends_open(&self->backends, &self->config, &self->log, &ports, message);
+    }
     if (error != 0) {
         return error;
     }
-    ports.log = &self->log;
     const struct server_parts parts = {
         .config = &self->config,
         .logbook = &self->logbook,
@@ -202,7 +188,8 @@ static int start(struct daemon *self, struct message *message) {
         .table = self->table,
         .table_count = self->table_count,
         .rig = &self->rig,
-        .time_passes = self->config.backend != CONFIG_BACKEND_SIM || self->sim.connection.wall,
+        .record = &self->backends.record,
+        .time_passes = self->backends.time_passes,
     };
     error = server_open(&self->server, &parts, message);
     if (error != 0) {
@@ -240,9 +227,11 @@ static int serve(struct daemon *self) {
         server_run(&self->server);
     }
     server_close(&self->server);
-    if (self->sim_open) {
-        sim_backend_close(&self->sim);
+    commands_session_end(&self->backends.record);
+    if (self->backends.has_replay && self->backends.replay.trouble.text[0] != '\0') {
+        logbook_print(&self->logbook, HAL_LOG_WARNING, "%s", self->backends.replay.trouble.text);
     }
+    main_backends_close(&self->backends);
     if (self->store_open) {
         store_close(&self->store);
     }

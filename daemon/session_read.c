@@ -167,8 +167,8 @@ static bool read_rows(FILE *stream, const struct pair_frame *frame, uint16_t *da
         }
         *crc = crc_update(*crc, bytes, count * value_bytes);
         for (size_t i = 0; i < count; i++) {
-            data[i] =
-                value_bytes == 1 ? bytes[i] : (uint16_t)(bytes[2 * i] << 8 | bytes[2 * i + 1]);
+            const int value = value_bytes == 1 ? bytes[i] : bytes[2 * i] << 8 | bytes[2 * i + 1];
+            data[i] = (uint16_t)value;
         }
         data += count;
         left -= count;

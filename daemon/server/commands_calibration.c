@@ -15,6 +15,9 @@
 
 enum { SHOW, SET, FORGET };
 
+_Static_assert((int)SURROUNDINGS_CALIBRATION_BYTES == (int)CALIBRATION_TEXT_MAX_BYTES,
+               "whoever loads the record has room for it");
+
 static void show(const struct command_call *call, const struct calibration *calibration) {
     char crc[9];
     snprintf(crc, sizeof crc, "%08" PRIX32, calibration_crc(calibration));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The daemon's own commands, as tables: help, version, config, log, watch, quit; calibration;
-/// files, fetch; bugreport.
+/// files, fetch; bugreport; capture, record.
 #ifndef VERGENCE_DAEMON_SERVER_COMMANDS_DAEMON_H
 #define VERGENCE_DAEMON_SERVER_COMMANDS_DAEMON_H
 
@@ -14,6 +14,10 @@ const struct command *commands_daemon_table(size_t *count);
 const struct command *commands_calibration_table(size_t *count);
 const struct command *commands_files_table(size_t *count);
 const struct command *commands_bugreport_table(size_t *count);
+const struct command *commands_session_table(size_t *count);
+/// Ends a recording that is under way, in good order, when nobody has the rig any more.
+struct record;
+void commands_session_end(struct record *record);
 
 #ifdef __cplusplus
 }

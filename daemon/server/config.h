@@ -45,6 +45,7 @@ struct config {
     char log_file[CONFIG_TEXT_BYTES];
     int log_level;  ///< enum hal_log_level
     bool confine;
+    char faults[CONFIG_TEXT_BYTES];  ///< script of fault_plan.h
 };
 
 /// What every key has before a file says otherwise.

@@ -79,6 +79,8 @@ static const struct config_key keys[] = {
      .least = 3,
      .choices = "error warning notice info debug",
      .help = "the least important lines that are kept"},
+    TEXT("faults", faults,
+         "for tests: which calls of which part fail, such as i2c.transfer@5=i2c_nack"),
     YES("confine", confine, "give up, after the start, all system calls that are not needed"),
 
     RIG_YES(bridge, "whether there is an FPGA bridge, and both sensors behind it"),

@@ -281,7 +281,7 @@ void connection_step(struct connection *self, uint64_t now_us) {
 }
 
 uint64_t connection_due_us(const struct connection *self) {
-    const bool waits = self->job.watch.on && atomic_load(&self->job.state) == JOB_FREE;
+    const bool waits = atomic_load(&self->job.state) == JOB_FREE && self->job.watch.on;
     return self->used && waits ? self->watch_us : UINT64_MAX;
 }
 

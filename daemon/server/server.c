@@ -98,6 +98,7 @@ static void open_crew(struct server *self, struct crew *crew, const struct serve
         .log = parts->log,
         .logbook = parts->logbook,
         .store = parts->store,
+        .record = parts->record,
         .files_fd = parts->files_fd,
     };
 }
@@ -414,6 +415,9 @@ static void close_clients(struct server *self) {
 }
 
 void server_close(struct server *self) {
+    if (self->config == NULL) {
+        return;  // never opened
+    }
     crew_stop(&self->rig_crew);
     crew_stop(&self->desk_crew);
     close_clients(self);

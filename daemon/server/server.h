@@ -46,6 +46,7 @@ struct server_parts {
     struct logbook *logbook;
     const struct hal_log *log;
     const struct hal_store *store;
+    struct record *record;
     int files_fd;
     const struct command *table;
     size_t table_count;

@@ -23,9 +23,11 @@ extern "C" {
 struct config;
 struct job;
 struct logbook;
+struct record;
 
-/// The calibration's record in the store: its canonical text.
+/// The calibration's record in the store: its canonical text, and how long it is at most.
 #define SURROUNDINGS_CALIBRATION "calibration"
+enum { SURROUNDINGS_CALIBRATION_BYTES = 4096 };
 
 struct surroundings {
     const struct config *config;
@@ -33,6 +35,7 @@ struct surroundings {
     size_t table_count;
     const struct hal_log *log;
     struct logbook *logbook;        ///< behind `log`: its last lines
+    struct record *record;          ///< in front of the rig's ports; recording when told to
     const struct hal_store *store;  ///< NULL: nothing can be kept
     struct job *job;                ///< the one that runs, for commands that outlast one run
     int files_fd;  ///< the directory of sessions and other results that clients fetch; -1: none

@@ -22,11 +22,11 @@ int sim_backend_open(struct sim_backend *self, const char *where, int patience_m
     self->i2c_state = (struct sim_i2c){&self->connection, BUS_SPEED_HZ};
     self->gpio_state = (struct sim_gpio){.connection = &self->connection};
     self->uart_state = (struct sim_uart){.connection = &self->connection};
-    self->clock = sim_clock(&self->connection);
-    self->i2c = sim_i2c(&self->i2c_state);
-    self->camera = sim_camera(&self->camera_state);
-    self->gpio = sim_gpio(&self->gpio_state);
-    self->uart = sim_uart(&self->uart_state);
+    self->clock = sim_clock_hal(&self->connection);
+    self->i2c = sim_i2c_hal(&self->i2c_state);
+    self->camera = sim_camera_hal(&self->camera_state);
+    self->gpio = sim_gpio_hal(&self->gpio_state);
+    self->uart = sim_uart_hal(&self->uart_state);
     return ERROR_OK;
 }
 

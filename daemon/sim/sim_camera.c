@@ -158,7 +158,7 @@ static void counts(void *context, struct hal_camera_counts *out) {
     *out = self->counts;
 }
 
-struct hal_camera sim_camera(struct sim_camera *self) {
+struct hal_camera sim_camera_hal(struct sim_camera *self) {
     static const struct hal_camera_operations operations = {start,     stop, take,
                                                             give_back, NULL, counts};
     return (struct hal_camera){&operations, self};

@@ -31,7 +31,7 @@ struct sim_camera {
 int sim_camera_open(struct sim_camera *self, struct sim_connection *connection, size_t most_px);
 void sim_camera_close(struct sim_camera *self);
 
-struct hal_camera sim_camera(struct sim_camera *self);
+struct hal_camera sim_camera_hal(struct sim_camera *self);
 
 #ifdef __cplusplus
 }

@@ -22,7 +22,7 @@ static void wait_until_us(void *self, uint64_t time_us) {
     }
 }
 
-struct hal_clock sim_clock(struct sim_connection *connection) {
+struct hal_clock sim_clock_hal(struct sim_connection *connection) {
     static const struct hal_clock_operations operations = {now_us, wait_until_us};
     return (struct hal_clock){&operations, connection};
 }

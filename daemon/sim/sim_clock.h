@@ -6,8 +6,16 @@
 #include "daemon/sim/sim_connection.h"
 #include "hal/clock.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /// The clock; the connection must outlive it. After the rig has gone, waits return at once and the
 /// time is what was waited for.
-struct hal_clock sim_clock(struct sim_connection *connection);
+struct hal_clock sim_clock_hal(struct sim_connection *connection);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

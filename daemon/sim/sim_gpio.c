@@ -108,7 +108,7 @@ static int wait_edge(void *context, enum hal_gpio_line line, uint64_t deadline_u
     }
 }
 
-struct hal_gpio sim_gpio(struct sim_gpio *self) {
+struct hal_gpio sim_gpio_hal(struct sim_gpio *self) {
     static const struct hal_gpio_operations operations = {set, get, wait_edge};
     return (struct hal_gpio){&operations, self};
 }

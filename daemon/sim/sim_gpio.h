@@ -6,6 +6,10 @@
 #include "daemon/sim/sim_connection.h"
 #include "hal/gpio.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 enum { SIM_GPIO_EDGES = 64 };
 
 /// The lines. The caller owns them and the connection, which must outlive all users; begin with
@@ -17,6 +21,10 @@ struct sim_gpio {
     uint32_t edge_count;
 };
 
-struct hal_gpio sim_gpio(struct sim_gpio *self);
+struct hal_gpio sim_gpio_hal(struct sim_gpio *self);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -129,7 +129,7 @@ static int transfer(void *context, const struct hal_i2c_message *messages, size_
     return error;
 }
 
-struct hal_i2c sim_i2c(struct sim_i2c *self) {
+struct hal_i2c sim_i2c_hal(struct sim_i2c *self) {
     static const struct hal_i2c_operations operations = {transfer, NULL};
     return (struct hal_i2c){&operations, self};
 }

@@ -16,7 +16,7 @@ struct sim_i2c {
     uint32_t speed_hz;  ///< of SCL
 };
 
-struct hal_i2c sim_i2c(struct sim_i2c *self);
+struct hal_i2c sim_i2c_hal(struct sim_i2c *self);
 
 /// What hal_i2c calls `begun`, from a reply: `whole` messages went through, and `bytes` of the next
 /// one (without its address). An upper bound where the reply leaves it open.

@@ -72,7 +72,7 @@ static int discard(void *context) {
     return error;
 }
 
-struct hal_uart sim_uart(struct sim_uart *self) {
+struct hal_uart sim_uart_hal(struct sim_uart *self) {
     static const struct hal_uart_operations operations = {write_bytes, read_bytes, discard};
     return (struct hal_uart){&operations, self};
 }

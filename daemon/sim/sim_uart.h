@@ -6,6 +6,10 @@
 #include "daemon/sim/sim_connection.h"
 #include "hal/uart.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /// The line. The caller owns it and the connection, which must outlive all users; begin with
 /// everything else 0.
 struct sim_uart {
@@ -14,6 +18,10 @@ struct sim_uart {
     size_t pending_bytes;
 };
 
-struct hal_uart sim_uart(struct sim_uart *self);
+struct hal_uart sim_uart_hal(struct sim_uart *self);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -27,8 +27,8 @@ static uint32_t wrong_pixels(const struct hal_camera_frame *frame, uint16_t *wro
                 (uint16_t)(frame->data[(size_t)y * frame->stride + x] ^ expected);
             wrong += difference != 0;
             *wrong_bits |= difference;
-            const unsigned next = (expected >> 9 ^ expected >> 6) & 1U;
-            expected = (uint16_t)((expected << 1 | next) & ((1U << PICTURE_BITS) - 1));
+            const unsigned next = ((unsigned)expected >> 9 ^ (unsigned)expected >> 6) & 1U;
+            expected = (uint16_t)(((unsigned)expected << 1 | next) & ((1U << PICTURE_BITS) - 1));
         }
     }
     return wrong;

@@ -342,6 +342,7 @@ static void forget(struct rig *self) {
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         self->lens[side] = (struct lens){NULL, NULL};
+        self->sensor[side] = (struct mt9t001){.bus = NULL};
         self->pan_q4[side] = 0;
         self->pan_rest_us[side] = 0;
         self->settled_us[side] = 0;

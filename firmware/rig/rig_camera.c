@@ -30,11 +30,11 @@ static bool has_source(const struct rig *self, unsigned side) {
 }
 
 uint64_t rig_camera_frame_us(const struct rig *self, unsigned side) {
-    if (!self->profile.bridge) {
+    const struct mt9t001 *sensor = &self->sensor[side];
+    if (sensor->bus == NULL) {
         return self->profile.frame_us;
     }
     struct mt9t001_timing timing;
-    const struct mt9t001 *sensor = &self->sensor[side];
     const int error =
         mt9t001_timing_of(&sensor->window, sensor->shutter_rows, sensor->clock_hz, &timing);
     INVARIANT(error == ERROR_OK);
@@ -55,6 +55,14 @@ static int source_failed(struct rig *self, unsigned side, int error) {
     return watch_trouble(self, part, error, what, NULL);
 }
 
+// That the port behind the bridge works says nothing of the camera.
+static int of_source(struct rig *self, unsigned side, int error) {
+    if (error != ERROR_OK || !self->profile.bridge) {
+        watch_used(self, failure_part(RIG_PART_LEFT_CAMERA, side), error);
+    }
+    return error;
+}
+
 int rig_camera_start(struct rig *self, const struct hal_camera_format *format) {
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         if (!has_source(self, side)) {
@@ -62,8 +70,7 @@ int rig_camera_start(struct rig *self, const struct hal_camera_format *format) {
         }
         const struct hal_camera *camera = self->ports.camera[side];
         INVARIANT(camera != NULL);
-        const int error = watch_used(self, failure_part(RIG_PART_LEFT_CAMERA, side),
-                                     camera->operations->start(camera->self, format));
+        const int error = of_source(self, side, camera->operations->start(camera->self, format));
         if (error != ERROR_OK) {
             return source_failed(self, side, error);
         }
@@ -81,8 +88,7 @@ int rig_camera_stop(struct rig *self) {
             continue;
         }
         self->streaming[side] = false;
-        const int error = watch_used(self, failure_part(RIG_PART_LEFT_CAMERA, side),
-                                     camera->operations->stop(camera->self));
+        const int error = of_source(self, side, camera->operations->stop(camera->self));
         if (error != ERROR_OK && first == ERROR_OK) {
             first = source_failed(self, side, error);
         }

@@ -170,8 +170,11 @@ class DaemonTest(unittest.TestCase):
     def start(cls):
         cls.log = open(os.path.join(cls.folder, "stderr"), "ab")
         cls.addClassCleanup(cls.log.close)
-        cls.daemon = subprocess.Popen(
-            [VERGENCED, *cls.arguments()], stdin=subprocess.DEVNULL, stderr=cls.log)
+        arguments = cls.arguments()
+        # The search for leaks needs a process of its own, which a confined one may not make.
+        leaks = {} if "confine=no" in arguments else {"ASAN_OPTIONS": "detect_leaks=0"}
+        cls.daemon = subprocess.Popen([VERGENCED, *arguments], stdin=subprocess.DEVNULL,
+                                      stderr=cls.log, env={**os.environ, **leaks})
         cls.addClassCleanup(cls.end, cls.daemon)
         cls.wait_for(cls.path)
 
@@ -198,6 +201,12 @@ class DaemonTest(unittest.TestCase):
                 process.kill()
                 raise
         assert process.returncode in (0, -signal.SIGTERM, 143), f"ended with {process.returncode}"
+
+    @classmethod
+    def said(cls):
+        """What the daemon has written to standard error."""
+        with open(os.path.join(cls.folder, "stderr"), encoding="utf-8") as file:
+            return file.read()
 
     def tearDown(self):
         self.assertIsNone(self.daemon.poll(), "the daemon has gone")

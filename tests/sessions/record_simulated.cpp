@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// usage: record_simulated ADDRESS SESSION DATE WIDTH HEIGHT ZOOM FOCUS IRIS EXPOSURE_US
+// usage: record_simulated ADDRESS SESSION DATE WIDTH HEIGHT ZOOM FOCUS IRIS EXPOSURE_US LEFT RIGHT
+// with the cameras' angles in 1e-6 rad.
 //
 // Connects to a running simrig as the board, brings the instrument up, sets it and takes a pair,
 // all of it recorded into SESSION. Prints "captured" then, and waits for a line with the name of
@@ -45,6 +46,7 @@ void set_up(rig *instrument, char **arguments) {
     expect(rig_window(instrument, static_cast<std::uint16_t>(number(4)),
                       static_cast<std::uint16_t>(number(5)), 1),
            instrument->trouble.text);
+    expect(rig_pan_both(instrument, number(10), number(11)), instrument->trouble.text);
     const lens_axis axes[] = {LENS_ZOOM, LENS_FOCUS, LENS_IRIS};
     for (int i = 0; i < 3; i++) {
         expect(rig_lens_go(instrument, both_sides, axes[i], number(6 + i)),
@@ -70,8 +72,8 @@ void write_calibration(session_writer *writer, message *trouble) {
 }  // namespace
 
 int main(int count, char **arguments) {
-    if (count != 10) {
-        give_up("wants 9 arguments; see its source");
+    if (count != 12) {
+        give_up("wants 11 arguments; see its source");
     }
     message trouble{};
     auto backend = std::make_unique<sim_backend>();

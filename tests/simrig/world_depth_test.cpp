@@ -217,10 +217,14 @@ TEST_CASE("depth of flat and bent sheets") {
     }
 }
 
-TEST_CASE("normals and objects are those of a search along rays") {
+namespace {
+
+// What a ray meets first by searching, and how far: objects as in three_bodies(); 0 is nothing.
+std::pair<int, double> searched_object(const world::Camera &camera, const world::Scene &scene,
+                                       world::Vec2 pixel) {
     // A bent sheet, a rounded can before it, and a ball half before both.
     const double bend = 1 / 700.0;
-    const Inside inside[] = {
+    static const Inside inside[] = {
         [bend](double x, double y, double z) {
             const bool on = std::fabs(x) <= 100 && std::fabs(y) <= 60;
             return on && z >= 0.5 * bend * x * x && z <= 0.5 * bend * x * x + 0.3;
@@ -228,7 +232,18 @@ TEST_CASE("normals and objects are those of a search along rays") {
         [](double x, double y, double z) { return in_rounded(std::hypot(x, z), y, 25, 30, 4); },
         [](double x, double y, double z) { return x * x + y * y + z * z <= 20 * 20; },
     };
-    const world::Scene scene = scene_of(
+    std::pair<int, double> first = {0, 1e30};
+    for (std::size_t i = 0; i < scene.objects.size(); i++) {
+        const double z = searched_depth(camera, *scene.objects[i], pixel, 1640, 1960, inside[i]);
+        if (z > 0 && z < first.second) {
+            first = {static_cast<int>(i) + 1, z};
+        }
+    }
+    return first;
+}
+
+world::Scene three_bodies() {
+    return scene_of(
         even_light() +
         "materials:\n  - m: {kind: clay, colours: [[0.5, 0.5, 0.5]]}\n"
         "  - p: {kind: paper, colours: [[0.5, 0.5, 0.5]]}\nobjects:\n"
@@ -239,20 +254,18 @@ TEST_CASE("normals and objects are those of a search along rays") {
         "parts: [{can: {centre_mm: [0, 0, 0], radius_mm: 25, height_mm: 60, rounding_mm: 4}}]}\n"
         "  - solid: {name: ball, material: m, position_mm: [15, -10, -20], parts: [{ball: "
         "{centre_mm: [0, 0, 0], radius_mm: 20}}]}\n");
+}
+
+}  // namespace
+
+TEST_CASE("normals and objects are those of a search along rays") {
+    const world::Scene scene = three_bodies();
     const world::Rig rig = world::load_rig(file("rigs/default.yaml"));
     world::FrameRequest request = steady(straight(rig, 480, 1800, 700));
     request.window = {0, 0, 2048, 1536, 16, 16, 1, 1};
     const world::Truth truth = world::truth(scene, rig, world::Side::kLeft, request);
     const auto searched = [&](world::Vec2 pixel) {
-        std::pair<int, double> first = {0, 1e30};
-        for (std::size_t i = 0; i < scene.objects.size(); i++) {
-            const double z =
-                searched_depth(truth.camera(0), *scene.objects[i], pixel, 1640, 1960, inside[i]);
-            if (z > 0 && z < first.second) {
-                first = {static_cast<int>(i) + 1, z};
-            }
-        }
-        return first;
+        return searched_object(truth.camera(0), scene, pixel);
     };
     int checked[4] = {};
     int other_object = 0;

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/main_backends.h"
+
+#include <fcntl.h>
+#include <string.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/linux/monotonic_clock.h"
+
+enum { LENS_BITS_PER_S = 9600 };
+
+static int open_sim(struct main_backends *self, const struct config *config,
+                    struct rig_ports *ports, struct message *message) {
+    const int error =
+        sim_backend_open(&self->sim, config->backend_place, SIM_CONNECTION_PATIENCE_MS);
+    if (error != 0) {
+        return message_set(message, error, "backend = sim %s: %s", config->backend_place,
+                           self->sim.connection.text);
+    }
+    self->has_sim = true;
+    self->time_passes = self->sim.connection.wall;
+    *ports = sim_backend_ports(&self->sim);
+    return 0;
+}
+
+static int open_replay(struct main_backends *self, const struct config *config,
+                       struct rig_ports *ports, struct message *message) {
+    char profile[SESSION_NAME_MAX + 1] = "";
+    const int error = replay_open(&self->replay, AT_FDCWD, config->backend_place, profile, message);
+    self->has_replay = error == 0;
+    if (error != 0) {
+        return error;
+    }
+    if (profile[0] != '\0' && strcmp(profile, config->profile.name) != 0) {
+        return message_set(message, ERROR_ARGUMENT,
+                           "backend = replay %s: the session is of the profile %s: set profile = "
+                           "%s",
+                           config->backend_place, profile, profile);
+    }
+    *ports = self->replay.ports;
+    return 0;
+}
+
+static int open_lines(struct main_backends *self, const struct config *config,
+                      struct rig_ports *ports, struct message *message) {
+    const char *chip = config->gpio_chip;
+    const struct {
+        int32_t line;
+        bool low;
+    } lines[HAL_GPIO_LINES] = {
+        [HAL_GPIO_BRIDGE_RESET] = {config->reset_line, config->reset_active_low},
+        [HAL_GPIO_BRIDGE_IRQ] = {config->irq_line, config->irq_active_low},
+        [HAL_GPIO_LENS_POWER] = {config->lens_power_line, config->lens_power_active_low},
+    };
+    struct gpiod_lines_place places[HAL_GPIO_LINES] = {{0}};
+    bool any = false;
+    for (int i = 0; i < HAL_GPIO_LINES; i++) {
+        if (lines[i].line != CONFIG_NO_LINE) {
+            any = true;
+            places[i] = (struct gpiod_lines_place){.chip = chip,
+                                                   .offset = (unsigned)lines[i].line,
+                                                   .active_low = lines[i].low,
+                                                   .active_at_start = i == HAL_GPIO_LENS_POWER};
+        }
+    }
+    if (!any) {
+        return 0;
+    }
+    const int error = gpiod_lines_open(&self->lines, places, message);
+    self->has_lines = error == 0;
+    ports->gpio = self->has_lines ? &self->lines.hal : NULL;
+    return error;
+}
+
+static int open_linux(struct main_backends *self, const struct config *config,
+                      const struct hal_log *log, struct rig_ports *ports, struct message *message) {
+    const struct rig_profile *profile = &config->profile;
+    int error = 0;
+    ports->clock = &monotonic_clock;
+    self->time_passes = true;
+    if (profile->bridge) {
+        error = i2c_dev_open(&self->i2c, config->i2c, message);
+        self->has_i2c = error == 0;
+        ports->i2c = &self->i2c.hal;
+    }
+    const int cameras = profile->bridge ? 1 : RIG_SIDES;
+    for (int side = 0; error == 0 && side < cameras; side++) {
+        error = v4l2_camera_open(&self->camera[side], config->camera[side], profile->frame_us, log,
+                                 message);
+        self->has_camera[side] = error == 0;
+        ports->camera[side] = &self->camera[side].hal;
+    }
+    if (profile->bridge) {
+        ports->camera[RIG_RIGHT] = ports->camera[RIG_LEFT];
+    }
+    if (error == 0 && profile->lenses != RIG_LENSES_FIXED) {
+        error = termios_uart_open(&self->uart, config->lens_uart, LENS_BITS_PER_S, message);
+        self->has_uart = error == 0;
+        ports->lens_uart = &self->uart.hal;
+    }
+    return error != 0 ? error : open_lines(self, config, ports, message);
+}
+
+/// Puts the faults of a test in front of what they are to hit.
+static int wrap_faults(struct main_backends *self, const char *script, struct rig_ports *ports,
+                       struct message *message) {
+    if (script[0] == '\0') {
+        return 0;
+    }
+    const int error = fault_plan_parse(&self->plan, script, message);
+    if (error != 0) {
+        return error;
+    }
+    static const char *const sides[RIG_SIDES] = {"left", "right"};
+    struct fault_common common = {.plan = &self->plan, .clock = ports->clock};
+    if (ports->i2c != NULL) {
+        common.part = "i2c";
+        fault_i2c_wrap(&self->fault_i2c, &common, ports->i2c);
+        ports->i2c = &self->fault_i2c.hal;
+    }
+    if (ports->gpio != NULL) {
+        common.part = "gpio";
+        fault_gpio_wrap(&self->fault_gpio, &common, ports->gpio);
+        ports->gpio = &self->fault_gpio.hal;
+    }
+    if (ports->lens_uart != NULL) {
+        common.part = "uart";
+        fault_uart_wrap(&self->fault_uart, &common, ports->lens_uart);
+        ports->lens_uart = &self->fault_uart.hal;
+    }
+    const bool shared = ports->camera[RIG_LEFT] == ports->camera[RIG_RIGHT];
+    for (int side = 0; side < RIG_SIDES; side++) {
+        if (ports->camera[side] != NULL && (side == RIG_LEFT || !shared)) {
+            common.part = sides[side];
+            fault_camera_wrap(&self->fault_camera[side], &common, ports->camera[side]);
+            ports->camera[side] = &self->fault_camera[side].hal;
+        }
+    }
+    if (shared) {
+        ports->camera[RIG_RIGHT] = ports->camera[RIG_LEFT];
+    }
+    return 0;
+}
+
+int main_backends_open(struct main_backends *self, const struct config *config,
+                       const struct hal_log *log, struct rig_ports *ports,
+                       struct message *message) {
+    struct rig_ports inner = {0};
+    int error = 0;
+    switch (config->backend) {
+        case CONFIG_BACKEND_SIM:
+            error = open_sim(self, config, &inner, message);
+            break;
+        case CONFIG_BACKEND_REPLAY:
+            error = open_replay(self, config, &inner, message);
+            break;
+        case CONFIG_BACKEND_LINUX:
+            error = open_linux(self, config, log, &inner, message);
+            break;
+    }
+    if (error == 0) {
+        error = wrap_faults(self, config->faults, &inner, message);
+    }
+    if (error != 0) {
+        return error;
+    }
+    INVARIANT(inner.clock != NULL);
+    record_init(&self->record, &inner, ports);
+    ports->log = log;
+    return 0;
+}
+
+void main_backends_close(struct main_backends *self) {
+    if (self->has_sim) {
+        sim_backend_close(&self->sim);
+    }
+    if (self->has_replay) {
+        replay_close(&self->replay);
+    }
+    for (int side = 0; side < RIG_SIDES; side++) {
+        if (self->has_camera[side]) {
+            v4l2_camera_close(&self->camera[side]);
+        }
+    }
+    if (self->has_uart) {
+        termios_uart_close(&self->uart);
+    }
+    if (self->has_lines) {
+        gpiod_lines_close(&self->lines);
+    }
+    if (self->has_i2c) {
+        i2c_dev_close(&self->i2c);
+    }
+}

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What the instrument hangs on, as the settings say it: devices of Linux, a simulated rig, or a
+/// recorded session; in front of that the faults of a test, and in front of all the recorder.
+#ifndef VERGENCE_DAEMON_MAIN_BACKENDS_H
+#define VERGENCE_DAEMON_MAIN_BACKENDS_H
+
+#include <stdbool.h>
+
+#include "daemon/fault.h"
+#include "daemon/fault_plan.h"
+#include "daemon/linux/gpiod_lines.h"
+#include "daemon/linux/i2c_dev.h"
+#include "daemon/linux/termios_uart.h"
+#include "daemon/linux/v4l2_camera.h"
+#include "daemon/record.h"
+#include "daemon/replay/replay.h"
+#include "daemon/server/config.h"
+#include "daemon/sim/sim_backend.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// All of them; static storage, as it is large and must not move.
+struct main_backends {
+    struct sim_backend sim;
+    struct replay replay;
+    struct i2c_dev i2c;
+    struct v4l2_camera camera[RIG_SIDES];
+    struct termios_uart uart;
+    struct gpiod_lines lines;
+    bool has_sim, has_replay, has_i2c, has_camera[RIG_SIDES], has_uart, has_lines;
+
+    struct fault_plan plan;
+    struct fault_i2c fault_i2c;
+    struct fault_camera fault_camera[RIG_SIDES];
+    struct fault_gpio fault_gpio;
+    struct fault_uart fault_uart;
+
+    struct record record;
+    bool time_passes;  ///< by itself, and not by the rig's own waits alone
+};
+
+/// Opens what the settings name. `*ports` are the rig's. 0, or an error with a message;
+/// main_backends_close is needed in any case.
+int main_backends_open(struct main_backends *self, const struct config *config,
+                       const struct hal_log *log, struct rig_ports *ports, struct message *message);
+void main_backends_close(struct main_backends *self);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pairs taken and sessions recorded, into the instrument's files. All of it is for the thread that
+// has the rig.
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/record.h"
+#include "daemon/server/commands_daemon.h"
+#include "daemon/server/files.h"
+#include "daemon/server/item.h"
+#include "daemon/server/surroundings.h"
+#include "daemon/session_write.h"
+#include "daemon/version.h"
+#include "rig/pair.h"
+#include "rig/rig.h"
+
+enum { START, STOP, COMMAND_TEXT_BYTES = 128 };
+
+/// The session that is being written: a recording, or one pair.
+static struct {
+    struct session_writer writer;
+    bool recording;
+    char name[FILES_NAME_MAX + 1];
+} session = {.writer = {.directory = -1, .index = -1}};
+
+/// A name that tells the time, unless there is one.
+static int choose_name(const struct command_call *call, const struct command_value *value,
+                       const char *kind) {
+    const time_t now = time(NULL);
+    struct tm parts;
+    char when[32];
+    if (value->given) {
+        if (strchr(value->text, '/') != NULL || value->text[0] == '.') {
+            return surroundings_refuse(call, ERROR_ARGUMENT,
+                                       "NAME must be a plain name, without / and not beginning "
+                                       "with a dot");
+        }
+        snprintf(session.name, sizeof session.name, "%s", value->text);
+        return 0;
+    }
+    gmtime_r(&now, &parts);
+    strftime(when, sizeof when, "%Y%m%d-%H%M%S", &parts);
+    snprintf(session.name, sizeof session.name, "%s-%s", kind, when);
+    return 0;
+}
+
+/// The calibration that the instrument keeps, if it has one, is part of every session.
+static int write_calibration(const struct command_call *call, struct message *message) {
+    const struct hal_store *store = surroundings_of(call)->store;
+    char text[SURROUNDINGS_CALIBRATION_BYTES];
+    size_t length = 0;
+    if (store == NULL || store->operations->load(store->self, SURROUNDINGS_CALIBRATION, text,
+                                                 sizeof text, &length) != 0) {
+        return 0;
+    }
+    INVARIANT(length <= sizeof text);
+    return session_writer_calibration(&session.writer, text, length, message);
+}
+
+static int begin_session(const struct command_call *call, const struct command_value *name,
+                         const char *kind) {
+    const struct surroundings *around = surroundings_of(call);
+    struct message message;
+    const time_t now = time(NULL);
+    struct tm parts;
+    char date[32];
+    if (around->files_fd < 0) {
+        return surroundings_refuse(call, ERROR_UNSUPPORTED,
+                                   "there is no place for it: the setting \"files\" is none");
+    }
+    int error = choose_name(call, name, kind);
+    if (error != 0) {
+        return error;
+    }
+    gmtime_r(&now, &parts);
+    strftime(date, sizeof date, "%Y-%m-%dT%H:%M:%SZ", &parts);
+    error = session_writer_begin(&session.writer, around->files_fd, session.name,
+                                 version_build_id(), call->rig->profile.name, date, &message);
+    if (error == 0) {
+        error = write_calibration(call, &message);
+        if (error != 0) {
+            struct message second;
+            session_writer_end(&session.writer, &second);
+        }
+    }
+    return error == 0 ? 0 : surroundings_refuse(call, error, "%s", message.text);
+}
+
+static void put_pair(const struct command_call *call, const struct pair *pair) {
+    item_text(call, "session", session.name);
+    item_number(call, "pair", pair->number, 0, NULL);
+    item_number(call, "skew", (double)pair->skew_us, 0, "us");
+    if (pair->checked) {
+        item_number(call, "change", pair->change_permille / 10.0, 1, "%");
+    }
+    for (int side = 0; side < RIG_SIDES; side++) {
+        const struct pair_frame *frame = &pair->frame[side];
+        item_begin(call, side == RIG_LEFT ? "left" : "right", false);
+        item_number(call, "width", frame->width_px, 0, "px");
+        item_number(call, "height", frame->height_px, 0, "px");
+        item_number(call, "sequence", frame->sequence, 0, NULL);
+        item_number(call, "exposure", frame->exposure_us, 0, "us");
+        item_number(call, "gain", frame->gain_q3 / 8.0, 3, NULL);
+        item_end(call);
+    }
+}
+
+/// Writes a pair into the session; of a recording all calls that led to it go first.
+static int write_pair(const struct command_call *call, const struct pair *pair) {
+    struct message message;
+    int error = 0;
+    if (session.recording) {
+        error = record_flush(surroundings_of(call)->record, &message);
+    }
+    if (error == 0) {
+        error = session_writer_command(&session.writer, "capture", &message);
+    }
+    if (error == 0) {
+        error = session_writer_pair(&session.writer, pair, &message);
+    }
+    return error == 0 ? 0 : surroundings_refuse(call, error, "%s", message.text);
+}
+
+static int take_pair(const struct command_call *call, uint16_t *memory, size_t values,
+                     const struct pair_options *options) {
+    struct pair pair;
+    int error = pair_capture(call->rig, options, memory, values, &pair);
+    if (error != 0) {
+        return error;
+    }
+    const bool own = !session.recording;
+    if (own) {
+        error = begin_session(call, &call->values[0], "capture");
+    }
+    if (error != 0) {
+        return error;
+    }
+    error = write_pair(call, &pair);
+    if (own) {
+        struct message message;
+        const int ended = session_writer_end(&session.writer, &message);
+        if (error == 0 && ended != 0) {
+            error = surroundings_refuse(call, ended, "%s", message.text);
+        }
+    }
+    if (error == 0) {
+        put_pair(call, &pair);
+    }
+    return error;
+}
+
+static int run_capture(const struct command_call *call) {
+    const struct pair_options options = {.check_static = call->values[1].given};
+    if (session.recording && call->values[0].given && call->values[0].text[0] != '-') {
+        return surroundings_refuse(call, ERROR_ARGUMENT,
+                                   "capture: pairs go into the recording %s: give no name (or -)",
+                                   session.name);
+    }
+    const size_t values = pair_values(call->rig, &options);
+    uint16_t *memory = malloc(values * sizeof *memory);
+    if (memory == NULL) {
+        return surroundings_refuse(call, ERROR_MEMORY, "capture: there is no memory for %zu pixels",
+                                   values);
+    }
+    const int error = take_pair(call, memory, values, &options);
+    free(memory);
+    return error;
+}
+
+/// As after the daemon's start: what is to be played must begin where the player begins.
+static void begin_afresh(struct rig *rig) {
+    const struct rig_profile profile = rig->profile;
+    const struct rig_ports ports = rig->ports;
+    const struct rig_observer observer = rig->observer;
+    if (rig->state != RIG_DOWN) {
+        rig_safe(rig);
+    }
+    rig_init(rig, &profile, &ports, &observer);
+}
+
+static int start_recording(const struct command_call *call) {
+    struct message message;
+    if (session.recording) {
+        return surroundings_refuse(call, ERROR_BUSY, "record: %s is being recorded already",
+                                   session.name);
+    }
+    int error = begin_session(call, &call->values[1], "record");
+    if (error != 0) {
+        return error;
+    }
+    begin_afresh(call->rig);
+    error = record_start(surroundings_of(call)->record, &session.writer, &message);
+    if (error != 0) {
+        struct message second;
+        session_writer_end(&session.writer, &second);
+        return surroundings_refuse(call, error, "%s", message.text);
+    }
+    session.recording = true;
+    item_text(call, "session", session.name);
+    return 0;
+}
+
+static int stop_recording(struct record *record, struct message *message) {
+    struct message second;
+    const int stopped = record_stop(record, message);
+    const int ended = session_writer_end(&session.writer, stopped == 0 ? message : &second);
+    session.recording = false;
+    return stopped != 0 ? stopped : ended;
+}
+
+static int run_record(const struct command_call *call) {
+    struct message message;
+    if (!call->values[0].given) {
+        item_text(call, "recording", session.recording ? session.name : "nothing");
+        return 0;
+    }
+    if (call->values[0].choice == START) {
+        return start_recording(call);
+    }
+    if (!session.recording) {
+        return surroundings_refuse(call, ERROR_ARGUMENT, "record: nothing is being recorded");
+    }
+    item_text(call, "session", session.name);
+    item_number(call, "pairs", session.writer.pairs, 0, NULL);
+    const int error = stop_recording(surroundings_of(call)->record, &message);
+    return error == 0 ? 0 : surroundings_refuse(call, error, "%s", message.text);
+}
+
+void commands_session_end(struct record *record) {
+    struct message message;
+    if (session.recording) {
+        stop_recording(record, &message);
+    }
+}
+
+static const struct command_argument capture_arguments[] = {
+    {.name = "NAME",
+     .kind = COMMAND_TEXT,
+     .least = 1,
+     .most = 60,
+     .optional = true,
+     .help = "of the new session; one that tells the time when left out"},
+    {.name = "CHECK",
+     .kind = COMMAND_CHOICE,
+     .choices = "static",
+     .optional = true,
+     .help = "static: the left camera once more, and the scene must not have moved"},
+};
+
+static const struct command_argument record_arguments[] = {
+    {.name = "WHAT",
+     .kind = COMMAND_CHOICE,
+     .choices = "start stop",
+     .optional = true,
+     .help = "what to do; what is being recorded is shown when left out"},
+    {.name = "NAME",
+     .kind = COMMAND_TEXT,
+     .least = 1,
+     .most = 60,
+     .optional = true,
+     .help = "of the new session; one that tells the time when left out"},
+};
+
+static const struct command commands[] = {
+    {.name = "capture",
+     .summary = "take a pair of frames that belong together, into a session",
+     .help =
+         "Into the recording that is under way, else into a session of its own, below \"files\". "
+         "Refused when something moved between the two frames.",
+     .arguments = capture_arguments,
+     .argument_count = 2,
+     .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,
+     .run = run_capture},
+    {.name = "record",
+     .summary = "record all that the instrument's parts do and say, to be replayed",
+     .help =
+         "Every call of a bus, a line, a camera and the clock, and the pairs that are captured "
+         "meanwhile. The instrument is put down first: its bring-up is the beginning of what is "
+         "recorded. To play it: vergenced \"backend=replay SESSION\", and the same commands.",
+     .arguments = record_arguments,
+     .argument_count = 2,
+     .flags = COMMAND_MOVES,
+     .run = run_record},
+};
+
+const struct command *commands_session_table(size_t *count) {
+    *count = sizeof commands / sizeof commands[0];
+    return commands;
+}

@@ -1,0 +1,221 @@
+# SPDX-License-Identifier: Apache-2.0
+"""tools/regress: the recorded sessions are as accepted; every change is seen, told and bounded."""
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import unittest
+import zlib
+
+import cv2
+import numpy
+
+from pairs import VERGENCE, Workshop
+
+SOURCE = pathlib.Path(os.environ["VERGENCE_SOURCE"])
+sys.path.insert(0, str(SOURCE / "tools" / "regress.d"))
+sys.dont_write_bytecode = True
+
+import reference  # noqa: E402
+from result import NONE, Result, differences  # noqa: E402
+
+SESSIONS = sorted(path.parent for path in (SOURCE / "tests" / "sessions").glob("*/session.index"))
+MOST_BYTES = 2_000_000
+
+
+def regress(*arguments):
+    return subprocess.run([SOURCE / "tools" / "regress", "--vergence", VERGENCE,
+                           *map(str, arguments)], capture_output=True, text=True, timeout=300)
+
+
+class Regress(Workshop):
+    def setUp(self):
+        super().setUp()
+        self.folder = self.directory / "recorded"
+        self.folder.mkdir()
+        shutil.copy(self.left_path, self.folder / "left.png")
+        shutil.copy(self.right_path, self.folder / "right.png")
+        shutil.copy(self.calibration_text(), self.folder / "calibration.txt")
+        (self.folder / "regress").mkdir()
+        self.pictures = self.directory / "pictures"
+        self.options(arguments=["--disparity", "0:48"])
+
+    def options(self, **keys):
+        (self.folder / "regress" / "options.json").write_text(json.dumps(keys))
+
+    def accept(self, reason="first"):
+        done = regress("--accept", reason, self.folder)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done
+
+    def compare(self, code, *arguments):
+        done = regress("--out", self.pictures, *arguments, self.folder)
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        return done
+
+    def change_reference(self, change):
+        """Alters the kept result, and makes the files fit again."""
+        (result,), told = reference.load(self.folder)
+        change(result)
+        accepted = told["accepted"][0]
+        reference.save(self.folder, ["pair"], [result], accepted["reason"], accepted["build"],
+                       accepted["date"])
+
+    def refused(self, *words):
+        done = self.compare(3)
+        self.assertEqual(done.stdout, "")
+        self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+        for word in words:
+            self.assertIn(word, done.stderr)
+
+    def test_nothing_changed(self):
+        self.accept("because it is the first")
+        done = self.compare(0)
+        self.assertIn("because it is the first", done.stdout)
+        self.assertNotIn("BAD", done.stdout)
+        picture = cv2.imread(str(self.pictures / "recorded-pair.png"))
+        self.assertGreater(picture.shape[1], 3 * 240)
+
+    def test_one_pixel_is_seen_and_a_tolerance_respected(self):
+        self.accept()
+
+        def change(result):
+            rows, columns = numpy.nonzero(result.steps != NONE)
+            result.steps[rows[5000], columns[5000]] += 1
+        self.change_reference(change)
+        done = self.compare(1)
+        self.assertRegex(done.stdout, r"BAD  disparity_off_percent")
+        self.assertEqual(done.stdout.count("BAD"), 1)
+        picture = cv2.imread(str(self.pictures / "recorded-pair.png"))
+        self.assertGreater((picture == (0, 160, 255)).all(-1).sum(), 0, "a rim around the pixel")
+        self.options(arguments=["--disparity", "0:48"], tolerance={"disparity_off_percent": 1})
+        self.compare(0)
+        self.options(arguments=["--disparity", "0:48"], tolerance={"disparity_px": 0.01})
+        self.compare(0)
+        self.options(arguments=["--disparity", "0:48"], tolerance={"disparity_px": 0.003})
+        self.compare(1)
+
+    def test_each_kind_of_change_is_told_by_its_name(self):
+        self.accept()
+
+        def reason(result):
+            result.reasons[3, 4] ^= 1
+
+        def point(result):
+            place = tuple(numpy.argwhere(numpy.isfinite(result.points[..., 0]))[0])
+            result.points[place] += 0.5
+
+        def figure(result):
+            result.figures["vertices"] += 1
+        for change, word in ((reason, "reasons_changed"), (point, "points_off"),
+                             (figure, "vertices")):
+            kept = {p.name: p.read_bytes() for p in (self.folder / "regress").iterdir()}
+            self.change_reference(change)
+            done = self.compare(1, "--json")
+            (report,) = json.loads(done.stdout)
+            bad = [row[0] for row in report["pairs"][0]["rows"] if row[1] > row[2]]
+            self.assertEqual(len(bad), 1, bad)
+            self.assertIn(word, bad[0])
+            shutil.rmtree(self.folder / "regress")
+            (self.folder / "regress").mkdir()
+            for name, data in kept.items():
+                (self.folder / "regress" / name).write_bytes(data)
+
+    def test_accept_keeps_all_reasons(self):
+        self.accept("first")
+        self.options(arguments=["--disparity", "0:20"])
+        self.compare(1)
+        self.accept("fewer disparities are searched")
+        self.compare(0)
+        told = json.loads((self.folder / "regress" / "reference.json").read_text())
+        self.assertEqual([a["reason"] for a in told["accepted"]],
+                         ["first", "fewer disparities are searched"])
+        for accepted in told["accepted"]:
+            self.assertRegex(accepted["date"], r"^\d{4}-\d\d-\d\d$")
+            self.assertTrue(accepted["build"])
+        self.assertEqual(len(list((self.folder / "regress").glob("*.npz"))), 1)
+
+    def test_damage_is_refused(self):
+        self.refused("no reference yet", "--accept")
+        self.accept()
+        path = self.folder / "regress" / "reference.json"
+        good = path.read_text()
+        path.write_text(good.replace("first", "worst"))
+        self.refused("reference.json", "damaged")
+        path.write_text(good[:-20])
+        self.refused("reference.json", "JSON")
+        path.write_text(good)
+        (packed,) = (self.folder / "regress").glob("*.npz")
+        data = bytearray(packed.read_bytes())
+        data[len(data) // 2] ^= 1
+        packed.write_bytes(data)
+        self.refused(packed.name, "damaged")
+        packed.unlink()
+        self.refused(packed.name)
+
+    def test_wrong_options_are_refused(self):
+        self.accept()
+        for keys, word in (({"tolerance": {"disparity": 1}}, "disparity_px"),
+                           ({"tolerance": {"disparity_px": -1}}, "disparity_px"),
+                           ({"tolerance": {"disparity_px": "1"}}, "disparity_px"),
+                           ({"arguments": "--scale 2"}, "arguments"), ({"more": 1}, "more"),
+                           ({"arguments": ["--nonsense"]}, "--nonsense")):
+            self.options(**keys)
+            self.refused("options.json" if word != "--nonsense" else "left.png", word)
+
+    def test_bad_directories_and_words(self):
+        for arguments, code, word in (([], 2, "no directory"), (["--accept"], 2, "--accept"),
+                                      (["--accept", " ", "x"], 2, "--accept"),
+                                      (["--nonsense", "x"], 2, "--nonsense"),
+                                      ([self.directory / "none"], 3, "none")):
+            done = regress(*arguments)
+            self.assertEqual((done.returncode, done.stdout), (code, ""), arguments)
+            self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+            self.assertIn(word, done.stderr)
+        self.assertIn("disparity_off_percent", regress("--help").stdout)
+        self.accept()
+        (self.folder / "calibration.txt").unlink()
+        self.refused("no calibration")
+        (self.folder / "left.png").unlink()
+        self.refused("left image")
+
+    def test_a_damaged_session_is_refused(self):
+        session = self.directory / "session"
+        shutil.copytree(SESSIONS[0], session)
+        index = session / "session.index"
+        good = index.read_bytes()
+        lines = good.splitlines(keepends=True)
+        index.write_bytes(b"".join([lines[0].replace(b"rig", b"rug"), *lines[1:]]))
+        self.assertIn("line 1 is not what", regress(session).stderr)
+        # What a kill cut off counts as never written.
+        index.write_bytes(good[:-5])
+        self.assertEqual(regress("--out", self.pictures, session).returncode, 0)
+        index.write_bytes(lines[0])
+        self.assertIn("holds no pair", regress(session).stderr)
+        index.write_bytes(good)
+        frame = next(session.glob("frame-*"))
+        for frame in session.glob("frame-*"):
+            frame.write_bytes(frame.read_bytes()[:-1] + b"\0")
+        done = regress(session)
+        self.assertEqual(done.returncode, 3)
+        self.assertIn("is not what was recorded", done.stderr)
+
+
+class Sessions(unittest.TestCase):
+    def test_there_are_some_and_they_are_small(self):
+        self.assertGreaterEqual(len(SESSIONS), 3)
+        for session in SESSIONS:
+            size = sum(path.stat().st_size for path in session.rglob("*") if path.is_file())
+            self.assertLessEqual(size, MOST_BYTES, session)
+
+    def test_they_are_as_accepted(self):
+        done = regress("--out", os.environ.get("TMPDIR", "/tmp") + "/vergence-regress-test",
+                       *SESSIONS)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertEqual(done.stdout.count(": as accepted on"), len(SESSIONS))
+
+
+if __name__ == "__main__":
+    unittest.main()

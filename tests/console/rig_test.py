@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The instrument through its console: brought up, aimed, looked at, on the simulated rig."""
+import glob
+import os
+import subprocess
+import time
+import unittest
+
+from daemon_process import PATIENCE_S, VERGENCED, DaemonTest
+
+
+class Rig(DaemonTest):
+    def setUp(self):
+        self.first = self.client()
+        answer = self.first.ask_json("bringup")
+        self.assertTrue(answer["ok"], answer)
+        self.assertEqual({part["state"] for part in answer["result"]["parts"]}, {"works"})
+
+    def asked(self, command):
+        answer = self.first.ask_json(command)
+        self.assertTrue(answer["ok"], answer)
+        return answer["result"]
+
+    def test_pan(self):
+        angles = self.asked("pan both 3.97 -3.97")
+        self.assertAlmostEqual(angles["left"], 3.97, delta=0.01)
+        self.assertAlmostEqual(angles["right"], -3.97, delta=0.01)
+        self.assertEqual(self.asked("pan left 1").keys(), {"left"})
+        status = self.first.ask_json("status")
+        self.assertAlmostEqual(status["result"]["left"]["pan"], 1, delta=0.01)
+        self.assertEqual(status["units"]["left.pan"], "deg")
+        angles = self.asked("pan 0")
+        self.assertEqual((angles["left"], angles["right"]), (0, 0))
+        self.assertEqual(self.first.ask("pan 45"), [
+            "ERR RANGE pan: ANGLE 45: this instrument turns from -30 to 30 deg"])
+        self.assertEqual(self.first.ask("pan left 1 2"), [
+            'ERR ARGUMENT pan: a second angle is for "both" alone'])
+
+    def test_lenses(self):
+        for axis in ("zoom", "focus", "iris"):
+            result = self.asked(f"{axis} 450")
+            for side in ("left", "right"):
+                self.assertAlmostEqual(result[side]["position"], 450, delta=6, msg=axis)
+        self.assertEqual(self.first.ask("zoom left 900"), [
+            "ERR RANGE zoom: POSITION 900: the left lens goes from 300 to 850 counts"])
+
+    def test_cameras(self):
+        self.assertAlmostEqual(self.asked("exposure 5000")["left"], 5000, delta=60)
+        self.assertEqual(self.asked("gain right 2.5"), {"right": 2.5})
+        self.assertEqual(self.asked("window 640 480"), {"width": 640, "height": 480})
+        self.assertEqual(self.first.ask("window 640"), ["ERR MISSING window: HEIGHT is missing"])
+
+    def test_looks(self):
+        self.assertEqual(self.asked("selftest")["picture"], "arrives bit for bit")
+        self.assertEqual(self.asked("registers bridge id"), {"id": "0x5B1D"})
+        self.assertEqual(self.asked("registers left 0"), {"chip_version": "0x1621"})
+        self.assertGreater(len(self.asked("registers bridge")), 60)
+        self.assertIn('did you mean "wdg_ms"?', self.first.ask("registers bridge wdg_mss")[0])
+        health = self.asked("health")
+        self.assertTrue(all(part["state"] == "works" for part in health["parts"]))
+        report = self.asked("bugreport")
+        with open(os.path.join(self.files, report["file"]), encoding="utf-8") as file:
+            text = file.read()
+        self.assertEqual(len(text), report["size"])
+        for part in ("== version", "== config", "backend: sim", "== health", "== registers right",
+                     "chip_version: 0x1621", "serving"):
+            self.assertIn(part, text)
+
+    def test_a_cancelled_move_leaves_the_rig_safe_or_ready(self):
+        self.first.send("zoom both 800\n")
+        time.sleep(0.3)
+        self.first.send("\x03")
+        self.assertEqual(self.first.answer()[-1][:13], "ERR CANCELLED")
+        self.assertIn(self.asked("status")["state"], ("safe", "ready"))
+        self.assertTrue(self.first.ask_json("bringup")["ok"])
+        self.assertAlmostEqual(self.asked("zoom left 400")["left"]["position"], 400, delta=6)
+
+    def frames_of(self, session):
+        """The files of a session's frames, whose names are the CRC of what is in them."""
+        pattern = os.path.join(self.files, session, "frame-*")
+        return sorted(os.path.basename(path) for path in glob.glob(pattern))
+
+    def test_a_recorded_session_plays_bit_for_bit(self):
+        self.asked("record start r1")
+        self.assertEqual(self.first.ask("record start r2")[0][:8], "ERR BUSY")
+        commands = ["bringup", "window 320 240", "exposure 8000", "pan both 3 -3", "capture",
+                    "capture - static"]
+        answers = [self.asked(command) for command in commands]
+        self.assertLess(answers[5]["change"], 1)
+        self.assertNotEqual(answers[4]["skew"], 0)
+        self.assertEqual(self.asked("record stop"), {"session": "r1", "pairs": 2})
+        self.assertEqual(self.asked("record"), {"recording": "nothing"})
+        self.assertEqual(len(self.frames_of("r1")) >= 4, True)
+        # The same commands to a daemon that has nothing but the recording.
+        script = "".join(f"{command}\n" for command in commands).replace(
+            "capture\n", "capture p1\n").replace("capture - static", "capture p2 static")
+        done = subprocess.run(
+            [VERGENCED, f"backend=replay {os.path.join(self.files, 'r1')}", "socket=none",
+             f"files={self.files}", "store=none", "console=stdio", "confine=no"], input=script, text=True,
+            capture_output=True, timeout=PATIENCE_S)
+        self.assertEqual(done.stdout.count("OK\n"), len(commands), done.stdout)
+        played = self.frames_of("p1") + self.frames_of("p2")
+        self.assertEqual(len(played), 4)
+        self.assertTrue(set(played) <= set(self.frames_of("r1")))
+
+    def test_capture(self):
+        self.asked("window 320 240")
+        answer = self.asked("capture one static")
+        self.assertEqual((answer["session"], answer["left"]["width"]), ("one", 320))
+        self.assertEqual(len(self.frames_of("one")), 2)
+        self.assertEqual(self.first.ask("capture one")[0][:12], "ERR ARGUMENT")
+        self.assertEqual(self.first.ask("capture ../x")[0][:12], "ERR ARGUMENT")
+        self.assertTrue(self.asked("capture")["session"].startswith("capture-"))
+
+    def test_safe(self):
+        self.assertIn("state", self.asked("safe"))
+        if self.asked("status")["state"] == "safe":
+            self.assertEqual(self.first.ask("pan 1")[0][:13], "ERR NOT_READY")
+
+
+if __name__ == "__main__":
+    unittest.main()

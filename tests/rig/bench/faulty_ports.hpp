@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Backends in front of others that let one call fail, or that one and all after it.
+#ifndef VERGENCE_TESTS_RIG_BENCH_FAULTY_PORTS_HPP
+#define VERGENCE_TESTS_RIG_BENCH_FAULTY_PORTS_HPP
+
+#include <cstdint>
+#include <functional>
+
+#include "rig/rig.h"
+
+namespace rig_bench {
+
+enum class Port { kI2c, kGpio, kCamera, kUart };
+constexpr int kPorts = 4;
+
+/// What fails.
+struct Fault {
+    Port port = Port::kI2c;
+    uint64_t call = ~uint64_t(0);  ///< number of the port's call, from 0
+    bool for_ever = false;
+    int error = 0;
+};
+
+class FaultyPorts {
+  public:
+    explicit FaultyPorts(const rig_ports &behind);
+    FaultyPorts(const FaultyPorts &) = delete;
+    FaultyPorts &operator=(const FaultyPorts &) = delete;
+
+    const rig_ports &ports() const { return ports_; }
+    /// Counts from 0 again, and fails as told; no fault: none does.
+    void fail(const Fault &fault);
+    uint64_t calls(Port port) const { return calls_[int(port)]; }
+    /// When the first call failed, of the clock behind; 0: none did.
+    uint64_t failed_us() const { return failed_us_; }
+
+    /// 0, or what a call of this port is to return without being made.
+    int next(Port port);
+    const rig_ports &behind() const { return behind_; }
+
+  private:
+    rig_ports behind_, ports_;
+    hal_i2c i2c_;
+    hal_gpio gpio_;
+    hal_camera camera_;
+    hal_uart uart_;
+    Fault fault_;
+    uint64_t calls_[kPorts] = {};
+    uint64_t failed_us_ = 0;
+};
+
+}  // namespace rig_bench
+
+#endif

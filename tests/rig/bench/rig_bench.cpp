@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bench/rig_bench.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cstdio>
+#include <cstdlib>
+
+#include "core/invariant.h"
+
+void invariant_failed(const char *file, int line, const char *condition) {
+    std::fprintf(stderr, "internal error at %s:%d: %s\n", file, line, condition);
+    std::abort();
+}
+
+namespace rig_bench {
+
+namespace {
+
+constexpr uint64_t kIdleStepMs = 50;
+
+void write_log(void *self, hal_log_level, const char *text) {
+    static_cast<std::vector<std::string> *>(self)->push_back(text);
+}
+
+bool ask_go_on(void *self) {
+    return (*static_cast<std::function<bool()> *>(self))();
+}
+
+rig_ports opened(sim_backend &backend, const std::string &where) {
+    const int error = sim_backend_open(&backend, where.c_str(), SIM_CONNECTION_PATIENCE_MS);
+    REQUIRE_MESSAGE(error == ERROR_OK, backend.connection.text);
+    return sim_backend_ports(&backend);
+}
+
+}  // namespace
+
+rig_profile small_profile(uint16_t width_px, uint16_t height_px) {
+    rig_profile profile{};
+    REQUIRE(rig_profile_named("rig", &profile) == ERROR_OK);
+    profile.width_px = width_px;
+    profile.height_px = height_px;
+    return profile;
+}
+
+RigBench::RigBench(const rig_profile &profile, const std::string &scene)
+    : process(scene), faulty(opened(backend, process.where())) {
+    REQUIRE(sim_connection_open(&desk, process.where().c_str(), SIMRIG_ROLE_CONTROL,
+                                SIM_CONNECTION_PATIENCE_MS) == ERROR_OK);
+    static constexpr hal_log_operations kLogOperations = {write_log};
+    log_ = {&kLogOperations, &logged};
+    rig_ports ports = faulty.ports();
+    ports.log = &log_;
+    const rig_observer observer = {ask_go_on, nullptr, &go_on};
+    rig_init(&rig, &profile, &ports, &observer);
+}
+
+RigBench::~RigBench() {
+    sim_connection_close(&desk);
+    sim_backend_close(&backend);
+}
+
+uint64_t RigBench::now_us() {
+    return backend.clock.operations->now_us(backend.clock.self);
+}
+
+void RigBench::advance_ms(uint64_t time_ms) {
+    backend.clock.operations->wait_until_us(backend.clock.self, now_us() + 1000 * time_ms);
+}
+
+int RigBench::idle_ms(uint64_t time_ms) {
+    int first = ERROR_OK;
+    for (uint64_t passed = 0; passed < time_ms; passed += kIdleStepMs) {
+        const int error = rig_idle(&rig);
+        first = first == ERROR_OK ? error : first;
+        advance_ms(kIdleStepMs);
+    }
+    return first;
+}
+
+std::string RigBench::control(const std::string &command) {
+    char answer[4096];
+    const int error = sim_connection_control(&desk, command.c_str(), answer, sizeof answer);
+    REQUIRE_MESSAGE(error == ERROR_OK, desk.text);
+    return answer;
+}
+
+int RigBench::capture(::pair &pair, bool check_static) {
+    const pair_options options = {check_static};
+    pixels.assign(pair_values(&rig, &options), 0);
+    return pair_capture(&rig, &options, pixels.data(), pixels.size(), &pair);
+}
+
+double RigBench::mean(const pair_frame &frame) const {
+    double sum = 0;
+    for (size_t i = 0; i < size_t(frame.width_px) * frame.height_px; i++) {
+        sum += frame.data[i];
+    }
+    return sum / frame.width_px / frame.height_px;
+}
+
+}  // namespace rig_bench

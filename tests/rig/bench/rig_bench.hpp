@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The instrument on a simulated rig, as the daemon has it.
+#ifndef VERGENCE_TESTS_RIG_BENCH_RIG_BENCH_HPP
+#define VERGENCE_TESTS_RIG_BENCH_RIG_BENCH_HPP
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "bench/faulty_ports.hpp"
+#include "bench/simrig_process.hpp"
+#include "core/error.h"
+#include "daemon/sim/sim_backend.h"
+#include "rig/pair.h"
+#include "rig/rig.h"
+
+namespace rig_bench {
+
+/// The profile "rig" with frames of this size, so that a test takes seconds and not minutes.
+rig_profile small_profile(uint16_t width_px = 128, uint16_t height_px = 96);
+
+class RigBench {
+  public:
+    explicit RigBench(const rig_profile &profile = small_profile(), const std::string &scene = "");
+    ~RigBench();
+    RigBench(const RigBench &) = delete;
+    RigBench &operator=(const RigBench &) = delete;
+
+    uint64_t now_us();
+    void advance_ms(uint64_t time_ms);
+    /// Advances in steps of the daemon's, with rig_idle at each. Its first error.
+    int idle_ms(uint64_t time_ms);
+    /// A command of simrig's control side; what it answers.
+    std::string control(const std::string &command);
+    /// A pair of the present window. Its pixels are in `pixels`.
+    int capture(::pair &pair, bool check_static = false);
+    double mean(const pair_frame &frame) const;
+
+    SimrigProcess process;
+    sim_backend backend{};
+    sim_connection desk{};  ///< a second connection: whoever plays with the rig's faults
+    FaultyPorts faulty;
+    ::rig rig{};
+    std::vector<std::string> logged;
+    std::function<bool()> go_on = [] { return true; };
+    std::vector<uint16_t> pixels;
+
+  private:
+    hal_log log_;
+};
+
+}  // namespace rig_bench
+
+#endif

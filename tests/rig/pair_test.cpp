@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pairs through the Verilated bridge: what belongs together, and what is refused.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <string>
+
+#include "bench/rig_bench.hpp"
+
+using rig_bench::RigBench;
+using rig_bench::small_profile;
+
+namespace {
+
+constexpr double kBlackLevel = 42;
+constexpr unsigned kBoth = 1u << RIG_LEFT | 1u << RIG_RIGHT;
+
+void write_sensor(RigBench &bench, uint8_t address, uint8_t index, uint16_t value) {
+    uint8_t bytes[] = {index, uint8_t(value >> 8), uint8_t(value)};
+    const hal_i2c_message message = {bytes, sizeof bytes, address, false};
+    size_t begun = 0;
+    const hal_i2c &bus = bench.backend.i2c;
+    REQUIRE(bus.operations->transfer(bus.self, &message, 1, bench.now_us() + 25000, &begun) ==
+            ERROR_OK);
+}
+
+void send_to_lens(RigBench &bench, const std::string &text) {
+    const hal_uart &uart = bench.backend.uart;
+    REQUIRE(uart.operations->write(uart.self, text.data(), text.size(), bench.now_us()) ==
+            ERROR_OK);
+}
+
+}  // namespace
+
+TEST_CASE("a pair of the chessboard tells when and how each frame was taken") {
+    RigBench bench(small_profile(512, 384), "chessboard");
+    INFO(bench.rig.trouble.text);
+    REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
+    uint32_t applied_us = 0;
+    REQUIRE(rig_exposure(&bench.rig, kBoth, 10000, &applied_us) == ERROR_OK);
+    mt9t001_timing timing{};
+    const mt9t001 &sensor = bench.rig.sensor[RIG_LEFT];
+    REQUIRE(mt9t001_timing_of(&sensor.window, sensor.shutter_rows, sensor.clock_hz, &timing) ==
+            ERROR_OK);
+    CHECK(std::abs(double(applied_us) - 10000) <= double(timing.row_ns) / 2000 + 1);
+    ::pair pair{};
+    const uint64_t begin_us = bench.now_us();
+    REQUIRE_MESSAGE(bench.capture(pair, true) == ERROR_OK, bench.rig.trouble.text);
+    const pair_frame &left = pair.frame[RIG_LEFT], &right = pair.frame[RIG_RIGHT];
+    CHECK(pair.number == 1);
+    CHECK(pair.checked);
+    CHECK(pair.change_permille <= 2);
+    CHECK(left.begin_us > begin_us + MT9T001_FRAMES_TO_SETTLE * timing.frame_us);
+    CHECK(right.begin_us > left.end_us);
+    CHECK(pair.skew_us == int64_t(right.begin_us - left.begin_us));
+    CHECK(pair.skew_us < int64_t(4 * timing.frame_us + 20000));
+    CHECK(right.sequence != left.sequence);
+    for (const pair_frame &frame : pair.frame) {
+        CHECK(frame.width_px == 512);
+        CHECK(frame.height_px == 384);
+        CHECK(frame.bits == 10);
+        CHECK(frame.layout == HAL_CAMERA_BAYER_GRBG);
+        CHECK(frame.exposure_us == applied_us);
+        CHECK(frame.gain_q3 == 8);
+        const double rows_us = 384 * double(timing.row_ns) / 1000;
+        CHECK(double(frame.end_us - frame.begin_us) == doctest::Approx(rows_us).epsilon(0.005));
+        for (int axis = 0; axis < LENS_AXES; axis++) {
+            CHECK(std::abs(frame.before.position[axis] - frame.after.position[axis]) <= 4);
+        }
+        CHECK(std::abs(frame.before.position[LENS_ZOOM] - 300) <= 5);
+        CHECK(std::abs(frame.before.position[LENS_FOCUS] - 560) <= 5);
+        CHECK(std::abs(frame.before.position[LENS_IRIS] - 850) <= 5);
+        CHECK(frame.before.pan_q4 == 0);
+    }
+    // The cameras look at the same board from two places: alike as a whole, not pixel by pixel.
+    CHECK(bench.mean(left) == doctest::Approx(bench.mean(right)).epsilon(0.25));
+    size_t differ = 0;
+    for (size_t i = 0; i < 512u * 384u; i++) {
+        differ += std::abs(int(left.data[i]) - int(right.data[i])) > 60;
+    }
+    CHECK(differ > 512 * 384 / 50);
+}
+
+TEST_CASE("exposure and gain are in force in the first pair after them") {
+    RigBench bench;
+    REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
+    uint32_t applied_us = 0;
+    uint16_t applied_q3 = 0;
+    ::pair pair{};
+    double light[2] = {0, 0};
+    const struct {
+        uint32_t exposure_us;
+        uint16_t gain_q3;
+    } steps[] = {{2000, 8}, {1000, 8}, {1000, 16}, {4000, 8}, {500, 64}};
+    for (const auto &step : steps) {
+        REQUIRE(rig_exposure(&bench.rig, kBoth, step.exposure_us, &applied_us) == ERROR_OK);
+        REQUIRE(rig_gain(&bench.rig, kBoth, step.gain_q3, &applied_q3) == ERROR_OK);
+        CHECK(applied_q3 == step.gain_q3);
+        REQUIRE(bench.capture(pair) == ERROR_OK);
+        for (int side = 0; side < RIG_SIDES; side++) {
+            const double part = double(applied_us) * applied_q3;
+            const double seen = (bench.mean(pair.frame[side]) - kBlackLevel) / part;
+            light[side] = light[side] == 0 ? seen : light[side];
+            CAPTURE(step.exposure_us);
+            CAPTURE(step.gain_q3);
+            CHECK(seen == doctest::Approx(light[side]).epsilon(0.06));
+        }
+    }
+    // One side alone.
+    REQUIRE(rig_gain(&bench.rig, 1u << RIG_RIGHT, 8, &applied_q3) == ERROR_OK);
+    REQUIRE(bench.capture(pair) == ERROR_OK);
+    CHECK(pair.frame[RIG_LEFT].gain_q3 == 64);
+    CHECK(pair.frame[RIG_RIGHT].gain_q3 == 8);
+}
+
+TEST_CASE("another window is in force in the first pair after it") {
+    RigBench bench;
+    REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
+    ::pair pair{};
+    const struct {
+        uint16_t width_px, height_px;
+        uint8_t skip;
+    } windows[] = {{256, 192, 1}, {256, 192, 2}, {64, 48, 1}, {512, 96, 4}};
+    for (const auto &window : windows) {
+        REQUIRE(rig_window(&bench.rig, window.width_px, window.height_px, window.skip) == ERROR_OK);
+        REQUIRE(bench.capture(pair) == ERROR_OK);
+        CHECK(pair.frame[RIG_LEFT].width_px == window.width_px / window.skip);
+        CHECK(pair.frame[RIG_RIGHT].height_px == window.height_px / window.skip);
+        CHECK(double(pair.frame[RIG_LEFT].exposure_us) == doctest::Approx(20000).epsilon(0.002));
+    }
+    CHECK(rig_window(&bench.rig, 2050, 96, 1) == ERROR_RANGE);
+    CHECK(rig_window(&bench.rig, 128, 95, 1) == ERROR_RANGE);
+    CHECK(bench.rig.state == RIG_READY);
+}
+
+TEST_CASE("a lens that moves meanwhile makes it no pair") {
+    RigBench bench;
+    REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
+    ::pair pair{};
+    bool sent = false;
+    bench.go_on = [&bench, &sent] {
+        // The first frame is waited for: the positions before it have been read.
+        if (!sent && bench.rig.health[RIG_PART_RIGHT_LENS].uses >= 2) {
+            sent = true;
+            send_to_lens(bench, "2F700\n");
+        }
+        return true;
+    };
+    CHECK(bench.capture(pair) == ERROR_MOVED);
+    CHECK(sent);
+    CHECK(bench.rig.trouble.part == RIG_PART_RIGHT_LENS);
+    const std::string text = bench.rig.trouble.text;
+    CHECK_MESSAGE(text.rfind("right lens: its focus moved from 5", 0) == 0, text);
+    const pair_frame &right = pair.frame[RIG_RIGHT];
+    CHECK(right.after.position[LENS_FOCUS] > right.before.position[LENS_FOCUS] + 4);
+    CHECK(bench.rig.state == RIG_READY);
+    CHECK(bench.rig.pairs == 0);
+    bench.go_on = [] { return true; };
+    CHECK(bench.idle_ms(2000) == ERROR_OK);
+    CHECK(bench.capture(pair) == ERROR_OK);
+}
+
+TEST_CASE("a scene that moves meanwhile is found when it is looked for") {
+    RigBench bench(small_profile(), "chessboard");
+    REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
+    ::pair pair{};
+    REQUIRE_MESSAGE(bench.capture(pair, true) == ERROR_OK, bench.rig.trouble.text);
+    const uint32_t frames = bench.rig.health[RIG_PART_LEFT_CAMERA].uses;
+    bool moved = false;
+    bench.go_on = [&] {
+        if (!moved && bench.rig.health[RIG_PART_LEFT_CAMERA].uses > frames) {
+            moved = true;
+            bench.control("move board 15 0 0");
+        }
+        return true;
+    };
+    CHECK(bench.capture(pair, true) == ERROR_MOVED);
+    CHECK(moved);
+    CHECK(pair.checked);
+    CHECK(pair.change_permille > 20);
+    CHECK(bench.rig.trouble.part == RIG_PART_LEFT_CAMERA);
+    CHECK(bench.capture(pair, true) == ERROR_OK);
+}
+
+TEST_CASE("frames too far apart are no pair") {
+    rig_profile profile = small_profile();
+    profile.skew_limit_us = 1000;
+    RigBench bench(profile);
+    REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
+    ::pair pair{};
+    CHECK(bench.capture(pair) == ERROR_MOVED);
+    CHECK(pair.skew_us > 1000);
+    const std::string text = bench.rig.trouble.text;
+    CHECK_MESSAGE(text.find("more than 1 ms") != std::string::npos, text);
+}
+
+TEST_CASE("frames of a wrong size are refused, by the bridge's counts too") {
+    RigBench bench;
+    REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
+    ::pair pair{};
+    write_sensor(bench, 0x5C, 0x04, 123);  // columns
+    bench.advance_ms(200);
+    CHECK(bench.capture(pair) == ERROR_FRAME);
+    CHECK(bench.rig.trouble.part == RIG_PART_LEFT_CAMERA);
+    const std::string text = bench.rig.trouble.text;
+    CHECK_MESSAGE(text.find("lines of a wrong length") != std::string::npos, text);
+    CHECK(bench.rig.state == RIG_READY);
+    CHECK(rig_check(&bench.rig) == ERROR_VERIFY);
+    CHECK(bench.rig.trouble.part == RIG_PART_LEFT_SENSOR);
+    write_sensor(bench, 0x5C, 0x04, 127);
+    write_sensor(bench, 0x5E, 0x03, 89);  // rows
+    bench.advance_ms(200);
+    CHECK(bench.capture(pair) == ERROR_FRAME);
+    CHECK(bench.rig.trouble.part == RIG_PART_RIGHT_CAMERA);
+    write_sensor(bench, 0x5E, 0x03, 95);
+    bench.advance_ms(200);
+    CHECK(bench.capture(pair) == ERROR_OK);
+}
+
+TEST_CASE("a camera that falls silent is named within two seconds, and the rig is safe") {
+    RigBench bench;
+    REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
+    ::pair pair{};
+    bench.control("fault camera right silent");
+    const uint64_t begin_us = bench.now_us();
+    CHECK(bench.capture(pair) == ERROR_TIMEOUT);
+    CHECK(bench.now_us() - begin_us < 2000000);
+    CHECK(bench.rig.trouble.part == RIG_PART_RIGHT_CAMERA);
+    CHECK(bench.rig.state == RIG_SAFE);
+    CHECK(bench.capture(pair) == ERROR_NOT_READY);
+    bench.control("fault camera right ok");
+    REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
+    CHECK(bench.capture(pair) == ERROR_OK);
+}
+
+TEST_CASE("a capture can be cancelled at any time, and the next one works") {
+    RigBench bench(small_profile(), "chessboard");
+    REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
+    ::pair pair{};
+    uint64_t all = 0;
+    bench.go_on = [&all] { return ++all > 0; };
+    REQUIRE_MESSAGE(bench.capture(pair, true) == ERROR_OK, bench.rig.trouble.text);
+    for (uint64_t last = 0; last < all; last += 1 + all / 12) {
+        uint64_t asked = 0;
+        bench.go_on = [&asked, last] { return asked++ < last; };
+        const uint64_t begin_us = bench.now_us();
+        CAPTURE(last);
+        CHECK(bench.capture(pair, true) == ERROR_CANCELLED);
+        CHECK(bench.now_us() - begin_us < 2000000);
+        CHECK(bench.rig.state == RIG_READY);
+    }
+    bench.go_on = [] { return true; };
+    CHECK(bench.capture(pair, true) == ERROR_OK);
+    CHECK(pair.number == 2);
+}
+
+TEST_CASE("what is not brought up, or has too little memory, takes no pair") {
+    RigBench bench;
+    ::pair pair{};
+    uint16_t value = 0;
+    const pair_options options = {false};
+    CHECK(pair_capture(&bench.rig, &options, &value, 1, &pair) == ERROR_NOT_READY);
+    REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
+    CHECK(pair_capture(&bench.rig, &options, &value, 1, &pair) == ERROR_MEMORY);
+    CHECK(pair.number == 0);
+    CHECK(rig_safe(&bench.rig) == ERROR_OK);
+    CHECK(bench.capture(pair) == ERROR_NOT_READY);
+}
