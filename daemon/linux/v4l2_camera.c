@@ -56,6 +56,18 @@ static bool make_slots(struct v4l2_camera *self, size_t values) {
     return true;
 }
 
+/// A camera that was pulled out and put back is another file of the same name.
+static int open_again(struct v4l2_camera *self) {
+    struct message message;
+    v4l2_stream_close(&self->stream);
+    const int error = v4l2_stream_open(&self->stream, self->path, &message);
+    if (error != ERROR_OK && self->log != NULL) {
+        self->log->operations->write(self->log->self, HAL_LOG_ERROR, message.text);
+    }
+    self->gone = error != ERROR_OK;
+    return error;
+}
+
 static int stop(void *opaque) {
     struct v4l2_camera *self = opaque;
     for (int i = 0; i < V4L2_CAMERA_LENT_MAX; i++) {
@@ -65,24 +77,32 @@ static int stop(void *opaque) {
         return ERROR_OK;
     }
     self->started = false;
-    return v4l2_stream_off(&self->stream);
+    const int error = v4l2_stream_off(&self->stream);
+    self->gone = self->gone || error == ERROR_DEVICE;
+    return error;
 }
 
 static int start(void *opaque, const struct hal_camera_format *format) {
     struct v4l2_camera *self = opaque;
-    INVARIANT(self->stream.fd >= 0);
     if (format->width_px == 0 || format->height_px == 0) {
         return ERROR_UNSUPPORTED;
     }
-    if (self->started && self->stream.on && self->format.width_px == format->width_px &&
-        self->format.height_px == format->height_px) {
+    if (!self->gone && self->started && self->stream.on &&
+        self->format.width_px == format->width_px && self->format.height_px == format->height_px) {
         return ERROR_OK;
     }
     int error = stop(self);
+    if (self->gone) {
+        error = open_again(self);
+        if (error != ERROR_OK) {
+            return error;
+        }
+    }
     if (error == ERROR_OK) {
         error = v4l2_stream_start(&self->stream, format);
     }
     if (error != ERROR_OK) {
+        self->gone = self->gone || error == ERROR_DEVICE;
         tell(self, HAL_LOG_ERROR, self->stream.trouble.text);
         return error;
     }
@@ -274,6 +294,7 @@ static int take(void *opaque, uint64_t not_before_us, uint64_t deadline_us,
     (void)free_slot(self);
     const int error = take_one(self, not_before_us, deadline_us, frame);
     self->counts.timeouts += error == ERROR_TIMEOUT;
+    self->gone = self->gone || error == ERROR_DEVICE;
     return error;
 }
 
@@ -289,8 +310,8 @@ static void give_back(void *opaque, const struct hal_camera_frame *frame) {
 
 static int control(void *opaque, enum hal_camera_control which, int32_t value, int32_t *applied) {
     const struct v4l2_camera *self = opaque;
-    INVARIANT(self->stream.fd >= 0);
-    return v4l2_control_set(self->stream.fd, which, value, applied);
+    return self->stream.fd < 0 ? ERROR_DEVICE
+                               : v4l2_control_set(self->stream.fd, which, value, applied);
 }
 
 static void counts(void *opaque, struct hal_camera_counts *into) {

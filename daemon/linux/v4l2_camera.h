@@ -5,6 +5,8 @@
 /// cannot be) is stopped, its buffers are released, and it is started again: at most 3 times a
 /// call, with growing pauses, within the call's deadline. Each is counted and told to the log.
 ///
+/// A camera that was pulled out says ERROR_DEVICE until `start` finds it under its path again.
+///
 /// Times of frames: with a monotonic time stamp from the driver they are exact at one end, and the
 /// other end is one frame time away, so that a frame never seems to have begun later than it did.
 /// Drivers without such stamps give a bound: a frame that was waited for became whole just now, one
@@ -31,6 +33,7 @@ struct v4l2_camera {
     char path[64];
     const struct hal_log *log;  ///< NULL: none
     uint32_t frame_us;          ///< longest time from frame to frame
+    bool gone;                  ///< it was pulled out: the next start opens it again
     bool started;
     struct hal_camera_format format;
     struct hal_camera_counts counts;

@@ -147,7 +147,7 @@ static int map_buffer(struct v4l2_stream *self, unsigned index) {
                            "the driver's buffers have %u bytes, a frame has %zu", buffer.length,
                            least);
     }
-    void *data = mmap(NULL, buffer.length, PROT_READ, MAP_SHARED, self->fd, buffer.m.offset);
+    void *data = mmap(NULL, buffer.length, PROT_READ, MAP_SHARED, self->fd, (off_t)buffer.m.offset);
     if (data == MAP_FAILED) {
         return errno == ENODEV || errno == EINVAL || errno == ENOSYS || errno == EPERM
                    ? message_set(&self->trouble, ERROR_UNSUPPORTED,

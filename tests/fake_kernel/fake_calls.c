@@ -266,7 +266,11 @@ static int step_on(int fd, const char *call, const char *details) {
 }
 
 int fsync(int fd) {
-    return step_on(fd, "fsync", "") < 0 ? -1 : (int)syscall(SYS_fsync, fd);
+    if (fake_file_of(fd) == NULL) {
+        return (int)syscall(SYS_fsync, fd);
+    }
+    // The disk is not asked: no test pulls the plug, and thousands of syncs take minutes.
+    return step_on(fd, "fsync", "") < 0 ? -1 : 0;
 }
 
 int ftruncate(int fd, off_t bytes) {

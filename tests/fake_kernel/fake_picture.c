@@ -33,12 +33,16 @@ static struct picture load(const char *path, int plain) {
         }
         picture.channels = kind == '6' ? 3 : 1;
     }
-    const size_t room = (size_t)1 << 26;
-    picture.data = malloc(room);
-    if (picture.data == NULL) {
-        abort();
+    const long begin = ftell(file);
+    const long end = fseek(file, 0, SEEK_END) == 0 ? ftell(file) : -1;
+    if (begin < 0 || end <= begin || fseek(file, begin, SEEK_SET) != 0) {
+        stop(path, "is no file with pixels");
     }
-    picture.bytes = fread(picture.data, 1, room, file);
+    picture.bytes = (size_t)(end - begin);
+    picture.data = malloc(picture.bytes);
+    if (picture.data == NULL || fread(picture.data, 1, picture.bytes, file) != picture.bytes) {
+        stop(path, "cannot be read");
+    }
     fclose(file);
     return picture;
 }

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The fake kernel in a program that knows nothing of it: cameras that show recorded pictures."""
 import os
+import resource
 import signal
 import subprocess
 import tempfile
@@ -11,6 +12,11 @@ import numpy as np
 PROBE = os.environ["VERGENCE_CAMERA_PROBE"]
 LIBRARY = os.environ["VERGENCE_FAKE_KERNEL_LIBRARY"]
 WIDTH, HEIGHT = 32, 24
+
+
+def without_core():
+    """Nobody wants the memory of a program that was to end so."""
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
 class Preload(unittest.TestCase):
@@ -40,7 +46,7 @@ class Preload(unittest.TestCase):
                            VERGENCE_FAKE_KERNEL=self.path("script"))
         return subprocess.Popen([PROBE, device, str(WIDTH), str(HEIGHT), str(frames)],
                                 env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                                text=True)
+                                text=True, preexec_fn=without_core)
 
     def probe(self, script, **more):
         process = self.start(script, **more)

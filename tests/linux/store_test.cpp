@@ -75,11 +75,13 @@ struct Place {
     std::string path;
 
     Place() : path(directory / "settings") {
+        fake_kernel_watch(path.c_str());
         Store store(path);
         REQUIRE(store.opened == ERROR_OK);
         REQUIRE(store.save("limits", kOld) == ERROR_OK);
         REQUIRE(store.save("other", "untouched") == ERROR_OK);
-        fake_kernel_watch(path.c_str());
+        store_close(&store.store);
+        fake_kernel_forget();
     }
 };
 
@@ -236,6 +238,7 @@ TEST_CASE("every system call fails in turn: the old or the new record, and the r
                     const bool failed = fake_kernel_failed();
                     INFO("call ", nth, " gives ", pair.system, "; record:\n", record());
                     fake_kernel_reset();
+                    fake_kernel_watch(place.path.c_str());
                     if (!failed) {
                         CHECK(error == ERROR_OK);
                         break;
