@@ -393,6 +393,14 @@ int record_start(struct record *self, struct session_writer *writer, struct mess
     return record_flush(self, message);
 }
 
+void record_idle(struct record *self) {
+    if (is_on(self)) {
+        char asked[TRACE_LINE_MAX + 1];
+        trace_idle(asked);
+        add_call(self, asked, "0");
+    }
+}
+
 int record_flush(struct record *self, struct message *message) {
     if (self->writer == NULL) {
         return 0;

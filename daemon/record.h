@@ -59,6 +59,10 @@ void record_init(struct record *self, const struct rig_ports *inner, struct rig_
 /// ERROR_IO.
 int record_start(struct record *self, struct session_writer *writer, struct message *message);
 
+/// Says that the calls to come are those of rig_idle, which no command has asked for: to be called
+/// before each rig_idle. A player is told by replay_idle_is_next.
+void record_idle(struct record *self);
+
 /// Sees to it that what was recorded so far is on the disk: to be called before a pair is written.
 /// 0, or why recording has ended.
 int record_flush(struct record *self, struct message *message);

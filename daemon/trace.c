@@ -41,6 +41,10 @@ long trace_take_bytes(const char **text, uint8_t *data, size_t capacity) {
     return bytes > 0 ? (long)bytes : -1;
 }
 
+void trace_idle(char *text) {
+    snprintf(text, ROOM, "idle");
+}
+
 void trace_clock_now(char *text) {
     snprintf(text, ROOM, "clock now");
 }

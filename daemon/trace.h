@@ -28,6 +28,9 @@ enum {
     TRACE_BYTES_MAX = 2048,  // of a serial line, in one call
 };
 
+/// No call, but that calls of nobody's command follow: rig_idle.
+void trace_idle(char *text);
+
 void trace_clock_now(char *text);
 void trace_clock_wait(char *text, uint64_t time_us);
 

@@ -92,6 +92,10 @@ int replay_open(struct replay *self, int parent, const char *path, char *profile
     return code;
 }
 
+bool replay_idle_is_next(struct replay *self) {
+    return self->log != NULL && replay_calls_take_idle(self);
+}
+
 bool replay_is_over(const struct replay *self) {
     if (self->log != NULL) {
         return self->calls == 0;

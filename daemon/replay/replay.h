@@ -56,6 +56,7 @@ struct replay {
     uint32_t lines;  // that count: up to the last check that fits
     uint32_t calls;  // among them that were not made yet
     char text[TRACE_LINE_MAX * 2 + 16];
+    bool peeked;             // `text` is a call that was not made yet
     bool ended;              // trouble was met, or all was played
     struct message trouble;  // why; "" while all is well
     uint64_t now_us;
@@ -71,6 +72,10 @@ struct replay {
 /// Large; it must not be moved while it is open.
 int replay_open(struct replay *self, int parent, const char *path, char *profile,
                 struct message *message);
+
+/// Whether rig_idle was called here: then it is to be called now, and this asked again. To be asked
+/// before each command and at the end; takes what record_idle left.
+bool replay_idle_is_next(struct replay *self);
 
 /// Whether every recorded call was made, or every pair was given out.
 bool replay_is_over(const struct replay *self);

@@ -74,16 +74,32 @@ static void stop_playing(struct replay *self, const char *format, ...) {
                 self->line, why);
 }
 
+/// Puts the next call into `text`, unless it is there already; false where none is.
+static bool next_call(struct replay *self) {
+    while (!self->peeked && !self->ended && self->line < self->lines && next_line(self)) {
+        self->line++;
+        self->peeked = !is_check(self->text);
+    }
+    return self->peeked && !self->ended;
+}
+
+bool replay_calls_take_idle(struct replay *self) {
+    char idle[TRACE_LINE_MAX + 1];
+    trace_idle(idle);
+    const size_t length = strlen(idle);
+    if (!next_call(self) || strncmp(self->text, idle, length) != 0 ||
+        strncmp(self->text + length, TRACE_EQUALS, strlen(TRACE_EQUALS)) != 0) {
+        return false;
+    }
+    self->peeked = false;
+    self->calls--;
+    return true;
+}
+
 /// The answer to a call; NULL when the play has ended or does so now.
 static const char *answer_to(struct replay *self, const char *asked) {
-    while (!self->ended && self->line < self->lines) {
-        if (!next_line(self)) {
-            break;
-        }
-        self->line++;
-        if (is_check(self->text)) {
-            continue;
-        }
+    if (next_call(self)) {
+        self->peeked = false;
         char *equals = strstr(self->text, TRACE_EQUALS);
         if (equals == NULL) {
             stop_playing(self, "is no call");

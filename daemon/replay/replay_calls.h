@@ -12,6 +12,9 @@ extern "C" {
 /// Checks calls.log, reads its head, and sets the ports. 0 or an error as replay_open.
 int replay_calls_open(struct replay *self, struct message *message);
 
+/// Takes the mark of record_idle off the log if it comes next.
+bool replay_calls_take_idle(struct replay *self);
+
 /// Reads all pairs of the session and sets two cameras and a clock.
 int replay_pairs_open(struct replay *self, struct message *message);
 

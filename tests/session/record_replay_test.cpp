@@ -320,6 +320,53 @@ TEST_CASE("another call ends the play, and says which") {
     CHECK(played.value->trouble.text == trouble);
 }
 
+TEST_CASE("idling is told where it was, and an idling that was not expected ends the play") {
+    const scratch folder;
+    const std::string path = folder / "session";
+    random_backend backend;
+    auto recorder = std::make_unique<record>();
+    rig_ports ports{};
+    record_init(recorder.get(), &backend.ports, &ports);
+    auto writer = new_writer();
+    message trouble{};
+    record_idle(recorder.get());  // before the start: not recorded
+    REQUIRE(session_writer_begin(writer.get(), AT_FDCWD, path.c_str(), "v1", "rig", "now",
+                                 &trouble) == 0);
+    REQUIRE(record_start(recorder.get(), writer.get(), &trouble) == 0);
+    Random random(synthetic::test_seed() + 1);
+    std::vector<std::string> told;
+    for (int i = 0; i < 30; i++) {
+        if (i % 3 == 0) {
+            record_idle(recorder.get());
+        }
+        told.push_back(tell(ports, random));
+    }
+    record_idle(recorder.get());
+    REQUIRE(record_stop(recorder.get(), &trouble) == 0);
+    REQUIRE(session_writer_end(writer.get(), &trouble) == 0);
+    for (const bool asks : {true, false}) {
+        player played(path);
+        REQUIRE(played.code == 0);
+        Random again(synthetic::test_seed() + 1);
+        for (int i = 0; i < 30 && !played.value->ended; i++) {
+            if (asks) {
+                CHECK(replay_idle_is_next(played.value.get()) == (i % 3 == 0));
+                CHECK(!replay_idle_is_next(played.value.get()));
+            }
+            CHECK((tell(played.value->ports, again) == told[std::size_t(i)]) == asks);
+        }
+        CHECK(played.value->ended != asks);
+        if (asks) {
+            CHECK(!replay_is_over(played.value.get()));
+            CHECK(replay_idle_is_next(played.value.get()));
+            CHECK(replay_is_over(played.value.get()));
+        } else {
+            CHECK(std::string(played.value->trouble.text).find("the recorded call is 'idle'") !=
+                  std::string::npos);
+        }
+    }
+}
+
 TEST_CASE("a log that was cut off plays up to its last check; a changed one is refused") {
     const recorded original(120);
     const std::string whole = original.log();
