@@ -19,7 +19,7 @@
 #include "daemon/server/item.h"
 #include "daemon/server/surroundings.h"
 
-enum { FILES_LISTED_MOST = 1000, READ_BYTES = 65536 };
+enum { FILES_LISTED_MOST = 500, READ_BYTES = 65536 };
 
 static void put_entry(const struct command_call *call, int directory, const char *name) {
     struct stat about;
@@ -54,6 +54,9 @@ static int run_files(const struct command_call *call) {
         count++;
     }
     item_end(call);
+    if (count == FILES_LISTED_MOST) {
+        item_text(call, "more", "the directory holds more than are listed");
+    }
     closedir(directory);
     return 0;
 }

@@ -24,11 +24,11 @@
 #define SERVO(side, at, field, low, high, of, says) \
     NUMBER("rig.servo_" side "_" #field, profile.servo[at].field, low, high, of, says)
 #define SERVOS(side, at)                                                                       \
-    SERVO(side, at, centre_q4, 1, 65535, "us/16", "pulse in the " side " servo's middle"),     \
-        SERVO(side, at, least_q4, 1, 65535, "us/16", "shortest pulse that it may get"),        \
-        SERVO(side, at, most_q4, 1, 65535, "us/16", "longest pulse that it may get"),          \
-        SERVO(side, at, q4_per_rad, 1, 1000000, "us/16 a radian", "how far a pulse turns it"), \
-        SERVO(side, at, urad_per_s, 1, 100000000, "urad/s", "its speed at the lowest supply"), \
+    SERVO(side, at, centre_q4, 0, 65535, "us/16", "pulse in the " side " servo's middle"),     \
+        SERVO(side, at, least_q4, 0, 65535, "us/16", "shortest pulse that it may get"),        \
+        SERVO(side, at, most_q4, 0, 65535, "us/16", "longest pulse that it may get"),          \
+        SERVO(side, at, q4_per_rad, 0, 1000000, "us/16 a radian", "how far a pulse turns it"), \
+        SERVO(side, at, urad_per_s, 0, 100000000, "urad/s", "its speed at the lowest supply"), \
         SERVO(side, at, settle_us, 0, 10000000, "us", "until it rests after a motion")
 
 static const struct config_key keys[] = {
@@ -83,18 +83,19 @@ static const struct config_key keys[] = {
          "for tests: which calls of which part fail, such as i2c.transfer@5=i2c_nack"),
     YES("confine", confine, "give up, after the start, all system calls that are not needed"),
 
+    // Of parts that the profile lacks the numbers are 0; rig_profile_check looks at the others.
     RIG_YES(bridge, "whether there is an FPGA bridge, and both sensors behind it"),
-    RIG(bridge_address, 0x08, 0x77, NULL, "I2C address of the bridge"),
-    NUMBER("rig.sensor_address_left", profile.sensor_address[RIG_LEFT], 0x08, 0x77, NULL,
+    RIG(bridge_address, 0, 0x77, NULL, "I2C address of the bridge"),
+    NUMBER("rig.sensor_address_left", profile.sensor_address[RIG_LEFT], 0, 0x77, NULL,
            "I2C address of the left sensor"),
-    NUMBER("rig.sensor_address_right", profile.sensor_address[RIG_RIGHT], 0x08, 0x77, NULL,
+    NUMBER("rig.sensor_address_right", profile.sensor_address[RIG_RIGHT], 0, 0x77, NULL,
            "I2C address of the right sensor"),
-    RIG(sensor_clock_hz, 1000000, 48000000, "Hz", "clock that the sensors get"),
+    RIG(sensor_clock_hz, 0, 48000000, "Hz", "clock that the sensors get"),
     RIG_YES(servos, "whether servos turn the cameras"),
     SERVOS("left", RIG_LEFT),
     SERVOS("right", RIG_RIGHT),
     RIG(servo_slew_q4, 0, 2047, "us/16 a pulse", "greatest change from pulse to pulse; 0: any"),
-    RIG(watchdog_ms, 1, 65535, "ms", "silence after which the bridge lets the servos rest"),
+    RIG(watchdog_ms, 0, 65535, "ms", "silence after which the bridge lets the servos rest"),
     RIG(pan_least_urad, -1570796, 1570796, "urad", "farthest turn to the left"),
     RIG(pan_most_urad, -1570796, 1570796, "urad", "farthest turn to the right"),
     {.name = "rig.lenses",
@@ -102,14 +103,14 @@ static const struct config_key keys[] = {
      AT(profile.lenses),
      .choices = "fixed v3lc v1lc",
      .help = "fixed; two motorized ones on a V3LC; the left one on a V1LC"},
-    NUMBER("rig.lens_counts_per_s_zoom", profile.lens_counts_per_s[0], 1, 100000, "counts/s",
+    NUMBER("rig.lens_counts_per_s_zoom", profile.lens_counts_per_s[0], 0, 100000, "counts/s",
            "a slower zoom motor is taken for jammed"),
-    NUMBER("rig.lens_counts_per_s_focus", profile.lens_counts_per_s[1], 1, 100000, "counts/s",
+    NUMBER("rig.lens_counts_per_s_focus", profile.lens_counts_per_s[1], 0, 100000, "counts/s",
            "a slower focus motor is taken for jammed"),
-    NUMBER("rig.lens_counts_per_s_iris", profile.lens_counts_per_s[2], 1, 100000, "counts/s",
+    NUMBER("rig.lens_counts_per_s_iris", profile.lens_counts_per_s[2], 0, 100000, "counts/s",
            "a slower iris motor is taken for jammed"),
     RIG(lens_backlash_counts, 0, 100, "counts", "moves end from below, after so far past"),
-    RIG(lens_tolerance_counts, 1, 100, "counts", "a move has arrived within this"),
+    RIG(lens_tolerance_counts, 0, 100, "counts", "a move has arrived within this"),
     RIG(width_px, 16, 16384, "px", "width of full frames"),
     RIG(height_px, 16, 16384, "px", "height of full frames"),
     RIG(frame_us, 1000, 60000000, "us", "longest time between frames where no sensor tells"),

@@ -127,8 +127,12 @@ static void open_stdio(struct server *self) {
         cfmakeraw(&raw);
         self->stdio_raw = tcsetattr(STDIN_FILENO, TCSADRAIN, &raw) == 0;
     }
-    fcntl(STDIN_FILENO, F_SETFL, fcntl(STDIN_FILENO, F_GETFL) | O_NONBLOCK);
-    fcntl(STDOUT_FILENO, F_SETFL, fcntl(STDOUT_FILENO, F_GETFL) | O_NONBLOCK);
+    for (int fd = STDIN_FILENO; fd <= STDOUT_FILENO; fd++) {
+        self->stdio_flags[fd] = fcntl(fd, F_GETFL);
+    }
+    for (int fd = STDIN_FILENO; fd <= STDOUT_FILENO; fd++) {
+        fcntl(fd, F_SETFL, self->stdio_flags[fd] | O_NONBLOCK);
+    }
     connection_begin(&self->clients[CONSOLE], terminal ? CONNECTION_TERMINAL : CONNECTION_LINES,
                      STDIN_FILENO, STDOUT_FILENO, "console");
 }
@@ -286,7 +290,9 @@ static void serve(struct server *self, struct connection *client, short input, s
     connection_send(client, now_us);
     const uint64_t patience_us = (uint64_t)self->config->reader_timeout_s * 1000000;
     const bool stalled = client->stalled_us != 0 && now_us - client->stalled_us > patience_us;
-    if (!client->gone && (stalled || output_overrun(&client->output))) {
+    // Whoever has the daemon's own output may read it when he likes: nobody waits for it.
+    const bool own = client == &self->clients[CONSOLE] && self->stdio;
+    if (!client->gone && !own && (stalled || output_overrun(&client->output))) {
         if (client->lasting) {
             output_reset(&client->output, false);  // nobody has plugged in a terminal
             client->stalled_us = 0;
@@ -424,6 +430,9 @@ void server_close(struct server *self) {
     reply_close(&self->reply);
     if (self->stdio_raw) {
         tcsetattr(STDIN_FILENO, TCSADRAIN, &self->stdio_settings);
+    }
+    for (int fd = STDIN_FILENO; self->stdio && fd <= STDOUT_FILENO; fd++) {
+        fcntl(fd, F_SETFL, self->stdio_flags[fd]);
     }
     for (int i = 0; i < SERVER_LISTENERS; i++) {
         if (self->listeners[i] >= 0) {

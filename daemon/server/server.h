@@ -34,6 +34,7 @@ struct server {
     int signal_fd, wake_fd;
     bool stdio;  ///< the console is standard input and output
     bool stdio_raw;
+    int stdio_flags[2];  ///< of standard input and output, before; others share them
     struct termios stdio_settings;
     uint64_t console_retry_us;
     bool stopping, stuck_told;

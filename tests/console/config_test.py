@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Settings: what is wrong in a file is said with its line; the example in the tree has every key."""
+"""Settings: what is wrong in a file is said with its line; the example in the tree has all keys."""
 import os
 import subprocess
 import tempfile

@@ -96,8 +96,8 @@ class Rig(DaemonTest):
             "capture\n", "capture p1\n").replace("capture - static", "capture p2 static")
         done = subprocess.run(
             [VERGENCED, f"backend=replay {os.path.join(self.files, 'r1')}", "socket=none",
-             f"files={self.files}", "store=none", "console=stdio", "confine=no"], input=script, text=True,
-            capture_output=True, timeout=PATIENCE_S)
+             f"files={self.files}", "store=none", "console=stdio", "confine=no"],
+            input=script, text=True, capture_output=True, timeout=PATIENCE_S)
         self.assertEqual(done.stdout.count("OK\n"), len(commands), done.stdout)
         played = self.frames_of("p1") + self.frames_of("p2")
         self.assertEqual(len(played), 4)

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whatever is typed: the terminal gets plain characters alone and shows the line that the editor
+// has, with the cursor where it is.
+#include <algorithm>
+#include <string>
+
+#include "daemon/editor.h"
+#include "fuzz_check.hpp"
+
+namespace {
+
+// A terminal that counts columns: one for each character, however many bytes it has.
+struct Screen {
+    size_t column = 0;
+
+    void put(unsigned char c) {
+        if (c == '\r') {
+            column = 0;
+        } else if (c == '\n') {
+            column = 0;
+        } else if (c != '\a') {
+            FUZZ_CHECK(c >= ' ' && c != 0x7F && c != 0x1B);
+            if ((c & 0xC0) != 0x80) {
+                column++;
+                // More would wrap; ^C may, as a new line follows anyway.
+                FUZZ_CHECK(column < EDITOR_COLUMNS || (c == '^' || c == 'C'));
+            }
+        }
+    }
+};
+
+void send(void *screen, const char *data, size_t bytes) {
+    for (size_t i = 0; i < bytes; i++) {
+        static_cast<Screen *>(screen)->put(static_cast<unsigned char>(data[i]));
+    }
+}
+
+void complete(void *, const char *before, char *words) {
+    const std::string list = *before == '\0' ? "status stop pan" : "left right both";
+    std::copy(list.begin(), list.end() + 1, words);
+}
+
+size_t characters(const char *text, size_t from, size_t to) {
+    size_t count = 0;
+    for (size_t i = from; i < to; i++) {
+        count += (static_cast<unsigned char>(text[i]) & 0xC0) != 0x80;
+    }
+    return count;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {
+    static editor typed;
+    Screen screen;
+    editor_init(&typed, send, complete, &screen, "> ");
+    editor_begin(&typed);
+    for (size_t i = 0; i < size; i++) {
+        const editor_event event = editor_feed(&typed, static_cast<char>(data[i]));
+        FUZZ_CHECK(typed.length < EDITOR_LINE_BYTES && typed.cursor <= typed.length);
+        FUZZ_CHECK(typed.line[typed.length] == '\0');
+        if (event != EDITOR_MORE) {
+            editor_begin(&typed);
+        }
+        FUZZ_CHECK(typed.scrolled <= typed.cursor);
+        const size_t seen = characters(typed.line, typed.scrolled, typed.cursor);
+        FUZZ_CHECK(screen.column == 2 + seen);
+    }
+    return 0;
+}
