@@ -205,6 +205,15 @@ static int trim(struct rig *self, struct mover *mover) {
     return begin_long_approach(self, mover);
 }
 
+// A count at a time: more than noise usually is, and less than the tolerance.
+static void follow_drift(struct rig *self, const struct mover *mover) {
+    enum { NOISE_COUNTS = 2 };
+    const int32_t beside = mover->middle - mover->target;
+    int32_t *offset = &self->lens_trim[mover->side][mover->axis];
+    const int32_t step = beside >= NOISE_COUNTS ? -1 : beside <= -NOISE_COUNTS ? 1 : 0;
+    *offset = within(*offset + step, -LENS_MOVE_TRIM_COUNTS, LENS_MOVE_TRIM_COUNTS);
+}
+
 // Nothing has moved for too long.
 static int stalled(struct rig *self, struct mover *mover) {
     const int32_t left = distance(mover->middle, mover->goal);
@@ -237,6 +246,7 @@ static int judge(struct rig *self, struct mover *mover) {
         if (mover->phase == GOING_BACK) {
             return go_on_up(self, mover);
         }
+        follow_drift(self, mover);
         mover->phase = ARRIVED;
         return ERROR_OK;
     }

@@ -15,6 +15,22 @@
 /// was needed is kept in `lens_trim`. At an end of the controller's range there is nothing further
 /// to ask for: it has arrived when a second approach ends at the same place.
 ///
+/// A drift that is smaller than the tolerance is followed by a count a move.
+///
+/// Measured with the simulated lenses of rigs/default.yaml (play 4, noise 1, drift 0.5 an hour) on
+/// a tolerance of 3 and a slowest speed of 80, 10,000 moves of zoom and focus a row, p50/p99/max
+/// (VERGENCE_DRAWS=10000 motion_lens_figures_test, seed 20090915):
+///
+///                          ring's error, counts   seconds            beyond the way's own time
+///   one lens, up to 540    0.57  2.30  3.47       1.37  4.12  4.49   0.48  1.02  1.40
+///   both lenses, up to 540 0.61  2.28  3.50       1.97  4.73  5.22   0.90  1.75  4.08
+///   one lens, up to 20     0.60  2.27  3.40       0.94  1.11  1.39   0.90  1.04  1.33
+///   both lenses, up to 20  0.60  2.30  3.49       1.67  1.88  5.40   1.62  1.78  5.32
+///
+/// The error is that of the ring against the potentiometer's way of counting, in which it rests
+/// half the play below; a reading takes 57 ms, and both lenses share the line. Jams at random
+/// moments, random motors (motion_lens_move_test, 10,000): told after 2.1 s, p99 4.4, max 4.9.
+///
 /// After a jam, a failure or ERROR_CANCELLED the motors are stopped, or sent to where they are.
 #ifndef VERGENCE_RIG_LENS_MOVE_H
 #define VERGENCE_RIG_LENS_MOVE_H

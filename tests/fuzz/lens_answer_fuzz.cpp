@@ -20,25 +20,22 @@ struct Answer {
     }
 };
 
-std::optional<int> lens_of(const std::string &record, bool single) {
+// -1: none, as below.
+int lens_of(const std::string &record, bool single) {
     if (single) {
-        return record.find(':') == std::string::npos && record.size() <= LENS_V3LC_RECORD
-                   ? std::optional<int>(0)
-                   : std::nullopt;
+        return record.find(':') == std::string::npos && record.size() <= LENS_V3LC_RECORD ? 0 : -1;
     }
-    return record == "V3LC 1"   ? std::optional<int>(0)
-           : record == "V3LC 2" ? std::optional<int>(1)
-                                : std::nullopt;
+    return record == "V3LC 1" ? 0 : record == "V3LC 2" ? 1 : -1;
 }
 
-std::optional<int> value_of(const std::string &record) {
+int value_of(const std::string &record) {
     const size_t colon = record.find(':');
     const size_t digits =
         colon == std::string::npos ? colon : record.find_first_not_of(' ', colon + 1);
     if (digits == std::string::npos || record.size() - digits > 4 ||
         record.find_first_not_of("0123456789", digits) != std::string::npos ||
         record.size() > LENS_V3LC_RECORD) {
-        return std::nullopt;
+        return -1;
     }
     return std::stoi(record.substr(digits));
 }
@@ -61,14 +58,14 @@ std::vector<Answer> plainly(const std::string &text, bool single) {
         if (record.empty()) {
             continue;
         }
-        const std::optional<int> lens = lens_of(record, single);
-        std::optional<int> value = lens ? std::nullopt : value_of(record);
+        const int lens = lens_of(record, single);
+        int value = lens >= 0 ? -1 : value_of(record);
         const bool whole = record.size() <= LENS_V3LC_RECORD;
         if (single && begun && count == 2 && whole && record.find(':') != std::string::npos) {
             value = 0;
         }
-        if (begun && value) {
-            begun->values[count++] = *value;
+        if (begun && value >= 0) {
+            begun->values[count++] = value;
             if (count == LENS_V3LC_VALUES) {
                 answers.push_back(*begun);
                 begun.reset();
@@ -76,7 +73,7 @@ std::vector<Answer> plainly(const std::string &text, bool single) {
             continue;
         }
         count = 0;
-        begun = lens ? std::optional<Answer>(Answer{*lens, {0, 0, 0}}) : std::nullopt;
+        begun = lens >= 0 ? std::optional<Answer>(Answer{lens, {0, 0, 0}}) : std::nullopt;
     }
     return answers;
 }

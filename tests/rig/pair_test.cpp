@@ -45,7 +45,7 @@ TEST_CASE("a pair of the chessboard tells when and how each frame was taken") {
     CHECK(std::abs(double(applied_us) - 10000) <= double(timing.row_ns) / 2000 + 1);
     ::pair pair{};
     const uint64_t begin_us = bench.now_us();
-    REQUIRE(bench.capture(pair, true) == ERROR_OK);
+    REQUIRE_MESSAGE(bench.capture(pair, true) == ERROR_OK, bench.rig.trouble.text);
     const pair_frame &left = pair.frame[RIG_LEFT], &right = pair.frame[RIG_RIGHT];
     CHECK(pair.number == 1);
     CHECK(pair.checked);
@@ -161,10 +161,10 @@ TEST_CASE("a lens that moves meanwhile makes it no pair") {
 }
 
 TEST_CASE("a scene that moves meanwhile is found when it is looked for") {
-    RigBench bench;
+    RigBench bench(small_profile(), "chessboard");
     REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
     ::pair pair{};
-    REQUIRE(bench.capture(pair, true) == ERROR_OK);
+    REQUIRE_MESSAGE(bench.capture(pair, true) == ERROR_OK, bench.rig.trouble.text);
     const uint32_t frames = bench.rig.health[RIG_PART_LEFT_CAMERA].uses;
     bool moved = false;
     bench.go_on = [&] {
@@ -234,12 +234,12 @@ TEST_CASE("a camera that falls silent is named within two seconds, and the rig i
 }
 
 TEST_CASE("a capture can be cancelled at any time, and the next one works") {
-    RigBench bench;
+    RigBench bench(small_profile(), "chessboard");
     REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
     ::pair pair{};
     uint64_t all = 0;
     bench.go_on = [&all] { return ++all > 0; };
-    REQUIRE(bench.capture(pair, true) == ERROR_OK);
+    REQUIRE_MESSAGE(bench.capture(pair, true) == ERROR_OK, bench.rig.trouble.text);
     for (uint64_t last = 0; last < all; last += 1 + all / 12) {
         uint64_t asked = 0;
         bench.go_on = [&asked, last] { return asked++ < last; };

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every call of the hardware's interfaces fails, once or for ever, during bring-up and capture:
+// within two seconds of rig time the instrument works again or is safe, and says which part it was.
+// As a rule some calls are tried, chosen by the seed; VERGENCE_RIG_FAULTS=all tries all of them.
+#include <doctest/doctest.h>
+
+#include <cstdlib>
+#include <random>
+#include <string>
+
+#include "bench/rig_bench.hpp"
+#include "synthetic/seed.hpp"
+
+using rig_bench::Fault;
+using rig_bench::Port;
+using rig_bench::RigBench;
+using rig_bench::small_profile;
+
+namespace {
+
+constexpr uint64_t kLimitUs = 2000000;
+// Lenses that do not answer are asked for long, but nothing moves meanwhile.
+constexpr uint64_t kLensesUs = 2 * 1700000;
+constexpr uint64_t kTries = 4;
+
+bool is_named(Port port, rig_part part) {
+    switch (port) {
+        case Port::kI2c:
+            return part == RIG_PART_BRIDGE || part == RIG_PART_LEFT_SENSOR ||
+                   part == RIG_PART_RIGHT_SENSOR || part == RIG_PART_LEFT_SERVO ||
+                   part == RIG_PART_RIGHT_SERVO;
+        case Port::kGpio:
+            return part == RIG_PART_RESET_LINE || part == RIG_PART_IRQ_LINE;
+        case Port::kCamera:
+            return part == RIG_PART_LEFT_CAMERA || part == RIG_PART_RIGHT_CAMERA;
+        default:
+            return part == RIG_PART_LEFT_LENS || part == RIG_PART_RIGHT_LENS;
+    }
+}
+
+// Neither pulses nor frames, as the bridge itself has it; or it is held in reset.
+bool is_at_rest(RigBench &bench) {
+    fpga_bridge bridge{};
+    uint16_t control = 0;
+    if (fpga_bridge_open(&bridge, &bench.backend.i2c, &bench.backend.clock) != ERROR_OK) {
+        return true;
+    }
+    REQUIRE(fpga_bridge_read(&bridge, BRIDGE_CTRL, &control) == ERROR_OK);
+    return control == 0;
+}
+
+int run_all(RigBench &bench, ::pair &pair) {
+    const int error = rig_bringup(&bench.rig);
+    return error == ERROR_OK ? bench.capture(pair) : error;
+}
+
+void try_fault(RigBench &bench, const Fault &fault) {
+    ::pair pair{};
+    bench.faulty.fail(fault);
+    const int error = run_all(bench, pair);
+    const uint64_t took_us = bench.now_us() - bench.faulty.failed_us();
+    const bool failed = bench.faulty.failed_us() != 0;
+    REQUIRE(failed);
+    if (error != ERROR_OK) {
+        const std::string text = bench.rig.trouble.text;
+        CAPTURE(text);
+        CHECK(is_named(fault.port, bench.rig.trouble.part));
+        CHECK(text.rfind(rig_part_text(bench.rig.trouble.part), 0) == 0);
+        CHECK(took_us < kLimitUs + (fault.port == Port::kUart ? kLensesUs : 0));
+    } else {
+        // One failure was made good; what fails for ever is never a success.
+        CHECK(!(fault.for_ever && fault.port == Port::kI2c));
+    }
+    if (bench.rig.state != RIG_READY) {
+        CHECK(is_at_rest(bench));
+    }
+    bench.faulty.fail({});
+}
+
+void try_port(Port port, int error, bool for_ever) {
+    RigBench bench;
+    ::pair pair{};
+    bench.faulty.fail({});
+    REQUIRE(run_all(bench, pair) == ERROR_OK);
+    const uint64_t calls = bench.faulty.calls(port);
+    const uint64_t seed = synthetic::test_seed();
+    std::mt19937_64 random(seed + uint64_t(port) * 2 + for_ever);
+    const char *wanted = std::getenv("VERGENCE_RIG_FAULTS");
+    const bool all = wanted != nullptr && std::string(wanted) == "all";
+    const uint64_t tries = all || calls < kTries ? calls : kTries;
+    REQUIRE(calls > 0);
+    for (uint64_t i = 0; i < tries; i++) {
+        // One of each stretch.
+        const uint64_t from = calls * i / tries, to = calls * (i + 1) / tries;
+        const uint64_t call = from + random() % (to - from);
+        CAPTURE(seed);
+        CAPTURE(call);
+        CAPTURE(calls);
+        try_fault(bench, {port, call, for_ever, error});
+    }
+    // And nothing of it is left.
+    INFO(bench.rig.trouble.text);
+    CHECK(run_all(bench, pair) == ERROR_OK);
+}
+
+}  // namespace
+
+TEST_CASE("a transfer that is not acknowledged once is made good") {
+    try_port(Port::kI2c, ERROR_I2C_NACK, false);
+}
+TEST_CASE("a bus on which nobody answers any more") {
+    try_port(Port::kI2c, ERROR_I2C_NACK, true);
+}
+TEST_CASE("a bus that is stuck once") {
+    try_port(Port::kI2c, ERROR_I2C_STUCK, false);
+}
+TEST_CASE("a bus that is stuck for ever") {
+    try_port(Port::kI2c, ERROR_I2C_STUCK, true);
+}
+TEST_CASE("a bus whose adapter is unplugged") {
+    try_port(Port::kI2c, ERROR_IO, true);
+}
+TEST_CASE("lines that cannot be driven or read, once and for ever") {
+    try_port(Port::kGpio, ERROR_DEVICE, false);
+    try_port(Port::kGpio, ERROR_DEVICE, true);
+}
+TEST_CASE("a port that gives no frame once, or no more") {
+    try_port(Port::kCamera, ERROR_TIMEOUT, false);
+    try_port(Port::kCamera, ERROR_TIMEOUT, true);
+}
+TEST_CASE("a port that has gone") {
+    try_port(Port::kCamera, ERROR_DEVICE, false);
+    try_port(Port::kCamera, ERROR_DEVICE, true);
+}
+TEST_CASE("a serial line that has gone, once and for ever") {
+    try_port(Port::kUart, ERROR_IO, false);
+    try_port(Port::kUart, ERROR_IO, true);
+}

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+// What counts as change between two pictures of one camera: not noise, but what moved.
+#include "rig/pair_change.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include "synthetic/seed.hpp"
+
+namespace {
+
+constexpr uint32_t kWidth = 256, kHeight = 192;
+
+using Picture = std::vector<double>;
+
+// Light of 0 .. 1 in stripes `period` values wide.
+Picture stripes(double period, double low, double high, double shift = 0) {
+    Picture light(size_t(kWidth) * kHeight);
+    for (uint32_t row = 0; row < kHeight; row++) {
+        for (uint32_t column = 0; column < kWidth; column++) {
+            const double phase = (double(column) + shift + 0.3 * double(row)) / period;
+            light[size_t(row) * kWidth + column] =
+                low + (high - low) * (0.5 + 0.5 * std::sin(6.283185307 * phase));
+        }
+    }
+    return light;
+}
+
+// As a sensor with a well of 8500 electrons and 8 of noise gives it, at this gain and depth.
+std::vector<uint16_t> exposed(const Picture &light, double gain, unsigned bits,
+                              std::mt19937_64 &random) {
+    std::vector<uint16_t> values;
+    std::normal_distribution<double> noise(0, 1);
+    const double most = double((1u << bits) - 1), per_e = gain * most / 8500;
+    for (const double part : light) {
+        const double electrons = part * 8500 / gain;
+        const double value = (electrons + std::sqrt(electrons + 64) * noise(random)) * per_e;
+        values.push_back(uint16_t(std::clamp(std::round(value + 0.04 * most), 0.0, most)));
+    }
+    return values;
+}
+
+uint32_t change(const std::vector<uint16_t> &before, const std::vector<uint16_t> &after,
+                unsigned bits, double gain) {
+    const pair_change_frames frames = {before.data(), after.data(),  kWidth,
+                                       kHeight,       uint8_t(bits), uint16_t(8 * gain)};
+    return pair_change_permille(&frames);
+}
+
+}  // namespace
+
+TEST_CASE("noise is no change, at any light, gain and depth") {
+    const uint64_t seed = synthetic::test_seed();
+    CAPTURE(seed);
+    std::mt19937_64 random(seed);
+    for (const double gain : {1.0, 2.0, 8.0, 32.0}) {
+        for (const unsigned bits : {8u, 10u, 12u}) {
+            for (const double high : {0.02, 0.3, 0.9}) {
+                const Picture light = stripes(40, 0.01, high);
+                CAPTURE(gain);
+                CAPTURE(bits);
+                CAPTURE(high);
+                const auto before = exposed(light, gain, bits, random);
+                const auto after = exposed(light, gain, bits, random);
+                CHECK(change(before, after, bits, gain) == 0);
+            }
+        }
+    }
+}
+
+TEST_CASE("what moves by a pixel is found where there is contrast") {
+    const uint64_t seed = synthetic::test_seed();
+    CAPTURE(seed);
+    std::mt19937_64 random(seed);
+    const auto before = exposed(stripes(24, 0.1, 0.7), 1, 10, random);
+    const auto after = exposed(stripes(24, 0.1, 0.7, 1.0), 1, 10, random);
+    CHECK(change(before, after, 10, 1) > 300);
+    // Of a tenth of the picture, a tenth of that.
+    auto some = before;
+    std::copy(after.begin(), after.begin() + kWidth * (kHeight / 10), some.begin());
+    const uint32_t part = change(before, some, 10, 1);
+    CHECK(part > 30);
+    CHECK(part < 110);
+}
+
+TEST_CASE("light that changes by a tenth is found") {
+    std::mt19937_64 random(synthetic::test_seed());
+    const auto before = exposed(stripes(24, 0.3, 0.7), 1, 10, random);
+    Picture brighter = stripes(24, 0.3, 0.7);
+    for (double &part : brighter) {
+        part *= 1.1;
+    }
+    CHECK(change(before, exposed(brighter, 1, 10, random), 10, 1) > 900);
+}
+
+TEST_CASE("pictures smaller than a square have nothing that changes") {
+    const std::vector<uint16_t> black(9, 0), white(9, 1023);
+    const pair_change_frames frames = {black.data(), white.data(), 3, 3, 10, 8};
+    CHECK(pair_change_permille(&frames) == 0);
+}

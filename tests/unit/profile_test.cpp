@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// The profiles that everybody has, and numbers that make no sense.
+#include "rig/profile.h"
+
+#include <doctest/doctest.h>
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <string>
+
+#include "core/error.h"
+#include "device/lens.h"
+
+namespace {
+
+rig_profile named(const char *name) {
+    rig_profile profile{};
+    REQUIRE(rig_profile_named(name, &profile) == ERROR_OK);
+    return profile;
+}
+
+}  // namespace
+
+TEST_CASE("the profiles that everybody has are good, and have the parts that their names say") {
+    for (const char *name : {"rig", "two-cameras", "two-cameras-lens"}) {
+        const rig_profile profile = named(name);
+        const char *what = nullptr;
+        CHECK(rig_profile_check(&profile, &what) == ERROR_OK);
+        CHECK(std::string(profile.name) == name);
+    }
+    CHECK(named("rig").bridge);
+    CHECK(named("rig").servos);
+    CHECK(named("rig").lenses == RIG_LENSES_V3LC);
+    CHECK(!named("two-cameras").bridge);
+    CHECK(named("two-cameras").lenses == RIG_LENSES_FIXED);
+    CHECK(!named("two-cameras-lens").bridge);
+    CHECK(named("two-cameras-lens").lenses == RIG_LENSES_V3LC);
+}
+
+TEST_CASE("other names are refused, and change nothing") {
+    rig_profile profile{};
+    profile.width_px = 7;
+    for (const char *name : {"", "ri", "rigs", "two-cameras-lenses", "Rig"}) {
+        CHECK(rig_profile_named(name, &profile) == ERROR_MISSING);
+    }
+    CHECK(profile.width_px == 7);
+}
+
+TEST_CASE("each number that makes no sense is named") {
+    const struct {
+        const char *base, *field;
+        std::function<void(rig_profile &)> spoil;
+    } cases[] = {
+        {"rig", "bridge_address", [](rig_profile &p) { p.bridge_address = 0x2D; }},
+        {"rig", "sensor_address", [](rig_profile &p) { p.sensor_address[1] = 0x78; }},
+        {"rig", "sensor_address", [](rig_profile &p) { p.sensor_address[0] = 0x2C; }},
+        {"rig", "sensor_address", [](rig_profile &p) { p.sensor_address[0] = 0x5E; }},
+        {"rig", "sensor_clock_hz", [](rig_profile &p) { p.sensor_clock_hz = 0; }},
+        {"rig", "sensor_clock_hz", [](rig_profile &p) { p.sensor_clock_hz = 48000001; }},
+        {"rig", "servo_slew_q4", [](rig_profile &p) { p.servo_slew_q4 = 2048; }},
+        {"rig", "watchdog_ms", [](rig_profile &p) { p.watchdog_ms = 0; }},
+        {"rig", "watchdog_ms", [](rig_profile &p) { p.watchdog_ms = 5000; }},
+        {"rig", "pan_least_urad", [](rig_profile &p) { p.pan_least_urad = p.pan_most_urad; }},
+        {"rig", "pan_least_urad", [](rig_profile &p) { p.pan_least_urad = -3000000; }},
+        {"rig", "pan_most_urad", [](rig_profile &p) { p.pan_most_urad = 3000000; }},
+        {"rig", "servo", [](rig_profile &p) { p.servo[1].q4_per_rad = 0; }},
+        {"rig", "servo", [](rig_profile &p) { p.servo[0].least_q4 = p.servo[0].centre_q4; }},
+        {"rig", "width_px", [](rig_profile &p) { p.width_px = 2050; }},
+        {"rig", "height_px", [](rig_profile &p) { p.height_px = 1538; }},
+        {"two-cameras", "servos", [](rig_profile &p) { p.servos = true; }},
+        {"two-cameras", "width_px", [](rig_profile &p) { p.width_px = 0; }},
+        {"two-cameras", "width_px", [](rig_profile &p) { p.width_px = 641; }},
+        {"two-cameras", "height_px", [](rig_profile &p) { p.height_px = 481; }},
+        {"two-cameras", "frame_us", [](rig_profile &p) { p.frame_us = 0; }},
+        {"two-cameras", "skew_limit_us", [](rig_profile &p) { p.skew_limit_us = 0; }},
+        {"two-cameras-lens", "lens_counts_per_s",
+         [](rig_profile &p) { p.lens_counts_per_s[LENS_IRIS] = 0; }},
+        {"two-cameras-lens", "lens_backlash_counts",
+         [](rig_profile &p) { p.lens_backlash_counts = -1; }},
+        {"two-cameras-lens", "lens_tolerance_counts",
+         [](rig_profile &p) { p.lens_tolerance_counts = 0; }},
+    };
+    for (const auto &test : cases) {
+        rig_profile profile = named(test.base);
+        test.spoil(profile);
+        const char *what = "";
+        CHECK(rig_profile_check(&profile, &what) != ERROR_OK);
+        CHECK(std::string(what) == test.field);
+    }
+}
