@@ -163,6 +163,10 @@ static int open_store(struct daemon *self, struct message *message) {
     return error;
 }
 
+static bool idle_is_next(void *replay) {
+    return replay_idle_is_next(replay);
+}
+
 static int start(struct daemon *self, struct message *message) {
     struct rig_ports ports = {0};
     const int number = logbook_open(&self->logbook, self->config.log_file, self->config.log_level);
@@ -189,6 +193,8 @@ static int start(struct daemon *self, struct message *message) {
         .table_count = self->table_count,
         .rig = &self->rig,
         .record = &self->backends.record,
+        .idle_is_next = self->backends.has_replay ? idle_is_next : NULL,
+        .replay = &self->backends.replay,
         .time_passes = self->backends.time_passes,
     };
     error = server_open(&self->server, &parts, message);

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/progress.h"
+#include "daemon/record.h"
 
 enum { IDLE_NS = 50 * 1000 * 1000, PROGRESS_US = 100000 };
 
@@ -82,9 +83,18 @@ static void idle(struct crew *self) {
     if (!self->has_rig || !self->time_passes || self->rig->state != RIG_READY) {
         return;
     }
+    record_idle(self->surroundings.record);
     if (rig_idle(self->rig) != 0) {
         const struct hal_log *log = self->surroundings.log;
         log->operations->write(log->self, HAL_LOG_ERROR, self->rig->trouble.text);
+    }
+}
+
+/// In a recording that is played time does not pass: the rig is looked after where it was then.
+static void catch_up(const struct crew *self) {
+    const struct surroundings *around = &self->surroundings;
+    while (self->has_rig && around->idle_is_next != NULL && around->idle_is_next(around->replay)) {
+        rig_idle(self->rig);
     }
 }
 
@@ -120,6 +130,7 @@ static void *work(void *cookie) {
         }
         if (job != NULL) {
             self->running = job;
+            catch_up(self);
             run(self, job);
             self->running = NULL;
             finish(self, job);

@@ -99,6 +99,8 @@ static void open_crew(struct server *self, struct crew *crew, const struct serve
         .logbook = parts->logbook,
         .store = parts->store,
         .record = parts->record,
+        .idle_is_next = parts->idle_is_next,
+        .replay = parts->replay,
         .files_fd = parts->files_fd,
     };
 }

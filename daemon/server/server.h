@@ -48,6 +48,8 @@ struct server_parts {
     const struct hal_log *log;
     const struct hal_store *store;
     struct record *record;
+    bool (*idle_is_next)(void *replay);  ///< see struct surroundings
+    void *replay;
     int files_fd;
     const struct command *table;
     size_t table_count;

@@ -34,8 +34,11 @@ struct surroundings {
     const struct command *table;  ///< all commands
     size_t table_count;
     const struct hal_log *log;
-    struct logbook *logbook;        ///< behind `log`: its last lines
-    struct record *record;          ///< in front of the rig's ports; recording when told to
+    struct logbook *logbook;  ///< behind `log`: its last lines
+    struct record *record;    ///< in front of the rig's ports; recording when told to
+    /// Of a recording that is played: whether the rig idled here. NULL: none is played.
+    bool (*idle_is_next)(void *replay);
+    void *replay;
     const struct hal_store *store;  ///< NULL: nothing can be kept
     struct job *job;                ///< the one that runs, for commands that outlast one run
     int files_fd;  ///< the directory of sessions and other results that clients fetch; -1: none

@@ -60,19 +60,21 @@ struct session_of_commands {
     std::vector<std::uint16_t> memory;
     owned_pair taken;
 
-    void run(const rig_ports &ports, session_writer *writer, record *recorder) {
+    void run(const rig_ports &ports, session_writer *writer, record *recorder, replay *player) {
         auto instrument = std::make_unique<rig>();
         rig_profile profile{};
         REQUIRE(rig_profile_named("rig", &profile) == 0);
         rig_init(instrument.get(), &profile, &ports, nullptr);
         codes.push_back(rig_bringup(instrument.get()));
         INFO(std::string(instrument->trouble.text));
+        idle(instrument.get(), recorder, player);
         codes.push_back(rig_window(instrument.get(), 64, 48, 1));
         codes.push_back(rig_lens_go(instrument.get(), 3, LENS_ZOOM, 320));
         std::uint32_t applied_us = 0;
         codes.push_back(rig_exposure(instrument.get(), 3, 5000, &applied_us));
         codes.push_back(static_cast<int>(applied_us));
         for (int i = 0; i < 2; i++) {
+            idle(instrument.get(), recorder, player);
             const pair_options options{i == 1};
             memory.assign(pair_values(instrument.get(), &options), 0);
             const int code = pair_capture(instrument.get(), &options, memory.data(), memory.size(),
@@ -91,6 +93,16 @@ struct session_of_commands {
     }
 
   private:
+    /// Between two commands: as often as it was recorded, or a few times.
+    static void idle(rig *instrument, record *recorder, replay *player) {
+        for (int i = 0; player == nullptr && i < 3; i++) {
+            record_idle(recorder);
+            CHECK(rig_idle(instrument) == 0);
+        }
+        while (player != nullptr && replay_idle_is_next(player)) {
+            CHECK(rig_idle(instrument) == 0);
+        }
+    }
     /// The pixels outlive the memory that the pair was taken into.
     void keep() {
         for (int side = 0; side < RIG_SIDES; side++) {
@@ -122,7 +134,7 @@ TEST_CASE("a recorded session plays as the instrument, bit for bit") {
         REQUIRE(session_writer_begin(writer.get(), AT_FDCWD, path.c_str(), "v1", "rig", "now",
                                      &trouble) == 0);
         REQUIRE(record_start(recorder.get(), writer.get(), &trouble) == 0);
-        first.run(ports, writer.get(), recorder.get());
+        first.run(ports, writer.get(), recorder.get(), nullptr);
         CHECK(record_stop(recorder.get(), &trouble) == 0);
         CHECK(session_writer_end(writer.get(), &trouble) == 0);
         MESSAGE("recorded calls: ", recorder->calls);
@@ -135,7 +147,7 @@ TEST_CASE("a recorded session plays as the instrument, bit for bit") {
     const int opened = replay_open(player.get(), AT_FDCWD, path.c_str(), nullptr, &trouble);
     INFO(std::string(trouble.text));
     REQUIRE(opened == 0);
-    again.run(player->ports, nullptr, nullptr);
+    again.run(player->ports, nullptr, nullptr, player.get());
     CHECK(std::string(player->trouble.text) == "");
     CHECK(replay_is_over(player.get()));
     replay_close(player.get());
