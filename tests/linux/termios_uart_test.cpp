@@ -86,6 +86,11 @@ std::string take(int fd, size_t bytes) {
 
 TEST_CASE("the calls of opening, writing, reading and closing; bytes pass unchanged") {
     Line line;
+    termios before;
+    REQUIRE(tcgetattr(line.master, &before) == 0);
+    before.c_cflag |= CSTOPB | CRTSCTS;
+    before.c_iflag |= IXON | IXOFF | ISTRIP;
+    REQUIRE(tcsetattr(line.master, TCSANOW, &before) == 0);
     {
         Uart uart(line);
         const std::string n = line.name();
