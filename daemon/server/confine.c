@@ -153,8 +153,8 @@ static int add_rules(scmp_filter_ctx filter) {
     }
     static const unsigned families[] = {AF_UNIX, AF_INET};
     for (size_t i = 0; error == 0 && i < sizeof families / sizeof families[0]; i++) {
-        error = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(socket), 1,
-                                 SCMP_A0(SCMP_CMP_EQ, families[i]));
+        const struct scmp_arg_cmp same = {.arg = 0, .op = SCMP_CMP_EQ, .datum_a = families[i]};
+        error = seccomp_rule_add_array(filter, SCMP_ACT_ALLOW, SCMP_SYS(socket), 1, &same);
     }
     return error;
 }
