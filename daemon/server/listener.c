@@ -6,6 +6,7 @@
 #include <netinet/in.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdio.h>
 #include <string.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -13,6 +14,8 @@
 #include <unistd.h>
 
 #include "core/error.h"
+
+#define BESIDE ".new"
 
 enum { BACKLOG = 16, SOCKET_FLAGS = SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK };
 
@@ -38,10 +41,10 @@ static bool is_served(const struct sockaddr_un *address) {
 
 int listener_unix(const char *path, struct message *message) {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
-    if (strlen(path) >= sizeof address.sun_path) {
+    const size_t longest = sizeof address.sun_path - sizeof BESIDE;
+    if (strlen(path) > longest) {
         return message_set(message, ERROR_ARGUMENT,
-                           "%s: a socket's path has at most %zu characters", path,
-                           sizeof address.sun_path - 1);
+                           "%s: a socket's path has at most %zu characters", path, longest);
     }
     memcpy(address.sun_path, path, strlen(path) + 1);
     struct stat there;
@@ -52,15 +55,20 @@ int listener_unix(const char *path, struct message *message) {
         if (is_served(&address)) {
             return message_set(message, ERROR_BUSY, "%s: another vergenced listens there", path);
         }
-        unlink(path);
     }
+    // It gets its name when it listens: who sees the name can connect.
+    memcpy(address.sun_path + strlen(path), BESIDE, sizeof BESIDE);
+    unlink(address.sun_path);
     const int fd = socket(AF_UNIX, SOCKET_FLAGS, 0);
     // Nobody else may come in between bind and chmod.
     const mode_t mask = umask(0177);
     const int bound = fd >= 0 ? bind(fd, (const struct sockaddr *)&address, sizeof address) : -1;
     umask(mask);
-    if (bound != 0 || chmod(path, 0660) != 0 || listen(fd, BACKLOG) != 0) {
-        return fail(fd, message, path);
+    if (bound != 0 || chmod(address.sun_path, 0660) != 0 || listen(fd, BACKLOG) != 0 ||
+        rename(address.sun_path, path) != 0) {
+        const int failed = fail(fd, message, path);
+        unlink(address.sun_path);
+        return failed;
     }
     return fd;
 }
