@@ -22,7 +22,7 @@ namespace {
 constexpr uint64_t kLimitUs = 2000000;
 // Lenses that do not answer are asked for long, but nothing moves meanwhile.
 constexpr uint64_t kLensesUs = 2 * 1700000;
-constexpr uint64_t kTries = 4;
+constexpr uint64_t kTries = 1;
 
 bool is_named(Port port, rig_part part) {
     switch (port) {
