@@ -12,6 +12,7 @@
 #include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/write_all.h"
 
 #define FILE_MODE 0666
 
@@ -27,14 +28,8 @@ static void give_up(struct record *self) {
 }
 
 static void write_buffer(struct record *self) {
-    size_t done = 0;
-    while (!self->failed && done < self->filled) {
-        const ssize_t count = write(self->log, self->buffer + done, self->filled - done);
-        if (count > 0) {
-            done += (size_t)count;
-        } else if (count == 0 || errno != EINTR) {
-            give_up(self);
-        }
+    if (!self->failed && !write_all(self->log, self->buffer, self->filled)) {
+        give_up(self);
     }
     self->filled = 0;
 }

@@ -12,6 +12,7 @@
 #include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/write_all.h"
 
 #define PART_NAME ".part"
 #define DIRECTORY_MODE 0777
@@ -24,31 +25,13 @@ static int fail(const struct session_writer *self, const char *name, struct mess
                        self->path, name, strerror(reason));
 }
 
-/// 0, or -1 with errno set.
-static int write_whole(int descriptor, const void *data, size_t bytes) {
-    const unsigned char *at = data;
-    while (bytes > 0) {
-        const ssize_t written = write(descriptor, at, bytes);
-        if (written < 0 && errno == EINTR) {
-            continue;
-        }
-        if (written <= 0) {
-            errno = written == 0 ? ENOSPC : errno;
-            return -1;
-        }
-        at += written;
-        bytes -= (size_t)written;
-    }
-    return 0;
-}
-
 /// Appends a line; the disk has it when this returns 0. What could not be written whole is cut off
 /// again, here or by the next call.
 static int append(struct session_writer *self, const char *line, size_t length,
                   struct message *message) {
     if (ftruncate(self->index, self->good_bytes) != 0 ||
         lseek(self->index, self->good_bytes, SEEK_SET) != self->good_bytes ||
-        write_whole(self->index, line, length) != 0 || fsync(self->index) != 0) {
+        !write_all(self->index, line, length) || fsync(self->index) != 0) {
         const int code = fail(self, SESSION_INDEX_NAME, message);
         // The reader leaves out a line that is not whole, should this fail as well.
         if (ftruncate(self->index, self->good_bytes) == 0) {
@@ -176,7 +159,7 @@ int session_writer_calibration(struct session_writer *self, const char *text, si
         if (part < 0) {
             return fail(self, name, message);
         }
-        const bool written = write_whole(part, text, length) == 0;
+        const bool written = write_all(part, text, length);
         const int code = finish_part(self, part, written, name, message);
         if (code != 0) {
             return code;
@@ -197,7 +180,7 @@ static void flush_sink(struct frame_sink *sink) {
     struct session_writer *self = sink->self;
     sink->crc = crc_update(sink->crc, self->buffer, self->filled);
     if (sink->part >= 0 && !sink->failed) {
-        sink->failed = write_whole(sink->part, self->buffer, self->filled) != 0;
+        sink->failed = !write_all(sink->part, self->buffer, self->filled);
     }
     self->filled = 0;
 }

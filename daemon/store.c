@@ -15,6 +15,7 @@
 #include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/write_all.h"
 
 // Records begin with a letter, so no record's file has such a name.
 #define TEMPORARY_PREFIX ".new-"
@@ -98,23 +99,6 @@ static bool sync_fd(int fd) {
 /// Closes once, whatever happens: Linux frees the descriptor in any case.
 static bool close_fd(int fd) {
     return close(fd) == 0 || errno == EINTR;
-}
-
-static bool write_all(int fd, const void *data, size_t bytes) {
-    const char *next = data;
-    while (bytes > 0) {
-        const ssize_t written = write(fd, next, bytes);
-        if (written > 0) {
-            next += written;
-            bytes -= (size_t)written;
-        } else if (written == 0) {
-            errno = EIO;
-            return false;
-        } else if (errno != EINTR) {
-            return false;
-        }
-    }
-    return true;
 }
 
 /// Reads until `bytes` are there or the file ends; their number, or -1 with errno.

@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/server/surroundings.h"
+#include "daemon/write_all.h"
 
 static int error_of(int number) {
     switch (number) {
@@ -100,21 +101,6 @@ int files_open_directory(const struct command_call *call, const char *name) {
     return fd >= 0 ? fd : refuse_system(call, name[0] == '\0' ? "files" : name, errno);
 }
 
-static bool write_all(int fd, const char *data, size_t bytes) {
-    while (bytes > 0) {
-        const ssize_t written = write(fd, data, bytes);
-        if (written < 0 && errno == EINTR) {
-            continue;
-        }
-        if (written <= 0) {
-            return false;
-        }
-        data += written;
-        bytes -= (size_t)written;
-    }
-    return fsync(fd) == 0;
-}
-
 int files_write(const struct command_call *call, const char *name, const void *data, size_t bytes) {
     const int error = need_directory(call);
     INVARIANT(strchr(name, '/') == NULL && strlen(name) <= FILES_NAME_MAX);
@@ -128,7 +114,7 @@ int files_write(const struct command_call *call, const char *name, const void *d
     if (fd < 0) {
         return refuse_system(call, name, errno);
     }
-    const bool written = write_all(fd, data, bytes);
+    const bool written = write_all(fd, data, bytes) && fsync(fd) == 0;
     int number = errno;
     const bool closed = close(fd) == 0;
     if (written && closed && renameat(root, part, root, name) == 0) {
