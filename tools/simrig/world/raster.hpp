@@ -28,6 +28,10 @@ class Raster {
     /// Reflectance at a place, through a filter of this rms radius.
     double at(int channel, double x_mm, double y_mm, double rms_mm) const;
 
+    /// The same through a uniform disk whose images of two radii square to each other are
+    /// `axes_mm`.
+    double under_disk(int channel, Vec2 middle_mm, const Vec2 (&axes_mm)[2]) const;
+
     bool empty() const { return levels_.empty(); }
     double width_mm() const { return width_mm_; }
     double height_mm() const { return height_mm_; }
@@ -38,7 +42,10 @@ class Raster {
         int rows = 0;
         std::vector<std::uint8_t> texels;  // square root of reflectance; three channels
     };
-    double at_level(const Level &level, double scale, int channel, double x, double y) const;
+    /// `value`: of a stored number, what is joined linearly.
+    template <class Value>
+    double at_level(const Level &level, double scale, int channel, double x, double y,
+                    Value value) const;
 
     double width_mm_ = 0;
     double height_mm_ = 0;
