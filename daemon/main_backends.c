@@ -29,13 +29,24 @@ static int open_replay(struct main_backends *self, const struct config *config,
     if (error != 0) {
         return error;
     }
-    if (profile[0] != '\0' && strcmp(profile, config->profile.name) != 0) {
+    // Pairs alone play for any profile of two cameras.
+    const bool calls = self->replay.log != NULL;
+    if (calls && profile[0] != '\0' && strcmp(profile, config->profile.name) != 0) {
         return message_set(message, ERROR_ARGUMENT,
                            "backend = replay %s: the session is of the profile %s: set profile = "
                            "%s",
                            config->backend_place, profile, profile);
     }
     *ports = self->replay.ports;
+    const struct rig_profile *wanted = &config->profile;
+    if ((wanted->bridge && ports->i2c == NULL) ||
+        (wanted->lenses != RIG_LENSES_FIXED && ports->lens_uart == NULL)) {
+        return message_set(message, ERROR_ARGUMENT,
+                           "backend = replay %s: it holds pairs but no recorded calls, so it plays "
+                           "as two cameras alone: set profile = two-cameras, and rig.width_px and "
+                           "rig.height_px to those of its frames",
+                           config->backend_place);
+    }
     return 0;
 }
 

@@ -103,8 +103,13 @@ static void put_pair(const struct command_call *call, const struct pair *pair) {
         item_number(call, "width", frame->width_px, 0, "px");
         item_number(call, "height", frame->height_px, 0, "px");
         item_number(call, "sequence", frame->sequence, 0, NULL);
-        item_number(call, "exposure", frame->exposure_us, 0, "us");
-        item_number(call, "gain", frame->gain_q3 / 8.0, 3, NULL);
+        // 0: nobody has set it here, and the camera does as it likes.
+        if (frame->exposure_us != 0) {
+            item_number(call, "exposure", frame->exposure_us, 0, "us");
+        }
+        if (frame->gain_q3 != 0) {
+            item_number(call, "gain", frame->gain_q3 / 8.0, 3, NULL);
+        }
         item_end(call);
     }
 }
@@ -131,6 +136,10 @@ static int take_pair(const struct command_call *call, uint16_t *memory, size_t v
     int error = pair_capture(call->rig, options, memory, values, &pair);
     if (error != 0) {
         return error;
+    }
+    const struct surroundings *around = surroundings_of(call);
+    if (around->pair_was_taken != NULL) {
+        around->pair_was_taken(around->replay);
     }
     const bool own = !session.recording;
     if (own) {

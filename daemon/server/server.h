@@ -49,6 +49,7 @@ struct server_parts {
     const struct hal_store *store;
     struct record *record;
     bool (*idle_is_next)(void *replay);  ///< see struct surroundings
+    void (*pair_was_taken)(void *replay);
     void *replay;
     int files_fd;
     const struct command *table;
