@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pairs alone: both cameras show a pair's frames, over and over, until it was captured, and then
-// the next pair's. Time passes by waiting and by frames, whose lengths and distances are the
-// recorded ones unless somebody asks for later frames.
+// the next pair's. Time begins with the first pair and passes by waiting and by frames, which are
+// as long, and within a pair as far apart, as they were, unless somebody asks for later ones.
 #include <stdlib.h>
 #include <string.h>
 
@@ -42,8 +42,7 @@ static uint64_t begin_of(const struct replay_camera *camera, const struct sessio
                          uint64_t not_before_us) {
     const struct replay *self = camera->replay;
     const struct pair_frame *frames = event->pair.frame;
-    const uint64_t least_us =
-        later(frames[camera->number].begin_us, later(not_before_us, camera->end_us));
+    const uint64_t least_us = later(not_before_us, camera->end_us);
     const struct replay_camera *left = &self->camera_state[RIG_LEFT];
     if (camera->number == RIG_LEFT || left->of_pair != self->next_pair + 1) {
         return least_us;
@@ -145,6 +144,8 @@ int replay_pairs_open(struct replay *self, struct message *message) {
     if (code != 0) {
         return code;
     }
+    const struct pair_frame *first = self->pairs[0].pair.frame;
+    self->now_us = first[first[RIG_RIGHT].begin_us < first[RIG_LEFT].begin_us].begin_us;
     self->clock = (struct hal_clock){&clock_operations, self};
     self->ports.clock = &self->clock;
     for (int side = 0; side < RIG_SIDES; side++) {

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+#include <unistd.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
@@ -18,7 +19,7 @@
 #include "rig/pair.h"
 #include "rig/rig.h"
 
-enum { START, STOP, COMMAND_TEXT_BYTES = 128 };
+enum { START, STOP, COMMAND_TEXT_BYTES = 128, NAMES_A_SECOND = 1000 };
 
 /// The session that is being written: a recording, or one pair.
 static struct {
@@ -45,6 +46,11 @@ static int choose_name(const struct command_call *call, const struct command_val
     gmtime_r(&now, &parts);
     strftime(when, sizeof when, "%Y%m%d-%H%M%S", &parts);
     snprintf(session.name, sizeof session.name, "%s-%s", kind, when);
+    // Several in one second.
+    const int files_fd = surroundings_of(call)->files_fd;
+    for (int i = 2; i < NAMES_A_SECOND && faccessat(files_fd, session.name, F_OK, 0) == 0; i++) {
+        snprintf(session.name, sizeof session.name, "%s-%s-%d", kind, when, i);
+    }
     return 0;
 }
 
