@@ -18,6 +18,7 @@
 #include "daemon/progress.h"
 #include "daemon/reconstruct_inputs.h"
 #include "daemon/reconstruct_request.h"
+#include "daemon/reconstruct_session.h"
 #include "daemon/reconstruct_summary.h"
 #include "daemon/reconstruct_work.h"
 #include "daemon/result_figures.h"
@@ -32,6 +33,7 @@ static const double sparse_percent = 25;
 struct job {
     const struct reconstruct_command_abilities *abilities;
     struct reconstruct_request request;
+    struct session_pair_files session;  // that the request names
     struct reconstruct_inputs inputs;
     struct reconstruct_options options;
     struct reconstruct_result result;
@@ -205,7 +207,10 @@ static int check_truth(struct job *job) {
 
 static int prepare(struct job *job) {
     const struct reconstruct_command_abilities *abilities = job->abilities;
-    int error = check_readable(job->request.ground_truth_path, &job->message);
+    int error = reconstruct_session_resolve(&job->request, &job->session, &job->message);
+    if (error == ERROR_OK) {
+        error = check_readable(job->request.ground_truth_path, &job->message);
+    }
     if (error == ERROR_OK) {
         error = check_readable(job->request.mask_path, &job->message);
     }
