@@ -201,6 +201,23 @@ class TwoCamerasAndLenses(DeviceTest):
         self.assertAlmostEqual(self.asked("focus left 450")["left"]["position"], 450, delta=4)
 
 
+class OneLens(DeviceTest):
+    def test_a_v1lc_that_takes_its_seven_seconds(self):
+        lens = LensController(self.place("tty"), counts_per_s=20)
+        self.addCleanup(lens.pull_out)
+        self.serve(self.cameras(), "profile=two-cameras-lens", "rig.lenses=v1lc",
+                   f"lens_uart={lens.path}")
+        self.assertEqual(self.asked("bringup")["state"], "ready")
+        began = time.monotonic()
+        self.assertAlmostEqual(self.asked("zoom left 178")["left"]["position"], 178, delta=2)
+        self.assertGreater(time.monotonic() - began, (178 - 50) / 20 - 0.5)
+        self.refused("zoom left 200",
+                     "ERR RANGE zoom: POSITION 200: the left lens goes from 44 to 180 counts")
+        self.refused("zoom right 100",
+                     "ERR NOT_CONNECTED this instrument has no motorized lens on the right")
+        self.asked("capture")
+
+
 class FullRig(DeviceTest):
     def test_what_is_missing_has_its_setting(self):
         self.serve("i2c /dev/i2c-1 0x10\n" + self.cameras(), "profile=rig", "i2c=/dev/i2c-7",

@@ -43,10 +43,15 @@ def texture(seed, width=WIDTH, height=HEIGHT):
 
 
 class LensController:
-    """A V3LC at a pseudo terminal, whose motors arrive at once; `path` is its serial device."""
+    """A V3LC at a pseudo terminal, whose motors arrive at once; `path` is its serial device.
+    `counts_per_s`: a V1LC, with one lens, positions from 44 to 180, and motors so fast."""
 
-    def __init__(self, path):
+    def __init__(self, path, counts_per_s=None):
+        self.counts_per_s = counts_per_s
         self.positions = [[500, 500, 500], [500, 500, 500]]
+        self.way = None  # of a V1LC's zoom: from where, to where, since when
+        if counts_per_s is not None:
+            self.positions = [[50, 50, 0]]
         self.master, slave = pty.openpty()
         tty.setraw(slave)
         os.symlink(os.ttyname(slave), path + ".new")
@@ -81,11 +86,23 @@ class LensController:
         moved = re.fullmatch(r"([12]?)([ZFI])(\d+)", line)
         if asked:
             lens = int(asked[1] or 1)
+            self.turn()
             zoom, focus, iris = self.positions[lens - 1]
-            answer = f"V3LC {lens}\rZoom:{zoom:04d}\rFocus:{focus:04d}\rIris:{iris:04d}\r\n"
+            answer = f"V{1 if self.counts_per_s else 3}LC {lens}\rZoom:{zoom:04d}\rFocus:{focus:04d}\rIris:{iris:04d}\r\n"
             os.write(self.master, answer.encode())
+        elif moved and self.counts_per_s and moved[2] == "Z":
+            self.turn()
+            self.way = self.positions[0][0], int(moved[3]), time.monotonic()
         elif moved:
             self.positions[int(moved[1] or 1) - 1]["ZFI".index(moved[2])] = int(moved[3])
+
+
+    def turn(self):
+        """Where the slow motor is by now."""
+        if self.way is not None:
+            begin, end, since = self.way
+            counts = min(abs(end - begin), int((time.monotonic() - since) * self.counts_per_s))
+            self.positions[0][0] = begin + (counts if end > begin else -counts)
 
 
 class DeviceTest(DaemonTest):
