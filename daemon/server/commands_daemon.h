@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The daemon's own commands, as tables: help, version, config, log, watch, quit; calibration;
-/// files, fetch; bugreport; capture, record.
+/// files, fetch; send; bugreport; capture, record.
 #ifndef VERGENCE_DAEMON_SERVER_COMMANDS_DAEMON_H
 #define VERGENCE_DAEMON_SERVER_COMMANDS_DAEMON_H
 
@@ -14,6 +14,7 @@ const struct command *commands_daemon_table(size_t *count);
 const struct command *commands_calibration_table(size_t *count);
 const struct command *commands_files_table(size_t *count);
 const struct command *commands_bugreport_table(size_t *count);
+const struct command *commands_send_table(size_t *count);
 const struct command *commands_session_table(size_t *count);
 /// Ends a recording that is under way, in good order, when nobody has the rig any more.
 struct record;

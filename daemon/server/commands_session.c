@@ -34,13 +34,11 @@ static int choose_name(const struct command_call *call, const struct command_val
     struct tm parts;
     char when[32];
     if (value->given) {
-        if (strchr(value->text, '/') != NULL || value->text[0] == '.') {
-            return surroundings_refuse(call, ERROR_ARGUMENT,
-                                       "NAME must be a plain name, without / and not beginning "
-                                       "with a dot");
+        const int error = files_check_plain(call, value->text);
+        if (error == 0) {
+            snprintf(session.name, sizeof session.name, "%s", value->text);
         }
-        snprintf(session.name, sizeof session.name, "%s", value->text);
-        return 0;
+        return error;
     }
     gmtime_r(&now, &parts);
     strftime(when, sizeof when, "%Y%m%d-%H%M%S", &parts);
