@@ -22,7 +22,7 @@ static const struct option options[] = {
              "or the session holds one."},
     {.name = "pair", .kind = OPTION_INT, .offset = FIELD(pair), .value_name = "N",
      .minimum = 1, .maximum = 1000000,
-     .help = "With a session of several pairs: the N-th of them. The first is 1."},
+     .help = "With a session of several pairs: the N-th of them, from 1. Default: the last."},
     {.name = "out", .kind = OPTION_TEXT, .offset = FIELD(out_path), .value_name = "DIR",
      .help = "Directory for the results; created when missing. Files of an earlier run in it are "
              "replaced. Needed."},
@@ -115,8 +115,8 @@ static const struct option_page page = {
         "why it has none, and writes the surface in millimetres in the frame of the left camera "
         "(x right, y down, z forward): meshes, point cloud, disparity and depth maps, a page to "
         "look at (report.html) and all figures (result.json).\n"
-        "SESSION is a directory that \"capture\" or \"record\" of vergenced made: its pair is "
-        "measured, by the calibration that it holds unless --calibration names another.\n"
+        "SESSION is a directory that \"capture\" or \"record\" of vergenced made: its last pair "
+        "is measured, by the calibration that it holds unless --calibration names another.\n"
         "The directory of results appears when everything is written; until then, and after any "
         "failure, nothing of this run stands under its name. Ctrl-C stops within a second.",
     .examples =
@@ -177,15 +177,19 @@ static const char *find_contradiction(const struct reconstruct_request *request)
     return NULL;
 }
 
+struct reconstruct_request reconstruct_request_usual(void) {
+    return (struct reconstruct_request){.scale = 1,
+                                        .region_px = {0, 0, -1, -1},
+                                        .unit = -1,
+                                        .first_camera = -1,
+                                        .bayer = -1,
+                                        .speckle_px = -1,
+                                        .preset = -1,
+                                        .debug_row = -1};
+}
+
 int reconstruct_request_parse(int argc, char **argv, struct reconstruct_request *request) {
-    *request = (struct reconstruct_request){.scale = 1,
-                                            .region_px = {0, 0, -1, -1},
-                                            .unit = -1,
-                                            .first_camera = -1,
-                                            .bayer = -1,
-                                            .speckle_px = -1,
-                                            .preset = -1,
-                                            .debug_row = -1};
+    *request = reconstruct_request_usual();
     const char *operands[2] = {NULL, NULL};
     int operand_count = 0;
     const int exit_code = options_parse(&page, argc, argv, request, operands, &operand_count);
