@@ -22,8 +22,10 @@ static void look_at(void *self, const struct session_pair_files *files) {
 }
 
 int reconstruct_recorded_resolve(struct reconstruct_request *request,
-                                 struct session_pair_files *files, struct message *message) {
+                                 struct session_pair_files *files, bool *own,
+                                 struct message *message) {
     const char *path = request->session_path;
+    *own = false;
     if (path == NULL) {
         return ERROR_OK;
     }
@@ -45,6 +47,7 @@ int reconstruct_recorded_resolve(struct reconstruct_request *request,
                                path);
         }
         request->calibration_path = files->calibration;
+        *own = true;
     }
     request->left_path = files->path[0];
     request->right_path = files->path[1];
