@@ -12,6 +12,7 @@
 #include "core/invariant.h"
 #include "daemon/client.h"
 #include "daemon/main_backends.h"
+#include "daemon/main_replay.h"
 #include "daemon/options.h"
 #include "daemon/server/commands_daemon.h"
 #include "daemon/server/config.h"
@@ -120,7 +121,7 @@ static bool join_tables(struct daemon *self) {
     static const struct command *(*const tables[])(size_t *) = {
         command_rig_table,          commands_daemon_table,  commands_calibration_table,
         commands_files_table,       commands_send_table,    commands_bugreport_table,
-        commands_reconstruct_table, commands_session_table,
+        commands_reconstruct_table, commands_session_table, main_replay_table,
     };
     for (size_t i = 0; i < sizeof tables / sizeof tables[0]; i++) {
         size_t count = 0;
@@ -194,6 +195,7 @@ static int start(struct daemon *self, struct message *message) {
         .table_count = self->table_count,
         .rig = &self->rig,
         .record = &self->backends.record,
+        .note_command = commands_session_note,
         .idle_is_next = self->backends.has_replay ? idle_is_next : NULL,
         .replay = &self->backends.replay,
         .time_passes = self->backends.time_passes,

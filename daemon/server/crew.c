@@ -17,7 +17,13 @@ static bool go_on(void *cookie) {
     struct crew *self = cookie;
     atomic_store(&self->alive_us, progress_now_us());
     const struct job *job = self->running;
-    return !atomic_load(&self->stopping) && (job == NULL || !atomic_load(&job->cancelled));
+    const bool goes_on =
+        !atomic_load(&self->stopping) && (job == NULL || !atomic_load(&job->cancelled));
+    if (!goes_on && self->has_rig && job != NULL && !self->cancel_recorded) {
+        self->cancel_recorded = true;
+        record_cancel(self->surroundings.record);
+    }
+    return goes_on;
 }
 
 static void show_progress(void *cookie, const char *what, uint32_t done, uint32_t total) {
@@ -45,6 +51,14 @@ static void finish(struct crew *self, struct job *job) {
     (void)told;  // it cannot fail but for being told often enough already
 }
 
+/// What a recording has to know of.
+static void note(struct crew *self, const struct command *command, const char *line) {
+    self->cancel_recorded = false;
+    if (self->has_rig && (command->flags & COMMAND_UNRECORDED) == 0) {
+        self->surroundings.note_command(line);
+    }
+}
+
 static void run(struct crew *self, struct job *job) {
     char message[JOB_MESSAGE_BYTES] = "";
     const struct command_call call = {
@@ -60,6 +74,7 @@ static void run(struct crew *self, struct job *job) {
     self->progress_what = NULL;
     int error = ERROR_CANCELLED;
     if (!atomic_load(&self->stopping) && !atomic_load(&job->cancelled)) {
+        note(self, job->command, job->line);
         error = command_run(job->command, &call);
     }
     if (error == ERROR_CANCELLED && message[0] == '\0') {
@@ -143,6 +158,7 @@ static void *work(void *cookie) {
         }
     }
     if (self->has_rig && self->rig->state != RIG_DOWN) {
+        self->surroundings.note_command("safe");
         rig_safe(self->rig);
     }
     return NULL;

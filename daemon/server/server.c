@@ -42,6 +42,7 @@ static void answer(void *cookie, struct job *job, int error, const char *message
 static int parse(void *cookie, const char *line, struct job *job, char *message,
                  size_t message_bytes) {
     struct server *self = cookie;
+    snprintf(job->line, sizeof job->line, "%s", line);
     return command_parse(line, self->table, self->table_count, job->storage, job->values,
                          &job->command, message, message_bytes);
 }
@@ -100,6 +101,7 @@ static void open_crew(struct server *self, struct crew *crew, const struct serve
         .logbook = parts->logbook,
         .store = parts->store,
         .record = parts->record,
+        .note_command = parts->note_command,
         .idle_is_next = parts->idle_is_next,
         .replay = parts->replay,
         .files_fd = parts->files_fd,

@@ -48,7 +48,8 @@ struct server_parts {
     const struct hal_log *log;
     const struct hal_store *store;
     struct record *record;
-    bool (*idle_is_next)(void *replay);  ///< see struct surroundings
+    void (*note_command)(const char *line);  ///< see struct surroundings
+    bool (*idle_is_next)(void *replay);      ///< see struct surroundings
     void *replay;
     int files_fd;
     const struct command *table;
