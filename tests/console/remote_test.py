@@ -140,11 +140,22 @@ class Remote(DaemonTest):
         with open(there, "rb") as file:
             self.assertEqual(file.read(), self.content)
 
+    def test_a_damaged_answer_is_asked_for_again_at_once(self):
+        line = self.through(0, 0.0001)
+        begin = time.monotonic()
+        done = self.vergence("fetch", "session/frame.bin", self.path_of("changed"),
+                             where=f"serial:{line.name}")
+        # Some fourteen answers are damaged; each waited for would take three seconds.
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertLess(time.monotonic() - begin, 15)
+
     def test_a_serial_line_that_breaks(self):
         line = self.through(0, 0)
         there = self.path_of("broken")
         line.limit = line.carried + 60000
+        begin = time.monotonic()
         done = self.vergence("fetch", "session/frame.bin", there, where=f"serial:{line.name}")
+        self.assertLess(time.monotonic() - begin, 25)
         self.assertEqual((done.returncode, os.path.exists(there)), (3, False), done.stderr)
         had = os.path.getsize(there + ".part")
         self.assertGreater(had, 10000)
