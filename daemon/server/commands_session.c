@@ -223,6 +223,8 @@ static int write_settings(const struct command_call *call, struct message *messa
         config_key_print(&usual, i, before, sizeof before);
         if (strncmp(config_key_name(i), "rig.", 4) == 0 && strcmp(value, before) != 0) {
             error = session_writer_setting(&session.writer, config_key_name(i), value, message);
+            // Some set others, too: what remains to be said shows once they are set.
+            error = error != 0 ? error : config_set(&usual, config_key_name(i), value, message);
         }
     }
     return error;

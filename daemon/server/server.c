@@ -24,10 +24,7 @@ enum {
     TICK_MS = 250,  ///< the loop looks at all once in this time, come what may
     FDS_MAX = 2 + SERVER_LISTENERS + 2 * (SERVER_CLIENTS_MAX + 1),
     CONSOLE_RETRY_US = 1000000,
-    /// A crew that has not gone on for so long is stuck. A simulated rig renders its frames
-    /// meanwhile, which takes what it takes.
-    RIG_SILENCE_S = 20,
-    RIG_SILENCE_SIMULATED_S = 150,
+    STUCK_SIMULATED_S = 150,  ///< a simulated rig renders its frames, which takes what it takes
     NOTIFY_US = 1000000,
 };
 
@@ -164,6 +161,7 @@ int server_open(struct server *self, const struct server_parts *parts, struct me
                             .logbook = parts->logbook,
                             .table = parts->table,
                             .table_count = parts->table_count,
+                            .watchdog = parts->watchdog,
                             .listeners = {-1, -1},
                             .signal_fd = -1,
                             .wake_fd = -1};
@@ -352,10 +350,24 @@ static int patience_ms(const struct server *self, uint64_t now_us) {
     return due_us <= now_us ? 0 : (int)((due_us - now_us + 999) / 1000);
 }
 
-/// The system's watchdog is fed as long as both crews go on.
+static void feed(struct server *self) {
+    if (self->watchdog == NULL) {
+        return;
+    }
+    const int error = self->watchdog->operations->feed(self->watchdog->self);
+    if (error != 0 && !self->watchdog_told) {
+        logbook_print(self->logbook, HAL_LOG_ERROR, "the watchdog cannot be fed: %s",
+                      error_text(error));
+    }
+    self->watchdog_told = error != 0;
+}
+
+/// Watchdogs are fed as long as the thread that has the instrument goes on: the service manager's,
+/// which starts the daemon anew, and the system's, which bites when that does not help.
 static void notify(struct server *self, uint64_t now_us) {
     const bool simulated = self->config->backend == CONFIG_BACKEND_SIM;
-    const unsigned limit_s = simulated ? RIG_SILENCE_SIMULATED_S : RIG_SILENCE_S;
+    const unsigned stuck_s = self->config->stuck_s;
+    const unsigned limit_s = simulated && stuck_s < STUCK_SIMULATED_S ? STUCK_SIMULATED_S : stuck_s;
     const bool alive = crew_silence_us(&self->rig_crew) < (uint64_t)limit_s * 1000000;
     if (!alive && !self->stuck_told) {
         logbook_print(self->logbook, HAL_LOG_ERROR,
@@ -365,6 +377,7 @@ static void notify(struct server *self, uint64_t now_us) {
     if (alive && now_us - self->notified_us >= NOTIFY_US) {
         self->notified_us = now_us;
         notify_send("WATCHDOG=1");
+        feed(self);
     }
 }
 
@@ -406,6 +419,7 @@ int server_run(struct server *self) {
         turn(self);
     }
     notify_send("STOPPING=1");
+    feed(self);  // from here on nobody does: the instrument is made safe now
     return 0;
 }
 
