@@ -13,7 +13,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/progress.h"
+#include "daemon/monotonic.h"
 #include "daemon/serial_device.h"
 #include "daemon/server/completion.h"
 #include "daemon/server/listener.h"
@@ -237,7 +237,7 @@ static void close_client(struct server *self, struct connection *client) {
         // The line is still there: the next one who types gets a prompt.
         self->console_retry_us = 0;
     } else if (client->lasting) {
-        self->console_retry_us = progress_now_us() + CONSOLE_RETRY_US;
+        self->console_retry_us = monotonic_now_us() + CONSOLE_RETRY_US;
     }
 }
 
@@ -385,8 +385,8 @@ static void turn(struct server *self) {
     struct pollfd fds[FDS_MAX];
     int at[SERVER_CLIENTS_MAX + 1][2];
     const nfds_t count = gather(self, fds, at);
-    const int ready = poll(fds, count, patience_ms(self, progress_now_us()));
-    const uint64_t now_us = progress_now_us();
+    const int ready = poll(fds, count, patience_ms(self, monotonic_now_us()));
+    const uint64_t now_us = monotonic_now_us();
     if (ready < 0) {
         INVARIANT(errno == EINTR || errno == ENOMEM);
         return;
@@ -428,7 +428,7 @@ static void close_clients(struct server *self) {
     for (size_t i = 0; i < self->client_count; i++) {
         struct connection *client = &self->clients[i];
         if (client->used) {
-            connection_send(client, progress_now_us());
+            connection_send(client, monotonic_now_us());
             if (i != CONSOLE || !self->stdio) {
                 close(client->in_fd);
             }
