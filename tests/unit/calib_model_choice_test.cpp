@@ -9,8 +9,8 @@
 
 namespace {
 
-const int kScenes = synthetic::rounds(8, 2);
-const int kMost = kScenes * 3 / 4;
+const int kScenes = synthetic::rounds(8, 1);
+const int kMost = (kScenes * 3 + 3) / 4;
 
 using calib::lens_model;
 
