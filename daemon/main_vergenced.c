@@ -191,6 +191,10 @@ static bool idle_is_next(void *replay) {
     return replay_idle_is_next(replay);
 }
 
+static void pair_was_taken(void *replay) {
+    replay_next_pair(replay);
+}
+
 static int start(struct daemon *self, struct message *message) {
     struct rig_ports ports = {0};
     const int number = logbook_open(&self->logbook, self->config.log_file, self->config.log_level);
@@ -223,6 +227,7 @@ static int start(struct daemon *self, struct message *message) {
         .record = &self->backends.record,
         .note_command = commands_session_note,
         .idle_is_next = self->backends.has_replay ? idle_is_next : NULL,
+        .pair_was_taken = self->backends.has_replay ? pair_was_taken : NULL,
         .replay = &self->backends.replay,
         .time_passes = self->backends.time_passes,
     };

@@ -6,6 +6,7 @@
 #include <poll.h>
 #include <string.h>
 #include <sys/ioctl.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -57,6 +58,13 @@ void device_file_close(int *fd) {
         close(*fd);
         *fd = -1;
     }
+}
+
+bool device_file_is_current(int fd, const char *path) {
+    struct stat ours, there;
+    return fd >= 0 && fstat(fd, &ours) == 0 && stat(path, &there) == 0 &&
+           ours.st_dev == there.st_dev && ours.st_ino == there.st_ino &&
+           ours.st_rdev == there.st_rdev;
 }
 
 int device_file_control(int fd, unsigned long request, void *argument) {

@@ -104,8 +104,13 @@ bool replay_is_over(const struct replay *self) {
     if (self->log != NULL) {
         return self->calls == 0;
     }
-    return self->camera_state[RIG_LEFT].next >= self->pair_count &&
-           self->camera_state[RIG_RIGHT].next >= self->pair_count;
+    return self->next_pair >= self->pair_count;
+}
+
+void replay_next_pair(struct replay *self) {
+    if (self->log == NULL && self->next_pair < self->pair_count) {
+        self->next_pair++;
+    }
 }
 
 void replay_close(struct replay *self) {

@@ -36,7 +36,9 @@ struct replay_camera {
     size_t values[REPLAY_FRAMES_LENT];
     bool lent[REPLAY_FRAMES_LENT];
     struct hal_camera_counts counts;  // of pairs
-    uint32_t next;                    // of pairs: which one comes
+    uint64_t begin_us, end_us;        // of pairs: of the frame that was lent last
+    uint32_t sequence;                // of pairs: of the next frame
+    uint32_t of_pair;                 // the pair that it is of, from 1; 0: none yet
 };
 
 struct replay {
@@ -65,6 +67,7 @@ struct replay {
 
     struct session_event *pairs;  // allocated; of pairs alone
     uint32_t pair_count;
+    uint32_t next_pair;  // that both cameras see now
 };
 
 /// Opens the session `path` (see session_reader_open) and checks calls.log, up to the last line
@@ -85,6 +88,9 @@ bool replay_cancel_is_next(struct replay *self);
 
 /// Whether every recorded call was made, or every pair was given out.
 bool replay_is_over(const struct replay *self);
+
+/// Of pairs alone: both cameras see the next pair from here on. To be called when one was captured.
+void replay_next_pair(struct replay *self);
 
 /// Lets go of everything. Harmless when replay_open failed.
 void replay_close(struct replay *self);

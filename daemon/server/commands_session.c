@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+#include <unistd.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
@@ -21,7 +22,7 @@
 #include "rig/pair.h"
 #include "rig/rig.h"
 
-enum { START, STOP, COMMAND_TEXT_BYTES = 128 };
+enum { START, STOP, COMMAND_TEXT_BYTES = 128, NAMES_A_SECOND = 1000 };
 
 /// The session that is being written: a recording, or one pair.
 static struct {
@@ -67,6 +68,11 @@ static int choose_name(const struct command_call *call, const struct command_val
     gmtime_r(&now, &parts);
     strftime(when, sizeof when, "%Y%m%d-%H%M%S", &parts);
     snprintf(session.name, sizeof session.name, "%s-%s", kind, when);
+    // Several in one second.
+    const int files_fd = surroundings_of(call)->files_fd;
+    for (int i = 2; i < NAMES_A_SECOND && faccessat(files_fd, session.name, F_OK, 0) == 0; i++) {
+        snprintf(session.name, sizeof session.name, "%s-%s-%d", kind, when, i);
+    }
     return 0;
 }
 
@@ -125,8 +131,13 @@ static void put_pair(const struct command_call *call, const struct pair *pair) {
         item_number(call, "width", frame->width_px, 0, "px");
         item_number(call, "height", frame->height_px, 0, "px");
         item_number(call, "sequence", frame->sequence, 0, NULL);
-        item_number(call, "exposure", frame->exposure_us, 0, "us");
-        item_number(call, "gain", frame->gain_q3 / 8.0, 3, NULL);
+        // 0: nobody has set it here, and the camera does as it likes.
+        if (frame->exposure_us != 0) {
+            item_number(call, "exposure", frame->exposure_us, 0, "us");
+        }
+        if (frame->gain_q3 != 0) {
+            item_number(call, "gain", frame->gain_q3 / 8.0, 3, NULL);
+        }
         item_end(call);
     }
 }
@@ -153,6 +164,10 @@ static int take_pair(const struct command_call *call, uint16_t *memory, size_t v
     int error = pair_capture(call->rig, options, memory, values, &pair);
     if (error != 0) {
         return error;
+    }
+    const struct surroundings *around = surroundings_of(call);
+    if (around->pair_was_taken != NULL) {
+        around->pair_was_taken(around->replay);
     }
     const bool own = !session.recording;
     if (own) {

@@ -34,6 +34,7 @@
 static const struct config_key keys[] = {
     {.name = "profile",
      .kind = CONFIG_PROFILE,
+     .sets = "rig.",
      .help = "which instrument this is: rig (FPGA, two sensors, servos, lenses), two-cameras, "
              "two-cameras-lens. Sets every rig. key, which may be changed in lines below it"},
     {.name = "backend",
@@ -109,10 +110,12 @@ static const struct config_key keys[] = {
     RIG(pan_least_urad, -1570796, 1570796, "urad", "farthest turn to the left"),
     RIG(pan_most_urad, -1570796, 1570796, "urad", "farthest turn to the right"),
     {.name = "rig.lenses",
-     .kind = CONFIG_CHOICE,
+     .kind = CONFIG_LENSES,
      AT(profile.lenses),
+     .sets = "rig.lens_",
      .choices = "fixed v3lc v1lc",
-     .help = "fixed; two motorized ones on a V3LC; the left one on a V1LC"},
+     .help = "fixed; two motorized ones on a V3LC; the left one on a V1LC. Sets every rig.lens_ "
+             "key, which may be changed in lines below it"},
     NUMBER("rig.lens_counts_per_s_zoom", profile.lens_counts_per_s[0], 0, 100000, "counts/s",
            "a slower zoom motor is taken for jammed"),
     NUMBER("rig.lens_counts_per_s_focus", profile.lens_counts_per_s[1], 0, 100000, "counts/s",

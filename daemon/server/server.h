@@ -53,6 +53,7 @@ struct server_parts {
     struct record *record;
     void (*note_command)(const char *line);  ///< see struct surroundings
     bool (*idle_is_next)(void *replay);      ///< see struct surroundings
+    void (*pair_was_taken)(void *replay);
     void *replay;
     int files_fd;
     const struct command *table;

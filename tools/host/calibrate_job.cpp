@@ -300,8 +300,9 @@ class runner {
                            int *height) {
             calibrate_image image;
             std::string error;
-            const std::string &path = job_.inputs.shots[shot].path[static_cast<size_t>(camera)];
-            if (path.empty() || !calibrate_image_read(path, &image, &error)) {
+            const calibrate_shot &one = job_.inputs.shots[shot];
+            const std::string &path = one.path[static_cast<size_t>(camera)];
+            if (path.empty() || !calibrate_image_read(path, one.mosaic, &image, &error)) {
                 return false;
             }
             calibrate_image_enlarge(&image);
