@@ -10,6 +10,7 @@
 #include "core/invariant.h"
 #include "daemon/linux/device_file.h"
 #include "daemon/linux/monotonic_clock.h"
+#include "daemon/monotonic.h"
 
 static const struct {
     const char *name;
@@ -79,7 +80,7 @@ static int wait_edge(void *opaque, enum hal_gpio_line line, uint64_t deadline_us
         uint64_t edge_us = 0;
         if (gpiod_shim_read_edge(self->lines[line], &edge_us) == 0) {
             // Kernels before 5.7 stamp with the time of day; it can only have been by now.
-            const uint64_t now_us = monotonic_clock_now_us();
+            const uint64_t now_us = monotonic_now_us();
             *time_us = edge_us < now_us ? edge_us : now_us;
             return ERROR_OK;
         }

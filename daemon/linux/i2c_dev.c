@@ -12,6 +12,7 @@
 #include "core/invariant.h"
 #include "daemon/linux/device_file.h"
 #include "daemon/linux/monotonic_clock.h"
+#include "daemon/monotonic.h"
 
 enum { TIMEOUT_UNIT_US = 10000, TIMEOUT_MAX_10MS = 6000 };
 
@@ -73,7 +74,7 @@ static int transfer(void *opaque, const struct hal_i2c_message *messages, size_t
     if (self->fd < 0) {
         return ERROR_DEVICE;
     }
-    const uint64_t now_us = monotonic_clock_now_us();
+    const uint64_t now_us = monotonic_now_us();
     if (now_us >= deadline_us) {
         return ERROR_TIMEOUT;
     }

@@ -10,6 +10,7 @@
 #include "daemon/linux/device_file.h"
 #include "daemon/linux/monotonic_clock.h"
 #include "daemon/linux/v4l2_control.h"
+#include "daemon/monotonic.h"
 
 enum {
     RESTARTS_MAX = 3,         // in one call
@@ -34,7 +35,7 @@ static uint32_t frame_time_us(const struct v4l2_camera *self) {
 /// The stream has just been turned on: numbers begin anew, and the first frame may take long.
 static void begin_waiting(struct v4l2_camera *self) {
     self->has_sequence = false;
-    self->alive_us = monotonic_clock_now_us();
+    self->alive_us = monotonic_now_us();
     self->patience_us = FIRST_FRAME_US;
 }
 
@@ -131,7 +132,7 @@ static int restart(struct v4l2_camera *self, uint64_t deadline_us, int *tries) {
             return ERROR_IO;
         }
         const uint64_t pause_us = *tries == 0 ? 0 : (uint64_t)PAUSE_US << (*tries - 1);
-        const uint64_t until_us = monotonic_clock_now_us() + pause_us;
+        const uint64_t until_us = monotonic_now_us() + pause_us;
         if (until_us >= deadline_us) {
             monotonic_clock_wait_until_us(deadline_us);
             return ERROR_TIMEOUT;
@@ -265,7 +266,7 @@ static int take_one(struct v4l2_camera *self, uint64_t not_before_us, uint64_t d
         if (error != ERROR_OK) {
             return error;
         }
-        const uint64_t now_us = monotonic_clock_now_us();
+        const uint64_t now_us = monotonic_now_us();
         self->alive_us = now_us;
         const uint64_t patience_us = (uint64_t)MISSED_FRAMES * frame_time_us(self);
         self->patience_us = patience_us > MISSED_US ? (uint32_t)patience_us : MISSED_US;
@@ -282,7 +283,7 @@ static int take_one(struct v4l2_camera *self, uint64_t not_before_us, uint64_t d
             *frame = got;
             return ERROR_OK;
         }
-        if (error != ERROR_OK || monotonic_clock_now_us() >= deadline_us) {
+        if (error != ERROR_OK || monotonic_now_us() >= deadline_us) {
             return error != ERROR_OK ? error : ERROR_TIMEOUT;
         }
     }

@@ -93,7 +93,11 @@ int replay_open(struct replay *self, int parent, const char *path, char *profile
 }
 
 bool replay_idle_is_next(struct replay *self) {
-    return self->log != NULL && replay_calls_take_idle(self);
+    return self->log != NULL && replay_calls_take_mark(self, trace_idle);
+}
+
+bool replay_cancel_is_next(struct replay *self) {
+    return self->log != NULL && replay_calls_take_mark(self, trace_cancel);
 }
 
 bool replay_is_over(const struct replay *self) {

@@ -57,9 +57,11 @@ struct replay {
     uint32_t line;
     uint32_t lines;  // that count: up to the last check that fits
     uint32_t calls;  // among them that were not made yet
+    uint32_t made;   // and that were
     char text[TRACE_LINE_MAX * 2 + 16];
     bool peeked;             // `text` is a call that was not made yet
     bool ended;              // trouble was met, or all was played
+    bool ran_out;            // the trouble is that more was asked for than was recorded
     struct message trouble;  // why; "" while all is well
     uint64_t now_us;
 
@@ -79,6 +81,10 @@ int replay_open(struct replay *self, int parent, const char *path, char *profile
 /// Whether rig_idle was called here: then it is to be called now, and this asked again. To be asked
 /// before each command and at the end; takes what record_idle left.
 bool replay_idle_is_next(struct replay *self);
+
+/// Whether the recorded command was to end here: then `go_on` of the rig's observer is to say so
+/// for the rest of the command. Takes what record_cancel left.
+bool replay_cancel_is_next(struct replay *self);
 
 /// Whether every recorded call was made, or every pair was given out.
 bool replay_is_over(const struct replay *self);

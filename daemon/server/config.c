@@ -28,6 +28,8 @@ void config_defaults(struct config *config) {
         .clients = 8,
         .queue = 8,
         .reader_timeout_s = 30,
+        .watchdog_s = 60,
+        .stuck_s = 20,
         .files = "/var/lib/vergence/files",
         .store = "/var/lib/vergence/store",
         .log_level = HAL_LOG_INFO,

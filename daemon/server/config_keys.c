@@ -71,6 +71,16 @@ static const struct config_key keys[] = {
     NUMBER("reader_timeout", reader_timeout_s, 1, 3600, "s",
            "a client that has not read for so long is dropped"),
 
+    TEXT("watchdog", watchdog,
+         "watchdog device, such as /dev/watchdog: the system restarts when the daemon has ended "
+         "out of order, or the instrument's thread is stuck"),
+    NUMBER("watchdog_period", watchdog_s, 4, 3600, "s",
+           "of that device, or what it can do next to it; more than ending takes"),
+    NUMBER("stuck_after", stuck_s, 1, 3600, "s",
+           "the instrument's thread is taken for stuck when it has not gone on for so long: "
+           "watchdogs are not fed any more. A simulated rig, which renders its frames meanwhile, "
+           "has at least 150"),
+
     TEXT("files", files, "directory of sessions and results, which clients can fetch"),
     TEXT("store", store, "directory of what outlives a restart: settings, the calibration"),
     TEXT("log", log_file, "file of the log; none: standard error"),

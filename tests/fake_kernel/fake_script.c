@@ -91,13 +91,14 @@ static void add_failure(const char *line, const char *rest) {
     fake_kernel_fail(rest + at, nth, errno_named(name), times);
 }
 
-static void add_kill(const char *line, const char *rest) {
+static void add_end(const char *line, const char *rest,
+                    void (*add)(const char *what, unsigned nth)) {
     unsigned nth = 0;
     int at = 0;
     if (sscanf(rest, "%u %n", &nth, &at) != 1 || nth == 0 || at == 0) {
         stop(line);
     }
-    fake_kernel_kill(rest + at, nth);
+    add(rest + at, nth);
 }
 
 static void add_i2c(const char *line, const char *rest) {
@@ -170,7 +171,9 @@ static void follow(const char *line) {
     } else if (strcmp(word, "fail") == 0) {
         add_failure(line, rest);
     } else if (strcmp(word, "kill") == 0) {
-        add_kill(line, rest);
+        add_end(line, rest, fake_kernel_kill);
+    } else if (strcmp(word, "hang") == 0) {
+        add_end(line, rest, fake_kernel_hang);
     } else if (strcmp(word, "record") == 0) {
         fake_kernel_record_to(rest);
     } else {

@@ -15,6 +15,7 @@
 ///     watch PREFIX         real files under PREFIX are seen
 ///     fail NTH TIMES ERRNO WHAT    as fake_kernel_fail; ERRNO as in errno.h, or a number
 ///     kill NTH WHAT        as fake_kernel_kill
+///     hang NTH WHAT        as fake_kernel_hang
 ///     record FILE          every line of the record is appended to FILE as it comes
 ///     # ...                a remark
 ///
