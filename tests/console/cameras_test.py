@@ -80,6 +80,7 @@ class TwoCameras(DeviceTest):
         while self.first.ask(commands[-1])[-1] != "OK":
             commands.append(commands[-1])
         self.assertEqual(self.asked("record stop")["pairs"], 2)
+        self.assertEqual(self.asked("replay r1")["same"], "yes")
         self.asked("capture alone")
         script = "\n".join(["bringup", "exposure 8000", "capture p1"]) + "\n"
         self.play("r1", script)
