@@ -162,6 +162,16 @@ class TwoCameras(DeviceTest):
         with open(os.path.join(self.files, "one", self.frames_of("one")[0]), "rb") as file:
             self.assertEqual(file.read(2), b"P6")
 
+    def test_a_camera_that_another_program_has(self):
+        self.serve(self.cameras() + "fail 1 3 EBUSY video1 ioctl S_FMT\n", self.profile)
+        self.refused("bringup", "ERR IO right camera: right_camera = /dev/video1: another program "
+                     "uses it; end that first")
+        self.refused("bringup", "ERR IO right camera: right_camera = /dev/video1: another program "
+                     "uses it; end that first")
+        self.refused("bringup", "ERR IO right camera: right_camera = /dev/video1: another program "
+                     "uses it; end that first")
+        self.assertEqual(self.asked("bringup")["parts"], WORKS)
+
     def test_two_sizes(self):
         show(self.pictures[1], texture(2, 320, 240))
         self.serve(self.cameras(), self.profile)
