@@ -162,15 +162,19 @@ static const char *find_contradiction(const struct reconstruct_request *request)
     return NULL;
 }
 
+struct reconstruct_request reconstruct_request_usual(void) {
+    return (struct reconstruct_request){.scale = 1,
+                                        .region_px = {0, 0, -1, -1},
+                                        .unit = -1,
+                                        .first_camera = -1,
+                                        .bayer = -1,
+                                        .speckle_px = -1,
+                                        .preset = -1,
+                                        .debug_row = -1};
+}
+
 int reconstruct_request_parse(int argc, char **argv, struct reconstruct_request *request) {
-    *request = (struct reconstruct_request){.scale = 1,
-                                            .region_px = {0, 0, -1, -1},
-                                            .unit = -1,
-                                            .first_camera = -1,
-                                            .bayer = -1,
-                                            .speckle_px = -1,
-                                            .preset = -1,
-                                            .debug_row = -1};
+    *request = reconstruct_request_usual();
     const char *operands[2] = {NULL, NULL};
     int operand_count = 0;
     const int exit_code = options_parse(&page, argc, argv, request, operands, &operand_count);

@@ -34,6 +34,9 @@ struct reconstruct_request {
     bool json, quiet;
 };
 
+/// What is asked for when nothing else is said.
+struct reconstruct_request reconstruct_request_usual(void);
+
 /// Parses and checks the line. Returns OPTIONS_CONTINUE or the exit code to end with, see
 /// options.h.
 int reconstruct_request_parse(int argc, char **argv, struct reconstruct_request *request);

@@ -101,6 +101,10 @@ static int put_frame(struct line *line, const char *side, const struct pair_fram
     put(line, " %s_gain_q3=%" PRIu16, side, frame->gain_q3);
     put_stand(line, side, "before", &frame->before);
     put_stand(line, side, "after", &frame->after);
+    if (frame->window.skip != 0) {
+        put(line, " %s_window=%" PRIu16 ",%" PRIu16 ",%d", side, frame->window.column_px,
+            frame->window.row_px, frame->window.skip);
+    }
     return 0;
 }
 
@@ -282,6 +286,21 @@ static void take_stand(struct cursor *cursor, const char *side, const char *when
     }
 }
 
+/// Only where it was known; sessions of cameras with a port of their own have none.
+static void take_window(struct cursor *cursor, const char *side, struct pair_window *window) {
+    char key[SESSION_NAME_MAX];
+    const int length = snprintf(key, sizeof key, " %s_window=", side);
+    if (cursor->wrong || cursor->end - cursor->at < length ||
+        memcmp(cursor->at, key, (size_t)length) != 0) {
+        return;
+    }
+    window->column_px = (uint16_t)take_key(cursor, side, "window", 10, UINT16_MAX);
+    expect(cursor, ",");
+    window->row_px = (uint16_t)take_number(cursor, 10, UINT16_MAX);
+    expect(cursor, ",");
+    window->skip = (uint8_t)take_number(cursor, 10, UINT8_MAX);
+}
+
 static void take_frame(struct cursor *cursor, const char *side, struct pair_frame *frame,
                        uint32_t *crc32) {
     *crc32 = (uint32_t)take_key(cursor, side, "frame", 16, UINT32_MAX);
@@ -298,6 +317,7 @@ static void take_frame(struct cursor *cursor, const char *side, struct pair_fram
     frame->gain_q3 = (uint16_t)take_key(cursor, side, "gain_q3", 10, UINT16_MAX);
     take_stand(cursor, side, "before", &frame->before);
     take_stand(cursor, side, "after", &frame->after);
+    take_window(cursor, side, &frame->window);
     frame->stride = session_frame_row_values(frame);
 }
 

@@ -29,14 +29,10 @@ const result_writer writers[] = {
 };
 
 int run_reconstruct(int argc, char **argv) {
-    reconstruct_command_abilities abilities{};
-    abilities.formats = image_formats().first;
-    abilities.format_count = image_formats().count;
-    abilities.load_calibration = calibration_file_loader;
-    abilities.writers = writers;
-    abilities.writer_count = sizeof writers / sizeof writers[0];
-    abilities.check_truth = evaluate_truth_check;
-    abilities.debug_maker = debug_maker();
+    const reconstruct_outputs outputs{writers, sizeof writers / sizeof writers[0],
+                                      evaluate_truth_check, debug_maker()};
+    const reconstruct_command_abilities abilities{
+        {image_formats().first, image_formats().count, calibration_file_loader}, &outputs};
     return reconstruct_command_run(&abilities, argc, argv);
 }
 

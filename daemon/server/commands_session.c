@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pairs taken and sessions recorded, into the instrument's files. All of it is for the thread that
 // has the rig.
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -27,6 +28,25 @@ static struct {
     char name[FILES_NAME_MAX + 1];
 } session = {.writer = {.directory = -1, .index = -1}};
 
+/// Where the last pair went, for other threads.
+static struct {
+    pthread_mutex_t lock;
+    char name[FILES_NAME_MAX + 1];
+} last = {.lock = PTHREAD_MUTEX_INITIALIZER};
+
+static void remember_session(void) {
+    pthread_mutex_lock(&last.lock);
+    strcpy(last.name, session.name);
+    pthread_mutex_unlock(&last.lock);
+}
+
+bool commands_session_last(char *name, size_t bytes) {
+    pthread_mutex_lock(&last.lock);
+    snprintf(name, bytes, "%s", last.name);
+    pthread_mutex_unlock(&last.lock);
+    return name[0] != '\0';
+}
+
 /// A name that tells the time, unless there is one.
 static int choose_name(const struct command_call *call, const struct command_value *value,
                        const char *kind) {
@@ -34,13 +54,11 @@ static int choose_name(const struct command_call *call, const struct command_val
     struct tm parts;
     char when[32];
     if (value->given) {
-        if (strchr(value->text, '/') != NULL || value->text[0] == '.') {
-            return surroundings_refuse(call, ERROR_ARGUMENT,
-                                       "NAME must be a plain name, without / and not beginning "
-                                       "with a dot");
+        const int error = files_check_plain(call, value->text);
+        if (error == 0) {
+            snprintf(session.name, sizeof session.name, "%s", value->text);
         }
-        snprintf(session.name, sizeof session.name, "%s", value->text);
-        return 0;
+        return error;
     }
     gmtime_r(&now, &parts);
     strftime(when, sizeof when, "%Y%m%d-%H%M%S", &parts);
@@ -148,6 +166,7 @@ static int take_pair(const struct command_call *call, uint16_t *memory, size_t v
         }
     }
     if (error == 0) {
+        remember_session();
         put_pair(call, &pair);
     }
     return error;

@@ -68,6 +68,7 @@ static bool open_signals(struct server *self) {
     sigaddset(&taken, SIGTERM);
     sigaddset(&taken, SIGHUP);
     signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN);  // a limit of size is a full disk, and no reason to end
     if (pthread_sigmask(SIG_BLOCK, &taken, NULL) != 0) {
         return false;
     }

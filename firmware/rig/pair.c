@@ -65,6 +65,15 @@ static int torn(struct rig *rig, unsigned side, uint32_t faults) {
     return watch_trouble(rig, part, ERROR_FRAME, what, NULL);
 }
 
+static struct pair_window window_of(const struct rig *rig, unsigned side) {
+    const struct mt9t001_window *window = &rig->sensor[side].window;
+    if (!rig->profile.bridge) {
+        return (struct pair_window){.skip = 0};
+    }
+    INVARIANT(window->skip >= 1 && window->bin == 1);
+    return (struct pair_window){window->column_px, window->row_px, window->skip};
+}
+
 // A whole frame of a camera, in `memory` (`values` long), with its circumstances but the stands.
 static int take_frame(struct rig *rig, unsigned side, uint64_t not_before_us, uint16_t *memory,
                       size_t values, struct pair_frame *out) {
@@ -87,6 +96,7 @@ static int take_frame(struct rig *rig, unsigned side, uint64_t not_before_us, ui
                 .data = memory,
                 .width_px = frame.width_px,
                 .height_px = frame.height_px,
+                .window = window_of(rig, side),
                 .stride = frame.width_px * values_of_pixel(frame.layout),
                 .bits = frame.bits,
                 .layout = frame.layout,

@@ -6,7 +6,7 @@
 #include "bridge_registers.h"
 #include "core/error.h"
 #include "core/invariant.h"
-#include "device/lens.h"
+#include "device/lens_drive.h"
 
 enum {
     // Behind the bridge's router; see fpga/README.md.

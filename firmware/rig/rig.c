@@ -42,7 +42,7 @@ static void keep_first(int *first, int error) {
 static int stop_lenses(struct rig *self) {
     int first = ERROR_OK;
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        const struct lens *lens = &self->lens[side];
+        const struct lens_drive *lens = &self->lens[side];
         if (lens->operations == NULL || !self->lens_abilities[side].stops) {
             continue;
         }

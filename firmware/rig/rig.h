@@ -18,7 +18,7 @@
 #include "device/fpga_bridge_event.h"
 #include "device/fpga_bridge_sensor.h"
 #include "device/fpga_bridge_servo.h"
-#include "device/lens.h"
+#include "device/lens_drive.h"
 #include "device/lens_v3lc.h"
 #include "device/mt9t001.h"
 #include "hal/camera.h"
@@ -112,7 +112,7 @@ struct rig {
     struct fpga_bridge bridge;
     struct mt9t001 sensor[RIG_SIDES];
     struct lens_v3lc v3lc;
-    struct lens lens[RIG_SIDES];
+    struct lens_drive lens[RIG_SIDES];
     struct lens_abilities lens_abilities[RIG_SIDES];
     int32_t lens_commanded[RIG_SIDES][LENS_AXES];  ///< counts; INT32_MIN: never
     int32_t lens_trim[RIG_SIDES][LENS_AXES];       ///< added to commands: see rig/lens_move.h

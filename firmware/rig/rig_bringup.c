@@ -249,7 +249,7 @@ static int open_sensor(struct rig *self, unsigned side) {
 
 // Its questions may take long to be given up: in steps.
 static int open_lens(struct rig *self, unsigned side) {
-    const struct lens *lens = &self->lens[side];
+    const struct lens_drive *lens = &self->lens[side];
     struct lens_reading readings[LENS_AXES];
     const enum rig_part part = failure_part(RIG_PART_LEFT_LENS, side);
     const uint64_t deadline_us = watch_now_us(self) + LENS_PATIENCE_US;
@@ -342,7 +342,7 @@ static void forget(struct rig *self) {
         self->health[part] = (struct rig_part_health){.present = false};
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        self->lens[side] = (struct lens){NULL, NULL};
+        self->lens[side] = (struct lens_drive){NULL, NULL};
         self->sensor[side] = (struct mt9t001){.bus = NULL};
         self->pan_q4[side] = 0;
         self->pan_rest_us[side] = 0;

@@ -110,7 +110,14 @@ class Rig(DaemonTest):
         self.assertEqual(len(self.frames_of("one")), 2)
         self.assertEqual(self.first.ask("capture one")[0][:12], "ERR ARGUMENT")
         self.assertEqual(self.first.ask("capture ../x")[0][:12], "ERR ARGUMENT")
-        self.assertTrue(self.asked("capture")["session"].startswith("capture-"))
+        last = self.asked("capture")["session"]
+        self.assertTrue(last.startswith("capture-"))
+        with open(os.path.join(self.files, last, "session.index"), encoding="ascii") as file:
+            self.assertEqual(file.read().count("_window=864,648,1"), 2)
+        # The last one captured here, whatever else lies there.
+        os.utime(os.path.join(self.files, "one", "session.index"), (4e9, 4e9))
+        refusal, = self.first.ask("reconstruct")
+        self.assertTrue(refusal.startswith(f"ERR MISSING {last}: has no calibration"), refusal)
 
     def test_safe(self):
         self.assertIn("state", self.asked("safe"))

@@ -62,14 +62,15 @@ TEST_CASE("horns rest where they should, whatever the dead band") {
     // Without the repeatability what is left is the dead band: 0.29 degrees without the approach.
     const simrig::RigSettings settings = servos(0);
     PanBench bench(settings);
+    const int moves = synthetic::rounds(15, 5);
     double worst = 0;
-    const double rms = rms_deg(bench, settings, 15, worst);
+    const double rms = rms_deg(bench, settings, moves, worst);
     MESSAGE("with the approach: rms " << rms << ", worst " << worst << " degrees");
     CHECK(worst < 0.02);
     for (servo_model &model : bench.rig.profile.servo) {
         model.dead_band_q4 = 0;
     }
-    const double direct = rms_deg(bench, settings, 15, worst);
+    const double direct = rms_deg(bench, settings, moves, worst);
     MESSAGE("without: rms " << direct << ", worst " << worst << " degrees");
     CHECK(worst > 0.1);
     CHECK(worst < 0.31);
@@ -79,10 +80,11 @@ TEST_CASE("with the repeatability of real ones") {
     const simrig::RigSettings settings = servos(0.3);
     PanBench bench(settings);
     double worst = 0;
-    const double rms = rms_deg(bench, settings, 50, worst);
+    // Of 40 values an rms is known to 11 %.
+    const double rms = rms_deg(bench, settings, synthetic::rounds(20, 5), worst);
     MESSAGE("rms " << rms << ", worst " << worst << " degrees");
-    CHECK(rms < 0.36);
-    CHECK(rms > 0.2);
+    CHECK(rms < 0.4);
+    CHECK(rms > 0.15);
 }
 
 TEST_CASE("an angle is where the bridge has it, to half a sixteenth of a microsecond") {

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "core/error.h"
-#include "device/lens.h"
+#include "device/lens_drive.h"
 
 namespace {
 
