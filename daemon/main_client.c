@@ -4,6 +4,7 @@
 #include "daemon/image_pnm.h"
 #include "daemon/image_raw.h"
 #include "daemon/reconstruct_command.h"
+#include "daemon/replay/replay_command.h"
 
 static int run_reconstruct(int argc, char **argv) {
     static const struct image_format formats[] = {
@@ -20,6 +21,7 @@ static int run_reconstruct(int argc, char **argv) {
 int main(int argc, char **argv) {
     static const struct client_command commands[] = {
         {"reconstruct", "measure a surface from a pair of images", run_reconstruct},
+        {"replay", "play a recording again and compare the pairs", replay_command_run},
     };
     return client_main(argc, argv, commands, sizeof commands / sizeof commands[0]);
 }

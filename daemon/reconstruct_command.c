@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/reconstruct_command.h"
 
+#include <fcntl.h>
 #include <stdio.h>
 
 #include "core/error.h"
@@ -8,6 +9,8 @@
 #include "daemon/interrupt.h"
 #include "daemon/options.h"
 #include "daemon/progress.h"
+#include "daemon/reconstruct_recorded.h"
+#include "daemon/reconstruct_session.h"
 #include "daemon/reconstruct_summary.h"
 #include "daemon/result_json.h"
 
@@ -59,7 +62,9 @@ int reconstruct_command_run(const struct reconstruct_command_abilities *abilitie
     struct reconstruct_request request;
     struct reconstruct_files files = abilities->files;
     struct progress progress;
-    const struct reconstruct_source source = {reconstruct_inputs_read, &files};
+    static struct session_pair_files recorded;
+    static struct reconstruct_session session;
+    struct reconstruct_source source = {reconstruct_inputs_read, &files};
     const struct reconstruct_observer observer = {
         .expect = expect, .progress = show_progress, .self = &progress};
     struct reconstruct_job job = {.outputs = abilities->outputs,
@@ -75,6 +80,17 @@ int reconstruct_command_run(const struct reconstruct_command_abilities *abilitie
         fputs("vergence reconstruct: --debug is not for this program: it writes no pictures\n",
               stderr);
         return CLIENT_USAGE;
+    }
+    bool own = false;
+    if (reconstruct_recorded_resolve(&request, &recorded, &own, &job.message) != ERROR_OK) {
+        fprintf(stderr, "vergence reconstruct: %s\n", job.message.text);
+        return CLIENT_BAD_INPUT;
+    }
+    if (own) {
+        session.parent = AT_FDCWD;
+        session.path = request.session_path;
+        session.pair = (uint32_t)request.pair;
+        source = (struct reconstruct_source){reconstruct_session_read, &session};
     }
     interrupt_catch();
     progress_begin(&progress, request.quiet);

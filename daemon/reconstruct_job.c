@@ -13,7 +13,7 @@
 #include "daemon/client.h"
 #include "daemon/interrupt.h"
 #include "daemon/memory_available.h"
-#include "daemon/progress.h"
+#include "daemon/monotonic.h"
 #include "daemon/reconstruct_summary.h"
 #include "daemon/reconstruct_work.h"
 #include "daemon/result_figures.h"
@@ -34,7 +34,7 @@ static bool show_progress(void *self, enum reconstruct_stage stage, int done, in
 
 static uint64_t now_us(void *self) {
     (void)self;
-    return progress_now_us();
+    return monotonic_now_us();
 }
 
 static void choose_options(struct reconstruct_job *job) {
@@ -185,7 +185,7 @@ static int prepare(struct reconstruct_job *job) {
     }
     choose_options(job);
     fill_context(job);
-    job->context.read_us = progress_now_us() - job->start_us;
+    job->context.read_us = monotonic_now_us() - job->start_us;
     error = rectify_plan_make(&job->inputs.calibration, &job->options.rectify, &job->result.plan);
     if (error != ERROR_OK) {
         reconstruct_summary_no_plan(error, &job->context, &job->message);
@@ -241,7 +241,7 @@ static int compute(struct reconstruct_job *job) {
     const int error =
         reconstruct_run(&job->context.left, &job->context.right, &job->inputs.calibration, &plan,
                         &job->options, &environment, &arena, &job->result);
-    job->context.total_us = progress_now_us() - job->start_us;
+    job->context.total_us = monotonic_now_us() - job->start_us;
     struct rusage usage = {0};
     getrusage(RUSAGE_SELF, &usage);
     job->context.rss_peak_bytes = (size_t)usage.ru_maxrss * 1024;
@@ -364,7 +364,7 @@ static int run(struct reconstruct_job *job) {
 }
 
 int reconstruct_job_run(struct reconstruct_job *job) {
-    job->start_us = progress_now_us();
+    job->start_us = monotonic_now_us();
     job->context.words = job->words;
     job->directory = job->debug.directory = (struct outdir){.lock_fd = -1};
     interrupt_ask(job->observer->go_on, job->observer->self);

@@ -388,12 +388,21 @@ int record_start(struct record *self, struct session_writer *writer, struct mess
     return record_flush(self, message);
 }
 
-void record_idle(struct record *self) {
+/// What no backend is asked for, but a player has to know.
+static void add_mark(struct record *self, void (*print)(char *text)) {
     if (is_on(self)) {
         char asked[TRACE_LINE_MAX + 1];
-        trace_idle(asked);
+        print(asked);
         add_call(self, asked, "0");
     }
+}
+
+void record_idle(struct record *self) {
+    add_mark(self, trace_idle);
+}
+
+void record_cancel(struct record *self) {
+    add_mark(self, trace_cancel);
 }
 
 int record_flush(struct record *self, struct message *message) {

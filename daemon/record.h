@@ -63,6 +63,10 @@ int record_start(struct record *self, struct session_writer *writer, struct mess
 /// before each rig_idle. A player is told by replay_idle_is_next.
 void record_idle(struct record *self);
 
+/// Says that here whoever watches the rig wanted its command to end (`go_on` of its observer said
+/// so): to be called once a command. A player is told by replay_cancel_is_next.
+void record_cancel(struct record *self);
+
 /// Sees to it that what was recorded so far is on the disk: to be called before a pair is written.
 /// 0, or why recording has ended.
 int record_flush(struct record *self, struct message *message);

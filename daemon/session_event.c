@@ -10,7 +10,7 @@
 #define NO_POSITION "none"
 
 static const char *const kind_names[SESSION_EVENT_KINDS] = {
-    "begin", "calibration", "command", "registers", "pair", "end",
+    "begin", "calibration", "setting", "command", "registers", "pair", "end",
 };
 static const char *const layout_names[] = {"grey", "rgb", "grbg"};
 enum { LAYOUTS = sizeof layout_names / sizeof layout_names[0] };
@@ -155,6 +155,7 @@ int session_event_print(const struct session_event *event, char text[SESSION_LIN
         case SESSION_CALIBRATION:
             put(&line, " file=%08" PRIx32, event->crc32);
             break;
+        case SESSION_SETTING:
         case SESSION_COMMAND:
             put_text(&line, "text", event->text);
             break;
@@ -362,6 +363,7 @@ static void take_event(struct cursor *cursor, struct session_event *event) {
         case SESSION_CALIBRATION:
             event->crc32 = (uint32_t)take_key(cursor, "", "file", 16, UINT32_MAX);
             break;
+        case SESSION_SETTING:
         case SESSION_COMMAND:
             take_text(cursor, "text", event->text, SESSION_TEXT_MAX);
             break;

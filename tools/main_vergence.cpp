@@ -2,6 +2,7 @@
 // The client as a host carries it: all formats, the report, evaluation and explanation.
 #include "daemon/client.h"
 #include "daemon/reconstruct_command.h"
+#include "daemon/replay/replay_command.h"
 #include "daemon/write.h"
 #include "tools/host/calibration_file.hpp"
 #include "tools/host/commands.hpp"
@@ -42,6 +43,7 @@ const client_command commands[] = {
     {"board", "make a calibration board to be printed", command_board},
     {"evaluate", "compare a result with the ground truth", command_evaluate},
     {"info", "explain a calibration or a result", command_info},
+    {"replay", "play a recording again and compare the pairs", replay_command_run},
     {"simulate", "start a simulated rig, or show what it would see", command_simulate},
 };
 

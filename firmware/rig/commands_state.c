@@ -56,8 +56,13 @@ static int put_side(const struct command_call *call, unsigned side) {
                        (rig->profile.lenses == RIG_LENSES_V1LC && side == RIG_LEFT))) {
         error = put_lens(call, side);
     }
-    commands_put_number(call, "exposure", rig->exposure_us[side], 0, "us");
-    commands_put_number(call, "gain", rig->gain_q3[side] / 8.0, 3, NULL);
+    // 0: nobody has set it here, and the camera does as it likes.
+    if (rig->exposure_us[side] != 0) {
+        commands_put_number(call, "exposure", rig->exposure_us[side], 0, "us");
+    }
+    if (rig->gain_q3[side] != 0) {
+        commands_put_number(call, "gain", rig->gain_q3[side] / 8.0, 3, NULL);
+    }
     commands_put_end(call);
     return error;
 }

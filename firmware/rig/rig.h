@@ -33,26 +33,6 @@
 extern "C" {
 #endif
 
-/// What the rig hangs on. `clock` is needed; others may be NULL where the profile has no use for
-/// them. Behind a bridge both cameras are the same port.
-struct rig_ports {
-    const struct hal_clock *clock;
-    const struct hal_i2c *i2c;
-    const struct hal_gpio *gpio;
-    const struct hal_camera *camera[RIG_SIDES];
-    const struct hal_uart *lens_uart;
-    const struct hal_log *log;
-};
-
-/// Who watches a long call. Any pointer may be NULL.
-struct rig_observer {
-    /// False: the call is to end as soon as the rig is safe, with ERROR_CANCELLED.
-    bool (*go_on)(void *self);
-    /// `done` of `total` of something; `what` is static storage.
-    void (*progress)(void *self, const char *what, uint32_t done, uint32_t total);
-    void *self;
-};
-
 /// The parts, for messages, health and faults.
 // X(name, text)
 #define RIG_PART_LIST(X)                 \
@@ -78,6 +58,38 @@ enum rig_part {
 
 /// Static storage; `part` must be one.
 const char *rig_part_text(enum rig_part part);
+
+/// Who opens what stands behind the ports. Devices come and go; the calls of a port whose device is
+/// not there fail with ERROR_DEVICE.
+struct rig_opener {
+    /// Opens what is not open, and anew what has gone since. Called first thing in a bring-up.
+    void (*open)(void *self);
+    /// Why the device behind this part could not be opened, for people: which, and what to do.
+    /// NULL: it is open. The text lives until the next `open`.
+    const char *(*missing)(void *self, enum rig_part part);
+    void *self;
+};
+
+/// What the rig hangs on. `clock` is needed; others may be NULL where the profile has no use for
+/// them. Behind a bridge both cameras are the same port.
+struct rig_ports {
+    const struct hal_clock *clock;
+    const struct hal_i2c *i2c;
+    const struct hal_gpio *gpio;
+    const struct hal_camera *camera[RIG_SIDES];
+    const struct hal_uart *lens_uart;
+    const struct hal_log *log;
+    const struct rig_opener *opener;  ///< NULL: what there is stays open
+};
+
+/// Who watches a long call. Any pointer may be NULL.
+struct rig_observer {
+    /// False: the call is to end as soon as the rig is safe, with ERROR_CANCELLED.
+    bool (*go_on)(void *self);
+    /// `done` of `total` of something; `what` is static storage.
+    void (*progress)(void *self, const char *what, uint32_t done, uint32_t total);
+    void *self;
+};
 
 /// What went wrong last.
 struct rig_trouble {
@@ -122,6 +134,7 @@ struct rig {
     uint16_t gain_q3[RIG_SIDES];
     uint64_t settled_us[RIG_SIDES];  ///< frames that begin then or later have what was set
     bool streaming[RIG_SIDES];       ///< the source of that side gives frames
+    uint64_t started_us[RIG_SIDES];  ///< when its stream was
     struct hal_camera_format format;
     uint32_t pairs;   ///< taken since the bring-up
     uint64_t fed_us;  ///< the bridge's watchdog, last

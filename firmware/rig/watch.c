@@ -118,8 +118,8 @@ int watch_trouble(struct rig *self, enum rig_part part, int error, const char *w
     add(&sentence, ": ");
     for (; *what != '\0'; what++) {
         char piece[DECIMAL_TEXT_BYTES] = {*what, '\0'};
-        if (*what == '#') {
-            INVARIANT(numbers != NULL);
+        // Without numbers it is a character like others: a device's name may hold one.
+        if (*what == '#' && numbers != NULL) {
             decimal_print(*numbers++, 0, piece);
         }
         add(&sentence, piece);

@@ -91,6 +91,9 @@ class Rig(DaemonTest):
         self.assertEqual(self.asked("record stop"), {"session": "r1", "pairs": 2})
         self.assertEqual(self.asked("record"), {"recording": "nothing"})
         self.assertEqual(len(self.frames_of("r1")) >= 4, True)
+        played = self.asked("replay r1")
+        self.assertEqual((played["same"], played["commands"], played["pairs"]),
+                         ("yes", len(commands), 2))
         # The same commands to a daemon that has nothing but the recording.
         script = "".join(f"{command}\n" for command in commands).replace(
             "capture\n", "capture p1\n").replace("capture - static", "capture p2 static")

@@ -82,7 +82,8 @@ const option_page page = {
     "to different sides. Finds the corners, the lenses, how the cameras stand, and what was wrong: "
     "pictures without a usable board, boards that moved between left and right, single bad "
     "corners. Each is named with the reason and left out.\n"
-    "IMAGES are pictures, folders, quoted patterns or lists, in any mixture. The side comes from "
+    "IMAGES are pictures, folders, recorded sessions (directories that \"capture\" or \"record\" of "
+    "vergenced made; all their pairs count), quoted patterns or lists, in any mixture. The side comes from "
     "the names (left and right, or L and R, in the file's or the folder's name), pairs from what "
     "else the names say (left07.png and right07.png). Where names say no side, name two folders or "
     "two quoted patterns, the left camera's first. A list is a text with one or two names a line "
@@ -100,6 +101,7 @@ const option_page page = {
     "rig.calibration's note, which \"vergence reconstruct\" repeats); 3 nothing could be "
     "calibrated from these pictures; 1, 2 and 130 as \"vergence --help\" says.",
     "vergence calibrate pictures/ --board 9x6 --square 30\n"
+    "vergence calibrate files/board-* --board 9x6 --square 30\n"
     "vergence calibrate 'left*.jpg' 'right*.jpg' --board 9x6 --square 30 --out rig\n"
     "vergence calibrate cam_a/ cam_b/ --board 9x6 --square 30\n"
     "vergence calibrate stereo_calib.xml --board 9x6 --square 30 --json\n"
