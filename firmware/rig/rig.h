@@ -138,6 +138,8 @@ struct rig {
     struct hal_camera_format format;
     uint32_t pairs;   ///< taken since the bring-up
     uint64_t fed_us;  ///< the bridge's watchdog, last
+    /// When a feed last arrived since the bring-up (0: none did), and the longest time between two.
+    uint64_t feed_arrived_us, feed_gap_us;
 };
 
 /// Copies profile, ports and observer (NULL: nobody watches). Touches nothing.
