@@ -18,8 +18,8 @@
 
 #include "core/crc.h"
 #include "core/error.h"
+#include "daemon/base64.h"
 #include "daemon/remote.h"
-#include "daemon/server/files.h"
 #include "fuzz_check.hpp"
 #include "memory_folder.hpp"
 
@@ -52,7 +52,7 @@ std::string answers(const std::string &text, bool fetch, std::string *content) {
             lines += sealed(++id, rest);
         } else if (line[0] == '=') {
             std::string base64(rest.size() / 3 * 4 + 8, '\0');
-            files_base64(rest.data(), rest.size(), base64.data());
+            base64_encode(rest.data(), rest.size(), base64.data());
             lines +=
                 sealed(++id, "\"offset\": " + std::to_string(content->size()) + ", \"crc\": \"" +
                                  hex(rest) + "\", \"data\": \"" + base64.c_str() + "\"");
