@@ -89,8 +89,20 @@ static void open_all(void *opaque) {
     }
 }
 
+/// "left_camera = /dev/video0: another program uses it; ..."; NULL: it starts.
+static const char *refused(struct main_linux *self, enum main_linux_device device) {
+    const bool right = device == MAIN_LINUX_RIGHT_CAMERA;
+    const struct v4l2_camera *camera = &self->camera[right ? RIG_RIGHT : RIG_LEFT];
+    if (camera->refused.text[0] == '\0') {
+        return NULL;
+    }
+    message_set(&self->refused, 0, "%s = %s: %.400s", right ? "right_camera" : "left_camera",
+                camera->path, camera->refused.text);
+    return self->refused.text;
+}
+
 static const char *missing(void *opaque, enum rig_part part) {
-    const struct main_linux *self = opaque;
+    struct main_linux *self = opaque;
     const bool bridge = self->config->profile.bridge;
     enum main_linux_device device = MAIN_LINUX_I2C;
     switch (part) {
@@ -116,7 +128,11 @@ static const char *missing(void *opaque, enum rig_part part) {
         // A line may switch the controller.
         text = self->missing[MAIN_LINUX_GPIO].text;
     }
-    return text[0] != '\0' ? text : NULL;
+    if (text[0] != '\0') {
+        return text;
+    }
+    const bool camera = device == MAIN_LINUX_LEFT_CAMERA || device == MAIN_LINUX_RIGHT_CAMERA;
+    return camera ? refused(self, device) : NULL;
 }
 
 /// Where the lines are; whether there is any.

@@ -37,6 +37,7 @@ struct main_linux {
     struct rig_opener opener;
     bool needed[MAIN_LINUX_DEVICES];
     struct message missing[MAIN_LINUX_DEVICES];  ///< why it is not open; "": it is
+    struct message refused;                      ///< why a camera that is open does not start
 };
 
 /// Opens what the profile needs and is there; the others are told to the log, and by the bring-up.

@@ -144,8 +144,7 @@ static const char *find_contradiction(const struct reconstruct_request *request)
     if (request->session_path == NULL && request->pair != 0) {
         return "--pair is for a recorded session";
     }
-    if (request->session_path == NULL && request->calibration_path == NULL &&
-        !request->rectified) {
+    if (request->session_path == NULL && request->calibration_path == NULL && !request->rectified) {
         return "--calibration FILE is missing (or --rectified for a rectified pair without one)";
     }
     if ((!request->rectified || request->calibration_path != NULL) &&

@@ -44,7 +44,7 @@ struct record {
     struct session_writer *writer;  // NULL: nothing is recorded
     int log;                        // descriptor of calls.log
     uint32_t crc;                   // of calls.log so far
-    bool failed;                    // nothing is recorded any more
+    int failed;                     // why nothing is recorded any more, an error; else 0
     struct message trouble;         // why
     uint64_t calls;
     size_t filled;

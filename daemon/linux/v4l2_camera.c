@@ -89,6 +89,7 @@ static int start(void *opaque, const struct hal_camera_format *format) {
         self->format.width_px == format->width_px && self->format.height_px == format->height_px) {
         return ERROR_OK;
     }
+    self->refused.text[0] = '\0';
     int error = stop(self);
     if (self->gone) {
         struct message message;
@@ -105,6 +106,10 @@ static int start(void *opaque, const struct hal_camera_format *format) {
     }
     if (error != ERROR_OK) {
         self->gone = self->gone || error == ERROR_DEVICE;
+        // That it has no such frames is for whoever chose them to say.
+        if (error != ERROR_UNSUPPORTED) {
+            self->refused = self->stream.trouble;
+        }
         tell(self, HAL_LOG_ERROR, self->stream.trouble.text);
         return error;
     }

@@ -35,6 +35,8 @@ struct v4l2_camera {
     uint32_t frame_us;          ///< longest time from frame to frame
     bool gone;                  ///< it was pulled out: the next start opens it again
     bool started;
+    /// Why it does not start, without the device's name; "": it did, or it has no such frames.
+    struct message refused;
     struct hal_camera_format format;
     struct hal_camera_counts counts;
 

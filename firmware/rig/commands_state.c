@@ -8,6 +8,7 @@
 enum { IDLE_US = 50000 };
 
 static const double us_per_s = 1e6;
+static const double us_per_ms = 1e3;
 static const double urad_per_degree = 1e6 * 3.14159265358979323846 / 180.0;
 
 static const char *state_name(enum rig_state state) {
@@ -118,6 +119,13 @@ static void put_bus(const struct command_call *call) {
     commands_put_end(call);
 }
 
+static void put_watchdog(const struct command_call *call) {
+    commands_put_begin(call, "watchdog", false);
+    commands_put_number(call, "period", call->rig->profile.watchdog_ms, 0, "ms");
+    commands_put_number(call, "longest_gap", (double)call->rig->feed_gap_us / us_per_ms, 3, "ms");
+    commands_put_end(call);
+}
+
 static void put_cameras(const struct command_call *call) {
     const struct rig *rig = call->rig;
     for (unsigned side = 0; side < RIG_SIDES; side++) {
@@ -153,6 +161,7 @@ int commands_state_health(const struct command_call *call) {
     commands_put_end(call);
     if (rig->profile.bridge && rig->state != RIG_DOWN) {
         put_bus(call);
+        put_watchdog(call);
     }
     put_cameras(call);
     return error;

@@ -139,6 +139,7 @@ static int check_bridge(struct rig *self) {
         return failure_of_bus(self, RIG_PART_BRIDGE, error);
     }
     self->fed_us = watch_now_us(self);
+    watch_fed(self);
     if ((status & BRIDGE_STATUS_WATCHDOG_FIRED_MASK) != 0) {
         watch_used(self, RIG_PART_BRIDGE, ERROR_TIMEOUT);
         return watch_trouble(self, RIG_PART_BRIDGE, ERROR_TIMEOUT,

@@ -64,8 +64,8 @@ const char *rig_part_text(enum rig_part part);
 struct rig_opener {
     /// Opens what is not open, and anew what has gone since. Called first thing in a bring-up.
     void (*open)(void *self);
-    /// Why the device behind this part could not be opened, for people: which, and what to do.
-    /// NULL: it is open. The text lives until the next `open`.
+    /// Why the device behind this part could not be opened, or does not start, for people: which,
+    /// and what to do. NULL: it is open. The text lives until the next call.
     const char *(*missing)(void *self, enum rig_part part);
     void *self;
 };
@@ -138,6 +138,8 @@ struct rig {
     struct hal_camera_format format;
     uint32_t pairs;   ///< taken since the bring-up
     uint64_t fed_us;  ///< the bridge's watchdog, last
+    /// When a feed last arrived since the bring-up (0: none did), and the longest time between two.
+    uint64_t feed_arrived_us, feed_gap_us;
 };
 
 /// Copies profile, ports and observer (NULL: nobody watches). Touches nothing.

@@ -128,6 +128,7 @@ static int set_bridge(struct rig *self) {
         error = fpga_bridge_watchdog_feed(bridge);  // leaves the mark by which a restart is seen
     }
     self->fed_us = watch_now_us(self);
+    self->feed_arrived_us = 0;
     return of_bridge(self, error);
 }
 

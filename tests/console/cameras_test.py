@@ -80,6 +80,7 @@ class TwoCameras(DeviceTest):
         while self.first.ask(commands[-1])[-1] != "OK":
             commands.append(commands[-1])
         self.assertEqual(self.asked("record stop")["pairs"], 2)
+        self.assertEqual(self.asked("replay r1")["same"], "yes")
         self.asked("capture alone")
         script = "\n".join(["bringup", "exposure 8000", "capture p1"]) + "\n"
         self.play("r1", script)
@@ -160,6 +161,16 @@ class TwoCameras(DeviceTest):
         self.assertEqual(self.asked("capture one")["left"]["width"], 640)
         with open(os.path.join(self.files, "one", self.frames_of("one")[0]), "rb") as file:
             self.assertEqual(file.read(2), b"P6")
+
+    def test_a_camera_that_another_program_has(self):
+        self.serve(self.cameras() + "fail 1 3 EBUSY video1 ioctl S_FMT\n", self.profile)
+        self.refused("bringup", "ERR IO right camera: right_camera = /dev/video1: another program "
+                     "uses it; end that first")
+        self.refused("bringup", "ERR IO right camera: right_camera = /dev/video1: another program "
+                     "uses it; end that first")
+        self.refused("bringup", "ERR IO right camera: right_camera = /dev/video1: another program "
+                     "uses it; end that first")
+        self.assertEqual(self.asked("bringup")["parts"], WORKS)
 
     def test_two_sizes(self):
         show(self.pictures[1], texture(2, 320, 240))

@@ -113,6 +113,14 @@ bool fake_kernel_watches(const char *path, char *name, size_t bytes) {
     return false;
 }
 
+bool fake_kernel_plug(const char *path, const char *file) {
+    struct fake_device *device = fake_file_device_at(path);
+    if (device != NULL) {
+        snprintf(device->plug, sizeof device->plug, "%s", file);
+    }
+    return device != NULL;
+}
+
 static void add_plan(enum effect effect, const char *what, unsigned nth, int error,
                      unsigned times) {
     fake_kernel_lock();

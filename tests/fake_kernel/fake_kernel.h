@@ -30,6 +30,10 @@ void fake_kernel_reset(void);
 /// Real files under this prefix are seen from now on. At most 4 prefixes.
 void fake_kernel_watch(const char *prefix);
 
+/// The device `path` is connected while `file` is there from now on; descriptors that are open when
+/// it goes stay dead. False: there is no such device.
+bool fake_kernel_plug(const char *path, const char *file);
+
 /// All lines since the last reset or `fake_kernel_forget`, each with its end. Lives until the next
 /// seen call.
 const char *fake_kernel_record(void);

@@ -136,14 +136,9 @@ static void set_video(const char *line, const char *rest) {
 static void set_plug(const char *line, const char *rest) {
     char path[WORD_BYTES];
     int at = 0;
-    struct fake_device *device = NULL;
-    if (sscanf(rest, "%255s %n", path, &at) == 1 && at > 0 && rest[at] != '\0') {
-        device = fake_file_device_at(path);
-    }
-    if (device == NULL) {
+    if (sscanf(rest, "%255s %n", path, &at) != 1 || at == 0 || rest[at] == '\0' ||
+        !fake_kernel_plug(path, rest + at)) {
         stop(line);
-    } else {
-        snprintf(device->plug, sizeof device->plug, "%s", rest + at);
     }
 }
 

@@ -62,15 +62,14 @@ TEST_CASE("horns rest where they should, whatever the dead band") {
     // Without the repeatability what is left is the dead band: 0.29 degrees without the approach.
     const simrig::RigSettings settings = servos(0);
     PanBench bench(settings);
-    const int moves = synthetic::rounds(15, 5);
     double worst = 0;
-    const double rms = rms_deg(bench, settings, moves, worst);
+    const double rms = rms_deg(bench, settings, 15, worst);
     MESSAGE("with the approach: rms " << rms << ", worst " << worst << " degrees");
     CHECK(worst < 0.02);
     for (servo_model &model : bench.rig.profile.servo) {
         model.dead_band_q4 = 0;
     }
-    const double direct = rms_deg(bench, settings, moves, worst);
+    const double direct = rms_deg(bench, settings, 15, worst);
     MESSAGE("without: rms " << direct << ", worst " << worst << " degrees");
     CHECK(worst > 0.1);
     CHECK(worst < 0.31);
