@@ -143,18 +143,19 @@ static int take_in_turn(struct rig *rig, const struct pair_options *options, uin
 static int take_nearest(struct rig *rig, const struct pair_options *options, uint16_t *memory,
                         size_t values, struct pair_frame frames[RIG_SIDES]) {
     struct pair_frame *left = &frames[RIG_LEFT], *right = &frames[RIG_RIGHT];
+    // The time from frame to frame is what it is in this light, whatever the driver says: from one
+    // left frame to another.
+    int error = take_frame(rig, RIG_LEFT, watch_now_us(rig), memory, values, left);
+    const struct pair_frame first = *left;
     // A driver keeps a few frames, and loses what comes while nobody takes them: those that have
-    // piled up at the right camera go, so that the coming ones are kept.
-    int error = take_frame(rig, RIG_RIGHT, watch_now_us(rig), memory + values, values, right);
+    // piled up at the right camera go, just before the left frame that counts, so that the coming
+    // ones are kept.
+    if (error == ERROR_OK) {
+        error = take_frame(rig, RIG_RIGHT, watch_now_us(rig), memory + values, values, right);
+    }
     if (error == ERROR_OK) {
         error = take_frame(rig, RIG_LEFT, watch_now_us(rig), memory, values, left);
     }
-    if (error != ERROR_OK) {
-        return error;
-    }
-    // The time from frame to frame is what it is in this light, whatever the driver says.
-    const struct pair_frame first = *left;
-    error = take_frame(rig, RIG_LEFT, first.begin_us + 1, memory, values, left);
     if (error != ERROR_OK) {
         return error;
     }

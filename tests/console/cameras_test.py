@@ -9,7 +9,7 @@ import unittest
 import cv2
 
 from daemon_process import PATIENCE_S, VERGENCED
-from fake_devices import DeviceTest, LensController, show, texture
+from fake_devices import FRAME_US, DeviceTest, LensController, show, texture
 
 NOT_THERE = "No such file or directory; is it connected, and its driver loaded?"
 WORKS = [{"part": "left camera", "state": "works"}, {"part": "right camera", "state": "works"}]
@@ -44,7 +44,7 @@ class TwoCameras(DeviceTest):
                      "one nearer to what it has")
         self.assertEqual(self.asked("status")["right"], {"exposure": 5000})
         pair = self.asked("capture one static")
-        self.assertLess(abs(pair["skew"]), 33333 / 2 + 2000)
+        self.assertLess(abs(pair["skew"]), FRAME_US / 2)
         self.assertEqual((pair["change"], pair["left"]["gain"]), (0, 2))
         self.assertEqual(len(self.frames_of("one")), 2)
         health = self.asked("health")
@@ -154,7 +154,7 @@ class TwoCameras(DeviceTest):
             self.assertTrue(good)
             with open(picture, "wb") as file:
                 file.write(data.tobytes())
-        self.serve("".join(f"video /dev/video{side} MJPEG {picture} 33333 640x480\n"
+        self.serve("".join(f"video /dev/video{side} MJPEG {picture} {FRAME_US} 640x480\n"
                            f"set /dev/video{side} first_us 1300000\n"
                            for side, picture in enumerate(self.pictures)), self.profile)
         self.asked("bringup")

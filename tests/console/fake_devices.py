@@ -17,6 +17,8 @@ from daemon_process import PATIENCE_S, DaemonTest
 
 LIBRARY = os.environ["VERGENCE_FAKE_KERNEL_LIBRARY"]
 WIDTH, HEIGHT = 640, 480
+# Slow enough that a busy machine, or a sanitizer's program, finds frames that were not lost.
+FRAME_US = 100000
 
 
 def preloaded(script):
@@ -133,7 +135,7 @@ class DeviceTest(DaemonTest):
         else:
             os.unlink(self.place(name))
 
-    def cameras(self, frame_us=33333):
+    def cameras(self, frame_us=FRAME_US):
         return "".join(f"video /dev/video{side} YUYV {picture} {frame_us}\n"
                        for side, picture in enumerate(self.pictures))
 

@@ -16,7 +16,7 @@ import cv2
 import numpy
 
 from daemon_process import PATIENCE_S, VERGENCED
-from fake_devices import preloaded, show
+from fake_devices import FRAME_US, preloaded, show
 
 VERGENCE = os.environ["VERGENCE"]
 ROOT = os.environ["VERGENCE_SOURCE"]
@@ -49,7 +49,7 @@ class Webcams(unittest.TestCase):
         self.folder = scratch.name
         self.pictures = [self.place(name) for name in ("left.ppm", "right.ppm")]
         with open(self.place("script"), "w", encoding="ascii") as file:
-            file.write("".join(f"video /dev/video{device} YUYV {picture} 33333\n"
+            file.write("".join(f"video /dev/video{device} YUYV {picture} {FRAME_US}\n"
                                for device, picture in zip((0, 2), self.pictures)))
         programs = [os.path.dirname(program) for program in (VERGENCE, VERGENCED)]
         self.environment = {**preloaded(self.place("script")), "PATH": os.pathsep.join(
@@ -63,7 +63,7 @@ class Webcams(unittest.TestCase):
     def show(self, pair):
         for path, image in zip(self.pictures, pair):
             show(path, cv2.cvtColor(image, cv2.COLOR_GRAY2RGB))
-        time.sleep(0.15)  # a few frames: what was on its way has arrived
+        time.sleep(2 * FRAME_US * 1e-6)  # what was on its way has arrived
 
     def run_one(self, command):
         done = subprocess.run(["bash", "-c", command], cwd=self.folder, env=self.quiet, text=True,
