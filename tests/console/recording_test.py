@@ -97,7 +97,7 @@ class Recording(DaemonTest):
         resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE,
                          (os.path.getsize(log) + 1000, unlimited[1]))
         answer = self.first.ask("capture")
-        self.assertEqual(answer, ["ERR FULL capture: full/calls.log: cannot be written: "
+        self.assertEqual(answer, ["ERR FULL full/calls.log: cannot be written: "
                                   "File too large"])
         resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE, unlimited)
         # Room comes back, but what is missing does not: the recording says so until it is ended.
