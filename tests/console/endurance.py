@@ -142,14 +142,18 @@ class Endurance:
         try:
             answer = self.client.ask_json(command)
         except (TimeoutError, TypeError, OSError) as error:
-            code = self.daemon.poll()
-            raise Found(f"\"{command}\" has no answer: " + (
-                f"the daemon ended with {code}" if code is not None else repr(error))) from error
+            raise Found(f"\"{command}\" has no answer: {self.how_it_ended(error)}") from error
         if not answer["ok"]:
             self.told += 1
             if "watchdog fired" in answer["message"]:
                 raise Found(f"{command}: {answer['message']}")
         return answer
+
+    def how_it_ended(self, error):
+        try:
+            return f"the daemon ended with {self.daemon.wait(5)}"
+        except subprocess.TimeoutExpired:
+            return repr(error)
 
     def bringup(self):
         answer = self.ask("bringup")
