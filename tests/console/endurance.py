@@ -96,17 +96,20 @@ class Endurance:
         self.began_s, self.at_s = 0.0, 0.0
         self.files = os.path.join(folder, "files")
         self.path = os.path.join(folder, "v.sock")
-        rig_path = os.path.join(folder, "rig.sock")
-        self.rig = subprocess.Popen([SIMRIG, "--scene", "plane", "--seed", str(seed), "--listen",
+        self.rig, self.daemon, self.desk, self.client = None, None, None, None
+        self.seed = seed
+
+    def start(self):
+        rig_path = os.path.join(self.folder, "rig.sock")
+        self.rig = subprocess.Popen([SIMRIG, "--scene", "plane", "--seed", str(self.seed), "--listen",
                                      f"unix:{rig_path}"], stdout=subprocess.DEVNULL)
-        self.daemon = None
         self.await_path(rig_path, self.rig)
         quiet = os.environ.get("ASAN_OPTIONS", "") + (
             ":detect_leaks=0:quarantine_size_mb=1:thread_local_quarantine_size_kb=64")
         self.daemon = subprocess.Popen(
             [VERGENCED, f"backend=sim unix:{rig_path}", f"socket={self.path}",
-             f"files={self.files}", f"store={os.path.join(folder, 'store')}", "reader_timeout=1",
-             f"log={os.path.join(folder, 'log')}"],
+             f"files={self.files}", f"store={os.path.join(self.folder, 'store')}",
+             "reader_timeout=1", f"log={os.path.join(self.folder, 'log')}"],
             stdin=subprocess.DEVNULL, env={**os.environ, "ASAN_OPTIONS": quiet})
         self.await_path(self.path, self.daemon)
         self.desk = Desk(rig_path)
@@ -139,14 +142,18 @@ class Endurance:
         try:
             answer = self.client.ask_json(command)
         except (TimeoutError, TypeError, OSError) as error:
-            code = self.daemon.poll()
-            raise Found(f"\"{command}\" has no answer: " + (
-                f"the daemon ended with {code}" if code is not None else repr(error))) from error
+            raise Found(f"\"{command}\" has no answer: {self.how_it_ended(error)}") from error
         if not answer["ok"]:
             self.told += 1
             if "watchdog fired" in answer["message"]:
                 raise Found(f"{command}: {answer['message']}")
         return answer
+
+    def how_it_ended(self, error):
+        try:
+            return f"the daemon ended with {self.daemon.wait(5)}"
+        except subprocess.TimeoutExpired:
+            return repr(error)
 
     def bringup(self):
         answer = self.ask("bringup")
@@ -375,21 +382,20 @@ def main():
     signal.signal(signal.SIGINT, interrupt)
     signal.signal(signal.SIGTERM, interrupt)
     folder = tempfile.mkdtemp(prefix="endurance")
-    run, code, how = None, 0, "nothing found"
+    run = Endurance(folder, options.hours, options.seed, options.verbose)
+    code, how = 0, "nothing found"
     print(f"seed {options.seed}, {options.hours:g} virtual hours", flush=True)
     try:
-        run = Endurance(folder, options.hours, options.seed, options.verbose)
+        run.start()
         run.run()
     except Found as found:
         code, how = 1, f"FOUND: {found}"
     except Interrupted:
         code, how = 130, "interrupted"
-    hours = 0.0
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
-    if run is not None:
-        hours = (run.at_s - run.began_s) / 3600
-        run.close()
+    hours = (run.at_s - run.began_s) / 3600
+    run.close()
     print(f"{hours:.3f} of {options.hours:g} virtual hours: {how}", flush=True)
     if code == 1:
         log = os.path.join(folder, "log")

@@ -31,7 +31,7 @@ class Endurance(unittest.TestCase):
             line = run.stdout.readline()
             self.assertTrue(line, "it ended")
         run.send_signal(signal.SIGINT)
-        said = run.communicate(timeout=60)[0]
+        said = run.communicate(timeout=250)[0]
         self.assertEqual(run.returncode, 130, said)
         self.assertIn("of 24 virtual hours: interrupted", said)
 
@@ -47,7 +47,7 @@ class Endurance(unittest.TestCase):
             with open(f"/proc/{child}/cmdline", "rb") as file:
                 if b"backend=sim" in file.read():
                     os.kill(child, signal.SIGKILL)
-        said = run.communicate(timeout=60)[0]
+        said = run.communicate(timeout=250)[0]
         self.assertEqual(run.returncode, 1, said)
         self.assertIn("FOUND", said)
         self.assertIn("ended with -9", said)

@@ -50,6 +50,11 @@ class Rig(DaemonTest):
         self.assertEqual(self.asked("window 640 480"), {"width": 640, "height": 480})
         self.assertEqual(self.first.ask("window 640"), ["ERR MISSING window: HEIGHT is missing"])
 
+    def test_a_selftest_leaves_the_cameras_as_they_were(self):
+        self.asked("window 320 240")
+        self.asked("selftest")
+        self.assertEqual(self.asked("capture")["left"]["width"], 320)
+
     def test_looks(self):
         self.assertEqual(self.asked("selftest")["picture"], "arrives bit for bit")
         self.assertEqual(self.asked("registers bridge id"), {"id": "0x5B1D"})
