@@ -72,7 +72,8 @@ static bool open_signals(struct server *self) {
     }
     self->signal_fd = signalfd(-1, &taken, SFD_CLOEXEC | SFD_NONBLOCK);
     self->wake_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-    return self->signal_fd >= 0 && self->wake_fd >= 0;
+    self->spare_fd = self->wake_fd >= 0 ? fcntl(self->wake_fd, F_DUPFD_CLOEXEC, 0) : -1;
+    return self->signal_fd >= 0 && self->spare_fd >= 0;
 }
 
 static bool open_clients(struct server *self) {
@@ -165,7 +166,8 @@ int server_open(struct server *self, const struct server_parts *parts, struct me
                             .watchdog = parts->watchdog,
                             .listeners = {-1, -1},
                             .signal_fd = -1,
-                            .wake_fd = -1};
+                            .wake_fd = -1,
+                            .spare_fd = -1};
     if (!open_signals(self) || !open_clients(self)) {
         return message_set(message, ERROR_MEMORY, "no memory for %u clients",
                            (unsigned)parts->config->clients);
@@ -208,9 +210,34 @@ static struct connection *free_seat(struct server *self) {
     return NULL;
 }
 
+static void turn_away(int fd) {
+    static const char text[] = "ERR BUSY too many clients: try again later\n";
+    const ssize_t told = write(fd, text, sizeof text - 1);
+    (void)told;  // whoever is not told sees the end all the same
+    close(fd);
+}
+
+/// Without a descriptor for it a client cannot even be turned away, and would be there again at
+/// once, for ever: so one is kept for that.
+static bool turn_away_without_descriptor(struct server *self, int listener) {
+    if ((errno != EMFILE && errno != ENFILE) || self->spare_fd < 0) {
+        return false;
+    }
+    close(self->spare_fd);
+    const int fd = listener_accept(listener);
+    if (fd >= 0) {
+        turn_away(fd);
+    }
+    self->spare_fd = fcntl(self->wake_fd, F_DUPFD_CLOEXEC, 0);
+    return fd >= 0;
+}
+
 static void accept_clients(struct server *self, int listener) {
     for (;;) {
         const int fd = listener_accept(listener);
+        if (fd < 0 && turn_away_without_descriptor(self, listener)) {
+            continue;
+        }
         if (fd < 0) {
             return;
         }
@@ -218,10 +245,7 @@ static void accept_clients(struct server *self, int listener) {
         if (seat != NULL) {
             connection_begin(seat, CONNECTION_LINES, fd, fd, "client");
         } else {
-            static const char text[] = "ERR BUSY too many clients: try again later\n";
-            const ssize_t told = write(fd, text, sizeof text - 1);
-            (void)told;  // whoever is not told sees the end all the same
-            close(fd);
+            turn_away(fd);
         }
     }
 }
@@ -464,6 +488,9 @@ void server_close(struct server *self) {
     }
     if (self->signal_fd >= 0) {
         close(self->signal_fd);
+    }
+    if (self->spare_fd >= 0) {
+        close(self->spare_fd);
     }
     if (self->wake_fd >= 0) {
         close(self->wake_fd);

@@ -33,7 +33,8 @@ struct server {
     struct reply reply;
     int listeners[SERVER_LISTENERS];
     int signal_fd, wake_fd;
-    bool stdio;  ///< the console is standard input and output
+    int spare_fd;  ///< given up to turn a client away when there is none left
+    bool stdio;    ///< the console is standard input and output
     bool stdio_raw;
     int stdio_flags[2];  ///< of standard input and output, before; others share them
     struct termios stdio_settings;
