@@ -45,6 +45,9 @@ static bool find_newest(int root, char *name) {
     struct timespec newest = {0, 0};
     bool found = false;
     if (directory == NULL) {
+        if (fd >= 0) {
+            close(fd);
+        }
         return false;
     }
     for (const struct dirent *entry = readdir(directory); entry != NULL;

@@ -85,6 +85,9 @@ static void remove_abandoned(int root) {
     const int fd = openat(root, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     DIR *directory = fd >= 0 ? fdopendir(fd) : NULL;
     if (directory == NULL) {
+        if (fd >= 0) {
+            close(fd);
+        }
         return;
     }
     for (const struct dirent *entry = readdir(directory); entry != NULL;
@@ -160,7 +163,13 @@ static int finish(struct receipt *self) {
                                    "%s: what came is not what was announced: send it once more",
                                    self->name);
     }
-    if (fsync(self->fd) != 0 || renameat(self->root, self->part, self->root, self->name) != 0) {
+    if (fsync(self->fd) != 0) {
+        // What is in memory would look right the next time, and not be on the disk.
+        const int number = errno;
+        unlinkat(self->root, self->part, 0);
+        return files_refuse(self->call, self->name, number);
+    }
+    if (renameat(self->root, self->part, self->root, self->name) != 0) {
         return files_refuse(self->call, self->name, errno);
     }
     const int directory = openat(self->root, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);

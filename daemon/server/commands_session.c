@@ -52,13 +52,18 @@ bool commands_session_last(char *name, size_t bytes) {
     return name[0] != '\0';
 }
 
+/// "-" stands for a name that is not given, so that what follows it can be.
+static bool is_name(const struct command_value *value) {
+    return value->given && strcmp(value->text, "-") != 0;
+}
+
 /// A name that tells the time, unless there is one.
 static int choose_name(const struct command_call *call, const struct command_value *value,
                        const char *kind) {
     const time_t now = time(NULL);
     struct tm parts;
     char when[32];
-    if (value->given) {
+    if (is_name(value)) {
         const int error = files_check_plain(call, value->text);
         if (error == 0) {
             snprintf(session.name, sizeof session.name, "%s", value->text);
@@ -81,9 +86,16 @@ static int write_calibration(const struct command_call *call, struct message *me
     const struct hal_store *store = surroundings_of(call)->store;
     char text[SURROUNDINGS_CALIBRATION_BYTES];
     size_t length = 0;
-    if (store == NULL || store->operations->load(store->self, SURROUNDINGS_CALIBRATION, text,
-                                                 sizeof text, &length) != 0) {
+    if (store == NULL) {
         return 0;
+    }
+    const int error =
+        store->operations->load(store->self, SURROUNDINGS_CALIBRATION, text, sizeof text, &length);
+    if (error != 0) {
+        return error == ERROR_MISSING
+                   ? 0
+                   : message_set(message, error, "the kept calibration cannot be read: %s",
+                                 error_text(error));
     }
     INVARIANT(length <= sizeof text);
     return session_writer_calibration(&session.writer, text, length, message);
@@ -193,8 +205,7 @@ static int take_pair(const struct command_call *call, uint16_t *memory, size_t v
 
 static int run_capture(const struct command_call *call) {
     const struct pair_options options = capture_options(call->values);
-    if (session.recording && call->values[CAPTURE_NAME].given &&
-        call->values[CAPTURE_NAME].text[0] != '-') {
+    if (session.recording && is_name(&call->values[CAPTURE_NAME])) {
         return surroundings_refuse(call, ERROR_ARGUMENT,
                                    "capture: pairs go into the recording %s: give no name (or -)",
                                    session.name);

@@ -220,11 +220,12 @@ static void turn_away(int fd) {
 /// Without a descriptor for it a client cannot even be turned away, and would be there again at
 /// once, for ever: so one is kept for that.
 static bool turn_away_without_descriptor(struct server *self, int listener) {
-    if ((errno != EMFILE && errno != ENFILE) || self->spare_fd < 0) {
+    if (errno != EMFILE && errno != ENFILE) {
         return false;
     }
-    close(self->spare_fd);
-    const int fd = listener_accept(listener);
+    // It is -1 when another thread took the number that was free for a moment.
+    const int fd =
+        self->spare_fd >= 0 && close(self->spare_fd) == 0 ? listener_accept(listener) : -1;
     if (fd >= 0) {
         turn_away(fd);
     }

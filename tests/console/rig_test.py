@@ -118,6 +118,7 @@ class Rig(DaemonTest):
         self.assertEqual(len(self.frames_of("one")), 2)
         self.assertEqual(self.first.ask("capture one")[0][:12], "ERR ARGUMENT")
         self.assertEqual(self.first.ask("capture ../x")[0][:12], "ERR ARGUMENT")
+        self.assertRegex(self.asked("capture - static")["session"], "^capture-[0-9]")
         last = self.asked("capture")["session"]
         self.assertTrue(last.startswith("capture-"))
         with open(os.path.join(self.files, last, "session.index"), encoding="ascii") as file:
