@@ -38,9 +38,14 @@ static int open_replay(struct main_backends *self, const struct config *config,
                            config->backend_place, profile, profile);
     }
     *ports = self->replay.ports;
-    const struct rig_profile *wanted = &config->profile;
-    if ((wanted->bridge && ports->i2c == NULL) ||
-        (wanted->lenses != RIG_LENSES_FIXED && ports->lens_uart == NULL)) {
+    const char *lack = rig_ports_lack(&config->profile, ports);
+    if (lack != NULL && calls) {
+        return message_set(message, ERROR_ARGUMENT,
+                           "backend = replay %s: what was recorded has not %s, which the settings "
+                           "ask for",
+                           config->backend_place, lack);
+    }
+    if (lack != NULL) {
         return message_set(message, ERROR_ARGUMENT,
                            "backend = replay %s: it holds pairs but no recorded calls, so it plays "
                            "as two cameras alone: set profile = two-cameras, and rig.width_px and "

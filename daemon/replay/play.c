@@ -167,6 +167,18 @@ static void make_table(struct play *self) {
 /// As the daemon after its start, or after `record start`.
 static void bring_rig(struct play *self) {
     const struct rig_observer observer = {rig_goes_on, show_progress, self};
+    struct message why;
+    // A session comes from anywhere, and so do its settings and its calls.
+    if (config_check(&self->config, &why) != 0) {
+        depart(self, "%s: its settings cannot be used: %.900s", self->session.path, why.text);
+        return;
+    }
+    const char *lack = rig_ports_lack(&self->config.profile, &self->replay.ports);
+    if (lack != NULL) {
+        depart(self, "%s: its settings ask for %s, which was not recorded", self->session.path,
+               lack);
+        return;
+    }
     rig_init(&self->rig, &self->config.profile, &self->replay.ports, &observer);
     self->up = true;
 }
@@ -185,6 +197,9 @@ static void run_command(struct play *self) {
     const struct command_reply reply = {&no_reply, NULL};
     if (!self->up) {
         bring_rig(self);
+    }
+    if (!self->up) {
+        return;
     }
     catch_up(self);
     why[0] = '\0';

@@ -161,7 +161,9 @@ static uint64_t clock_now_us(void *context) {
     trace_clock_now(asked);
     const char *answer = answer_to(self, asked);
     if (answer != NULL) {
-        self->now_us = strtoull(answer, NULL, 10);
+        // A recording that was tampered with must not turn time back, on which all relies.
+        const uint64_t told_us = strtoull(answer, NULL, 10);
+        self->now_us = told_us > self->now_us ? told_us : self->now_us;
     } else {
         self->now_us += WAIT_OVER_US;
     }

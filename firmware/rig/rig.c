@@ -12,14 +12,26 @@ enum {
     CTRL_REST = 0,  // no pulses, no frames
 };
 
+const char *rig_ports_lack(const struct rig_profile *profile, const struct rig_ports *ports) {
+    if (ports->clock == NULL) {
+        return "a clock";
+    }
+    if (ports->camera[RIG_LEFT] == NULL || ports->camera[RIG_RIGHT] == NULL) {
+        return "two cameras";
+    }
+    if (profile->bridge && ports->i2c == NULL) {
+        return "an I2C bus";
+    }
+    return profile->lenses != RIG_LENSES_FIXED && ports->lens_uart == NULL
+               ? "a line to the lens controller"
+               : NULL;
+}
+
 void rig_init(struct rig *self, const struct rig_profile *profile, const struct rig_ports *ports,
               const struct rig_observer *observer) {
     const char *what = NULL;
     INVARIANT(rig_profile_check(profile, &what) == ERROR_OK);
-    INVARIANT(ports->clock != NULL);
-    INVARIANT(ports->camera[RIG_LEFT] != NULL && ports->camera[RIG_RIGHT] != NULL);
-    INVARIANT(!profile->bridge || ports->i2c != NULL);
-    INVARIANT(profile->lenses == RIG_LENSES_FIXED || ports->lens_uart != NULL);
+    INVARIANT(rig_ports_lack(profile, ports) == NULL);
     *self = (struct rig){.profile = *profile, .ports = *ports, .state = RIG_DOWN};
     if (observer != NULL) {
         self->observer = *observer;

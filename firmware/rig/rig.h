@@ -142,7 +142,12 @@ struct rig {
     uint64_t feed_arrived_us, feed_gap_us;
 };
 
-/// Copies profile, ports and observer (NULL: nobody watches). Touches nothing.
+/// What an instrument of this profile needs and the ports do not have, such as "an I2C bus"; NULL:
+/// nothing. Static storage.
+const char *rig_ports_lack(const struct rig_profile *profile, const struct rig_ports *ports);
+
+/// Copies profile, ports and observer (NULL: nobody watches). Touches nothing. The profile must be
+/// one that rig_profile_check accepts, and the ports must lack nothing.
 void rig_init(struct rig *self, const struct rig_profile *profile, const struct rig_ports *ports,
               const struct rig_observer *observer);
 

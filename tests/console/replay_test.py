@@ -137,6 +137,34 @@ class Replay(DaemonTest):
             "bringup"])
         self.assertTrue(self.played("noted")["ok"])
 
+    def test_settings_that_the_recording_does_not_fit(self):
+        folder = self.copy("settings")
+        lines = lines_of(folder)
+        place = next(i for i, line in enumerate(lines) if line.startswith("setting "))
+        for setting, word in (("rig.lenses%20=%20v3lc", "lens controller"),
+                              ("rig.skew_limit_us%20=%201", None),
+                              ("rig.bridge%20=%20yes", "")):
+            write_index(folder, [*lines[:place], f"setting text={setting}", *lines[place:]])
+            answer = self.played("settings")
+            if word is None:
+                self.assertNotEqual(answer["error"], "IO")
+            else:
+                self.assertFalse(answer["ok"])
+                self.assertIn(word, answer["message"])
+        self.assertEqual(self.first.ask("version")[-1], "OK")
+
+    def test_time_that_runs_backwards(self):
+        folder = self.copy("time")
+        with open(os.path.join(folder, "calls.log"), encoding="ascii") as file:
+            lines = [line for line in file.read().splitlines() if not line.startswith("crc32 ")]
+        number = [i for i, line in enumerate(lines) if line.startswith("clock now = ")][30]
+        lines[number] = "clock now = 1"
+        text = "\n".join(lines) + "\n"
+        with open(os.path.join(folder, "calls.log"), "w", encoding="ascii") as file:
+            file.write(f"{text}crc32 {zlib.crc32(text.encode()):08x}\n")
+        self.played("time")
+        self.assertEqual(self.first.ask("version")[-1], "OK")
+
     def test_a_call_that_differs(self):
         folder = self.copy("call")
         with open(os.path.join(folder, "calls.log"), encoding="ascii") as file:
