@@ -153,6 +153,15 @@ class Replay(DaemonTest):
                 self.assertIn(word, answer["message"])
         self.assertEqual(self.first.ask("version")[-1], "OK")
 
+    def test_links_and_pipes(self):
+        os.symlink(self.recorded, os.path.join(self.files, "link"))
+        self.assertFalse(self.first.ask_json("replay link")["ok"])
+        for name in ("session.index", "calls.log"):
+            folder = self.copy(f"pipe-{name}")
+            os.remove(os.path.join(folder, name))
+            os.mkfifo(os.path.join(folder, name))
+            self.assertFalse(self.played(f"pipe-{name}")["ok"])
+
     def test_time_that_runs_backwards(self):
         folder = self.copy("time")
         with open(os.path.join(folder, "calls.log"), encoding="ascii") as file:
