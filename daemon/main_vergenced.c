@@ -191,6 +191,10 @@ static bool idle_is_next(void *replay) {
     return replay_idle_is_next(replay);
 }
 
+static bool cancel_is_next(void *replay) {
+    return replay_cancel_is_next(replay);
+}
+
 static void pair_was_taken(void *replay) {
     replay_next_pair(replay);
 }
@@ -227,6 +231,7 @@ static int start(struct daemon *self, struct message *message) {
         .record = &self->backends.record,
         .note_command = commands_session_note,
         .idle_is_next = self->backends.has_replay ? idle_is_next : NULL,
+        .cancel_is_next = self->backends.has_replay ? cancel_is_next : NULL,
         .pair_was_taken = self->backends.has_replay ? pair_was_taken : NULL,
         .replay = &self->backends.replay,
         .time_passes = self->backends.time_passes,

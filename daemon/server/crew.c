@@ -16,7 +16,12 @@ enum { IDLE_US = 50000, PROGRESS_US = 100000 };
 static bool go_on(void *cookie) {
     struct crew *self = cookie;
     atomic_store(&self->alive_us, monotonic_now_us());
-    const struct job *job = self->running;
+    const struct surroundings *around = &self->surroundings;
+    struct job *job = self->running;
+    if (self->has_rig && job != NULL && around->cancel_is_next != NULL &&
+        around->cancel_is_next(around->replay)) {
+        atomic_store(&job->cancelled, true);
+    }
     const bool goes_on =
         !atomic_load(&self->stopping) && (job == NULL || !atomic_load(&job->cancelled));
     if (!goes_on && self->has_rig && job != NULL && !self->cancel_recorded) {

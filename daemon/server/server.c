@@ -101,6 +101,7 @@ static void open_crew(struct server *self, struct crew *crew, const struct serve
         .record = parts->record,
         .note_command = parts->note_command,
         .idle_is_next = parts->idle_is_next,
+        .cancel_is_next = parts->cancel_is_next,
         .pair_was_taken = parts->pair_was_taken,
         .replay = parts->replay,
         .files_fd = parts->files_fd,

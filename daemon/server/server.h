@@ -54,6 +54,7 @@ struct server_parts {
     struct record *record;
     void (*note_command)(const char *line);  ///< see struct surroundings
     bool (*idle_is_next)(void *replay);      ///< see struct surroundings
+    bool (*cancel_is_next)(void *replay);
     void (*pair_was_taken)(void *replay);
     void *replay;
     int files_fd;

@@ -40,6 +40,8 @@ struct surroundings {
     void (*note_command)(const char *line);
     /// Of a recording that is played: whether the rig idled here. NULL: none is played.
     bool (*idle_is_next)(void *replay);
+    /// Likewise: whether the command that runs was cancelled here.
+    bool (*cancel_is_next)(void *replay);
     /// Of a session that is played: the next pair is to come. NULL: none is played.
     void (*pair_was_taken)(void *replay);
     void *replay;

@@ -12,7 +12,7 @@ import time
 import unittest
 import zlib
 
-from daemon_process import PATIENCE_S, VERGENCE, DaemonTest
+from daemon_process import PATIENCE_S, VERGENCE, VERGENCED, DaemonTest
 
 SESSION = os.path.join(os.environ["VERGENCE_SOURCE"], "tests", "sessions", "cylinder_1x")
 COMMANDS = ["bringup", "status", "window 672 400", "exposure 7000", "capture", "wait 0.1", "health",
@@ -238,6 +238,14 @@ class Replay(DaemonTest):
         answer = self.played("cancelled")
         self.assertTrue(answer["ok"], answer)
         self.assertEqual(answer["result"]["pairs"], 1)
+        # The same commands, given to a daemon that plays the recording: nobody cancels there.
+        done = subprocess.run(
+            [VERGENCED, f"backend=replay {os.path.join(self.files, 'cancelled')}", "socket=none",
+             "console=stdio", f"files={self.files}", "store=none", *self.settings],
+            input="bringup\nwait 100000\nexposure 8000\ncapture again\n", text=True,
+            capture_output=True, timeout=PATIENCE_S)
+        ends = [line[:13] for line in done.stdout.splitlines() if line[:3] in ("OK", "ERR")]
+        self.assertEqual(ends, ["OK", "ERR CANCELLED", "OK", "OK"], done.stdout + done.stderr)
 
     def test_a_killed_daemon(self):
         self.record("killed", COMMANDS, stop=False)
