@@ -132,7 +132,8 @@ static int begin_session(const struct command_call *call, const struct command_v
 
 static void put_pair(const struct command_call *call, const struct pair *pair) {
     item_text(call, "session", session.name);
-    item_number(call, "pair", pair->number, 0, NULL);
+    // Its place in the session, as "reconstruct" counts; the rig's own count goes on.
+    item_number(call, "pair", session.writer.pairs, 0, NULL);
     item_number(call, "skew", (double)pair->skew_us, 0, "us");
     if (pair->checked) {
         item_number(call, "change", pair->change_permille / 10.0, 1, "%");

@@ -118,7 +118,9 @@ class Rig(DaemonTest):
         self.assertEqual(len(self.frames_of("one")), 2)
         self.assertEqual(self.first.ask("capture one")[0][:12], "ERR ARGUMENT")
         self.assertEqual(self.first.ask("capture ../x")[0][:12], "ERR ARGUMENT")
-        self.assertRegex(self.asked("capture - static")["session"], "^capture-[0-9]")
+        other = self.asked("capture - static")
+        self.assertRegex(other["session"], "^capture-[0-9]")
+        self.assertEqual((answer["pair"], other["pair"]), (1, 1), "of its session")
         last = self.asked("capture")["session"]
         self.assertTrue(last.startswith("capture-"))
         with open(os.path.join(self.files, last, "session.index"), encoding="ascii") as file:
