@@ -14,7 +14,6 @@ tools/simrig/compare), true.calibration.
 import concurrent.futures
 import os
 import pathlib
-import re
 import shutil
 import signal
 import subprocess
@@ -109,15 +108,11 @@ def measure(build, out, name, work):
     """From a session and its truth to a surface and its accuracy."""
     scene, _, scale = PAIRS[name]
     truth, session, vergence = work / name, work / "files" / name, build / "tools/vergence"
-    index = (session / "session.index").read_text(encoding="utf-8")
-    frames = [session / f"frame-{frame}.pnm"
-              for frame in re.findall(r"(?:left|right)_frame=([0-9a-f]+)", index)]
     run([vergence, "info", truth, "--convert", truth / "true.calibration"])
     shutil.rmtree(out, ignore_errors=True)
     print(f"   {name}: reconstructing", flush=True)
-    run([vergence, "reconstruct", *frames, "--bayer", "grbg", "--calibration",
-         truth / "true.calibration", "--depth", DEPTH_MM, "--scale", scale, "--out", out,
-         "--quiet"])
+    run([vergence, "reconstruct", session, "--calibration", truth / "true.calibration", "--depth",
+         DEPTH_MM, "--scale", scale, "--out", out, "--quiet"])
     table = run([TOOLS / "simrig/compare", out, truth, "--object", scene, "--json", "--out",
                  out / "accuracy"])
     (out / "accuracy.json").write_text(table, encoding="utf-8")
