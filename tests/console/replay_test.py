@@ -38,6 +38,18 @@ def write_index(folder, lines):
         file.write(sealed(lines))
 
 
+def calls_of(folder):
+    """The recorded calls, without their sum."""
+    with open(os.path.join(folder, "calls.log"), encoding="ascii") as file:
+        return [line for line in file.read().splitlines() if not line.startswith("crc32 ")]
+
+
+def write_calls(folder, lines):
+    text = "\n".join(lines) + "\n"
+    with open(os.path.join(folder, "calls.log"), "w", encoding="ascii") as file:
+        file.write(f"{text}crc32 {zlib.crc32(text.encode()):08x}\n")
+
+
 class Replay(DaemonTest):
     """A daemon with two cameras that play recorded pairs, over and over the same scene."""
     settings = ("profile=two-cameras", "rig.width_px=672", "rig.height_px=400",
@@ -164,25 +176,19 @@ class Replay(DaemonTest):
 
     def test_time_that_runs_backwards(self):
         folder = self.copy("time")
-        with open(os.path.join(folder, "calls.log"), encoding="ascii") as file:
-            lines = [line for line in file.read().splitlines() if not line.startswith("crc32 ")]
+        lines = calls_of(folder)
         number = [i for i, line in enumerate(lines) if line.startswith("clock now = ")][30]
         lines[number] = "clock now = 1"
-        text = "\n".join(lines) + "\n"
-        with open(os.path.join(folder, "calls.log"), "w", encoding="ascii") as file:
-            file.write(f"{text}crc32 {zlib.crc32(text.encode()):08x}\n")
+        write_calls(folder, lines)
         self.played("time")
         self.assertEqual(self.first.ask("version")[-1], "OK")
 
     def test_a_call_that_differs(self):
         folder = self.copy("call")
-        with open(os.path.join(folder, "calls.log"), encoding="ascii") as file:
-            lines = [line for line in file.read().splitlines() if not line.startswith("crc32 ")]
+        lines = calls_of(folder)
         number = next(i for i, line in enumerate(lines) if "control 0 7000" in line)
         lines[number] = lines[number].replace(" 7000 =", " 7001 =")
-        text = "\n".join(lines) + "\n"
-        with open(os.path.join(folder, "calls.log"), "w", encoding="ascii") as file:
-            file.write(f"{text}crc32 {zlib.crc32(text.encode()):08x}\n")
+        write_calls(folder, lines)
         answer = self.played("call")
         self.assertEqual(answer["error"], "VERIFY", answer)
         self.assertEqual(answer["result"]["command"], COMMANDS.index("exposure 7000") + 1)
