@@ -9,6 +9,11 @@
 
 static volatile sig_atomic_t caught_signal;
 
+static _Thread_local struct {
+    bool (*go_on)(void *self);
+    void *self;
+} asked;
+
 /// Calls only what a signal handler may.
 static void set_handler(int number, void (*handler)(int)) {
     struct sigaction action = {.sa_handler = handler};
@@ -41,8 +46,13 @@ void interrupt_catch(void) {
     }
 }
 
+void interrupt_ask(bool (*go_on)(void *self), void *self) {
+    asked.go_on = go_on;
+    asked.self = self;
+}
+
 bool interrupt_requested(void) {
-    return caught_signal != 0;
+    return caught_signal != 0 || (asked.go_on != NULL && !asked.go_on(asked.self));
 }
 
 int interrupt_exit_code(void) {

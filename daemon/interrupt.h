@@ -14,10 +14,14 @@ extern "C" {
 /// already (nohup) stays ignored.
 void interrupt_catch(void);
 
-/// Whether one has come. May be asked from any thread.
+/// From here on interrupt_requested() of this thread also asks `go_on`, which says false when what
+/// the thread does is to end; NULL: nobody is asked any more.
+void interrupt_ask(bool (*go_on)(void *self), void *self);
+
+/// Whether a signal has come, or whoever is asked wants an end. May be asked from any thread.
 bool interrupt_requested(void);
 
-/// 128 + the signal's number (130 for Ctrl-C): the process's exit code. Only after one has come.
+/// 128 + the signal's number (130 for Ctrl-C): the process's exit code. Only after a signal.
 int interrupt_exit_code(void);
 
 #ifdef __cplusplus

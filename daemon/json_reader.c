@@ -160,9 +160,12 @@ struct json_value json_reader_parse(const char *text, size_t length) {
 }
 
 struct json_value json_reader_member(struct json_value object, const char *name) {
+    if (object.text == NULL) {
+        return (struct json_value){NULL, 0};
+    }
     struct scan scan = {object.text, object.text + object.length};
     const size_t length = strlen(name);
-    if (object.text == NULL || !take(&scan, '{')) {
+    if (!take(&scan, '{')) {
         return (struct json_value){NULL, 0};
     }
     do {

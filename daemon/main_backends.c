@@ -6,9 +6,6 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/linux/monotonic_clock.h"
-
-enum { LENS_BITS_PER_S = 9600 };
 
 static int open_sim(struct main_backends *self, const struct config *config,
                     struct rig_ports *ports, struct message *message) {
@@ -32,74 +29,30 @@ static int open_replay(struct main_backends *self, const struct config *config,
     if (error != 0) {
         return error;
     }
-    if (profile[0] != '\0' && strcmp(profile, config->profile.name) != 0) {
+    // Pairs alone play for any profile of two cameras.
+    const bool calls = self->replay.log != NULL;
+    if (calls && profile[0] != '\0' && strcmp(profile, config->profile.name) != 0) {
         return message_set(message, ERROR_ARGUMENT,
                            "backend = replay %s: the session is of the profile %s: set profile = "
                            "%s",
                            config->backend_place, profile, profile);
     }
     *ports = self->replay.ports;
+    const char *lack = rig_ports_lack(&config->profile, ports);
+    if (lack != NULL && calls) {
+        return message_set(message, ERROR_ARGUMENT,
+                           "backend = replay %s: what was recorded has not %s, which the settings "
+                           "ask for",
+                           config->backend_place, lack);
+    }
+    if (lack != NULL) {
+        return message_set(message, ERROR_ARGUMENT,
+                           "backend = replay %s: it holds pairs but no recorded calls, so it plays "
+                           "as two cameras alone: set profile = two-cameras, and rig.width_px and "
+                           "rig.height_px to those of its frames",
+                           config->backend_place);
+    }
     return 0;
-}
-
-static int open_lines(struct main_backends *self, const struct config *config,
-                      struct rig_ports *ports, struct message *message) {
-    const char *chip = config->gpio_chip;
-    const struct {
-        int32_t line;
-        bool low;
-    } lines[HAL_GPIO_LINES] = {
-        [HAL_GPIO_BRIDGE_RESET] = {config->reset_line, config->reset_active_low},
-        [HAL_GPIO_BRIDGE_IRQ] = {config->irq_line, config->irq_active_low},
-        [HAL_GPIO_LENS_POWER] = {config->lens_power_line, config->lens_power_active_low},
-    };
-    struct gpiod_lines_place places[HAL_GPIO_LINES] = {{0}};
-    bool any = false;
-    for (int i = 0; i < HAL_GPIO_LINES; i++) {
-        if (lines[i].line != CONFIG_NO_LINE) {
-            any = true;
-            places[i] = (struct gpiod_lines_place){.chip = chip,
-                                                   .offset = (unsigned)lines[i].line,
-                                                   .active_low = lines[i].low,
-                                                   .active_at_start = i == HAL_GPIO_LENS_POWER};
-        }
-    }
-    if (!any) {
-        return 0;
-    }
-    const int error = gpiod_lines_open(&self->lines, places, message);
-    self->has_lines = error == 0;
-    ports->gpio = self->has_lines ? &self->lines.hal : NULL;
-    return error;
-}
-
-static int open_linux(struct main_backends *self, const struct config *config,
-                      const struct hal_log *log, struct rig_ports *ports, struct message *message) {
-    const struct rig_profile *profile = &config->profile;
-    int error = 0;
-    ports->clock = &monotonic_clock;
-    self->time_passes = true;
-    if (profile->bridge) {
-        error = i2c_dev_open(&self->i2c, config->i2c, message);
-        self->has_i2c = error == 0;
-        ports->i2c = &self->i2c.hal;
-    }
-    const int cameras = profile->bridge ? 1 : RIG_SIDES;
-    for (int side = 0; error == 0 && side < cameras; side++) {
-        error = v4l2_camera_open(&self->camera[side], config->camera[side], profile->frame_us, log,
-                                 message);
-        self->has_camera[side] = error == 0;
-        ports->camera[side] = &self->camera[side].hal;
-    }
-    if (profile->bridge) {
-        ports->camera[RIG_RIGHT] = ports->camera[RIG_LEFT];
-    }
-    if (error == 0 && profile->lenses != RIG_LENSES_FIXED) {
-        error = termios_uart_open(&self->uart, config->lens_uart, LENS_BITS_PER_S, message);
-        self->has_uart = error == 0;
-        ports->lens_uart = &self->uart.hal;
-    }
-    return error != 0 ? error : open_lines(self, config, ports, message);
 }
 
 /// Puts the faults of a test in front of what they are to hit.
@@ -156,7 +109,8 @@ int main_backends_open(struct main_backends *self, const struct config *config,
             error = open_replay(self, config, &inner, message);
             break;
         case CONFIG_BACKEND_LINUX:
-            error = open_linux(self, config, log, &inner, message);
+            main_linux_open(&self->devices, config, log, &inner);
+            self->time_passes = true;
             break;
     }
     if (error == 0) {
@@ -178,18 +132,5 @@ void main_backends_close(struct main_backends *self) {
     if (self->has_replay) {
         replay_close(&self->replay);
     }
-    for (int side = 0; side < RIG_SIDES; side++) {
-        if (self->has_camera[side]) {
-            v4l2_camera_close(&self->camera[side]);
-        }
-    }
-    if (self->has_uart) {
-        termios_uart_close(&self->uart);
-    }
-    if (self->has_lines) {
-        gpiod_lines_close(&self->lines);
-    }
-    if (self->has_i2c) {
-        i2c_dev_close(&self->i2c);
-    }
+    main_linux_close(&self->devices);
 }

@@ -8,10 +8,7 @@
 
 #include "daemon/fault.h"
 #include "daemon/fault_plan.h"
-#include "daemon/linux/gpiod_lines.h"
-#include "daemon/linux/i2c_dev.h"
-#include "daemon/linux/termios_uart.h"
-#include "daemon/linux/v4l2_camera.h"
+#include "daemon/main_linux.h"
 #include "daemon/record.h"
 #include "daemon/replay/replay.h"
 #include "daemon/server/config.h"
@@ -25,11 +22,8 @@ extern "C" {
 struct main_backends {
     struct sim_backend sim;
     struct replay replay;
-    struct i2c_dev i2c;
-    struct v4l2_camera camera[RIG_SIDES];
-    struct termios_uart uart;
-    struct gpiod_lines lines;
-    bool has_sim, has_replay, has_i2c, has_camera[RIG_SIDES], has_uart, has_lines;
+    struct main_linux devices;
+    bool has_sim, has_replay;
 
     struct fault_plan plan;
     struct fault_i2c fault_i2c;

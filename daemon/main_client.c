@@ -4,24 +4,16 @@
 #include "daemon/image_pnm.h"
 #include "daemon/image_raw.h"
 #include "daemon/reconstruct_command.h"
-#include "daemon/write.h"
+#include "daemon/replay/replay_command.h"
 
 static int run_reconstruct(int argc, char **argv) {
     static const struct image_format formats[] = {
         {"PGM/PPM", "pgm ppm pnm", image_pnm_probe, image_pnm_read},
         {"raw", "raw", NULL, image_raw_read},
     };
-    static const struct result_writer writers[] = {
-        {"disparity.pfm", false, write_pfm},  {"reasons.pgm", false, write_reasons},
-        {"points.pcd", false, write_pcd},     {"mesh.ply", false, write_ply},
-        {"result.json", false, write_result},
-    };
     static const struct reconstruct_command_abilities abilities = {
-        .formats = formats,
-        .format_count = sizeof formats / sizeof formats[0],
-        .load_calibration = calibration_loader_own,
-        .writers = writers,
-        .writer_count = sizeof writers / sizeof writers[0],
+        .files = {formats, sizeof formats / sizeof formats[0], calibration_loader_own},
+        .outputs = &reconstruct_outputs_plain,
     };
     return reconstruct_command_run(&abilities, argc, argv);
 }
@@ -29,6 +21,7 @@ static int run_reconstruct(int argc, char **argv) {
 int main(int argc, char **argv) {
     static const struct client_command commands[] = {
         {"reconstruct", "measure a surface from a pair of images", run_reconstruct},
+        {"replay", "play a recording again and compare the pairs", replay_command_run},
     };
     return client_main(argc, argv, commands, sizeof commands / sizeof commands[0]);
 }

@@ -11,7 +11,9 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/client.h"
+#include "daemon/linux/watchdog_dev.h"
 #include "daemon/main_backends.h"
+#include "daemon/main_replay.h"
 #include "daemon/options.h"
 #include "daemon/server/commands_daemon.h"
 #include "daemon/server/config.h"
@@ -33,6 +35,8 @@ struct daemon {
     bool store_open;
     struct main_backends backends;
     struct rig rig;
+    struct watchdog_dev watchdog;
+    bool watchdog_open;
     struct server server;
     int files_fd;
     struct command *table;
@@ -118,8 +122,9 @@ static int by_name(const void *a, const void *b) {
 
 static bool join_tables(struct daemon *self) {
     static const struct command *(*const tables[])(size_t *) = {
-        command_rig_table,    commands_daemon_table,    commands_calibration_table,
-        commands_files_table, commands_bugreport_table, commands_session_table,
+        command_rig_table,          commands_daemon_table,  commands_calibration_table,
+        commands_files_table,       commands_send_table,    commands_bugreport_table,
+        commands_reconstruct_table, commands_session_table, main_replay_table,
     };
     for (size_t i = 0; i < sizeof tables / sizeof tables[0]; i++) {
         size_t count = 0;
@@ -163,8 +168,35 @@ static int open_store(struct daemon *self, struct message *message) {
     return error;
 }
 
+/// From here on the system restarts when nobody feeds it.
+static int open_watchdog(struct daemon *self, struct message *message) {
+    const struct config *config = &self->config;
+    if (config->watchdog[0] == '\0') {
+        return 0;
+    }
+    const int error =
+        watchdog_dev_open(&self->watchdog, config->watchdog, config->watchdog_s, message);
+    self->watchdog_open = error == 0;
+    return error;
+}
+
+/// The rig's thread has ended in order.
+static void close_watchdog(struct daemon *self) {
+    if (self->watchdog_open && !watchdog_dev_close(&self->watchdog, true)) {
+        logbook_print(&self->logbook, HAL_LOG_ERROR, "the watchdog could not be stopped");
+    }
+}
+
 static bool idle_is_next(void *replay) {
     return replay_idle_is_next(replay);
+}
+
+static bool cancel_is_next(void *replay) {
+    return replay_cancel_is_next(replay);
+}
+
+static void pair_was_taken(void *replay) {
+    replay_next_pair(replay);
 }
 
 static int start(struct daemon *self, struct message *message) {
@@ -180,6 +212,9 @@ static int start(struct daemon *self, struct message *message) {
     if (error == 0) {
         error = main_backends_open(&self->backends, &self->config, &self->log, &ports, message);
     }
+    if (error == 0) {
+        error = open_watchdog(self, message);
+    }
     if (error != 0) {
         return error;
     }
@@ -192,8 +227,12 @@ static int start(struct daemon *self, struct message *message) {
         .table = self->table,
         .table_count = self->table_count,
         .rig = &self->rig,
+        .watchdog = self->watchdog_open ? &self->watchdog.hal : NULL,
         .record = &self->backends.record,
+        .note_command = commands_session_note,
         .idle_is_next = self->backends.has_replay ? idle_is_next : NULL,
+        .cancel_is_next = self->backends.has_replay ? cancel_is_next : NULL,
+        .pair_was_taken = self->backends.has_replay ? pair_was_taken : NULL,
         .replay = &self->backends.replay,
         .time_passes = self->backends.time_passes,
     };
@@ -233,6 +272,7 @@ static int serve(struct daemon *self) {
         server_run(&self->server);
     }
     server_close(&self->server);
+    close_watchdog(self);
     commands_session_end(&self->backends.record);
     if (self->backends.has_replay && self->backends.replay.trouble.text[0] != '\0') {
         logbook_print(&self->logbook, HAL_LOG_WARNING, "%s", self->backends.replay.trouble.text);

@@ -3,18 +3,12 @@
 
 #include <stdio.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "core/invariant.h"
+#include "daemon/monotonic.h"
 
 enum { BAR_CELLS = 40, REDRAW_US = 100000 };
-
-uint64_t progress_now_us(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (uint64_t)now.tv_sec * 1000000u + (uint64_t)now.tv_nsec / 1000u;
-}
 
 void progress_begin(struct progress *progress, bool quiet) {
     *progress = (struct progress){.shown = !quiet && isatty(STDERR_FILENO) == 1};
@@ -47,7 +41,7 @@ void progress_show(struct progress *progress, int stage, const char *name, int d
         return;
     }
     note(progress, stage, done, total);
-    const uint64_t now_us = progress_now_us();
+    const uint64_t now_us = monotonic_now_us();
     const bool begins = progress->stage == NULL || strcmp(progress->stage, name) != 0;
     if (!begins && now_us - progress->last_us < REDRAW_US && done < total) {
         return;

@@ -37,9 +37,6 @@ void progress_show(struct progress *progress, int stage, const char *name, int d
 /// Wipes the bar.
 void progress_end(struct progress *progress);
 
-/// Microseconds of the monotonic clock.
-uint64_t progress_now_us(void);
-
 #ifdef __cplusplus
 }
 #endif

@@ -17,7 +17,17 @@ extern "C" {
 
 enum { RECONSTRUCT_CONTEXT_WARNINGS = 16 };
 
+/// What messages tell people to change, in their own words: options of the command line, or
+/// arguments at the console.
+struct reconstruct_words {
+    const char *scale;    // what sizes the rectified images
+    const char *smaller;  // all that makes them smaller
+    const char *depth;    // what says where to search
+    const char *search;   // all that does
+};
+
 struct reconstruct_context {
+    const struct reconstruct_words *words;
     const struct reconstruct_result *result;
     const struct calibration *calibration;      // in force; of the shrunk images when `shrink` > 1
     const struct reconstruct_options *options;  // in force

@@ -10,34 +10,36 @@
 /// Assumed where nobody knows better; the focal length is then the width, 53 degrees across.
 static const double assumed_baseline_mm = 100.0;
 
-static int read_images(const struct reconstruct_request *request,
-                       const struct image_format *formats, int format_count,
-                       const struct image_request *image_request, struct reconstruct_inputs *inputs,
-                       struct message *message) {
-    int error = image_file_read(request->left_path, formats, format_count, image_request,
-                                &inputs->left, message);
-    if (error != ERROR_OK) {
-        return error;
-    }
-    error = image_file_read(request->right_path, formats, format_count, image_request,
-                            &inputs->right, message);
-    if (error != ERROR_OK) {
-        image_file_free(&inputs->left);
-        return error;
-    }
+int reconstruct_inputs_check(const struct reconstruct_inputs *inputs, struct message *message) {
     const struct image_file *left = &inputs->left, *right = &inputs->right;
     if (left->file_width_px != right->file_width_px ||
         left->file_height_px != right->file_height_px) {
-        error = message_set(message, ERROR_SIZE_MISMATCH,
-                            "the images differ in size: %s is %dx%d, %s is %dx%d pixels",
-                            left->path, left->file_width_px, left->file_height_px, right->path,
-                            right->file_width_px, right->file_height_px);
-    } else if (left->image.width_px < MATCH_MIN_WIDTH_PX ||
-               left->image.height_px < MATCH_MIN_HEIGHT_PX) {
-        error = message_set(message, ERROR_TOO_SMALL,
-                            "%s: %dx%d pixels are too few to be matched; at least %dx%d are needed",
-                            left->path, left->image.width_px, left->image.height_px,
-                            MATCH_MIN_WIDTH_PX, MATCH_MIN_HEIGHT_PX);
+        return message_set(message, ERROR_SIZE_MISMATCH,
+                           "the images differ in size: %s is %dx%d, %s is %dx%d pixels", left->path,
+                           left->file_width_px, left->file_height_px, right->path,
+                           right->file_width_px, right->file_height_px);
+    }
+    if (left->image.width_px < MATCH_MIN_WIDTH_PX || left->image.height_px < MATCH_MIN_HEIGHT_PX) {
+        return message_set(message, ERROR_TOO_SMALL,
+                           "%s: %dx%d pixels are too few to be matched; at least %dx%d are needed",
+                           left->path, left->image.width_px, left->image.height_px,
+                           MATCH_MIN_WIDTH_PX, MATCH_MIN_HEIGHT_PX);
+    }
+    return ERROR_OK;
+}
+
+static int read_images(const struct reconstruct_request *request,
+                       const struct reconstruct_files *files,
+                       const struct image_request *image_request, struct reconstruct_inputs *inputs,
+                       struct message *message) {
+    int error = image_file_read(request->left_path, files->formats, files->format_count,
+                                image_request, &inputs->left, message);
+    if (error == ERROR_OK) {
+        error = image_file_read(request->right_path, files->formats, files->format_count,
+                                image_request, &inputs->right, message);
+    }
+    if (error == ERROR_OK) {
+        error = reconstruct_inputs_check(inputs, message);
     }
     if (error != ERROR_OK) {
         reconstruct_inputs_free(inputs);
@@ -83,10 +85,8 @@ static bool lens_fits(const struct lens *lens, int width_px, int height_px) {
     return lens->width_px == width_px && lens->height_px == height_px;
 }
 
-/// Makes the calibration one of the images in memory. One that was made for images of their present
-/// size is taken as it is.
-static int fit_calibration(const struct reconstruct_request *request,
-                           struct reconstruct_inputs *inputs, struct message *message) {
+int reconstruct_inputs_fit(struct reconstruct_inputs *inputs, const char *name,
+                           struct message *message) {
     const struct image_file *file = &inputs->left;
     struct calibration *calibration = &inputs->calibration;
     const int width_px = file->image.width_px, height_px = file->image.height_px;
@@ -99,7 +99,7 @@ static int fit_calibration(const struct reconstruct_request *request,
         return message_set(message, ERROR_SIZE_MISMATCH,
                            "the images are %dx%d pixels, but %s is for %dx%d (left) and %dx%d "
                            "(right)",
-                           file->file_width_px, file->file_height_px, request->calibration_path,
+                           file->file_width_px, file->file_height_px, name,
                            calibration->left.width_px, calibration->left.height_px,
                            calibration->right.width_px, calibration->right.height_px);
     }
@@ -188,13 +188,27 @@ static int load_calibration(const struct reconstruct_request *request, calibrati
     if (inputs->calibration.note[0] != '\0') {
         reconstruct_context_warn(context, "calibration: %s", inputs->calibration.note);
     }
-    return fit_calibration(request, inputs, message);
+    inputs->calibration_path = request->calibration_path;
+    return reconstruct_inputs_fit(inputs, request->calibration_path, message);
 }
 
-int reconstruct_inputs_read(const struct reconstruct_request *request,
-                            const struct image_format *formats, int format_count,
-                            calibration_loader *load, struct reconstruct_inputs *inputs,
-                            struct reconstruct_context *context, struct message *message) {
+void reconstruct_inputs_doubt(const struct reconstruct_inputs *inputs,
+                              struct reconstruct_context *context) {
+    const struct image_file *const sides[2] = {&inputs->left, &inputs->right};
+    for (int side = 0; side < 2; side++) {
+        warn_if_dark(sides[side], context);
+        note_turn(sides[side], context);
+    }
+    if (inputs->left.shrink > 1) {
+        reconstruct_context_warn(context, "the images were shrunk by %d while reading",
+                                 inputs->left.shrink);
+    }
+}
+
+int reconstruct_inputs_read(void *self, const struct reconstruct_request *request,
+                            struct reconstruct_inputs *inputs, struct reconstruct_context *context,
+                            struct message *message) {
+    const struct reconstruct_files *files = self;
     const struct image_request image_request = {
         .bits = request->bits,
         .bayer = request->bayer < 0    ? IMAGE_BAYER_BY_FORMAT
@@ -205,13 +219,13 @@ int reconstruct_inputs_read(const struct reconstruct_request *request,
         .scale = request->scale,
     };
     memset(inputs, 0, sizeof *inputs);
-    int error = read_images(request, formats, format_count, &image_request, inputs, message);
+    int error = read_images(request, files, &image_request, inputs, message);
     if (error != ERROR_OK) {
         return error;
     }
     inputs->left.request = inputs->right.request = NULL;  // it ends with this call
     if (request->calibration_path != NULL) {
-        error = load_calibration(request, load, inputs, context, message);
+        error = load_calibration(request, files->load_calibration, inputs, context, message);
     } else {
         error = assume_calibration(request, inputs, context, message);
     }
@@ -219,15 +233,7 @@ int reconstruct_inputs_read(const struct reconstruct_request *request,
         reconstruct_inputs_free(inputs);
         return error;
     }
-    const struct image_file *const sides[2] = {&inputs->left, &inputs->right};
-    for (int side = 0; side < 2; side++) {
-        warn_if_dark(sides[side], context);
-        note_turn(sides[side], context);
-    }
-    if (inputs->left.shrink > 1) {
-        reconstruct_context_warn(context, "the images were shrunk by %d while reading",
-                                 inputs->left.shrink);
-    }
+    reconstruct_inputs_doubt(inputs, context);
     return ERROR_OK;
 }
 

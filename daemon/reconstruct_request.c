@@ -8,6 +8,7 @@
 #include "core/match.h"
 #include "daemon/client.h"
 #include "daemon/image_file.h"
+#include "daemon/input_file.h"
 #include "daemon/options.h"
 #include "daemon/workers.h"
 
@@ -17,7 +18,11 @@
 static const struct option options[] = {
     {.name = "calibration", .kind = OPTION_TEXT, .offset = FIELD(calibration_path), .value_name = "FILE",
      .help = "The calibration of the pair: our own text, or a file of a kind that \"vergence info\" "
-             "lists (OpenCV, ROS, Middlebury, KITTI). Needed unless --rectified is given."},
+             "lists (OpenCV, ROS, Middlebury, KITTI). Needed unless --rectified is given "
+             "or the session holds one."},
+    {.name = "pair", .kind = OPTION_INT, .offset = FIELD(pair), .value_name = "N",
+     .minimum = 1, .maximum = 1000000,
+     .help = "With a session of several pairs: the N-th of them, from 1. Default: the last."},
     {.name = "out", .kind = OPTION_TEXT, .offset = FIELD(out_path), .value_name = "DIR",
      .help = "Directory for the results; created when missing. Files of an earlier run in it are "
              "replaced. Needed."},
@@ -103,25 +108,28 @@ static const struct option options[] = {
 
 static const struct option_page page = {
     .command = "vergence reconstruct",
-    .operands = "LEFT RIGHT",
+    .operands = "LEFT RIGHT | SESSION",
     .summary = "measure a surface from a pair of images",
     .description =
         "Rectifies the pair, finds the disparity of every pixel of the left image or the reason "
         "why it has none, and writes the surface in millimetres in the frame of the left camera "
         "(x right, y down, z forward): meshes, point cloud, disparity and depth maps, a page to "
         "look at (report.html) and all figures (result.json).\n"
+        "SESSION is a directory that \"capture\" or \"record\" of vergenced made: its last pair "
+        "is measured, by the calibration that it holds unless --calibration names another.\n"
         "The directory of results appears when everything is written; until then, and after any "
         "failure, nothing of this run stands under its name. Ctrl-C stops within a second.",
     .examples =
         "vergence reconstruct left.png right.png --calibration rig.txt --out result\n"
         "vergence reconstruct l.pgm r.pgm --calibration intrinsics.yml --depth 400:900 "
         "--out result\n"
+        "vergence reconstruct files/scene --calibration calibrated/rig.calibration --out result\n"
         "vergence reconstruct im0.png im1.png --rectified --disparity 0:128 --out result\n"
         "vergence reconstruct im0.png im1.png --rectified --disparity 0:64 --out result "
         "--debug why",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
-    .operands_min = 2,
+    .operands_min = 1,
     .operands_max = 2,
 };
 
@@ -130,7 +138,13 @@ static const char *find_contradiction(const struct reconstruct_request *request)
     if (request->out_path == NULL) {
         return "--out DIR is missing: where shall the results go?";
     }
-    if (request->calibration_path == NULL && !request->rectified) {
+    if (request->session_path == NULL && request->right_path == NULL) {
+        return "RIGHT is missing: two images are wanted, or the directory of a recorded session";
+    }
+    if (request->session_path == NULL && request->pair != 0) {
+        return "--pair is for a recorded session";
+    }
+    if (request->session_path == NULL && request->calibration_path == NULL && !request->rectified) {
         return "--calibration FILE is missing (or --rectified for a rectified pair without one)";
     }
     if ((!request->rectified || request->calibration_path != NULL) &&
@@ -162,23 +176,31 @@ static const char *find_contradiction(const struct reconstruct_request *request)
     return NULL;
 }
 
+struct reconstruct_request reconstruct_request_usual(void) {
+    return (struct reconstruct_request){.scale = 1,
+                                        .region_px = {0, 0, -1, -1},
+                                        .unit = -1,
+                                        .first_camera = -1,
+                                        .bayer = -1,
+                                        .speckle_px = -1,
+                                        .preset = -1,
+                                        .debug_row = -1};
+}
+
 int reconstruct_request_parse(int argc, char **argv, struct reconstruct_request *request) {
-    *request = (struct reconstruct_request){.scale = 1,
-                                            .region_px = {0, 0, -1, -1},
-                                            .unit = -1,
-                                            .first_camera = -1,
-                                            .bayer = -1,
-                                            .speckle_px = -1,
-                                            .preset = -1,
-                                            .debug_row = -1};
+    *request = reconstruct_request_usual();
     const char *operands[2] = {NULL, NULL};
     int operand_count = 0;
     const int exit_code = options_parse(&page, argc, argv, request, operands, &operand_count);
     if (exit_code != OPTIONS_CONTINUE) {
         return exit_code;
     }
-    request->left_path = operands[0];
-    request->right_path = operands[1];
+    if (operand_count == 1 && input_file_is_directory(operands[0])) {
+        request->session_path = operands[0];
+    } else {
+        request->left_path = operands[0];
+        request->right_path = operands[1];
+    }
     const char *contradiction = find_contradiction(request);
     if (contradiction != NULL) {
         fprintf(stderr, "vergence reconstruct: %s\n", contradiction);

@@ -11,6 +11,8 @@ extern "C" {
 
 struct reconstruct_request {
     const char *left_path, *right_path;
+    const char *session_path;  // a directory in their place; NULL: none
+    int pair;                  // of the session, from 1; 0: not given
     const char *calibration_path, *out_path;
     double depth_mm[2];  // near, far; 0 0: not given
     int disparity[2];    // least, count; count 0: not given
@@ -33,6 +35,9 @@ struct reconstruct_request {
     int debug_row;              // -1: not given
     bool json, quiet;
 };
+
+/// What is asked for when nothing else is said.
+struct reconstruct_request reconstruct_request_usual(void);
 
 /// Parses and checks the line. Returns OPTIONS_CONTINUE or the exit code to end with, see
 /// options.h.

@@ -76,8 +76,10 @@ void reconstruct_summary_no_surface(const struct reconstruct_result *result,
 }
 
 /// Stated disparities that the matcher could search fail for one reason only: nothing is there.
-static void no_disparities(int error, const struct rectify_options *rectify,
+static void no_disparities(int error, const struct reconstruct_context *context,
                            struct message *message) {
+    const struct rectify_options *rectify = &context->options->rectify;
+    const struct reconstruct_words *words = context->words;
     const int first_px = rectify->disparity_min, count = rectify->disparity_count;
     if (count > 0 && count <= MATCH_MAX_DISPARITIES && first_px >= -MATCH_DISPARITY_LIMIT &&
         first_px <= MATCH_DISPARITY_LIMIT - count) {
@@ -88,9 +90,9 @@ static void no_disparities(int error, const struct rectify_options *rectify,
     } else {
         message_set(message, error,
                     "the search needs disparities that are not between %d and %d px, or more than "
-                    "%d of them; narrow it by --depth or --disparity, or make the images smaller "
-                    "by --scale",
-                    -MATCH_DISPARITY_LIMIT, MATCH_DISPARITY_LIMIT, MATCH_MAX_DISPARITIES);
+                    "%d of them; narrow it by %s, or make the images smaller by %s",
+                    -MATCH_DISPARITY_LIMIT, MATCH_DISPARITY_LIMIT, MATCH_MAX_DISPARITIES,
+                    words->search, words->scale);
     }
 }
 
@@ -98,28 +100,31 @@ void reconstruct_summary_no_plan(int error, const struct reconstruct_context *co
                                  struct message *message) {
     const struct calibration *calibration = context->calibration;
     const struct rectify_options *rectify = &context->options->rectify;
+    const struct reconstruct_words *words = context->words;
     switch (error) {
         case ERROR_DEPTH_RANGE:
             message_set(
-                message, error, "the depth range %.6g:%.6g mm is empty; give --depth",
+                message, error, "the depth range %.6g:%.6g mm is empty; give %s",
                 rectify->depth_near_mm > 0 ? rectify->depth_near_mm : calibration->depth_near_mm,
-                rectify->depth_near_mm > 0 ? rectify->depth_far_mm : calibration->depth_far_mm);
+                rectify->depth_near_mm > 0 ? rectify->depth_far_mm : calibration->depth_far_mm,
+                words->depth);
             break;
         case ERROR_DISPARITY_RANGE:
-            no_disparities(error, rectify, message);
+            no_disparities(error, context, message);
             break;
         case ERROR_OVERLAP:
             message_set(
                 message, error,
                 "the two cameras share no field of view in the depths searched; are left and "
-                "right swapped, or is --depth wrong?");
+                "right swapped, or is %s wrong?",
+                words->depth);
             break;
         case ERROR_TOO_LARGE:
             message_set(
                 message, error,
                 "the rectified images would be larger than the maximum of %dx%d pixels; give "
-                "a --scale below %.3g",
-                IMAGE_MAX_SIDE_PX, IMAGE_MAX_SIDE_PX,
+                "a %s below %.3g",
+                IMAGE_MAX_SIDE_PX, IMAGE_MAX_SIDE_PX, words->scale,
                 // As the user counts it: the reader may have done a part of the shrinking.
                 rectify->scale / context->shrink);
             break;

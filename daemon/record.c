@@ -17,18 +17,18 @@
 #define FILE_MODE 0666
 
 static bool is_on(const struct record *self) {
-    return self->writer != NULL && !self->failed;
+    return self->writer != NULL && self->failed == 0;
 }
 
 static void give_up(struct record *self) {
     const bool full = errno == ENOSPC || errno == EDQUOT || errno == EFBIG;
-    self->failed = true;
-    message_set(&self->trouble, full ? ERROR_FULL : ERROR_IO, "%s/%s: cannot be written: %s",
-                self->writer->path, SESSION_CALLS_NAME, strerror(errno));
+    self->failed =
+        message_set(&self->trouble, full ? ERROR_FULL : ERROR_IO, "%s/%s: cannot be written: %s",
+                    self->writer->path, SESSION_CALLS_NAME, strerror(errno));
 }
 
 static void write_buffer(struct record *self) {
-    if (!self->failed && !write_all(self->log, self->buffer, self->filled)) {
+    if (self->failed == 0 && !write_all(self->log, self->buffer, self->filled)) {
         give_up(self);
     }
     self->filled = 0;
@@ -251,8 +251,8 @@ static bool save_frame(struct record *self, const struct hal_camera_frame *frame
                                      .stride = frame->stride,
                                      .bits = frame->bits,
                                      .layout = frame->layout};
-    self->failed = session_writer_frame(self->writer, &saved, crc32, &self->trouble) != 0;
-    return !self->failed;
+    self->failed = session_writer_frame(self->writer, &saved, crc32, &self->trouble);
+    return self->failed == 0;
 }
 
 static int camera_take(void *context, uint64_t not_before_us, uint64_t deadline_us,
@@ -366,7 +366,7 @@ int record_start(struct record *self, struct session_writer *writer, struct mess
                            SESSION_CALLS_NAME, strerror(errno));
     }
     self->writer = writer;
-    self->failed = false;
+    self->failed = 0;
     self->crc = 0;
     self->calls = 0;
     self->filled = 0;
@@ -388,28 +388,37 @@ int record_start(struct record *self, struct session_writer *writer, struct mess
     return record_flush(self, message);
 }
 
-void record_idle(struct record *self) {
+/// What no backend is asked for, but a player has to know.
+static void add_mark(struct record *self, void (*print)(char *text)) {
     if (is_on(self)) {
         char asked[TRACE_LINE_MAX + 1];
-        trace_idle(asked);
+        print(asked);
         add_call(self, asked, "0");
     }
+}
+
+void record_idle(struct record *self) {
+    add_mark(self, trace_idle);
+}
+
+void record_cancel(struct record *self) {
+    add_mark(self, trace_cancel);
 }
 
 int record_flush(struct record *self, struct message *message) {
     if (self->writer == NULL) {
         return 0;
     }
-    if (!self->failed) {
+    if (self->failed == 0) {
         char line[sizeof TRACE_CHECK + SESSION_CRC_DIGITS + 2];
         const int length = snprintf(line, sizeof line, TRACE_CHECK "%08" PRIx32 "\n", self->crc);
         add_text(self, line, (size_t)length);
         write_buffer(self);
     }
-    if (!self->failed && fsync(self->log) != 0) {
+    if (self->failed == 0 && fsync(self->log) != 0) {
         give_up(self);
     }
-    return self->failed ? message_set(message, ERROR_IO, "%s", self->trouble.text) : 0;
+    return self->failed != 0 ? message_set(message, self->failed, "%s", self->trouble.text) : 0;
 }
 
 int record_stop(struct record *self, struct message *message) {

@@ -44,7 +44,7 @@ struct record {
     struct session_writer *writer;  // NULL: nothing is recorded
     int log;                        // descriptor of calls.log
     uint32_t crc;                   // of calls.log so far
-    bool failed;                    // nothing is recorded any more
+    int failed;                     // why nothing is recorded any more, an error; else 0
     struct message trouble;         // why
     uint64_t calls;
     size_t filled;
@@ -62,6 +62,10 @@ int record_start(struct record *self, struct session_writer *writer, struct mess
 /// Says that the calls to come are those of rig_idle, which no command has asked for: to be called
 /// before each rig_idle. A player is told by replay_idle_is_next.
 void record_idle(struct record *self);
+
+/// Says that here whoever watches the rig wanted its command to end (`go_on` of its observer said
+/// so): to be called once a command. A player is told by replay_cancel_is_next.
+void record_cancel(struct record *self);
 
 /// Sees to it that what was recorded so far is on the disk: to be called before a pair is written.
 /// 0, or why recording has ended.

@@ -14,8 +14,9 @@
 #include "core/invariant.h"
 
 enum {
-    SEND_TRIES = 4,   ///< of a line that the daemon found damaged
-    CALL_TRIES = 12,  ///< of a request that may be repeated
+    SEND_TRIES = 4,    ///< of a line that the daemon found damaged
+    CALL_TRIES = 12,   ///< of a request that may be repeated
+    SILENT_TRIES = 3,  ///< of them in a row that nothing answers: nobody is there
     CALL_SERIAL_MS = 3000,
     CALL_SOCKET_MS = 60000,
     BAR_WIDTH = 30,
@@ -183,7 +184,7 @@ static bool is_whole(const char *text) {
            strtoul(seal + sizeof mark - 1, NULL, 16) == crc_update(0, text, (size_t)(seal - text));
 }
 
-/// Waits for the answer with the id of the last request.
+/// Waits for the answer with the id of the last request. ERROR_CRC: what came is damaged.
 static int take_answer(struct remote *self, struct json_value *answer) {
     const int limit_ms = self->line.serial ? CALL_SERIAL_MS : CALL_SOCKET_MS;
     for (;;) {
@@ -194,13 +195,14 @@ static int take_answer(struct remote *self, struct json_value *answer) {
             return error;
         }
         *answer = json_reader_parse(text, strlen(text));
+        const bool whole = answer->text != NULL && is_whole(text);
         // Anything else is rubbish, or the answer to an earlier try.
-        if (answer->text != NULL && is_whole(text) &&
-            json_reader_integer(json_reader_member(*answer, "id"), &id) && id == self->id) {
+        if (whole && json_reader_integer(json_reader_member(*answer, "id"), &id) &&
+            id == self->id) {
             return 0;
         }
-        if (answer->text == NULL && self->line.serial) {
-            return ERROR_TIMEOUT;  // damaged: not worth waiting for more
+        if (!whole && self->line.serial) {
+            return ERROR_CRC;  // not worth waiting for more
         }
     }
 }
@@ -208,7 +210,8 @@ static int take_answer(struct remote *self, struct json_value *answer) {
 int remote_call(struct remote *self, const char *command, struct json_value *result,
                 struct message *message) {
     int error = ERROR_TIMEOUT;
-    for (int i = 0; i < CALL_TRIES; i++) {
+    int silent = 0;
+    for (int i = 0; i < CALL_TRIES && silent < SILENT_TRIES; i++) {
         char request[REMOTE_REQUEST_BYTES];
         char prefix[32];
         char name[32] = "";
@@ -224,6 +227,7 @@ int remote_call(struct remote *self, const char *command, struct json_value *res
         if (error == ERROR_DEVICE) {
             return message_set(message, error, "the connection broke");
         }
+        silent = error == ERROR_TIMEOUT ? silent + 1 : 0;
         if (error != 0) {
             continue;
         }

@@ -50,6 +50,14 @@ void remote_progress(struct remote *self, const char *what, uint64_t done, uint6
 /// (local.part holds it). 0 or an error with a message.
 int remote_fetch(struct remote *self, const char *name, const char *local, struct message *message);
 
+/// Sends a file of this machine to the instrument, where it gets the plain name `name`; goes on
+/// where an earlier try was broken off. 0 or an error with a message.
+int remote_send(struct remote *self, const char *local, const char *name, struct message *message);
+
+/// Carries out a line that moves a whole file: "fetch NAME [FILE]", "send FILE [NAME]". 0: it is
+/// another one; else 1, and `*error` is that of remote_fetch or remote_send.
+int remote_files(struct remote *self, const char *line, int *error, struct message *message);
+
 /// A person at a terminal. The process's exit code.
 int remote_terminal(struct remote *self);
 

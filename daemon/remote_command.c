@@ -45,13 +45,14 @@ static const struct option_page page = {
     .description =
         "Without a command: line by line from standard input; at a terminal with line editing, "
         "history and completion. Ctrl-C cancels what runs. \"help\" lists the commands.\n"
-        "\"fetch NAME [FILE]\" brings a file of the instrument here; when the line breaks, the "
-        "same command later goes on from there.\n"
+        "\"fetch NAME [FILE]\" brings a file of the instrument here, \"send FILE [NAME]\" takes "
+        "one there; when the line breaks, the same command later goes on from there.\n"
         "Exit code: 0 OK; 1 ERR; 2 the command line makes no sense; 3 no connection; 130 "
         "cancelled by Ctrl-C.",
     .examples =
         "vergence --connect unix:/run/vergence/vergenced.sock status\n"
-        "vergence --connect serial:/dev/ttyUSB0 fetch bugreport.txt",
+        "vergence --connect serial:/dev/ttyUSB0 fetch bugreport.txt\n"
+        "vergence --connect serial:/dev/ttyUSB0 send rig.txt",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
     .operands_min = 0,
@@ -95,22 +96,6 @@ static int fail(const struct message *message, int code) {
     return code;
 }
 
-/// The local name of a file without its directories.
-static const char *base_name(const char *name) {
-    const char *slash = strrchr(name, '/');
-    return slash != NULL ? slash + 1 : name;
-}
-
-static int run_fetch(struct remote *self, const char *name, const char *local) {
-    struct message message;
-    const int error = remote_fetch(self, name, local, &message);
-    if (error == 0) {
-        return CLIENT_OK;
-    }
-    return fail(&message, error == ERROR_DEVICE || error == ERROR_TIMEOUT ? REMOTE_EXIT_LINE
-                                                                          : REMOTE_EXIT_ERR);
-}
-
 /// A line of a script, or the command line's command.
 static int run_line(struct remote *self, const char *line) {
     char storage[COMMAND_LINE_MAX + 1];
@@ -125,11 +110,10 @@ static int run_line(struct remote *self, const char *line) {
     if (count == 0) {
         return CLIENT_OK;
     }
-    const bool to_file =
-        strcmp(words[0], "fetch") == 0 && !self->json &&
-        (count == 2 || (count == 3 && words[2][strspn(words[2], "0123456789")] != '\0'));
-    if (to_file) {
-        return run_fetch(self, words[1], count == 3 ? words[2] : base_name(words[1]));
+    int error = 0;
+    if (remote_files(self, line, &error, &message) != 0) {
+        const bool broken = error == ERROR_DEVICE || error == ERROR_TIMEOUT;
+        return error == 0 ? CLIENT_OK : fail(&message, broken ? REMOTE_EXIT_LINE : REMOTE_EXIT_ERR);
     }
     const int result = remote_ask(self, line, show, NULL, &message);
     if (result < 0) {

@@ -12,9 +12,15 @@
 #include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/base64.h"
 #include "daemon/remote.h"
 
-enum { BLOCK_SERIAL = 1536, BLOCK_SOCKET = 49152, PATH_BYTES = 4096, TEXT_BYTES = 65540 };
+enum {
+    BLOCK_SERIAL = 1536,
+    BLOCK_SOCKET = 49152,
+    PATH_BYTES = 4096,
+    TEXT_BYTES = BASE64_TEXT_BYTES(BLOCK_SOCKET)
+};
 
 /// A fetch under way.
 struct fetch {
@@ -25,47 +31,8 @@ struct fetch {
     uint64_t size;
     uint32_t crc;
     char text[TEXT_BYTES];
-    uint8_t data[BLOCK_SOCKET + 3];
+    uint8_t data[BLOCK_SOCKET];
 };
-
-static int digit_of(char c) {
-    if (c >= 'A' && c <= 'Z') {
-        return c - 'A';
-    }
-    if (c >= 'a' && c <= 'z') {
-        return c - 'a' + 26;
-    }
-    if (c >= '0' && c <= '9') {
-        return c - '0' + 52;
-    }
-    return c == '+' ? 62 : c == '/' ? 63 : -1;
-}
-
-/// Decodes Base64; the number of bytes, or -1.
-static ssize_t decode(const char *text, uint8_t *data, size_t capacity) {
-    const size_t length = strlen(text);
-    size_t bytes = 0;
-    if (length % 4 != 0 || length / 4 * 3 > capacity) {
-        return -1;
-    }
-    for (size_t i = 0; i < length; i += 4) {
-        uint32_t four = 0;
-        int given = 0;
-        for (size_t k = 0; k < 4; k++) {
-            const bool padding = text[i + k] == '=' && i + 4 == length && k >= 2;
-            const int digit = padding ? 0 : digit_of(text[i + k]);
-            if (digit < 0 || (!padding && given != (int)k)) {
-                return -1;
-            }
-            four = four << 6 | (uint32_t)digit;
-            given += !padding;
-        }
-        for (int k = 0; k < given - 1; k++) {
-            data[bytes++] = (uint8_t)(four >> (16 - 8 * k));
-        }
-    }
-    return (ssize_t)bytes;
-}
 
 static bool read_crc(struct json_value result, uint32_t *crc) {
     char text[16];
@@ -114,11 +81,11 @@ static int fetch_block(struct fetch *self, uint64_t offset, size_t *got, struct 
     if (error != 0) {
         return error;
     }
-    ssize_t bytes = -1;
+    long bytes = -1;
     if (json_reader_integer(json_reader_member(result, "offset"), &at) && (uint64_t)at == offset &&
         read_crc(result, &crc) &&
         json_reader_text(json_reader_member(result, "data"), self->text, sizeof self->text)) {
-        bytes = decode(self->text, self->data, sizeof self->data);
+        bytes = base64_decode(self->text, self->data, sizeof self->data);
     }
     if (bytes <= 0 || crc_update(0, self->data, (size_t)bytes) != crc) {
         return message_set(message, ERROR_CRC, "%s: has changed while it was fetched: try again",

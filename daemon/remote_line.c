@@ -16,7 +16,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/progress.h"
+#include "daemon/monotonic.h"
 #include "daemon/serial_device.h"
 
 enum { SERIAL_BAUD = 115200, HELLO_MS = 1500, HELLO_TRIES = 4, QUIET_MS = 100, SEND_MS = 10000 };
@@ -103,8 +103,8 @@ static bool greet(struct remote_line *self) {
         if (!remote_line_send(self, hello, sizeof hello - 1)) {
             return false;
         }
-        const uint64_t end_us = progress_now_us() + HELLO_MS * 1000;
-        while (progress_now_us() < end_us &&
+        const uint64_t end_us = monotonic_now_us() + HELLO_MS * 1000;
+        while (monotonic_now_us() < end_us &&
                remote_line_receive(self, HELLO_MS, -1, &extra, &text) == 0) {
             if (strcmp(text, "OK") == 0) {
                 remote_line_quiet(self, QUIET_MS);
@@ -214,7 +214,7 @@ static int fill(struct remote_line *self) {
 
 int remote_line_receive(struct remote_line *self, int limit_ms, int extra_fd, bool *extra_ready,
                         char **text) {
-    const uint64_t end_us = progress_now_us() + (uint64_t)(limit_ms > 0 ? limit_ms : 0) * 1000;
+    const uint64_t end_us = monotonic_now_us() + (uint64_t)(limit_ms > 0 ? limit_ms : 0) * 1000;
     *extra_ready = false;
     for (;;) {
         *text = take_line(self);
@@ -227,7 +227,7 @@ int remote_line_receive(struct remote_line *self, int limit_ms, int extra_fd, bo
         }
         struct pollfd fds[] = {{.fd = self->fd, .events = POLLIN},
                                {.fd = extra_fd, .events = POLLIN}};
-        const uint64_t now_us = progress_now_us();
+        const uint64_t now_us = monotonic_now_us();
         if (limit_ms >= 0 && now_us >= end_us) {
             return ERROR_TIMEOUT;
         }
@@ -247,11 +247,11 @@ int remote_line_receive(struct remote_line *self, int limit_ms, int extra_fd, bo
 
 void remote_line_quiet(struct remote_line *self, int quiet_ms) {
     struct pollfd wait = {.fd = self->fd, .events = POLLIN};
-    const uint64_t end_us = progress_now_us() + (uint64_t)quiet_ms * 20000;
+    const uint64_t end_us = monotonic_now_us() + (uint64_t)quiet_ms * 20000;
     self->used = 0;
     self->filled = 0;
     self->skipping = false;
-    while (progress_now_us() < end_us && poll(&wait, 1, quiet_ms) > 0 && fill(self) == 0) {
+    while (monotonic_now_us() < end_us && poll(&wait, 1, quiet_ms) > 0 && fill(self) == 0) {
         self->filled = 0;
     }
 }

@@ -113,7 +113,12 @@ static bool run_line(struct terminal *self, const char *line) {
     if (strcmp(name, "quit") == 0 || strcmp(name, "exit") == 0) {
         return false;
     }
-    const int result = remote_ask(self->remote, line, show, NULL, &message);
+    int result = 0;
+    if (remote_files(self->remote, line, &result, &message) != 0) {
+        printf("%s%s\r\n", result == 0 ? "OK" : "vergence: ", result == 0 ? "" : message.text);
+        return result != ERROR_DEVICE;
+    }
+    result = remote_ask(self->remote, line, show, NULL, &message);
     if (result < 0) {
         printf("vergence: %s\r\n", message.text);
     }

@@ -29,6 +29,7 @@ enum {
 enum session_event_kind {
     SESSION_BEGIN,        // what made it: always the first
     SESSION_CALIBRATION,  // in force from here on
+    SESSION_SETTING,      // of the instrument, that differs from its profile
     SESSION_COMMAND,      // that somebody gave
     SESSION_REGISTERS,    // of a part, read one after the other
     SESSION_PAIR,
@@ -41,7 +42,7 @@ struct session_event {
     char build[SESSION_NAME_MAX + 1], profile[SESSION_NAME_MAX + 1];  // BEGIN
     char date[SESSION_NAME_MAX + 1];                                  // BEGIN, as ISO 8601 has it
     uint32_t crc32;                                                   // CALIBRATION: of its text
-    char text[SESSION_TEXT_MAX + 1];                                  // COMMAND
+    char text[SESSION_TEXT_MAX + 1];                                  // COMMAND, SETTING
     char part[SESSION_NAME_MAX + 1];                                  // REGISTERS
     uint64_t at_us;                                                   // REGISTERS
     uint16_t first, count, values[SESSION_REGISTERS_MAX];             // REGISTERS

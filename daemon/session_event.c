@@ -10,7 +10,7 @@
 #define NO_POSITION "none"
 
 static const char *const kind_names[SESSION_EVENT_KINDS] = {
-    "begin", "calibration", "command", "registers", "pair", "end",
+    "begin", "calibration", "setting", "command", "registers", "pair", "end",
 };
 static const char *const layout_names[] = {"grey", "rgb", "grbg"};
 enum { LAYOUTS = sizeof layout_names / sizeof layout_names[0] };
@@ -101,6 +101,10 @@ static int put_frame(struct line *line, const char *side, const struct pair_fram
     put(line, " %s_gain_q3=%" PRIu16, side, frame->gain_q3);
     put_stand(line, side, "before", &frame->before);
     put_stand(line, side, "after", &frame->after);
+    if (frame->window.skip != 0) {
+        put(line, " %s_window=%" PRIu16 ",%" PRIu16 ",%d", side, frame->window.column_px,
+            frame->window.row_px, frame->window.skip);
+    }
     return 0;
 }
 
@@ -151,6 +155,7 @@ int session_event_print(const struct session_event *event, char text[SESSION_LIN
         case SESSION_CALIBRATION:
             put(&line, " file=%08" PRIx32, event->crc32);
             break;
+        case SESSION_SETTING:
         case SESSION_COMMAND:
             put_text(&line, "text", event->text);
             break;
@@ -282,6 +287,21 @@ static void take_stand(struct cursor *cursor, const char *side, const char *when
     }
 }
 
+/// Only where it was known; sessions of cameras with a port of their own have none.
+static void take_window(struct cursor *cursor, const char *side, struct pair_window *window) {
+    char key[SESSION_NAME_MAX];
+    const int length = snprintf(key, sizeof key, " %s_window=", side);
+    if (cursor->wrong || cursor->end - cursor->at < length ||
+        memcmp(cursor->at, key, (size_t)length) != 0) {
+        return;
+    }
+    window->column_px = (uint16_t)take_key(cursor, side, "window", 10, UINT16_MAX);
+    expect(cursor, ",");
+    window->row_px = (uint16_t)take_number(cursor, 10, UINT16_MAX);
+    expect(cursor, ",");
+    window->skip = (uint8_t)take_number(cursor, 10, UINT8_MAX);
+}
+
 static void take_frame(struct cursor *cursor, const char *side, struct pair_frame *frame,
                        uint32_t *crc32) {
     *crc32 = (uint32_t)take_key(cursor, side, "frame", 16, UINT32_MAX);
@@ -298,6 +318,7 @@ static void take_frame(struct cursor *cursor, const char *side, struct pair_fram
     frame->gain_q3 = (uint16_t)take_key(cursor, side, "gain_q3", 10, UINT16_MAX);
     take_stand(cursor, side, "before", &frame->before);
     take_stand(cursor, side, "after", &frame->after);
+    take_window(cursor, side, &frame->window);
     frame->stride = session_frame_row_values(frame);
 }
 
@@ -342,6 +363,7 @@ static void take_event(struct cursor *cursor, struct session_event *event) {
         case SESSION_CALIBRATION:
             event->crc32 = (uint32_t)take_key(cursor, "", "file", 16, UINT32_MAX);
             break;
+        case SESSION_SETTING:
         case SESSION_COMMAND:
             take_text(cursor, "text", event->text, SESSION_TEXT_MAX);
             break;

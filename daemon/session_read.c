@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "core/crc.h"
@@ -16,11 +17,15 @@ enum { VALUE_ROOM = 4096 };
 
 FILE *session_reader_file(const struct session_reader *self, const char *name,
                           struct message *message) {
-    const int file = openat(self->directory, name, O_RDONLY | O_CLOEXEC);
-    FILE *stream = file >= 0 ? fdopen(file, "rb") : NULL;
+    // Neither out of the session by a link, nor for ever at a pipe that nobody writes into.
+    const int file = openat(self->directory, name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+    struct stat about;
+    const bool known = file >= 0 && fstat(file, &about) == 0;
+    const bool usual = known && S_ISREG(about.st_mode);
+    FILE *stream = usual ? fdopen(file, "rb") : NULL;
     if (stream == NULL) {
         message_set(message, ERROR_MISSING, "%s/%s: cannot be read: %s", self->path, name,
-                    strerror(errno));
+                    known && !usual ? "it is no usual file" : strerror(errno));
         if (file >= 0) {
             close(file);
         }
@@ -127,7 +132,9 @@ int session_reader_open(struct session_reader *self, int parent, const char *pat
         return message_set(message, ERROR_ARGUMENT, "%s: the name is too long", path);
     }
     snprintf(self->path, sizeof self->path, "%s", path);
-    self->directory = openat(parent, path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    // On a PC a session may be named by a link; for clients nothing leads out of "files".
+    const int links = parent == AT_FDCWD ? 0 : O_NOFOLLOW;
+    self->directory = openat(parent, path, O_RDONLY | O_DIRECTORY | O_CLOEXEC | links);
     if (self->directory < 0) {
         return message_set(message, ERROR_ARGUMENT, "%s: is no session: %s", path, strerror(errno));
     }

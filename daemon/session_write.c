@@ -17,6 +17,7 @@
 #define PART_NAME ".part"
 #define DIRECTORY_MODE 0777
 #define FILE_MODE 0666
+enum { SUM_BYTES = 4096 };
 
 static int fail(const struct session_writer *self, const char *name, struct message *message) {
     const int reason = errno;
@@ -170,32 +171,31 @@ int session_writer_calibration(struct session_writer *self, const char *text, si
 
 /// Takes the bytes of a frame's file as they come: sums them, or writes them too.
 struct frame_sink {
-    struct session_writer *self;
+    unsigned char *buffer;
+    size_t capacity, filled;
     int part;  // -1: only the sum is wanted
     uint32_t crc;
     bool failed;
 };
 
 static void flush_sink(struct frame_sink *sink) {
-    struct session_writer *self = sink->self;
-    sink->crc = crc_update(sink->crc, self->buffer, self->filled);
+    sink->crc = crc_update(sink->crc, sink->buffer, sink->filled);
     if (sink->part >= 0 && !sink->failed) {
-        sink->failed = !write_all(sink->part, self->buffer, self->filled);
+        sink->failed = !write_all(sink->part, sink->buffer, sink->filled);
     }
-    self->filled = 0;
+    sink->filled = 0;
 }
 
 static void sink_byte(struct frame_sink *sink, unsigned byte) {
-    if (sink->self->filled == SESSION_WRITE_BUFFER_BYTES) {
+    if (sink->filled == sink->capacity) {
         flush_sink(sink);
     }
-    sink->self->buffer[sink->self->filled++] = (unsigned char)byte;
+    sink->buffer[sink->filled++] = (unsigned char)byte;
 }
 
 static void pour_frame(const struct pair_frame *frame, struct frame_sink *sink) {
     char head[SESSION_NAME_MAX + 1];
     const int head_bytes = session_frame_head(frame, head);
-    sink->self->filled = 0;
     for (int i = 0; i < head_bytes; i++) {
         sink_byte(sink, (unsigned char)head[i]);
     }
@@ -213,6 +213,14 @@ static void pour_frame(const struct pair_frame *frame, struct frame_sink *sink) 
     flush_sink(sink);
 }
 
+uint32_t session_writer_frame_crc(const struct pair_frame *frame) {
+    unsigned char buffer[SUM_BYTES];
+    INVARIANT(frame->data != NULL && frame->stride >= session_frame_row_values(frame));
+    struct frame_sink sum = {.buffer = buffer, .capacity = sizeof buffer, .part = -1};
+    pour_frame(frame, &sum);
+    return sum.crc;
+}
+
 int session_writer_frame(struct session_writer *self, const struct pair_frame *frame,
                          uint32_t *crc32, struct message *message) {
     INVARIANT(frame->data != NULL && frame->stride >= session_frame_row_values(frame));
@@ -220,34 +228,46 @@ int session_writer_frame(struct session_writer *self, const struct pair_frame *f
         return message_set(message, ERROR_RANGE, "%s: a frame of %d x %d pixels of %d bits is none",
                            self->path, frame->width_px, frame->height_px, frame->bits);
     }
-    struct frame_sink sum = {self, -1, 0, false};
-    pour_frame(frame, &sum);
+    const uint32_t sum = session_writer_frame_crc(frame);
     char name[SESSION_NAME_MAX + 1];
-    session_frame_name(sum.crc, name);
+    session_frame_name(sum, name);
     if (!is_there(self, name)) {
         const int part = begin_part(self);
         if (part < 0) {
             return fail(self, name, message);
         }
-        struct frame_sink file = {self, part, 0, false};
+        struct frame_sink file = {
+            .buffer = self->buffer, .capacity = sizeof self->buffer, .part = part};
         pour_frame(frame, &file);
         const int code = finish_part(self, part, !file.failed, name, message);
         if (code != 0) {
             return code;
         }
     }
-    *crc32 = sum.crc;
+    *crc32 = sum;
     return 0;
 }
 
-int session_writer_command(struct session_writer *self, const char *text, struct message *message) {
-    self->event.kind = SESSION_COMMAND;
+static int write_text(struct session_writer *self, enum session_event_kind kind, const char *text,
+                      struct message *message) {
+    self->event.kind = kind;
     if (strlen(text) > SESSION_TEXT_MAX) {
-        return message_set(message, ERROR_RANGE, "%s: a command of more than %d bytes", self->path,
+        return message_set(message, ERROR_RANGE, "%s: a text of more than %d bytes", self->path,
                            SESSION_TEXT_MAX);
     }
     copy_text(self->event.text, sizeof self->event.text, text);
     return append_event(self, message);
+}
+
+int session_writer_command(struct session_writer *self, const char *text, struct message *message) {
+    return write_text(self, SESSION_COMMAND, text, message);
+}
+
+int session_writer_setting(struct session_writer *self, const char *key, const char *value,
+                           struct message *message) {
+    char text[SESSION_TEXT_MAX + 2];
+    snprintf(text, sizeof text, "%s = %s", key, value);
+    return write_text(self, SESSION_SETTING, text, message);
 }
 
 int session_writer_registers(struct session_writer *self, const char *part, uint64_t at_us,

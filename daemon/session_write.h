@@ -28,7 +28,6 @@ struct session_writer {
     uint32_t crc;          // of all of the index so far
     int64_t good_bytes;    // of the index: what is behind is a line that did not become whole
     uint32_t pairs;        // written
-    size_t filled;
     unsigned char buffer[SESSION_WRITE_BUFFER_BYTES];
     struct session_event event;  // the one that is being written
 };
@@ -49,6 +48,10 @@ int session_writer_calibration(struct session_writer *self, const char *text, si
 /// Somebody gave this command. Longer ones than SESSION_TEXT_MAX are ERROR_RANGE.
 int session_writer_command(struct session_writer *self, const char *text, struct message *message);
 
+/// A setting (see vergenced.conf) in which the instrument differs from its profile.
+int session_writer_setting(struct session_writer *self, const char *key, const char *value,
+                           struct message *message);
+
 /// `count` (1 .. SESSION_REGISTERS_MAX) registers of a part, from number `first` on.
 int session_writer_registers(struct session_writer *self, const char *part, uint64_t at_us,
                              uint16_t first, const uint16_t *values, uint16_t count,
@@ -58,6 +61,9 @@ int session_writer_registers(struct session_writer *self, const char *part, uint
 /// there already is not written again. Of `frame` only pixels and their form count.
 int session_writer_frame(struct session_writer *self, const struct pair_frame *frame,
                          uint32_t *crc32, struct message *message);
+
+/// The CRC-32 of the file that a frame's pixels would be saved in, which is its name.
+uint32_t session_writer_frame_crc(const struct pair_frame *frame);
 
 /// A pair with its frames, which must have their data.
 int session_writer_pair(struct session_writer *self, const struct pair *pair,

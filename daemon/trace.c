@@ -41,6 +41,10 @@ long trace_take_bytes(const char **text, uint8_t *data, size_t capacity) {
     return bytes > 0 ? (long)bytes : -1;
 }
 
+void trace_cancel(char *text) {
+    snprintf(text, ROOM, "cancel");
+}
+
 void trace_idle(char *text) {
     snprintf(text, ROOM, "idle");
 }

@@ -30,6 +30,8 @@ enum {
 
 /// No call, but that calls of nobody's command follow: rig_idle.
 void trace_idle(char *text);
+/// No call, but that whoever watches wanted the command to end here.
+void trace_cancel(char *text);
 
 void trace_clock_now(char *text);
 void trace_clock_wait(char *text, uint64_t time_us);

@@ -2,6 +2,7 @@
 // The client as a host carries it: all formats, the report, evaluation and explanation.
 #include "daemon/client.h"
 #include "daemon/reconstruct_command.h"
+#include "daemon/replay/replay_command.h"
 #include "daemon/write.h"
 #include "tools/host/calibration_file.hpp"
 #include "tools/host/commands.hpp"
@@ -29,14 +30,10 @@ const result_writer writers[] = {
 };
 
 int run_reconstruct(int argc, char **argv) {
-    reconstruct_command_abilities abilities{};
-    abilities.formats = image_formats().first;
-    abilities.format_count = image_formats().count;
-    abilities.load_calibration = calibration_file_loader;
-    abilities.writers = writers;
-    abilities.writer_count = sizeof writers / sizeof writers[0];
-    abilities.check_truth = evaluate_truth_check;
-    abilities.debug_maker = debug_maker();
+    const reconstruct_outputs outputs{writers, sizeof writers / sizeof writers[0],
+                                      evaluate_truth_check, debug_maker()};
+    const reconstruct_command_abilities abilities{
+        {image_formats().first, image_formats().count, calibration_file_loader}, &outputs};
     return reconstruct_command_run(&abilities, argc, argv);
 }
 
@@ -46,6 +43,7 @@ const client_command commands[] = {
     {"board", "make a calibration board to be printed", command_board},
     {"evaluate", "compare a result with the ground truth", command_evaluate},
     {"info", "explain a calibration or a result", command_info},
+    {"replay", "play a recording again and compare the pairs", replay_command_run},
     {"simulate", "start a simulated rig, or show what it would see", command_simulate},
 };
 

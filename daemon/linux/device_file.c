@@ -6,12 +6,14 @@
 #include <poll.h>
 #include <string.h>
 #include <sys/ioctl.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/linux/monotonic_clock.h"
+#include "daemon/monotonic.h"
 
 // A poll is never longer than this; it is only made again.
 static const uint64_t longest_poll_us = 3600 * UINT64_C(1000000);
@@ -58,6 +60,13 @@ void device_file_close(int *fd) {
     }
 }
 
+bool device_file_is_current(int fd, const char *path) {
+    struct stat ours, there;
+    return fd >= 0 && fstat(fd, &ours) == 0 && stat(path, &there) == 0 &&
+           ours.st_dev == there.st_dev && ours.st_ino == there.st_ino &&
+           ours.st_rdev == there.st_rdev;
+}
+
 int device_file_control(int fd, unsigned long request, void *argument) {
     INVARIANT(fd >= 0);
     int result = 0;
@@ -70,7 +79,7 @@ int device_file_control(int fd, unsigned long request, void *argument) {
 int device_file_wait(int fd, short events, uint64_t deadline_us, short *happened) {
     INVARIANT(fd >= 0 && events != 0);
     for (;;) {
-        const uint64_t now_us = monotonic_clock_now_us();
+        const uint64_t now_us = monotonic_now_us();
         uint64_t left_us = deadline_us > now_us ? deadline_us - now_us : 0;
         left_us = left_us < longest_poll_us ? left_us : longest_poll_us;
         const struct timespec timeout = {.tv_sec = (time_t)(left_us / 1000000),
@@ -85,7 +94,7 @@ int device_file_wait(int fd, short events, uint64_t deadline_us, short *happened
             return ERROR_IO;
         }
         // Asked at least once, even when the deadline had passed before.
-        if (monotonic_clock_now_us() >= deadline_us) {
+        if (monotonic_now_us() >= deadline_us) {
             return ERROR_TIMEOUT;
         }
     }

@@ -4,6 +4,7 @@
 #ifndef VERGENCE_DAEMON_LINUX_DEVICE_FILE_H
 #define VERGENCE_DAEMON_LINUX_DEVICE_FILE_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "daemon/message.h"
@@ -20,6 +21,10 @@ int device_file_open(const char *path, int flags, const char *what, struct messa
 
 /// Closes `*fd` and makes it -1; harmless when it is that already.
 void device_file_close(int *fd);
+
+/// Whether `fd` is what stands under `path` now: a device that was pulled out and put back is
+/// another file of the same name.
+bool device_file_is_current(int fd, const char *path);
 
 /// ioctl, again when a signal cut it short. Returns its result, or -1 with errno.
 /// Only for requests that may be made twice.

@@ -10,6 +10,7 @@
 #include "core/invariant.h"
 #include "daemon/linux/device_file.h"
 #include "daemon/linux/monotonic_clock.h"
+#include "daemon/monotonic.h"
 
 static const struct {
     const char *name;
@@ -20,24 +21,37 @@ static const struct {
     [HAL_GPIO_LENS_POWER] = {"the lenses' power", false},
 };
 
+/// The chip may be a USB device.
+static int failed(struct gpiod_lines *self, int error_number) {
+    const int error = device_file_error(error_number);
+    self->gone = self->gone || error == ERROR_DEVICE;
+    return error;
+}
+
 static int set(void *opaque, enum hal_gpio_line line, bool active) {
-    const struct gpiod_lines *self = opaque;
+    struct gpiod_lines *self = opaque;
     INVARIANT((unsigned)line < HAL_GPIO_LINES);
+    if (self->closed) {
+        return ERROR_DEVICE;
+    }
     if (self->lines[line] == NULL || kinds[line].is_input) {
         return ERROR_UNSUPPORTED;
     }
-    return gpiod_shim_set(self->lines[line], active) == 0 ? ERROR_OK : device_file_error(errno);
+    return gpiod_shim_set(self->lines[line], active) == 0 ? ERROR_OK : failed(self, errno);
 }
 
 static int get(void *opaque, enum hal_gpio_line line, bool *active) {
-    const struct gpiod_lines *self = opaque;
+    struct gpiod_lines *self = opaque;
     INVARIANT((unsigned)line < HAL_GPIO_LINES);
+    if (self->closed) {
+        return ERROR_DEVICE;
+    }
     if (self->lines[line] == NULL) {
         return ERROR_UNSUPPORTED;
     }
     const int level = gpiod_shim_get(self->lines[line]);
     if (level < 0) {
-        return device_file_error(errno);
+        return failed(self, errno);
     }
     *active = level != 0;
     return ERROR_OK;
@@ -45,8 +59,11 @@ static int get(void *opaque, enum hal_gpio_line line, bool *active) {
 
 static int wait_edge(void *opaque, enum hal_gpio_line line, uint64_t deadline_us,
                      uint64_t *time_us) {
-    const struct gpiod_lines *self = opaque;
+    struct gpiod_lines *self = opaque;
     INVARIANT((unsigned)line < HAL_GPIO_LINES);
+    if (self->closed) {
+        return ERROR_DEVICE;
+    }
     if (self->lines[line] == NULL || !kinds[line].is_input) {
         return ERROR_UNSUPPORTED;
     }
@@ -63,12 +80,12 @@ static int wait_edge(void *opaque, enum hal_gpio_line line, uint64_t deadline_us
         uint64_t edge_us = 0;
         if (gpiod_shim_read_edge(self->lines[line], &edge_us) == 0) {
             // Kernels before 5.7 stamp with the time of day; it can only have been by now.
-            const uint64_t now_us = monotonic_clock_now_us();
+            const uint64_t now_us = monotonic_now_us();
             *time_us = edge_us < now_us ? edge_us : now_us;
             return ERROR_OK;
         }
         if (errno != EINTR && errno != EAGAIN) {
-            return device_file_error(errno);
+            return failed(self, errno);
         }
     }
 }
@@ -100,10 +117,14 @@ static int open_error(int error_number, const char **advice) {
     }
 }
 
+void gpiod_lines_init(struct gpiod_lines *self) {
+    static const struct hal_gpio_operations operations = {set, get, wait_edge};
+    *self = (struct gpiod_lines){.hal = {&operations, self}, .closed = true};
+}
+
 int gpiod_lines_open(struct gpiod_lines *self, const struct gpiod_lines_place *places,
                      struct message *message) {
-    static const struct hal_gpio_operations operations = {set, get, wait_edge};
-    *self = (struct gpiod_lines){.hal = {&operations, self}};
+    gpiod_lines_init(self);
     for (int i = 0; i < HAL_GPIO_LINES; i++) {
         const struct gpiod_lines_place *place = &places[i];
         if (place->chip == NULL) {
@@ -124,6 +145,7 @@ int gpiod_lines_open(struct gpiod_lines *self, const struct gpiod_lines_place *p
                                place->chip, kinds[i].name, strerror(error_number), advice);
         }
     }
+    self->closed = false;
     return ERROR_OK;
 }
 
@@ -132,4 +154,9 @@ void gpiod_lines_close(struct gpiod_lines *self) {
         gpiod_shim_close(self->lines[i]);
         self->lines[i] = NULL;
     }
+    self->closed = true;
+}
+
+bool gpiod_lines_are_open(const struct gpiod_lines *self) {
+    return !self->closed && !self->gone;
 }

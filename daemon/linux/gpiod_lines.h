@@ -3,6 +3,8 @@
 #ifndef VERGENCE_DAEMON_LINUX_GPIOD_LINES_H
 #define VERGENCE_DAEMON_LINUX_GPIOD_LINES_H
 
+#include <stdbool.h>
+
 #include "daemon/linux/gpiod_shim.h"
 #include "daemon/message.h"
 #include "hal/gpio.h"
@@ -23,14 +25,20 @@ struct gpiod_lines_place {
 struct gpiod_lines {
     struct hal_gpio hal;
     struct gpiod_shim *lines[HAL_GPIO_LINES];
+    bool closed;  ///< nothing is requested that was to be
+    bool gone;    ///< the chip has been pulled out
 };
 
+/// Makes them lines that are not open: all calls say ERROR_DEVICE.
+void gpiod_lines_init(struct gpiod_lines *self);
 /// Requests all lines that have a place; outputs get their first level then, and keep their last
 /// one when the program ends, as far as the chip does. ERROR_DEVICE, ERROR_REFUSED,
 /// ERROR_UNSUPPORTED, ERROR_IO; `message` says more and nothing is requested then.
 int gpiod_lines_open(struct gpiod_lines *self, const struct gpiod_lines_place *places,
                      struct message *message);
 void gpiod_lines_close(struct gpiod_lines *self);
+/// Whether they are requested, and the chip has not gone as far as their last use tells.
+bool gpiod_lines_are_open(const struct gpiod_lines *self);
 
 #ifdef __cplusplus
 }

@@ -12,6 +12,7 @@
 #include "core/invariant.h"
 #include "daemon/linux/device_file.h"
 #include "daemon/linux/monotonic_clock.h"
+#include "daemon/monotonic.h"
 
 enum { TIMEOUT_UNIT_US = 10000, TIMEOUT_MAX_10MS = 6000 };
 
@@ -57,7 +58,7 @@ static int set_timeout(struct i2c_dev *self, uint64_t left_us) {
 static int transfer(void *opaque, const struct hal_i2c_message *messages, size_t count,
                     uint64_t deadline_us, size_t *begun) {
     struct i2c_dev *self = opaque;
-    INVARIANT(self->fd >= 0 && count >= 1 && count <= HAL_I2C_MESSAGES_MAX);
+    INVARIANT(count >= 1 && count <= HAL_I2C_MESSAGES_MAX);
     struct i2c_msg list[HAL_I2C_MESSAGES_MAX];
     size_t bytes = 0;
     for (size_t i = 0; i < count; i++) {
@@ -70,7 +71,10 @@ static int transfer(void *opaque, const struct hal_i2c_message *messages, size_t
         bytes += 1 + (size_t)messages[i].bytes;
     }
     *begun = 0;
-    const uint64_t now_us = monotonic_clock_now_us();
+    if (self->fd < 0) {
+        return ERROR_DEVICE;
+    }
+    const uint64_t now_us = monotonic_now_us();
     if (now_us >= deadline_us) {
         return ERROR_TIMEOUT;
     }
@@ -88,9 +92,13 @@ static int transfer(void *opaque, const struct hal_i2c_message *messages, size_t
     return (size_t)done == count ? ERROR_OK : ERROR_IO;
 }
 
-int i2c_dev_open(struct i2c_dev *self, const char *path, struct message *message) {
+void i2c_dev_init(struct i2c_dev *self) {
     static const struct hal_i2c_operations operations = {transfer, NULL};
     *self = (struct i2c_dev){.hal = {&operations, self}, .fd = -1};
+}
+
+int i2c_dev_open(struct i2c_dev *self, const char *path, struct message *message) {
+    i2c_dev_init(self);
     const int fd = device_file_open(path, O_RDWR, "I2C bus", message);
     if (fd < 0) {
         return fd;
@@ -118,4 +126,8 @@ int i2c_dev_open(struct i2c_dev *self, const char *path, struct message *message
 
 void i2c_dev_close(struct i2c_dev *self) {
     device_file_close(&self->fd);
+}
+
+bool i2c_dev_is_current(const struct i2c_dev *self, const char *path) {
+    return device_file_is_current(self->fd, path);
 }

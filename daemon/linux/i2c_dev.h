@@ -10,6 +10,7 @@
 #ifndef VERGENCE_DAEMON_LINUX_I2C_DEV_H
 #define VERGENCE_DAEMON_LINUX_I2C_DEV_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "daemon/message.h"
@@ -26,10 +27,14 @@ struct i2c_dev {
     unsigned long timeout_10ms;  ///< the adapter's, 0: not set yet
 };
 
+/// Makes it one that is not open: its transfers say ERROR_DEVICE.
+void i2c_dev_init(struct i2c_dev *self);
 /// Opens a bus, for example "/dev/i2c-1". ERROR_DEVICE, ERROR_REFUSED, ERROR_IO, or
 /// ERROR_UNSUPPORTED: the adapter knows SMBus only. `message` says more; nothing is open then.
 int i2c_dev_open(struct i2c_dev *self, const char *path, struct message *message);
 void i2c_dev_close(struct i2c_dev *self);
+/// Whether it is open, and still the bus of this path.
+bool i2c_dev_is_current(const struct i2c_dev *self, const char *path);
 
 #ifdef __cplusplus
 }

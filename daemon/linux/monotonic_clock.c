@@ -6,20 +6,11 @@
 #include <time.h>
 
 #include "core/invariant.h"
-
-enum { US_IN_S = 1000000, NS_IN_US = 1000 };
-
-uint64_t monotonic_clock_now_us(void) {
-    struct timespec now;
-    const int failed = clock_gettime(CLOCK_MONOTONIC, &now);
-    INVARIANT(failed == 0 && now.tv_sec >= 0);
-    return (uint64_t)now.tv_sec * US_IN_S + (uint64_t)now.tv_nsec / NS_IN_US;
-}
+#include "daemon/monotonic.h"
 
 void monotonic_clock_wait_until_us(uint64_t time_us) {
-    const struct timespec until = {.tv_sec = (time_t)(time_us / US_IN_S),
-                                   .tv_nsec = (long)(time_us % US_IN_S) * NS_IN_US};
-    while (monotonic_clock_now_us() < time_us) {
+    const struct timespec until = monotonic_timespec(time_us);
+    while (monotonic_now_us() < time_us) {
         const int error = clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, NULL);
         INVARIANT(error == 0 || error == EINTR);
     }
@@ -27,7 +18,7 @@ void monotonic_clock_wait_until_us(uint64_t time_us) {
 
 static uint64_t now_us(void *self) {
     (void)self;
-    return monotonic_clock_now_us();
+    return monotonic_now_us();
 }
 
 static void wait_until_us(void *self, uint64_t time_us) {

@@ -13,7 +13,6 @@ extern "C" {
 /// The clock; it has no state, so all users share it. Static storage.
 extern const struct hal_clock monotonic_clock;
 
-uint64_t monotonic_clock_now_us(void);
 /// Sleeps until `time_us`; signals do not cut it short.
 void monotonic_clock_wait_until_us(uint64_t time_us);
 

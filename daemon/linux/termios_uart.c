@@ -32,7 +32,10 @@ static int wait_for(const struct termios_uart *self, short events, uint64_t dead
 
 static int write_all(void *opaque, const void *data, size_t bytes, uint64_t deadline_us) {
     const struct termios_uart *self = opaque;
-    INVARIANT(self->fd >= 0 && (data != NULL || bytes == 0));
+    INVARIANT(data != NULL || bytes == 0);
+    if (self->fd < 0) {
+        return ERROR_DEVICE;
+    }
     const uint8_t *next = data;
     while (bytes > 0) {
         const int error = wait_for(self, POLLOUT, deadline_us);
@@ -55,7 +58,10 @@ static int write_all(void *opaque, const void *data, size_t bytes, uint64_t dead
 static int read_some(void *opaque, void *data, size_t capacity, uint64_t deadline_us,
                      size_t *bytes) {
     const struct termios_uart *self = opaque;
-    INVARIANT(self->fd >= 0 && capacity > 0);
+    INVARIANT(capacity > 0);
+    if (self->fd < 0) {
+        return ERROR_DEVICE;
+    }
     for (;;) {
         const int error = wait_for(self, POLLIN, deadline_us);
         if (error != ERROR_OK) {
@@ -78,7 +84,9 @@ static int read_some(void *opaque, void *data, size_t capacity, uint64_t deadlin
 
 static int discard(void *opaque) {
     const struct termios_uart *self = opaque;
-    INVARIANT(self->fd >= 0);
+    if (self->fd < 0) {
+        return ERROR_DEVICE;
+    }
     return tcflush(self->fd, TCIFLUSH) == 0 ? ERROR_OK : error_of(errno);
 }
 
@@ -143,10 +151,14 @@ static int claim(int fd) {
     return ERROR_OK;
 }
 
-int termios_uart_open(struct termios_uart *self, const char *path, uint32_t bits_per_s,
-                      struct message *message) {
+void termios_uart_init(struct termios_uart *self) {
     static const struct hal_uart_operations operations = {write_all, read_some, discard};
     *self = (struct termios_uart){.hal = {&operations, self}, .fd = -1};
+}
+
+int termios_uart_open(struct termios_uart *self, const char *path, uint32_t bits_per_s,
+                      struct message *message) {
+    termios_uart_init(self);
     speed_t speed = B0;
     if (!speed_of(bits_per_s, &speed)) {
         return message_set(message, ERROR_UNSUPPORTED,
@@ -183,4 +195,9 @@ void termios_uart_close(struct termios_uart *self) {
         ioctl(self->fd, TIOCNXCL);
     }
     device_file_close(&self->fd);
+}
+
+bool termios_uart_is_current(const struct termios_uart *self, const char *path) {
+    struct pollfd polled = {.fd = self->fd};
+    return device_file_is_current(self->fd, path) && poll(&polled, 1, 0) == 0;
 }

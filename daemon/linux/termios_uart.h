@@ -5,6 +5,8 @@
 #ifndef VERGENCE_DAEMON_LINUX_TERMIOS_UART_H
 #define VERGENCE_DAEMON_LINUX_TERMIOS_UART_H
 
+#include <stdbool.h>
+
 #include "daemon/message.h"
 #include "hal/uart.h"
 
@@ -18,12 +20,16 @@ struct termios_uart {
     int fd;
 };
 
+/// Makes it one that is not open: its calls say ERROR_DEVICE.
+void termios_uart_init(struct termios_uart *self);
 /// Opens a line, for example "/dev/ttyUSB0", at 1200 .. 921600 bit/s; what had come before is
 /// forgotten. ERROR_DEVICE, ERROR_REFUSED, ERROR_IO, or ERROR_UNSUPPORTED: no terminal, or not at
 /// this speed. `message` says more; nothing is open then.
 int termios_uart_open(struct termios_uart *self, const char *path, uint32_t bits_per_s,
                       struct message *message);
 void termios_uart_close(struct termios_uart *self);
+/// Whether it is open, still the line of this path, and nothing has hung it up.
+bool termios_uart_is_current(const struct termios_uart *self, const char *path);
 
 #ifdef __cplusplus
 }

@@ -7,8 +7,10 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/linux/device_file.h"
 #include "daemon/linux/monotonic_clock.h"
 #include "daemon/linux/v4l2_control.h"
+#include "daemon/monotonic.h"
 
 enum {
     RESTARTS_MAX = 3,         // in one call
@@ -33,7 +35,7 @@ static uint32_t frame_time_us(const struct v4l2_camera *self) {
 /// The stream has just been turned on: numbers begin anew, and the first frame may take long.
 static void begin_waiting(struct v4l2_camera *self) {
     self->has_sequence = false;
-    self->alive_us = monotonic_clock_now_us();
+    self->alive_us = monotonic_now_us();
     self->patience_us = FIRST_FRAME_US;
 }
 
@@ -57,13 +59,9 @@ static bool make_slots(struct v4l2_camera *self, size_t values) {
 }
 
 /// A camera that was pulled out and put back is another file of the same name.
-static int open_again(struct v4l2_camera *self) {
-    struct message message;
+static int open_again(struct v4l2_camera *self, struct message *message) {
     v4l2_stream_close(&self->stream);
-    const int error = v4l2_stream_open(&self->stream, self->path, &message);
-    if (error != ERROR_OK && self->log != NULL) {
-        self->log->operations->write(self->log->self, HAL_LOG_ERROR, message.text);
-    }
+    const int error = v4l2_stream_open(&self->stream, self->path, message);
     self->gone = error != ERROR_OK;
     return error;
 }
@@ -91,10 +89,15 @@ static int start(void *opaque, const struct hal_camera_format *format) {
         self->format.width_px == format->width_px && self->format.height_px == format->height_px) {
         return ERROR_OK;
     }
+    self->refused.text[0] = '\0';
     int error = stop(self);
     if (self->gone) {
-        error = open_again(self);
+        struct message message;
+        error = open_again(self, &message);
         if (error != ERROR_OK) {
+            if (self->log != NULL) {
+                self->log->operations->write(self->log->self, HAL_LOG_ERROR, message.text);
+            }
             return error;
         }
     }
@@ -103,6 +106,10 @@ static int start(void *opaque, const struct hal_camera_format *format) {
     }
     if (error != ERROR_OK) {
         self->gone = self->gone || error == ERROR_DEVICE;
+        // That it has no such frames is for whoever chose them to say.
+        if (error != ERROR_UNSUPPORTED) {
+            self->refused = self->stream.trouble;
+        }
         tell(self, HAL_LOG_ERROR, self->stream.trouble.text);
         return error;
     }
@@ -130,7 +137,7 @@ static int restart(struct v4l2_camera *self, uint64_t deadline_us, int *tries) {
             return ERROR_IO;
         }
         const uint64_t pause_us = *tries == 0 ? 0 : (uint64_t)PAUSE_US << (*tries - 1);
-        const uint64_t until_us = monotonic_clock_now_us() + pause_us;
+        const uint64_t until_us = monotonic_now_us() + pause_us;
         if (until_us >= deadline_us) {
             monotonic_clock_wait_until_us(deadline_us);
             return ERROR_TIMEOUT;
@@ -264,7 +271,7 @@ static int take_one(struct v4l2_camera *self, uint64_t not_before_us, uint64_t d
         if (error != ERROR_OK) {
             return error;
         }
-        const uint64_t now_us = monotonic_clock_now_us();
+        const uint64_t now_us = monotonic_now_us();
         self->alive_us = now_us;
         const uint64_t patience_us = (uint64_t)MISSED_FRAMES * frame_time_us(self);
         self->patience_us = patience_us > MISSED_US ? (uint32_t)patience_us : MISSED_US;
@@ -281,7 +288,7 @@ static int take_one(struct v4l2_camera *self, uint64_t not_before_us, uint64_t d
             *frame = got;
             return ERROR_OK;
         }
-        if (error != ERROR_OK || monotonic_clock_now_us() >= deadline_us) {
+        if (error != ERROR_OK || monotonic_now_us() >= deadline_us) {
             return error != ERROR_OK ? error : ERROR_TIMEOUT;
         }
     }
@@ -319,14 +326,31 @@ static void counts(void *opaque, struct hal_camera_counts *into) {
     *into = self->counts;
 }
 
-int v4l2_camera_open(struct v4l2_camera *self, const char *path, uint32_t frame_us,
-                     const struct hal_log *log, struct message *message) {
+void v4l2_camera_init(struct v4l2_camera *self, const char *path, uint32_t frame_us,
+                      const struct hal_log *log) {
     static const struct hal_camera_operations operations = {start,     stop,    take,
                                                             give_back, control, counts};
     INVARIANT(frame_us > 0);
-    *self = (struct v4l2_camera){.hal = {&operations, self}, .log = log, .frame_us = frame_us};
+    *self = (struct v4l2_camera){.hal = {&operations, self},
+                                 .stream = {.fd = -1},
+                                 .log = log,
+                                 .frame_us = frame_us,
+                                 .gone = true};
     snprintf(self->path, sizeof self->path, "%s", path);
-    return v4l2_stream_open(&self->stream, path, message);
+}
+
+int v4l2_camera_open(struct v4l2_camera *self, const char *path, uint32_t frame_us,
+                     const struct hal_log *log, struct message *message) {
+    v4l2_camera_init(self, path, frame_us, log);
+    return open_again(self, message);
+}
+
+int v4l2_camera_renew(struct v4l2_camera *self, struct message *message) {
+    if (!self->gone && device_file_is_current(self->stream.fd, self->path)) {
+        return ERROR_OK;
+    }
+    (void)stop(self);
+    return open_again(self, message);
 }
 
 void v4l2_camera_close(struct v4l2_camera *self) {

@@ -35,6 +35,8 @@ struct v4l2_camera {
     uint32_t frame_us;          ///< longest time from frame to frame
     bool gone;                  ///< it was pulled out: the next start opens it again
     bool started;
+    /// Why it does not start, without the device's name; "": it did, or it has no such frames.
+    struct message refused;
     struct hal_camera_format format;
     struct hal_camera_counts counts;
 
@@ -48,11 +50,17 @@ struct v4l2_camera {
     uint32_t patience_us;                ///< how long the next one may take
 };
 
+/// Makes it one that is not open, and says ERROR_DEVICE until `start` finds it under its path.
+void v4l2_camera_init(struct v4l2_camera *self, const char *path, uint32_t frame_us,
+                      const struct hal_log *log);
 /// Opens a camera, for example "/dev/video0", without starting it. `frame_us`: the longest time
 /// from frame to frame, where the driver does not tell. ERROR_DEVICE, ERROR_REFUSED,
 /// ERROR_UNSUPPORTED, ERROR_IO; `message` says more; nothing is open then.
 int v4l2_camera_open(struct v4l2_camera *self, const char *path, uint32_t frame_us,
                      const struct hal_log *log, struct message *message);
+/// Sees to it that the camera that is under its path now is open; one that was pulled out, or
+/// another one, is stopped. No frame may be lent. Errors as of v4l2_camera_open.
+int v4l2_camera_renew(struct v4l2_camera *self, struct message *message);
 /// Stops, releases all memory.
 void v4l2_camera_close(struct v4l2_camera *self);
 

@@ -12,6 +12,7 @@
 #include "core/invariant.h"
 #include "daemon/linux/device_file.h"
 #include "daemon/linux/monotonic_clock.h"
+#include "daemon/monotonic.h"
 
 // poll that says "ready" so often without a buffer behind it is a driver that went wrong.
 enum { EMPTY_ANSWERS_MAX = 8 };
@@ -169,7 +170,7 @@ int v4l2_stream_queue(struct v4l2_stream *self, unsigned index) {
         return fail(self, "QBUF");
     }
     self->buffers[index].queued = true;
-    self->buffers[index].queued_us = monotonic_clock_now_us();
+    self->buffers[index].queued_us = monotonic_now_us();
     return ERROR_OK;
 }
 

@@ -93,15 +93,24 @@ int replay_open(struct replay *self, int parent, const char *path, char *profile
 }
 
 bool replay_idle_is_next(struct replay *self) {
-    return self->log != NULL && replay_calls_take_idle(self);
+    return self->log != NULL && replay_calls_take_mark(self, trace_idle);
+}
+
+bool replay_cancel_is_next(struct replay *self) {
+    return self->log != NULL && replay_calls_take_mark(self, trace_cancel);
 }
 
 bool replay_is_over(const struct replay *self) {
     if (self->log != NULL) {
         return self->calls == 0;
     }
-    return self->camera_state[RIG_LEFT].next >= self->pair_count &&
-           self->camera_state[RIG_RIGHT].next >= self->pair_count;
+    return self->next_pair >= self->pair_count;
+}
+
+void replay_next_pair(struct replay *self) {
+    if (self->log == NULL && self->next_pair < self->pair_count) {
+        self->next_pair++;
+    }
 }
 
 void replay_close(struct replay *self) {

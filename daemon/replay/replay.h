@@ -36,7 +36,9 @@ struct replay_camera {
     size_t values[REPLAY_FRAMES_LENT];
     bool lent[REPLAY_FRAMES_LENT];
     struct hal_camera_counts counts;  // of pairs
-    uint32_t next;                    // of pairs: which one comes
+    uint64_t begin_us, end_us;        // of pairs: of the frame that was lent last
+    uint32_t sequence;                // of pairs: of the next frame
+    uint32_t of_pair;                 // the pair that it is of, from 1; 0: none yet
 };
 
 struct replay {
@@ -55,14 +57,17 @@ struct replay {
     uint32_t line;
     uint32_t lines;  // that count: up to the last check that fits
     uint32_t calls;  // among them that were not made yet
+    uint32_t made;   // and that were
     char text[TRACE_LINE_MAX * 2 + 16];
     bool peeked;             // `text` is a call that was not made yet
     bool ended;              // trouble was met, or all was played
+    bool ran_out;            // the trouble is that more was asked for than was recorded
     struct message trouble;  // why; "" while all is well
     uint64_t now_us;
 
     struct session_event *pairs;  // allocated; of pairs alone
     uint32_t pair_count;
+    uint32_t next_pair;  // that both cameras see now
 };
 
 /// Opens the session `path` (see session_reader_open) and checks calls.log, up to the last line
@@ -77,8 +82,15 @@ int replay_open(struct replay *self, int parent, const char *path, char *profile
 /// before each command and at the end; takes what record_idle left.
 bool replay_idle_is_next(struct replay *self);
 
+/// Whether the recorded command was to end here: then `go_on` of the rig's observer is to say so
+/// for the rest of the command. Takes what record_cancel left.
+bool replay_cancel_is_next(struct replay *self);
+
 /// Whether every recorded call was made, or every pair was given out.
 bool replay_is_over(const struct replay *self);
+
+/// Of pairs alone: both cameras see the next pair from here on. To be called when one was captured.
+void replay_next_pair(struct replay *self);
 
 /// Lets go of everything. Harmless when replay_open failed.
 void replay_close(struct replay *self);

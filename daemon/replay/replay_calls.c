@@ -83,16 +83,17 @@ static bool next_call(struct replay *self) {
     return self->peeked && !self->ended;
 }
 
-bool replay_calls_take_idle(struct replay *self) {
-    char idle[TRACE_LINE_MAX + 1];
-    trace_idle(idle);
-    const size_t length = strlen(idle);
-    if (!next_call(self) || strncmp(self->text, idle, length) != 0 ||
+bool replay_calls_take_mark(struct replay *self, void (*print)(char *text)) {
+    char mark[TRACE_LINE_MAX + 1];
+    print(mark);
+    const size_t length = strlen(mark);
+    if (!next_call(self) || strncmp(self->text, mark, length) != 0 ||
         strncmp(self->text + length, TRACE_EQUALS, strlen(TRACE_EQUALS)) != 0) {
         return false;
     }
     self->peeked = false;
     self->calls--;
+    self->made++;
     return true;
 }
 
@@ -112,9 +113,11 @@ static const char *answer_to(struct replay *self, const char *asked) {
             return NULL;
         }
         self->calls--;
+        self->made++;
         return equals + strlen(TRACE_EQUALS);
     }
     if (!self->ended) {
+        self->ran_out = true;
         stop_playing(self, "the recording ends here, but '%.300s' came", asked);
     }
     return NULL;
@@ -158,7 +161,9 @@ static uint64_t clock_now_us(void *context) {
     trace_clock_now(asked);
     const char *answer = answer_to(self, asked);
     if (answer != NULL) {
-        self->now_us = strtoull(answer, NULL, 10);
+        // A recording that was tampered with must not turn time back, on which all relies.
+        const uint64_t told_us = strtoull(answer, NULL, 10);
+        self->now_us = told_us > self->now_us ? told_us : self->now_us;
     } else {
         self->now_us += WAIT_OVER_US;
     }

@@ -12,8 +12,8 @@ extern "C" {
 /// Checks calls.log, reads its head, and sets the ports. 0 or an error as replay_open.
 int replay_calls_open(struct replay *self, struct message *message);
 
-/// Takes the mark of record_idle off the log if it comes next.
-bool replay_calls_take_idle(struct replay *self);
+/// Takes a mark (trace_idle, trace_cancel) off the log if it comes next.
+bool replay_calls_take_mark(struct replay *self, void (*print)(char *text));
 
 /// Reads all pairs of the session and sets two cameras and a clock.
 int replay_pairs_open(struct replay *self, struct message *message);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pairs alone: each camera gives its frames in order. Time passes by waiting and by frames, whose
-// lengths and distances are the recorded ones unless somebody asks for later frames.
+// Pairs alone: both cameras show a pair's frames, over and over, until it was captured, and then
+// the next pair's. Time begins with the first pair and passes by waiting and by frames, which are
+// as long, and within a pair as far apart, as they were, unless somebody asks for later ones.
 #include <stdlib.h>
 #include <string.h>
 
@@ -35,34 +36,50 @@ static int stop(void *context) {
     return 0;
 }
 
+/// When the next frame begins: not before it may, not before the camera's last one ended, and the
+/// right one so long after the left one as it was, where that is possible.
+static uint64_t begin_of(const struct replay_camera *camera, const struct session_event *event,
+                         uint64_t not_before_us) {
+    const struct replay *self = camera->replay;
+    const struct pair_frame *frames = event->pair.frame;
+    const uint64_t least_us = later(not_before_us, camera->end_us);
+    const struct replay_camera *left = &self->camera_state[RIG_LEFT];
+    if (camera->number == RIG_LEFT || left->of_pair != self->next_pair + 1) {
+        return least_us;
+    }
+    const uint64_t skew_us = frames[RIG_RIGHT].begin_us - frames[RIG_LEFT].begin_us;
+    const uint64_t begin_us = left->begin_us + skew_us;
+    return begin_us >= not_before_us && begin_us >= camera->end_us ? begin_us : least_us;
+}
+
 static int take(void *context, uint64_t not_before_us, uint64_t deadline_us,
                 struct hal_camera_frame *frame) {
     struct replay_camera *camera = context;
     struct replay *self = camera->replay;
-    if (camera->next >= self->pair_count) {
+    if (self->next_pair >= self->pair_count) {
         self->now_us = later(self->now_us, deadline_us);
         camera->counts.timeouts++;
         return message_set(&self->trouble, ERROR_TIMEOUT, "%s: all %u recorded pairs were given",
                            self->session.path, self->pair_count);
     }
-    const struct session_event *event = &self->pairs[camera->next];
+    const struct session_event *event = &self->pairs[self->next_pair];
     const struct pair_frame *form = &event->pair.frame[camera->number];
-    const int code = replay_camera_lend(camera, form, event->frame_crc[camera->number], frame);
-    if (code != 0) {
-        return code;
-    }
-    const uint64_t begin_us = later(form->begin_us, later(not_before_us, self->now_us));
+    const uint64_t begin_us = begin_of(camera, event, not_before_us);
     const uint64_t end_us = begin_us + (form->end_us - form->begin_us);
-    if (end_us > deadline_us) {
-        replay_camera_take_back(camera, frame);
+    if (end_us > later(deadline_us, self->now_us)) {
         self->now_us = later(self->now_us, deadline_us);
         camera->counts.timeouts++;
         return ERROR_TIMEOUT;
     }
-    frame->begin_us = begin_us;
-    frame->end_us = end_us;
+    const int code = replay_camera_lend(camera, form, event->frame_crc[camera->number], frame);
+    if (code != 0) {
+        return code;
+    }
+    frame->begin_us = camera->begin_us = begin_us;
+    frame->end_us = camera->end_us = end_us;
+    frame->sequence = camera->sequence++;
     self->now_us = later(self->now_us, end_us);
-    camera->next++;
+    camera->of_pair = self->next_pair + 1;
     camera->counts.frames++;
     return 0;
 }
@@ -76,7 +93,8 @@ static int control(void *context, enum hal_camera_control control, int32_t value
                    int32_t *applied) {
     const struct replay_camera *camera = context;
     const struct replay *self = camera->replay;
-    const uint32_t at = camera->next < self->pair_count ? camera->next : self->pair_count - 1;
+    const uint32_t last = self->pair_count - 1;
+    const uint32_t at = self->next_pair < last ? self->next_pair : last;
     const uint32_t exposure_us = self->pairs[at].pair.frame[camera->number].exposure_us;
     *applied = control == HAL_CAMERA_EXPOSURE_US ? (int32_t)exposure_us : value;
     return 0;
@@ -126,6 +144,8 @@ int replay_pairs_open(struct replay *self, struct message *message) {
     if (code != 0) {
         return code;
     }
+    const struct pair_frame *first = self->pairs[0].pair.frame;
+    self->now_us = first[first[RIG_RIGHT].begin_us < first[RIG_LEFT].begin_us].begin_us;
     self->clock = (struct hal_clock){&clock_operations, self};
     self->ports.clock = &self->clock;
     for (int side = 0; side < RIG_SIDES; side++) {

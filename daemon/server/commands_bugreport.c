@@ -44,6 +44,9 @@ static void add_section(const struct command_call *call, const char *line, struc
     inner.message = message;
     inner.message_bytes = sizeof message;
     reply_begin(reply, output, &request, false);
+    if ((command->flags & COMMAND_NO_RIG) == 0) {
+        around->note_command(line);
+    }
     error = command_run(command, &inner);
     reply_end(reply, error, message);
     output_put_text(output, "\n");
@@ -101,7 +104,7 @@ static const struct command commands[] = {
      .summary = "write all that tells of the instrument's state into one file",
      .help = "Version, settings, state, health, registers and the log, to be fetched and sent to "
              "whoever mends the instrument.",
-     .flags = COMMAND_LONG,
+     .flags = COMMAND_LONG | COMMAND_UNRECORDED,
      .run = run_bugreport},
 };
 

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The daemon's own commands, as tables: help, version, config, log, watch, quit; calibration;
-/// files, fetch; bugreport; capture, record.
+/// files, fetch; send; bugreport; reconstruct; capture, record.
 #ifndef VERGENCE_DAEMON_SERVER_COMMANDS_DAEMON_H
 #define VERGENCE_DAEMON_SERVER_COMMANDS_DAEMON_H
+
+#include <stdbool.h>
+#include <stddef.h>
 
 #include "rig/command.h"
 
@@ -14,7 +17,15 @@ const struct command *commands_daemon_table(size_t *count);
 const struct command *commands_calibration_table(size_t *count);
 const struct command *commands_files_table(size_t *count);
 const struct command *commands_bugreport_table(size_t *count);
+const struct command *commands_send_table(size_t *count);
+const struct command *commands_reconstruct_table(size_t *count);
 const struct command *commands_session_table(size_t *count);
+
+/// The session that a pair went into last. False: there was none yet. Any thread.
+bool commands_session_last(char *name, size_t bytes);
+
+/// Puts a command that is carried out on the rig into the recording that is under way, if one is.
+void commands_session_note(const char *line);
 /// Ends a recording that is under way, in good order, when nobody has the rig any more.
 struct record;
 void commands_session_end(struct record *record);

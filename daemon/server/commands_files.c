@@ -14,6 +14,7 @@
 #include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/base64.h"
 #include "daemon/server/commands_daemon.h"
 #include "daemon/server/files.h"
 #include "daemon/server/item.h"
@@ -95,7 +96,7 @@ static int describe(const struct command_call *call, int fd) {
 
 static int send_block(const struct command_call *call, int fd) {
     static _Thread_local char data[FILES_BLOCK_MOST];
-    static _Thread_local char text[FILES_BLOCK_MOST / 3 * 4 + 1];
+    static _Thread_local char text[BASE64_TEXT_BYTES(FILES_BLOCK_MOST)];
     const int64_t offset = call->values[1].integer;
     const size_t most = call->values[2].given ? (size_t)call->values[2].integer : FILES_BLOCK_USUAL;
     INVARIANT(most <= sizeof data);
@@ -106,7 +107,7 @@ static int send_block(const struct command_call *call, int fd) {
     item_number(call, "offset", (double)offset, 0, "bytes");
     item_number(call, "bytes", (double)bytes, 0, NULL);
     put_crc(call, crc_update(0, data, (size_t)bytes));
-    files_base64(data, (size_t)bytes, text);
+    base64_encode(data, (size_t)bytes, text);
     item_text(call, "data", text);
     return 0;
 }

@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pairs taken and sessions recorded, into the instrument's files. All of it is for the thread that
 // has the rig.
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+#include <unistd.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/capture.h"
 #include "daemon/record.h"
 #include "daemon/server/commands_daemon.h"
+#include "daemon/server/config.h"
 #include "daemon/server/files.h"
 #include "daemon/server/item.h"
 #include "daemon/server/surroundings.h"
@@ -18,14 +22,40 @@
 #include "rig/pair.h"
 #include "rig/rig.h"
 
-enum { START, STOP, COMMAND_TEXT_BYTES = 128 };
+enum { START, STOP, COMMAND_TEXT_BYTES = 128, NAMES_A_SECOND = 1000 };
 
 /// The session that is being written: a recording, or one pair.
 static struct {
     struct session_writer writer;
     bool recording;
+    int noted;           ///< 0, or why a command could not be put into the recording
+    struct message why;  ///< and in words
     char name[FILES_NAME_MAX + 1];
 } session = {.writer = {.directory = -1, .index = -1}};
+
+/// Where the last pair went, for other threads.
+static struct {
+    pthread_mutex_t lock;
+    char name[FILES_NAME_MAX + 1];
+} last = {.lock = PTHREAD_MUTEX_INITIALIZER};
+
+static void remember_session(void) {
+    pthread_mutex_lock(&last.lock);
+    strcpy(last.name, session.name);
+    pthread_mutex_unlock(&last.lock);
+}
+
+bool commands_session_last(char *name, size_t bytes) {
+    pthread_mutex_lock(&last.lock);
+    snprintf(name, bytes, "%s", last.name);
+    pthread_mutex_unlock(&last.lock);
+    return name[0] != '\0';
+}
+
+/// "-" stands for a name that is not given, so that what follows it can be.
+static bool is_name(const struct command_value *value) {
+    return value->given && strcmp(value->text, "-") != 0;
+}
 
 /// A name that tells the time, unless there is one.
 static int choose_name(const struct command_call *call, const struct command_value *value,
@@ -33,18 +63,21 @@ static int choose_name(const struct command_call *call, const struct command_val
     const time_t now = time(NULL);
     struct tm parts;
     char when[32];
-    if (value->given) {
-        if (strchr(value->text, '/') != NULL || value->text[0] == '.') {
-            return surroundings_refuse(call, ERROR_ARGUMENT,
-                                       "NAME must be a plain name, without / and not beginning "
-                                       "with a dot");
+    if (is_name(value)) {
+        const int error = files_check_plain(call, value->text);
+        if (error == 0) {
+            snprintf(session.name, sizeof session.name, "%s", value->text);
         }
-        snprintf(session.name, sizeof session.name, "%s", value->text);
-        return 0;
+        return error;
     }
     gmtime_r(&now, &parts);
     strftime(when, sizeof when, "%Y%m%d-%H%M%S", &parts);
     snprintf(session.name, sizeof session.name, "%s-%s", kind, when);
+    // Several in one second.
+    const int files_fd = surroundings_of(call)->files_fd;
+    for (int i = 2; i < NAMES_A_SECOND && faccessat(files_fd, session.name, F_OK, 0) == 0; i++) {
+        snprintf(session.name, sizeof session.name, "%s-%s-%d", kind, when, i);
+    }
     return 0;
 }
 
@@ -53,9 +86,16 @@ static int write_calibration(const struct command_call *call, struct message *me
     const struct hal_store *store = surroundings_of(call)->store;
     char text[SURROUNDINGS_CALIBRATION_BYTES];
     size_t length = 0;
-    if (store == NULL || store->operations->load(store->self, SURROUNDINGS_CALIBRATION, text,
-                                                 sizeof text, &length) != 0) {
+    if (store == NULL) {
         return 0;
+    }
+    const int error =
+        store->operations->load(store->self, SURROUNDINGS_CALIBRATION, text, sizeof text, &length);
+    if (error != 0) {
+        return error == ERROR_MISSING
+                   ? 0
+                   : message_set(message, error, "the kept calibration cannot be read: %s",
+                                 error_text(error));
     }
     INVARIANT(length <= sizeof text);
     return session_writer_calibration(&session.writer, text, length, message);
@@ -92,7 +132,8 @@ static int begin_session(const struct command_call *call, const struct command_v
 
 static void put_pair(const struct command_call *call, const struct pair *pair) {
     item_text(call, "session", session.name);
-    item_number(call, "pair", pair->number, 0, NULL);
+    // Its place in the session, as "reconstruct" counts; the rig's own count goes on.
+    item_number(call, "pair", session.writer.pairs, 0, NULL);
     item_number(call, "skew", (double)pair->skew_us, 0, "us");
     if (pair->checked) {
         item_number(call, "change", pair->change_permille / 10.0, 1, "%");
@@ -103,8 +144,13 @@ static void put_pair(const struct command_call *call, const struct pair *pair) {
         item_number(call, "width", frame->width_px, 0, "px");
         item_number(call, "height", frame->height_px, 0, "px");
         item_number(call, "sequence", frame->sequence, 0, NULL);
-        item_number(call, "exposure", frame->exposure_us, 0, "us");
-        item_number(call, "gain", frame->gain_q3 / 8.0, 3, NULL);
+        // 0: nobody has set it here, and the camera does as it likes.
+        if (frame->exposure_us != 0) {
+            item_number(call, "exposure", frame->exposure_us, 0, "us");
+        }
+        if (frame->gain_q3 != 0) {
+            item_number(call, "gain", frame->gain_q3 / 8.0, 3, NULL);
+        }
         item_end(call);
     }
 }
@@ -116,7 +162,7 @@ static int write_pair(const struct command_call *call, const struct pair *pair) 
     if (session.recording) {
         error = record_flush(surroundings_of(call)->record, &message);
     }
-    if (error == 0) {
+    if (error == 0 && !session.recording) {
         error = session_writer_command(&session.writer, "capture", &message);
     }
     if (error == 0) {
@@ -132,9 +178,13 @@ static int take_pair(const struct command_call *call, uint16_t *memory, size_t v
     if (error != 0) {
         return error;
     }
+    const struct surroundings *around = surroundings_of(call);
+    if (around->pair_was_taken != NULL) {
+        around->pair_was_taken(around->replay);
+    }
     const bool own = !session.recording;
     if (own) {
-        error = begin_session(call, &call->values[0], "capture");
+        error = begin_session(call, &call->values[CAPTURE_NAME], "capture");
     }
     if (error != 0) {
         return error;
@@ -148,14 +198,15 @@ static int take_pair(const struct command_call *call, uint16_t *memory, size_t v
         }
     }
     if (error == 0) {
+        remember_session();
         put_pair(call, &pair);
     }
     return error;
 }
 
 static int run_capture(const struct command_call *call) {
-    const struct pair_options options = {.check_static = call->values[1].given};
-    if (session.recording && call->values[0].given && call->values[0].text[0] != '-') {
+    const struct pair_options options = capture_options(call->values);
+    if (session.recording && is_name(&call->values[CAPTURE_NAME])) {
         return surroundings_refuse(call, ERROR_ARGUMENT,
                                    "capture: pairs go into the recording %s: give no name (or -)",
                                    session.name);
@@ -182,6 +233,30 @@ static void begin_afresh(struct rig *rig) {
     rig_init(rig, &profile, &ports, &observer);
 }
 
+/// In what the instrument differs from its profile: whoever plays this has no file of settings.
+static int write_settings(const struct command_call *call, struct message *message) {
+    const struct config *config = surroundings_of(call)->config;
+    struct config usual;
+    int error = 0;
+    config_defaults(&usual);
+    usual.profile = config->profile;
+    if (rig_profile_named(config->profile.name, &usual.profile) != 0) {
+        return message_set(message, ERROR_MISSING, "there is no profile %s", config->profile.name);
+    }
+    for (size_t i = 0; error == 0 && i < config_key_count(); i++) {
+        char value[CONFIG_TEXT_BYTES + 16];
+        char before[CONFIG_TEXT_BYTES + 16];
+        config_key_print(config, i, value, sizeof value);
+        config_key_print(&usual, i, before, sizeof before);
+        if (strncmp(config_key_name(i), "rig.", 4) == 0 && strcmp(value, before) != 0) {
+            error = session_writer_setting(&session.writer, config_key_name(i), value, message);
+            // Some set others, too: what remains to be said shows once they are set.
+            error = error != 0 ? error : config_set(&usual, config_key_name(i), value, message);
+        }
+    }
+    return error;
+}
+
 static int start_recording(const struct command_call *call) {
     struct message message;
     if (session.recording) {
@@ -193,13 +268,16 @@ static int start_recording(const struct command_call *call) {
         return error;
     }
     begin_afresh(call->rig);
-    error = record_start(surroundings_of(call)->record, &session.writer, &message);
+    error = write_settings(call, &message);
+    error =
+        error != 0 ? error : record_start(surroundings_of(call)->record, &session.writer, &message);
     if (error != 0) {
         struct message second;
         session_writer_end(&session.writer, &second);
         return surroundings_refuse(call, error, "%s", message.text);
     }
     session.recording = true;
+    session.noted = 0;
     item_text(call, "session", session.name);
     return 0;
 }
@@ -209,7 +287,10 @@ static int stop_recording(struct record *record, struct message *message) {
     const int stopped = record_stop(record, message);
     const int ended = session_writer_end(&session.writer, stopped == 0 ? message : &second);
     session.recording = false;
-    return stopped != 0 ? stopped : ended;
+    if (stopped == 0 && ended == 0 && session.noted != 0) {
+        *message = session.why;
+    }
+    return stopped != 0 ? stopped : ended != 0 ? ended : session.noted;
 }
 
 static int run_record(const struct command_call *call) {
@@ -230,26 +311,18 @@ static int run_record(const struct command_call *call) {
     return error == 0 ? 0 : surroundings_refuse(call, error, "%s", message.text);
 }
 
+void commands_session_note(const char *line) {
+    if (session.recording && session.noted == 0) {
+        session.noted = session_writer_command(&session.writer, line, &session.why);
+    }
+}
+
 void commands_session_end(struct record *record) {
     struct message message;
     if (session.recording) {
         stop_recording(record, &message);
     }
 }
-
-static const struct command_argument capture_arguments[] = {
-    {.name = "NAME",
-     .kind = COMMAND_TEXT,
-     .least = 1,
-     .most = 60,
-     .optional = true,
-     .help = "of the new session; one that tells the time when left out"},
-    {.name = "CHECK",
-     .kind = COMMAND_CHOICE,
-     .choices = "static",
-     .optional = true,
-     .help = "static: the left camera once more, and the scene must not have moved"},
-};
 
 static const struct command_argument record_arguments[] = {
     {.name = "WHAT",
@@ -272,7 +345,7 @@ static const struct command commands[] = {
          "Into the recording that is under way, else into a session of its own, below \"files\". "
          "Refused when something moved between the two frames.",
      .arguments = capture_arguments,
-     .argument_count = 2,
+     .argument_count = CAPTURE_ARGUMENTS,
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,
      .run = run_capture},
     {.name = "record",
@@ -280,10 +353,10 @@ static const struct command commands[] = {
      .help =
          "Every call of a bus, a line, a camera and the clock, and the pairs that are captured "
          "meanwhile. The instrument is put down first: its bring-up is the beginning of what is "
-         "recorded. To play it: vergenced \"backend=replay SESSION\", and the same commands.",
+         "recorded, with every command. \"replay SESSION\" plays it.",
      .arguments = record_arguments,
      .argument_count = 2,
-     .flags = COMMAND_MOVES,
+     .flags = COMMAND_MOVES | COMMAND_UNRECORDED,
      .run = run_record},
 };
 

@@ -28,6 +28,8 @@ void config_defaults(struct config *config) {
         .clients = 8,
         .queue = 8,
         .reader_timeout_s = 30,
+        .watchdog_s = 60,
+        .stuck_s = 20,
         .files = "/var/lib/vergence/files",
         .store = "/var/lib/vergence/store",
         .log_level = HAL_LOG_INFO,
@@ -159,6 +161,7 @@ static const struct config_key *find_key(const char *name, const char **nearest)
 int config_set(struct config *config, const char *name, const char *value,
                struct message *message) {
     const char *nearest = NULL;
+    int error = 0;
     const struct config_key *key = find_key(name, &nearest);
     if (key == NULL) {
         return message_set(message, ERROR_ARGUMENT, "there is no key \"%s\"%s%s%s", name,
@@ -179,8 +182,13 @@ int config_set(struct config *config, const char *name, const char *value,
             return set_backend(config, value, message);
         case CONFIG_TEXT:
             return set_text(config, key, value, message);
+        case CONFIG_LENSES:
         case CONFIG_CHOICE:
-            return set_choice(config, key, value, message);
+            error = set_choice(config, key, value, message);
+            if (error == 0 && key->kind == CONFIG_LENSES) {
+                rig_profile_set_lenses(&config->profile, config->profile.lenses);
+            }
+            return error;
         case CONFIG_NUMBER:
             break;
     }
@@ -227,10 +235,11 @@ static int parse_line(struct config *config, char *line, int number, int *lines,
             return message_set(message, ERROR_DUPLICATE, "%s was set in line %d already", name,
                                lines[i]);
         }
-        for (size_t k = 0; keys[i].kind == CONFIG_PROFILE && k < count; k++) {
-            if (lines[k] != 0 && strncmp(keys[k].name, "rig.", 4) == 0) {
+        const char *sets = keys[i].sets;
+        for (size_t k = 0; sets != NULL && k < count; k++) {
+            if (lines[k] != 0 && strncmp(keys[k].name, sets, strlen(sets)) == 0) {
                 return message_set(message, ERROR_ARGUMENT,
-                                   "profile must stand above %s (line %d), which it would undo",
+                                   "%s must stand above %s (line %d), which it would undo", name,
                                    keys[k].name, lines[k]);
             }
         }
@@ -386,6 +395,7 @@ void config_key_print(const struct config *config, size_t index, char *text, siz
         case CONFIG_TEXT:
             snprintf(text, bytes, "%s", place[0] != '\0' ? place : key->none);
             break;
+        case CONFIG_LENSES:
         case CONFIG_CHOICE:
             command_words_choice_at(key->choices, (int)(load(config, key) - (int64_t)key->least),
                                     word);
@@ -436,7 +446,7 @@ void config_help_print(FILE *file) {
                 help + length, sizeof help - length, " (%s%s%.0f to %.0f%s%s)",
                 off ? key->none : "", off ? ", " : "", off ? key->least + 1 : key->least, key->most,
                 key->unit != NULL ? " " : "", key->unit != NULL ? key->unit : "");
-        } else if (key->kind == CONFIG_CHOICE) {
+        } else if (key->kind == CONFIG_CHOICE || key->kind == CONFIG_LENSES) {
             length += (size_t)snprintf(help + length, sizeof help - length, " (%s)", key->choices);
         }
         INVARIANT(length < sizeof help);

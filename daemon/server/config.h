@@ -43,7 +43,9 @@ struct config {
 
     char files[CONFIG_TEXT_BYTES], store[CONFIG_TEXT_BYTES];
     char log_file[CONFIG_TEXT_BYTES];
-    int log_level;  ///< enum hal_log_level
+    int log_level;                     ///< enum hal_log_level
+    char watchdog[CONFIG_TEXT_BYTES];  ///< device
+    uint32_t watchdog_s, stuck_s;
     bool confine;
     char faults[CONFIG_TEXT_BYTES];  ///< script of fault_plan.h
 };

@@ -34,6 +34,7 @@
 static const struct config_key keys[] = {
     {.name = "profile",
      .kind = CONFIG_PROFILE,
+     .sets = "rig.",
      .help = "which instrument this is: rig (FPGA, two sensors, servos, lenses), two-cameras, "
              "two-cameras-lens. Sets every rig. key, which may be changed in lines below it"},
     {.name = "backend",
@@ -70,6 +71,16 @@ static const struct config_key keys[] = {
     NUMBER("reader_timeout", reader_timeout_s, 1, 3600, "s",
            "a client that has not read for so long is dropped"),
 
+    TEXT("watchdog", watchdog,
+         "watchdog device, such as /dev/watchdog: the system restarts when the daemon has ended "
+         "out of order, or the instrument's thread is stuck"),
+    NUMBER("watchdog_period", watchdog_s, 4, 3600, "s",
+           "of that device, or what it can do next to it; more than ending takes"),
+    NUMBER("stuck_after", stuck_s, 1, 3600, "s",
+           "the instrument's thread is taken for stuck when it has not gone on for so long: "
+           "watchdogs are not fed any more. A simulated rig, which renders its frames meanwhile, "
+           "has at least 150"),
+
     TEXT("files", files, "directory of sessions and results, which clients can fetch"),
     TEXT("store", store, "directory of what outlives a restart: settings, the calibration"),
     TEXT("log", log_file, "file of the log; none: standard error"),
@@ -99,10 +110,12 @@ static const struct config_key keys[] = {
     RIG(pan_least_urad, -1570796, 1570796, "urad", "farthest turn to the left"),
     RIG(pan_most_urad, -1570796, 1570796, "urad", "farthest turn to the right"),
     {.name = "rig.lenses",
-     .kind = CONFIG_CHOICE,
+     .kind = CONFIG_LENSES,
      AT(profile.lenses),
+     .sets = "rig.lens_",
      .choices = "fixed v3lc v1lc",
-     .help = "fixed; two motorized ones on a V3LC; the left one on a V1LC"},
+     .help = "fixed; two motorized ones on a V3LC; the left one on a V1LC. Sets every rig.lens_ "
+             "key, which may be changed in lines below it"},
     NUMBER("rig.lens_counts_per_s_zoom", profile.lens_counts_per_s[0], 0, 100000, "counts/s",
            "a slower zoom motor is taken for jammed"),
     NUMBER("rig.lens_counts_per_s_focus", profile.lens_counts_per_s[1], 0, 100000, "counts/s",

@@ -8,21 +8,32 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/progress.h"
+#include "daemon/monotonic.h"
 #include "daemon/record.h"
 
-enum { IDLE_NS = 50 * 1000 * 1000, PROGRESS_US = 100000 };
+enum { IDLE_US = 50000, PROGRESS_US = 100000 };
 
 static bool go_on(void *cookie) {
     struct crew *self = cookie;
-    atomic_store(&self->alive_us, progress_now_us());
-    const struct job *job = self->running;
-    return !atomic_load(&self->stopping) && (job == NULL || !atomic_load(&job->cancelled));
+    atomic_store(&self->alive_us, monotonic_now_us());
+    const struct surroundings *around = &self->surroundings;
+    struct job *job = self->running;
+    if (self->has_rig && job != NULL && around->cancel_is_next != NULL &&
+        around->cancel_is_next(around->replay)) {
+        atomic_store(&job->cancelled, true);
+    }
+    const bool goes_on =
+        !atomic_load(&self->stopping) && (job == NULL || !atomic_load(&job->cancelled));
+    if (!goes_on && self->has_rig && job != NULL && !self->cancel_recorded) {
+        self->cancel_recorded = true;
+        record_cancel(self->surroundings.record);
+    }
+    return goes_on;
 }
 
 static void show_progress(void *cookie, const char *what, uint32_t done, uint32_t total) {
     struct crew *self = cookie;
-    const uint64_t now_us = progress_now_us();
+    const uint64_t now_us = monotonic_now_us();
     atomic_store(&self->alive_us, now_us);
     if (self->running == NULL ||
         (what == self->progress_what && now_us - self->progress_us < PROGRESS_US)) {
@@ -45,6 +56,14 @@ static void finish(struct crew *self, struct job *job) {
     (void)told;  // it cannot fail but for being told often enough already
 }
 
+/// What a recording has to know of.
+static void note(struct crew *self, const struct command *command, const char *line) {
+    self->cancel_recorded = false;
+    if (self->has_rig && (command->flags & COMMAND_UNRECORDED) == 0) {
+        self->surroundings.note_command(line);
+    }
+}
+
 static void run(struct crew *self, struct job *job) {
     char message[JOB_MESSAGE_BYTES] = "";
     const struct command_call call = {
@@ -60,6 +79,7 @@ static void run(struct crew *self, struct job *job) {
     self->progress_what = NULL;
     int error = ERROR_CANCELLED;
     if (!atomic_load(&self->stopping) && !atomic_load(&job->cancelled)) {
+        note(self, job->command, job->line);
         error = command_run(job->command, &call);
     }
     if (error == ERROR_CANCELLED && message[0] == '\0') {
@@ -79,7 +99,7 @@ static void run(struct crew *self, struct job *job) {
 
 /// Between two jobs: the rig wants to be looked after.
 static void idle(struct crew *self) {
-    atomic_store(&self->alive_us, progress_now_us());
+    atomic_store(&self->alive_us, monotonic_now_us());
     if (!self->has_rig || !self->time_passes || self->rig->state != RIG_READY) {
         return;
     }
@@ -100,11 +120,7 @@ static void catch_up(const struct crew *self) {
 
 /// The next job; NULL after a while without one.
 static struct job *next_job(struct crew *self) {
-    struct timespec until;
-    clock_gettime(CLOCK_MONOTONIC, &until);
-    until.tv_nsec += IDLE_NS;
-    until.tv_sec += until.tv_nsec / 1000000000;
-    until.tv_nsec %= 1000000000;
+    const struct timespec until = monotonic_timespec(monotonic_now_us() + IDLE_US);
     struct job *job = NULL;
     pthread_mutex_lock(&self->lock);
     int waited = 0;
@@ -136,13 +152,14 @@ static void *work(void *cookie) {
             finish(self, job);
         }
         // Also when one job follows another at once.
-        const uint64_t now_us = progress_now_us();
-        if (now_us - idle_us >= IDLE_NS / 1000) {
+        const uint64_t now_us = monotonic_now_us();
+        if (now_us - idle_us >= IDLE_US) {
             idle_us = now_us;
             idle(self);
         }
     }
     if (self->has_rig && self->rig->state != RIG_DOWN) {
+        self->surroundings.note_command("safe");
         rig_safe(self->rig);
     }
     return NULL;
@@ -155,7 +172,7 @@ bool crew_start(struct crew *self, size_t capacity) {
     self->surroundings.go_on = go_on;
     self->surroundings.progress = show_progress;
     self->surroundings.self = self;
-    atomic_store(&self->alive_us, progress_now_us());
+    atomic_store(&self->alive_us, monotonic_now_us());
     if (!reply_open(&self->reply) || pthread_mutex_init(&self->lock, NULL) != 0 ||
         pthread_condattr_init(&attributes) != 0) {
         return false;
@@ -197,7 +214,7 @@ bool crew_submit(struct crew *self, struct job *job) {
 }
 
 uint64_t crew_silence_us(const struct crew *self) {
-    const uint64_t now_us = progress_now_us();
+    const uint64_t now_us = monotonic_now_us();
     const uint64_t alive_us = atomic_load(&self->alive_us);
     return now_us > alive_us ? now_us - alive_us : 0;
 }

@@ -28,6 +28,7 @@ struct crew {
     struct job *waiting[CREW_QUEUE_MAX];
     size_t first, count, capacity;
     struct job *running;
+    bool cancel_recorded;  ///< that `running` is to end
     atomic_bool stopping;
     _Atomic uint64_t alive_us;  ///< monotonic; the thread was seen going on
 

@@ -3,7 +3,6 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -21,6 +20,7 @@ static int error_of(int number) {
             return ERROR_MISSING;
         case ENOSPC:
         case EDQUOT:
+        case EFBIG:
             return ERROR_FULL;
         case EACCES:
         case EPERM:
@@ -32,7 +32,7 @@ static int error_of(int number) {
     }
 }
 
-static int refuse_system(const struct command_call *call, const char *name, int number) {
+int files_refuse(const struct command_call *call, const char *name, int number) {
     return surroundings_refuse(call, error_of(number), "%s: %s", name, strerror(number));
 }
 
@@ -64,7 +64,7 @@ static int open_below(int root, const char *name, int flags) {
     return -1;
 }
 
-static int need_directory(const struct command_call *call) {
+int files_need_directory(const struct command_call *call) {
     if (surroundings_of(call)->files_fd >= 0) {
         return 0;
     }
@@ -72,8 +72,17 @@ static int need_directory(const struct command_call *call) {
                                "there are no files: the setting \"files\" is none");
 }
 
+int files_check_plain(const struct command_call *call, const char *name) {
+    if (name[0] == '\0' || name[0] == '.' || strchr(name, '/') != NULL) {
+        return surroundings_refuse(call, ERROR_ARGUMENT,
+                                   "NAME must be a plain name, without / and not beginning with a "
+                                   "dot");
+    }
+    return 0;
+}
+
 int files_open(const struct command_call *call, const char *name) {
-    const int error = need_directory(call);
+    const int error = files_need_directory(call);
     if (error != 0) {
         return error;
     }
@@ -81,7 +90,7 @@ int files_open(const struct command_call *call, const char *name) {
     const int fd = open_below(surroundings_of(call)->files_fd, name, O_RDONLY | O_NONBLOCK);
     struct stat about;
     if (fd < 0) {
-        return refuse_system(call, name, errno);
+        return files_refuse(call, name, errno);
     }
     if (fstat(fd, &about) != 0 || !S_ISREG(about.st_mode)) {
         close(fd);
@@ -91,18 +100,18 @@ int files_open(const struct command_call *call, const char *name) {
 }
 
 int files_open_directory(const struct command_call *call, const char *name) {
-    const int error = need_directory(call);
+    const int error = files_need_directory(call);
     if (error != 0) {
         return error;
     }
     const int root = surroundings_of(call)->files_fd;
     const int fd = name[0] == '\0' ? openat(root, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC)
                                    : open_below(root, name, O_RDONLY | O_DIRECTORY);
-    return fd >= 0 ? fd : refuse_system(call, name[0] == '\0' ? "files" : name, errno);
+    return fd >= 0 ? fd : files_refuse(call, name[0] == '\0' ? "files" : name, errno);
 }
 
 int files_write(const struct command_call *call, const char *name, const void *data, size_t bytes) {
-    const int error = need_directory(call);
+    const int error = files_need_directory(call);
     INVARIANT(strchr(name, '/') == NULL && strlen(name) <= FILES_NAME_MAX);
     if (error != 0) {
         return error;
@@ -112,7 +121,7 @@ int files_write(const struct command_call *call, const char *name, const void *d
     snprintf(part, sizeof part, ".%s.part", name);
     const int fd = openat(root, part, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0640);
     if (fd < 0) {
-        return refuse_system(call, name, errno);
+        return files_refuse(call, name, errno);
     }
     const bool written = write_all(fd, data, bytes) && fsync(fd) == 0;
     int number = errno;
@@ -122,21 +131,5 @@ int files_write(const struct command_call *call, const char *name, const void *d
     }
     number = written ? errno : number;
     unlinkat(root, part, 0);
-    return refuse_system(call, name, number);
-}
-
-void files_base64(const void *data, size_t bytes, char *text) {
-    static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    const uint8_t *from = data;
-    for (size_t i = 0; i < bytes; i += 3) {
-        const size_t left = bytes - i;
-        const uint32_t three = (uint32_t)from[i] << 16 |
-                               (left > 1 ? (uint32_t)from[i + 1] << 8 : 0) |
-                               (left > 2 ? (uint32_t)from[i + 2] : 0);
-        *text++ = digits[three >> 18];
-        *text++ = digits[three >> 12 & 63];
-        *text++ = left > 1 ? digits[three >> 6 & 63] : '=';
-        *text++ = left > 2 ? digits[three & 63] : '=';
-    }
-    *text = '\0';
+    return files_refuse(call, name, number);
 }

@@ -24,9 +24,15 @@ int files_open_directory(const struct command_call *call, const char *name);
 /// message; then there is none.
 int files_write(const struct command_call *call, const char *name, const void *data, size_t bytes);
 
-/// Base64 (RFC 4648) of `bytes` bytes, terminated, in `text` (4 characters for each 3 bytes begun,
-/// and one).
-void files_base64(const void *data, size_t bytes, char *text);
+/// ERROR_UNSUPPORTED when there is no place for files. Else 0, and `files_fd` of the call's
+/// surroundings is one.
+int files_need_directory(const struct command_call *call);
+
+/// Refuses what is no plain name of a file or a session: one with / or that begins with a dot.
+int files_check_plain(const struct command_call *call, const char *name);
+
+/// The error of a system call that failed for a file, by its errno, with the call's message.
+int files_refuse(const struct command_call *call, const char *name, int number);
 
 #ifdef __cplusplus
 }

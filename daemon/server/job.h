@@ -35,6 +35,7 @@ struct job {
     bool terminal;
     struct request request;
     const struct command *command;
+    char line[COMMAND_LINE_MAX + 1];  ///< as it was given
     char storage[COMMAND_LINE_MAX + 1];
     struct command_value values[COMMAND_ARGUMENTS_MAX];
     struct job_watch watch;

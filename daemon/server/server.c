@@ -13,7 +13,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/progress.h"
+#include "daemon/monotonic.h"
 #include "daemon/serial_device.h"
 #include "daemon/server/completion.h"
 #include "daemon/server/listener.h"
@@ -24,10 +24,7 @@ enum {
     TICK_MS = 250,  ///< the loop looks at all once in this time, come what may
     FDS_MAX = 2 + SERVER_LISTENERS + 2 * (SERVER_CLIENTS_MAX + 1),
     CONSOLE_RETRY_US = 1000000,
-    /// A crew that has not gone on for so long is stuck. A simulated rig renders its frames
-    /// meanwhile, which takes what it takes.
-    RIG_SILENCE_S = 20,
-    RIG_SILENCE_SIMULATED_S = 150,
+    STUCK_SIMULATED_S = 150,  ///< a simulated rig renders its frames, which takes what it takes
     NOTIFY_US = 1000000,
 };
 
@@ -42,6 +39,7 @@ static void answer(void *cookie, struct job *job, int error, const char *message
 static int parse(void *cookie, const char *line, struct job *job, char *message,
                  size_t message_bytes) {
     struct server *self = cookie;
+    snprintf(job->line, sizeof job->line, "%s", line);
     return command_parse(line, self->table, self->table_count, job->storage, job->values,
                          &job->command, message, message_bytes);
 }
@@ -68,12 +66,14 @@ static bool open_signals(struct server *self) {
     sigaddset(&taken, SIGTERM);
     sigaddset(&taken, SIGHUP);
     signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN);  // a limit of size is a full disk, and no reason to end
     if (pthread_sigmask(SIG_BLOCK, &taken, NULL) != 0) {
         return false;
     }
     self->signal_fd = signalfd(-1, &taken, SFD_CLOEXEC | SFD_NONBLOCK);
     self->wake_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-    return self->signal_fd >= 0 && self->wake_fd >= 0;
+    self->spare_fd = self->wake_fd >= 0 ? fcntl(self->wake_fd, F_DUPFD_CLOEXEC, 0) : -1;
+    return self->signal_fd >= 0 && self->spare_fd >= 0;
 }
 
 static bool open_clients(struct server *self) {
@@ -99,7 +99,10 @@ static void open_crew(struct server *self, struct crew *crew, const struct serve
         .logbook = parts->logbook,
         .store = parts->store,
         .record = parts->record,
+        .note_command = parts->note_command,
         .idle_is_next = parts->idle_is_next,
+        .cancel_is_next = parts->cancel_is_next,
+        .pair_was_taken = parts->pair_was_taken,
         .replay = parts->replay,
         .files_fd = parts->files_fd,
     };
@@ -161,9 +164,11 @@ int server_open(struct server *self, const struct server_parts *parts, struct me
                             .logbook = parts->logbook,
                             .table = parts->table,
                             .table_count = parts->table_count,
+                            .watchdog = parts->watchdog,
                             .listeners = {-1, -1},
                             .signal_fd = -1,
-                            .wake_fd = -1};
+                            .wake_fd = -1,
+                            .spare_fd = -1};
     if (!open_signals(self) || !open_clients(self)) {
         return message_set(message, ERROR_MEMORY, "no memory for %u clients",
                            (unsigned)parts->config->clients);
@@ -206,9 +211,35 @@ static struct connection *free_seat(struct server *self) {
     return NULL;
 }
 
+static void turn_away(int fd) {
+    static const char text[] = "ERR BUSY too many clients: try again later\n";
+    const ssize_t told = write(fd, text, sizeof text - 1);
+    (void)told;  // whoever is not told sees the end all the same
+    close(fd);
+}
+
+/// Without a descriptor for it a client cannot even be turned away, and would be there again at
+/// once, for ever: so one is kept for that.
+static bool turn_away_without_descriptor(struct server *self, int listener) {
+    if (errno != EMFILE && errno != ENFILE) {
+        return false;
+    }
+    // It is -1 when another thread took the number that was free for a moment.
+    const int fd =
+        self->spare_fd >= 0 && close(self->spare_fd) == 0 ? listener_accept(listener) : -1;
+    if (fd >= 0) {
+        turn_away(fd);
+    }
+    self->spare_fd = fcntl(self->wake_fd, F_DUPFD_CLOEXEC, 0);
+    return fd >= 0;
+}
+
 static void accept_clients(struct server *self, int listener) {
     for (;;) {
         const int fd = listener_accept(listener);
+        if (fd < 0 && turn_away_without_descriptor(self, listener)) {
+            continue;
+        }
         if (fd < 0) {
             return;
         }
@@ -216,10 +247,7 @@ static void accept_clients(struct server *self, int listener) {
         if (seat != NULL) {
             connection_begin(seat, CONNECTION_LINES, fd, fd, "client");
         } else {
-            static const char text[] = "ERR BUSY too many clients: try again later\n";
-            const ssize_t told = write(fd, text, sizeof text - 1);
-            (void)told;  // whoever is not told sees the end all the same
-            close(fd);
+            turn_away(fd);
         }
     }
 }
@@ -236,7 +264,7 @@ static void close_client(struct server *self, struct connection *client) {
         // The line is still there: the next one who types gets a prompt.
         self->console_retry_us = 0;
     } else if (client->lasting) {
-        self->console_retry_us = progress_now_us() + CONSOLE_RETRY_US;
+        self->console_retry_us = monotonic_now_us() + CONSOLE_RETRY_US;
     }
 }
 
@@ -349,10 +377,24 @@ static int patience_ms(const struct server *self, uint64_t now_us) {
     return due_us <= now_us ? 0 : (int)((due_us - now_us + 999) / 1000);
 }
 
-/// The system's watchdog is fed as long as both crews go on.
+static void feed(struct server *self) {
+    if (self->watchdog == NULL) {
+        return;
+    }
+    const int error = self->watchdog->operations->feed(self->watchdog->self);
+    if (error != 0 && !self->watchdog_told) {
+        logbook_print(self->logbook, HAL_LOG_ERROR, "the watchdog cannot be fed: %s",
+                      error_text(error));
+    }
+    self->watchdog_told = error != 0;
+}
+
+/// Watchdogs are fed as long as the thread that has the instrument goes on: the service manager's,
+/// which starts the daemon anew, and the system's, which bites when that does not help.
 static void notify(struct server *self, uint64_t now_us) {
     const bool simulated = self->config->backend == CONFIG_BACKEND_SIM;
-    const unsigned limit_s = simulated ? RIG_SILENCE_SIMULATED_S : RIG_SILENCE_S;
+    const unsigned stuck_s = self->config->stuck_s;
+    const unsigned limit_s = simulated && stuck_s < STUCK_SIMULATED_S ? STUCK_SIMULATED_S : stuck_s;
     const bool alive = crew_silence_us(&self->rig_crew) < (uint64_t)limit_s * 1000000;
     if (!alive && !self->stuck_told) {
         logbook_print(self->logbook, HAL_LOG_ERROR,
@@ -362,6 +404,7 @@ static void notify(struct server *self, uint64_t now_us) {
     if (alive && now_us - self->notified_us >= NOTIFY_US) {
         self->notified_us = now_us;
         notify_send("WATCHDOG=1");
+        feed(self);
     }
 }
 
@@ -369,8 +412,8 @@ static void turn(struct server *self) {
     struct pollfd fds[FDS_MAX];
     int at[SERVER_CLIENTS_MAX + 1][2];
     const nfds_t count = gather(self, fds, at);
-    const int ready = poll(fds, count, patience_ms(self, progress_now_us()));
-    const uint64_t now_us = progress_now_us();
+    const int ready = poll(fds, count, patience_ms(self, monotonic_now_us()));
+    const uint64_t now_us = monotonic_now_us();
     if (ready < 0) {
         INVARIANT(errno == EINTR || errno == ENOMEM);
         return;
@@ -403,6 +446,7 @@ int server_run(struct server *self) {
         turn(self);
     }
     notify_send("STOPPING=1");
+    feed(self);  // from here on nobody does: the instrument is made safe now
     return 0;
 }
 
@@ -411,7 +455,7 @@ static void close_clients(struct server *self) {
     for (size_t i = 0; i < self->client_count; i++) {
         struct connection *client = &self->clients[i];
         if (client->used) {
-            connection_send(client, progress_now_us());
+            connection_send(client, monotonic_now_us());
             if (i != CONSOLE || !self->stdio) {
                 close(client->in_fd);
             }
@@ -446,6 +490,9 @@ void server_close(struct server *self) {
     }
     if (self->signal_fd >= 0) {
         close(self->signal_fd);
+    }
+    if (self->spare_fd >= 0) {
+        close(self->spare_fd);
     }
     if (self->wake_fd >= 0) {
         close(self->wake_fd);

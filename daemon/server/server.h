@@ -13,6 +13,7 @@
 #include "daemon/server/connection.h"
 #include "daemon/server/crew.h"
 #include "daemon/server/logbook.h"
+#include "hal/watchdog.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -32,13 +33,16 @@ struct server {
     struct reply reply;
     int listeners[SERVER_LISTENERS];
     int signal_fd, wake_fd;
-    bool stdio;  ///< the console is standard input and output
+    int spare_fd;  ///< given up to turn a client away when there is none left
+    bool stdio;    ///< the console is standard input and output
     bool stdio_raw;
     int stdio_flags[2];  ///< of standard input and output, before; others share them
     struct termios stdio_settings;
     uint64_t console_retry_us;
     bool stopping, stuck_told;
     uint64_t notified_us;
+    const struct hal_watchdog *watchdog;  ///< NULL: none
+    bool watchdog_told;                   ///< that it cannot be fed
 };
 
 /// What the server works with. All of it must outlive it.
@@ -48,13 +52,17 @@ struct server_parts {
     const struct hal_log *log;
     const struct hal_store *store;
     struct record *record;
-    bool (*idle_is_next)(void *replay);  ///< see struct surroundings
+    void (*note_command)(const char *line);  ///< see struct surroundings
+    bool (*idle_is_next)(void *replay);      ///< see struct surroundings
+    bool (*cancel_is_next)(void *replay);
+    void (*pair_was_taken)(void *replay);
     void *replay;
     int files_fd;
     const struct command *table;
     size_t table_count;
     struct rig *rig;
-    bool time_passes;  ///< the rig's clock goes on by itself
+    const struct hal_watchdog *watchdog;  ///< armed; NULL: none
+    bool time_passes;                     ///< the rig's clock goes on by itself
 };
 
 /// Blocks the signals that the loop takes, before any thread begins; opens sockets and terminal.

@@ -36,8 +36,14 @@ struct surroundings {
     const struct hal_log *log;
     struct logbook *logbook;  ///< behind `log`: its last lines
     struct record *record;    ///< in front of the rig's ports; recording when told to
+    /// Told each command before it is carried out on the rig, by the thread that has it.
+    void (*note_command)(const char *line);
     /// Of a recording that is played: whether the rig idled here. NULL: none is played.
     bool (*idle_is_next)(void *replay);
+    /// Likewise: whether the command that runs was cancelled here.
+    bool (*cancel_is_next)(void *replay);
+    /// Of a session that is played: the next pair is to come. NULL: none is played.
+    void (*pair_was_taken)(void *replay);
     void *replay;
     const struct hal_store *store;  ///< NULL: nothing can be kept
     struct job *job;                ///< the one that runs, for commands that outlast one run

@@ -69,6 +69,17 @@ static int arm(struct sim_camera *self) {
     return error;
 }
 
+// No frame that begins before then is wanted, and so none is armed for: what passes an armed port
+// costs the rig its pixels one by one.
+static int wait_until(struct sim_camera *self, uint64_t not_before_us, uint64_t deadline_us) {
+    const uint64_t until_us = not_before_us < deadline_us ? not_before_us : deadline_us;
+    if (until_us <= self->connection->now_us) {
+        return ERROR_OK;
+    }
+    const int error = sim_connection_advance(self->connection, until_us, 0, NULL);
+    return error == ERROR_OK && until_us < not_before_us ? ERROR_TIMEOUT : error;
+}
+
 static uint32_t faults_of(uint32_t told) {
     return ((told & SIMRIG_FRAME_SHORT_LINE) != 0 ? HAL_CAMERA_SHORT_LINE : 0u) |
            ((told & SIMRIG_FRAME_SHORT) != 0 ? HAL_CAMERA_SHORT : 0u) |
@@ -129,7 +140,8 @@ static int take(void *context, uint64_t not_before_us, uint64_t deadline_us,
     int error = ERROR_OK;
     do {
         if (!self->armed) {
-            error = arm(self);
+            error = wait_until(self, not_before_us, deadline_us);
+            error = error == ERROR_OK ? arm(self) : error;
         }
         if (error == ERROR_OK) {
             error = fetch(self, deadline_us, self->memory[place], frame);

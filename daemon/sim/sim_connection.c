@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/monotonic.h"
 #include "daemon/sim/sim_bytes.h"
 #include "daemon/sim/sim_socket.h"
 
@@ -125,7 +126,7 @@ static int run_once(struct sim_connection *self, struct sim_exchange *exchange,
 int sim_connection_run(struct sim_connection *self, struct sim_exchange *exchange) {
     INVARIANT(exchange->bytes <= SIMRIG_BODY_MAX);
     INVARIANT(exchange->head != NULL || exchange->head_bytes == 0);
-    const int64_t deadline_ms = sim_socket_now_ms() + self->patience_ms;
+    const int64_t deadline_ms = monotonic_now_ms() + self->patience_ms;
     for (;;) {
         if (self->socket < 0) {
             return ERROR_DEVICE;
@@ -137,7 +138,7 @@ int sim_connection_run(struct sim_connection *self, struct sim_exchange *exchang
         if (exchange->status != SIMRIG_BUSY || exchange->type == SIMRIG_HELLO) {
             return ERROR_OK;
         }
-        if (sim_socket_now_ms() >= deadline_ms) {
+        if (monotonic_now_ms() >= deadline_ms) {
             return give_up(self, ERROR_TIMEOUT, "another client lets time pass");
         }
         nanosleep(&(struct timespec){.tv_nsec = BUSY_PAUSE_NS}, NULL);
@@ -178,7 +179,7 @@ int sim_connection_open(struct sim_connection *self, const char *where, uint16_t
     INVARIANT(role == SIMRIG_ROLE_BOARD || role == SIMRIG_ROLE_CONTROL);
     INVARIANT(patience_ms > 0);
     *self = (struct sim_connection){.socket = -1, .patience_ms = patience_ms};
-    const int made = sim_socket_connect(where, sim_socket_now_ms() + patience_ms);
+    const int made = sim_socket_connect(where, monotonic_now_ms() + patience_ms);
     if (made == ERROR_ARGUMENT) {
         say(self, "'%s' is no place of a simulated rig: unix:PATH or tcp:HOST:PORT", where);
         return ERROR_ARGUMENT;

@@ -11,22 +11,16 @@
 #include <string.h>
 #include <sys/socket.h>
 #include <sys/un.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
-
-int64_t sim_socket_now_ms(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
-}
+#include "daemon/monotonic.h"
 
 // 0 when the socket is ready for `events`.
 static int wait_for(int socket, short events, int64_t deadline_ms) {
     for (;;) {
-        const int64_t left_ms = deadline_ms - sim_socket_now_ms();
+        const int64_t left_ms = deadline_ms - monotonic_now_ms();
         if (left_ms <= 0) {
             return ERROR_TIMEOUT;
         }

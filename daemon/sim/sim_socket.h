@@ -6,11 +6,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/// Now, in ms of the machine's monotonic clock, as deadlines here are.
-int64_t sim_socket_now_ms(void);
-
-/// A connection to unix:PATH or tcp:HOST:PORT. The socket; ERROR_ARGUMENT: `where` is neither;
-/// ERROR_TIMEOUT; ERROR_IO: `errno` says why, or 0: the host has no address.
+/// A connection to unix:PATH or tcp:HOST:PORT by a time of monotonic_now_ms. The socket;
+/// ERROR_ARGUMENT: `where` is neither; ERROR_TIMEOUT; ERROR_IO: `errno` says why, or 0: the host
+/// has no address.
 int sim_socket_connect(const char *where, int64_t deadline_ms);
 
 /// Sends or receives all `bytes`. 0; ERROR_TIMEOUT; ERROR_IO: the other end has gone.

@@ -33,7 +33,7 @@
     X(I2C_ARBITRATION, -22, "something else drove the I2C bus at the same time")          \
     X(I2C_STUCK, -23, "a line of the I2C bus is held low")                                \
     X(TIMEOUT, -24, "the time limit was reached")                                         \
-    X(DEVICE, -25, "the device is not the expected one, or of another version")           \
+    X(DEVICE, -25, "the device is missing, has gone, or is not the expected one")         \
     X(REFUSED, -26, "the device refused the value")                                       \
     X(VERIFY, -27, "a value that was written does not read back")                         \
     X(UNSUPPORTED, -28, "the hardware cannot do this")                                    \

@@ -290,8 +290,8 @@ void lens_v3lc_init(struct lens_v3lc *self, const struct hal_uart *uart,
     }
 }
 
-struct lens lens_v3lc_lens(struct lens_v3lc *self, unsigned number) {
-    static const struct lens_operations operations = {open, limits, go, stop, read};
+struct lens_drive lens_v3lc_lens(struct lens_v3lc *self, unsigned number) {
+    static const struct lens_drive_operations operations = {open, limits, go, stop, read};
     INVARIANT(number < LENS_V3LC_LENSES && (number == 0 || !self->single));
-    return (struct lens){.operations = &operations, .self = &self->lenses[number]};
+    return (struct lens_drive){.operations = &operations, .self = &self->lenses[number]};
 }

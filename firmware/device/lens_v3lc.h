@@ -19,7 +19,7 @@
 #ifndef VERGENCE_DEVICE_LENS_V3LC_H
 #define VERGENCE_DEVICE_LENS_V3LC_H
 
-#include "device/lens.h"
+#include "device/lens_drive.h"
 #include "device/lens_v3lc_answer.h"
 #include "hal/clock.h"
 #include "hal/uart.h"
@@ -84,7 +84,7 @@ void lens_v3lc_init(struct lens_v3lc *self, const struct hal_uart *uart,
 /// Its `read` may give up at its deadline with ERROR_TIMEOUT while the question is on its way, and
 /// the next `read` of the same lens waits on for that answer: short deadlines do no harm. `time_us`
 /// of a reading tells when it was asked for.
-struct lens lens_v3lc_lens(struct lens_v3lc *self, unsigned number);
+struct lens_drive lens_v3lc_lens(struct lens_v3lc *self, unsigned number);
 
 #ifdef __cplusplus
 }

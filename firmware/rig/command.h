@@ -79,6 +79,9 @@ enum {
     COMMAND_LONG = 2,       ///< tells progress, and can be cancelled
     COMMAND_MOVES = 4,      ///< moves or writes something
     COMMAND_NO_RIG = 8,     ///< touches nothing of the rig: may run while another command does
+    /// Touches the rig by other commands alone, or not while it is recorded: a recording of what
+    /// was done with the rig has no need of it.
+    COMMAND_UNRECORDED = 16,
 };
 
 struct command {

@@ -4,7 +4,10 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "rig/commands.h"
+#include "rig/failure.h"
 #include "rig/rig.h"
+#include "rig/rig_camera.h"
+#include "rig/watch.h"
 
 enum {
     PICTURE_WIDTH_PX = 256,
@@ -59,16 +62,22 @@ static int judge(const struct command_call *call, const struct hal_camera_frame 
 static int take_picture(const struct command_call *call) {
     struct rig *rig = call->rig;
     const struct hal_camera *port = rig->ports.camera[RIG_LEFT];
-    const struct hal_clock *clock = rig->ports.clock;
     const struct hal_camera_format format = {PICTURE_WIDTH_PX, PICTURE_HEIGHT_PX};
     int error = port->operations->start(port->self, &format);
     if (error != 0) {
         return error;
     }
     struct hal_camera_frame frame;
-    const uint64_t now_us = clock->operations->now_us(clock->self);
-    error = port->operations->take(port->self, now_us + SETTLE_US,
-                                   now_us + SETTLE_US + PICTURE_LIMIT_US, &frame);
+    const uint64_t begin_us = watch_now_us(rig) + SETTLE_US;
+    error = ERROR_TIMEOUT;
+    for (uint64_t now_us = begin_us - SETTLE_US;
+         error == ERROR_TIMEOUT && now_us < begin_us + PICTURE_LIMIT_US;
+         now_us = watch_now_us(rig)) {
+        error = watch_look(rig);
+        if (error == 0) {
+            error = port->operations->take(port->self, begin_us, now_us + WATCH_STEP_US, &frame);
+        }
+    }
     if (error == 0) {
         error = judge(call, &frame);
         port->operations->give_back(port->self, &frame);
@@ -77,9 +86,16 @@ static int take_picture(const struct command_call *call) {
     return error != 0 ? error : stopped;
 }
 
-/// Leaves the stream off and the left camera selected, as a bring-up does.
+/// The cameras' frames again, as they were.
+static int restore(struct rig *rig, const struct hal_camera_format *format) {
+    const int error = fpga_bridge_camera_select(&rig->bridge, BRIDGE_CAM_SELECT_SOURCE_IS_LEFT);
+    return error == 0 ? rig_camera_start(rig, format) : failure_of_bus(rig, RIG_PART_BRIDGE, error);
+}
+
 static int test_picture(const struct command_call *call) {
-    struct fpga_bridge *bridge = &call->rig->bridge;
+    struct rig *rig = call->rig;
+    struct fpga_bridge *bridge = &rig->bridge;
+    const struct hal_camera_format format = rig->format;
     const struct fpga_bridge_pattern pattern = {
         .width = PICTURE_WIDTH_PX,
         .height = PICTURE_HEIGHT_PX,
@@ -88,19 +104,21 @@ static int test_picture(const struct command_call *call) {
         .kind = BRIDGE_PATTERN_KIND_IS_PRBS,
         .seed = PICTURE_SEED,
     };
-    int error = fpga_bridge_camera_pattern(bridge, &pattern);
+    int error = rig_camera_stop(rig);  // the port's size is another meanwhile
+    if (error == 0) {
+        error = fpga_bridge_camera_pattern(bridge, &pattern);
+    }
     if (error == 0) {
         error = fpga_bridge_camera_select(bridge, BRIDGE_CAM_SELECT_SOURCE_IS_PATTERN);
     }
     if (error == 0) {
-        error = fpga_bridge_camera_stream(bridge, true);
-    }
-    if (error == 0) {
         error = take_picture(call);
     }
-    const int stopped = fpga_bridge_camera_stream(bridge, false);
-    const int selected = fpga_bridge_camera_select(bridge, BRIDGE_CAM_SELECT_SOURCE_IS_LEFT);
-    return error != 0 ? error : stopped != 0 ? stopped : selected;
+    const int restored = restore(rig, &format);
+    if (restored != 0 && rig->state == RIG_READY) {
+        rig_safe(rig);  // without the cameras it is not ready
+    }
+    return error != 0 ? error : restored;
 }
 
 int commands_selftest_run(const struct command_call *call) {

@@ -8,6 +8,7 @@
 enum { IDLE_US = 50000 };
 
 static const double us_per_s = 1e6;
+static const double us_per_ms = 1e3;
 static const double urad_per_degree = 1e6 * 3.14159265358979323846 / 180.0;
 
 static const char *state_name(enum rig_state state) {
@@ -55,8 +56,13 @@ static int put_side(const struct command_call *call, unsigned side) {
                        (rig->profile.lenses == RIG_LENSES_V1LC && side == RIG_LEFT))) {
         error = put_lens(call, side);
     }
-    commands_put_number(call, "exposure", rig->exposure_us[side], 0, "us");
-    commands_put_number(call, "gain", rig->gain_q3[side] / 8.0, 3, NULL);
+    // 0: nobody has set it here, and the camera does as it likes.
+    if (rig->exposure_us[side] != 0) {
+        commands_put_number(call, "exposure", rig->exposure_us[side], 0, "us");
+    }
+    if (rig->gain_q3[side] != 0) {
+        commands_put_number(call, "gain", rig->gain_q3[side] / 8.0, 3, NULL);
+    }
     commands_put_end(call);
     return error;
 }
@@ -113,6 +119,13 @@ static void put_bus(const struct command_call *call) {
     commands_put_end(call);
 }
 
+static void put_watchdog(const struct command_call *call) {
+    commands_put_begin(call, "watchdog", false);
+    commands_put_number(call, "period", call->rig->profile.watchdog_ms, 0, "ms");
+    commands_put_number(call, "longest_gap", (double)call->rig->feed_gap_us / us_per_ms, 3, "ms");
+    commands_put_end(call);
+}
+
 static void put_cameras(const struct command_call *call) {
     const struct rig *rig = call->rig;
     for (unsigned side = 0; side < RIG_SIDES; side++) {
@@ -126,7 +139,7 @@ static void put_cameras(const struct command_call *call) {
         commands_put_number(call, "frames", counts.frames, 0, NULL);
         commands_put_number(call, "faulty", counts.faulty, 0, NULL);
         commands_put_number(call, "gaps", counts.gaps, 0, NULL);
-        commands_put_number(call, "timeouts", counts.timeouts, 0, NULL);
+        // Not its time-outs: the rig asks in slices of 100 ms, and most of these end in one.
         commands_put_number(call, "restarts", counts.restarts, 0, NULL);
         commands_put_end(call);
     }
@@ -148,6 +161,7 @@ int commands_state_health(const struct command_call *call) {
     commands_put_end(call);
     if (rig->profile.bridge && rig->state != RIG_DOWN) {
         put_bus(call);
+        put_watchdog(call);
     }
     put_cameras(call);
     return error;

@@ -84,7 +84,7 @@ uint64_t lens_move_limit_us(const struct rig_profile *profile, enum lens_axis ax
 }
 
 static int send(struct rig *self, const struct mover *mover) {
-    const struct lens *lens = &self->lens[mover->side];
+    const struct lens_drive *lens = &self->lens[mover->side];
     const uint64_t deadline_us = watch_now_us(self) + COMMAND_US;
     const int error = lens->operations->go(lens->self, mover->axis, mover->command, deadline_us);
     if (error != ERROR_OK) {
@@ -350,7 +350,7 @@ static bool read_resting(struct rig *self, const struct mover *mover, uint64_t d
 
 // Stops a motor, or sends it to where it is, of which two of three new readings may be wild.
 static void halt(struct rig *self, const struct mover *mover, uint64_t deadline_us) {
-    const struct lens *lens = &self->lens[mover->side];
+    const struct lens_drive *lens = &self->lens[mover->side];
     self->lens_commanded[mover->side][mover->axis] = INT32_MIN;
     const uint64_t stopped_us = watch_now_us(self) + COMMAND_US;
     if (lens->operations->stop(lens->self, stopped_us) == ERROR_OK) {
@@ -461,7 +461,7 @@ int rig_lens_go(struct rig *self, unsigned sides, enum lens_axis axis, int32_t p
             continue;
         }
         struct mover *mover = &movers[count++];
-        const struct lens *lens = &self->lens[side];
+        const struct lens_drive *lens = &self->lens[side];
         *mover = (struct mover){.side = side, .axis = axis, .phase = STARTING};
         error = lens->operations->limits(lens->self, axis, &mover->limits);
         const struct lens_limits limits = mover->limits;

@@ -57,7 +57,7 @@ int lens_read_ready(struct rig *self, unsigned sides, enum lens_axis axis) {
 
 int lens_read_try(struct rig *self, unsigned side, uint64_t since_us,
                   struct lens_reading readings[LENS_AXES]) {
-    const struct lens *lens = &self->lens[side];
+    const struct lens_drive *lens = &self->lens[side];
     const uint64_t deadline_us = watch_now_us(self) + WATCH_STEP_US;
     const int error = lens->operations->read(lens->self, deadline_us, readings);
     if (error == ERROR_TIMEOUT) {
@@ -123,6 +123,6 @@ int rig_lens_limits(struct rig *self, unsigned side, enum lens_axis axis,
         return ERROR_ARGUMENT;
     }
     const int error = lens_read_ready(self, side < RIG_SIDES ? 1u << side : 0, axis);
-    const struct lens *lens = &self->lens[side < RIG_SIDES ? side : 0];
+    const struct lens_drive *lens = &self->lens[side < RIG_SIDES ? side : 0];
     return error == ERROR_OK ? lens->operations->limits(lens->self, axis, limits) : error;
 }

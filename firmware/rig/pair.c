@@ -10,6 +10,7 @@
 
 enum {
     FRAME_ATTEMPTS = 2,
+    PAIR_ATTEMPTS = 3,  // of cameras that run freely
     // Squares of noise beyond five sigmas are one in a million; a thing that moves covers more.
     CHANGE_LIMIT_PERMILLE = 2,
     US_PER_MS = 1000,
@@ -65,6 +66,15 @@ static int torn(struct rig *rig, unsigned side, uint32_t faults) {
     return watch_trouble(rig, part, ERROR_FRAME, what, NULL);
 }
 
+static struct pair_window window_of(const struct rig *rig, unsigned side) {
+    const struct mt9t001_window *window = &rig->sensor[side].window;
+    if (!rig->profile.bridge) {
+        return (struct pair_window){.skip = 0};
+    }
+    INVARIANT(window->skip >= 1 && window->bin == 1);
+    return (struct pair_window){window->column_px, window->row_px, window->skip};
+}
+
 // A whole frame of a camera, in `memory` (`values` long), with its circumstances but the stands.
 static int take_frame(struct rig *rig, unsigned side, uint64_t not_before_us, uint16_t *memory,
                       size_t values, struct pair_frame *out) {
@@ -87,6 +97,7 @@ static int take_frame(struct rig *rig, unsigned side, uint64_t not_before_us, ui
                 .data = memory,
                 .width_px = frame.width_px,
                 .height_px = frame.height_px,
+                .window = window_of(rig, side),
                 .stride = frame.width_px * values_of_pixel(frame.layout),
                 .bits = frame.bits,
                 .layout = frame.layout,
@@ -105,24 +116,73 @@ static int take_frame(struct rig *rig, unsigned side, uint64_t not_before_us, ui
     return torn(rig, side, frame.faults);
 }
 
-// When a frame of the right camera must begin at the earliest to be the one nearest to the left
-// one's. Cameras with ports of their own run freely: half a frame earlier will do, so the time from
-// frame to frame is measured.
-static int take_left(struct rig *rig, uint16_t *memory, size_t values, struct pair_frame *left,
-                     uint64_t *right_not_before_us) {
-    const uint64_t now_us = watch_now_us(rig);
-    int error = take_frame(rig, RIG_LEFT, now_us, memory, values, left);
-    if (error != ERROR_OK || rig->profile.bridge) {
-        *right_not_before_us = left->end_us;
+static void tell(const struct rig *rig, const struct pair_options *options, uint32_t done) {
+    if (rig->observer.progress != NULL) {
+        rig->observer.progress(rig->observer.self, "frames", done, frames_of(options));
+    }
+}
+
+static int64_t skew_of(const struct pair_frame frames[RIG_SIDES]) {
+    return (int64_t)(frames[RIG_RIGHT].begin_us - frames[RIG_LEFT].begin_us);
+}
+
+// Behind one port: the right camera after the left one.
+static int take_in_turn(struct rig *rig, const struct pair_options *options, uint16_t *memory,
+                        size_t values, struct pair_frame frames[RIG_SIDES]) {
+    int error = take_frame(rig, RIG_LEFT, watch_now_us(rig), memory, values, &frames[RIG_LEFT]);
+    if (error != ERROR_OK) {
         return error;
     }
-    const uint64_t first_us = left->begin_us;
-    error = take_frame(rig, RIG_LEFT, first_us + 1, memory, values, left);
+    tell(rig, options, 1);
+    return take_frame(rig, RIG_RIGHT, frames[RIG_LEFT].end_us, memory + values, values,
+                      &frames[RIG_RIGHT]);
+}
+
+// Cameras with ports of their own run freely: of the right one's frames the nearest in time is
+// wanted, which may have begun half a frame before the left one's.
+static int take_nearest(struct rig *rig, const struct pair_options *options, uint16_t *memory,
+                        size_t values, struct pair_frame frames[RIG_SIDES]) {
+    struct pair_frame *left = &frames[RIG_LEFT], *right = &frames[RIG_RIGHT];
+    // The time from frame to frame is what it is in this light, whatever the driver says: from one
+    // left frame to another.
+    int error = take_frame(rig, RIG_LEFT, watch_now_us(rig), memory, values, left);
+    const struct pair_frame first = *left;
+    // A driver keeps a few frames, and loses what comes while nobody takes them: those that have
+    // piled up at the right camera go, just before the left frame that counts, so that the coming
+    // ones are kept.
     if (error == ERROR_OK) {
-        const uint64_t half_us = (left->begin_us - first_us) / 2;
-        *right_not_before_us = left->begin_us > half_us ? left->begin_us - half_us : 0;
+        error = take_frame(rig, RIG_RIGHT, watch_now_us(rig), memory + values, values, right);
     }
-    return error;
+    if (error == ERROR_OK) {
+        error = take_frame(rig, RIG_LEFT, watch_now_us(rig), memory, values, left);
+    }
+    if (error != ERROR_OK) {
+        return error;
+    }
+    tell(rig, options, 1);
+    const uint32_t frames_on = left->sequence - first.sequence;
+    const uint64_t half_us =
+        (left->begin_us - first.begin_us) / (frames_on != 0 ? frames_on : 1) / 2;
+    return take_frame(rig, RIG_RIGHT, left->begin_us > half_us ? left->begin_us - half_us : 0,
+                      memory + values, values, right);
+}
+
+static int take_both(struct rig *rig, const struct pair_options *options, uint16_t *memory,
+                     size_t values, struct pair_frame frames[RIG_SIDES]) {
+    if (rig->profile.bridge) {
+        return take_in_turn(rig, options, memory, values, frames);
+    }
+    // A frame may have been lost, and cameras of different speeds meet at times only.
+    for (int attempt = 1;; attempt++) {
+        const int error = take_nearest(rig, options, memory, values, frames);
+        if (error != ERROR_OK || attempt == PAIR_ATTEMPTS) {
+            return error;
+        }
+        const int64_t skew_us = skew_of(frames);
+        if ((skew_us < 0 ? -skew_us : skew_us) <= rig->profile.skew_limit_us) {
+            return ERROR_OK;
+        }
+    }
 }
 
 // ---- where the cameras look
@@ -212,7 +272,7 @@ static int compare_times(struct rig *rig, const struct pair *pair) {
                                (int32_t)(rig->profile.skew_limit_us / US_PER_MS)};
     return watch_trouble(rig, RIG_PART_RIGHT_CAMERA, ERROR_MOVED,
                          "its frame began # ms from the left one, more than # ms; expose shorter, "
-                         "or allow more skew",
+                         "or raise rig.skew_limit_us",
                          numbers);
 }
 
@@ -250,34 +310,22 @@ static int wait_for_rest(struct rig *rig) {
     return error;
 }
 
-static void tell(const struct rig *rig, const struct pair_options *options, uint32_t done) {
-    if (rig->observer.progress != NULL) {
-        rig->observer.progress(rig->observer.self, "frames", done, frames_of(options));
-    }
-}
-
 // All steps; `*compared`: the frames and stands are all there.
 static int capture(struct rig *rig, const struct pair_options *options, uint16_t *memory,
                    size_t frame_values, struct pair *pair, bool *compared) {
     struct pair_stand before[RIG_SIDES], after[RIG_SIDES];
     struct pair_frame *frames = pair->frame;
-    uint64_t right_not_before_us = 0;
     int error = wait_for_rest(rig);
     error = error == ERROR_OK ? read_stands(rig, before) : error;
     tell(rig, options, 0);
     if (error == ERROR_OK) {
-        error = take_left(rig, memory, frame_values, &frames[RIG_LEFT], &right_not_before_us);
-    }
-    if (error == ERROR_OK) {
-        tell(rig, options, 1);
-        error = take_frame(rig, RIG_RIGHT, right_not_before_us, memory + frame_values, frame_values,
-                           &frames[RIG_RIGHT]);
+        error = take_both(rig, options, memory, frame_values, frames);
     }
     if (error != ERROR_OK) {
         return error;
     }
     tell(rig, options, RIG_SIDES);
-    pair->skew_us = (int64_t)(frames[RIG_RIGHT].begin_us - frames[RIG_LEFT].begin_us);
+    pair->skew_us = skew_of(frames);
     const int checked =
         options->check_static
             ? compare_scenes(rig, pair, memory + RIG_SIDES * frame_values, frame_values)

@@ -21,10 +21,17 @@ struct pair_stand {
     int32_t position[LENS_AXES];  ///< of the lens, counts; INT32_MIN: no such axis
 };
 
+/// Which part of a sensor behind the bridge a frame shows, see struct mt9t001_window.
+struct pair_window {
+    uint16_t column_px, row_px;
+    uint8_t skip;  ///< 0: nobody knows, as with a camera that has a port of its own
+};
+
 /// A frame. `data` points into the caller's memory.
 struct pair_frame {
     uint16_t *data;
     uint16_t width_px, height_px;
+    struct pair_window window;
     uint32_t stride;
     uint8_t bits;
     enum hal_camera_layout layout;

@@ -6,7 +6,7 @@
 #include "bridge_registers.h"
 #include "core/error.h"
 #include "core/invariant.h"
-#include "device/lens.h"
+#include "device/lens_drive.h"
 
 enum {
     // Behind the bridge's router; see fpga/README.md.
@@ -22,9 +22,14 @@ enum {
     WATCHDOG_LEAST_MS = 400,
     // More would leave the servos alone for too long.
     WATCHDOG_MOST_MS = 1500,
+    // Of a V3LC, whose lenses have 550 counts.
     LENS_COUNTS_PER_S = 80,  // assumed: 7 s from end to end
     LENS_BACKLASH_COUNTS = 10,
     LENS_TOLERANCE_COUNTS = 4,
+    // The same of a V1LC, whose lens has 136: 7 s, and as large a part of the way, rounded up.
+    LENS_V1LC_COUNTS_PER_S = 19,
+    LENS_V1LC_BACKLASH_COUNTS = 3,
+    LENS_V1LC_TOLERANCE_COUNTS = 2,
     FULL_WIDTH_PX = 2048,
     FULL_HEIGHT_PX = 1536,
     // What every USB camera can do, in dim light too.
@@ -48,13 +53,17 @@ static struct rig_profile two_cameras(void) {
                                 .skew_limit_us = SKEW_AT_ONCE_US};
 }
 
-static void add_lenses(struct rig_profile *profile) {
-    profile->lenses = RIG_LENSES_V3LC;
+void rig_profile_set_lenses(struct rig_profile *profile, enum rig_profile_lenses lenses) {
+    const bool v1lc = lenses == RIG_LENSES_V1LC, fixed = lenses == RIG_LENSES_FIXED;
+    const int32_t counts_per_s = v1lc ? LENS_V1LC_COUNTS_PER_S : LENS_COUNTS_PER_S;
+    const int32_t backlash = v1lc ? LENS_V1LC_BACKLASH_COUNTS : LENS_BACKLASH_COUNTS;
+    const int32_t tolerance = v1lc ? LENS_V1LC_TOLERANCE_COUNTS : LENS_TOLERANCE_COUNTS;
+    profile->lenses = lenses;
     for (int axis = 0; axis < LENS_AXES; axis++) {
-        profile->lens_counts_per_s[axis] = LENS_COUNTS_PER_S;
+        profile->lens_counts_per_s[axis] = fixed ? 0 : counts_per_s;
     }
-    profile->lens_backlash_counts = LENS_BACKLASH_COUNTS;
-    profile->lens_tolerance_counts = LENS_TOLERANCE_COUNTS;
+    profile->lens_backlash_counts = fixed ? 0 : backlash;
+    profile->lens_tolerance_counts = fixed ? 0 : tolerance;
 }
 
 static struct rig_profile two_cameras_lens(void) {
@@ -63,7 +72,7 @@ static struct rig_profile two_cameras_lens(void) {
     for (size_t i = 0; i < sizeof name; i++) {
         profile.name[i] = name[i];
     }
-    add_lenses(&profile);
+    rig_profile_set_lenses(&profile, RIG_LENSES_V3LC);
     return profile;
 }
 
@@ -85,7 +94,7 @@ static struct rig_profile full_rig(void) {
         .frame_us = WEBCAM_FRAME_US,
         .skew_limit_us = SKEW_IN_TURN_US,
     };
-    add_lenses(&profile);
+    rig_profile_set_lenses(&profile, RIG_LENSES_V3LC);
     return profile;
 }
 

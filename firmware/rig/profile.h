@@ -48,6 +48,10 @@ struct rig_profile {
 /// The profiles that everybody has: "rig", "two-cameras", "two-cameras-lens". ERROR_MISSING.
 int rig_profile_named(const char *name, struct rig_profile *profile);
 
+/// Gives the instrument these lenses, with the numbers of their controller: how fast, how much
+/// play, how exact. A V1LC counts 136 from end to end, a V3LC 550.
+void rig_profile_set_lenses(struct rig_profile *profile, enum rig_profile_lenses lenses);
+
 /// Whether the numbers make sense together; ERROR_RANGE or ERROR_ARGUMENT, and in `*what` (static
 /// storage) the field that does not.
 int rig_profile_check(const struct rig_profile *profile, const char **what);

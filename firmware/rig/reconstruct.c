@@ -154,8 +154,10 @@ static int develop(struct run *run) {
             return ERROR_MEMORY;
         }
     }
+    // One balance for both: they look at the same things in the same light.
+    const struct develop_balance balance = develop_balance_of(run->raw[0]);
     for (int side = 0; side < 2; side++) {
-        const int error = develop_image(run->raw[side], run->parallel, run->arena,
+        const int error = develop_image(run->raw[side], &balance, run->parallel, run->arena,
                                         &run->raw_grey[side], &run->raw_colour[side]);
         if (error != ERROR_OK) {
             return error;

@@ -12,14 +12,26 @@ enum {
     CTRL_REST = 0,  // no pulses, no frames
 };
 
+const char *rig_ports_lack(const struct rig_profile *profile, const struct rig_ports *ports) {
+    if (ports->clock == NULL) {
+        return "a clock";
+    }
+    if (ports->camera[RIG_LEFT] == NULL || ports->camera[RIG_RIGHT] == NULL) {
+        return "two cameras";
+    }
+    if (profile->bridge && ports->i2c == NULL) {
+        return "an I2C bus";
+    }
+    return profile->lenses != RIG_LENSES_FIXED && ports->lens_uart == NULL
+               ? "a line to the lens controller"
+               : NULL;
+}
+
 void rig_init(struct rig *self, const struct rig_profile *profile, const struct rig_ports *ports,
               const struct rig_observer *observer) {
     const char *what = NULL;
     INVARIANT(rig_profile_check(profile, &what) == ERROR_OK);
-    INVARIANT(ports->clock != NULL);
-    INVARIANT(ports->camera[RIG_LEFT] != NULL && ports->camera[RIG_RIGHT] != NULL);
-    INVARIANT(!profile->bridge || ports->i2c != NULL);
-    INVARIANT(profile->lenses == RIG_LENSES_FIXED || ports->lens_uart != NULL);
+    INVARIANT(rig_ports_lack(profile, ports) == NULL);
     *self = (struct rig){.profile = *profile, .ports = *ports, .state = RIG_DOWN};
     if (observer != NULL) {
         self->observer = *observer;
@@ -42,7 +54,7 @@ static void keep_first(int *first, int error) {
 static int stop_lenses(struct rig *self) {
     int first = ERROR_OK;
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        const struct lens *lens = &self->lens[side];
+        const struct lens_drive *lens = &self->lens[side];
         if (lens->operations == NULL || !self->lens_abilities[side].stops) {
             continue;
         }
@@ -139,6 +151,7 @@ static int check_bridge(struct rig *self) {
         return failure_of_bus(self, RIG_PART_BRIDGE, error);
     }
     self->fed_us = watch_now_us(self);
+    watch_fed(self);
     if ((status & BRIDGE_STATUS_WATCHDOG_FIRED_MASK) != 0) {
         watch_used(self, RIG_PART_BRIDGE, ERROR_TIMEOUT);
         return watch_trouble(self, RIG_PART_BRIDGE, ERROR_TIMEOUT,

@@ -18,7 +18,7 @@
 #include "device/fpga_bridge_event.h"
 #include "device/fpga_bridge_sensor.h"
 #include "device/fpga_bridge_servo.h"
-#include "device/lens.h"
+#include "device/lens_drive.h"
 #include "device/lens_v3lc.h"
 #include "device/mt9t001.h"
 #include "hal/camera.h"
@@ -32,26 +32,6 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/// What the rig hangs on. `clock` is needed; others may be NULL where the profile has no use for
-/// them. Behind a bridge both cameras are the same port.
-struct rig_ports {
-    const struct hal_clock *clock;
-    const struct hal_i2c *i2c;
-    const struct hal_gpio *gpio;
-    const struct hal_camera *camera[RIG_SIDES];
-    const struct hal_uart *lens_uart;
-    const struct hal_log *log;
-};
-
-/// Who watches a long call. Any pointer may be NULL.
-struct rig_observer {
-    /// False: the call is to end as soon as the rig is safe, with ERROR_CANCELLED.
-    bool (*go_on)(void *self);
-    /// `done` of `total` of something; `what` is static storage.
-    void (*progress)(void *self, const char *what, uint32_t done, uint32_t total);
-    void *self;
-};
 
 /// The parts, for messages, health and faults.
 // X(name, text)
@@ -78,6 +58,38 @@ enum rig_part {
 
 /// Static storage; `part` must be one.
 const char *rig_part_text(enum rig_part part);
+
+/// Who opens what stands behind the ports. Devices come and go; the calls of a port whose device is
+/// not there fail with ERROR_DEVICE.
+struct rig_opener {
+    /// Opens what is not open, and anew what has gone since. Called first thing in a bring-up.
+    void (*open)(void *self);
+    /// Why the device behind this part could not be opened, or does not start, for people: which,
+    /// and what to do. NULL: it is open. The text lives until the next call.
+    const char *(*missing)(void *self, enum rig_part part);
+    void *self;
+};
+
+/// What the rig hangs on. `clock` is needed; others may be NULL where the profile has no use for
+/// them. Behind a bridge both cameras are the same port.
+struct rig_ports {
+    const struct hal_clock *clock;
+    const struct hal_i2c *i2c;
+    const struct hal_gpio *gpio;
+    const struct hal_camera *camera[RIG_SIDES];
+    const struct hal_uart *lens_uart;
+    const struct hal_log *log;
+    const struct rig_opener *opener;  ///< NULL: what there is stays open
+};
+
+/// Who watches a long call. Any pointer may be NULL.
+struct rig_observer {
+    /// False: the call is to end as soon as the rig is safe, with ERROR_CANCELLED.
+    bool (*go_on)(void *self);
+    /// `done` of `total` of something; `what` is static storage.
+    void (*progress)(void *self, const char *what, uint32_t done, uint32_t total);
+    void *self;
+};
 
 /// What went wrong last.
 struct rig_trouble {
@@ -112,7 +124,7 @@ struct rig {
     struct fpga_bridge bridge;
     struct mt9t001 sensor[RIG_SIDES];
     struct lens_v3lc v3lc;
-    struct lens lens[RIG_SIDES];
+    struct lens_drive lens[RIG_SIDES];
     struct lens_abilities lens_abilities[RIG_SIDES];
     int32_t lens_commanded[RIG_SIDES][LENS_AXES];  ///< counts; INT32_MIN: never
     int32_t lens_trim[RIG_SIDES][LENS_AXES];       ///< added to commands: see rig/lens_move.h
@@ -122,12 +134,20 @@ struct rig {
     uint16_t gain_q3[RIG_SIDES];
     uint64_t settled_us[RIG_SIDES];  ///< frames that begin then or later have what was set
     bool streaming[RIG_SIDES];       ///< the source of that side gives frames
+    uint64_t started_us[RIG_SIDES];  ///< when its stream was
     struct hal_camera_format format;
     uint32_t pairs;   ///< taken since the bring-up
     uint64_t fed_us;  ///< the bridge's watchdog, last
+    /// When a feed last arrived since the bring-up (0: none did), and the longest time between two.
+    uint64_t feed_arrived_us, feed_gap_us;
 };
 
-/// Copies profile, ports and observer (NULL: nobody watches). Touches nothing.
+/// What an instrument of this profile needs and the ports do not have, such as "an I2C bus"; NULL:
+/// nothing. Static storage.
+const char *rig_ports_lack(const struct rig_profile *profile, const struct rig_ports *ports);
+
+/// Copies profile, ports and observer (NULL: nobody watches). Touches nothing. The profile must be
+/// one that rig_profile_check accepts, and the ports must lack nothing.
 void rig_init(struct rig *self, const struct rig_profile *profile, const struct rig_ports *ports,
               const struct rig_observer *observer);
 

@@ -59,9 +59,8 @@ static int set_reset(struct rig *self, bool active) {
     watch_used(self, RIG_PART_RESET_LINE, error);
     return error == ERROR_OK
                ? ERROR_OK
-               : watch_trouble(self, RIG_PART_RESET_LINE, error,
-                               "it cannot be driven; look at the chip's name and who may use it",
-                               NULL);
+               : failure_of_part(self, RIG_PART_RESET_LINE, error,
+                                 "it cannot be driven; look at the chip's name and who may use it");
 }
 
 // ---- the bridge
@@ -129,6 +128,7 @@ static int set_bridge(struct rig *self) {
         error = fpga_bridge_watchdog_feed(bridge);  // leaves the mark by which a restart is seen
     }
     self->fed_us = watch_now_us(self);
+    self->feed_arrived_us = 0;
     return of_bridge(self, error);
 }
 
@@ -164,10 +164,9 @@ static int check_interrupt(struct rig *self) {
     }
     watch_used(self, RIG_PART_IRQ_LINE, seen);
     return seen == ERROR_OK ? ERROR_OK
-                            : watch_trouble(self, RIG_PART_IRQ_LINE, seen,
-                                            "it does not follow the bridge; look at the wire and "
-                                            "the line's number",
-                                            NULL);
+                            : failure_of_part(self, RIG_PART_IRQ_LINE, seen,
+                                              "it does not follow the bridge; look at the wire and "
+                                              "the line's number");
 }
 
 static int set_servo(struct rig *self, unsigned side) {
@@ -248,7 +247,7 @@ static int open_sensor(struct rig *self, unsigned side) {
 
 // Its questions may take long to be given up: in steps.
 static int open_lens(struct rig *self, unsigned side) {
-    const struct lens *lens = &self->lens[side];
+    const struct lens_drive *lens = &self->lens[side];
     struct lens_reading readings[LENS_AXES];
     const enum rig_part part = failure_part(RIG_PART_LEFT_LENS, side);
     const uint64_t deadline_us = watch_now_us(self) + LENS_PATIENCE_US;
@@ -273,11 +272,11 @@ static int open_lens(struct rig *self, unsigned side) {
     if (error == ERROR_OK) {
         return ERROR_OK;
     }
-    return watch_trouble(self, part, error,
-                         error == ERROR_TIMEOUT
-                             ? "its controller does not answer; look at its supply and serial cable"
-                             : "the serial line to its controller cannot be used; look at its name",
-                         NULL);
+    return failure_of_part(
+        self, part, error,
+        error == ERROR_TIMEOUT
+            ? "its controller does not answer; look at its supply and serial cable"
+            : "the serial line to its controller cannot be used; look at its name");
 }
 
 static void bring_up_lenses(struct rig *self, struct finding *finding) {
@@ -322,14 +321,27 @@ static void bring_up_bridge(struct rig *self, struct finding *finding) {
     }
 }
 
+static int start_source(struct rig *self, unsigned side, const struct hal_camera_format *format) {
+    const int error = rig_camera_start_side(self, side, format);
+    if (error != ERROR_UNSUPPORTED) {
+        return error;
+    }
+    const int32_t size_px[] = {format->width_px, format->height_px};
+    return watch_trouble(self, failure_part(RIG_PART_LEFT_CAMERA, side), error,
+                         "it gives no frames of # x # that we read; set rig.width_px and "
+                         "rig.height_px to a size that both cameras have",
+                         size_px);
+}
+
 static void bring_up_sources(struct rig *self, struct finding *finding) {
     const struct hal_camera_format format = {self->profile.width_px, self->profile.height_px};
-    if (!note(self, finding, rig_camera_start(self, &format))) {
-        return;
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        note(self, finding, start_source(self, side, &format));
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         struct hal_camera_frame frame;
-        if (note(self, finding, rig_camera_take(self, side, watch_now_us(self), &frame))) {
+        if (self->streaming[side] && finding->first.error != ERROR_CANCELLED &&
+            note(self, finding, rig_camera_take(self, side, watch_now_us(self), &frame))) {
             rig_camera_give_back(self, side, &frame);
         }
     }
@@ -341,7 +353,7 @@ static void forget(struct rig *self) {
         self->health[part] = (struct rig_part_health){.present = false};
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        self->lens[side] = (struct lens){NULL, NULL};
+        self->lens[side] = (struct lens_drive){NULL, NULL};
         self->sensor[side] = (struct mt9t001){.bus = NULL};
         self->pan_q4[side] = 0;
         self->pan_rest_us[side] = 0;
@@ -362,6 +374,9 @@ int rig_bringup(struct rig *self) {
     }
     forget(self);
     self->state = RIG_DOWN;
+    if (self->ports.opener != NULL) {
+        self->ports.opener->open(self->ports.opener->self);
+    }
     struct finding finding = {.first = {.error = ERROR_OK}};
     if (self->profile.bridge) {
         bring_up_bridge(self, &finding);

@@ -11,6 +11,8 @@ enum {
     // when the waiting began, the one wanted, and one that was lost.
     PATIENCE_FRAMES = 3,
     PATIENCE_US = 250000,
+    // Webcams take up to this from their start to the first frame.
+    FIRST_FRAME_US = 1700000,
     SWITCH_LOOK_US = 5000,
     SWITCH_PATIENCE_US = 600000,  // two times the longest limit of the bridge, and frames
     COUNT_FULL = 255,             // where the bridge's counts of errors stop
@@ -50,9 +52,9 @@ static int source_failed(struct rig *self, unsigned side, int error) {
     const enum rig_part part = failure_part(RIG_PART_LEFT_CAMERA, side);
     const char *what =
         error == ERROR_UNSUPPORTED ? "it cannot give frames of this size; choose another window"
-        : error == ERROR_DEVICE    ? "it has gone or never was there; look at its plug and its name"
+        : error == ERROR_DEVICE    ? "it has gone; look at its plug, then bring up again"
                                 : "the system cannot start its frames; look into the system's log";
-    return watch_trouble(self, part, error, what, NULL);
+    return failure_of_part(self, part, error, what);
 }
 
 // That the port behind the bridge works says nothing of the camera.
@@ -63,20 +65,29 @@ static int of_source(struct rig *self, unsigned side, int error) {
     return error;
 }
 
-int rig_camera_start(struct rig *self, const struct hal_camera_format *format) {
-    for (unsigned side = 0; side < RIG_SIDES; side++) {
-        if (!has_source(self, side)) {
-            continue;
-        }
-        const struct hal_camera *camera = self->ports.camera[side];
-        INVARIANT(camera != NULL);
-        const int error = of_source(self, side, camera->operations->start(camera->self, format));
-        if (error != ERROR_OK) {
-            return source_failed(self, side, error);
-        }
-        self->streaming[side] = true;
+int rig_camera_start_side(struct rig *self, unsigned side, const struct hal_camera_format *format) {
+    const struct hal_camera *camera = self->ports.camera[side];
+    INVARIANT(camera != NULL && has_source(self, side));
+    const int error = of_source(self, side, camera->operations->start(camera->self, format));
+    if (error != ERROR_OK) {
+        return source_failed(self, side, error);
     }
+    self->streaming[side] = true;
+    self->started_us[side] = watch_now_us(self);
     self->format = *format;
+    return ERROR_OK;
+}
+
+int rig_camera_start(struct rig *self, const struct hal_camera_format *format) {
+    const struct hal_camera_format before = self->format;
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        const int error =
+            has_source(self, side) ? rig_camera_start_side(self, side, format) : ERROR_OK;
+        if (error != ERROR_OK) {
+            self->format = before;
+            return error;
+        }
+    }
     return ERROR_OK;
 }
 
@@ -179,8 +190,11 @@ static int wait_for_frame(struct rig *self, unsigned side, uint64_t not_before_u
     const struct hal_camera *camera = self->ports.camera[side];
     const uint64_t begin_us = later(not_before_us, self->settled_us[side]);
     uint64_t now_us = watch_now_us(self);
-    const uint64_t deadline_us =
+    uint64_t deadline_us =
         later(begin_us, now_us) + PATIENCE_FRAMES * rig_camera_frame_us(self, side) + PATIENCE_US;
+    if (!self->profile.bridge) {
+        deadline_us = later(deadline_us, self->started_us[side] + FIRST_FRAME_US);
+    }
     int error = ERROR_TIMEOUT;
     while (error == ERROR_TIMEOUT && now_us < deadline_us) {
         error = watch_look(self);

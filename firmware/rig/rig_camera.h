@@ -18,6 +18,8 @@ uint64_t rig_camera_frame_us(const struct rig *self, unsigned side);
 
 /// Frames of this size from now on, from both cameras. Behind the bridge the sensors are not told.
 int rig_camera_start(struct rig *self, const struct hal_camera_format *format);
+/// The same for one camera with a port of its own.
+int rig_camera_start_side(struct rig *self, unsigned side, const struct hal_camera_format *format);
 /// No frames any more. The first error.
 int rig_camera_stop(struct rig *self);
 

@@ -22,6 +22,19 @@ static bool hungry(const struct rig *self, uint64_t now_us) {
     return alive && period_us > 0 && now_us - self->fed_us >= period_us / FEEDS_PER_PERIOD;
 }
 
+void watch_fed(struct rig *self) {
+    if (self->state != RIG_READY) {
+        return;  // nothing moves: nobody has to come in time
+    }
+    const uint64_t now_us = self->health[RIG_PART_BRIDGE].last_us;
+    const uint64_t before_us = self->feed_arrived_us;
+    INVARIANT(now_us >= before_us);
+    if (before_us != 0 && now_us - before_us > self->feed_gap_us) {
+        self->feed_gap_us = now_us - before_us;
+    }
+    self->feed_arrived_us = now_us;
+}
+
 int watch_feed(struct rig *self) {
     const uint64_t now_us = watch_now_us(self);
     if (!hungry(self, now_us)) {
@@ -38,6 +51,7 @@ int watch_feed(struct rig *self) {
                              NULL);
     }
     self->fed_us = now_us;
+    watch_fed(self);
     return ERROR_OK;
 }
 
@@ -104,8 +118,8 @@ int watch_trouble(struct rig *self, enum rig_part part, int error, const char *w
     add(&sentence, ": ");
     for (; *what != '\0'; what++) {
         char piece[DECIMAL_TEXT_BYTES] = {*what, '\0'};
-        if (*what == '#') {
-            INVARIANT(numbers != NULL);
+        // Without numbers it is a character like others: a device's name may hold one.
+        if (*what == '#' && numbers != NULL) {
             decimal_print(*numbers++, 0, piece);
         }
         add(&sentence, piece);

@@ -24,6 +24,9 @@ int watch_look(struct rig *self);
 /// As watch_look, but nobody is asked: for the way back to rest, which cannot be cancelled.
 int watch_feed(struct rig *self);
 
+/// Notes that a feed has arrived, by the bridge's last use.
+void watch_fed(struct rig *self);
+
 /// Waits until `until_us`, looking before, meanwhile and not after. The errors of watch_look, then
 /// at once.
 int watch_until(struct rig *self, uint64_t until_us);

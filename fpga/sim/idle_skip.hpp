@@ -17,8 +17,9 @@
 
 using Root = Vbridge_sim___024root;
 
-// Other versions of Verilator may call the registers by other names, and evaluate every clock.
-#if VERILATOR_VERSION_INTEGER == 5006000
+// Other versions of Verilator may call the registers by other names, as may Verilog that a tool has
+// written; then every clock is evaluated.
+#if VERILATOR_VERSION_INTEGER == 5006000 && !BRIDGE_EVERY_CLOCK
 
 struct IdleCounters {
     explicit IdleCounters(Root &root)

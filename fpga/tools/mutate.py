@@ -270,8 +270,7 @@ def main():
     excused = {}
     if os.path.exists(SURVIVORS):
         with open(SURVIVORS, encoding="utf-8") as file:
-            excused = {f"{entry['proof']}: {entry['mutant']}": entry["reason"]
-                       for entry in json.load(file)}
+            excused = {f"{entry['proof']}: {entry['mutant']}": entry for entry in json.load(file)}
     # Where parts are free, a mutant of a joint is for the tests of tests/hdl to see.
     proofs = {proof.name: proof for proof in
               (prove.Proof(path)
@@ -295,12 +294,15 @@ def main():
                 if subject.proof_fails(command):
                     return "proof", ""
                 mutant = name_of(name, command)
-                if mutant in excused or subject.equivalent(command):
-                    return "equivalent", excused.get(mutant, "same functions")
+                if mutant in excused:
+                    known = excused[mutant]
+                    return "survivor" if known.get("harmless") else "equivalent", known["reason"]
+                if subject.equivalent(command):
+                    return "equivalent", "same functions"
                 program = simulation and simulation.killer(folder, command)
                 if program:
                     return "simulation", program
-                return "survivor", " ".join(re.findall(r"-src (\S+)", command))
+                return "survivor", "at " + " ".join(re.findall(r"-src (\S+)", command))
 
             commands = subject.mutants(options.share, options.seed)
             mine = [{"mutant": name_of(name, command), "fate": fate, "why": why}
@@ -314,7 +316,7 @@ def main():
               f"{count['equivalent']} | {count['survivor']} |", flush=True)
     for entry in fates:
         if entry["fate"] == "survivor":
-            print(f"survives: {entry['mutant']}  at {entry['why']}")
+            print(f"survives: {entry['mutant']}: {entry['why']}")
     count = collections.Counter(entry["fate"] for entry in fates)
     killed = count["proof"] + count["simulation"]
     share = killed / max(1, killed + count["survivor"])

@@ -11,8 +11,10 @@ import unittest
 ROOT = os.environ["VERGENCE_SOURCE"]
 CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "vergence")
 
+RIG = ("cylinder_1x", "cylinder_3x", "mug_1x")
 
-def run(tool, *arguments, timeout_s=900):
+
+def run(tool, *arguments, timeout_s=1800):
     return subprocess.run([os.path.join(ROOT, "tools", tool), *arguments], capture_output=True,
                           text=True, timeout=timeout_s)
 
@@ -31,7 +33,7 @@ class Demo(unittest.TestCase):
 
     def test_says_where_to_look(self):
         self.assertEqual(self.first.returncode, 0, self.first.stdout + self.first.stderr)
-        for name in ("motorcycle", "aloe", "chessboard"):
+        for name in ("motorcycle", "aloe", "chessboard", *(f"rig_{name}" for name in RIG)):
             report = os.path.join(self.folder.name, name, "report.html")
             self.assertIn(report, self.first.stdout)
             self.assertGreater(os.path.getsize(report), 100_000)
@@ -67,6 +69,23 @@ class Demo(unittest.TestCase):
         page = os.path.join(self.folder.name, "chessboard-calibration", "calibration.html")
         self.assertIn(page, self.first.stdout)
         self.assertGreater(os.path.getsize(page), 100_000)
+
+    def test_the_simulated_rig_measures_what_is_there(self):
+        for name in RIG:
+            folder = os.path.join(self.folder.name, f"rig_{name}")
+            found = load(folder, "accuracy.json")["textured"]
+            self.assertGreater(found["pixels"], 2500)
+            self.assertGreaterEqual(found["measured_percent"], 90)
+            self.assertLessEqual(found["median_error_px"], 0.25)
+            self.assertLessEqual(found["wrong_percent"], 1)
+            with open(os.path.join(folder, "console.txt"), encoding="utf-8") as file:
+                console = file.read()
+            self.assertIn(f"> capture {name}\n", console)
+            self.assertNotIn("ERR ", console)
+        # The same surface, three times as near.
+        near, far = (load(self.folder.name, f"rig_cylinder_{zoom}", "accuracy.json")["textured"]
+                     for zoom in ("3x", "1x"))
+        self.assertLess(near["median_error_mm"], 0.8 * far["median_error_mm"])
 
     def test_second_run_does_no_needless_work(self):
         second = run("demo", "--quick", "--out", self.folder.name)

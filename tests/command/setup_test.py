@@ -61,7 +61,7 @@ class Setup(unittest.TestCase):
         self.user(1000)
         for name in ("apt-get", "sudo"):
             self.play(name, WRITE_DOWN)
-        for group in ("build", "bench"):
+        for group in ("demo", "bench"):
             done = self.run_tool("install_packages", group)
             self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
         self.assertEqual(self.called(), [])

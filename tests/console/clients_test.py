@@ -3,6 +3,7 @@
 import json
 import os
 import random
+import resource
 import signal
 import socket
 import stat
@@ -104,8 +105,8 @@ class Clients(DaemonTest):
     def test_help_is_whole(self):
         commands = self.first.ask_json("help")["result"]
         wanted = ("help status health selftest pan zoom focus iris exposure gain window capture "
-                  "record calibration registers watch log config version bugreport "
-                  "quit").split()
+                  "reconstruct record replay calibration registers watch log config version "
+                  "bugreport quit").split()
         self.assertEqual([name for name in wanted if name not in commands], [])
         for name in commands:
             self.assertTrue(self.first.ask_json(f"help {name}")["result"]["usage"].startswith(name))
@@ -290,6 +291,29 @@ class NoRig(unittest.TestCase):
         self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
         self.assertIn("backend = sim unix:/no/such.sock", done.stderr)
 
+
+class NoDescriptors(DaemonTest):
+    """A daemon that may open no more files than it has."""
+    settings = ("clients=12",)
+
+    def busy_s(self):
+        with open(f"/proc/{self.daemon.pid}/stat", encoding="ascii") as file:
+            fields = file.read().rsplit(")", 1)[1].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+    def test_who_is_too_much_is_told_and_nothing_spins(self):
+        first = self.client()
+        self.assertEqual(first.ask("version")[-1], "OK")
+        # Room for one more at most: the lowest number that is free is the next one taken.
+        highest = max(map(int, os.listdir(f"/proc/{self.daemon.pid}/fd")))
+        resource.prlimit(self.daemon.pid, resource.RLIMIT_NOFILE, (highest + 2, highest + 2))
+        others = [self.client() for _ in range(8)]
+        begun_s = self.busy_s()
+        time.sleep(1)
+        self.assertLess(self.busy_s() - begun_s, 0.5)
+        told = [other.line() for other in others[2:]]
+        self.assertEqual(set(told), {"ERR BUSY too many clients: try again later"})
+        self.assertEqual(first.ask("version")[-1], "OK")
 
 if __name__ == "__main__":
     unittest.main()

@@ -54,6 +54,9 @@ class Config(unittest.TestCase):
                      "is outside its legal range")
         self.refused("rig.frame_us = 5000\nprofile = rig\n",
                      "FILE:2: profile must stand above rig.frame_us (line 1), which it would undo")
+        self.refused("rig.lens_backlash_counts = 5\nrig.lenses = v1lc\n",
+                     "FILE:2: rig.lenses must stand above rig.lens_backlash_counts (line 1), which "
+                     "it would undo")
         self.refused("i2c = none\n", "FILE:1: i2c is none, but the profile rig needs it with "
                      "backend = linux")
         self.refused("socket = " + 300 * "x", "FILE:1: socket is too long: at most 255 characters")

@@ -148,6 +148,7 @@ class DaemonTest(unittest.TestCase):
     scene = "plane"
     has_socket = True
     error_file = None
+    environment = {}
 
     @classmethod
     def setUpClass(cls):
@@ -174,7 +175,8 @@ class DaemonTest(unittest.TestCase):
         # The search for leaks needs a process of its own, which a confined one may not make.
         leaks = {} if "confine=no" in arguments else {"ASAN_OPTIONS": "detect_leaks=0"}
         cls.daemon = subprocess.Popen([VERGENCED, *arguments], stdin=subprocess.DEVNULL,
-                                      stderr=cls.log, env={**os.environ, **leaks})
+                                      stderr=cls.log,
+                                      env={**os.environ, **leaks, **cls.environment})
         cls.addClassCleanup(cls.end, cls.daemon)
         cls.wait_for(cls.path)
 

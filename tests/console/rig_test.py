@@ -50,6 +50,11 @@ class Rig(DaemonTest):
         self.assertEqual(self.asked("window 640 480"), {"width": 640, "height": 480})
         self.assertEqual(self.first.ask("window 640"), ["ERR MISSING window: HEIGHT is missing"])
 
+    def test_a_selftest_leaves_the_cameras_as_they_were(self):
+        self.asked("window 320 240")
+        self.asked("selftest")
+        self.assertEqual(self.asked("capture")["left"]["width"], 320)
+
     def test_looks(self):
         self.assertEqual(self.asked("selftest")["picture"], "arrives bit for bit")
         self.assertEqual(self.asked("registers bridge id"), {"id": "0x5B1D"})
@@ -91,6 +96,9 @@ class Rig(DaemonTest):
         self.assertEqual(self.asked("record stop"), {"session": "r1", "pairs": 2})
         self.assertEqual(self.asked("record"), {"recording": "nothing"})
         self.assertEqual(len(self.frames_of("r1")) >= 4, True)
+        played = self.asked("replay r1")
+        self.assertEqual((played["same"], played["commands"], played["pairs"]),
+                         ("yes", len(commands), 2))
         # The same commands to a daemon that has nothing but the recording.
         script = "".join(f"{command}\n" for command in commands).replace(
             "capture\n", "capture p1\n").replace("capture - static", "capture p2 static")
@@ -110,7 +118,17 @@ class Rig(DaemonTest):
         self.assertEqual(len(self.frames_of("one")), 2)
         self.assertEqual(self.first.ask("capture one")[0][:12], "ERR ARGUMENT")
         self.assertEqual(self.first.ask("capture ../x")[0][:12], "ERR ARGUMENT")
-        self.assertTrue(self.asked("capture")["session"].startswith("capture-"))
+        other = self.asked("capture - static")
+        self.assertRegex(other["session"], "^capture-[0-9]")
+        self.assertEqual((answer["pair"], other["pair"]), (1, 1), "of its session")
+        last = self.asked("capture")["session"]
+        self.assertTrue(last.startswith("capture-"))
+        with open(os.path.join(self.files, last, "session.index"), encoding="ascii") as file:
+            self.assertEqual(file.read().count("_window=864,648,1"), 2)
+        # The last one captured here, whatever else lies there.
+        os.utime(os.path.join(self.files, "one", "session.index"), (4e9, 4e9))
+        refusal, = self.first.ask("reconstruct")
+        self.assertTrue(refusal.startswith(f"ERR MISSING {last}: has no calibration"), refusal)
 
     def test_safe(self):
         self.assertIn("state", self.asked("safe"))

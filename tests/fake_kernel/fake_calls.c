@@ -87,7 +87,7 @@ static int open_any(int directory, const char *path, int flags, mode_t mode) {
         }
     }
     if (device != NULL) {
-        return open_device(device, name);
+        return fake_file_plugged(device) == 0 ? as_call(-ENOENT) : open_device(device, name);
     }
     const int fd = (int)syscall(SYS_openat, directory, path, flags, mode);
     if (fd >= 0 && seen) {
@@ -224,6 +224,9 @@ int ioctl(int fd, unsigned long request, ...) {
     }
     if (file->operations == NULL) {
         return (int)syscall(SYS_ioctl, fd, request, argument);
+    }
+    if (fake_file_is_dead(file)) {
+        return as_call(-ENODEV);
     }
     if (file->operations->ioctl == NULL) {
         return as_call(-ENOTTY);

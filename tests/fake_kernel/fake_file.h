@@ -31,6 +31,8 @@ struct fake_device {
     unsigned major, minor;
     const struct fake_operations *operations;
     void *state;
+    int memory_fd;               ///< what its open files share; -1: each has its own
+    char plug[FAKE_PATH_BYTES];  ///< it is connected while this file is there; "": always
 };
 
 /// What an open descriptor is. A device's descriptor is a memory file of its own in truth, so that
@@ -42,6 +44,8 @@ struct fake_file {
     const struct fake_operations *operations;
     void *state;  ///< of the device, or what its `open` or `ioctl` has put there
     char name[64];
+    uint64_t plugged;  ///< which time it was connected when it was opened
+    bool dead;         ///< it was pulled out meanwhile
 };
 
 /// Adds a device. There must be room.
@@ -50,6 +54,13 @@ struct fake_device *fake_file_device(const char *path, unsigned major, unsigned 
 /// The device with this path, or NULL.
 struct fake_device *fake_file_device_at(const char *path);
 void fake_file_forget_all(void);
+/// Makes the memory of all devices now: a program that confines itself cannot do so later.
+void fake_file_prepare(void);
+
+/// Which time a device is connected (a number that is another one after each time), 0: it is not.
+uint64_t fake_file_plugged(const struct fake_device *device);
+/// Whether the device of this file has been pulled out since it was opened.
+bool fake_file_is_dead(struct fake_file *file);
 
 /// The file of a descriptor, or NULL when it is none of ours.
 struct fake_file *fake_file_of(int fd);

@@ -17,7 +17,7 @@
 
 enum { WATCHES = 4, PLANS = 8, RECORD_BYTES = 1 << 20 };
 
-enum effect { EFFECT_NONE, EFFECT_ERROR, EFFECT_KILL, EFFECT_HALVE };
+enum effect { EFFECT_NONE, EFFECT_ERROR, EFFECT_KILL, EFFECT_HANG, EFFECT_HALVE };
 
 struct plan {
     enum effect effect;
@@ -113,6 +113,14 @@ bool fake_kernel_watches(const char *path, char *name, size_t bytes) {
     return false;
 }
 
+bool fake_kernel_plug(const char *path, const char *file) {
+    struct fake_device *device = fake_file_device_at(path);
+    if (device != NULL) {
+        snprintf(device->plug, sizeof device->plug, "%s", file);
+    }
+    return device != NULL;
+}
+
 static void add_plan(enum effect effect, const char *what, unsigned nth, int error,
                      unsigned times) {
     fake_kernel_lock();
@@ -135,6 +143,10 @@ void fake_kernel_fail(const char *what, unsigned nth, int error, unsigned times)
 
 void fake_kernel_kill(const char *what, unsigned nth) {
     add_plan(EFFECT_KILL, what, nth, 0, 1);
+}
+
+void fake_kernel_hang(const char *what, unsigned nth) {
+    add_plan(EFFECT_HANG, what, nth, 0, 1);
 }
 
 void fake_kernel_short(const char *what, unsigned nth, unsigned times) {
@@ -180,6 +192,7 @@ enum fake_fate fake_kernel_step(const char *name, const char *call, const char *
         stop("a line could not be written");
     }
     enum fake_fate fate = FAKE_RUN;
+    bool hangs = false;
     int error = 0;
     fake_kernel_lock();
     write_down(line);
@@ -193,6 +206,7 @@ enum fake_fate fake_kernel_step(const char *name, const char *call, const char *
         if (plan->effect == EFFECT_KILL) {
             syscall(SYS_kill, getpid(), SIGKILL);
         }
+        hangs = hangs || plan->effect == EFFECT_HANG;
         fate = plan->effect == EFFECT_HALVE ? FAKE_HALVE : FAKE_FAIL;
         error = plan->error;
         if (!plan->for_ever && --plan->times == 0) {
@@ -200,6 +214,9 @@ enum fake_fate fake_kernel_step(const char *name, const char *call, const char *
         }
     }
     fake_kernel_unlock();
+    while (hangs) {
+        syscall(SYS_ppoll, NULL, 0, NULL, NULL, 0);
+    }
     if (fate == FAKE_FAIL) {
         errno = error;
     }

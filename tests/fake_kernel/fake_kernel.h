@@ -30,6 +30,10 @@ void fake_kernel_reset(void);
 /// Real files under this prefix are seen from now on. At most 4 prefixes.
 void fake_kernel_watch(const char *prefix);
 
+/// The device `path` is connected while `file` is there from now on; descriptors that are open when
+/// it goes stay dead. False: there is no such device.
+bool fake_kernel_plug(const char *path, const char *file);
+
 /// All lines since the last reset or `fake_kernel_forget`, each with its end. Lives until the next
 /// seen call.
 const char *fake_kernel_record(void);
@@ -46,6 +50,8 @@ void fake_kernel_forget(void);
 void fake_kernel_fail(const char *what, unsigned nth, int error, unsigned times);
 /// The same, but the process is killed (SIGKILL) in place of the call.
 void fake_kernel_kill(const char *what, unsigned nth);
+/// The same, but the call never returns: its thread hangs, others go on.
+void fake_kernel_hang(const char *what, unsigned nth);
 /// The same for a write or read: half the bytes (at least one) are moved, without an error.
 void fake_kernel_short(const char *what, unsigned nth, unsigned times);
 /// Whether a failure that was asked for has come to pass since the last reset.

@@ -26,14 +26,24 @@ static void describe_device(const struct fake_device *device, struct stat *statu
     memset(status, 0, sizeof *status);
     status->st_mode = S_IFCHR | 0660;
     status->st_rdev = makedev(device->major, device->minor);
+    status->st_ino = fake_file_plugged(device);
+}
+
+/// What stat says of a device's path: 0, or -1 with errno.
+static int look_at(const struct fake_device *device, struct stat *status) {
+    if (fake_file_plugged(device) == 0) {
+        errno = ENOENT;
+        return -1;
+    }
+    describe_device(device, status);
+    return 0;
 }
 
 int stat(const char *path, struct stat *status) {
     typedef int (*function)(const char *, struct stat *);
     const struct fake_device *device = fake_file_device_at(path);
     if (device != NULL) {
-        describe_device(device, status);
-        return 0;
+        return look_at(device, status);
     }
     NEXT(function, "stat")
     return next(path, status);
@@ -43,17 +53,30 @@ int lstat(const char *path, struct stat *status) {
     typedef int (*function)(const char *, struct stat *);
     const struct fake_device *device = fake_file_device_at(path);
     if (device != NULL) {
-        describe_device(device, status);
-        return 0;
+        return look_at(device, status);
     }
     NEXT(function, "lstat")
     return next(path, status);
 }
 
+int fstat(int fd, struct stat *status) {
+    typedef int (*function)(int, struct stat *);
+    const struct fake_file *file = fake_file_of(fd);
+    if (file != NULL && file->device != NULL) {
+        describe_device(file->device, status);
+        status->st_ino = file->plugged;
+        return 0;
+    }
+    NEXT(function, "fstat")
+    return next(fd, status);
+}
+
 int access(const char *path, int mode) {
     typedef int (*function)(const char *, int);
-    if (fake_file_device_at(path) != NULL) {
-        return 0;
+    struct stat status;
+    const struct fake_device *device = fake_file_device_at(path);
+    if (device != NULL) {
+        return look_at(device, &status);
     }
     NEXT(function, "access")
     return next(path, mode);

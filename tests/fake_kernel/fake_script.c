@@ -91,13 +91,14 @@ static void add_failure(const char *line, const char *rest) {
     fake_kernel_fail(rest + at, nth, errno_named(name), times);
 }
 
-static void add_kill(const char *line, const char *rest) {
+static void add_end(const char *line, const char *rest,
+                    void (*add)(const char *what, unsigned nth)) {
     unsigned nth = 0;
     int at = 0;
     if (sscanf(rest, "%u %n", &nth, &at) != 1 || nth == 0 || at == 0) {
         stop(line);
     }
-    fake_kernel_kill(rest + at, nth);
+    add(rest + at, nth);
 }
 
 static void add_i2c(const char *line, const char *rest) {
@@ -109,6 +110,38 @@ static void add_i2c(const char *line, const char *rest) {
     fake_i2c_add(path, (uint8_t)address);
 }
 
+static void set_video(const char *line, const char *rest) {
+    char path[WORD_BYTES], key[WORD_BYTES];
+    unsigned value = 0;
+    struct fake_device *device = NULL;
+    if (sscanf(rest, "%255s %255s %u", path, key, &value) == 3) {
+        device = fake_file_device_at(path);
+    }
+    struct fake_video *video = device == NULL ? NULL : device->state;
+    if (video == NULL) {
+        stop(line);
+    } else if (strcmp(key, "first_us") == 0) {
+        video->first_us = value;
+    } else if (strcmp(key, "phase_us") == 0) {
+        video->phase_us = (int32_t)value;
+    } else if (strcmp(key, "damage_every") == 0) {
+        video->damage_every = value;
+    } else if (strcmp(key, "lose_every") == 0) {
+        video->lose_every = value;
+    } else {
+        stop(line);
+    }
+}
+
+static void set_plug(const char *line, const char *rest) {
+    char path[WORD_BYTES];
+    int at = 0;
+    if (sscanf(rest, "%255s %n", path, &at) != 1 || at == 0 || rest[at] == '\0' ||
+        !fake_kernel_plug(path, rest + at)) {
+        stop(line);
+    }
+}
+
 static void follow(const char *line) {
     char word[WORD_BYTES] = "";
     int at = 0;
@@ -118,6 +151,10 @@ static void follow(const char *line) {
     const char *rest = line + at;
     if (strcmp(word, "video") == 0) {
         add_video(line, rest);
+    } else if (strcmp(word, "set") == 0) {
+        set_video(line, rest);
+    } else if (strcmp(word, "plug") == 0) {
+        set_plug(line, rest);
     } else if (strcmp(word, "i2c") == 0) {
         add_i2c(line, rest);
     } else if (strcmp(word, "gpio") == 0) {
@@ -129,7 +166,9 @@ static void follow(const char *line) {
     } else if (strcmp(word, "fail") == 0) {
         add_failure(line, rest);
     } else if (strcmp(word, "kill") == 0) {
-        add_kill(line, rest);
+        add_end(line, rest, fake_kernel_kill);
+    } else if (strcmp(word, "hang") == 0) {
+        add_end(line, rest, fake_kernel_hang);
     } else if (strcmp(word, "record") == 0) {
         fake_kernel_record_to(rest);
     } else {
@@ -149,6 +188,7 @@ void fake_script_run(const char *path) {
         follow(line);
     }
     fclose(file);
+    fake_file_prepare();
 }
 
 __attribute__((constructor)) static void begin(void) {

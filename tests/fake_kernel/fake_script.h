@@ -5,12 +5,17 @@
 ///     video PATH FORMAT PICTURE FRAME_US [WIDTHxHEIGHT]
 ///                          a camera that shows PICTURE (fake_picture.h); FORMAT: GREY, YUYV,
 ///                          SGRBG10 or MJPEG, the last with a size
+///     set PATH KEY VALUE   of a camera: first_us, phase_us, damage_every, lose_every, as in
+///                          fake_video.h
+///     plug PATH FILE       the device is connected while FILE is there; files that are open when
+///                          it goes stay dead
 ///     i2c PATH ADDRESS     a bus with one device of 256 registers
 ///     gpio PATH            a chip with 8 lines
 ///     watchdog PATH        a watchdog of 60 s
 ///     watch PREFIX         real files under PREFIX are seen
 ///     fail NTH TIMES ERRNO WHAT    as fake_kernel_fail; ERRNO as in errno.h, or a number
 ///     kill NTH WHAT        as fake_kernel_kill
+///     hang NTH WHAT        as fake_kernel_hang
 ///     record FILE          every line of the record is appended to FILE as it comes
 ///     # ...                a remark
 ///

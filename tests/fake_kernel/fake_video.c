@@ -54,7 +54,8 @@ static void paint(struct fake_video *self, uint32_t sequence, uint8_t *data, siz
 /// The frame that ends at `end_us` goes into the first buffer that waits, if one does.
 static void deliver(struct fake_video *self, uint64_t end_us) {
     const uint32_t sequence = self->sequence++;
-    if (self->queued_count == 0) {
+    const bool lost = self->lose_every != 0 && (sequence + 1) % self->lose_every == 0;
+    if (self->queued_count == 0 || lost) {
         return;
     }
     const unsigned index = self->queued[0];
@@ -82,6 +83,9 @@ static void deliver(struct fake_video *self, uint64_t end_us) {
     done->memory = V4L2_MEMORY_MMAP;
     done->bytesused = (uint32_t)bytes;
     done->flags = self->time_flags | V4L2_BUF_FLAG_DONE;
+    if (self->damage_every != 0 && (sequence + 1) % self->damage_every == 0) {
+        done->flags |= V4L2_BUF_FLAG_ERROR;
+    }
     done->sequence = self->counts ? sequence : 0;
     done->length = (uint32_t)self->buffer_bytes;
     done->timestamp.tv_sec = (time_t)(stamp_us / 1000000);
@@ -209,6 +213,10 @@ static int stream(struct fake_video *self, bool on) {
         self->starts++;
         self->sequence = 0;
         self->next_us = fake_kernel_now_us() + self->first_us;
+        if (self->phase_us >= 0) {
+            self->next_us += self->frame_us - self->next_us % self->frame_us;
+            self->next_us += (uint32_t)self->phase_us;
+        }
     }
     if (!on) {
         self->queued_count = self->done_count = 0;
@@ -328,6 +336,7 @@ struct fake_video *fake_video_add(const char *path, uint32_t fourcc, uint32_t wi
         .tells_frame_time = true,
         .time_flags = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC | V4L2_BUF_FLAG_TSTAMP_SRC_EOF,
         .counts = true,
+        .phase_us = -1,
         .fd = -1};
     fake_file_device(path, 81, video_count++, &operations, self);
     return self;

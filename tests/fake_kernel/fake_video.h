@@ -37,6 +37,10 @@ struct fake_video {
     uint32_t time_flags;          ///< V4L2_BUF_FLAG_TIMESTAMP_* and _TSTAMP_SRC_*
     bool counts;                  ///< false: sequence stays 0, as with some drivers
     bool full_range;              ///< V4L2_QUANTIZATION_FULL_RANGE
+    uint32_t damage_every;        ///< 0: none; n: every n-th frame has V4L2_BUF_FLAG_ERROR
+    uint32_t lose_every;          ///< 0: none; n: every n-th frame is missing, with its number
+    int32_t phase_us;             ///< -1: frames end at any time; else so long after whole frame
+                                  ///< times of the clock: two cameras that run freely
     uint32_t frames_until_still;  ///< 0: runs for ever; n: no more frames after n of a stream
     /// Fills a frame; `bytes` are the room, and become what is filled. NULL: every byte is
     /// x + y + the frame's number.

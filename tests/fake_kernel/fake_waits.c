@@ -68,6 +68,9 @@ static int poll_once(struct pollfd *polled, nfds_t count, uint64_t *next_us, boo
         if (file == NULL || file->operations == NULL) {
             *has_real = true;
             ready += poll_really(&polled[i], 1, &at_once, NULL) > 0;
+        } else if (fake_file_is_dead(file)) {
+            polled[i].revents = POLLERR | POLLHUP;
+            ready++;
         } else if (file->operations->poll != NULL) {
             const int always = POLLERR | POLLHUP | POLLNVAL;
             fake_kernel_lock();

@@ -192,6 +192,26 @@ TEST_CASE("what is expected decides; counts of errors end at 255") {
     }
 }
 
+TEST_CASE("a height of more than 2048 lines is expected to the line") {
+    for (int camera = 0; camera < BRIDGE_CAMERAS; camera++) {
+        OneCamera bench(camera);
+        hdl::Window window = small();
+        window.width = 1;
+        window.height = 2100;
+        window.fixed = 24;
+        bench.source.set_window(window);
+        bench.write(kExpectWidth, 1);
+        for (const unsigned expected : {2100u, 2101u, 2099u}) {
+            CAPTURE(camera);
+            CAPTURE(expected);
+            bench.write(kExpectHeight, expected);
+            bench.frames(2);
+            bench.frames(2);
+            CHECK(((bench.block(camera)[kFlags] & kShortFrame) != 0) == (expected != 2100));
+        }
+    }
+}
+
 TEST_CASE("sizes are counted up to 3840") {
     for (int camera = 0; camera < BRIDGE_CAMERAS; camera++) {
         OneCamera bench(camera);
@@ -396,6 +416,23 @@ TEST_CASE("skew: how much later the right camera's frames start, with its sign")
             bench.bridge.run_idle(3 * kMs);
             check();
         }
+    }
+}
+
+TEST_CASE("time is the microseconds since the reset, bit by bit") {
+    const uint64_t seed = synthetic::test_seed();
+    INFO("seed " << seed);
+    hdl::Random random(seed);
+    Bench bench;
+    const auto ahead_us = [&bench] {
+        return int64_t(bench.time_us()) - int64_t(bench.bridge.now() / kUs);
+    };
+    const int64_t first_us = ahead_us();
+    // Each bit up to the 22nd is 0 and 1 at some reading.
+    for (uint64_t wait_us = 1; wait_us < 3000000; wait_us = wait_us * 3 / 2 + 1) {
+        bench.bridge.run_idle((wait_us + random.below(uint32_t(wait_us) + 1)) * kUs);
+        CAPTURE(wait_us);
+        CHECK(std::abs(ahead_us() - first_us) <= 2);
     }
 }
 

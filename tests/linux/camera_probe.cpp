@@ -8,6 +8,7 @@
 #include "daemon/linux/monotonic_clock.h"
 #include "daemon/linux/stderr_log.h"
 #include "daemon/linux/v4l2_camera.h"
+#include "daemon/monotonic.h"
 
 namespace {
 
@@ -24,8 +25,8 @@ int look(v4l2_camera *camera, const hal_camera_format &format, int frames) {
     }
     for (int i = 0; i < frames; i++) {
         hal_camera_frame frame;
-        error = operations->take(camera->hal.self, monotonic_clock_now_us(),
-                                 monotonic_clock_now_us() + 1000000, &frame);
+        error = operations->take(camera->hal.self, monotonic_now_us(), monotonic_now_us() + 1000000,
+                                 &frame);
         if (error != ERROR_OK) {
             return fail("take", error);
         }

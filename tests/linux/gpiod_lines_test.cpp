@@ -200,3 +200,28 @@ TEST_CASE("what is wrong with a line is said in one line") {
     CHECK(gpiod_lines_open(&lines, places, &text) == ERROR_DEVICE);
     CHECK(std::string(text.text).find("gpiodetect") != std::string::npos);
 }
+
+TEST_CASE("lines that are not requested say so") {
+    const Kernel kernel;
+    gpiod_lines lines;
+    gpiod_lines_init(&lines);
+    CHECK(!gpiod_lines_are_open(&lines));
+    bool active = false;
+    uint64_t time_us = 0;
+    const hal_gpio_operations &port = *lines.hal.operations;
+    CHECK(port.set(lines.hal.self, HAL_GPIO_BRIDGE_RESET, true) == ERROR_DEVICE);
+    CHECK(port.get(lines.hal.self, HAL_GPIO_BRIDGE_IRQ, &active) == ERROR_DEVICE);
+    CHECK(port.wait_edge(lines.hal.self, HAL_GPIO_BRIDGE_IRQ, kStart_us, &time_us) == ERROR_DEVICE);
+    gpiod_lines_close(&lines);
+}
+
+TEST_CASE("a chip that was pulled out counts as gone after the next use") {
+    const Kernel kernel;
+    fake_gpio_add(kChip);
+    Lines open;
+    REQUIRE(open.opened == ERROR_OK);
+    CHECK(gpiod_lines_are_open(&open.lines));
+    fake_kernel_fail("SET_VALUES", 1, ENODEV, 1);
+    CHECK(open.set(HAL_GPIO_BRIDGE_RESET, true) == ERROR_DEVICE);
+    CHECK(!gpiod_lines_are_open(&open.lines));
+}

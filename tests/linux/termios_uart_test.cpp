@@ -15,6 +15,7 @@
 
 #include "core/error.h"
 #include "daemon/linux/monotonic_clock.h"
+#include "daemon/monotonic.h"
 #include "linux_try.hpp"
 
 namespace {
@@ -58,13 +59,13 @@ struct Uart {
 
     int write(const std::string &bytes, uint64_t wait_us = 200000) {
         return uart.hal.operations->write(uart.hal.self, bytes.data(), bytes.size(),
-                                          monotonic_clock_now_us() + wait_us);
+                                          monotonic_now_us() + wait_us);
     }
     int read(std::string *bytes, uint64_t wait_us = 200000, size_t capacity = 64) {
         bytes->assign(capacity, '?');
         size_t got = 0;
         const int error = uart.hal.operations->read(uart.hal.self, &(*bytes)[0], capacity,
-                                                    monotonic_clock_now_us() + wait_us, &got);
+                                                    monotonic_now_us() + wait_us, &got);
         bytes->resize(error == ERROR_OK ? got : 0);
         return error;
     }
@@ -144,16 +145,16 @@ TEST_CASE("reading and writing end at the deadline") {
     const Line line;
     Uart uart(line);
     std::string got;
-    uint64_t begin_us = monotonic_clock_now_us();
+    uint64_t begin_us = monotonic_now_us();
     CHECK(uart.read(&got, 30000) == ERROR_TIMEOUT);
-    uint64_t took_us = monotonic_clock_now_us() - begin_us;
+    uint64_t took_us = monotonic_now_us() - begin_us;
     CHECK(took_us >= 30000);
     CHECK(took_us < 2000000);
     CHECK(uart.read(&got, 0) == ERROR_TIMEOUT);
     // Nobody takes the bytes, so at some time there is no room for more.
-    begin_us = monotonic_clock_now_us();
+    begin_us = monotonic_now_us();
     CHECK(uart.write(std::string(1000000, 'x'), 30000) == ERROR_TIMEOUT);
-    took_us = monotonic_clock_now_us() - begin_us;
+    took_us = monotonic_now_us() - begin_us;
     CHECK(took_us >= 30000);
     CHECK(took_us < 2000000);
 }
@@ -197,9 +198,9 @@ TEST_CASE("a line that is hung up: what came before is still read, then it is go
     const int first = uart.read(&got, 1000000);
     CHECK(first == ERROR_OK);
     CHECK(got == "last");
-    const uint64_t begin_us = monotonic_clock_now_us();
+    const uint64_t begin_us = monotonic_now_us();
     CHECK(uart.read(&got, 5000000) == ERROR_DEVICE);
-    CHECK(monotonic_clock_now_us() - begin_us < 4000000);  // at once, not at the deadline
+    CHECK(monotonic_now_us() - begin_us < 4000000);  // at once, not at the deadline
     unplug.join();
     CHECK(uart.write("x") == ERROR_DEVICE);
 }

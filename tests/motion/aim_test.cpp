@@ -79,10 +79,11 @@ TEST_CASE("with the repeatability of real ones") {
     const simrig::RigSettings settings = servos(0.3);
     PanBench bench(settings);
     double worst = 0;
-    const double rms = rms_deg(bench, settings, 50, worst);
+    // Of 40 values an rms is known to 11 %.
+    const double rms = rms_deg(bench, settings, synthetic::rounds(20, 5), worst);
     MESSAGE("rms " << rms << ", worst " << worst << " degrees");
-    CHECK(rms < 0.36);
-    CHECK(rms > 0.2);
+    CHECK(rms < 0.4);
+    CHECK(rms > 0.15);
 }
 
 TEST_CASE("an angle is where the bridge has it, to half a sixteenth of a microsecond") {

@@ -128,11 +128,11 @@ struct Bench {
     }
     // Within `patience_us`.
     int read(unsigned number, uint64_t patience_us) {
-        const lens lens = lens_v3lc_lens(&driver, number);
+        const lens_drive lens = lens_v3lc_lens(&driver, number);
         return lens.operations->read(lens.self, line.now_us + patience_us, readings);
     }
     int go(unsigned number, lens_axis axis, int32_t position) {
-        const lens lens = lens_v3lc_lens(&driver, number);
+        const lens_drive lens = lens_v3lc_lens(&driver, number);
         return lens.operations->go(lens.self, axis, position, line.now_us + 100 * kMs);
     }
 
@@ -159,13 +159,13 @@ TEST_CASE("commands are the public code's, with the lens in front") {
     CHECK(bench.go(0, LENS_ZOOM, 851) == ERROR_RANGE);
     CHECK(bench.go(0, LENS_AXES, 500) == ERROR_NOT_CONNECTED);
     CHECK(bench.line.lines == std::vector<std::string>{"1Z300", "2F850", "2I512"});
-    const lens lens = lens_v3lc_lens(&bench.driver, 0);
+    const lens_drive lens = lens_v3lc_lens(&bench.driver, 0);
     CHECK(lens.operations->stop(lens.self, 1) == ERROR_UNSUPPORTED);
 }
 
 TEST_CASE("it is found, and says what it can do") {
     Bench bench(good());
-    const lens lens = lens_v3lc_lens(&bench.driver, 1);
+    const lens_drive lens = lens_v3lc_lens(&bench.driver, 1);
     lens_abilities abilities{};
     CHECK(lens.operations->open(lens.self, 500 * kMs, &abilities) == ERROR_OK);
     CHECK(abilities.reads_position);
@@ -402,7 +402,7 @@ TEST_CASE("a V1LC has no digits, no LF that could be relied on, and no iris") {
             return std::vector<Piece>{{40 * kMs, "V1LC\rz:120\rf:44\ri:random\r"}};
         },
         true);
-    const lens lens = lens_v3lc_lens(&bench.driver, 0);
+    const lens_drive lens = lens_v3lc_lens(&bench.driver, 0);
     lens_abilities abilities{};
     REQUIRE(lens.operations->open(lens.self, 1000 * kMs, &abilities) == ERROR_OK);
     CHECK(abilities.axes == 3);

@@ -148,6 +148,30 @@ TEST_CASE("serial bytes come in order, and their wait ends") {
     CHECK_MESSAGE(text.rfind("V3LC 1\rZoom:", 0) == 0, text);
 }
 
+TEST_CASE("frames that begin too early are neither given nor let through the port") {
+    rig_bench::RigBench bench;
+    REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
+    const hal_camera &camera = bench.backend.camera;
+    const auto take = [&](uint64_t not_before_us, uint64_t deadline_us, hal_camera_frame &frame) {
+        const int error = camera.operations->take(camera.self, not_before_us, deadline_us, &frame);
+        if (error == ERROR_OK) {
+            camera.operations->give_back(camera.self, &frame);
+        }
+        return error;
+    };
+    hal_camera_frame first{}, frame{};
+    const uint64_t begin_us = bench.now_us();
+    REQUIRE(take(begin_us, begin_us + 300000, first) == ERROR_OK);
+    CHECK(take(begin_us + 500000, begin_us + 200000, frame) == ERROR_TIMEOUT);
+    CHECK(bench.now_us() >= begin_us + 200000);
+    CHECK(bench.now_us() < begin_us + 210000);
+    REQUIRE(take(begin_us + 500000, begin_us + 800000, frame) == ERROR_OK);
+    CHECK(frame.begin_us >= begin_us + 500000);
+    CHECK(frame.begin_us < begin_us + 560000);
+    // Some twenty were sent meanwhile; each that passes costs its pixels.
+    CHECK(frame.sequence <= first.sequence + 2);
+}
+
 TEST_CASE("a rig that has gone is an error from then on, and its clock runs out") {
     Opened rig;
     rig.process.kill();

@@ -55,6 +55,7 @@ TEST_CASE("all kinds of events come back as they went in") {
     CHECK(session_writer_calibration(writer.get(), calibration.data(), calibration.size(),
                                      &trouble) == 0);
     CHECK(session_writer_command(writer.get(), command.c_str(), &trouble) == 0);
+    CHECK(session_writer_setting(writer.get(), "rig.key", "7", &trouble) == 0);
     CHECK(session_writer_registers(writer.get(), "FPGA bridge", 17, 0x20, values, 3, &trouble) ==
           0);
     std::vector<owned_pair> pairs(20);
@@ -80,6 +81,9 @@ TEST_CASE("all kinds of events come back as they went in") {
     REQUIRE(session_reader_next(&reader, event.get(), &trouble) == 1);
     CHECK(event->kind == SESSION_COMMAND);
     CHECK(event->text == command);
+    REQUIRE(session_reader_next(&reader, event.get(), &trouble) == 1);
+    CHECK(event->kind == SESSION_SETTING);
+    CHECK(std::string(event->text) == "rig.key = 7");
     REQUIRE(session_reader_next(&reader, event.get(), &trouble) == 1);
     CHECK(event->kind == SESSION_REGISTERS);
     CHECK(std::string(event->part) == "FPGA bridge");

@@ -56,6 +56,11 @@ inline void random_frame(Random &random, pair_frame &frame, std::vector<std::uin
     frame.end_us = random();
     frame.exposure_us = static_cast<std::uint32_t>(random());
     frame.gain_q3 = static_cast<std::uint16_t>(random());
+    if (upto(random, 1) == 1) {
+        frame.window = {static_cast<std::uint16_t>(upto(random, UINT16_MAX)),
+                        static_cast<std::uint16_t>(upto(random, UINT16_MAX)),
+                        static_cast<std::uint8_t>(1 + upto(random, 7))};
+    }
     frame.before = random_stand(random);
     frame.after = random_stand(random);
 }
@@ -80,7 +85,9 @@ inline bool same_frame(const pair_frame &a, const pair_frame &b) {
     return a.width_px == b.width_px && a.height_px == b.height_px && a.bits == b.bits &&
            a.layout == b.layout && a.sequence == b.sequence && a.begin_us == b.begin_us &&
            a.end_us == b.end_us && a.exposure_us == b.exposure_us && a.gain_q3 == b.gain_q3 &&
-           same_stand(a.before, b.before) && same_stand(a.after, b.after);
+           same_stand(a.before, b.before) && same_stand(a.after, b.after) &&
+           a.window.column_px == b.window.column_px && a.window.row_px == b.window.row_px &&
+           a.window.skip == b.window.skip;
 }
 
 /// Checks that an event's pair is `made`, to the last pixel.

@@ -14,6 +14,20 @@ inline uint64_t test_seed() {
     return text != nullptr ? std::strtoull(text, nullptr, 0) : 20090915;
 }
 
+#if defined(__SANITIZE_ADDRESS__)
+constexpr bool kSanitized = true;
+#elif defined(__has_feature)
+constexpr bool kSanitized = __has_feature(address_sanitizer);
+#else
+constexpr bool kSanitized = false;
+#endif
+
+/// How many of `usual` random cases a test of statistics looks at: all of them, but `sanitized`
+/// where the address sanitizer looks for mistakes that one case shows as well as a hundred.
+constexpr int rounds(int usual, int sanitized) {
+    return kSanitized ? sanitized : usual;
+}
+
 }  // namespace synthetic
 
 #endif

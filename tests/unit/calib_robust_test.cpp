@@ -107,7 +107,7 @@ void shift_board(calib::board_view *view, const calib::board &target) {
 }  // namespace
 
 TEST_CASE("no honest corner is taken for a blunder") {
-    for (uint64_t seed = 1; seed <= 8; seed++) {
+    for (uint64_t seed = 1; seed <= uint64_t(synthetic::rounds(8, 1)); seed++) {
         INFO("seed ", seed);
         const auto views = synthetic::make_rig_views(twenty_boards(), seed, seed + 100);
         const calib::solution found = solve(views.seen);
@@ -119,7 +119,7 @@ TEST_CASE("no honest corner is taken for a blunder") {
 
 TEST_CASE("single wrong corners are named, all of them and no others") {
     double clean_focal = 0, clean_baseline = 0, focal = 0, baseline = 0;
-    for (uint64_t seed = 1; seed <= 6; seed++) {
+    for (uint64_t seed = 1; seed <= uint64_t(synthetic::rounds(6, 2)); seed++) {
         INFO("seed ", seed);
         auto views = synthetic::make_rig_views(twenty_boards(), seed, seed + 100);
         const calib::solution clean = solve(views.seen);

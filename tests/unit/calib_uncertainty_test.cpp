@@ -173,7 +173,8 @@ void add_draw(const draw &one, all_scores *all) {
 }  // namespace
 
 TEST_CASE("error bars hold the truth over 400 independent draws") {
-    const int draws = std::max(400, synthetic::draws(400));
+    const int draws = synthetic::rounds(std::max(400, synthetic::draws(400)), 20);
+    const bool many = draws >= 400;
     const uint64_t seed = synthetic::test_seed();
     INFO("VERGENCE_SEED=", seed);
     std::vector<draw> made(static_cast<size_t>(draws));
@@ -192,10 +193,10 @@ TEST_CASE("error bars hold the truth over 400 independent draws") {
     for (const auto &entry : all) {
         const auto &score = entry.second;
         INFO(entry.first, ": z rms ", score.rms(), ", 95 % covers ", score.covered());
-        CHECK(score.rms() > 0.8);
-        CHECK(score.rms() < 1.25);
-        CHECK(score.covered() > 0.92);
-        CHECK(score.covered() < 0.98);
+        CHECK(score.rms() > (many ? 0.8 : 0.5));
+        CHECK(score.rms() < (many ? 1.25 : 1.8));
+        CHECK(score.covered() > (many ? 0.92 : 0.7));
+        CHECK((score.covered() < 0.98 || !many));
     }
 }
 
@@ -203,9 +204,9 @@ TEST_CASE("the alarm rings for a lens that no model describes, and error bars wi
     synthetic::RigViewsPlan plan = small_rig();
     plan.waves_px = 0.15;
     scores focal;
-    for (uint64_t seed = 1; seed <= 12; seed++) {
+    for (int seed = 1; seed <= synthetic::rounds(12, 3); seed++) {
         INFO("seed ", seed);
-        const draw one = make_draw(plan, seed, seed + 70);
+        const draw one = make_draw(plan, uint64_t(seed), uint64_t(seed) + 70);
         CHECK(one.found.fit.alarm);
         CHECK(one.found.fit.widened > 1.2);
         CHECK(one.found.fit.systematic_px > 0.03);

@@ -207,7 +207,8 @@ TEST_CASE("every level gives the bytes of plain C for every count of disparities
     const auto seed = static_cast<uint32_t>(synthetic::test_seed());
     INFO("VERGENCE_SEED=", seed);
     Random random(seed);
-    for (int count = 1; count <= 70; count++) {
+    // Every third of them has all remainders of the vectors' widths, too.
+    for (int count = 1; count <= 70; count += synthetic::rounds(1, 3)) {
         compare_levels(random, random_size(random), count);
     }
     for (const int count : {79, 80, 81, 96, 100, 128, 129, 160, 191, 255, 256, 257, 300, 1024}) {
@@ -221,6 +222,9 @@ TEST_CASE("every level gives the bytes of plain C for every size") {
     Random random(seed);
     for (const int width : {16, 17, 31, 32, 33, 47, 63, 64, 65, 101, 255}) {
         for (const int height : {8, 9, 15, 16, 17, 31, 33}) {
+            if (synthetic::kSanitized && height % 8 != 1) {
+                continue;
+            }
             compare_levels(random, {width, height}, random.between(1, 100));
         }
     }

@@ -10,7 +10,8 @@
 #include <string>
 
 #include "core/error.h"
-#include "device/lens.h"
+#include "device/lens_drive.h"
+#include "device/lens_v3lc.h"
 
 namespace {
 
@@ -36,6 +37,26 @@ TEST_CASE("the profiles that everybody has are good, and have the parts that the
     CHECK(named("two-cameras").lenses == RIG_LENSES_FIXED);
     CHECK(!named("two-cameras-lens").bridge);
     CHECK(named("two-cameras-lens").lenses == RIG_LENSES_V3LC);
+}
+
+TEST_CASE("a lens gets the numbers of its controller") {
+    rig_profile profile = named("two-cameras");
+    const char *what = nullptr;
+    for (const auto lenses : {RIG_LENSES_V1LC, RIG_LENSES_V3LC, RIG_LENSES_FIXED}) {
+        rig_profile_set_lenses(&profile, lenses);
+        CHECK(profile.lenses == lenses);
+        CHECK(rig_profile_check(&profile, &what) == ERROR_OK);
+        const int32_t counts = lenses == RIG_LENSES_V1LC ? LENS_V1LC_MOST - LENS_V1LC_LEAST
+                                                         : LENS_V3LC_MOST - LENS_V3LC_LEAST;
+        for (int axis = 0; axis < LENS_AXES && lenses != RIG_LENSES_FIXED; axis++) {
+            // Both take up to 7 s from end to end.
+            const double travel_s = double(counts) / profile.lens_counts_per_s[axis];
+            CHECK(travel_s >= 6.8);
+            CHECK(travel_s <= 7.5);
+        }
+        CHECK(profile.lens_backlash_counts * 40 <= counts);
+    }
+    CHECK(profile.lens_tolerance_counts == 0);
 }
 
 TEST_CASE("other names are refused, and change nothing") {

@@ -7,12 +7,19 @@
 #include "core/error.h"
 #include "daemon/reconstruct_summary.h"
 
+namespace {
+
+const reconstruct_words words{"--scale", "--scale", "--depth", "--depth"};
+
+}  // namespace
+
 TEST_CASE("the scale to stay below is the one that the user gave") {
     calibration rig = {};
     reconstruct_options options = reconstruct_default_options();
     reconstruct_context context{};
     context.calibration = &rig;
     context.options = &options;
+    context.words = &words;
     message text;
     context.shrink = 1;
     options.rectify.scale = 0.8;
@@ -32,6 +39,7 @@ TEST_CASE("an empty range of depths is the one in force") {
     reconstruct_context context{};
     context.calibration = &rig;
     context.options = &options;
+    context.words = &words;
     context.shrink = 1;
     message text;
     reconstruct_summary_no_plan(ERROR_DEPTH_RANGE, &context, &text);

@@ -20,7 +20,8 @@ def depth_text(bounds):
 
 def accuracy_text(folder):
     """Against the ground truth, or against the board's known squares."""
-    truth, board = os.path.join(folder, "evaluation.json"), os.path.join(folder, "board.json")
+    truth, board, rig = (os.path.join(folder, name)
+                         for name in ("evaluation.json", "board.json", "accuracy.json"))
     if os.path.exists(truth):
         score = load(truth)
         return (f"off by more than 2 px: {score['measured_all']['bad_2_percent']:.1f} % of what was "
@@ -30,6 +31,11 @@ def accuracy_text(folder):
         return (f"squares {found['square_mm']:.2f} mm (true: {found['true_square_mm']:.0f} mm), flat "
                 f"to {found['plane_rms_mm']:.2f} mm; {found['off_plane']} of {found['corners']} "
                 "corners wrong")
+    if os.path.exists(rig):
+        found = load(rig)["textured"]
+        return (f"of its texture {found['measured_percent']:.1f} % measured, off by "
+                f"{found['median_error_mm']:.2f} mm (median; 0.25 px are "
+                f"{0.25 * found['mm_per_px']:.2f} mm), {found['wrong_percent']:.1f} % wrong")
     return ""
 
 
@@ -38,19 +44,19 @@ def main():
         sys.exit("usage: print_table.py DIR RESULT...")
     out, names = sys.argv[1], sys.argv[2:]
     print()
-    print(f"{'':12} {'points':>9} {'measured':>9}  {'depth':17} {'rows off by':>11} {'time':>7} "
+    print(f"{'':15} {'points':>9} {'measured':>9}  {'depth':17} {'rows off by':>11} {'time':>7} "
           f"{'memory':>8}")
     for name in names:
         result = load(os.path.join(out, name, "result.json"))
         rows = result["vertical_disparity"]
-        print(f"{name:12} {result['counts']['vertices']:9,} {result['density_percent']:7.1f} %  "
+        print(f"{name:15} {result['counts']['vertices']:9,} {result['density_percent']:7.1f} %  "
               f"{depth_text(result['bounds_mm']):17} "
               f"{(format(rows['median_px'], '8.2f') + ' px') if rows else 'unknown':>11} "
               f"{result['time_ms']['total']:4.0f} ms "
               f"{result['memory_bytes']['arena_peak'] / 1e6:5.0f} MB")
     print()
     for name in names:
-        print(f"{name:12} {accuracy_text(os.path.join(out, name))}")
+        print(f"{name:15} {accuracy_text(os.path.join(out, name))}")
     print("\nReports, to be opened in a browser:")
     for name in names:
         print(f"  {os.path.join(out, name, 'report.html')}")

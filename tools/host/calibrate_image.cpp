@@ -59,9 +59,11 @@ void grey_rows(const image_file &file, std::vector<uint8_t> *grey) {
 
 }  // namespace
 
-bool calibrate_image_read(const std::string &path, calibrate_image *image, std::string *error) {
+bool calibrate_image_read(const std::string &path, bool mosaic, calibrate_image *image,
+                          std::string *error) {
     const image_format_list formats = image_formats();
     image_request request{};
+    request.bayer = mosaic ? IMAGE_BAYER_GRBG : IMAGE_BAYER_BY_FORMAT;
     const file_owner file(new image_file{});
     message trouble{};
     int code = ERROR_TOO_LARGE;

@@ -13,6 +13,7 @@
 #include <memory>
 
 #include "daemon/input_file.h"
+#include "daemon/session_pairs.h"
 #include "tools/host/image_formats.hpp"
 
 namespace {
@@ -133,11 +134,31 @@ class expander {
         return count;
     }
 
+    bool session(const std::string &path) {
+        message trouble{};
+        const auto add_shot = [](void *names, const session_pair_files *files) {
+            static_cast<calibrate_names *>(names)->shots.push_back(
+                {{files->path[0], files->path[1]}, files->mosaic});
+        };
+        return session_pairs_read(path.c_str(), add_shot, names_, &trouble) > 0 ||
+               fail(trouble.text);
+    }
+
     bool folder(const std::string &path) {
+        if (session_pairs_here(path.c_str())) {
+            return session(path);
+        }
         size_t count = pictures_of(path);
         for (const std::string &name : count > 0 ? std::vector<std::string>() : names_in(path)) {
             const std::string inner = joined(path, name);
-            count += input_file_is_directory(inner.c_str()) ? pictures_of(inner) : 0;
+            if (session_pairs_here(inner.c_str())) {
+                if (!session(inner)) {
+                    return false;
+                }
+                count++;
+            } else {
+                count += input_file_is_directory(inner.c_str()) ? pictures_of(inner) : 0;
+            }
         }
         if (count == 0) {
             return fail(path + ": the folder holds no pictures (" + formats_read + ")" +
@@ -166,7 +187,11 @@ class expander {
             return fail(path + ": no file has such a name");
         }
         for (size_t i = 0; i < found.gl_pathc; i++) {
-            if (!input_file_is_directory(found.gl_pathv[i])) {
+            if (session_pairs_here(found.gl_pathv[i])) {
+                if (!session(found.gl_pathv[i])) {
+                    return false;
+                }
+            } else if (!input_file_is_directory(found.gl_pathv[i])) {
                 add(found.gl_pathv[i], true);
             }
         }

@@ -12,6 +12,7 @@
 /// One moment: the pictures of the left (0) and of the right camera (1), "" where there is none.
 struct calibrate_shot {
     std::array<std::string, 2> path;
+    bool mosaic = false;  // they are raw, as a session of a rig with raw sensors holds them
 };
 
 struct calibrate_inputs {
@@ -29,13 +30,14 @@ struct calibrate_picture {
 /// What the operands stand for: names, not yet put together.
 struct calibrate_names {
     std::vector<calibrate_picture> pictures;
-    std::vector<calibrate_shot> shots;  // that a list puts together itself
+    std::vector<calibrate_shot> shots;  // that a list or a session puts together itself
     std::vector<std::string> notes;
 };
 
-/// Expands folders (with `left/` and `right/` in them, or not), patterns, and lists (text with one
-/// or two names a line, or OpenCV's image lists in XML or YAML). Returns false with one sentence in
-/// `*error` when an operand stands for nothing.
+/// Expands folders (with `left/` and `right/` in them, or not), recorded sessions and folders of
+/// them, patterns, and lists (text with one or two names a line, or OpenCV's image lists in XML or
+/// YAML). Returns false with one sentence in `*error` when an operand stands for nothing, or a
+/// session is damaged.
 bool calibrate_names_expand(const std::vector<std::string> &operands, calibrate_names *names,
                             std::string *error);
 

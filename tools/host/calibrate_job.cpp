@@ -15,6 +15,7 @@
 #include "core/invariant.h"
 #include "daemon/client.h"
 #include "daemon/interrupt.h"
+#include "daemon/monotonic.h"
 #include "daemon/outdir.h"
 #include "daemon/output_file.h"
 #include "daemon/progress.h"
@@ -61,7 +62,7 @@ class runner {
         interrupt_catch();
         // What its solver has to say of strange numbers, the verdict says better.
         FLAGS_minloglevel = google::GLOG_FATAL;
-        start_us_ = progress_now_us();
+        start_us_ = monotonic_now_us();
         progress_begin(&progress_, job_.quiet);
         int code;
         try {
@@ -299,8 +300,9 @@ class runner {
                            int *height) {
             calibrate_image image;
             std::string error;
-            const std::string &path = job_.inputs.shots[shot].path[static_cast<size_t>(camera)];
-            if (path.empty() || !calibrate_image_read(path, &image, &error)) {
+            const calibrate_shot &one = job_.inputs.shots[shot];
+            const std::string &path = one.path[static_cast<size_t>(camera)];
+            if (path.empty() || !calibrate_image_read(path, one.mosaic, &image, &error)) {
                 return false;
             }
             calibrate_image_enlarge(&image);
@@ -354,7 +356,7 @@ class runner {
         if (job_.json) {
             std::cout << json_;
         } else if (!job_.quiet) {
-            const double seconds = static_cast<double>(progress_now_us() - start_us_) / 1e6;
+            const double seconds = static_cast<double>(monotonic_now_us() - start_us_) / 1e6;
             char cost[64];
             std::snprintf(cost, sizeof cost, "cost        %.2f s, %d threads\n", seconds,
                           workers_parallel(threads_.get())->threads);

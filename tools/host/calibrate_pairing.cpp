@@ -153,7 +153,7 @@ class pairing {
     void single() {
         take_pictures();
         for (const calibrate_shot &shot : names_.shots) {
-            inputs_->shots.push_back({{shot.path[LEFT], ""}});
+            inputs_->shots.push_back({{shot.path[LEFT], ""}, shot.mosaic});
         }
         for (const named &one : pictures_) {
             inputs_->shots.push_back({{one.path, ""}});

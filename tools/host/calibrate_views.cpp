@@ -127,7 +127,7 @@ class finder {
         const size_t i = named_[index];
         looked_at *picture = &pictures_[i];
         calibrate_image image;
-        if (!calibrate_image_read(path(i), &image, &picture->reason)) {
+        if (!calibrate_image_read(path(i), shots_[i / 2].mosaic, &image, &picture->reason)) {
             picture->reason = without_name(picture->reason, path(i));
         } else {
             picture->read = true;

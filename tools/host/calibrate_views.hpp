@@ -23,8 +23,10 @@ struct calibrate_image {
     int orientation = 0;  // as EXIF numbers it, 0 or 1: not turned
 };
 
-/// Returns false with one sentence in `*error` that names the file.
-bool calibrate_image_read(const std::string &path, calibrate_image *image, std::string *error);
+/// Returns false with one sentence in `*error` that names the file. `mosaic`: a grey file holds
+/// rows of G R and of B G.
+bool calibrate_image_read(const std::string &path, bool mosaic, calibrate_image *image,
+                          std::string *error);
 
 /// Makes a picture that was shrunk as large as its file says again, by repeating pixels.
 void calibrate_image_enlarge(calibrate_image *image);

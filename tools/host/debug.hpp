@@ -6,7 +6,7 @@
 
 #include "daemon/reconstruct_debug.h"
 
-/// For reconstruct_command_abilities; static storage.
+/// For reconstruct_outputs; static storage.
 const reconstruct_debug_maker *debug_maker();
 
 #endif

@@ -7,6 +7,7 @@
 #include <csetjmp>
 #include <cstddef>
 
+#include "daemon/base64.h"
 #include "tools/host/image_jpeg.hpp"
 
 namespace {
@@ -50,20 +51,9 @@ bool encode_png(int width_px, int height_px, const report_bytes &indices,
 }  // namespace
 
 std::string report_encode_base64(const report_bytes &bytes) {
-    static const char letters[] =
-        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string text;
-    text.reserve((bytes.size() + 2) / 3 * 4);
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        const std::size_t left = bytes.size() - i;
-        const unsigned group = static_cast<unsigned>(bytes[i]) << 16 |
-                               (left > 1 ? static_cast<unsigned>(bytes[i + 1]) << 8 : 0U) |
-                               (left > 2 ? static_cast<unsigned>(bytes[i + 2]) : 0U);
-        text.push_back(letters[group >> 18]);
-        text.push_back(letters[group >> 12 & 63U]);
-        text.push_back(left > 1 ? letters[group >> 6 & 63U] : '=');
-        text.push_back(left > 2 ? letters[group & 63U] : '=');
-    }
+    std::string text(BASE64_TEXT_BYTES(bytes.size()), '\0');
+    base64_encode(bytes.data(), bytes.size(), text.data());
+    text.pop_back();  // the terminating zero
     return text;
 }
 

@@ -5,8 +5,8 @@
 /// Positions are the controller's own counts. Errors: ERROR_NOT_CONNECTED: the lens has no such
 /// axis; ERROR_RANGE: outside `lens_limits` (nothing was sent); ERROR_TIMEOUT: no answer that made
 /// sense by the deadline; others of hal/uart.h.
-#ifndef VERGENCE_DEVICE_LENS_H
-#define VERGENCE_DEVICE_LENS_H
+#ifndef VERGENCE_DEVICE_LENS_DRIVE_H
+#define VERGENCE_DEVICE_LENS_DRIVE_H
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -34,8 +34,8 @@ struct lens_reading {
     uint64_t time_us;  ///< when it was read, of the system's hal_clock
 };
 
-/// What a driver implements; `self` is that of `struct lens`. No call waits for a motor.
-struct lens_operations {
+/// What a driver implements; `self` is that of `struct lens_drive`. No call waits for a motor.
+struct lens_drive_operations {
     /// Finds the controller and says what it can do.
     int (*open)(void *self, uint64_t deadline_us, struct lens_abilities *abilities);
     int (*limits)(void *self, enum lens_axis axis, struct lens_limits *limits);
@@ -47,9 +47,9 @@ struct lens_operations {
     int (*read)(void *self, uint64_t deadline_us, struct lens_reading *readings);
 };
 
-/// A lens. The driver owns what `self` points to, which must outlive all users.
-struct lens {
-    const struct lens_operations *operations;
+/// A lens with motors. The driver owns what `self` points to, which must outlive all users.
+struct lens_drive {
+    const struct lens_drive_operations *operations;
     void *self;
 };
 

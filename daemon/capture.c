@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/capture.h"
+
+const struct command_argument capture_arguments[CAPTURE_ARGUMENTS] = {
+    [CAPTURE_NAME] = {.name = "NAME",
+                      .kind = COMMAND_TEXT,
+                      .least = 1,
+                      .most = 60,
+                      .optional = true,
+                      .help = "of the new session; one that tells the time when left out"},
+    [CAPTURE_CHECK] = {.name = "CHECK",
+                       .kind = COMMAND_CHOICE,
+                       .choices = "static",
+                       .optional = true,
+                       .help = "static: the left camera once more, and the scene must not have "
+                               "moved"},
+};
+
+struct pair_options capture_options(const struct command_value *values) {
+    return (struct pair_options){.check_static = values[CAPTURE_CHECK].given};
+}

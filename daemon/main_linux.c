@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/main_linux.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/linux/monotonic_clock.h"
+
+enum { LENS_BITS_PER_S = 9600 };
+
+// ---- one device after the other: 0 when it is open now, else an error with a message
+
+static int open_i2c(struct main_linux *self, struct message *message) {
+    if (i2c_dev_is_current(&self->i2c, self->config->i2c)) {
+        return ERROR_OK;
+    }
+    i2c_dev_close(&self->i2c);
+    return i2c_dev_open(&self->i2c, self->config->i2c, message);
+}
+
+static int open_uart(struct main_linux *self, struct message *message) {
+    if (termios_uart_is_current(&self->uart, self->config->lens_uart)) {
+        return ERROR_OK;
+    }
+    termios_uart_close(&self->uart);
+    return termios_uart_open(&self->uart, self->config->lens_uart, LENS_BITS_PER_S, message);
+}
+
+static int open_gpio(struct main_linux *self, struct message *message) {
+    if (gpiod_lines_are_open(&self->lines)) {
+        return ERROR_OK;
+    }
+    gpiod_lines_close(&self->lines);
+    return gpiod_lines_open(&self->lines, self->places, message);
+}
+
+static int open_device(struct main_linux *self, enum main_linux_device device,
+                       struct message *message) {
+    switch (device) {
+        case MAIN_LINUX_I2C:
+            return open_i2c(self, message);
+        case MAIN_LINUX_LEFT_CAMERA:
+        case MAIN_LINUX_RIGHT_CAMERA:
+            return v4l2_camera_renew(&self->camera[device - MAIN_LINUX_LEFT_CAMERA], message);
+        case MAIN_LINUX_LENS_UART:
+            return open_uart(self, message);
+        default:
+            return open_gpio(self, message);
+    }
+}
+
+/// "left_camera = /dev/video0: No such file or directory; ...": the setting, then what the backend
+/// says from the device's path on.
+static void name_setting(const struct main_linux *self, enum main_linux_device device,
+                         struct message *message) {
+    const struct config *config = self->config;
+    const struct {
+        const char *key, *value;
+    } settings[MAIN_LINUX_DEVICES] = {
+        [MAIN_LINUX_I2C] = {"i2c", config->i2c},
+        [MAIN_LINUX_LEFT_CAMERA] = {"left_camera", config->camera[RIG_LEFT]},
+        [MAIN_LINUX_RIGHT_CAMERA] = {"right_camera", config->camera[RIG_RIGHT]},
+        [MAIN_LINUX_LENS_UART] = {"lens_uart", config->lens_uart},
+        [MAIN_LINUX_GPIO] = {"gpio_chip", config->gpio_chip},
+    };
+    const struct message said = *message;
+    const char *at = device == MAIN_LINUX_GPIO ? NULL : strstr(said.text, settings[device].value);
+    message_set(message, 0, "%s = %s%s%s", settings[device].key, at != NULL ? at : "",
+                at != NULL ? "" : settings[device].value, at != NULL ? "" : ": ");
+    if (at == NULL) {
+        const size_t used = strlen(message->text);
+        snprintf(message->text + used, sizeof message->text - used, "%s", said.text);
+    }
+}
+
+static void open_all(void *opaque) {
+    struct main_linux *self = opaque;
+    for (int i = 0; i < MAIN_LINUX_DEVICES; i++) {
+        const enum main_linux_device device = (enum main_linux_device)i;
+        struct message *missing = &self->missing[i];
+        missing->text[0] = '\0';
+        if (self->needed[i] && open_device(self, device, missing) != ERROR_OK) {
+            name_setting(self, device, missing);
+        } else {
+            missing->text[0] = '\0';
+        }
+    }
+}
+
+/// "left_camera = /dev/video0: another program uses it; ..."; NULL: it starts.
+static const char *refused(struct main_linux *self, enum main_linux_device device) {
+    const bool right = device == MAIN_LINUX_RIGHT_CAMERA;
+    const struct v4l2_camera *camera = &self->camera[right ? RIG_RIGHT : RIG_LEFT];
+    if (camera->refused.text[0] == '\0') {
+        return NULL;
+    }
+    message_set(&self->refused, 0, "%s = %s: %.400s", right ? "right_camera" : "left_camera",
+                camera->path, camera->refused.text);
+    return self->refused.text;
+}
+
+static const char *missing(void *opaque, enum rig_part part) {
+    struct main_linux *self = opaque;
+    const bool bridge = self->config->profile.bridge;
+    enum main_linux_device device = MAIN_LINUX_I2C;
+    switch (part) {
+        case RIG_PART_LEFT_CAMERA:
+            device = MAIN_LINUX_LEFT_CAMERA;
+            break;
+        case RIG_PART_RIGHT_CAMERA:
+            device = bridge ? MAIN_LINUX_LEFT_CAMERA : MAIN_LINUX_RIGHT_CAMERA;
+            break;
+        case RIG_PART_LEFT_LENS:
+        case RIG_PART_RIGHT_LENS:
+            device = MAIN_LINUX_LENS_UART;
+            break;
+        case RIG_PART_RESET_LINE:
+        case RIG_PART_IRQ_LINE:
+            device = MAIN_LINUX_GPIO;
+            break;
+        default:
+            break;
+    }
+    const char *text = self->missing[device].text;
+    if (text[0] == '\0' && device == MAIN_LINUX_LENS_UART) {
+        // A line may switch the controller.
+        text = self->missing[MAIN_LINUX_GPIO].text;
+    }
+    if (text[0] != '\0') {
+        return text;
+    }
+    const bool camera = device == MAIN_LINUX_LEFT_CAMERA || device == MAIN_LINUX_RIGHT_CAMERA;
+    return camera ? refused(self, device) : NULL;
+}
+
+/// Where the lines are; whether there is any.
+static bool find_places(struct main_linux *self) {
+    const struct config *config = self->config;
+    const struct {
+        int32_t line;
+        bool low;
+    } lines[HAL_GPIO_LINES] = {
+        [HAL_GPIO_BRIDGE_RESET] = {config->reset_line, config->reset_active_low},
+        [HAL_GPIO_BRIDGE_IRQ] = {config->irq_line, config->irq_active_low},
+        [HAL_GPIO_LENS_POWER] = {config->lens_power_line, config->lens_power_active_low},
+    };
+    bool any = false;
+    for (int i = 0; i < HAL_GPIO_LINES; i++) {
+        if (lines[i].line != CONFIG_NO_LINE) {
+            any = true;
+            self->places[i] =
+                (struct gpiod_lines_place){.chip = config->gpio_chip,
+                                           .offset = (unsigned)lines[i].line,
+                                           .active_low = lines[i].low,
+                                           .active_at_start = i == HAL_GPIO_LENS_POWER};
+        }
+    }
+    return any;
+}
+
+void main_linux_open(struct main_linux *self, const struct config *config,
+                     const struct hal_log *log, struct rig_ports *ports) {
+    const struct rig_profile *profile = &config->profile;
+    *self = (struct main_linux){.config = config, .opener = {open_all, missing, self}};
+    self->needed[MAIN_LINUX_I2C] = profile->bridge;
+    self->needed[MAIN_LINUX_LEFT_CAMERA] = true;
+    self->needed[MAIN_LINUX_RIGHT_CAMERA] = !profile->bridge;
+    self->needed[MAIN_LINUX_LENS_UART] = profile->lenses != RIG_LENSES_FIXED;
+    self->needed[MAIN_LINUX_GPIO] = find_places(self);
+    i2c_dev_init(&self->i2c);
+    termios_uart_init(&self->uart);
+    gpiod_lines_init(&self->lines);
+    for (int side = 0; side < RIG_SIDES; side++) {
+        v4l2_camera_init(&self->camera[side], config->camera[side], profile->frame_us, log);
+    }
+    ports->clock = &monotonic_clock;
+    ports->i2c = profile->bridge ? &self->i2c.hal : NULL;
+    ports->camera[RIG_LEFT] = &self->camera[RIG_LEFT].hal;
+    ports->camera[RIG_RIGHT] = &self->camera[profile->bridge ? RIG_LEFT : RIG_RIGHT].hal;
+    ports->lens_uart = profile->lenses != RIG_LENSES_FIXED ? &self->uart.hal : NULL;
+    ports->gpio = self->needed[MAIN_LINUX_GPIO] ? &self->lines.hal : NULL;
+    ports->opener = &self->opener;
+    open_all(self);
+    for (int i = 0; i < MAIN_LINUX_DEVICES; i++) {
+        if (self->missing[i].text[0] != '\0') {
+            log->operations->write(log->self, HAL_LOG_WARNING, self->missing[i].text);
+        }
+    }
+}
+
+void main_linux_close(struct main_linux *self) {
+    if (self->config == NULL) {
+        return;
+    }
+    for (int side = 0; side < RIG_SIDES; side++) {
+        v4l2_camera_close(&self->camera[side]);
+    }
+    termios_uart_close(&self->uart);
+    gpiod_lines_close(&self->lines);
+    i2c_dev_close(&self->i2c);
+    self->config = NULL;
+}

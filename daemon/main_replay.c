@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// The console's `replay`: a recording below "files" is played beside the instrument, which it does
+// not touch.
+#include "daemon/main_replay.h"
+
+#include <stdint.h>
+
+#include "core/error.h"
+#include "daemon/replay/play.h"
+#include "daemon/server/files.h"
+#include "daemon/server/item.h"
+#include "daemon/server/surroundings.h"
+
+static int run_replay(const struct command_call *call) {
+    const struct surroundings *around = surroundings_of(call);
+    const struct play_observer observer = {around->go_on, around->progress, around->self};
+    const char *name = call->values[0].text;
+    struct play_outcome outcome;
+    struct message message;
+    int error = files_need_directory(call);
+    error = error != 0 ? error : files_check_plain(call, name);
+    if (error != 0) {
+        return error;
+    }
+    error = play_session(around->files_fd, name, &observer, &outcome, &message);
+    if (error != 0) {
+        return surroundings_refuse(call, error, "%s", message.text);
+    }
+    item_text(call, "session", name);
+    item_text(call, "build", outcome.build);
+    item_number(call, "commands", outcome.commands, 0, NULL);
+    item_number(call, "calls", outcome.calls, 0, NULL);
+    item_number(call, "pairs", outcome.pairs, 0, NULL);
+    item_text(call, "cut_off", outcome.cut ? "yes" : "no");
+    item_text(call, "same", outcome.same ? "yes" : "no");
+    if (outcome.same) {
+        return 0;
+    }
+    item_number(call, "command", outcome.command, 0, NULL);
+    item_number(call, "call", outcome.call, 0, NULL);
+    return surroundings_refuse(call, ERROR_VERIFY, "%s", outcome.departed.text);
+}
+
+static const struct command_argument replay_arguments[] = {
+    {.name = "SESSION",
+     .kind = COMMAND_TEXT,
+     .least = 1,
+     .most = FILES_NAME_MAX,
+     .help = "one that was recorded by \"record\""},
+};
+
+static const struct command commands[] = {
+    {.name = "replay",
+     .summary = "play a recording again and compare the pairs",
+     .help = "Its commands are carried out on the recorded answers of the hardware; the "
+             "instrument itself is not touched. Every pair must come out bit for bit the same: "
+             "else the first difference is told, with the number of the command and of the call.",
+     .arguments = replay_arguments,
+     .argument_count = 1,
+     .flags = COMMAND_NO_RIG | COMMAND_LONG,
+     .run = run_replay},
+};
+
+const struct command *main_replay_table(size_t *count) {
+    *count = 1;
+    return commands;
+}

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The console's command `replay`. It stands beside the main because it brings a backend with it.
+#ifndef VERGENCE_DAEMON_MAIN_REPLAY_H
+#define VERGENCE_DAEMON_MAIN_REPLAY_H
+
+#include <stddef.h>
+
+#include "rig/command.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+const struct command *main_replay_table(size_t *count);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/reconstruct_session.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/session_read.h"
+#include "device/mt9t001.h"
+
+/// What the index says of the pair that is wanted.
+struct wanted {
+    bool has_calibration;
+    uint32_t calibration_crc;
+};
+
+/// Finds the pair, and the calibration that was in force then. The events after it do not count.
+static int find_pair(struct reconstruct_session *self, struct session_reader *reader,
+                     struct wanted *wanted, struct message *message) {
+    struct session_event *event = malloc(sizeof *event);
+    struct wanted now = {.has_calibration = false};
+    uint32_t pairs = 0;
+    int got = event != NULL ? 1 : message_set(message, ERROR_MEMORY, "%s: no memory", self->path);
+    while (got == 1 && (self->pair == 0 || self->found != self->pair)) {
+        got = session_reader_next(reader, event, message);
+        if (got == 1 && event->kind == SESSION_CALIBRATION) {
+            now = (struct wanted){true, event->crc32};
+        } else if (got == 1 && event->kind == SESSION_PAIR) {
+            self->event = *event;
+            self->found = ++pairs;
+            *wanted = now;
+        }
+    }
+    free(event);
+    if (got < 0) {
+        return got;
+    }
+    if (pairs == 0 || (self->pair != 0 && self->found != self->pair)) {
+        return message_set(message, ERROR_MISSING, "%s: holds %u pair%s", self->path, pairs,
+                           pairs == 1 ? "" : "s");
+    }
+    return ERROR_OK;
+}
+
+static enum pixel_layout layout_of(enum hal_camera_layout layout) {
+    switch (layout) {
+        case HAL_CAMERA_RGB:
+            return PIXEL_RGB;
+        case HAL_CAMERA_BAYER_GRBG:
+            return PIXEL_BAYER_GRBG;
+        case HAL_CAMERA_GREY:
+            break;
+    }
+    return PIXEL_GREY;
+}
+
+static int read_frame(const struct reconstruct_session *self, const struct session_reader *reader,
+                      int side, const struct image_request *request, struct image_file *file,
+                      struct message *message) {
+    const struct pair_frame *frame = &self->event.pair.frame[side];
+    const size_t row_values = session_frame_row_values(frame);
+    const size_t values = row_values * frame->height_px;
+    uint16_t *data = malloc(values * sizeof *data);
+    if (data == NULL) {
+        return message_set(message, ERROR_MEMORY, "%s: no memory for a frame", self->path);
+    }
+    memset(file, 0, sizeof *file);
+    file->path = self->name[side];
+    file->request = request;
+    int error =
+        session_reader_frame(reader, frame, self->event.frame_crc[side], data, values, message);
+    if (error == ERROR_OK) {
+        error = image_file_begin(file, frame->width_px, frame->height_px,
+                                 frame->layout == HAL_CAMERA_RGB ? 3 : 1, frame->bits,
+                                 layout_of(frame->layout), message);
+    }
+    for (size_t y = 0; error == ERROR_OK && y < frame->height_px; y++) {
+        error = image_file_row(file, data + y * row_values, message);
+    }
+    free(data);
+    free(file->sums);
+    file->sums = NULL;
+    file->request = NULL;
+    return error;
+}
+
+static int parse_calibration(const char *name, const char *text, size_t length,
+                             struct calibration *calibration, struct message *message) {
+    struct calibration_fault fault = {.field = "", .reason = ""};
+    const int error = calibration_parse(text, length, calibration, &fault);
+    return error == ERROR_OK
+               ? ERROR_OK
+               : message_set(message, error, "%s:%d: %s%s%s", name, fault.line, fault.field,
+                             fault.field[0] != '\0' ? ": " : "",
+                             fault.reason[0] != '\0' ? fault.reason : error_text(error));
+}
+
+static int read_calibration(struct reconstruct_session *self, const struct session_reader *reader,
+                            const struct wanted *wanted, struct calibration *calibration,
+                            struct message *message) {
+    char text[CALIBRATION_TEXT_MAX_BYTES];
+    self->own = wanted->has_calibration;
+    if (self->own) {
+        char file[SESSION_NAME_MAX + 1];
+        session_calibration_name(wanted->calibration_crc, file);
+        snprintf(self->calibration_name, sizeof self->calibration_name, "%s/%s", self->path, file);
+        const int length =
+            session_reader_calibration(reader, wanted->calibration_crc, text, sizeof text, message);
+        return length < 0 ? length
+                          : parse_calibration(self->calibration_name, text, (size_t)length,
+                                              calibration, message);
+    }
+    snprintf(self->calibration_name, sizeof self->calibration_name, "the kept calibration");
+    if (self->kept_text == NULL) {
+        return message_set(message, ERROR_MISSING,
+                           "%s: has no calibration, and none is kept: \"calibration set FILE\" "
+                           "first",
+                           self->path);
+    }
+    return parse_calibration(self->calibration_name, self->kept_text, self->kept_length,
+                             calibration, message);
+}
+
+struct lens reconstruct_session_cut(const struct lens *lens, const struct pair_window *window,
+                                    int width_px, int height_px) {
+    INVARIANT(window->skip >= 1);
+    // Pixel u of the frame stands at column + skip u of the sensor when u is even, and skip - 1
+    // before that when it is odd; the mean of both is (skip - 1) / 2 before.
+    const double skip = window->skip;
+    const double middle = (skip - 1) / 2;
+    struct lens cut = *lens;
+    cut.width_px = width_px;
+    cut.height_px = height_px;
+    cut.fx_px = lens->fx_px / skip;
+    cut.fy_px = lens->fy_px / skip;
+    cut.cx_px = (lens->cx_px - window->column_px + middle) / skip;
+    cut.cy_px = (lens->cy_px - window->row_px + middle) / skip;
+    return cut;
+}
+
+static bool is_for(const struct lens *lens, int width_px, int height_px) {
+    return lens->width_px == width_px && lens->height_px == height_px;
+}
+
+static bool is_part(const struct pair_frame *frame) {
+    return frame->window.skip != 0 &&
+           (frame->width_px != MT9T001_WIDTH_PX || frame->height_px != MT9T001_HEIGHT_PX);
+}
+
+/// Makes the calibration one of the frames as they were taken.
+static int cut_to_window(struct reconstruct_session *self, struct calibration *calibration,
+                         struct reconstruct_context *context, struct message *message) {
+    struct lens *const lenses[RIG_SIDES] = {&calibration->left, &calibration->right};
+    for (int side = 0; side < RIG_SIDES; side++) {
+        const struct pair_frame *frame = &self->event.pair.frame[side];
+        if (!is_part(frame)) {
+            continue;
+        }
+        if (is_for(lenses[side], frame->width_px, frame->height_px)) {
+            reconstruct_context_warn(
+                context,
+                "%s is of %dx%d pixels, as the %s frame, and is taken to be of "
+                "the same part of the sensor",
+                self->calibration_name, frame->width_px, frame->height_px,
+                side == RIG_LEFT ? "left" : "right");
+        } else if (is_for(lenses[side], MT9T001_WIDTH_PX, MT9T001_HEIGHT_PX)) {
+            *lenses[side] = reconstruct_session_cut(lenses[side], &frame->window, frame->width_px,
+                                                    frame->height_px);
+            self->cut = true;
+        }
+        if (side == RIG_LEFT && frame->window.skip > 1) {
+            reconstruct_context_warn(context,
+                                     "pixels are taken to stand evenly, though with a skip of %d "
+                                     "the two of a colour pair are %.3g px off that",
+                                     frame->window.skip,
+                                     (frame->window.skip - 1) / (2.0 * frame->window.skip));
+        }
+    }
+    const int error = self->cut ? calibration_round(calibration) : ERROR_OK;
+    if (error != ERROR_OK || (self->cut && calibration_validate(calibration, NULL) != ERROR_OK)) {
+        return message_set(message, ERROR_SIZE_MISMATCH,
+                           "%s cannot be cut to what the frames show of the sensor: choose a "
+                           "larger window",
+                           self->calibration_name);
+    }
+    return ERROR_OK;
+}
+
+static int read_all(struct reconstruct_session *self, const struct session_reader *reader,
+                    const struct wanted *wanted, const struct image_request *request,
+                    struct reconstruct_inputs *inputs, struct reconstruct_context *context,
+                    struct message *message) {
+    struct image_file *const files[RIG_SIDES] = {&inputs->left, &inputs->right};
+    int error = read_calibration(self, reader, wanted, &inputs->calibration, message);
+    for (int side = 0; error == ERROR_OK && side < RIG_SIDES; side++) {
+        char file[SESSION_NAME_MAX + 1];
+        session_frame_name(self->event.frame_crc[side], file);
+        snprintf(self->name[side], sizeof self->name[side], "%s/%s", self->path, file);
+        error = read_frame(self, reader, side, request, files[side], message);
+    }
+    if (error == ERROR_OK) {
+        error = reconstruct_inputs_check(inputs, message);
+    }
+    if (error == ERROR_OK) {
+        error = cut_to_window(self, &inputs->calibration, context, message);
+    }
+    if (error == ERROR_OK) {
+        error = reconstruct_inputs_fit(inputs, self->calibration_name, message);
+    }
+    return error;
+}
+
+int reconstruct_session_read(void *session, const struct reconstruct_request *request,
+                             struct reconstruct_inputs *inputs, struct reconstruct_context *context,
+                             struct message *message) {
+    struct reconstruct_session *self = session;
+    struct session_reader reader;
+    struct wanted wanted = {.has_calibration = false};
+    const struct image_request image_request = {.scale = request->scale};
+    memset(inputs, 0, sizeof *inputs);
+    self->found = 0;
+    self->cut = false;
+    int error = session_reader_open(&reader, self->parent, self->path, NULL, message);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = find_pair(self, &reader, &wanted, message);
+    if (error == ERROR_OK) {
+        error = read_all(self, &reader, &wanted, &image_request, inputs, context, message);
+    }
+    session_reader_close(&reader);
+    if (error != ERROR_OK) {
+        reconstruct_inputs_free(inputs);
+        return error;
+    }
+    inputs->metric = true;
+    inputs->calibration_path = self->calibration_name;
+    snprintf(inputs->calibration_format, sizeof inputs->calibration_format, "vergence");
+    if (inputs->calibration.note[0] != '\0') {
+        reconstruct_context_warn(context, "calibration: %s", inputs->calibration.note);
+    }
+    reconstruct_inputs_doubt(inputs, context);
+    return ERROR_OK;
+}

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// The lines that carry whole files: what they mean here, and not on the instrument.
+#include <string.h>
+
+#include "core/invariant.h"
+#include "daemon/remote.h"
+#include "rig/command.h"
+#include "rig/command_words.h"
+
+/// The local name of a file without its directories.
+static const char *base_name(const char *name) {
+    const char *slash = strrchr(name, '/');
+    return slash != NULL ? slash + 1 : name;
+}
+
+int remote_files(struct remote *self, const char *line, int *error, struct message *message) {
+    char storage[COMMAND_LINE_MAX + 1];
+    const char *words[COMMAND_WORDS_MAX];
+    size_t count = 0;
+    const char *why = NULL;
+    if (self->json || command_words_split(line, storage, words, &count, &why) != 0 || count < 2 ||
+        count > 3) {
+        return 0;
+    }
+    INVARIANT(words[1] != NULL);
+    const bool fetch = strcmp(words[0], "fetch") == 0;
+    const bool send = strcmp(words[0], "send") == 0;
+    // fetch NAME OFFSET is the instrument's.
+    if ((!fetch && !send) ||
+        (fetch && count == 3 && words[2][strspn(words[2], "0123456789")] == '\0')) {
+        return 0;
+    }
+    const char *other = count == 3 ? words[2] : base_name(words[1]);
+    *error = fetch ? remote_fetch(self, words[1], other, message)
+                   : remote_send(self, words[1], other, message);
+    return 1;
+}

@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: Apache-2.0
+// A surface from a recorded pair, into a directory of the instrument's files. It needs no rig: the
+// pair may be of last year, and the next one can be aimed at meanwhile.
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/reconstruct_job.h"
+#include "daemon/reconstruct_session.h"
+#include "daemon/result_figures.h"
+#include "daemon/server/commands_daemon.h"
+#include "daemon/server/config.h"
+#include "daemon/server/files.h"
+#include "daemon/server/item.h"
+#include "daemon/server/surroundings.h"
+
+enum { SESSION, PAIR, SCALE, NEAR, FAR };
+
+static const struct reconstruct_words words = {
+    .scale = "SCALE", .smaller = "SCALE", .depth = "NEAR and FAR", .search = "NEAR and FAR"};
+
+/// One call. Large: allocated.
+struct surface {
+    const struct command_call *call;
+    char session[FILES_NAME_MAX + 1];
+    char result[FILES_NAME_MAX + 64];
+    char out_path[OUTDIR_PATH_BYTES];
+    char kept[SURROUNDINGS_CALIBRATION_BYTES];
+    struct reconstruct_session source;
+    struct reconstruct_request request;
+    struct reconstruct_job job;
+};
+
+/// The directory whose index was written last.
+static bool find_newest(int root, char *name) {
+    const int fd = openat(root, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    DIR *directory = fd >= 0 ? fdopendir(fd) : NULL;
+    struct timespec newest = {0, 0};
+    bool found = false;
+    if (directory == NULL) {
+        if (fd >= 0) {
+            close(fd);
+        }
+        return false;
+    }
+    for (const struct dirent *entry = readdir(directory); entry != NULL;
+         entry = readdir(directory)) {
+        char index[FILES_NAME_MAX + sizeof SESSION_INDEX_NAME + 1];
+        struct stat about;
+        if (entry->d_name[0] == '.' || strlen(entry->d_name) > FILES_NAME_MAX) {
+            continue;
+        }
+        snprintf(index, sizeof index, "%s/" SESSION_INDEX_NAME, entry->d_name);
+        if (fstatat(root, index, &about, AT_SYMLINK_NOFOLLOW) != 0) {
+            continue;
+        }
+        const struct timespec when = about.st_mtim;
+        if (!found || when.tv_sec > newest.tv_sec ||
+            (when.tv_sec == newest.tv_sec && when.tv_nsec > newest.tv_nsec)) {
+            found = true;
+            newest = when;
+            strcpy(name, entry->d_name);
+        }
+    }
+    closedir(directory);
+    return found;
+}
+
+static int choose_session(struct surface *self) {
+    const struct command_call *call = self->call;
+    const struct command_value *value = &call->values[SESSION];
+    int error = files_need_directory(call);
+    if (error != 0) {
+        return error;
+    }
+    if (value->given && strcmp(value->text, "-") != 0) {
+        error = files_check_plain(call, value->text);
+        snprintf(self->session, sizeof self->session, "%s", value->text);
+    } else if (!commands_session_last(self->session, sizeof self->session) &&
+               !find_newest(surroundings_of(call)->files_fd, self->session)) {
+        error =
+            surroundings_refuse(call, ERROR_MISSING, "there is no session: \"capture\" takes one");
+    }
+    if (error != 0) {
+        return error;
+    }
+    // No links: what is read is below "files".
+    const int fd = files_open_directory(call, self->session);
+    if (fd >= 0) {
+        close(fd);
+    }
+    return fd < 0 ? fd : 0;
+}
+
+static void load_kept(struct surface *self) {
+    const struct hal_store *store = surroundings_of(self->call)->store;
+    size_t length = 0;
+    if (store != NULL && store->operations->load(store->self, SURROUNDINGS_CALIBRATION, self->kept,
+                                                 sizeof self->kept, &length) == 0) {
+        INVARIANT(length <= sizeof self->kept);
+        self->source.kept_text = self->kept;
+        self->source.kept_length = length;
+    }
+}
+
+static int make_request(struct surface *self) {
+    const struct surroundings *around = surroundings_of(self->call);
+    const struct command_value *values = self->call->values;
+    self->request = reconstruct_request_usual();
+    if (values[SCALE].given) {
+        self->request.scale = values[SCALE].number;
+    }
+    if (values[NEAR].given && !values[FAR].given) {
+        return surroundings_refuse(self->call, ERROR_MISSING, "reconstruct: FAR goes with NEAR");
+    }
+    if (values[FAR].given && !(values[NEAR].number < values[FAR].number)) {
+        return surroundings_refuse(self->call, ERROR_RANGE,
+                                   "reconstruct: NEAR must be less than FAR");
+    }
+    self->request.depth_mm[0] = values[NEAR].given ? values[NEAR].number : 0;
+    self->request.depth_mm[1] = values[FAR].given ? values[FAR].number : 0;
+    self->source.parent = around->files_fd;
+    self->source.path = self->session;
+    self->source.pair = values[PAIR].given ? (uint32_t)values[PAIR].integer : 0;
+    return 0;
+}
+
+/// Where the results go depends on which pair it is: known once the session was read.
+static int read_session(void *cookie, const struct reconstruct_request *request,
+                        struct reconstruct_inputs *inputs, struct reconstruct_context *context,
+                        struct message *message) {
+    struct surface *self = cookie;
+    const char *files = surroundings_of(self->call)->config->files;
+    const int error = reconstruct_session_read(&self->source, request, inputs, context, message);
+    if (error != 0) {
+        return error;
+    }
+    snprintf(self->result, sizeof self->result, "surface-%s-%u", self->session, self->source.found);
+    const int length =
+        snprintf(self->out_path, sizeof self->out_path, "%s/%s", files, self->result);
+    INVARIANT(length > 0 && (size_t)length < sizeof self->out_path);
+    return 0;
+}
+
+static bool go_on(void *cookie) {
+    const struct surface *self = cookie;
+    const struct surroundings *around = surroundings_of(self->call);
+    return around->go_on(around->self);
+}
+
+static void show_progress(void *cookie, int stage, const char *what, int done, int total) {
+    const struct surface *self = cookie;
+    const struct surroundings *around = surroundings_of(self->call);
+    (void)stage;
+    if (total > 0) {
+        around->progress(around->self, what, (uint32_t)done, (uint32_t)total);
+    }
+}
+
+static void put_figures(const struct surface *self) {
+    const struct command_call *call = self->call;
+    const struct reconstruct_context *context = &self->job.context;
+    const struct reconstruct_result *result = context->result;
+    struct result_figures_quantiles spread;
+    item_text(call, "session", self->session);
+    item_number(call, "pair", self->source.found, 0, NULL);
+    item_text(call, "result", self->result);
+    item_text(call, "calibration", context->calibration->id);
+    item_text(call, "calibration_from", self->source.own ? "session" : "kept");
+    item_text(call, "calibration_cut", self->source.cut ? "yes" : "no");
+    item_number(call, "points", result->vertex_count, 0, NULL);
+    item_number(call, "triangles", result->triangle_count, 0, NULL);
+    item_number(call, "density", result_figures_density_percent(result), 1, "%");
+    if (result->vertex_count > 0 && result_figures_spread(result, &spread)) {
+        item_number(call, "depth_median", spread.depth_mm[1], 3, "mm");
+        item_number(call, "depth_near", spread.depth_mm[0], 3, "mm");
+        item_number(call, "depth_far", spread.depth_mm[2], 3, "mm");
+        item_number(call, "deviation", spread.sigma_mm[1], 3, "mm");
+    }
+    if (result->vertical.samples > 0) {
+        item_number(call, "rows_apart", result->vertical.median_px, 3, "px");
+    }
+    item_number(call, "time", (double)context->total_us / 1e6, 2, "s");
+    item_begin(call, "notes", true);
+    for (int i = 0; i < context->warning_count; i++) {
+        item_text(call, NULL, context->warnings[i].text);
+    }
+    item_end(call);
+}
+
+static int compute(struct surface *self) {
+    const struct reconstruct_source source = {read_session, self};
+    const struct reconstruct_observer observer = {
+        .go_on = go_on, .progress = show_progress, .self = self};
+    struct reconstruct_job *job = &self->job;
+    self->request.out_path = self->out_path;
+    job->outputs = &reconstruct_outputs_plain;
+    job->request = &self->request;
+    job->source = &source;
+    job->words = &words;
+    job->observer = &observer;
+    job->modest = true;
+    int error = reconstruct_job_run(job);
+    if (error == 0) {
+        put_figures(self);
+    } else {
+        // The job's buffer is the disk.
+        error = surroundings_refuse(self->call, error == ERROR_BUFFER ? ERROR_IO : error, "%s",
+                                    job->message.text);
+    }
+    reconstruct_job_end(job);
+    return error;
+}
+
+static int run_reconstruct(const struct command_call *call) {
+    struct surface *self = calloc(1, sizeof *self);
+    if (self == NULL) {
+        return surroundings_refuse(call, ERROR_MEMORY, "reconstruct: there is no memory");
+    }
+    self->call = call;
+    int error = choose_session(self);
+    error = error != 0 ? error : make_request(self);
+    if (error == 0) {
+        load_kept(self);
+        error = compute(self);
+    }
+    free(self);
+    return error;
+}
+
+static const struct command_argument reconstruct_arguments[] = {
+    {.name = "SESSION",
+     .kind = COMMAND_TEXT,
+     .least = 1,
+     .most = FILES_NAME_MAX,
+     .optional = true,
+     .help = "of the pair; the last one captured when left out (or -), else the newest"},
+    {.name = "PAIR",
+     .kind = COMMAND_INTEGER,
+     .least = 0,
+     .most = 1000000,
+     .optional = true,
+     .help = "which pair of the session, from 1; the last when left out (or 0)"},
+    {.name = "SCALE",
+     .kind = COMMAND_NUMBER,
+     .least = 0.05,
+     .most = 4,
+     .optional = true,
+     .help = "of the rectified images against the frames; 1 when left out"},
+    {.name = "NEAR",
+     .kind = COMMAND_NUMBER,
+     .unit = "mm",
+     .least = 1,
+     .most = 1e6,
+     .optional = true,
+     .help = "least depth to search, from the left camera; what the calibration says when left "
+             "out"},
+    {.name = "FAR",
+     .kind = COMMAND_NUMBER,
+     .unit = "mm",
+     .least = 1,
+     .most = 1e6,
+     .optional = true,
+     .help = "greatest depth to search"},
+};
+
+static const struct command commands[] = {
+    {.name = "reconstruct",
+     .summary = "measure a surface from a recorded pair",
+     .help = "Into the directory surface-SESSION-PAIR: mesh.ply, points.pcd, disparity.pfm, "
+             "reasons.pgm, result.json. It is there when all of it is written. The calibration is "
+             "the session's, else the kept one; one of the whole sensor is cut to the frames' "
+             "window. Less SCALE costs less memory and time.",
+     .arguments = reconstruct_arguments,
+     .argument_count = 5,
+     .flags = COMMAND_NO_RIG | COMMAND_LONG,
+     .run = run_reconstruct},
+};
+
+const struct command *commands_reconstruct_table(size_t *count) {
+    *count = 1;
+    return commands;
+}

@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Recorded sessions in place of pictures: `calibrate` takes all their pairs, `reconstruct` one."""
+import os
+import pathlib
+import shutil
+import unittest
+
+import cv2
+import numpy
+
+import boards
+from calibrate_workshop import Workshop as Calibrating
+from pairs import Workshop as Reconstructing
+from pairs import run
+from recorded import Session
+
+RECORDED = pathlib.Path(os.environ["VERGENCE_SOURCE"]) / "tests" / "sessions"
+
+
+class Calibrate(Calibrating):
+    def captured(self):
+        """A session for each pair but the last two, which share one; in colours."""
+        names = []
+        for number, pair in enumerate(self.made):
+            if number < len(self.made) - 1:
+                session = Session(self.folder / f"board-{number + 1}")
+                names.append(session.path)
+            session.pair(*[cv2.cvtColor(image, cv2.COLOR_GRAY2RGB) for image in pair])
+        return names
+
+    def test_sessions_give_what_pictures_give(self):
+        self.good()
+        self.assert_good(self.run_on())
+        pictures = (self.out / "rig.calibration").read_text()
+        names = self.captured()
+        self.assert_good(self.run_on(*names))
+        numbers = [line for line in pictures.splitlines() if not line.startswith(("id", "crc"))]
+        for operands in (names, [self.folder / "board-*"]):
+            self.assert_good(self.run_on(*operands))
+            sessions = (self.out / "rig.calibration").read_text()
+            self.assertEqual(numbers, [line for line in sessions.splitlines()
+                                       if not line.startswith(("id", "crc"))])
+
+    def test_raw_frames_are_developed(self):
+        for layout in ("grbg", "grey"):
+            session = Session(self.folder / layout)
+            for pair in self.made:
+                raw = [image.copy() for image in pair]
+                for image in raw:  # red and blue pixels see little light
+                    image[::2, 1::2] //= 8
+                    image[1::2, ::2] //= 8
+                session.pair(*raw, layout=layout)
+        self.assert_good(self.run_on(self.folder / "grbg"))
+        self.assertLess(self.figures()["fit"]["rms_px"], 0.05)
+        # The same pixels, taken for grey: nobody sees a board.
+        self.assertIn("no board found", self.run_on(self.folder / "grey").stderr)
+
+    def test_bad_sessions_are_refused_in_one_line(self):
+        names = self.captured()
+        index = names[3] / "session.index"
+        good = index.read_bytes()
+        frame = next(names[4].glob("frame-*"))
+        for spoil, words in (
+                (lambda: index.write_bytes(good.replace(b"number=1", b"number=2")
+                                           + b"end 00000000\n"),
+                 f"{names[3]}/session.index: line 2"),
+                (lambda: index.write_bytes(good.split(b"\n")[0] + b"\n"),
+                 f"{names[3]}: the session holds no pair: nothing was captured"),
+                (lambda: index.write_bytes(b"nonsense"), f"{names[3]}"),
+                (lambda: (index.write_bytes(good), frame.write_bytes(frame.read_bytes()[:-1])),
+                 f"{names[4]}/{frame.name}"),
+                (frame.unlink, f"{names[4]}/{frame.name}: cannot be read: No such file")):
+            spoil()
+            done = self.run_on(*names)
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
+            self.assertIn("vergence calibrate: " + words, done.stderr)
+            self.assertFalse((self.out / "rig.calibration").exists())
+
+
+class Reconstruct(Reconstructing):
+    def measured(self, *operands):
+        out = self.directory / "result"
+        done = run("reconstruct", *operands, "--out", out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return cv2.imread(str(out / "disparity.pfm"), cv2.IMREAD_UNCHANGED)
+
+    def refused(self, words, *operands, code=3):
+        done = run("reconstruct", *operands, "--out", self.directory / "none")
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (code, 1), done.stderr)
+        self.assertIn("vergence reconstruct: " + words, done.stderr)
+        self.assertFalse((self.directory / "none").exists())
+
+    def test_a_recorded_session_with_its_own_calibration(self):
+        session = RECORDED / "cylinder_1x"
+        frames = sorted(session.glob("frame-*"))
+        words = (session / "session.index").read_text().split()
+        left, right = (next(word[-8:] for word in words if word.startswith(f"{side}_frame="))
+                       for side in ("left", "right"))
+        self.assertGreaterEqual(len(frames), 2)
+        alone = self.measured(session)
+        files = self.measured(session / f"frame-{left}.pnm", session / f"frame-{right}.pnm",
+                              "--bayer", "grbg", "--calibration",
+                              next(session.glob("calibration-*")))
+        self.assertTrue(numpy.array_equal(alone, files, equal_nan=True))
+
+    def test_which_pair(self):
+        session = Session(self.directory / "session")
+        images = [cv2.imread(str(path)) for path in (self.left_path, self.right_path)]
+        rgb = [cv2.cvtColor(image, cv2.COLOR_BGR2RGB) for image in images]
+        search = ["--rectified", "--disparity", "0:48"]
+        self.refused(f"{session.path}: the session holds no pair: nothing was captured",
+                     session.path, *search)
+        session.pair(*rgb)
+        first = self.measured(session.path, *search)
+        self.assertTrue(numpy.array_equal(
+            first, self.measured(self.left_path, self.right_path, *search), equal_nan=True))
+        self.refused(f"{session.path}: the session holds 1 pair: --pair 2 is none",
+                     session.path, "--pair", 2, *search)
+        session.pair(rgb[0][::-1].copy(), rgb[1][::-1].copy())
+        self.assertTrue(numpy.array_equal(
+            first, self.measured(session.path, "--pair", 1, *search), equal_nan=True))
+        last = self.measured(session.path, *search)
+        self.assertFalse(numpy.array_equal(first, last, equal_nan=True))
+        self.assertTrue(numpy.array_equal(
+            last, self.measured(session.path, "--pair", 2, *search), equal_nan=True))
+
+    def test_what_is_wrong_is_said_in_one_line(self):
+        session = Session(self.directory / "session")
+        session.pair(*boards.pairs(poses=boards.POSES[:1])[0])
+        self.refused(f"{session.path}: the session holds no calibration: --calibration FILE is "
+                     "missing", session.path)
+        self.refused(f"{self.directory}: is no session: it has no session.index", self.directory)
+        self.refused("RIGHT is missing: two images are wanted, or the directory of a recorded "
+                     "session", self.left_path, code=2)
+        self.refused("--pair is for a recorded session", self.left_path, self.right_path, "--pair",
+                     1, "--rectified", code=2)
+        next(session.path.glob("frame-*")).write_bytes(b"P5\n1 1\n255\n0")
+        self.refused(str(session.path) + "/frame-", session.path, "--rectified")
+
+
+if __name__ == "__main__":
+    unittest.main()

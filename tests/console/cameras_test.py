@@ -1,0 +1,265 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Two webcams, with and without a lens, through the confined daemon on a fake kernel."""
+import glob
+import os
+import subprocess
+import time
+import unittest
+
+import cv2
+
+from daemon_process import PATIENCE_S, VERGENCED
+from fake_devices import FRAME_US, DeviceTest, LensController, show, texture
+
+NOT_THERE = "No such file or directory; is it connected, and its driver loaded?"
+WORKS = [{"part": "left camera", "state": "works"}, {"part": "right camera", "state": "works"}]
+
+
+class TwoCameras(DeviceTest):
+    profile = "profile=two-cameras"
+
+    def frames_of(self, session):
+        """The files of a session's frames, whose names are the CRC of what is in them."""
+        pattern = os.path.join(self.files, session, "frame-*")
+        return sorted(os.path.basename(path) for path in glob.glob(pattern))
+
+    def play(self, session, script, *settings):
+        done = subprocess.run(
+            [VERGENCED, f"backend=replay {os.path.join(self.files, session)}", self.profile,
+             "socket=none", f"files={self.files}", "store=none", "console=stdio", "confine=no",
+             *settings], input=script, text=True, capture_output=True, timeout=PATIENCE_S)
+        self.assertEqual(done.stdout.count("OK\n"), script.count("\n"), done.stdout + done.stderr)
+
+    def test_from_the_bring_up_to_a_pair(self):
+        self.serve(self.cameras(), self.profile)
+        self.assertNotIn("confine", self.said())
+        self.assertEqual(self.asked("bringup"), {"state": "ready", "parts": WORKS})
+        status = self.asked("status")
+        self.assertEqual((status["window"], status["pairs"]), ({"width": 640, "height": 480}, 0))
+        self.assertNotIn("exposure", status["left"])
+        # Units of 100 us, from 1 to 5000 of them.
+        self.assertEqual(self.asked("exposure 5040"), {"left": 5000, "right": 5000})
+        self.assertEqual(self.asked("gain left 2"), {"left": 2})
+        self.refused("exposure 600000", "ERR RANGE left camera: it does not take this value; choose "
+                     "one nearer to what it has")
+        self.assertEqual(self.asked("status")["right"], {"exposure": 5000})
+        pair = self.asked("capture one static")
+        self.assertLess(abs(pair["skew"]), FRAME_US / 2)
+        self.assertEqual((pair["change"], pair["left"]["gain"]), (0, 2))
+        self.assertEqual(len(self.frames_of("one")), 2)
+        health = self.asked("health")
+        self.assertEqual([part["state"] for part in health["parts"]], ["works", "works"])
+        self.assertGreater(health["left"]["frames"], 3)
+        self.assertEqual(health["right"]["restarts"], 0)
+        self.asked("selftest")
+        self.assertTrue(self.asked("bugreport")["size"] > 0)
+
+    def test_what_webcams_lack_is_refused_in_one_line(self):
+        self.serve(self.cameras(), self.profile)
+        self.asked("bringup")
+        for command, line in (
+                ("pan 1", "this instrument has no pan servos"),
+                ("zoom 400", "this instrument has no motorized lens on the left"),
+                ("registers left", "this instrument has no bridge and no sensors on its bus")):
+            self.assertEqual(self.first.ask(command), [f"ERR NOT_CONNECTED {line}"])
+        self.assertEqual(self.first.ask("window 320 240"), [
+            "ERR UNSUPPORTED left camera: it cannot give frames of this size; choose another "
+            "window"])
+        self.asked("capture")
+
+    def test_what_was_recorded_plays_again(self):
+        self.serve(self.cameras(), self.profile)
+        self.asked("record start r1")
+        commands = ["bringup", "exposure 8000", "capture"]
+        for command in commands:
+            self.asked(command)
+        for side, picture in enumerate(self.pictures):
+            show(picture, texture(7 + side))
+        commands.append("capture - static")
+        # The new picture may come between the two looks of one capture.
+        while self.first.ask(commands[-1])[-1] != "OK":
+            commands.append(commands[-1])
+        self.assertEqual(self.asked("record stop")["pairs"], 2)
+        self.assertEqual(self.asked("replay r1")["same"], "yes")
+        self.asked("capture alone")
+        script = "\n".join(["bringup", "exposure 8000", "capture p1"]) + "\n"
+        self.play("r1", script)
+        self.play("alone", "bringup\ncapture p2\n")
+        self.assertEqual(self.frames_of("p2"), self.frames_of("alone"))
+        played = self.frames_of("p1")
+        self.assertEqual(len(played), 2)
+        self.assertTrue(set(played) <= set(self.frames_of("r1")))
+        self.assertFalse(set(played) & set(self.frames_of("alone")))
+
+    def test_a_camera_is_pulled_out_and_put_back(self):
+        self.plug("plug")
+        self.serve(self.cameras() + f"plug /dev/video1 {self.place('plug')}\n", self.profile)
+        self.asked("bringup")
+        self.asked("capture")
+        self.plug("plug", False)
+        gone = "ERR DEVICE right camera: it has gone; look at its plug, then bring up again"
+        self.refused("capture", gone)
+        self.assertEqual(self.asked("status")["state"], "safe")
+        self.refused("bringup", f"ERR DEVICE right camera: right_camera = /dev/video1: {NOT_THERE}")
+        self.plug("plug")
+        self.assertEqual(self.asked("bringup")["parts"], WORKS)
+        self.asked("capture")
+        # Out and in again while nobody looked.
+        self.plug("plug", False)
+        self.plug("plug")
+        self.assertEqual(self.asked("bringup")["parts"], WORKS)
+        self.asked("capture")
+
+    def test_what_is_missing_is_told_and_found_later(self):
+        plugs = "".join(f"plug /dev/video{side} {self.place(f'plug{side}')}\n" for side in (0, 1))
+        self.serve(self.cameras() + plugs, self.profile)
+        for side, name in enumerate(("left", "right")):
+            self.assert_said(f"{name}_camera = /dev/video{side}: {NOT_THERE}\n")
+        answer = self.first.ask_json("bringup")
+        self.assertEqual(answer["message"], f"left camera: left_camera = /dev/video0: {NOT_THERE}")
+        self.assertEqual([part["state"] for part in answer["result"]["parts"]],
+                         2 * ["the device is missing, has gone, or is not the expected one"])
+        self.plug("plug0")
+        self.plug("plug1")
+        self.assertEqual(self.asked("bringup")["parts"], WORKS)
+
+    def test_damaged_and_lost_frames_are_not_taken_for_good_ones(self):
+        self.serve(self.cameras() + "set /dev/video0 damage_every 3\n"
+                   "set /dev/video1 lose_every 3\n", self.profile)
+        self.asked("bringup")
+        for _ in range(3):
+            self.assertLess(abs(self.asked("capture")["skew"]), 50000)
+        health = self.asked("health")
+        self.assertGreater(health["left"]["faulty"], 0)
+        self.assertGreater(health["right"]["gaps"], 0)
+
+    def test_frames_that_are_all_damaged(self):
+        self.serve(self.cameras() + "set /dev/video1 damage_every 1\n", self.profile)
+        self.asked("bringup")
+        self.refused("capture", "ERR FRAME right camera: two frames in succession were damaged; "
+                     "look at its cable and plug")
+        self.assertEqual(self.asked("status")["state"], "ready")
+
+    def test_a_stream_that_breaks_goes_on(self):
+        self.serve(self.cameras() + "fail 30 1 EIO video0 ioctl DQBUF\n", self.profile)
+        self.asked("bringup")
+        for _ in range(6):
+            self.asked("capture")
+        self.assertEqual(self.asked("health")["left"]["restarts"], 1)
+        self.assert_said("camera /dev/video0: DQBUF: Input/output error; the stream is started again")
+
+    def test_slow_to_start_and_jpeg(self):
+        for side, picture in enumerate(self.pictures):
+            good, data = cv2.imencode(".jpg", texture(side))
+            self.assertTrue(good)
+            with open(picture, "wb") as file:
+                file.write(data.tobytes())
+        self.serve("".join(f"video /dev/video{side} MJPEG {picture} {FRAME_US} 640x480\n"
+                           f"set /dev/video{side} first_us 1300000\n"
+                           for side, picture in enumerate(self.pictures)), self.profile)
+        self.asked("bringup")
+        self.assertEqual(self.asked("capture one")["left"]["width"], 640)
+        with open(os.path.join(self.files, "one", self.frames_of("one")[0]), "rb") as file:
+            self.assertEqual(file.read(2), b"P6")
+
+    def test_a_camera_that_another_program_has(self):
+        self.serve(self.cameras() + "fail 1 3 EBUSY video1 ioctl S_FMT\n", self.profile)
+        self.refused("bringup", "ERR IO right camera: right_camera = /dev/video1: another program "
+                     "uses it; end that first")
+        self.refused("bringup", "ERR IO right camera: right_camera = /dev/video1: another program "
+                     "uses it; end that first")
+        self.refused("bringup", "ERR IO right camera: right_camera = /dev/video1: another program "
+                     "uses it; end that first")
+        self.assertEqual(self.asked("bringup")["parts"], WORKS)
+
+    def test_two_sizes(self):
+        show(self.pictures[1], texture(2, 320, 240))
+        self.serve(self.cameras(), self.profile)
+        self.refused("bringup", "ERR UNSUPPORTED right camera: it gives no frames of 640 x 480 that "
+                     "we read; set rig.width_px and rig.height_px to a size that both cameras have")
+        self.assertEqual(self.asked("status")["state"], "safe")
+
+    def test_frames_that_are_far_apart_are_refused(self):
+        # Whatever their phase, frames every 300 ms that begin together are 150 ms apart here.
+        self.serve(self.cameras(300000) + "set /dev/video0 phase_us 0\n"
+                   "set /dev/video1 phase_us 150000\n", self.profile)
+        self.asked("bringup")
+        answer = self.first.ask("capture")[-1]
+        self.assertRegex(answer, r"^ERR MOVED right camera: its frame began 1[45]\d ms from the "
+                         "left one, more than 50 ms; expose shorter, or raise rig.skew_limit_us$")
+
+
+class TwoCamerasAndLenses(DeviceTest):
+    def setUp(self):
+        super().setUp()
+        self.lens_path = self.place("tty")
+        self.lens = LensController(self.lens_path)
+        self.addCleanup(lambda: self.lens.pull_out())
+
+    def test_a_lens_is_moved_pulled_out_and_put_back(self):
+        self.serve(self.cameras(), "profile=two-cameras-lens", f"lens_uart={self.lens_path}")
+        self.assertEqual(self.asked("bringup")["state"], "ready")
+        self.assertAlmostEqual(self.asked("zoom both 400")["right"]["position"], 400, delta=4)
+        self.assertEqual(self.lens.positions[1][0], 400)
+        self.asked("capture")
+        self.lens.pull_out()
+        began = time.monotonic()
+        self.assertEqual(self.first.ask("focus 450")[-1][:14], "ERR DEVICE lef")
+        self.assertLess(time.monotonic() - began, 4)
+        self.refused("bringup", f"ERR DEVICE left lens: lens_uart = {self.lens_path}: {NOT_THERE}")
+        self.lens = LensController(self.lens_path)
+        self.assertEqual(self.asked("bringup")["state"], "ready")
+        self.assertAlmostEqual(self.asked("focus left 450")["left"]["position"], 450, delta=4)
+
+
+class OneLens(DeviceTest):
+    def test_a_v1lc_that_takes_its_seven_seconds(self):
+        lens = LensController(self.place("tty"), counts_per_s=20)
+        self.addCleanup(lens.pull_out)
+        self.serve(self.cameras(), "profile=two-cameras-lens", "rig.lenses=v1lc",
+                   f"lens_uart={lens.path}")
+        self.assertEqual(self.asked("bringup")["state"], "ready")
+        began = time.monotonic()
+        self.assertAlmostEqual(self.asked("zoom left 178")["left"]["position"], 178, delta=2)
+        self.assertGreater(time.monotonic() - began, (178 - 50) / 20 - 0.5)
+        self.refused("zoom left 200",
+                     "ERR RANGE zoom: POSITION 200: the left lens goes from 44 to 180 counts")
+        self.refused("zoom right 100",
+                     "ERR NOT_CONNECTED this instrument has no motorized lens on the right")
+        self.asked("capture")
+
+
+class FullRig(DeviceTest):
+    def test_what_is_missing_has_its_setting(self):
+        self.serve("i2c /dev/i2c-1 0x10\n" + self.cameras(), "profile=rig", "i2c=/dev/i2c-7",
+                   "reset_line=3", f"lens_uart={self.place('none')}")
+        self.assert_said(f"i2c = /dev/i2c-7: {NOT_THERE}\n")
+        self.assert_said("gpio_chip = /dev/gpiochip0: line 3 of /dev/gpiochip0 for the bridge's reset: "
+                         "No such file or directory; there is no such GPIO chip")
+        answer = self.first.ask_json("bringup")
+        self.assertIn("bridge's reset line: gpio_chip = /dev/gpiochip0: line 3", answer["message"])
+        self.assertEqual(answer["result"]["state"], "safe")
+        self.assert_said(f"left lens: lens_uart = {self.place('none')}: {NOT_THERE}")
+
+    def test_an_i2c_bus_without_a_bridge(self):
+        self.serve("i2c /dev/i2c-1 0x10\n" + self.cameras() + "gpio /dev/gpiochip0\n", "profile=rig",
+                   "reset_line=3", f"lens_uart={self.place('none')}")
+        self.refused("bringup", "ERR I2C_NACK FPGA bridge: it does not answer on I2C; look at its "
+                     "supply and its SCL and SDA")
+
+    def test_something_else_in_the_place_of_the_bridge(self):
+        self.plug("plug")
+        self.serve("i2c /dev/i2c-1 0x2C\n" + self.cameras() +
+                   f"plug /dev/i2c-1 {self.place('plug')}\n", "profile=rig",
+                   f"lens_uart={self.place('none')}")
+        self.refused("bringup", "ERR DEVICE FPGA bridge: something else answers in its place, or it "
+                     "has gone; look at what is connected")
+        self.plug("plug", False)
+        self.refused("bringup", f"ERR DEVICE FPGA bridge: i2c = /dev/i2c-1: {NOT_THERE}")
+        self.plug("plug")
+        self.refused("bringup", "ERR DEVICE FPGA bridge: something else answers in its place, or it "
+                     "has gone; look at what is connected")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,410 @@
+# SPDX-License-Identifier: Apache-2.0
+"""usage: endurance.py [--hours N] [--seed N] [--verbose]
+
+Lets vergenced serve a simulated rig in virtual time for N hours (default 24), with random commands
+and random faults: what jams, is unplugged, silent, stuck or sends garbage; clients that vanish,
+never read, send rubbish or are killed. Prints a line for each virtual hour, and how far it came
+when SIGINT or SIGTERM ends it.
+
+It fails when the daemon ends, its memory grows by more than 2 MiB or its descriptors by any after
+the first hour (or the first half of a shorter run), the bridge's watchdog fires while the daemon
+says it is ready, a bring-up fails though nothing is broken, a command fails without a reason, or
+does not end.
+
+The seed says which commands and faults come; where a cancelled command stops depends on the
+machine. --verbose prints each with the time of the rig. VERGENCED, VERGENCE_BOARD and SIMRIG name
+the programs.
+
+Exit code: 0 nothing found; 1 something was found, and is told; 2 wrong usage; 130 interrupted.
+"""
+import argparse
+import json
+import os
+import random
+import shutil
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+
+from daemon_process import SIMRIG, VERGENCE, VERGENCED, Client
+
+COMMAND_S = 900  # of the wall: a command that takes longer never ends
+GROWTH_KIB = 2048
+SIDES = ("left", "right")
+STATUS_FIRED = 1 << 2
+REPAIRS = tuple([f"servo {side} free" for side in SIDES] +
+                [f"lens {side} {ring} free" for side in SIDES
+                 for ring in ("zoom", "focus", "iris")] +
+                [f"camera {side} ok" for side in SIDES] + ["bus ok", "serial ok"])
+
+
+class Found(Exception):
+    """What must not be."""
+
+
+class Interrupted(Exception):
+    """SIGINT or SIGTERM."""
+
+
+class Desk:
+    """The control side of the simulated rig."""
+
+    def __init__(self, path):
+        self.socket = socket.socket(socket.AF_UNIX)
+        self.socket.settimeout(COMMAND_S)
+        self.socket.connect(path)
+        self.ask(1, struct.pack("<IHH", 0x47495256, 1, 1) + b"endurance")
+
+    def exactly(self, count):
+        data = b""
+        while len(data) < count:
+            part = self.socket.recv(count - len(data))
+            if not part:
+                raise Found("the simulated rig has gone")
+            data += part
+        return data
+
+    def ask(self, kind, body):
+        self.socket.sendall(struct.pack("<IHH", len(body), kind, 0) + body)
+        length, _, _ = struct.unpack("<IHH", self.exactly(8))
+        reply = self.exactly(length)
+        status = struct.unpack_from("<i", reply)[0]
+        if status != 0:
+            raise Found(f"the simulated rig refuses: {reply[4:].decode(errors='replace')}")
+        return reply[4:]
+
+    def now_s(self):
+        return struct.unpack("<Q", self.ask(2, b""))[0] * 1e-6
+
+    def fault(self, what):
+        self.ask(32, f"fault {what}".encode())
+
+
+class Endurance:
+    def __init__(self, folder, hours, seed, verbose):
+        self.folder, self.hours, self.verbose = folder, hours, verbose
+        self.chance = random.Random(seed)
+        self.faulty = 0  # commands until what is broken is mended; 0: nothing is
+        self.ready = False
+        self.deaf = []
+        self.told, self.bringups, self.commands, self.cancelled = 0, 0, 0, 0
+        self.gap_ms, self.base = 0.0, None
+        self.began_s, self.at_s = 0.0, 0.0
+        self.files = os.path.join(folder, "files")
+        self.path = os.path.join(folder, "v.sock")
+        self.rig, self.daemon, self.desk, self.client = None, None, None, None
+        self.seed = seed
+
+    def start(self):
+        rig_path = os.path.join(self.folder, "rig.sock")
+        self.rig = subprocess.Popen([SIMRIG, "--scene", "plane", "--seed", str(self.seed), "--listen",
+                                     f"unix:{rig_path}"], stdout=subprocess.DEVNULL)
+        self.await_path(rig_path, self.rig)
+        quiet = os.environ.get("ASAN_OPTIONS", "") + (
+            ":detect_leaks=0:quarantine_size_mb=1:thread_local_quarantine_size_kb=64")
+        self.daemon = subprocess.Popen(
+            [VERGENCED, f"backend=sim unix:{rig_path}", f"socket={self.path}",
+             f"files={self.files}", f"store={os.path.join(self.folder, 'store')}",
+             "reader_timeout=1", f"log={os.path.join(self.folder, 'log')}"],
+            stdin=subprocess.DEVNULL, env={**os.environ, "ASAN_OPTIONS": quiet})
+        self.await_path(self.path, self.daemon)
+        self.desk = Desk(rig_path)
+        self.client = self.new_client()
+        self.bringup()
+
+    @staticmethod
+    def await_path(path, process):
+        end = time.monotonic() + COMMAND_S
+        while not os.path.exists(path):
+            if process.poll() is not None or time.monotonic() > end:
+                raise Found(f"{path} does not come")
+            time.sleep(0.02)
+
+    def new_client(self):
+        client = Client(self.path)
+        client.socket.settimeout(COMMAND_S)
+        return client
+
+    def tell(self, what):
+        if self.verbose:
+            print(f"{self.passed_s():10.3f} s  {what}", flush=True)
+
+    # ---- one command
+
+    def ask(self, command):
+        """The answer in JSON; never does it stay away."""
+        self.tell(command)
+        self.commands += 1
+        try:
+            answer = self.client.ask_json(command)
+        except (TimeoutError, TypeError, OSError) as error:
+            raise Found(f"\"{command}\" has no answer: {self.how_it_ended(error)}") from error
+        if not answer["ok"]:
+            self.told += 1
+            if "watchdog fired" in answer["message"]:
+                raise Found(f"{command}: {answer['message']}")
+        return answer
+
+    def how_it_ended(self, error):
+        try:
+            return f"the daemon ended with {self.daemon.wait(5)}"
+        except subprocess.TimeoutExpired:
+            return repr(error)
+
+    def bringup(self):
+        answer = self.ask("bringup")
+        if not answer["ok"]:
+            raise Found(f"nothing is broken, but: bringup: {answer['message']}")
+        self.bringups += 1
+        self.ready = True
+        self.must("window 64 48")
+
+    def must(self, command):
+        """A command that works while nothing is broken."""
+        answer = self.ask(command)
+        if not answer["ok"] and self.faulty == 0 and self.ready:
+            raise Found(f"nothing is broken, but: {command}: {answer['message']}")
+        return answer
+
+    def check_watchdog(self):
+        """What the bridge itself says while the daemon believes that all is well."""
+        self.ready = self.ask("status")["result"]["state"] == "ready"
+        if not self.ready:
+            return
+        answer = self.ask("registers bridge status")
+        if answer["ok"] and int(answer["result"]["status"], 0) & STATUS_FIRED:
+            raise Found("the bridge's watchdog has fired, and the daemon says it is ready")
+
+    # ---- what may happen
+
+    def usual(self):
+        pick, side = self.chance, self.chance.choice(("left", "right", "both"))
+        command = pick.choice((
+            f"pan {side} {pick.uniform(-25, 25):.2f}", f"zoom {side} {pick.randrange(300, 850)}",
+            f"focus {side} {pick.randrange(300, 850)}", f"iris {side} {pick.randrange(300, 850)}",
+            f"exposure {side} {pick.randrange(100, 40000)}",
+            f"gain {side} {pick.uniform(1, 15):.2f}",
+            f"window {16 * pick.randrange(1, 9)} {16 * pick.randrange(1, 7)}", "capture x",
+            "capture x static", "status", "health", "registers bridge", "registers left",
+            "selftest", "log 20", "help", "config", "files", "bugreport", "safe",
+            "record start r", "record stop"))
+        if command.startswith("capture"):
+            shutil.rmtree(os.path.join(self.files, "x"), ignore_errors=True)
+        if command == "record start r":
+            self.record()
+        elif command == "record stop":
+            self.ask(command)  # nothing may be under way
+        elif command == "safe":
+            self.must(command)
+            self.ready = False
+        else:
+            self.must(command)
+
+    def record(self):
+        self.ask("record stop")
+        shutil.rmtree(os.path.join(self.files, "r"), ignore_errors=True)
+        self.ready = False  # it begins with the instrument down
+        self.must("record start r")
+        if self.faulty == 0:
+            self.bringup()
+
+    def break_something(self):
+        pick, side = self.chance, self.chance.choice(SIDES)
+        ring = pick.choice(("zoom", "focus", "iris"))
+        what = pick.choice((
+            f"servo {side} jam", f"lens {side} {ring} jam", f"camera {side} unplug",
+            f"camera {side} silent", f"camera {side} stuck",
+            f"camera {side} torn {pick.randrange(10)}", "bus sda", "bus scl", "serial silent",
+            f"serial late {pick.randrange(10, 2000)}", f"serial split {pick.randrange(1, 200)}",
+            f"serial garbage {pick.uniform(0.01, 1):.2f}",
+            f"serial lost {pick.uniform(0.01, 1):.2f}"))
+        self.tell(f"fault {what}")
+        self.desk.fault(what)
+        self.faulty = pick.randrange(1, 6)
+
+    def mend(self):
+        self.tell("everything is mended")
+        for repair in REPAIRS:
+            self.desk.fault(repair)
+        self.faulty = 0
+        self.bringup()
+
+    def cancel(self):
+        """Ctrl-C in the middle of something."""
+        command = self.chance.choice(("bringup", "pan both 20 -20", "zoom both 800", "capture x",
+                                      "selftest", "wait 1000"))
+        shutil.rmtree(os.path.join(self.files, "x"), ignore_errors=True)
+        self.tell(f"{command}, and Ctrl-C")
+        self.client.send(f"@json {command}\n")
+        time.sleep(self.chance.uniform(0, 0.1))
+        self.client.send("\x03")
+        self.commands += 1
+        self.cancelled += 1
+        answer = json.loads(self.client.line() or "{}")
+        if "ok" not in answer:
+            raise Found(f"{command} was cancelled and has no answer")
+
+    def vanish(self):
+        client = self.new_client()
+        client.send(self.chance.choice((b"wait 1000\n", b"bringup\n", b"@json,id=5 pan left 2",
+                                        b"zoom 700\nfocus 600\n", b"")))
+        time.sleep(self.chance.uniform(0, 0.1))
+        client.socket.close()
+        self.cancelled += 1
+
+    def be_killed(self):
+        process = subprocess.Popen([VERGENCE, "--connect", f"unix:{self.path}", "wait", "1000"],
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        time.sleep(self.chance.uniform(0, 0.3))
+        process.kill()
+        process.wait()
+        self.cancelled += 1
+
+    def be_deaf(self):
+        client = self.new_client()
+        client.socket.settimeout(0.05)
+        try:
+            client.send(400 * b"help\n")
+        except OSError:
+            pass
+        self.deaf.append(client)
+
+    def send_rubbish(self):
+        with self.new_client() as client:
+            client.send(self.chance.randbytes(self.chance.randrange(1, 3000)) + b"\n\x03\n")
+            client.socket.shutdown(socket.SHUT_WR)
+            while client.line() is not None:
+                pass
+
+    def step(self):
+        pick = self.chance
+        if self.faulty > 0:
+            self.faulty -= 1
+            if self.faulty == 0:
+                self.mend()
+        elif pick.random() < 0.06:
+            self.break_something()
+        elif not self.ready:
+            self.bringup()
+        kind = pick.random()
+        if kind < 0.35:
+            self.must(f"wait {pick.uniform(0.1, 30):.1f}")
+        elif kind < 0.88:
+            self.usual()
+        else:
+            act = pick.choice((self.cancel, self.vanish, self.be_killed, self.be_deaf,
+                               self.send_rubbish))
+            self.tell(f"a client: {act.__name__}")
+            act()
+        self.check_watchdog()
+
+    # ---- the account
+
+    def settle(self):
+        """Nobody there but one client, nothing recorded and nothing broken."""
+        self.mend()
+        for client in self.deaf:
+            client.socket.close()
+        self.deaf = []
+        self.ask("record stop")
+        self.ask("wait 1")
+        health = self.ask("health")["result"]
+        self.gap_ms = max(self.gap_ms, health["watchdog"]["longest_gap"])
+        if self.gap_ms >= health["watchdog"]["period"]:
+            raise Found(f"between two feeds of the watchdog {self.gap_ms} ms have passed")
+
+    def measure(self):
+        """Resident memory (KiB) and descriptors, once those who left are gone."""
+        end = time.monotonic() + 60
+        fds = -1
+        while fds != len(os.listdir(f"/proc/{self.daemon.pid}/fd")) and time.monotonic() < end:
+            fds = len(os.listdir(f"/proc/{self.daemon.pid}/fd"))
+            time.sleep(0.5)
+        with open(f"/proc/{self.daemon.pid}/status", encoding="ascii") as file:
+            lines = dict(line.split(":", 1) for line in file if ":" in line)
+        return int(lines["VmRSS"].split()[0]), fds
+
+    def passed_s(self):
+        self.at_s = self.desk.now_s()
+        return self.at_s - self.began_s
+
+    def account(self):
+        self.settle()
+        memory, fds = self.measure()
+        hours = self.passed_s() / 3600
+        print(f"{hours:8.3f} h  {memory:6d} KiB  {fds:3d} descriptors  {self.commands:7d} commands"
+              f"  {self.cancelled:5d} broken off  {self.told:6d} failures told"
+              f"  {self.bringups:5d} bring-ups  {self.gap_ms:8.3f} ms longest gap", flush=True)
+        if self.base is None:
+            self.base = (memory, fds)
+        if memory > self.base[0] + GROWTH_KIB:
+            raise Found(f"memory grew from {self.base[0]} to {memory} KiB")
+        if fds > self.base[1]:
+            raise Found(f"descriptors grew from {self.base[1]} to {fds}")
+
+    def run(self):
+        self.began_s = self.desk.now_s()
+        every_s = min(3600.0, self.hours * 1800)
+        due_s = every_s
+        while self.passed_s() < self.hours * 3600:
+            self.step()
+            if self.passed_s() >= due_s:
+                self.account()
+                due_s += every_s
+        self.account()
+        self.daemon.send_signal(signal.SIGTERM)
+        if self.daemon.wait(COMMAND_S) != 0:
+            raise Found(f"the daemon ended with {self.daemon.returncode}")
+
+    def close(self):
+        for process in (self.daemon, self.rig):
+            if process is not None and process.poll() is None:
+                process.kill()
+                process.wait()
+
+
+def interrupt(number, _):
+    raise Interrupted(number)
+
+
+def main():
+    parser = argparse.ArgumentParser(usage=__doc__.split("\n", maxsplit=1)[0][7:])
+    parser.add_argument("--hours", type=float, default=24)
+    parser.add_argument("--seed", type=int, default=20090915)
+    parser.add_argument("--verbose", action="store_true")
+    options = parser.parse_args()
+    if not 0.01 <= options.hours <= 10000:
+        parser.error("--hours: 0.01 to 10000")
+    signal.signal(signal.SIGINT, interrupt)
+    signal.signal(signal.SIGTERM, interrupt)
+    folder = tempfile.mkdtemp(prefix="endurance")
+    run = Endurance(folder, options.hours, options.seed, options.verbose)
+    code, how = 0, "nothing found"
+    print(f"seed {options.seed}, {options.hours:g} virtual hours", flush=True)
+    try:
+        run.start()
+        run.run()
+    except Found as found:
+        code, how = 1, f"FOUND: {found}"
+    except Interrupted:
+        code, how = 130, "interrupted"
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    hours = (run.at_s - run.began_s) / 3600
+    run.close()
+    print(f"{hours:.3f} of {options.hours:g} virtual hours: {how}", flush=True)
+    if code == 1:
+        log = os.path.join(folder, "log")
+        if os.path.exists(log):
+            with open(log, encoding="utf-8", errors="replace") as file:
+                print("the end of the log:\n  " + "  ".join(file.readlines()[-12:]), end="")
+    shutil.rmtree(folder, ignore_errors=True)
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A short endurance.py, and that it finds what it is there to find."""
+import os
+import random
+import signal
+import subprocess
+import sys
+import unittest
+
+from daemon_process import SIMRIG
+
+SCRIPT = os.path.join(os.path.dirname(__file__), "endurance.py")
+SHORT_H = "0.0125"  # of the rig's time: some 20 s of a processor
+
+
+@unittest.skipUnless(SIMRIG, "the simulated rig needs -DVERGENCE_FPGA=ON")
+class Endurance(unittest.TestCase):
+    def test_three_quarters_of_a_minute(self):
+        seed = os.environ.get("VERGENCE_TEST_SEED", str(random.randrange(1 << 32)))
+        print(f"VERGENCE_TEST_SEED={seed}")
+        done = subprocess.run([sys.executable, "-B", SCRIPT, "--hours", SHORT_H, "--seed", seed],
+                              capture_output=True, text=True, timeout=550)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertIn("nothing found", done.stdout)
+
+    def test_it_says_how_far_it_came(self):
+        run = subprocess.Popen([sys.executable, "-B", SCRIPT, "--verbose"], text=True,
+                               stdout=subprocess.PIPE)
+        line = run.stdout.readline()
+        while "bringup" not in line:
+            line = run.stdout.readline()
+            self.assertTrue(line, "it ended")
+        run.send_signal(signal.SIGINT)
+        said = run.communicate(timeout=250)[0]
+        self.assertEqual(run.returncode, 130, said)
+        self.assertIn("of 24 virtual hours: interrupted", said)
+
+    def test_a_daemon_that_ends_is_found(self):
+        run = subprocess.Popen([sys.executable, "-B", SCRIPT, "--verbose"], text=True,
+                               stdout=subprocess.PIPE)
+        line = run.stdout.readline()
+        while "bringup" not in line:
+            line = run.stdout.readline()
+        with open(f"/proc/{run.pid}/task/{run.pid}/children", encoding="ascii") as file:
+            children = [int(word) for word in file.read().split()]
+        for child in children:
+            with open(f"/proc/{child}/cmdline", "rb") as file:
+                if b"backend=sim" in file.read():
+                    os.kill(child, signal.SIGKILL)
+        said = run.communicate(timeout=250)[0]
+        self.assertEqual(run.returncode, 1, said)
+        self.assertIn("FOUND", said)
+        self.assertIn("ended with -9", said)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,263 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Surfaces from recorded pairs, at the console of a confined daemon: the same bytes as the command
+line gives, cancelled and refused without a trace, with the right calibration for the window."""
+import glob
+import json
+import os
+import re
+import resource
+import shutil
+import subprocess
+import tempfile
+import time
+import unittest
+import zlib
+
+from daemon_process import PATIENCE_S, VERGENCE, DaemonTest
+
+SESSION = os.path.join(os.environ["VERGENCE_SOURCE"], "tests", "sessions", "cylinder_1x")
+FILES = {"mesh.ply", "points.pcd", "disparity.pfm", "reasons.pgm", "result.json"}
+SENSOR = (2048, 1536)
+WINDOW = (672, 400)
+
+
+def sealed_index(lines):
+    """An index of these events, each line with its CRC."""
+    text = b""
+    for line in lines:
+        text += line.encode()
+        text += b" %08x\n" % zlib.crc32(text)
+    return text
+
+
+def lines_of(folder):
+    with open(os.path.join(folder, "session.index"), encoding="ascii") as file:
+        return [line.rsplit(" ", 1)[0] for line in file.read().splitlines()]
+
+
+def calibration_of(folder):
+    path, = glob.glob(os.path.join(folder, "calibration-*.txt"))
+    with open(path, encoding="ascii") as file:
+        return file.read()
+
+
+def resized(text, size, shift):
+    """A calibration for frames of another size that begin elsewhere."""
+    text = re.sub(r"(\w+_size_px) .*", rf"\1 {size[0]} {size[1]}", text)
+    for side in ("left", "right"):
+        x, y = map(float, re.search(rf"{side}_centre_px (\S+) (\S+)", text).groups())
+        text = re.sub(rf"{side}_centre_px .*",
+                      f"{side}_centre_px {x + shift[0]:.9f} {y + shift[1]:.9f}", text)
+    body = text[:text.index("crc32 ")]
+    return f"{body}crc32 {zlib.crc32(body.encode()):08x}\n"
+
+
+class Reconstruct(DaemonTest):
+    settings = ("profile=rig",)
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp(prefix="console")
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        cls.path = os.path.join(cls.folder, "v.sock")
+        cls.files = os.path.join(cls.folder, "files")
+        cls.start()
+
+    @classmethod
+    def arguments(cls):
+        return [f"backend=replay {SESSION}", f"socket={cls.path}", f"files={cls.files}",
+                f"store={os.path.join(cls.folder, 'store')}", *cls.settings]
+
+    def setUp(self):
+        self.first = self.client()
+        self.first.ask("calibration forget")
+        for name in os.listdir(self.files):
+            path = os.path.join(self.files, name)
+            shutil.rmtree(path) if os.path.isdir(path) else os.unlink(path)
+
+    def session(self, name, calibration=True, window=None):
+        """A copy of the recorded session; without its calibration, with another window told."""
+        folder = os.path.join(self.files, name)
+        shutil.copytree(SESSION, folder, ignore=shutil.ignore_patterns("regress", "calls.log"))
+        lines = [line for line in lines_of(folder)
+                 if calibration or not line.startswith("calibration")]
+        if window:
+            lines = [re.sub(r"((left|right)_after=\S+)", rf"\1 \2_window={window}", line)
+                     for line in lines]
+        with open(os.path.join(folder, "session.index"), "wb") as file:
+            file.write(sealed_index(lines))
+        return folder
+
+    def keep(self, text):
+        with open(os.path.join(self.files, "kept.txt"), "w", encoding="ascii") as file:
+            file.write(text)
+        self.assertTrue(self.first.ask_json("calibration set kept.txt")["ok"])
+
+    def asked(self, command):
+        answer = self.first.ask_json(command)
+        self.assertTrue(answer["ok"], answer)
+        return answer["result"]
+
+    def refused(self, command):
+        answer = self.first.ask_json(command)
+        self.assertFalse(answer["ok"], answer)
+        self.assertNotIn("\n", answer["message"])
+        self.nothing_is_left()
+        return answer["error"], answer["message"]
+
+    def nothing_is_left(self):
+        self.assertEqual([name for name in os.listdir(self.files)
+                          if name.startswith((".", "surface-"))], [])
+
+    def bytes_of(self, name, folder=None):
+        with open(os.path.join(folder or self.files, name), "rb") as file:
+            return file.read()
+
+    def test_the_same_bytes_as_the_command_line(self):
+        folder = self.session("c")
+        figures = self.asked("reconstruct c 1 1 1600 2300")
+        self.assertEqual((figures["session"], figures["pair"], figures["result"]),
+                         ("c", 1, "surface-c-1"))
+        self.assertGreater(figures["density"], 40)
+        self.assertLess(figures["rows_apart"], 0.2)
+        self.assertTrue(1600 < figures["depth_near"] < figures["depth_median"] <
+                        figures["depth_far"] < 2400, figures)
+        self.assertEqual(set(os.listdir(os.path.join(self.files, "surface-c-1"))), FILES)
+        pair = lines_of(folder)[2]
+        frames = [os.path.join(folder, f"frame-{crc}.pnm")
+                  for crc in re.findall(r"_frame=(\w+)", pair)]
+        calibration, = glob.glob(os.path.join(folder, "calibration-*.txt"))
+        out = os.path.join(self.folder, "line")
+        done = subprocess.run(
+            [VERGENCE, "reconstruct", *frames, "--calibration", calibration, "--bayer", "grbg",
+             "--bits", "10", "--depth", "1600:2300", "--out", out, "--json"],
+            capture_output=True, text=True, timeout=PATIENCE_S)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        for name in FILES - {"result.json"}:
+            self.assertEqual(self.bytes_of(f"surface-c-1/{name}"), self.bytes_of(name, out), name)
+        told = json.loads(done.stdout)
+        self.assertEqual(figures["points"], told["counts"]["vertices"])
+        self.assertAlmostEqual(figures["depth_median"], told["depth_mm"]["median"], places=2)
+        # Once more over what is there; and its files can be fetched.
+        self.asked("reconstruct c 1 1 1600 2300")
+        done = self.vergence("fetch", "surface-c-1/mesh.ply", os.path.join(self.folder, "mesh"))
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_which_session_and_pair(self):
+        self.assertEqual(self.refused("reconstruct")[0], "MISSING")
+        self.session("old")
+        time.sleep(0.02)
+        self.session("new")
+        self.assertEqual(self.asked("reconstruct - 0 0.5")["session"], "new")
+        self.assertEqual(self.asked("reconstruct old")["session"], "old")
+        shutil.rmtree(os.path.join(self.files, "surface-new-1"))
+        shutil.rmtree(os.path.join(self.files, "surface-old-1"))
+        self.assertEqual(self.refused("reconstruct new 2"), ("MISSING", "new: holds 1 pair"))
+        self.assertEqual(self.refused("reconstruct none")[0], "MISSING")
+        self.assertEqual(self.refused("reconstruct ../files/new")[0], "ARGUMENT")
+        self.assertEqual(self.refused("reconstruct new 1 1 2000 1000")[0], "RANGE")
+        self.assertEqual(self.refused("reconstruct new 1 1 2000")[0], "MISSING")
+        os.symlink(self.files, os.path.join(self.files, "link"))
+        self.assertEqual(self.refused("reconstruct link")[0], "MISSING")
+        os.unlink(os.path.join(self.files, "link"))
+        error, text = self.refused("reconstruct new 1 1 300 310")
+        self.assertNotIn("--", text)
+        self.assertIn(error, ("DISPARITY_RANGE", "NO_SURFACE", "OVERLAP"))
+
+    def test_which_calibration(self):
+        whole = calibration_of(SESSION)
+        corner = [(SENSOR[i] - WINDOW[i]) // 2 for i in range(2)]
+        self.session("own")
+        own = self.asked("reconstruct own 1 1 1600 2300")
+        shutil.rmtree(os.path.join(self.files, "surface-own-1"))
+        self.assertEqual((own["calibration_from"], own["calibration_cut"]), ("session", "no"))
+        self.session("none", calibration=False, window=f"{corner[0]},{corner[1]},1")
+        error, text = self.refused("reconstruct none")
+        self.assertEqual(error, "MISSING")
+        self.assertIn("calibration set", text)
+        # One of the same size is taken, and that is said.
+        self.keep(whole)
+        kept = self.asked("reconstruct none 1 1 1600 2300")
+        shutil.rmtree(os.path.join(self.files, "surface-none-1"))
+        self.assertEqual((kept["calibration_from"], kept["calibration_cut"]), ("kept", "no"))
+        self.assertTrue(any("same part of the sensor" in note for note in kept["notes"]))
+        # One of the whole sensor is cut.
+        self.keep(resized(whole, SENSOR, corner))
+        cut = self.asked("reconstruct none 1 1 1600 2300")
+        shutil.rmtree(os.path.join(self.files, "surface-none-1"))
+        self.assertEqual((cut["calibration_from"], cut["calibration_cut"]), ("kept", "yes"))
+        for key in ("points", "depth_median", "depth_near", "depth_far", "rows_apart"):
+            self.assertAlmostEqual(cut[key], own[key], delta=1e-4 * own["points"]
+                                   if key == "points" else 0.01, msg=key)
+        # Where nobody knows which part it is, it is refused; so is one of any other size.
+        self.session("unknown", calibration=False)
+        self.assertEqual(self.refused("reconstruct unknown")[0], "SIZE_MISMATCH")
+        self.keep(resized(whole, (1024, 768), (0, 0)))
+        error, text = self.refused("reconstruct none")
+        self.assertEqual(error, "SIZE_MISMATCH")
+        self.assertIn("672x400", text)
+
+    def test_damaged_sessions(self):
+        folder = self.session("d")
+        frame = sorted(glob.glob(os.path.join(folder, "frame-*")))[0]
+        for path in glob.glob(os.path.join(folder, "frame-*")):
+            with open(path, "r+b") as file:
+                file.seek(1000)
+                file.write(b"\xff" * 8)
+        error, text = self.refused("reconstruct d")
+        self.assertEqual(error, "CRC")
+        self.assertRegex(text, "^d/frame-")
+        os.unlink(frame)
+        self.session("e")
+        with open(os.path.join(self.files, "e", "session.index"), "r+b") as file:
+            file.seek(40)
+            file.write(b"x")
+        self.assertIn(self.refused("reconstruct e")[0], ("CRC", "ARGUMENT"))
+
+    def test_cancelled(self):
+        self.session("c")
+        self.first.send("@json,progress reconstruct c 1 3\n")
+        event = json.loads(self.first.line())
+        self.assertEqual(event["event"], "progress")
+        # Who needs the instrument does not wait meanwhile.
+        begin = time.monotonic()
+        self.assertTrue(self.client().ask_json("status")["ok"])
+        asked_s = time.monotonic() - begin
+        self.first.send("\x03")
+        begin = time.monotonic()
+        answer = event
+        while "event" in answer:
+            answer = json.loads(self.first.line())
+        self.assertEqual(answer["error"], "CANCELLED", answer)
+        self.assertLess(time.monotonic() - begin, 10)
+        self.assertLess(asked_s, 5)
+        self.nothing_is_left()
+
+    def limited(self, what, limit, command):
+        """A command refused by a limit of the system; without it it works."""
+        before = resource.prlimit(self.daemon.pid, what)
+        resource.prlimit(self.daemon.pid, what, (limit, before[1]))
+        try:
+            return self.refused(command)
+        finally:
+            resource.prlimit(self.daemon.pid, what, before)
+
+    def test_no_memory(self):
+        self.session("m")
+        with open(f"/proc/{self.daemon.pid}/statm", encoding="ascii") as file:
+            used = int(file.read().split()[0]) * resource.getpagesize()
+        error, text = self.limited(resource.RLIMIT_AS, used + 80_000_000, "reconstruct m 1 3")
+        self.assertEqual(error, "MEMORY", text)
+        self.assertIn("not enough memory", text)
+        self.assertTrue(self.asked("reconstruct m 1 0.5")["points"] > 0)
+
+    def test_a_full_disk(self):
+        self.session("f")
+        error, text = self.limited(resource.RLIMIT_FSIZE, 100_000, "reconstruct f 1 0.5")
+        self.assertEqual(error, "IO", text)
+        self.assertIn("surface-f-1/", text)
+        self.asked("reconstruct f 1 0.5")
+
+
+if __name__ == "__main__":
+    unittest.main()

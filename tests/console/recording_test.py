@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Recordings survive: a daemon that is killed, a disk that is full, a client that goes, the end of
+the service. What was told to be recorded can be played."""
+import os
+import random
+import resource
+import subprocess
+import time
+import unittest
+
+from daemon_process import PATIENCE_S, VERGENCED, DaemonTest
+
+LEAD = ("bringup", "window 64 48")
+
+
+class Recording(DaemonTest):
+    def setUp(self):
+        self.first = self.client()
+        seed = int(os.environ.get("VERGENCE_TEST_SEED", random.randrange(1 << 32)))
+        print(f"VERGENCE_TEST_SEED={seed}")
+        self.chance = random.Random(seed)
+
+    def tearDown(self):
+        super().tearDown()
+        self.first.ask("record stop")  # the next one begins with none
+
+    def begin(self, name):
+        for command in (f"record start {name}", *LEAD, "capture"):
+            self.assertEqual(self.first.ask(command)[-1], "OK", command)
+
+    def kill(self):
+        self.daemon.kill()
+        self.daemon.wait(PATIENCE_S)
+        self.daemon.returncode = 0  # it was meant: no crash for those who clean up
+
+    def restart(self):
+        """Another daemon in the place of one that has gone, on the same rig."""
+        if os.path.exists(self.path):
+            os.remove(self.path)  # so that the new one's is awaited
+        type(self).start()
+        self.first = self.client()
+
+    def play(self, name, captures, more=()):
+        """What the daemon answers to the recorded commands, from the recording alone."""
+        script = "\n".join([*LEAD, *[f"capture {name}-{i}" for i in range(captures)], *more, ""])
+        done = subprocess.run(
+            [VERGENCED, f"backend=replay {os.path.join(self.files, name)}", "socket=none",
+             f"files={self.files}", "store=none", "console=stdio", "confine=no"],
+            input=script, text=True, capture_output=True, timeout=PATIENCE_S, check=False)
+        self.assertEqual(done.stdout.count("OK\n"), len(LEAD) + captures,
+                         done.stdout + done.stderr)
+        for i in range(captures):
+            played = self.frames(f"{name}-{i}")
+            self.assertEqual(len(played), 2)
+            self.assertLessEqual(played, self.frames(name))
+        return done.stdout
+
+    def frames(self, session):
+        """The files of its frames, whose names are the CRC of what is in them."""
+        folder = os.path.join(self.files, session)
+        return {name for name in os.listdir(folder) if name.startswith("frame-")}
+
+    def index(self, name):
+        with open(os.path.join(self.files, name, "session.index"), encoding="utf-8") as file:
+            return file.read()
+
+    def test_killed_at_any_moment(self):
+        for round_ in range(2):
+            name = f"killed{round_}"
+            self.begin(name)
+            self.first.send("capture\nzoom 500\ncapture\n")
+            time.sleep(self.chance.uniform(0, 0.5))
+            self.kill()
+            self.restart()
+            self.assertNotIn("\nend ", self.index(name))
+            pairs = self.index(name).count("\npair ")
+            self.assertGreaterEqual(pairs, 1)
+            self.play(name, 1)
+
+    def test_killed_and_left_its_socket(self):
+        self.assertEqual(self.first.ask("bringup")[-1], "OK")
+        self.kill()
+        self.assertTrue(os.path.exists(self.path))
+        inode = os.stat(self.path).st_ino
+        type(self).start()
+        end = time.monotonic() + PATIENCE_S
+        while os.stat(self.path).st_ino == inode and time.monotonic() < end:
+            time.sleep(0.02)
+        self.first = self.client()
+        self.assertEqual(self.first.ask("bringup")[-1], "OK")
+
+    def test_a_full_disk_keeps_the_earlier_pairs(self):
+        self.begin("full")
+        log = os.path.join(self.files, "full", "calls.log")
+        unlimited = resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE)
+        resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE,
+                         (os.path.getsize(log) + 1000, unlimited[1]))
+        answer = self.first.ask("capture")
+        self.assertEqual(answer, ["ERR FULL full/calls.log: cannot be written: "
+                                  "File too large"])
+        resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE, unlimited)
+        # Room comes back, but what is missing does not: the recording says so until it is ended.
+        self.assertEqual(self.first.ask("capture")[0][:8], "ERR FULL")
+        self.assertEqual(self.first.ask("record stop")[-1][:8], "ERR FULL")
+        self.assertEqual(self.first.ask("record"), ["recording: nothing", "OK"])
+        self.play("full", 1)
+        self.begin("after")
+        self.assertEqual(self.first.ask("record stop")[-1], "OK")
+        self.play("after", 1)
+
+    def test_a_client_that_goes_takes_no_recording_with_it(self):
+        self.begin("alone")
+        gone = self.client()
+        gone.send("capture\nzoom 700\n")
+        time.sleep(self.chance.uniform(0, 0.3))
+        gone.socket.close()
+        self.assertEqual(self.first.ask("record")[0], "recording: alone")
+        self.assertEqual(self.first.ask("record stop")[-1], "OK")
+        self.assertIn("\nend ", self.index("alone"))
+        self.play("alone", 1)
+
+    def test_the_end_of_the_service_ends_the_recording_in_order(self):
+        self.begin("ended")
+        self.first.send("wait 1000\n")
+        time.sleep(self.chance.uniform(0, 0.3))
+        self.end(self.daemon)
+        self.assertIn("\nend ", self.index("ended"))
+        self.restart()
+        self.play("ended", 1)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,283 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Recordings played again, at the console and on a PC: the same bit for bit, or where not. What is
+recorded here are two cameras that give the frames of another session, so no rig is needed."""
+import glob
+import json
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+import time
+import unittest
+import zlib
+
+from daemon_process import PATIENCE_S, VERGENCE, VERGENCED, DaemonTest
+
+SESSION = os.path.join(os.environ["VERGENCE_SOURCE"], "tests", "sessions", "cylinder_1x")
+COMMANDS = ["bringup", "status", "window 672 400", "exposure 7000", "capture", "wait 0.1", "health",
+            "capture - static"]
+
+
+def sealed(lines):
+    """An index of these events, each line with its CRC."""
+    text = b""
+    for line in lines:
+        text += line.encode() + b" "
+        text += b"%08x\n" % zlib.crc32(text[:-1])
+    return text
+
+
+def lines_of(folder):
+    with open(os.path.join(folder, "session.index"), encoding="ascii") as file:
+        return [line.rsplit(" ", 1)[0] for line in file.read().splitlines()]
+
+
+def write_index(folder, lines):
+    with open(os.path.join(folder, "session.index"), "wb") as file:
+        file.write(sealed(lines))
+
+
+def calls_of(folder):
+    """The recorded calls, without their sum."""
+    with open(os.path.join(folder, "calls.log"), encoding="ascii") as file:
+        return [line for line in file.read().splitlines() if not line.startswith("crc32 ")]
+
+
+def write_calls(folder, lines):
+    text = "\n".join(lines) + "\n"
+    with open(os.path.join(folder, "calls.log"), "w", encoding="ascii") as file:
+        file.write(f"{text}crc32 {zlib.crc32(text.encode()):08x}\n")
+
+
+class Replay(DaemonTest):
+    """A daemon with two cameras that play recorded pairs, over and over the same scene."""
+    settings = ("profile=two-cameras", "rig.width_px=672", "rig.height_px=400",
+                "rig.skew_limit_us=5000000")
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp(prefix="console")
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        cls.path = os.path.join(cls.folder, "v.sock")
+        cls.files = os.path.join(cls.folder, "files")
+        cls.pairs = os.path.join(cls.folder, "pairs")
+        cls.make_pairs()
+        cls.start()
+        cls.recorded = os.path.join(cls.files, "whole")
+        cls.record("whole", COMMANDS)
+
+    @classmethod
+    def make_pairs(cls):
+        """Many pairs alone, of two cameras, with the frames of the recorded session."""
+        shutil.copytree(SESSION, cls.pairs, ignore=shutil.ignore_patterns("regress", "calls.log"))
+        lines = lines_of(cls.pairs)
+        pair = re.sub(r"_(before|after)=\S+", r"_\1=0,none,none,none", lines[2])
+        pairs = []
+        for i in range(40):
+            for side, begin_us in (("left", 20000 * i), ("right", 20000 * i + 1000)):
+                pair = re.sub(rf"{side}_begin_us=\d+ {side}_end_us=\d+",
+                              f"{side}_begin_us={begin_us} {side}_end_us={begin_us + 9855}", pair)
+            pairs.append(pair)
+        begin = lines[0].replace("profile=rig", "profile=two-cameras")
+        write_index(cls.pairs, [begin, *pairs, "end"])
+
+    @classmethod
+    def arguments(cls):
+        return [f"backend=replay {cls.pairs}", f"socket={cls.path}", f"files={cls.files}",
+                "store=none", *cls.settings]
+
+    @classmethod
+    def record(cls, name, commands, stop=True):
+        done = cls.vergence("--keep-going", input="\n".join(
+            [f"record start {name}", *commands, *(["record stop"] if stop else [])]) + "\n")
+        assert done.returncode == 0, done.stderr
+
+    def setUp(self):
+        self.first = self.client()
+
+    def copy(self, name):
+        folder = os.path.join(self.files, name)
+        shutil.copytree(self.recorded, folder)
+        return folder
+
+    def played(self, name):
+        """By the console, then on a PC: both say the same."""
+        answer = self.first.ask_json(f"replay {name}")
+        done = subprocess.run([VERGENCE, "replay", os.path.join(self.files, name), "--json"],
+                              capture_output=True, text=True, timeout=PATIENCE_S)
+        if answer["error"] not in ("OK", "VERIFY"):
+            self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (3, "", 1),
+                             done.stderr)
+            return answer
+        told = json.loads(done.stdout)
+        result = answer["result"]
+        self.assertEqual(done.returncode, 0 if answer["ok"] else 1)
+        self.assertEqual(told["same"], answer["ok"])
+        for key in ("commands", "calls", "pairs", "build"):
+            self.assertEqual(told[key], result[key])
+        if not answer["ok"]:
+            self.assertEqual(told["difference"]["call"], result["call"])
+            self.assertEqual(done.stderr.count("\n"), 1)
+            self.assertTrue(told["difference"]["text"].endswith(answer["message"][-40:]))
+        return answer
+
+    def commands_of(self, name):
+        return [line[len("command text="):].replace("%20", " ")
+                for line in lines_of(os.path.join(self.files, name))
+                if line.startswith("command ")]
+
+    def test_the_same_bit_for_bit(self):
+        self.assertEqual(self.commands_of("whole"), COMMANDS)
+        self.assertIn("setting text=rig.skew_limit_us%20=%205000000", lines_of(self.recorded))
+        answer = self.played("whole")
+        self.assertTrue(answer["ok"], answer)
+        result = answer["result"]
+        self.assertEqual((result["commands"], result["pairs"], result["cut_off"]),
+                         (len(COMMANDS), 2, "no"))
+        self.assertGreater(result["calls"], 40)
+        done = subprocess.run([VERGENCE, "replay", self.recorded], capture_output=True, text=True,
+                              timeout=PATIENCE_S)
+        self.assertIn("the same, bit for bit: 8 commands", done.stdout)
+
+    def test_all_commands_are_noted(self):
+        self.record("noted", ["bringup", "gain", "watch 0.1 \"exposure left\" 2",
+                              "bugreport", "exposure 8000", "help", "version", "safe", "bringup"])
+        self.assertEqual(self.commands_of("noted"), [
+            "bringup", "gain", "exposure left", "exposure left", "status", "health",
+            "registers bridge", "registers left", "registers right", "exposure 8000", "safe",
+            "bringup"])
+        self.assertTrue(self.played("noted")["ok"])
+
+    def test_settings_that_the_recording_does_not_fit(self):
+        folder = self.copy("settings")
+        lines = lines_of(folder)
+        place = next(i for i, line in enumerate(lines) if line.startswith("setting "))
+        for setting, word in (("rig.lenses%20=%20v3lc", "lens controller"),
+                              ("rig.skew_limit_us%20=%201", None),
+                              ("rig.bridge%20=%20yes", "")):
+            write_index(folder, [*lines[:place], f"setting text={setting}", *lines[place:]])
+            answer = self.played("settings")
+            if word is None:
+                self.assertNotEqual(answer["error"], "IO")
+            else:
+                self.assertFalse(answer["ok"])
+                self.assertIn(word, answer["message"])
+        self.assertEqual(self.first.ask("version")[-1], "OK")
+
+    def test_links_and_pipes(self):
+        os.symlink(self.recorded, os.path.join(self.files, "link"))
+        self.assertFalse(self.first.ask_json("replay link")["ok"])
+        for name in ("session.index", "calls.log"):
+            folder = self.copy(f"pipe-{name}")
+            os.remove(os.path.join(folder, name))
+            os.mkfifo(os.path.join(folder, name))
+            self.assertFalse(self.played(f"pipe-{name}")["ok"])
+
+    def test_time_that_runs_backwards(self):
+        folder = self.copy("time")
+        lines = calls_of(folder)
+        number = [i for i, line in enumerate(lines) if line.startswith("clock now = ")][30]
+        lines[number] = "clock now = 1"
+        write_calls(folder, lines)
+        self.played("time")
+        self.assertEqual(self.first.ask("version")[-1], "OK")
+
+    def test_a_call_that_differs(self):
+        folder = self.copy("call")
+        lines = calls_of(folder)
+        number = next(i for i, line in enumerate(lines) if "control 0 7000" in line)
+        lines[number] = lines[number].replace(" 7000 =", " 7001 =")
+        write_calls(folder, lines)
+        answer = self.played("call")
+        self.assertEqual(answer["error"], "VERIFY", answer)
+        self.assertEqual(answer["result"]["command"], COMMANDS.index("exposure 7000") + 1)
+        self.assertEqual(answer["result"]["call"], number + 1 - 2)
+        self.assertRegex(answer["message"], "the recorded call is 'camera0 control 0 7001', but "
+                         "'camera0 control 0 7000' came")
+
+    def test_a_pair_that_differs(self):
+        folder = self.copy("pair")
+        lines = [line.replace("left_exposure_us=", "left_exposure_us=1")
+                 if line.startswith("pair number=2") else line for line in lines_of(folder)]
+        write_index(folder, lines)
+        answer = self.played("pair")
+        self.assertEqual((answer["error"], answer["result"]["pairs"]), ("VERIFY", 1))
+        self.assertRegex(answer["message"], "pair 2: recorded is left_exposure_us=1(\\d+), but "
+                         "left_exposure_us=\\1 came")
+
+    def test_commands_that_differ(self):
+        folder = self.copy("less")
+        lines = lines_of(folder)
+        write_index(folder, [line for line in lines if "health" not in line])
+        answer = self.played("less")
+        self.assertEqual(answer["error"], "VERIFY", answer)
+        write_index(folder, [line for line in lines if "capture%20-" not in line])
+        self.assertIn("none came", self.played("less")["message"])
+        lines = [line for line in lines if not line.startswith("pair number=2")]
+        write_index(folder, [line for line in lines if "capture%20-" not in line])
+        self.assertRegex(self.played("less")["message"], "the last \\d+ recorded calls did not")
+        write_index(folder, [line.replace("health", "dance") for line in lines])
+        self.assertIn("\"dance\" cannot be played", self.played("less")["message"])
+        write_index(folder, [line.replace("5000000", "none") for line in lines])
+        self.assertIn("rig.skew_limit_us", self.played("less")["message"])
+
+    def test_what_is_no_recording(self):
+        shutil.copytree(SESSION, os.path.join(self.files, "silent"))
+        self.assertIn("no commands", self.played("silent")["message"])
+        self.assertEqual(self.played("nothing")["error"], "ARGUMENT")
+        folder = self.copy("empty")
+        os.unlink(os.path.join(folder, "calls.log"))
+        self.assertIn("no calls", self.played("empty")["message"])
+        for path in glob.glob(os.path.join(self.copy("torn"), "frame-*")):
+            os.truncate(path, 100)
+        self.assertEqual(self.played("torn")["error"], "VERIFY")
+
+    def test_a_cancelled_command(self):
+        self.record("cancelled", ["bringup"], stop=False)
+        self.first.send("wait 100000\n")
+        time.sleep(0.3)
+        self.first.send("\x03")
+        self.assertEqual(self.first.answer()[-1][:13], "ERR CANCELLED")
+        for command in ("exposure 8000", "capture", "record stop"):
+            self.assertEqual(self.first.ask(command)[-1], "OK")
+        answer = self.played("cancelled")
+        self.assertTrue(answer["ok"], answer)
+        self.assertEqual(answer["result"]["pairs"], 1)
+        # The same commands, given to a daemon that plays the recording: nobody cancels there.
+        done = subprocess.run(
+            [VERGENCED, f"backend=replay {os.path.join(self.files, 'cancelled')}", "socket=none",
+             "console=stdio", f"files={self.files}", "store=none", *self.settings],
+            input="bringup\nwait 100000\nexposure 8000\ncapture again\n", text=True,
+            capture_output=True, timeout=PATIENCE_S)
+        ends = [line[:13] for line in done.stdout.splitlines() if line[:3] in ("OK", "ERR")]
+        self.assertEqual(ends, ["OK", "ERR CANCELLED", "OK", "OK"], done.stdout + done.stderr)
+
+    def test_a_killed_daemon(self):
+        self.record("killed", COMMANDS, stop=False)
+        self.first.send("wait 100000\n")
+        time.sleep(0.1)
+        self.daemon.kill()
+        self.daemon.wait(PATIENCE_S)
+        self.daemon.returncode = 0
+        os.unlink(self.path)
+        self.start()
+        self.first = self.client()
+        answer = self.played("killed")
+        self.assertTrue(answer["ok"], answer)
+        self.assertEqual((answer["result"]["cut_off"], answer["result"]["pairs"] >= 1),
+                         ("yes", True))
+
+    def test_a_daemon_that_ends(self):
+        self.record("ended", COMMANDS, stop=False)
+        self.end(self.daemon)
+        self.start()
+        self.first = self.client()
+        self.assertEqual(self.commands_of("ended"), [*COMMANDS, "safe"])
+        answer = self.played("ended")
+        self.assertTrue(answer["ok"], answer)
+        self.assertEqual(answer["result"]["cut_off"], "no")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The system's watchdog in the daemon's hands, on a fake kernel: fed while the instrument's thread
+goes on, left to bite when that hangs or the daemon is killed, disarmed at an orderly end."""
+import os
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+from daemon_process import PATIENCE_S, VERGENCED, DaemonTest
+
+STUCK_S = 2
+WIDTH, HEIGHT = 32, 24
+
+
+class Watchdog(DaemonTest):
+    settings = ("profile=two-cameras", "backend=linux", "left_camera=/dev/video0",
+                "right_camera=/dev/video2", f"rig.width_px={WIDTH}", f"rig.height_px={HEIGHT}",
+                "store=none", "watchdog=/dev/watchdog",
+                "watchdog_period=15", f"stuck_after={STUCK_S}")
+
+    @classmethod
+    def setUpClass(cls):
+        pass
+
+    def setUp(self):
+        self.start_with("")
+
+    @classmethod
+    def arguments(cls):
+        return [f"socket={cls.path}", f"files={cls.files}", *cls.settings]
+
+    def start_with(self, more):
+        """A daemon of its own for each test, with another line in the fake kernel's script."""
+        cls = type(self)
+        cls.folder = tempfile.mkdtemp(prefix="console")
+        self.addCleanup(shutil.rmtree, cls.folder)
+        cls.path = os.path.join(cls.folder, "v.sock")
+        cls.files = os.path.join(cls.folder, "files")
+        self.record = os.path.join(cls.folder, "record")
+        picture = os.path.join(cls.folder, "picture")
+        with open(picture, "wb") as file:
+            file.write(b"P5 %d %d 255\n" % (WIDTH, HEIGHT) + bytes(WIDTH * HEIGHT))
+        script = os.path.join(cls.folder, "script")
+        with open(script, "w", encoding="ascii") as file:
+            file.write(f"video /dev/video0 GREY {picture} 10000\n"
+                       f"video /dev/video2 GREY {picture} 10000\n"
+                       f"watchdog /dev/watchdog\nrecord {self.record}\n{more}\n")
+        sanitizer = "detect_leaks=0:verify_asan_link_order=0"
+        cls.environment = {"LD_PRELOAD": os.environ["VERGENCE_FAKE_KERNEL_LIBRARY"],
+                           "VERGENCE_FAKE_KERNEL": script, "ASAN_OPTIONS": sanitizer}
+        self.start()
+
+    def lines(self):
+        with open(self.record, encoding="ascii") as file:
+            return [line for line in file.read().splitlines() if line.startswith("watchdog ")]
+
+    def feeds(self):
+        return self.lines().count("watchdog ioctl KEEPALIVE")
+
+    def wait_until(self, condition):
+        end = time.monotonic() + PATIENCE_S
+        while not condition():
+            self.assertLess(time.monotonic(), end, self.lines())
+            time.sleep(0.05)
+
+    def tearDown(self):
+        if self.daemon.poll() is None:
+            self.daemon.kill()
+            self.daemon.wait(PATIENCE_S)
+        self.daemon.returncode = 0
+
+    def test_fed_and_disarmed(self):
+        self.wait_until(lambda: self.feeds() >= 3)
+        self.assertEqual(self.lines()[:2], ["watchdog open wronly noctty cloexec",
+                                            "watchdog ioctl SETTIMEOUT 15"])
+        # Also while a long command runs.
+        client = self.client()
+        client.send("wait 100000\n")
+        before = self.feeds()
+        self.wait_until(lambda: self.feeds() >= before + STUCK_S + 2)
+        self.end(self.daemon)
+        self.assertEqual(self.lines()[-2:], ["watchdog write 1", "watchdog close"])
+        self.assertEqual(self.lines()[-3], "watchdog ioctl KEEPALIVE")
+
+    def test_a_thread_that_hangs(self):
+        self.tearDown()
+        self.start_with("hang 1 video0 ioctl STREAMON")
+        self.wait_until(lambda: self.feeds() >= 1)
+        self.client().send("bringup\n")
+        self.wait_until(lambda: "stuck" in self.said())
+        at_end = self.feeds()
+        time.sleep(2.5)
+        self.assertEqual(self.feeds(), at_end)
+        # Who asks for the log is answered all the same, and no end in order is to be had.
+        self.assertIn("has been stuck", "\n".join(self.client().ask("log")))
+        self.daemon.send_signal(signal.SIGTERM)
+        with self.assertRaises(subprocess.TimeoutExpired):
+            self.daemon.wait(1.5)
+        self.assertLessEqual(self.feeds(), at_end + 1)
+        self.assertNotIn("watchdog write 1", self.lines())
+
+    def test_a_daemon_that_is_killed(self):
+        self.wait_until(lambda: self.feeds() >= 1)
+        self.daemon.kill()
+        self.daemon.wait(PATIENCE_S)
+        self.assertNotIn("watchdog write 1", self.lines())
+
+    def refused(self, *settings):
+        done = subprocess.run([VERGENCED, *self.arguments(), *settings], capture_output=True,
+                              text=True, timeout=PATIENCE_S, check=False,
+                              env={**os.environ, **self.environment})
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
+        return done.stderr
+
+    def test_what_is_refused(self):
+        self.tearDown()
+        os.unlink(self.record)
+        self.assertIn("/dev/none", self.refused("watchdog=/dev/none"))
+        self.assertIn("watchdog_period", self.refused("watchdog_period=1"))
+        # A start that fails afterwards leaves nothing armed behind.
+        self.assertIn("/no/such", self.refused("socket=/no/such/place.sock"))
+        self.assertEqual(self.lines()[-2:], ["watchdog write 1", "watchdog close"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The README's commands from two webcams to a surface, taken from it, on a fake kernel: somebody
+prints the board, holds it before the cameras view after view, and then puts the scene there."""
+import json
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+import cv2
+import numpy
+
+from daemon_process import PATIENCE_S, VERGENCED
+from fake_devices import FRAME_US, preloaded, show
+
+VERGENCE = os.environ["VERGENCE"]
+ROOT = os.environ["VERGENCE_SOURCE"]
+sys.path.insert(0, os.path.join(ROOT, "tests", "command"))
+
+import boards  # noqa: E402
+
+COMMANDS = 6
+
+
+def commands():
+    """Those of the README's block, in their order."""
+    with open(os.path.join(ROOT, "README.md"), encoding="utf-8") as file:
+        block = re.findall(r"^```sh webcams\n(.*?)^```", file.read(), re.S | re.M)
+    return [line for line in block[0].splitlines() if line.strip() and not line.startswith("#")]
+
+
+def painted():
+    """The board's texture with something on its squares, so that there is a surface to measure."""
+    texture = boards.board_texture().astype(float)
+    random = numpy.random.default_rng(5)
+    spots = cv2.GaussianBlur(random.normal(size=texture.shape), (0, 0), 4)
+    return numpy.clip(texture + 18 * spots / spots.std(), 0, 255).astype(numpy.uint8)
+
+
+class Webcams(unittest.TestCase):
+    def setUp(self):
+        scratch = tempfile.TemporaryDirectory()
+        self.addCleanup(scratch.cleanup)
+        self.folder = scratch.name
+        self.pictures = [self.place(name) for name in ("left.ppm", "right.ppm")]
+        with open(self.place("script"), "w", encoding="ascii") as file:
+            file.write("".join(f"video /dev/video{device} YUYV {picture} {FRAME_US}\n"
+                               for device, picture in zip((0, 2), self.pictures)))
+        programs = [os.path.dirname(program) for program in (VERGENCE, VERGENCED)]
+        self.environment = {**preloaded(self.place("script")), "PATH": os.pathsep.join(
+            [*programs, os.environ["PATH"]])}
+        self.quiet = {**self.environment, "LD_PRELOAD": ""}
+        self.show(boards.pairs(poses=boards.POSES[:1])[0])
+
+    def place(self, *names):
+        return os.path.join(self.folder, *names)
+
+    def show(self, pair):
+        for path, image in zip(self.pictures, pair):
+            show(path, cv2.cvtColor(image, cv2.COLOR_GRAY2RGB))
+        time.sleep(2 * FRAME_US * 1e-6)  # what was on its way has arrived
+
+    def run_one(self, command):
+        done = subprocess.run(["bash", "-c", command], cwd=self.folder, env=self.quiet, text=True,
+                              capture_output=True, timeout=300)
+        self.assertEqual(done.returncode, 0, f"{command}\n{done.stdout}{done.stderr}")
+        return done.stdout
+
+    def start(self, command):
+        """The daemon, as the shell would with the & behind it."""
+        self.assertTrue(command.endswith(" &"), command)
+        daemon = subprocess.Popen(["bash", "-c", "exec " + command[:-1]], cwd=self.folder,
+                                  env=self.environment, stdin=subprocess.DEVNULL)
+        self.addCleanup(self.stop, daemon)
+        end = time.monotonic() + PATIENCE_S
+        while not os.path.exists(self.place("rig.sock")):
+            self.assertIsNone(daemon.poll(), "the daemon has gone")
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.02)
+
+    def stop(self, daemon):
+        daemon.send_signal(signal.SIGTERM)
+        self.assertEqual(daemon.wait(PATIENCE_S), 0)
+
+    def is_whole(self, session):
+        index = pathlib.Path(self.folder, "files", session, "session.index")
+        return index.exists() and b"\nend" in index.read_bytes()
+
+    def capture_views(self, command):
+        """Somebody holds the board another way whenever the loop asks for it."""
+        loop = subprocess.Popen(["bash", "-c", command], cwd=self.folder, env=self.quiet,
+                                stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                                stderr=subprocess.STDOUT)
+        self.addCleanup(loop.kill)
+        views = boards.pairs(poses=boards.POSES + [(18, -10, 30, 20, 10, 30),
+                                                   (-15, 18, -25, -30, 0, 60),
+                                                   (28, 10, 0, 0, 50, 120), (-8, -30, 12, 40, 0, 0),
+                                                   (0, 15, -14, -40, 40, 130)])
+        for number, pair in enumerate(views, 1):
+            self.show(pair)
+            loop.stdin.write(b"\n")
+            loop.stdin.flush()
+            end = time.monotonic() + PATIENCE_S
+            while not self.is_whole(f"board-{number:02d}"):
+                self.assertLess(time.monotonic(), end, f"view {number} never came")
+                time.sleep(0.02)
+        said, _ = loop.communicate(timeout=PATIENCE_S)
+        self.assertEqual(loop.returncode, 0, said)
+        self.assertEqual(said.count(b"\nOK\n"), 1 + len(views), said)
+
+    def test_six_commands_from_two_webcams_to_a_surface(self):
+        lines = commands()
+        self.assertEqual(len(lines), COMMANDS)
+        board, daemon, views, calibrate, capture, reconstruct = lines
+        self.run_one(board)
+        self.assertGreater(os.path.getsize(self.place("board.pdf")), 1000)
+        self.start(daemon)
+        self.capture_views(views)
+        self.assertIn("\nGood: 15 boards", self.run_one(calibrate))
+        self.show([boards.picture(painted(), boards.pose(12, 20, 4, 10, 0, 30), right, seed=50)
+                   for right in (False, True)])
+        self.assertIn("skew", self.run_one(capture))
+        self.run_one(reconstruct)
+        measured = json.loads(self.run_one(
+            f"/usr/bin/python3 {os.path.join(ROOT, 'tools/demo.d/measure_board.py')} surface "
+            "calibrated/calibration.json"))
+        self.assertEqual(measured["true_square_mm"], boards.SQUARE_MM)
+        self.assertGreaterEqual(measured["corners"], 50)
+        self.assertAlmostEqual(measured["square_mm"], boards.SQUARE_MM, delta=0.1)
+        self.assertLess(measured["plane_rms_mm"], 0.5)
+        self.assertLessEqual(measured["off_plane"], 1)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+// The calls of a recorded session, damaged in every way: they are refused in one line, or each call
+// is answered; the clock never hangs, and what was not recorded ends the play with a reason.
+//
+// The input is the file as it is (first byte 0), or a byte for a call and then its answer, line
+// by line, of which a log is made whose checks are right.
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "core/crc.h"
+#include "core/error.h"
+#include "daemon/replay/replay.h"
+#include "fuzz_check.hpp"
+#include "memory_folder.hpp"
+
+namespace {
+
+constexpr std::uint64_t kDeadlineUs = 1000;
+constexpr hal_camera_format kFormat = {64, 48};
+std::uint8_t out[3] = {0, 1, 2}, in[4];
+hal_i2c_message transfer[] = {{out, sizeof out, 0x2C, false}, {in, sizeof in, 0x2C, true}};
+
+// A call of the instrument: how it is told, and it itself.
+struct Call {
+    void (*told)(char *text);
+    void (*made)(const rig_ports &ports);
+};
+
+void take_frame(const rig_ports &ports) {
+    const hal_camera *camera = ports.camera[0];
+    hal_camera_frame frame{};
+    if (camera->operations->take(camera->self, 0, kDeadlineUs, &frame) == 0) {
+        FUZZ_CHECK(frame.data != nullptr);
+        camera->operations->give_back(camera->self, &frame);
+    }
+}
+
+void read_line(const rig_ports &ports) {
+    const hal_uart *uart = ports.lens_uart;
+    std::size_t bytes = 0;
+    if (uart->operations->read(uart->self, in, sizeof in, kDeadlineUs, &bytes) == 0) {
+        FUZZ_CHECK(bytes >= 1 && bytes <= sizeof in);
+    }
+}
+
+const Call calls[] = {
+    {trace_clock_now, [](const rig_ports &p) { p.clock->operations->now_us(p.clock->self); }},
+    {[](char *text) { trace_clock_wait(text, kDeadlineUs); },
+     [](const rig_ports &p) { p.clock->operations->wait_until_us(p.clock->self, kDeadlineUs); }},
+    {[](char *text) { trace_i2c_transfer(text, transfer, 2, kDeadlineUs); },
+     [](const rig_ports &p) {
+         std::size_t begun = 0;
+         FUZZ_CHECK(p.i2c->operations->transfer(p.i2c->self, transfer, 2, kDeadlineUs, &begun) <=
+                    0);
+     }},
+    {[](char *text) { trace_i2c_lines(text, 1); },
+     [](const rig_ports &p) {
+         unsigned high = 0;
+         p.i2c->operations->lines(p.i2c->self, 1, &high);
+     }},
+    {[](char *text) { trace_uart_write(text, out, sizeof out, kDeadlineUs); },
+     [](const rig_ports &p) {
+         p.lens_uart->operations->write(p.lens_uart->self, out, sizeof out, kDeadlineUs);
+     }},
+    {[](char *text) { trace_uart_read(text, sizeof in, kDeadlineUs); }, read_line},
+    {trace_uart_discard,
+     [](const rig_ports &p) { p.lens_uart->operations->discard(p.lens_uart->self); }},
+    {[](char *text) { trace_gpio_set(text, HAL_GPIO_BRIDGE_RESET, true); },
+     [](const rig_ports &p) {
+         p.gpio->operations->set(p.gpio->self, HAL_GPIO_BRIDGE_RESET, true);
+     }},
+    {[](char *text) { trace_gpio_get(text, HAL_GPIO_BRIDGE_IRQ); },
+     [](const rig_ports &p) {
+         bool active = false;
+         p.gpio->operations->get(p.gpio->self, HAL_GPIO_BRIDGE_IRQ, &active);
+     }},
+    {[](char *text) { trace_gpio_wait(text, HAL_GPIO_BRIDGE_IRQ, kDeadlineUs); },
+     [](const rig_ports &p) {
+         std::uint64_t time_us = 0;
+         p.gpio->operations->wait_edge(p.gpio->self, HAL_GPIO_BRIDGE_IRQ, kDeadlineUs, &time_us);
+     }},
+    {[](char *text) { trace_camera_start(text, 0, &kFormat); },
+     [](const rig_ports &p) { p.camera[0]->operations->start(p.camera[0]->self, &kFormat); }},
+    {[](char *text) { trace_camera_take(text, 0, 0, kDeadlineUs); }, take_frame},
+    {[](char *text) { trace_camera_control(text, 0, HAL_CAMERA_EXPOSURE_US, 5); },
+     [](const rig_ports &p) {
+         std::int32_t applied = 0;
+         p.camera[0]->operations->control(p.camera[0]->self, HAL_CAMERA_EXPOSURE_US, 5, &applied);
+     }},
+    {[](char *text) { trace_camera_counts(text, 0); },
+     [](const rig_ports &p) {
+         hal_camera_counts counts;
+         p.camera[0]->operations->counts(p.camera[0]->self, &counts);
+     }},
+    {[](char *text) { trace_camera_stop(text, 0); },
+     [](const rig_ports &p) { p.camera[0]->operations->stop(p.camera[0]->self); }},
+};
+
+// The log of those calls, and which they are.
+std::string made(const std::string &text, std::vector<const Call *> *making) {
+    static char asked[TRACE_LINE_MAX + 1];
+    std::string log =
+        TRACE_FIRST_LINE "\nports i2c=1 lines=1 gpio=1 uart=1 cameras=1 controls=10\n";
+    for (std::size_t at = 0; at < text.size();) {
+        const std::size_t end = std::min(text.find('\n', at), text.size());
+        making->push_back(&calls[std::uint8_t(text[at]) % std::size(calls)]);
+        making->back()->told(asked);
+        log += asked + std::string(TRACE_EQUALS) +
+               text.substr(at + 1, end - std::min(end, at + 1)) + "\n";
+        at = end + 1;
+    }
+    char check[sizeof TRACE_CHECK + SESSION_CRC_DIGITS + 1];
+    std::snprintf(check, sizeof check, TRACE_CHECK "%08x\n",
+                  unsigned(crc_update(0, log.data(), log.size())));
+    return log + check;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {
+    static const MemoryFolder folder;
+    static const bool begun = [] {
+        std::string line = "begin version=1 build=x profile=rig date=x";
+        char crc[16];
+        std::snprintf(crc, sizeof crc, " %08x\n",
+                      unsigned(crc_update(0, line.data(), line.size())));
+        folder.write(SESSION_INDEX_NAME, line + crc);
+        return true;
+    }();
+    static replay play;
+    static message said;
+    FUZZ_CHECK(begun);
+    const std::string text(reinterpret_cast<const char *>(data), size);
+    const bool raw = size > 0 && data[0] == 0;
+    std::vector<const Call *> making;
+    folder.write(SESSION_CALLS_NAME, raw ? text.substr(1) : made(text, &making));
+    const int error = replay_open(&play, AT_FDCWD, folder.path().c_str(), nullptr, &said);
+    if (error != 0) {
+        FUZZ_CHECK(error == ERROR_CRC || error == ERROR_VERSION || error == ERROR_MISSING);
+        FUZZ_CHECK(said.text[0] != '\0' && std::strchr(said.text, '\n') == nullptr);
+        return 0;
+    }
+    if (!raw) {
+        for (const Call *const call : making) {
+            call->made(play.ports);
+        }
+        FUZZ_CHECK(play.ended || replay_is_over(&play));
+    }
+    // Behind the end, or where something else was recorded.
+    const hal_clock *clock = play.ports.clock;
+    const std::uint64_t before_us = clock->operations->now_us(clock->self);
+    if (play.ended) {
+        FUZZ_CHECK(play.trouble.text[0] != '\0');
+        FUZZ_CHECK(clock->operations->now_us(clock->self) > before_us ||
+                   before_us > ~0ull - 2000000);
+    }
+    replay_close(&play);
+    return 0;
+}

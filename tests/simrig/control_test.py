@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: Apache-2.0
+"""tools/simrig/control, as a user types it."""
+import subprocess
+import unittest
+
+from simrig_client import FILES, PATIENCE_S, Bench
+
+
+class Control(Bench):
+    def control(self, *words):
+        return subprocess.run([FILES / "control", *words], capture_output=True, text=True,
+                              timeout=PATIENCE_S, check=False)
+
+    def refuse(self, code, words, *texts):
+        done = self.control(*words)
+        self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (code, "", 1),
+                         done.stderr)
+        for text in texts:
+            self.assertIn(text, done.stderr)
+
+    def test_commands_are_carried_out_in_order(self):
+        for where in (None, "tcp:0"):
+            rig = self.start(where=where)
+            done = self.control(rig.where, "fault lens left zoom jam", "status")
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            self.assertIn("zoom", done.stdout)
+            self.refuse(1, (rig.where, "fault lens left zoom eat"), "control: fault lens", "eat")
+
+    def test_nobody_there(self):
+        self.refuse(3, (f"unix:{self.folder}/none", "status"), "there is no simulated rig")
+        self.refuse(3, ("tcp:1", "status"), "there is no simulated rig")
+
+    def test_wrong_usage(self):
+        for words in ((), ("status",), ("unix:rig.sock",), ("rig.sock", "status")):
+            self.refuse(2, words, "see --help")
+        self.assertEqual(self.control("--help").returncode, 0)
+
+
+if __name__ == "__main__":
+    unittest.main()

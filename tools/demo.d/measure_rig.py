@@ -1,0 +1,158 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""The whole chain on the simulated rig, by the commands that a user would type.
+
+usage: measure_rig.py BUILD OUT NAME...
+
+NAME: cylinder_1x, cylinder_3x, mug_1x. For each scene `vergence simulate` and vergenced of the build
+directory BUILD start; the instrument is brought up, aimed, zoomed, focused and exposed, and takes
+pairs through the simulated FPGA; they are reconstructed with the world's true cameras as
+calibration and compared with the world's shapes. In OUT/rig_NAME, beside what `vergence reconstruct`
+writes: console.txt (what was asked and answered), accuracy.json and accuracy/ (from
+tools/simrig/compare), true.calibration.
+"""
+import concurrent.futures
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+TOOLS = pathlib.Path(__file__).resolve().parents[1]
+PATIENCE_S = 600
+# Both cameras look at the middle of the scene, 1.8 m away; its sharp distance is that too.
+AIM = ("bringup", "pan both 3.570 -3.272", "focus both 538")
+# Scene, settings, scale of the reconstruction: where texture is fainter than the noise of a pixel,
+# a smaller picture has less noise.
+PAIRS = {
+    "cylinder_1x": ("cylinder", ("zoom both 300", "iris both 800", "exposure both 9000"), 1),
+    "cylinder_3x": ("cylinder", ("zoom both 422", "iris both 500", "exposure both 160000"), 0.5),
+    "mug_1x": ("mug", ("zoom both 300", "iris both 800", "exposure both 10000"), 0.7),
+}
+DEPTH_MM = "1600:2300"
+
+
+# Rigs and daemons, to be ended when this is interrupted.
+running = []
+
+
+class Failed(Exception):
+    """Something that the demo needs went wrong; the text says what."""
+
+
+def run(command, **options):
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True,
+                          timeout=PATIENCE_S, check=False, **options)
+    if done.returncode != 0:
+        raise Failed(f"{' '.join(map(str, command))}: {done.stdout}{done.stderr}".strip())
+    return done.stdout
+
+
+def start(command, log, ready):
+    """A program in the background, as soon as the file `ready` is there."""
+    with open(log, "w", encoding="utf-8") as file:
+        program = subprocess.Popen([str(word) for word in command], stdout=file, stderr=file)
+    running.append(program)
+    for _ in range(600):
+        if ready.exists() and program.poll() is None:
+            return program
+        if program.poll() is not None:
+            break
+        time.sleep(0.05)
+    program.kill()
+    program.wait()
+    raise Failed(f"{command[0]}: {log.read_text(encoding='utf-8').strip() or 'does not answer'}")
+
+
+def stop(program):
+    program.terminate()
+    try:
+        program.wait(60)
+    except subprocess.TimeoutExpired:
+        program.kill()
+        program.wait()
+
+
+def take_pairs(build, scene, names, threads, work):
+    """Leaves the session work/files/NAME, the truth work/NAME and what was said, for each NAME."""
+    rig, daemon = f"unix:{work}/rig.sock", f"unix:{work}/vergenced.sock"
+    programs = [start([build / "tools/vergence", "simulate", scene, "--listen", rig, "--files",
+                       work, "--seed", "1", "--threads", threads], work / "rig.log",
+                      work / "rig.sock")]
+    try:
+        programs.append(start([build / "daemon/vergenced", f"backend=sim {rig}",
+                               f"socket={work}/vergenced.sock", f"files={work}/files",
+                               "store=none"], work / "vergenced.log", work / "vergenced.sock"))
+        said = ""
+        for name in names:
+            aim = AIM if name == names[0] else ()
+            for line in (*aim, *PAIRS[name][1], "status", f"capture {name}"):
+                print(f"   {scene}> {line}", flush=True)
+                answer = run([build / "tools/vergence", "--connect", daemon, *line.split()])
+                said += f"> {line}\n{answer}"
+            run([TOOLS / "simrig/control", rig, "truth left left", "truth right right"])
+            truth = work / name
+            truth.mkdir()
+            for path in (*work.glob("left*.*"), *work.glob("right*.*")):
+                path.rename(truth / path.name)
+            (truth / "console.txt").write_text(said, encoding="utf-8")
+    finally:
+        for program in reversed(programs):
+            stop(program)
+
+
+def measure(build, out, name, work):
+    """From a session and its truth to a surface and its accuracy."""
+    scene, _, scale = PAIRS[name]
+    truth, session, vergence = work / name, work / "files" / name, build / "tools/vergence"
+    run([vergence, "info", truth, "--convert", truth / "true.calibration"])
+    shutil.rmtree(out, ignore_errors=True)
+    print(f"   {name}: reconstructing", flush=True)
+    run([vergence, "reconstruct", session, "--calibration", truth / "true.calibration", "--depth",
+         DEPTH_MM, "--scale", scale, "--out", out, "--quiet"])
+    table = run([TOOLS / "simrig/compare", out, truth, "--object", scene, "--json", "--out",
+                 out / "accuracy"])
+    (out / "accuracy.json").write_text(table, encoding="utf-8")
+    for kept in ("console.txt", "true.calibration"):
+        shutil.copy(truth / kept, out)
+
+
+def measure_scene(build, out, scene, names, threads):
+    with tempfile.TemporaryDirectory(prefix="vergence-demo-") as work:
+        work = pathlib.Path(work)
+        take_pairs(build, scene, names, threads, work)
+        for name in names:
+            measure(build, out / f"rig_{name}", name, work)
+
+
+def main():
+    names = sys.argv[3:]
+    if not names or any(name not in PAIRS for name in names):
+        sys.exit(__doc__.strip())
+    build, out = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
+    scenes = {}
+    for name in names:
+        scenes.setdefault(PAIRS[name][0], []).append(name)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    # The bridge is simulated by one processor a rig; pictures are rendered by as many as are left.
+    threads = max(1, (os.cpu_count() or 1) // len(scenes))
+    with concurrent.futures.ThreadPoolExecutor(len(scenes)) as pool:
+        works = [pool.submit(measure_scene, build, out, scene, of_scene, threads)
+                 for scene, of_scene in scenes.items()]
+        try:
+            for work in works:
+                work.result()
+        except (Failed, OSError, subprocess.TimeoutExpired) as error:
+            sys.exit(f"measure_rig: {error}")
+        except KeyboardInterrupt:
+            # Without these the works end by themselves.
+            for program in running:
+                program.terminate()
+            sys.exit(130)
+
+
+if __name__ == "__main__":
+    main()
