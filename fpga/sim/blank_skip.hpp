@@ -23,6 +23,7 @@ class BlankSkip {
     using Root = Vbridge_sim___024root;
 
   public:
+    explicit BlankSkip(int camera) : camera_(camera) {}
     /// Something happened after which the period must be shown anew: a word, an input, a reset.
     void forget() { shown_ = seen_high_ = false; }
     /// The control clock fell, and nothing needed to be evaluated. No flip-flop of a pixel clock
@@ -33,12 +34,12 @@ class BlankSkip {
     }
 
     /// Just after a rising edge of this camera's clock alone was evaluated.
-    void rose(Root &root, int camera) {
+    void rose(Root &root) {
         if (shown_) {
             return;
         }
-        if (seen_high_ && camera == camera_) {
-            uint8_t &before = before_[place(root, divider(root, camera))];
+        if (seen_high_) {
+            uint8_t &before = before_[place(root, divider(root))];
             before = (before + 1) & kDivider;
             if (std::memcmp(before_, &root, sizeof before_) == 0) {
                 shown_ = true;
@@ -46,17 +47,16 @@ class BlankSkip {
                 return;
             }
         }
-        camera_ = camera;
         seen_high_ = true;
         std::memcpy(before_, &root, sizeof before_);
     }
     /// Whether the next edge, to `level`, of this camera's clock only counts. Where the divider's
-    /// last bit changes another clock can see it, and while the switch watches a standing clock,
-    /// each edge counts.
-    bool counts(Root &root, int camera, bool level) const {
-        return shown_ && camera == camera_ && VIDEO(stream__DOT__clocks__DOT__low) == 0 &&
-               VIDEO(stream__DOT__clocks__DOT__high) == 0 &&
-               !(level && (divider(root, camera) & 15u) == 15u);
+    /// last bit changes another clock can see it, and while the switch watches its output stand,
+    /// each edge of that output ends the watch.
+    bool counts(Root &root, bool level) const {
+        const bool watched =
+            (VIDEO(stream__DOT__clocks__DOT__low) | VIDEO(stream__DOT__clocks__DOT__high)) != 0;
+        return shown_ && !(watched && drives_ppi(root)) && !(level && (divider(root) & 15u) == 15u);
     }
     /// That clock goes on to the PPI.
     bool drives_ppi(Root &root) const {
@@ -64,7 +64,7 @@ class BlankSkip {
     }
     /// So many rising edges pass; -1: the last one is to be evaluated after all.
     void count(Root &root, int rises) {
-        uint8_t &counter = divider(root, camera_);
+        uint8_t &counter = divider(root);
         counter = static_cast<uint8_t>(counter + rises) & kDivider;
     }
     /// Just after an edge of the control clock was evaluated.
@@ -97,16 +97,16 @@ class BlankSkip {
                 VIDEO(stream__DOT__clocks__DOT__busy),
                 VIDEO(stream__DOT__clocks__DOT__leg0__DOT__clear)};
     }
-    static uint8_t &divider(Root &root, int camera) {
-        return camera == 0 ? VIDEO(camera0__DOT__clock_watch__DOT__divider)
-                           : VIDEO(camera1__DOT__clock_watch__DOT__divider);
+    uint8_t &divider(Root &root) const {
+        return camera_ == 0 ? VIDEO(camera0__DOT__clock_watch__DOT__divider)
+                            : VIDEO(camera1__DOT__clock_watch__DOT__divider);
     }
     static std::size_t place(const Root &root, const uint8_t &byte) {
         return static_cast<std::size_t>(&byte - reinterpret_cast<const uint8_t *>(&root));
     }
 
+    const int camera_;
     bool shown_ = false, seen_high_ = false;
-    int camera_ = 0;
     Read read_{};
     unsigned char before_[sizeof(Root)] = {};
 };
@@ -118,13 +118,14 @@ class BlankSkip {
 
 class BlankSkip {
   public:
+    explicit BlankSkip(int) {}
     void forget() {}
     template <class Root>
     void fell(Root &) {}
     template <class Root>
-    void rose(Root &, int) {}
+    void rose(Root &) {}
     template <class Root>
-    bool counts(Root &, int, bool) const {
+    bool counts(Root &, bool) const {
         return false;
     }
     template <class Root>

@@ -43,8 +43,10 @@ void catch_up(bridge_model &model) {
     const unsigned changed = model.top->pix_clk_i ^ pixel_clocks(model);
     model.pending = false;
     if (changed != 0) {
-        if ((changed & pixel_clocks(model)) != 0) {
-            model.blank.count(*model.top->rootp, -1);
+        for (unsigned i = 0; i < BRIDGE_CAMERAS; i++) {
+            if ((changed & pixel_clocks(model) & 1u << i) != 0) {
+                model.blank[i].count(*model.top->rootp, -1);
+            }
         }
         model.top->pix_clk_i = pixel_clocks(model);
         model.top->eval();
@@ -107,7 +109,7 @@ void edge_of_camera(bridge_model &model, int camera) {
         const uint16_t word = *feed.next++;
         if (word != feed.word) {
             catch_up(model);
-            model.blank.forget();
+            model.blank[camera].forget();
             feed.word = word;
             apply_words(model);
         }
@@ -129,8 +131,8 @@ void skip_still(bridge_model &model, uint64_t end_ps) {
     if (last_ps < model.now_ps + period_ps || still == 0) {
         return;
     }
-    const uint64_t clocks = std::min(still, (last_ps - model.now_ps) / period_ps);
-    model.skip.pass(*model.top->rootp, static_cast<unsigned>(clocks));
+    const uint64_t most = std::min(still, (last_ps - model.now_ps) / period_ps);
+    const unsigned clocks = model.skip.pass(*model.top->rootp, static_cast<unsigned>(most));
     model.now_ps += clocks * period_ps;
     control.next_ps += clocks * period_ps;
 }
@@ -142,8 +144,7 @@ void turn(Clock &clock) {
 
 // Whether this camera's clock is the only one of the cameras and shows no pixels.
 bool is_blank(const bridge_model &model, int camera) {
-    const Feed &feed = model.feeds[camera];
-    return feed.used && (feed.word & BRIDGE_WORD_LINE) == 0 && !model.stepping && !model.idle &&
+    return (word_of(model, camera) & BRIDGE_WORD_LINE) == 0 && !model.stepping &&
            !model.unsettled && model.clocks[1 - camera].next_ps == kNever &&
            model.top->falling_counts_o == 0 && (model.wanted & BRIDGE_EVENT_PPI_CLK) == 0;
 }
@@ -153,8 +154,8 @@ void count_edge(bridge_model &model, int camera) {
     Clock &clock = model.clocks[camera];
     turn(clock);
     model.pending = true;
-    model.blank.count(*model.top->rootp, clock.level);
-    if (model.blank.drives_ppi(*model.top->rootp)) {
+    model.blank[camera].count(*model.top->rootp, clock.level);
+    if (model.blank[camera].drives_ppi(*model.top->rootp)) {
         model.outputs.ppi_clk = clock.level;
         if (clock.level && model.on_ppi != nullptr) {
             sample_ppi(model);
@@ -173,7 +174,7 @@ void step(bridge_model &model) {
     const int camera = edges == 2 ? 1 : 0;
     const bool one_alone = !control_turns && edges != 3;
     if (one_alone && is_blank(model, camera) &&
-        model.blank.counts(*model.top->rootp, camera, !model.clocks[camera].level)) {
+        model.blank[camera].counts(*model.top->rootp, !model.clocks[camera].level)) {
         count_edge(model, camera);
         return;
     }
@@ -191,14 +192,18 @@ void step(bridge_model &model) {
     if (edges != 0) {
         model.top->pix_clk_i = pixel_clocks(model);
     } else if (!control.level && nothing_falls(model, tick_was)) {
-        model.blank.fell(*model.top->rootp);
+        for (BlankSkip &blank : model.blank) {
+            blank.fell(*model.top->rootp);
+        }
         return;
     }
     settle(model);
     if (control_turns) {
-        model.blank.control(*model.top->rootp);
+        for (BlankSkip &blank : model.blank) {
+            blank.control(*model.top->rootp);
+        }
     } else if (one_alone && model.clocks[camera].level && is_blank(model, camera)) {
-        model.blank.rose(*model.top->rootp, camera);
+        model.blank[camera].rose(*model.top->rootp);
     }
     for (int i = 0; i < BRIDGE_CAMERAS; i++) {
         if ((edges >> i & 1u) != 0) {

@@ -56,7 +56,7 @@ struct bridge_model {
     bool unsettled = false;  // inputs were applied and no event has come since
     bool stepping = false;   // no clock is skipped
     IdleSkip skip;
-    BlankSkip blank;
+    BlankSkip blank[BRIDGE_CAMERAS] = {BlankSkip(0), BlankSkip(1)};
     bool pending = false;  // an edge of a camera's clock was counted that the core has not seen
     uint32_t wanted = 0;
     bridge_event_callback on_event = nullptr;
@@ -95,7 +95,9 @@ inline void apply_inputs(bridge_model &model) {
     apply_words(model);
     model.inputs_changed = false;
     model.unsettled = true;
-    model.blank.forget();
+    for (BlankSkip &blank : model.blank) {
+        blank.forget();
+    }
 }
 
 // The wires of the buses are what both sides leave of them.
