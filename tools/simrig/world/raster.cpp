@@ -36,9 +36,12 @@ Raster::Raster(double width_mm, double height_mm, double texel_mm, const Colour 
     per_mm_ = level.columns / width_mm;
     level.rows = static_cast<int>(std::ceil(height_mm * per_mm_));
     level.texels.resize(3 * static_cast<std::size_t>(level.columns * level.rows));
+    std::uint8_t root[3];
+    for (std::size_t i = 0; i < 3; i++) {
+        root[i] = static_cast<std::uint8_t>(std::lround(255 * std::sqrt(ground.channel[i])));
+    }
     for (std::size_t i = 0; i < level.texels.size(); i++) {
-        level.texels[i] =
-            static_cast<std::uint8_t>(std::lround(255 * std::sqrt(ground.channel[i % 3])));
+        level.texels[i] = root[i % 3];
     }
     levels_.push_back(std::move(level));
 }
@@ -63,7 +66,7 @@ void Raster::finish() {
                     const double mean = 0.25 * (texel(2 * y, 2 * x, c) + texel(2 * y, x1, c) +
                                                 texel(y1, 2 * x, c) + texel(y1, x1, c));
                     coarse.texels[static_cast<std::size_t>(3 * (y * coarse.columns + x) + c)] =
-                        static_cast<std::uint8_t>(std::lround(std::sqrt(mean)));
+                        static_cast<std::uint8_t>(std::sqrt(mean) + 0.5);
                 }
             }
         }
