@@ -178,7 +178,9 @@ void step(bridge_model &model) {
         count_edge(model, camera);
         return;
     }
-    if (edges != 0 || tick_was) {
+    // What a rise of the control clock changes, such as the selected camera, the pixel clock's last
+    // edge has not seen.
+    if (edges != 0 || tick_was || (control_turns && !control.level)) {
         catch_up(model);
     }
     if (control_turns) {
@@ -314,7 +316,7 @@ void bridge_model_set_stepping(bridge_model *model, int stepping) {
 uint64_t bridge_model_digest(const bridge_model *model) {
     const Vbridge_sim___024root &root = *model->top->rootp;
     const auto *bytes = reinterpret_cast<const unsigned char *>(&root);
-    const auto *end = reinterpret_cast<const unsigned char *>(&root.vlSymsp);
+    const unsigned char *end = end_of_registers(root, 0);
     uint64_t digest = 0xCBF29CE484222325u;  // FNV-1a
     for (const unsigned char *at = bytes + sizeof(VerilatedModule); at != end; at++) {
         digest = (digest ^ *at) * 0x100000001B3u;

@@ -119,6 +119,9 @@ class Twins {
         } else if (what == 7) {
             write(0x04, number(65535));
         }
+        if (random_.below(2) == 0) {
+            show_alive();
+        }
         const int camera = int(random_.below(2));
         const unsigned columns = 4 + random_.below(60), rows = 1 + random_.below(5),
                        blank = 8 + random_.below(random_.below(2) == 0 ? 40 : 600);
@@ -137,6 +140,21 @@ class Twins {
                 twin.bridge->set_clock(i, source.period_ps);
             }
             twin.bridge->run(duration_ps);
+        }
+    }
+
+    // In idle time a camera without frames runs its clock for a moment now and then.
+    void show_alive() {
+        const uint32_t period_ps = 12000 + random_.below(70000);
+        const uint64_t bursts = 1 + random_.below(6), pause_ps = (1 + random_.below(140)) * kUs;
+        for (uint64_t i = 0; i < 2 * bursts; i++) {
+            for (Twin &twin : twins_) {
+                twin.bridge->set_clock(int(i & 1), period_ps);
+                twin.bridge->run_idle((14 + i) * period_ps + period_ps / 4);
+                twin.bridge->set_clock(int(i & 1), 0);
+                twin.bridge->run_idle(pause_ps);
+            }
+            check();
         }
     }
 

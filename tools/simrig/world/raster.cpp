@@ -12,7 +12,7 @@ constexpr int kColumnStep = 1 << (kLevels - 1);
 
 // Places all over the unit disk, each of the same share: Vogel's spiral. Their variance a dimension
 // is that of the disk, 1 / 4.
-constexpr int kDiskPlaces = 32;
+constexpr int kDiskPlaces = 64;
 
 std::array<Vec2, kDiskPlaces> disk_places() {
     std::array<Vec2, kDiskPlaces> places{};
@@ -133,12 +133,12 @@ double Raster::under_disk(int channel, Vec2 middle_mm, const Vec2 (&axes_mm)[2])
     const double yy = quarter * (a.y * a.y + b.y * b.y);
     const double xy = quarter * (a.x * a.y + b.x * b.y);
     const double least = 0.5 * (xx + yy) - std::sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy);
-    // The filter of each place is of an eighth to a quarter of the disk's radius, so that the
-    // places join. A copy has a texel's width^2 / 4 of it, and the finest none: it is the picture
+    // A texel is a sixteenth to an eighth of the disk's radius wide, and the places stand a quarter
+    // apart. A copy adds width^2 / 4 to the variance, and the finest nothing: it is the picture
     // itself.
     std::size_t level = 0;
     double width2 = 1;
-    while (level + 1 < levels_.size() && 4 * width2 <= least) {
+    while (level + 1 < levels_.size() && 16 * width2 <= least) {
         width2 *= 4;
         level++;
     }
