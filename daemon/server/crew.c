@@ -10,6 +10,7 @@
 #include "core/invariant.h"
 #include "daemon/monotonic.h"
 #include "daemon/record.h"
+#include "daemon/scribe.h"
 
 enum { IDLE_US = 50000, PROGRESS_US = 100000 };
 
@@ -97,9 +98,9 @@ static void run(struct crew *self, struct job *job) {
     }
 }
 
-/// Between two jobs: the rig wants to be looked after.
-static void idle(struct crew *self) {
-    atomic_store(&self->alive_us, monotonic_now_us());
+/// The rig wants to be looked after: between two jobs, and while one waits for the disk.
+static void look_after_rig(void *cookie) {
+    struct crew *self = cookie;
     if (!self->has_rig || !self->time_passes || self->rig->state != RIG_READY) {
         return;
     }
@@ -108,6 +109,11 @@ static void idle(struct crew *self) {
         const struct hal_log *log = self->surroundings.log;
         log->operations->write(log->self, HAL_LOG_ERROR, self->rig->trouble.text);
     }
+}
+
+static void idle(struct crew *self) {
+    atomic_store(&self->alive_us, monotonic_now_us());
+    look_after_rig(self);
 }
 
 /// In a recording that is played time does not pass: the rig is looked after where it was then.
@@ -172,6 +178,11 @@ bool crew_start(struct crew *self, size_t capacity) {
     self->surroundings.go_on = go_on;
     self->surroundings.progress = show_progress;
     self->surroundings.self = self;
+    if (self->has_rig) {
+        // A disk that does not come back is a thread that is stuck: alive_us stays.
+        self->surroundings.scribe->meanwhile = look_after_rig;
+        self->surroundings.scribe->self = self;
+    }
     atomic_store(&self->alive_us, monotonic_now_us());
     if (!reply_open(&self->reply) || pthread_mutex_init(&self->lock, NULL) != 0 ||
         pthread_condattr_init(&attributes) != 0) {
@@ -195,6 +206,9 @@ void crew_stop(struct crew *self) {
     pthread_join(self->thread, NULL);
     INVARIANT(self->count == 0 && self->running == NULL);
     self->started = false;
+    if (self->has_rig) {
+        self->surroundings.scribe->meanwhile = NULL;
+    }
     pthread_cond_destroy(&self->news);
     pthread_mutex_destroy(&self->lock);
     reply_close(&self->reply);

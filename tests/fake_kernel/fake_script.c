@@ -169,6 +169,8 @@ static void follow(const char *line) {
         add_end(line, rest, fake_kernel_kill);
     } else if (strcmp(word, "hang") == 0) {
         add_end(line, rest, fake_kernel_hang);
+    } else if (strcmp(word, "slow") == 0) {
+        add_end(line, rest, fake_kernel_slow);
     } else if (strcmp(word, "record") == 0) {
         fake_kernel_record_to(rest);
     } else {

@@ -16,6 +16,7 @@
 ///     fail NTH TIMES ERRNO WHAT    as fake_kernel_fail; ERRNO as in errno.h, or a number
 ///     kill NTH WHAT        as fake_kernel_kill
 ///     hang NTH WHAT        as fake_kernel_hang
+///     slow MS WHAT         as fake_kernel_slow
 ///     record FILE          every line of the record is appended to FILE as it comes
 ///     # ...                a remark
 ///
