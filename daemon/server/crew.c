@@ -14,20 +14,26 @@
 
 enum { IDLE_US = 50000, PROGRESS_US = 100000 };
 
+/// Asked by a command that works without the rig just now.
 static bool go_on(void *cookie) {
     struct crew *self = cookie;
     atomic_store(&self->alive_us, monotonic_now_us());
+    const struct job *job = self->running;
+    return !atomic_load(&self->stopping) && (job == NULL || !atomic_load(&job->cancelled));
+}
+
+/// Asked by the rig, whose command ends where this says no: a recording has to know.
+static bool rig_goes_on(void *cookie) {
+    struct crew *self = cookie;
     const struct surroundings *around = &self->surroundings;
     struct job *job = self->running;
-    if (self->has_rig && job != NULL && around->cancel_is_next != NULL &&
-        around->cancel_is_next(around->replay)) {
+    if (job != NULL && around->cancel_is_next != NULL && around->cancel_is_next(around->replay)) {
         atomic_store(&job->cancelled, true);
     }
-    const bool goes_on =
-        !atomic_load(&self->stopping) && (job == NULL || !atomic_load(&job->cancelled));
-    if (!goes_on && self->has_rig && job != NULL && !self->cancel_recorded) {
+    const bool goes_on = go_on(self);
+    if (!goes_on && job != NULL && !self->cancel_recorded) {
         self->cancel_recorded = true;
-        record_cancel(self->surroundings.record);
+        record_cancel(around->record);
     }
     return goes_on;
 }
@@ -46,7 +52,8 @@ static void show_progress(void *cookie, const char *what, uint32_t done, uint32_
 }
 
 struct rig_observer crew_observer(struct crew *self) {
-    return (struct rig_observer){.go_on = go_on, .progress = show_progress, .self = self};
+    INVARIANT(self->has_rig);
+    return (struct rig_observer){.go_on = rig_goes_on, .progress = show_progress, .self = self};
 }
 
 /// Gives a job back to the event loop.

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <chrono>
+#include <cstddef>
 #include <thread>
 #include <vector>
 
@@ -16,8 +17,8 @@ using namespace std::chrono_literals;
 
 struct Note {
     scribe_task task = {};
-    std::vector<int> *done = nullptr;
-    int number = 0;
+    std::vector<std::size_t> *done = nullptr;
+    std::size_t number = 0;
     std::chrono::milliseconds takes{0};
 };
 
@@ -37,10 +38,10 @@ TEST_CASE("a scribe does all in order, and who waits looks after the instrument"
     writer.meanwhile = count;
     writer.self = &looks;
     REQUIRE(scribe_start(&writer));
-    std::vector<int> done;
+    std::vector<std::size_t> done;
     std::array<Note, 20> notes;
     const auto begin = std::chrono::steady_clock::now();
-    for (int i = 0; i < 20; i++) {
+    for (std::size_t i = 0; i < 20; i++) {
         notes.at(i) = {{write_note, 1, nullptr}, &done, i, 20ms};
         scribe_later(&writer, &notes.at(i).task);
     }
@@ -48,7 +49,7 @@ TEST_CASE("a scribe does all in order, and who waits looks after the instrument"
     CHECK(std::chrono::steady_clock::now() - begin < 300ms);
     CHECK(looks == 0);
     struct Last {
-        std::vector<int> *done;
+        std::vector<std::size_t> *done;
         std::size_t before;
     } last = {&done, 0};
     scribe_do(
@@ -60,7 +61,7 @@ TEST_CASE("a scribe does all in order, and who waits looks after the instrument"
         &last);
     CHECK(last.before == 20);
     CHECK(looks >= 4);  // 400 ms, of which the making of the notes took some
-    for (int i = 0; i < 20; i++) {
+    for (std::size_t i = 0; i < 20; i++) {
         CHECK(done.at(i) == i);
     }
     // The end waits for what is left.
@@ -72,9 +73,9 @@ TEST_CASE("a scribe does all in order, and who waits looks after the instrument"
 TEST_CASE("a scribe holds no more than it says") {
     scribe writer = {};
     REQUIRE(scribe_start(&writer));
-    std::vector<int> done;
+    std::vector<std::size_t> done;
     std::array<Note, 3> notes;
-    for (int i = 0; i < 3; i++) {
+    for (std::size_t i = 0; i < 3; i++) {
         notes.at(i) = {{write_note, SCRIBE_HELD_MAX_BYTES / 2 + 1, nullptr}, &done, i, 100ms};
     }
     scribe_later(&writer, &notes[0].task);
@@ -83,11 +84,11 @@ TEST_CASE("a scribe holds no more than it says") {
     scribe_later(&writer, &notes[2].task);
     CHECK(std::chrono::steady_clock::now() - begin > 50ms);
     scribe_stop(&writer);
-    CHECK(done == std::vector<int>{0, 1, 2});
+    CHECK(done == std::vector<std::size_t>{0, 1, 2});
 }
 
 TEST_CASE("without a scribe who gives work does it") {
-    std::vector<int> done;
+    std::vector<std::size_t> done;
     Note note = {{write_note, 1, nullptr}, &done, 1, 0ms};
     int counter = 0;
     scribe idle = {};
