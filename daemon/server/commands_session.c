@@ -130,8 +130,7 @@ static void write_beginning(void *cookie) {
     if (error == 0) {
         error = write_calibration(call, &message);
         if (error != 0) {
-            struct message second;
-            session_writer_end(&session.writer, &second);
+            session_writer_discard(&session.writer, around->files_fd);
         }
     }
     self->error = error == 0 ? 0 : surroundings_refuse(call, error, "%s", message.text);
@@ -178,20 +177,24 @@ static void put_pair(const struct command_call *call, const struct pair *pair) {
 struct writing {
     const struct pair *pair;
     const char *command;
+    int files_fd;
     int error;
     struct message message;
 };
 
-/// A session of one pair.
+/// A session of one pair, or none.
 static void write_whole(void *cookie) {
     struct writing *self = cookie;
-    struct message second;
     int error = session_writer_command(&session.writer, self->command, &self->message);
     if (error == 0) {
         error = session_writer_pair(&session.writer, self->pair, &self->message);
     }
-    const int ended = session_writer_end(&session.writer, error == 0 ? &self->message : &second);
-    self->error = error != 0 ? error : ended;
+    if (error == 0) {
+        error = session_writer_end(&session.writer, &self->message);
+    } else {
+        session_writer_discard(&session.writer, self->files_fd);
+    }
+    self->error = error;
 }
 
 static void write_pair(void *cookie) {
@@ -207,7 +210,7 @@ static void write_command(void *cookie) {
 /// Writes a pair into its session; of a recording all calls that led to it go first.
 static int keep_pair(const struct command_call *call, const struct pair *pair) {
     const struct surroundings *around = surroundings_of(call);
-    struct writing writing = {.pair = pair, .command = "capture"};
+    struct writing writing = {.pair = pair, .command = "capture", .files_fd = around->files_fd};
     if (session.recording) {
         writing.error = record_flush(around->record, &writing.message);
     }
@@ -309,8 +312,7 @@ static int start_recording(const struct command_call *call) {
     error =
         error != 0 ? error : record_start(surroundings_of(call)->record, &session.writer, &message);
     if (error != 0) {
-        struct message second;
-        session_writer_end(&session.writer, &second);
+        session_writer_discard(&session.writer, surroundings_of(call)->files_fd);
         return surroundings_refuse(call, error, "%s", message.text);
     }
     session.recording = true;
@@ -325,15 +327,23 @@ static void write_end(void *cookie) {
     self->error = session_writer_end(&session.writer, &self->message);
 }
 
+/// A recording of which something is missing gets no end, so that readers know.
 static int stop_recording(struct record *record, struct message *message) {
     struct writing end = {.error = 0};
-    const int stopped = record_stop(record, message);
-    scribe_do(record->scribe, write_end, &end);
-    session.recording = false;
-    if (stopped == 0 && (end.error != 0 || session.noted != 0)) {
-        *message = end.error != 0 ? end.message : session.why;
+    end.error = record_stop(record, &end.message);
+    if (end.error == 0 && session.noted != 0) {
+        end.error = session.noted;
+        end.message = session.why;
     }
-    return stopped != 0 ? stopped : end.error != 0 ? end.error : session.noted;
+    session.recording = false;
+    if (end.error != 0) {
+        session_writer_leave(&session.writer);
+        return message_set(message, end.error, "%.900s; the recording is cut off there",
+                           end.message.text);
+    }
+    scribe_do(record->scribe, write_end, &end);
+    *message = end.message;
+    return end.error;
 }
 
 static int run_record(const struct command_call *call) {
