@@ -14,6 +14,7 @@
 #include "daemon/linux/watchdog_dev.h"
 #include "daemon/main_backends.h"
 #include "daemon/main_replay.h"
+#include "daemon/monotonic.h"
 #include "daemon/options.h"
 #include "daemon/scribe.h"
 #include "daemon/server/commands_daemon.h"
@@ -179,6 +180,13 @@ static int open_watchdog(struct daemon *self, struct message *message) {
     const int error =
         watchdog_dev_open(&self->watchdog, config->watchdog, config->watchdog_s, message);
     self->watchdog_open = error == 0;
+    const unsigned period_s = (unsigned)(self->watchdog.period_us / MONOTONIC_US_IN_S);
+    if (error == 0 && period_s != 0 && period_s < CONFIG_WATCHDOG_LEAST_S) {
+        return message_set(message, ERROR_UNSUPPORTED,
+                           "watchdog = %s: its period is %u s at most, and an orderly end may take "
+                           "longer: one of %d s or more is needed, or none",
+                           config->watchdog, period_s, CONFIG_WATCHDOG_LEAST_S);
+    }
     return error;
 }
 

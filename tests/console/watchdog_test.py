@@ -146,6 +146,16 @@ class Watchdog(DaemonTest):
         # A start that fails afterwards leaves nothing armed behind.
         self.assertIn("/no/such", self.refused("socket=/no/such/place.sock"))
         self.assertEqual(self.lines()[-2:], ["watchdog write 1", "watchdog close"])
+        # One that bites before the instrument can be made safe, whatever it was set to.
+        script = self.environment["VERGENCE_FAKE_KERNEL"]
+        with open(script, encoding="ascii") as file:
+            lines = file.read()
+        with open(script, "w", encoding="ascii") as file:
+            file.write(lines.replace("watchdog /dev/watchdog\n", "watchdog /dev/watchdog 3\n"))
+        self.assertEqual(self.refused(),
+                         "vergenced: watchdog = /dev/watchdog: its period is 3 s at most, and an "
+                         "orderly end may take longer: one of 4 s or more is needed, or none\n")
+        self.assertEqual(self.lines()[-2:], ["watchdog write 1", "watchdog close"])
 
 
 if __name__ == "__main__":
