@@ -14,7 +14,9 @@
 #include "daemon/linux/watchdog_dev.h"
 #include "daemon/main_backends.h"
 #include "daemon/main_replay.h"
+#include "daemon/monotonic.h"
 #include "daemon/options.h"
+#include "daemon/scribe.h"
 #include "daemon/server/commands_daemon.h"
 #include "daemon/server/config.h"
 #include "daemon/server/confine.h"
@@ -35,6 +37,7 @@ struct daemon {
     bool store_open;
     struct main_backends backends;
     struct rig rig;
+    struct scribe scribe;
     struct watchdog_dev watchdog;
     bool watchdog_open;
     struct server server;
@@ -177,6 +180,13 @@ static int open_watchdog(struct daemon *self, struct message *message) {
     const int error =
         watchdog_dev_open(&self->watchdog, config->watchdog, config->watchdog_s, message);
     self->watchdog_open = error == 0;
+    const unsigned period_s = (unsigned)(self->watchdog.period_us / MONOTONIC_US_IN_S);
+    if (error == 0 && period_s != 0 && period_s < CONFIG_WATCHDOG_LEAST_S) {
+        return message_set(message, ERROR_UNSUPPORTED,
+                           "watchdog = %s: its period is %u s at most, and an orderly end may take "
+                           "longer: one of %d s or more is needed, or none",
+                           config->watchdog, period_s, CONFIG_WATCHDOG_LEAST_S);
+    }
     return error;
 }
 
@@ -229,6 +239,7 @@ static int start(struct daemon *self, struct message *message) {
         .rig = &self->rig,
         .watchdog = self->watchdog_open ? &self->watchdog.hal : NULL,
         .record = &self->backends.record,
+        .scribe = &self->scribe,
         .note_command = commands_session_note,
         .idle_is_next = self->backends.has_replay ? idle_is_next : NULL,
         .cancel_is_next = self->backends.has_replay ? cancel_is_next : NULL,
@@ -240,6 +251,11 @@ static int start(struct daemon *self, struct message *message) {
     if (error != 0) {
         return error;
     }
+    // Now that signals are blocked, which the thread inherits.
+    if (!scribe_start(&self->scribe)) {
+        return message_set(message, ERROR_IO, "the system does not let it have a thread");
+    }
+    self->backends.record.scribe = &self->scribe;
     const struct rig_observer observer = crew_observer(&self->server.rig_crew);
     rig_init(&self->rig, &self->config.profile, &ports, &observer);
     return server_start(&self->server, message);
@@ -274,6 +290,7 @@ static int serve(struct daemon *self) {
     server_close(&self->server);
     close_watchdog(self);
     commands_session_end(&self->backends.record);
+    scribe_stop(&self->scribe);
     if (self->backends.has_replay && self->backends.replay.trouble.text[0] != '\0') {
         logbook_print(&self->logbook, HAL_LOG_WARNING, "%s", self->backends.replay.trouble.text);
     }

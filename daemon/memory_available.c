@@ -8,13 +8,13 @@
 
 enum { LINE_BYTES = 128, KIB = 1024 };
 
-uint64_t memory_available_bytes(void) {
+uint64_t memory_available_as_in(const char *meminfo) {
     char line[LINE_BYTES];
     uint64_t available_kib = 0;
     uint64_t swap_kib = 0;
     uint64_t free_kib = 0;
     bool known = false;
-    FILE *file = fopen("/proc/meminfo", "re");
+    FILE *file = fopen(meminfo, "re");
     while (file != NULL && fgets(line, sizeof line, file) != NULL) {
         known = sscanf(line, "MemAvailable: %" SCNu64, &available_kib) == 1 || known;
         if (sscanf(line, "SwapFree: %" SCNu64, &free_kib) == 1) {
@@ -28,5 +28,12 @@ uint64_t memory_available_bytes(void) {
         return (available_kib + swap_kib) * KIB;
     }
     struct sysinfo all;
-    return sysinfo(&all) == 0 ? (uint64_t)all.totalram * all.mem_unit / 4 * 3 : UINT64_MAX;
+    if (sysinfo(&all) != 0) {
+        return UINT64_MAX;
+    }
+    return ((uint64_t)all.freeram + all.bufferram + all.freeswap) * all.mem_unit;
+}
+
+uint64_t memory_available_bytes(void) {
+    return memory_available_as_in("/proc/meminfo");
 }

@@ -16,7 +16,11 @@
 #include "core/invariant.h"
 
 #define WORK_PREFIX ".vergence-"
-enum { ABANDONED_AFTER_S = 60, NAME_ROOM = 300 };
+enum {
+    ABANDONED_AFTER_S = 60,
+    NAME_ROOM = 300,
+    WORK_NAMES = 1000,  // of one process, at a time, in one place
+};
 
 /// Removes a directory of plain files; what is not a plain file stays, and the directory with it.
 static void remove_flat_directory(const char *path) {
@@ -112,8 +116,17 @@ static int make_work_directory(struct outdir *directory) {
     }
     remove_abandoned(parent);
     char path[OUTDIR_PATH_BYTES + NAME_ROOM];
-    snprintf(path, sizeof path, "%s/" WORK_PREFIX "XXXXXX", parent);
-    if (mkdtemp(path) == NULL) {
+    int made = -1;
+    // By mkdir: the kernel gives it the permissions that a directory of this process has, which
+    // nobody can ask for without changing them (umask) for all threads.
+    for (int i = 0; made != 0 && i < WORK_NAMES; i++) {
+        snprintf(path, sizeof path, "%s/" WORK_PREFIX "%ld-%d", parent, (long)getpid(), i);
+        made = mkdir(path, 0777);
+        if (made != 0 && errno != EEXIST) {
+            break;
+        }
+    }
+    if (made != 0) {
         return -1;
     }
     INVARIANT(strlen(path) < OUTDIR_PATH_BYTES);
@@ -269,13 +282,6 @@ static bool replace_files(const struct outdir *directory, const char *const *nam
     return move_file(directory, closing_name);
 }
 
-/// Gives the hidden directory the permissions that a directory made by mkdir would have.
-static bool open_permissions(const char *path) {
-    const mode_t mask = umask(0);
-    umask(mask);
-    return chmod(path, 0777 & ~mask) == 0;
-}
-
 /// Two runs into one directory at a time: the lock makes one whole set replace the other.
 static bool replace_alone(const struct outdir *directory, const char *const *names, int count,
                           const char *closing_name, const char **failed) {
@@ -295,9 +301,6 @@ static bool replace_alone(const struct outdir *directory, const char *const *nam
 static bool put_in_place(struct outdir *directory, const char *const *names, int count,
                          const char *closing_name, const char **failed) {
     if (!directory->exists) {
-        if (!open_permissions(directory->work_path)) {
-            return false;
-        }
         if (rename(directory->work_path, directory->final_path) == 0) {
             return true;
         }

@@ -9,7 +9,6 @@
 #include "daemon/interrupt.h"
 #include "daemon/options.h"
 #include "daemon/progress.h"
-#include "daemon/reconstruct_recorded.h"
 #include "daemon/reconstruct_session.h"
 #include "daemon/reconstruct_summary.h"
 #include "daemon/result_json.h"
@@ -62,7 +61,6 @@ int reconstruct_command_run(const struct reconstruct_command_abilities *abilitie
     struct reconstruct_request request;
     struct reconstruct_files files = abilities->files;
     struct progress progress;
-    static struct session_pair_files recorded;
     static struct reconstruct_session session;
     struct reconstruct_source source = {reconstruct_inputs_read, &files};
     const struct reconstruct_observer observer = {
@@ -81,15 +79,13 @@ int reconstruct_command_run(const struct reconstruct_command_abilities *abilitie
               stderr);
         return CLIENT_USAGE;
     }
-    bool own = false;
-    if (reconstruct_recorded_resolve(&request, &recorded, &own, &job.message) != ERROR_OK) {
-        fprintf(stderr, "vergence reconstruct: %s\n", job.message.text);
-        return CLIENT_BAD_INPUT;
-    }
-    if (own) {
+    if (request.session_path != NULL) {
         session.parent = AT_FDCWD;
         session.path = request.session_path;
         session.pair = (uint32_t)request.pair;
+        session.load_calibration = files.load_calibration;
+        session.lack =
+            ": --calibration FILE is missing (or --rectified for a rectified pair without one)";
         source = (struct reconstruct_source){reconstruct_session_read, &session};
     }
     interrupt_catch();

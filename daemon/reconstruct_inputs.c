@@ -189,7 +189,15 @@ static int load_calibration(const struct reconstruct_request *request, calibrati
         reconstruct_context_warn(context, "calibration: %s", inputs->calibration.note);
     }
     inputs->calibration_path = request->calibration_path;
-    return reconstruct_inputs_fit(inputs, request->calibration_path, message);
+    return ERROR_OK;
+}
+
+int reconstruct_inputs_calibrate(const struct reconstruct_request *request,
+                                 calibration_loader *load, struct reconstruct_inputs *inputs,
+                                 struct reconstruct_context *context, struct message *message) {
+    return request->calibration_path != NULL
+               ? load_calibration(request, load, inputs, context, message)
+               : assume_calibration(request, inputs, context, message);
 }
 
 void reconstruct_inputs_doubt(const struct reconstruct_inputs *inputs,
@@ -224,10 +232,10 @@ int reconstruct_inputs_read(void *self, const struct reconstruct_request *reques
         return error;
     }
     inputs->left.request = inputs->right.request = NULL;  // it ends with this call
-    if (request->calibration_path != NULL) {
-        error = load_calibration(request, files->load_calibration, inputs, context, message);
-    } else {
-        error = assume_calibration(request, inputs, context, message);
+    error =
+        reconstruct_inputs_calibrate(request, files->load_calibration, inputs, context, message);
+    if (error == ERROR_OK && request->calibration_path != NULL) {
+        error = reconstruct_inputs_fit(inputs, request->calibration_path, message);
     }
     if (error != ERROR_OK) {
         reconstruct_inputs_free(inputs);

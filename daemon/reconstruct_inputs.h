@@ -41,6 +41,12 @@ int reconstruct_inputs_read(void *files, const struct reconstruct_request *reque
                             struct reconstruct_inputs *inputs, struct reconstruct_context *context,
                             struct message *message);
 
+/// For sources, when the images are there: loads the calibration that the request names, as it is
+/// in its file, or assumes one of the images in memory where it names none.
+int reconstruct_inputs_calibrate(const struct reconstruct_request *request,
+                                 calibration_loader *load, struct reconstruct_inputs *inputs,
+                                 struct reconstruct_context *context, struct message *message);
+
 /// For sources: makes the calibration, which `name` names, one of the images in memory, which may
 /// have been shrunk while reading. One that was made for images of their present size is taken as
 /// it is. ERROR_SIZE_MISMATCH and others with `message` set.

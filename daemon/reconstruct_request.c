@@ -144,6 +144,11 @@ static const char *find_contradiction(const struct reconstruct_request *request)
     if (request->session_path == NULL && request->pair != 0) {
         return "--pair is for a recorded session";
     }
+    if (request->session_path != NULL &&
+        (request->bits != 0 || request->bayer >= 0 || request->raw_px[0] != 0)) {
+        return "--bits, --bayer and --raw are for images; a session says itself what its frames "
+               "are";
+    }
     if (request->session_path == NULL && request->calibration_path == NULL && !request->rectified) {
         return "--calibration FILE is missing (or --rectified for a rectified pair without one)";
     }

@@ -7,42 +7,9 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/session_pairs.h"
 #include "daemon/session_read.h"
 #include "device/mt9t001.h"
-
-/// What the index says of the pair that is wanted.
-struct wanted {
-    bool has_calibration;
-    uint32_t calibration_crc;
-};
-
-/// Finds the pair, and the calibration that was in force then. The events after it do not count.
-static int find_pair(struct reconstruct_session *self, struct session_reader *reader,
-                     struct wanted *wanted, struct message *message) {
-    struct session_event *event = malloc(sizeof *event);
-    struct wanted now = {.has_calibration = false};
-    uint32_t pairs = 0;
-    int got = event != NULL ? 1 : message_set(message, ERROR_MEMORY, "%s: no memory", self->path);
-    while (got == 1 && (self->pair == 0 || self->found != self->pair)) {
-        got = session_reader_next(reader, event, message);
-        if (got == 1 && event->kind == SESSION_CALIBRATION) {
-            now = (struct wanted){true, event->crc32};
-        } else if (got == 1 && event->kind == SESSION_PAIR) {
-            self->event = *event;
-            self->found = ++pairs;
-            *wanted = now;
-        }
-    }
-    free(event);
-    if (got < 0) {
-        return got;
-    }
-    if (pairs == 0 || (self->pair != 0 && self->found != self->pair)) {
-        return message_set(message, ERROR_MISSING, "%s: holds %u pair%s", self->path, pairs,
-                           pairs == 1 ? "" : "s");
-    }
-    return ERROR_OK;
-}
 
 static enum pixel_layout layout_of(enum hal_camera_layout layout) {
     switch (layout) {
@@ -62,6 +29,10 @@ static int read_frame(const struct reconstruct_session *self, const struct sessi
     const struct pair_frame *frame = &self->event.pair.frame[side];
     const size_t row_values = session_frame_row_values(frame);
     const size_t values = row_values * frame->height_px;
+    int error = session_reader_frame_fits(reader, frame, self->event.frame_crc[side], message);
+    if (error != ERROR_OK) {
+        return error;
+    }
     uint16_t *data = malloc(values * sizeof *data);
     if (data == NULL) {
         return message_set(message, ERROR_MEMORY, "%s: no memory for a frame", self->path);
@@ -69,8 +40,7 @@ static int read_frame(const struct reconstruct_session *self, const struct sessi
     memset(file, 0, sizeof *file);
     file->path = self->name[side];
     file->request = request;
-    int error =
-        session_reader_frame(reader, frame, self->event.frame_crc[side], data, values, message);
+    error = session_reader_frame(reader, frame, self->event.frame_crc[side], data, values, message);
     if (error == ERROR_OK) {
         error = image_file_begin(file, frame->width_px, frame->height_px,
                                  frame->layout == HAL_CAMERA_RGB ? 3 : 1, frame->bits,
@@ -97,30 +67,53 @@ static int parse_calibration(const char *name, const char *text, size_t length,
                              fault.reason[0] != '\0' ? fault.reason : error_text(error));
 }
 
+/// The session's own, which was in force when the pair was taken.
+static int read_own(struct reconstruct_session *self, const struct session_reader *reader,
+                    uint32_t crc32, struct calibration *calibration, struct message *message) {
+    char text[CALIBRATION_TEXT_MAX_BYTES], file[SESSION_NAME_MAX + 1];
+    session_calibration_name(crc32, file);
+    snprintf(self->calibration_name, sizeof self->calibration_name, "%s/%s", self->path, file);
+    const int length = session_reader_calibration(reader, crc32, text, sizeof text, message);
+    return length < 0 ? length
+                      : parse_calibration(self->calibration_name, text, (size_t)length, calibration,
+                                          message);
+}
+
+/// That of the request before the session's own, and that before the kept one.
 static int read_calibration(struct reconstruct_session *self, const struct session_reader *reader,
-                            const struct wanted *wanted, struct calibration *calibration,
+                            const struct session_pairs *pairs,
+                            const struct reconstruct_request *request,
+                            struct reconstruct_inputs *inputs, struct reconstruct_context *context,
                             struct message *message) {
-    char text[CALIBRATION_TEXT_MAX_BYTES];
-    self->own = wanted->has_calibration;
+    struct calibration *const calibration = &inputs->calibration;
+    if (request->calibration_path != NULL || request->rectified) {
+        snprintf(self->calibration_name, sizeof self->calibration_name, "%s",
+                 request->calibration_path != NULL ? request->calibration_path : "");
+        return reconstruct_inputs_calibrate(request, self->load_calibration, inputs, context,
+                                            message);
+    }
+    self->own = pairs->has_calibration;
+    int error = ERROR_OK;
     if (self->own) {
-        char file[SESSION_NAME_MAX + 1];
-        session_calibration_name(wanted->calibration_crc, file);
-        snprintf(self->calibration_name, sizeof self->calibration_name, "%s/%s", self->path, file);
-        const int length =
-            session_reader_calibration(reader, wanted->calibration_crc, text, sizeof text, message);
-        return length < 0 ? length
-                          : parse_calibration(self->calibration_name, text, (size_t)length,
-                                              calibration, message);
+        error = read_own(self, reader, pairs->calibration_crc, calibration, message);
+    } else if (self->kept_text != NULL) {
+        snprintf(self->calibration_name, sizeof self->calibration_name, "the kept calibration");
+        error = parse_calibration(self->calibration_name, self->kept_text, self->kept_length,
+                                  calibration, message);
+    } else {
+        return message_set(message, ERROR_MISSING, "%s: the session holds no calibration%s",
+                           self->path, self->lack);
     }
-    snprintf(self->calibration_name, sizeof self->calibration_name, "the kept calibration");
-    if (self->kept_text == NULL) {
-        return message_set(message, ERROR_MISSING,
-                           "%s: has no calibration, and none is kept: \"calibration set FILE\" "
-                           "first",
-                           self->path);
+    if (error != ERROR_OK) {
+        return error;
     }
-    return parse_calibration(self->calibration_name, self->kept_text, self->kept_length,
-                             calibration, message);
+    inputs->metric = true;
+    inputs->calibration_path = self->calibration_name;
+    snprintf(inputs->calibration_format, sizeof inputs->calibration_format, "vergence");
+    if (calibration->note[0] != '\0') {
+        reconstruct_context_warn(context, "calibration: %s", calibration->note);
+    }
+    return ERROR_OK;
 }
 
 struct lens reconstruct_session_cut(const struct lens *lens, const struct pair_window *window,
@@ -188,28 +181,58 @@ static int cut_to_window(struct reconstruct_session *self, struct calibration *c
     return ERROR_OK;
 }
 
+/// A calibration that was assumed is of the frames already.
+static int fit_calibration(struct reconstruct_session *self, struct reconstruct_inputs *inputs,
+                           struct reconstruct_context *context, struct message *message) {
+    if (inputs->calibration_path == NULL) {
+        return ERROR_OK;
+    }
+    const int error = cut_to_window(self, &inputs->calibration, context, message);
+    return error != ERROR_OK ? error
+                             : reconstruct_inputs_fit(inputs, self->calibration_name, message);
+}
+
 static int read_all(struct reconstruct_session *self, const struct session_reader *reader,
-                    const struct wanted *wanted, const struct image_request *request,
+                    const struct session_pairs *pairs, const struct reconstruct_request *request,
                     struct reconstruct_inputs *inputs, struct reconstruct_context *context,
                     struct message *message) {
     struct image_file *const files[RIG_SIDES] = {&inputs->left, &inputs->right};
-    int error = read_calibration(self, reader, wanted, &inputs->calibration, message);
+    const struct image_request image_request = {.scale = request->scale};
+    int error = ERROR_OK;
     for (int side = 0; error == ERROR_OK && side < RIG_SIDES; side++) {
         char file[SESSION_NAME_MAX + 1];
         session_frame_name(self->event.frame_crc[side], file);
         snprintf(self->name[side], sizeof self->name[side], "%s/%s", self->path, file);
-        error = read_frame(self, reader, side, request, files[side], message);
+        error = read_frame(self, reader, side, &image_request, files[side], message);
     }
     if (error == ERROR_OK) {
         error = reconstruct_inputs_check(inputs, message);
     }
     if (error == ERROR_OK) {
-        error = cut_to_window(self, &inputs->calibration, context, message);
+        error = read_calibration(self, reader, pairs, request, inputs, context, message);
     }
     if (error == ERROR_OK) {
-        error = reconstruct_inputs_fit(inputs, self->calibration_name, message);
+        error = fit_calibration(self, inputs, context, message);
     }
     return error;
+}
+
+static int find_pair(struct reconstruct_session *self, struct session_reader *reader,
+                     struct session_pairs *pairs, struct reconstruct_context *context,
+                     struct message *message) {
+    const int error = session_pairs_find(pairs, reader, self->pair, message);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    self->event = pairs->pair;
+    self->found = pairs->count;
+    if (reader->cut) {
+        reconstruct_context_warn(context,
+                                 "%s was cut off, or is still being written: there may have been "
+                                 "pairs after this one",
+                                 self->path);
+    }
+    return ERROR_OK;
 }
 
 int reconstruct_session_read(void *session, const struct reconstruct_request *request,
@@ -217,29 +240,25 @@ int reconstruct_session_read(void *session, const struct reconstruct_request *re
                              struct message *message) {
     struct reconstruct_session *self = session;
     struct session_reader reader;
-    struct wanted wanted = {.has_calibration = false};
-    const struct image_request image_request = {.scale = request->scale};
     memset(inputs, 0, sizeof *inputs);
     self->found = 0;
-    self->cut = false;
+    self->own = self->cut = false;
+    struct session_pairs *pairs = calloc(1, sizeof *pairs);
+    if (pairs == NULL) {
+        return message_set(message, ERROR_MEMORY, "%s: no memory", self->path);
+    }
     int error = session_reader_open(&reader, self->parent, self->path, NULL, message);
-    if (error != ERROR_OK) {
-        return error;
-    }
-    error = find_pair(self, &reader, &wanted, message);
     if (error == ERROR_OK) {
-        error = read_all(self, &reader, &wanted, &image_request, inputs, context, message);
+        error = find_pair(self, &reader, pairs, context, message);
+        if (error == ERROR_OK) {
+            error = read_all(self, &reader, pairs, request, inputs, context, message);
+        }
+        session_reader_close(&reader);
     }
-    session_reader_close(&reader);
+    free(pairs);
     if (error != ERROR_OK) {
         reconstruct_inputs_free(inputs);
         return error;
-    }
-    inputs->metric = true;
-    inputs->calibration_path = self->calibration_name;
-    snprintf(inputs->calibration_format, sizeof inputs->calibration_format, "vergence");
-    if (inputs->calibration.note[0] != '\0') {
-        reconstruct_context_warn(context, "calibration: %s", inputs->calibration.note);
     }
     reconstruct_inputs_doubt(inputs, context);
     return ERROR_OK;

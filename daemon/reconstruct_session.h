@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A recorded pair and its calibration as the inputs of a reconstruction.
 ///
-/// A calibration is for frames of one part of the sensor. One of the whole sensor is cut to the
+/// The calibration is the one that the request names, else the session's, else the kept one. It is
+/// for frames of one part of the sensor. One of the whole sensor is cut to the
 /// part that the frames show, which the session tells; one of the frames' own size is taken as it
 /// is; anything else is refused.
 #ifndef VERGENCE_DAEMON_RECONSTRUCT_SESSION_H
@@ -26,10 +27,13 @@ struct reconstruct_session {
     uint32_t pair;          // which one, from 1; 0: the last
     const char *kept_text;  // a calibration for sessions that have none; NULL: there is none
     size_t kept_length;     // of its text
+    const char *lack;       // what to say where there is none: how to come by one
+    /// Of the calibration that a request names; NULL where none does.
+    calibration_loader *load_calibration;
 
     // After a read:
     uint32_t found;              // the pair's place in the session, from 1
-    bool own;                    // the calibration is the session's
+    bool own;                    // the calibration is the session's, and not another one
     bool cut;                    // to the part of the sensor that the frames show
     struct session_event event;  // of the pair
     char name[RIG_SIDES][RECONSTRUCT_SESSION_NAME_BYTES];

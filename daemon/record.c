@@ -9,39 +9,14 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/write_all.h"
+#include "daemon/record_disk.h"
 
 #define FILE_MODE 0666
 
 static bool is_on(const struct record *self) {
-    return self->writer != NULL && self->failed == 0;
-}
-
-static void give_up(struct record *self) {
-    const bool full = errno == ENOSPC || errno == EDQUOT || errno == EFBIG;
-    self->failed =
-        message_set(&self->trouble, full ? ERROR_FULL : ERROR_IO, "%s/%s: cannot be written: %s",
-                    self->writer->path, SESSION_CALLS_NAME, strerror(errno));
-}
-
-static void write_buffer(struct record *self) {
-    if (self->failed == 0 && !write_all(self->log, self->buffer, self->filled)) {
-        give_up(self);
-    }
-    self->filled = 0;
-}
-
-static void add_text(struct record *self, const char *text, size_t length) {
-    INVARIANT(length <= RECORD_BUFFER_BYTES);
-    if (self->filled + length > RECORD_BUFFER_BYTES) {
-        write_buffer(self);
-    }
-    memcpy(self->buffer + self->filled, text, length);
-    self->filled += length;
-    self->crc = crc_update(self->crc, text, length);
+    return self->writer != NULL && !self->ending && !self->starved && record_disk_failed(self) == 0;
 }
 
 /// One call: what was asked, and the answer, which is printed.
@@ -55,10 +30,10 @@ static void add_call(struct record *self, const char *asked, const char *format,
     va_end(arguments);
     INVARIANT(length >= 0 && (size_t)length < sizeof answer);
     self->calls++;
-    add_text(self, asked, strlen(asked));
-    add_text(self, TRACE_EQUALS, strlen(TRACE_EQUALS));
-    add_text(self, answer, (size_t)length);
-    add_text(self, "\n", 1);
+    record_disk_text(self, asked, strlen(asked));
+    record_disk_text(self, TRACE_EQUALS, strlen(TRACE_EQUALS));
+    record_disk_text(self, answer, (size_t)length);
+    record_disk_text(self, "\n", 1);
 }
 
 // ---- clock
@@ -238,23 +213,6 @@ static int camera_stop(void *context) {
     return code;
 }
 
-/// Saves the pixels; false ends the recording.
-static bool save_frame(struct record *self, const struct hal_camera_frame *frame, uint32_t *crc32) {
-    // The writer only reads, though a pair's frame may be written to.
-    union {
-        const uint16_t *read;
-        uint16_t *written;
-    } data = {frame->data};
-    const struct pair_frame saved = {.data = data.written,
-                                     .width_px = frame->width_px,
-                                     .height_px = frame->height_px,
-                                     .stride = frame->stride,
-                                     .bits = frame->bits,
-                                     .layout = frame->layout};
-    self->failed = session_writer_frame(self->writer, &saved, crc32, &self->trouble);
-    return self->failed == 0;
-}
-
 static int camera_take(void *context, uint64_t not_before_us, uint64_t deadline_us,
                        struct hal_camera_frame *frame) {
     const struct record_camera *camera = context;
@@ -262,7 +220,7 @@ static int camera_take(void *context, uint64_t not_before_us, uint64_t deadline_
     const int code =
         camera->inner->operations->take(camera->inner->self, not_before_us, deadline_us, frame);
     uint32_t crc32 = 0;
-    if (!is_on(self) || (code == 0 && !save_frame(self, frame, &crc32))) {
+    if (!is_on(self) || (code == 0 && !record_disk_frame(self, frame, &crc32))) {
         return code;
     }
     char asked[TRACE_LINE_MAX + 1];
@@ -366,6 +324,8 @@ int record_start(struct record *self, struct session_writer *writer, struct mess
                            SESSION_CALLS_NAME, strerror(errno));
     }
     self->writer = writer;
+    self->ending = false;
+    self->starved = false;
     self->failed = 0;
     self->crc = 0;
     self->calls = 0;
@@ -384,7 +344,7 @@ int record_start(struct record *self, struct session_writer *writer, struct mess
                  (inner->camera[RIG_LEFT] != NULL) + (!one && inner->camera[RIG_RIGHT] != NULL),
                  self->camera_operations[RIG_LEFT].control != NULL,
                  self->camera_operations[RIG_RIGHT].control != NULL);
-    add_text(self, line, (size_t)length);
+    record_disk_text(self, line, (size_t)length);
     return record_flush(self, message);
 }
 
@@ -409,19 +369,12 @@ int record_flush(struct record *self, struct message *message) {
     if (self->writer == NULL) {
         return 0;
     }
-    if (self->failed == 0) {
-        char line[sizeof TRACE_CHECK + SESSION_CRC_DIGITS + 2];
-        const int length = snprintf(line, sizeof line, TRACE_CHECK "%08" PRIx32 "\n", self->crc);
-        add_text(self, line, (size_t)length);
-        write_buffer(self);
-    }
-    if (self->failed == 0 && fsync(self->log) != 0) {
-        give_up(self);
-    }
-    return self->failed != 0 ? message_set(message, self->failed, "%s", self->trouble.text) : 0;
+    const int error = record_disk_flush(self);
+    return error != 0 ? message_set(message, error, "%s", self->trouble.text) : 0;
 }
 
 int record_stop(struct record *self, struct message *message) {
+    self->ending = true;
     const int code = record_flush(self, message);
     if (self->log >= 0) {
         close(self->log);

@@ -4,7 +4,8 @@
 /// again.
 ///
 /// Recording never disturbs: when the disk is full it ends, and says so in `trouble`; the calls go
-/// on. As the rig, it is used by one thread at a time.
+/// on. As the rig, it is used by one thread at a time; what it writes, another one may write
+/// meanwhile (`scribe`), so that no call of the hardware waits for a disk.
 #ifndef VERGENCE_DAEMON_RECORD_H
 #define VERGENCE_DAEMON_RECORD_H
 
@@ -13,6 +14,7 @@
 #include <stdint.h>
 
 #include "daemon/message.h"
+#include "daemon/scribe.h"
 #include "daemon/session_write.h"
 #include "daemon/trace.h"
 #include "rig/rig.h"
@@ -41,22 +43,30 @@ struct record {
     struct hal_camera_operations camera_operations[RIG_SIDES];
     struct record_camera camera_state[RIG_SIDES];
 
+    /// Who writes: set by the caller after record_init. NULL: each call does so itself.
+    struct scribe *scribe;
+
     struct session_writer *writer;  // NULL: nothing is recorded
-    int log;                        // descriptor of calls.log
-    uint32_t crc;                   // of calls.log so far
-    int failed;                     // why nothing is recorded any more, an error; else 0
-    struct message trouble;         // why
+    bool ending;                    // no more calls are wanted
+    bool starved;                   // there was no memory for one; `starving` tells the scribe
+    struct scribe_task starving;
+    int log;  // descriptor of calls.log
     uint64_t calls;
     size_t filled;
-    char buffer[RECORD_BUFFER_BYTES];
+    char buffer[RECORD_BUFFER_BYTES];  // what was not handed over yet
+
+    // The scribe's, but for `failed`, which is read and set at once, `trouble` before it.
+    uint32_t crc;            // of calls.log so far
+    int failed;              // why nothing is recorded any more, an error; else 0
+    struct message trouble;  // why
 };
 
 /// Puts the recorder in front of `inner`, recording nothing yet. `*outer` are the ports to use; a
 /// port that is NULL stays NULL, and one port for both cameras stays one.
 void record_init(struct record *self, const struct rig_ports *inner, struct rig_ports *outer);
 
-/// From here on all calls go into the session, which must outlive `record_stop`. 0, ERROR_FULL or
-/// ERROR_IO.
+/// From here on all calls go into the session, which must outlive `record_stop`; only the scribe
+/// may write into it until then. 0, ERROR_FULL or ERROR_IO.
 int record_start(struct record *self, struct session_writer *writer, struct message *message);
 
 /// Says that the calls to come are those of rig_idle, which no command has asked for: to be called
@@ -68,7 +78,7 @@ void record_idle(struct record *self);
 void record_cancel(struct record *self);
 
 /// Sees to it that what was recorded so far is on the disk: to be called before a pair is written.
-/// 0, or why recording has ended.
+/// Waits for the scribe. 0, or why recording has ended.
 int record_flush(struct record *self, struct message *message);
 
 /// Ends it. As `record_flush`; harmless when it was not started.

@@ -8,7 +8,51 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/session_read.h"
+
+// ---- as events
+
+int session_pairs_next(struct session_pairs *self, struct session_reader *reader,
+                       struct message *message) {
+    struct session_event *event = &self->event;
+    int got = 0;
+    while ((got = session_reader_next(reader, event, message)) == 1) {
+        if (event->kind == SESSION_CALIBRATION) {
+            self->next_has_calibration = true;
+            self->next_calibration_crc = event->crc32;
+        } else if (event->kind == SESSION_PAIR) {
+            self->pair = *event;
+            self->has_calibration = self->next_has_calibration;
+            self->calibration_crc = self->next_calibration_crc;
+            self->count++;
+            return 1;
+        }
+    }
+    if (got == 0 && self->count == 0) {
+        return message_set(message, ERROR_MISSING,
+                           "%s: the session holds no pair: nothing was captured", reader->path);
+    }
+    INVARIANT(got <= 0);
+    return got;
+}
+
+int session_pairs_find(struct session_pairs *self, struct session_reader *reader, uint32_t number,
+                       struct message *message) {
+    int got = 1;
+    while (got == 1 && (number == 0 || self->count != number)) {
+        got = session_pairs_next(self, reader, message);
+    }
+    if (got < 0) {
+        return got;
+    }
+    if (number != 0 && self->count != number) {
+        return message_set(message, ERROR_MISSING,
+                           "%s: the session holds %u pair%s: pair %u is none", reader->path,
+                           (unsigned)self->count, self->count == 1 ? "" : "s", (unsigned)number);
+    }
+    return ERROR_OK;
+}
+
+// ---- as files
 
 /// "PATH/NAME" into `file`; false when that is too long.
 static bool join(const char *path, const char *name, char file[SESSION_PAIRS_PATH_BYTES]) {
@@ -22,30 +66,17 @@ bool session_pairs_here(const char *path) {
     return join(path, SESSION_INDEX_NAME, index) && stat(index, &status) == 0;
 }
 
-/// Whether the frame's file is what was recorded.
-static int check_frame(const struct session_reader *reader, const struct pair_frame *frame,
-                       uint32_t crc32, struct message *message) {
-    const size_t values = (size_t)session_frame_row_values(frame) * frame->height_px;
-    uint16_t *data = malloc(values * sizeof *data);
-    if (data == NULL) {
-        return message_set(message, ERROR_MEMORY, "%s: no memory for %zu pixels", reader->path,
-                           values);
-    }
-    const int error = session_reader_frame(reader, frame, crc32, data, values, message);
-    free(data);
-    return error;
-}
-
-static int read_pair(const struct session_reader *reader, const struct session_event *event,
-                     const char *path, struct session_pair_files *files, struct message *message) {
+/// Names the frames' files, which must be what was recorded.
+static int look_at_files(const struct session_reader *reader, const struct session_event *event,
+                         struct session_pair_files *files, struct message *message) {
     for (int side = 0; side < RIG_SIDES; side++) {
-        const struct pair_frame *frame = &event->pair.frame[side];
         char name[SESSION_NAME_MAX + 1];
         session_frame_name(event->frame_crc[side], name);
-        if (!join(path, name, files->path[side])) {
-            return message_set(message, ERROR_ARGUMENT, "%s: the path is too long", path);
+        if (!join(reader->path, name, files->path[side])) {
+            return message_set(message, ERROR_ARGUMENT, "%s: the path is too long", reader->path);
         }
-        const int error = check_frame(reader, frame, event->frame_crc[side], message);
+        const int error = session_reader_frame(reader, &event->pair.frame[side],
+                                               event->frame_crc[side], NULL, 0, message);
         if (error != ERROR_OK) {
             return error;
         }
@@ -54,53 +85,32 @@ static int read_pair(const struct session_reader *reader, const struct session_e
     return ERROR_OK;
 }
 
-/// All events; `files` and `event` are work space.
-static int read_all(struct session_reader *reader, const char *path, struct session_event *event,
-                    struct session_pair_files *files,
-                    void (*each)(void *self, const struct session_pair_files *files), void *self,
-                    struct message *message) {
-    int pairs = 0, code = 0;
-    while ((code = session_reader_next(reader, event, message)) == 1) {
-        if (event->kind == SESSION_CALIBRATION) {
-            char name[SESSION_NAME_MAX + 1];
-            session_calibration_name(event->crc32, name);
-            if (!join(path, name, files->calibration)) {
-                return message_set(message, ERROR_ARGUMENT, "%s: the path is too long", path);
-            }
-        } else if (event->kind == SESSION_PAIR) {
-            const int error = read_pair(reader, event, path, files, message);
-            if (error != ERROR_OK) {
-                return error;
-            }
-            each(self, files);
-            pairs++;
-        }
-    }
-    if (code == 0 && pairs == 0) {
-        return message_set(message, ERROR_MISSING,
-                           "%s: the session holds no pair: nothing was captured", path);
-    }
-    INVARIANT(code <= 0);
-    return code == 0 ? pairs : code;
-}
+/// What session_pairs_read works with.
+struct reading {
+    struct session_reader reader;
+    struct session_pairs pairs;
+    struct session_pair_files files;
+};
 
 int session_pairs_read(const char *path,
                        void (*each)(void *self, const struct session_pair_files *files), void *self,
                        struct message *message) {
-    struct session_reader reader;
-    struct session_event *event = malloc(sizeof *event);
-    struct session_pair_files *files = calloc(1, sizeof *files);
-    int code = ERROR_MEMORY;
-    if (event == NULL || files == NULL) {
-        message_set(message, code, "%s: no memory", path);
-    } else {
-        code = session_reader_open(&reader, AT_FDCWD, path, event, message);
-        if (code == 0) {
-            code = read_all(&reader, path, event, files, each, self, message);
-            session_reader_close(&reader);
-        }
+    struct reading *reading = calloc(1, sizeof *reading);
+    if (reading == NULL) {
+        return message_set(message, ERROR_MEMORY, "%s: no memory", path);
     }
-    free(event);
-    free(files);
+    int code = session_reader_open(&reading->reader, AT_FDCWD, path, NULL, message);
+    if (code == ERROR_OK) {
+        while ((code = session_pairs_next(&reading->pairs, &reading->reader, message)) == 1) {
+            code = look_at_files(&reading->reader, &reading->pairs.pair, &reading->files, message);
+            if (code != ERROR_OK) {
+                break;
+            }
+            each(self, &reading->files);
+        }
+        session_reader_close(&reading->reader);
+    }
+    code = code == ERROR_OK ? (int)reading->pairs.count : code;
+    free(reading);
     return code;
 }

@@ -173,33 +173,73 @@ static bool read_rows(FILE *stream, const struct pair_frame *frame, uint16_t *da
             return false;
         }
         *crc = crc_update(*crc, bytes, count * value_bytes);
+        left -= count;
+        if (data == NULL) {
+            continue;
+        }
         for (size_t i = 0; i < count; i++) {
             const int value = value_bytes == 1 ? bytes[i] : bytes[2 * i] << 8 | bytes[2 * i + 1];
             data[i] = (uint16_t)value;
         }
         data += count;
-        left -= count;
     }
     return fgetc(stream) == EOF;
 }
 
+static size_t values_of(const struct pair_frame *frame) {
+    return (size_t)session_frame_row_values(frame) * frame->height_px;
+}
+
+/// Opens a frame's file behind its head, whose CRC goes to `crc`. 0, ERROR_MISSING or ERROR_CRC.
+static int open_frame(const struct session_reader *self, const struct pair_frame *frame,
+                      const char *name, FILE **stream, uint32_t *crc, struct message *message) {
+    char head[SESSION_NAME_MAX + 1], found[SESSION_NAME_MAX + 1];
+    const size_t head_bytes = (size_t)session_frame_head(frame, head);
+    const uint64_t bytes =
+        head_bytes + (uint64_t)values_of(frame) * session_frame_value_bytes(frame);
+    struct stat about;
+    *stream = session_reader_file(self, name, message);
+    if (*stream == NULL) {
+        return ERROR_MISSING;
+    }
+    *crc = crc_update(0, head, head_bytes);
+    if (fstat(fileno(*stream), &about) == 0 && (uint64_t)about.st_size == bytes &&
+        fread(found, 1, head_bytes, *stream) == head_bytes &&
+        memcmp(found, head, head_bytes) == 0) {
+        return 0;
+    }
+    fclose(*stream);
+    return damaged(self, name, message);
+}
+
+int session_reader_frame_fits(const struct session_reader *self, const struct pair_frame *frame,
+                              uint32_t crc32, struct message *message) {
+    char name[SESSION_NAME_MAX + 1];
+    FILE *stream = NULL;
+    uint32_t crc = 0;
+    session_frame_name(crc32, name);
+    const int error = open_frame(self, frame, name, &stream, &crc, message);
+    if (error == 0) {
+        fclose(stream);
+    }
+    return error;
+}
+
 int session_reader_frame(const struct session_reader *self, const struct pair_frame *frame,
                          uint32_t crc32, uint16_t *data, size_t values, struct message *message) {
-    char name[SESSION_NAME_MAX + 1], head[SESSION_NAME_MAX + 1], found[SESSION_NAME_MAX + 1];
+    char name[SESSION_NAME_MAX + 1];
+    FILE *stream = NULL;
+    uint32_t crc = 0;
     session_frame_name(crc32, name);
-    if (values < (size_t)session_frame_row_values(frame) * frame->height_px) {
+    if (data != NULL && values < values_of(frame)) {
         return message_set(message, ERROR_MEMORY, "%s/%s: is larger than expected", self->path,
                            name);
     }
-    FILE *stream = session_reader_file(self, name, message);
-    if (stream == NULL) {
-        return ERROR_MISSING;
+    const int error = open_frame(self, frame, name, &stream, &crc, message);
+    if (error != 0) {
+        return error;
     }
-    const size_t head_bytes = (size_t)session_frame_head(frame, head);
-    bool good =
-        fread(found, 1, head_bytes, stream) == head_bytes && memcmp(found, head, head_bytes) == 0;
-    uint32_t crc = crc_update(0, head, head_bytes);
-    good = good && read_rows(stream, frame, data, &crc) && crc == crc32;
+    const bool good = read_rows(stream, frame, data, &crc) && crc == crc32;
     fclose(stream);
     return good ? 0 : damaged(self, name, message);
 }

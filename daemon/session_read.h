@@ -40,9 +40,16 @@ int session_reader_open(struct session_reader *self, int parent, const char *pat
 int session_reader_next(struct session_reader *self, struct session_event *event,
                         struct message *message);
 
+/// Whether a frame's file can be what was recorded, by its size and its head: to be asked before
+/// there is memory for it, since a session may come from anywhere and claim any size. Errors as of
+/// the next function.
+int session_reader_frame_fits(const struct session_reader *self, const struct pair_frame *frame,
+                              uint32_t crc32, struct message *message);
+
 /// Reads the pixels of a frame (`crc32` and the form in `frame`, from an event) into `data`,
 /// `values` long, rows without gaps. ERROR_MEMORY when that is too short, ERROR_MISSING when the
-/// file is not there, ERROR_CRC when it is not what was recorded.
+/// file is not there, ERROR_CRC when it is not what was recorded. `data` NULL: it is only checked,
+/// and takes no memory.
 int session_reader_frame(const struct session_reader *self, const struct pair_frame *frame,
                          uint32_t crc32, uint16_t *data, size_t values, struct message *message);
 

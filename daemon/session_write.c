@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/session_write.h"
 
+#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <inttypes.h>
@@ -59,8 +60,8 @@ static int append_event(struct session_writer *self, struct message *message) {
 }
 
 static int begin_directory(struct session_writer *self, int parent, struct message *message) {
-    const bool made = mkdirat(parent, self->path, DIRECTORY_MODE) == 0;
-    if (!made && errno != EEXIST) {
+    self->made = mkdirat(parent, self->path, DIRECTORY_MODE) == 0;
+    if (!self->made && errno != EEXIST) {
         return message_set(message, ERROR_ARGUMENT, "%s: cannot be made: %s", self->path,
                            strerror(errno));
     }
@@ -75,7 +76,7 @@ static int begin_directory(struct session_writer *self, int parent, struct messa
             close(self->directory);
             self->directory = -1;
         }
-        if (made) {
+        if (self->made) {
             unlinkat(parent, self->path, AT_REMOVEDIR);
         }
         return message_set(message, ERROR_ARGUMENT,
@@ -113,11 +114,7 @@ int session_writer_begin(struct session_writer *self, int parent, const char *pa
         appended = fail(self, SESSION_INDEX_NAME, message);
     }
     if (appended != 0) {
-        unlinkat(self->directory, SESSION_INDEX_NAME, 0);
-        close(self->index);
-        close(self->directory);
-        self->directory = self->index = -1;
-        unlinkat(parent, self->path, AT_REMOVEDIR);
+        session_writer_discard(self, parent);
     }
     return appended;
 }
@@ -307,8 +304,48 @@ int session_writer_end(struct session_writer *self, struct message *message) {
     }
     self->event.kind = SESSION_END;
     const int code = append_event(self, message);
-    close(self->index);
-    close(self->directory);
-    self->directory = self->index = -1;
+    session_writer_leave(self);
     return code;
+}
+
+void session_writer_leave(struct session_writer *self) {
+    if (self->index >= 0) {
+        close(self->index);
+        close(self->directory);
+        self->directory = self->index = -1;
+    }
+}
+
+/// Of a directory that was made for the session; what has not its kind of names is not its own.
+static void remove_files(const struct session_writer *self) {
+    static const char *const own[] = {"frame-", "calibration-", PART_NAME};
+    const int fd = openat(self->directory, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    DIR *stream = fd >= 0 ? fdopendir(fd) : NULL;
+    if (stream == NULL) {
+        if (fd >= 0) {
+            close(fd);
+        }
+        return;
+    }
+    for (const struct dirent *entry = readdir(stream); entry != NULL; entry = readdir(stream)) {
+        for (size_t i = 0; i < sizeof own / sizeof own[0]; i++) {
+            if (strncmp(entry->d_name, own[i], strlen(own[i])) == 0) {
+                unlinkat(self->directory, entry->d_name, 0);
+            }
+        }
+    }
+    closedir(stream);
+}
+
+void session_writer_discard(struct session_writer *self, int parent) {
+    if (self->index < 0) {
+        return;
+    }
+    // First: what is left without it is no session, should the rest fail.
+    unlinkat(self->directory, SESSION_INDEX_NAME, 0);
+    if (self->made) {
+        remove_files(self);
+        unlinkat(parent, self->path, AT_REMOVEDIR);
+    }
+    session_writer_leave(self);
 }

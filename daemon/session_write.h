@@ -28,6 +28,7 @@ struct session_writer {
     uint32_t crc;          // of all of the index so far
     int64_t good_bytes;    // of the index: what is behind is a line that did not become whole
     uint32_t pairs;        // written
+    bool made;             // the directory, not only the session in it
     unsigned char buffer[SESSION_WRITE_BUFFER_BYTES];
     struct session_event event;  // the one that is being written
 };
@@ -72,6 +73,14 @@ int session_writer_pair(struct session_writer *self, const struct pair *pair,
 /// Says in the index that this was all, and lets go. An error is that of the index's last line.
 /// Harmless when it was never begun (a zeroed writer with descriptors -1).
 int session_writer_end(struct session_writer *self, struct message *message);
+
+/// Lets go without saying so: readers are told that the session was cut off. For one of which
+/// something is missing. Harmless as above.
+void session_writer_leave(struct session_writer *self);
+
+/// Lets go and takes away what was written, as if it had never been begun: for a session that is
+/// of no use. `parent` is that of the beginning. What else stood in its directory stays.
+void session_writer_discard(struct session_writer *self, int parent);
 
 #ifdef __cplusplus
 }

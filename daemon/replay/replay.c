@@ -23,6 +23,10 @@ int replay_camera_lend(struct replay_camera *camera, const struct pair_frame *fo
         return message_set(&self->trouble, ERROR_MEMORY, "%s: two frames are lent already",
                            self->session.path);
     }
+    const int fits = session_reader_frame_fits(&self->session, form, crc32, &self->trouble);
+    if (fits != 0) {
+        return fits;
+    }
     if (values > camera->values[place]) {
         uint16_t *more = realloc(camera->pixels[place], values * sizeof *more);
         if (more == NULL) {

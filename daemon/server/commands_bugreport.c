@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/scribe.h"
 #include "daemon/server/commands_daemon.h"
 #include "daemon/server/files.h"
 #include "daemon/server/item.h"
@@ -52,24 +53,37 @@ static void add_section(const struct command_call *call, const char *line, struc
     output_put_text(output, "\n");
 }
 
-static int write_report(const struct command_call *call, struct output *output) {
+/// The report, as the scribe is told.
+struct report {
+    const struct command_call *call;
     char name[64];
+    char *text;
+    size_t bytes;
+    int error;
+};
+
+static void write_file(void *cookie) {
+    struct report *self = cookie;
+    self->error = files_write(self->call, self->name, self->text, self->bytes);
+}
+
+static int write_report(const struct command_call *call, struct output *output) {
+    struct report report = {.call = call, .text = malloc(OUTPUT_BYTES)};
     const time_t now = time(NULL);
     struct tm parts;
     gmtime_r(&now, &parts);
-    strftime(name, sizeof name, "bugreport-%Y%m%d-%H%M%S.txt", &parts);
-    char *text = malloc(OUTPUT_BYTES);
-    if (text == NULL) {
+    strftime(report.name, sizeof report.name, "bugreport-%Y%m%d-%H%M%S.txt", &parts);
+    if (report.text == NULL) {
         return ERROR_MEMORY;
     }
-    const size_t bytes = output_peek(output, text, OUTPUT_BYTES);
-    const int error = files_write(call, name, text, bytes);
-    free(text);
-    if (error == 0) {
-        item_text(call, "file", name);
-        item_number(call, "size", (double)bytes, 0, "bytes");
+    report.bytes = output_peek(output, report.text, OUTPUT_BYTES);
+    scribe_do(surroundings_of(call)->scribe, write_file, &report);
+    free(report.text);
+    if (report.error == 0) {
+        item_text(call, "file", report.name);
+        item_number(call, "size", (double)report.bytes, 0, "bytes");
     }
-    return error;
+    return report.error;
 }
 
 static int run_bugreport(const struct command_call *call) {

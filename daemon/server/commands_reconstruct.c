@@ -20,6 +20,7 @@
 #include "daemon/server/files.h"
 #include "daemon/server/item.h"
 #include "daemon/server/surroundings.h"
+#include "daemon/session_pairs.h"
 
 enum { SESSION, PAIR, SCALE, NEAR, FAR };
 
@@ -33,13 +34,28 @@ struct surface {
     char result[FILES_NAME_MAX + 64];
     char out_path[OUTDIR_PATH_BYTES];
     char kept[SURROUNDINGS_CALIBRATION_BYTES];
+    struct session_pairs pairs;  // work space
     struct reconstruct_session source;
     struct reconstruct_request request;
     struct reconstruct_job job;
 };
 
-/// The directory whose index was written last.
-static bool find_newest(int root, char *name) {
+/// Whether it is known that there is no pair in a session: a capture was killed, or nothing was
+/// captured yet. One that is damaged has to say so itself.
+static bool is_empty(int root, const char *name, struct session_pairs *pairs) {
+    struct session_reader reader;
+    struct message message;
+    memset(pairs, 0, sizeof *pairs);
+    if (session_reader_open(&reader, root, name, NULL, &message) != 0) {
+        return false;
+    }
+    const bool empty = session_pairs_next(pairs, &reader, &message) == ERROR_MISSING;
+    session_reader_close(&reader);
+    return empty;
+}
+
+/// The directory whose index was written last, of those with a pair.
+static bool find_newest(int root, char *name, struct session_pairs *pairs) {
     const int fd = openat(root, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     DIR *directory = fd >= 0 ? fdopendir(fd) : NULL;
     struct timespec newest = {0, 0};
@@ -62,8 +78,9 @@ static bool find_newest(int root, char *name) {
             continue;
         }
         const struct timespec when = about.st_mtim;
-        if (!found || when.tv_sec > newest.tv_sec ||
-            (when.tv_sec == newest.tv_sec && when.tv_nsec > newest.tv_nsec)) {
+        const bool newer = !found || when.tv_sec > newest.tv_sec ||
+                           (when.tv_sec == newest.tv_sec && when.tv_nsec > newest.tv_nsec);
+        if (newer && !is_empty(root, entry->d_name, pairs)) {
             found = true;
             newest = when;
             strcpy(name, entry->d_name);
@@ -84,7 +101,7 @@ static int choose_session(struct surface *self) {
         error = files_check_plain(call, value->text);
         snprintf(self->session, sizeof self->session, "%s", value->text);
     } else if (!commands_session_last(self->session, sizeof self->session) &&
-               !find_newest(surroundings_of(call)->files_fd, self->session)) {
+               !find_newest(surroundings_of(call)->files_fd, self->session, &self->pairs)) {
         error =
             surroundings_refuse(call, ERROR_MISSING, "there is no session: \"capture\" takes one");
     }
@@ -126,6 +143,7 @@ static int make_request(struct surface *self) {
     }
     self->request.depth_mm[0] = values[NEAR].given ? values[NEAR].number : 0;
     self->request.depth_mm[1] = values[FAR].given ? values[FAR].number : 0;
+    self->source.lack = ", and none is kept: \"calibration set FILE\" first";
     self->source.parent = around->files_fd;
     self->source.path = self->session;
     self->source.pair = values[PAIR].given ? (uint32_t)values[PAIR].integer : 0;

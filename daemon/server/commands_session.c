@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pairs taken and sessions recorded, into the instrument's files. All of it is for the thread that
-// has the rig.
+// has the rig; what goes to the disk is written by the scribe, for which it waits.
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,6 +12,7 @@
 #include "core/invariant.h"
 #include "daemon/capture.h"
 #include "daemon/record.h"
+#include "daemon/scribe.h"
 #include "daemon/server/commands_daemon.h"
 #include "daemon/server/config.h"
 #include "daemon/server/files.h"
@@ -28,6 +29,7 @@ enum { START, STOP, COMMAND_TEXT_BYTES = 128, NAMES_A_SECOND = 1000 };
 static struct {
     struct session_writer writer;
     bool recording;
+    struct scribe *scribe;
     int noted;           ///< 0, or why a command could not be put into the recording
     struct message why;  ///< and in words
     char name[FILES_NAME_MAX + 1];
@@ -101,33 +103,49 @@ static int write_calibration(const struct command_call *call, struct message *me
     return session_writer_calibration(&session.writer, text, length, message);
 }
 
-static int begin_session(const struct command_call *call, const struct command_value *name,
-                         const char *kind) {
+/// A session that is to begin, as the scribe is told.
+struct beginning {
+    const struct command_call *call;
+    const struct command_value *name;
+    const char *kind;
+    int error;
+};
+
+static void write_beginning(void *cookie) {
+    struct beginning *self = cookie;
+    const struct command_call *call = self->call;
     const struct surroundings *around = surroundings_of(call);
     struct message message;
     const time_t now = time(NULL);
     struct tm parts;
     char date[32];
+    self->error = choose_name(call, self->name, self->kind);
+    if (self->error != 0) {
+        return;
+    }
+    gmtime_r(&now, &parts);
+    strftime(date, sizeof date, "%Y-%m-%dT%H:%M:%SZ", &parts);
+    int error = session_writer_begin(&session.writer, around->files_fd, session.name,
+                                     version_build_id(), call->rig->profile.name, date, &message);
+    if (error == 0) {
+        error = write_calibration(call, &message);
+        if (error != 0) {
+            session_writer_discard(&session.writer, around->files_fd);
+        }
+    }
+    self->error = error == 0 ? 0 : surroundings_refuse(call, error, "%s", message.text);
+}
+
+static int begin_session(const struct command_call *call, const struct command_value *name,
+                         const char *kind) {
+    const struct surroundings *around = surroundings_of(call);
+    struct beginning beginning = {.call = call, .name = name, .kind = kind};
     if (around->files_fd < 0) {
         return surroundings_refuse(call, ERROR_UNSUPPORTED,
                                    "there is no place for it: the setting \"files\" is none");
     }
-    int error = choose_name(call, name, kind);
-    if (error != 0) {
-        return error;
-    }
-    gmtime_r(&now, &parts);
-    strftime(date, sizeof date, "%Y-%m-%dT%H:%M:%SZ", &parts);
-    error = session_writer_begin(&session.writer, around->files_fd, session.name,
-                                 version_build_id(), call->rig->profile.name, date, &message);
-    if (error == 0) {
-        error = write_calibration(call, &message);
-        if (error != 0) {
-            struct message second;
-            session_writer_end(&session.writer, &second);
-        }
-    }
-    return error == 0 ? 0 : surroundings_refuse(call, error, "%s", message.text);
+    scribe_do(around->scribe, write_beginning, &beginning);
+    return beginning.error;
 }
 
 static void put_pair(const struct command_call *call, const struct pair *pair) {
@@ -155,20 +173,53 @@ static void put_pair(const struct command_call *call, const struct pair *pair) {
     }
 }
 
-/// Writes a pair into the session; of a recording all calls that led to it go first.
-static int write_pair(const struct command_call *call, const struct pair *pair) {
+/// What the scribe is to write into a session, and what became of it.
+struct writing {
+    const struct pair *pair;
+    const char *command;
+    int files_fd;
+    int error;
     struct message message;
-    int error = 0;
-    if (session.recording) {
-        error = record_flush(surroundings_of(call)->record, &message);
-    }
-    if (error == 0 && !session.recording) {
-        error = session_writer_command(&session.writer, "capture", &message);
+};
+
+/// A session of one pair, or none.
+static void write_whole(void *cookie) {
+    struct writing *self = cookie;
+    int error = session_writer_command(&session.writer, self->command, &self->message);
+    if (error == 0) {
+        error = session_writer_pair(&session.writer, self->pair, &self->message);
     }
     if (error == 0) {
-        error = session_writer_pair(&session.writer, pair, &message);
+        error = session_writer_end(&session.writer, &self->message);
+    } else {
+        session_writer_discard(&session.writer, self->files_fd);
     }
-    return error == 0 ? 0 : surroundings_refuse(call, error, "%s", message.text);
+    self->error = error;
+}
+
+static void write_pair(void *cookie) {
+    struct writing *self = cookie;
+    self->error = session_writer_pair(&session.writer, self->pair, &self->message);
+}
+
+static void write_command(void *cookie) {
+    struct writing *self = cookie;
+    self->error = session_writer_command(&session.writer, self->command, &self->message);
+}
+
+/// Writes a pair into its session; of a recording all calls that led to it go first.
+static int keep_pair(const struct command_call *call, const struct pair *pair) {
+    const struct surroundings *around = surroundings_of(call);
+    struct writing writing = {.pair = pair, .command = "capture", .files_fd = around->files_fd};
+    if (session.recording) {
+        writing.error = record_flush(around->record, &writing.message);
+    }
+    if (writing.error == 0) {
+        scribe_do(around->scribe, session.recording ? write_pair : write_whole, &writing);
+    }
+    return writing.error == 0
+               ? 0
+               : surroundings_refuse(call, writing.error, "%s", writing.message.text);
 }
 
 static int take_pair(const struct command_call *call, uint16_t *memory, size_t values,
@@ -182,21 +233,10 @@ static int take_pair(const struct command_call *call, uint16_t *memory, size_t v
     if (around->pair_was_taken != NULL) {
         around->pair_was_taken(around->replay);
     }
-    const bool own = !session.recording;
-    if (own) {
+    if (!session.recording) {
         error = begin_session(call, &call->values[CAPTURE_NAME], "capture");
     }
-    if (error != 0) {
-        return error;
-    }
-    error = write_pair(call, &pair);
-    if (own) {
-        struct message message;
-        const int ended = session_writer_end(&session.writer, &message);
-        if (error == 0 && ended != 0) {
-            error = surroundings_refuse(call, ended, "%s", message.text);
-        }
-    }
+    error = error != 0 ? error : keep_pair(call, &pair);
     if (error == 0) {
         remember_session();
         put_pair(call, &pair);
@@ -272,25 +312,38 @@ static int start_recording(const struct command_call *call) {
     error =
         error != 0 ? error : record_start(surroundings_of(call)->record, &session.writer, &message);
     if (error != 0) {
-        struct message second;
-        session_writer_end(&session.writer, &second);
+        session_writer_discard(&session.writer, surroundings_of(call)->files_fd);
         return surroundings_refuse(call, error, "%s", message.text);
     }
     session.recording = true;
+    session.scribe = surroundings_of(call)->scribe;
     session.noted = 0;
     item_text(call, "session", session.name);
     return 0;
 }
 
+static void write_end(void *cookie) {
+    struct writing *self = cookie;
+    self->error = session_writer_end(&session.writer, &self->message);
+}
+
+/// A recording of which something is missing gets no end, so that readers know.
 static int stop_recording(struct record *record, struct message *message) {
-    struct message second;
-    const int stopped = record_stop(record, message);
-    const int ended = session_writer_end(&session.writer, stopped == 0 ? message : &second);
-    session.recording = false;
-    if (stopped == 0 && ended == 0 && session.noted != 0) {
-        *message = session.why;
+    struct writing end = {.error = 0};
+    end.error = record_stop(record, &end.message);
+    if (end.error == 0 && session.noted != 0) {
+        end.error = session.noted;
+        end.message = session.why;
     }
-    return stopped != 0 ? stopped : ended != 0 ? ended : session.noted;
+    session.recording = false;
+    if (end.error != 0) {
+        session_writer_leave(&session.writer);
+        return message_set(message, end.error, "%.900s; the recording is cut off there",
+                           end.message.text);
+    }
+    scribe_do(record->scribe, write_end, &end);
+    *message = end.message;
+    return end.error;
 }
 
 static int run_record(const struct command_call *call) {
@@ -313,7 +366,10 @@ static int run_record(const struct command_call *call) {
 
 void commands_session_note(const char *line) {
     if (session.recording && session.noted == 0) {
-        session.noted = session_writer_command(&session.writer, line, &session.why);
+        struct writing writing = {.command = line};
+        scribe_do(session.scribe, write_command, &writing);
+        session.noted = writing.error;
+        session.why = writing.message;
     }
 }
 

@@ -17,7 +17,13 @@
 extern "C" {
 #endif
 
-enum { CONFIG_TEXT_BYTES = 256, CONFIG_NO_LINE = -1 };
+enum {
+    CONFIG_TEXT_BYTES = 256,
+    CONFIG_NO_LINE = -1,
+    /// The system's watchdog is fed each second, and not while the instrument is made safe at the
+    /// end, which takes up to two.
+    CONFIG_WATCHDOG_LEAST_S = 4
+};
 
 enum config_backend { CONFIG_BACKEND_SIM, CONFIG_BACKEND_LINUX, CONFIG_BACKEND_REPLAY };
 
@@ -45,7 +51,8 @@ struct config {
     char log_file[CONFIG_TEXT_BYTES];
     int log_level;                     ///< enum hal_log_level
     char watchdog[CONFIG_TEXT_BYTES];  ///< device
-    uint32_t watchdog_s, stuck_s;
+    uint32_t watchdog_s;               ///< CONFIG_WATCHDOG_LEAST_S or more
+    uint32_t stuck_s;
     bool confine;
     char faults[CONFIG_TEXT_BYTES];  ///< script of fault_plan.h
 };

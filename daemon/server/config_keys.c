@@ -74,8 +74,9 @@ static const struct config_key keys[] = {
     TEXT("watchdog", watchdog,
          "watchdog device, such as /dev/watchdog: the system restarts when the daemon has ended "
          "out of order, or the instrument's thread is stuck"),
-    NUMBER("watchdog_period", watchdog_s, 4, 3600, "s",
-           "of that device, or what it can do next to it; more than ending takes"),
+    NUMBER("watchdog_period", watchdog_s, CONFIG_WATCHDOG_LEAST_S, 3600, "s",
+           "of that device, or what it can do next to it; more than ending takes, so that a device "
+           "which can do less than 4 is refused"),
     NUMBER("stuck_after", stuck_s, 1, 3600, "s",
            "the instrument's thread is taken for stuck when it has not gone on for so long: "
            "watchdogs are not fed any more. A simulated rig, which renders its frames meanwhile, "

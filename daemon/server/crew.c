@@ -10,23 +10,30 @@
 #include "core/invariant.h"
 #include "daemon/monotonic.h"
 #include "daemon/record.h"
+#include "daemon/scribe.h"
 
 enum { IDLE_US = 50000, PROGRESS_US = 100000 };
 
+/// Asked by a command that works without the rig just now.
 static bool go_on(void *cookie) {
     struct crew *self = cookie;
     atomic_store(&self->alive_us, monotonic_now_us());
+    const struct job *job = self->running;
+    return !atomic_load(&self->stopping) && (job == NULL || !atomic_load(&job->cancelled));
+}
+
+/// Asked by the rig, whose command ends where this says no: a recording has to know.
+static bool rig_goes_on(void *cookie) {
+    struct crew *self = cookie;
     const struct surroundings *around = &self->surroundings;
     struct job *job = self->running;
-    if (self->has_rig && job != NULL && around->cancel_is_next != NULL &&
-        around->cancel_is_next(around->replay)) {
+    if (job != NULL && around->cancel_is_next != NULL && around->cancel_is_next(around->replay)) {
         atomic_store(&job->cancelled, true);
     }
-    const bool goes_on =
-        !atomic_load(&self->stopping) && (job == NULL || !atomic_load(&job->cancelled));
-    if (!goes_on && self->has_rig && job != NULL && !self->cancel_recorded) {
+    const bool goes_on = go_on(self);
+    if (!goes_on && job != NULL && !self->cancel_recorded) {
         self->cancel_recorded = true;
-        record_cancel(self->surroundings.record);
+        record_cancel(around->record);
     }
     return goes_on;
 }
@@ -45,7 +52,8 @@ static void show_progress(void *cookie, const char *what, uint32_t done, uint32_
 }
 
 struct rig_observer crew_observer(struct crew *self) {
-    return (struct rig_observer){.go_on = go_on, .progress = show_progress, .self = self};
+    INVARIANT(self->has_rig);
+    return (struct rig_observer){.go_on = rig_goes_on, .progress = show_progress, .self = self};
 }
 
 /// Gives a job back to the event loop.
@@ -97,9 +105,9 @@ static void run(struct crew *self, struct job *job) {
     }
 }
 
-/// Between two jobs: the rig wants to be looked after.
-static void idle(struct crew *self) {
-    atomic_store(&self->alive_us, monotonic_now_us());
+/// The rig wants to be looked after: between two jobs, and while one waits for the disk.
+static void look_after_rig(void *cookie) {
+    struct crew *self = cookie;
     if (!self->has_rig || !self->time_passes || self->rig->state != RIG_READY) {
         return;
     }
@@ -108,6 +116,11 @@ static void idle(struct crew *self) {
         const struct hal_log *log = self->surroundings.log;
         log->operations->write(log->self, HAL_LOG_ERROR, self->rig->trouble.text);
     }
+}
+
+static void idle(struct crew *self) {
+    atomic_store(&self->alive_us, monotonic_now_us());
+    look_after_rig(self);
 }
 
 /// In a recording that is played time does not pass: the rig is looked after where it was then.
@@ -172,6 +185,11 @@ bool crew_start(struct crew *self, size_t capacity) {
     self->surroundings.go_on = go_on;
     self->surroundings.progress = show_progress;
     self->surroundings.self = self;
+    if (self->has_rig) {
+        // A disk that does not come back is a thread that is stuck: alive_us stays.
+        self->surroundings.scribe->meanwhile = look_after_rig;
+        self->surroundings.scribe->self = self;
+    }
     atomic_store(&self->alive_us, monotonic_now_us());
     if (!reply_open(&self->reply) || pthread_mutex_init(&self->lock, NULL) != 0 ||
         pthread_condattr_init(&attributes) != 0) {
@@ -195,6 +213,9 @@ void crew_stop(struct crew *self) {
     pthread_join(self->thread, NULL);
     INVARIANT(self->count == 0 && self->running == NULL);
     self->started = false;
+    if (self->has_rig) {
+        self->surroundings.scribe->meanwhile = NULL;
+    }
     pthread_cond_destroy(&self->news);
     pthread_mutex_destroy(&self->lock);
     reply_close(&self->reply);

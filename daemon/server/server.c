@@ -99,6 +99,7 @@ static void open_crew(struct server *self, struct crew *crew, const struct serve
         .logbook = parts->logbook,
         .store = parts->store,
         .record = parts->record,
+        .scribe = parts->scribe,
         .note_command = parts->note_command,
         .idle_is_next = parts->idle_is_next,
         .cancel_is_next = parts->cancel_is_next,

@@ -24,6 +24,7 @@ struct config;
 struct job;
 struct logbook;
 struct record;
+struct scribe;
 
 /// The calibration's record in the store: its canonical text, and how long it is at most.
 #define SURROUNDINGS_CALIBRATION "calibration"
@@ -36,6 +37,7 @@ struct surroundings {
     const struct hal_log *log;
     struct logbook *logbook;  ///< behind `log`: its last lines
     struct record *record;    ///< in front of the rig's ports; recording when told to
+    struct scribe *scribe;    ///< writes for the thread that has the rig, and for no other
     /// Told each command before it is carried out on the rig, by the thread that has it.
     void (*note_command)(const char *line);
     /// Of a recording that is played: whether the rig idled here. NULL: none is played.

@@ -59,44 +59,51 @@ static int judge(const struct command_call *call, const struct hal_camera_frame 
     return ERROR_VERIFY;
 }
 
+// A result of the bridge's driver.
+static int of_bridge(struct rig *rig, int error) {
+    watch_used(rig, RIG_PART_BRIDGE, error);
+    return error == ERROR_OK ? ERROR_OK : failure_of_bus(rig, RIG_PART_BRIDGE, error);
+}
+
+static int nothing_arrived(const struct command_call *call, int error) {
+    struct command_text sentence = commands_sentence(call);
+    if (error == ERROR_TIMEOUT) {
+        command_text_add(&sentence,
+                         "selftest: the bridge's test picture does not arrive: look at the lines "
+                         "from the bridge to the parallel port");
+    } else {
+        command_text_add(&sentence, "selftest: the port behind the bridge gives no picture (");
+        command_text_add(&sentence, error_text(error));
+        command_text_add(&sentence, "): look into the system's log");
+    }
+    return error;
+}
+
 static int take_picture(const struct command_call *call) {
     struct rig *rig = call->rig;
     const struct hal_camera *port = rig->ports.camera[RIG_LEFT];
-    const struct hal_camera_format format = {PICTURE_WIDTH_PX, PICTURE_HEIGHT_PX};
-    int error = port->operations->start(port->self, &format);
-    if (error != 0) {
-        return error;
-    }
     struct hal_camera_frame frame;
     const uint64_t begin_us = watch_now_us(rig) + SETTLE_US;
-    error = ERROR_TIMEOUT;
+    int error = ERROR_TIMEOUT;
     for (uint64_t now_us = begin_us - SETTLE_US;
          error == ERROR_TIMEOUT && now_us < begin_us + PICTURE_LIMIT_US;
          now_us = watch_now_us(rig)) {
         error = watch_look(rig);
-        if (error == 0) {
-            error = port->operations->take(port->self, begin_us, now_us + WATCH_STEP_US, &frame);
+        if (error != ERROR_OK) {
+            return error;  // said already
         }
+        error = port->operations->take(port->self, begin_us, now_us + WATCH_STEP_US, &frame);
     }
-    if (error == 0) {
-        error = judge(call, &frame);
-        port->operations->give_back(port->self, &frame);
+    if (error != ERROR_OK) {
+        return nothing_arrived(call, error);
     }
-    const int stopped = port->operations->stop(port->self);
-    return error != 0 ? error : stopped;
+    error = judge(call, &frame);
+    port->operations->give_back(port->self, &frame);
+    return error;
 }
 
-/// The cameras' frames again, as they were.
-static int restore(struct rig *rig, const struct hal_camera_format *format) {
-    const int error = fpga_bridge_camera_select(&rig->bridge, BRIDGE_CAM_SELECT_SOURCE_IS_LEFT);
-    return error == 0 ? rig_camera_start(rig, format) : failure_of_bus(rig, RIG_PART_BRIDGE, error);
-}
-
-static int test_picture(const struct command_call *call) {
-    struct rig *rig = call->rig;
-    struct fpga_bridge *bridge = &rig->bridge;
-    const struct hal_camera_format format = rig->format;
-    const struct fpga_bridge_pattern pattern = {
+static int show_picture(const struct command_call *call) {
+    static const struct fpga_bridge_pattern pattern = {
         .width = PICTURE_WIDTH_PX,
         .height = PICTURE_HEIGHT_PX,
         .hblank = 144,
@@ -104,21 +111,52 @@ static int test_picture(const struct command_call *call) {
         .kind = BRIDGE_PATTERN_KIND_IS_PRBS,
         .seed = PICTURE_SEED,
     };
+    const struct hal_camera_format format = {PICTURE_WIDTH_PX, PICTURE_HEIGHT_PX};
+    struct rig *rig = call->rig;
     int error = rig_camera_stop(rig);  // the port's size is another meanwhile
-    if (error == 0) {
-        error = fpga_bridge_camera_pattern(bridge, &pattern);
+    if (error == ERROR_OK) {
+        error = of_bridge(rig, fpga_bridge_camera_pattern(&rig->bridge, &pattern));
     }
-    if (error == 0) {
-        error = fpga_bridge_camera_select(bridge, BRIDGE_CAM_SELECT_SOURCE_IS_PATTERN);
+    if (error == ERROR_OK) {
+        error = of_bridge(
+            rig, fpga_bridge_camera_select(&rig->bridge, BRIDGE_CAM_SELECT_SOURCE_IS_PATTERN));
     }
-    if (error == 0) {
-        error = take_picture(call);
+    if (error == ERROR_OK) {
+        error = rig_camera_start(rig, &format);
     }
-    const int restored = restore(rig, &format);
-    if (restored != 0 && rig->state == RIG_READY) {
-        rig_safe(rig);  // without the cameras it is not ready
+    return error == ERROR_OK ? take_picture(call) : error;
+}
+
+// The cameras' frames again, of the source that was chosen before.
+static int restore(struct rig *rig, uint16_t select, const struct hal_camera_format *format) {
+    const int stopped = rig_camera_stop(rig);
+    int error = of_bridge(rig, fpga_bridge_write(&rig->bridge, BRIDGE_CAM_SELECT, select));
+    if (error == ERROR_OK) {
+        error = rig_camera_start(rig, format);
     }
-    return error != 0 ? error : restored;
+    rig->format = *format;
+    return error != ERROR_OK ? error : stopped;
+}
+
+static int test_picture(const struct command_call *call) {
+    struct rig *rig = call->rig;
+    const struct hal_camera_format format = rig->format;
+    uint16_t select = 0;
+    int error = of_bridge(rig, fpga_bridge_read(&rig->bridge, BRIDGE_CAM_SELECT, &select));
+    if (error != ERROR_OK) {
+        return error;  // nothing was changed
+    }
+    error = show_picture(call);
+    const struct rig_trouble first = rig->trouble;
+    const int restored = restore(rig, select, &format);
+    if (error == ERROR_OK) {
+        error = restored;
+    } else {
+        rig->trouble = first;
+    }
+    // Without the cameras, or after its bridge has gone, it is not ready.
+    const bool ready = restored == ERROR_OK && rig->state == RIG_READY;
+    return ready ? error : failure_make_safe(rig, error);
 }
 
 int commands_selftest_run(const struct command_call *call) {

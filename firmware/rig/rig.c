@@ -227,6 +227,7 @@ int rig_check(struct rig *self) {
         return ERROR_OK;
     }
     self->trouble = first;
-    // Without bridge nobody holds the servos, and settings are lost.
-    return of_bridge == ERROR_OK ? first.error : failure_make_safe(self, first.error);
+    // Without bridge nobody holds the servos, and settings are lost; it may have gone meanwhile.
+    const bool gone = of_bridge != ERROR_OK || self->state != RIG_READY;
+    return gone ? failure_make_safe(self, first.error) : first.error;
 }

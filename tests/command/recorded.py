@@ -24,7 +24,8 @@ class Session:
     def calibration(self, text):
         self.line("calibration file=" + self.file("calibration-{}.txt", text))
 
-    def pair(self, *images, layout="grey"):
+    def pair(self, *images, layout="grey", size=None):
+        """`size`: what the index claims in place of the truth."""
         self.pairs += 1
         words = [f"pair number={self.pairs} skew_us=100 checked=no change_permille=0"]
         for side, image in zip(("left", "right"), images):
@@ -33,7 +34,7 @@ class Session:
             head = f"{kind}\n{width} {height}\n255\n".encode()
             crc = self.file("frame-{}.pnm", head + image.tobytes())
             stand = "0,none,none,none"
-            values = {"frame": crc, "size": f"{width}x{height}", "bits": 8, "layout": layout,
+            values = {"frame": crc, "size": size or f"{width}x{height}", "bits": 8, "layout": layout,
                       "sequence": self.pairs, "begin_us": 1000 * self.pairs,
                       "end_us": 1000 * self.pairs + 30, "exposure_us": 0, "gain_q3": 0,
                       "before": stand, "after": stand}

@@ -114,7 +114,7 @@ class Reconstruct(Reconstructing):
         first = self.measured(session.path, *search)
         self.assertTrue(numpy.array_equal(
             first, self.measured(self.left_path, self.right_path, *search), equal_nan=True))
-        self.refused(f"{session.path}: the session holds 1 pair: --pair 2 is none",
+        self.refused(f"{session.path}: the session holds 1 pair: pair 2 is none",
                      session.path, "--pair", 2, *search)
         session.pair(rgb[0][::-1].copy(), rgb[1][::-1].copy())
         self.assertTrue(numpy.array_equal(
@@ -123,6 +123,29 @@ class Reconstruct(Reconstructing):
         self.assertFalse(numpy.array_equal(first, last, equal_nan=True))
         self.assertTrue(numpy.array_equal(
             last, self.measured(session.path, "--pair", 2, *search), equal_nan=True))
+
+    def test_only_the_pair_that_is_wanted_is_read(self):
+        session = Session(self.directory / "session")
+        images = [cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+                  for path in (self.left_path, self.right_path)]
+        session.pair(*images)
+        wanted = set(session.path.glob("frame-*"))
+        session.pair(*[image[::-1].copy() for image in images])
+        for frame in set(session.path.glob("frame-*")) - wanted:
+            frame.write_bytes(b"damaged")
+        search = ["--rectified", "--disparity", "0:48"]
+        self.measured(session.path, "--pair", 1, *search)
+        self.refused(f"{session.path}/frame-", session.path, *search)
+
+    def test_a_session_that_was_cut_off_says_so(self):
+        session = Session(self.directory / "session")
+        session.pair(*[cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+                       for path in (self.left_path, self.right_path)])
+        search = ["--rectified", "--disparity", "0:48", "--out", self.directory / "result"]
+        note = f"note: {session.path} was cut off, or is still being written"
+        self.assertIn(note, run("reconstruct", session.path, *search).stderr)
+        session.end()
+        self.assertNotIn("cut off", run("reconstruct", session.path, *search).stderr)
 
     def test_what_is_wrong_is_said_in_one_line(self):
         session = Session(self.directory / "session")
@@ -134,6 +157,14 @@ class Reconstruct(Reconstructing):
                      "session", self.left_path, code=2)
         self.refused("--pair is for a recorded session", self.left_path, self.right_path, "--pair",
                      1, "--rectified", code=2)
+        for option in (["--bits", 10], ["--bayer", "grbg"], ["--raw", "20x30"]):
+            self.refused("--bits, --bayer and --raw are for images; a session says itself",
+                         session.path, "--rectified", *option, code=2)
+        # A frame may claim any size: there is no memory for that before its file was looked at.
+        claimed = Session(self.directory / "claimed")
+        claimed.pair(*boards.pairs(poses=boards.POSES[:1])[0], size="65535x65535")
+        self.refused(f"{claimed.path}/frame-", claimed.path, "--rectified")
+        self.refused(f"{claimed.path}/frame-", claimed.path, "--rectified", "--pair", 1)
         next(session.path.glob("frame-*")).write_bytes(b"P5\n1 1\n255\n0")
         self.refused(str(session.path) + "/frame-", session.path, "--rectified")
 

@@ -148,11 +148,18 @@ class Reconstruct(DaemonTest):
         self.session("old")
         time.sleep(0.02)
         self.session("new")
+        # A capture that was killed left no pair: it is not what is meant.
+        killed = os.path.join(self.files, "killed")
+        os.mkdir(killed)
+        with open(os.path.join(killed, "session.index"), "wb") as file:
+            file.write(sealed_index(lines_of(SESSION)[:1]))
         self.assertEqual(self.asked("reconstruct - 0 0.5")["session"], "new")
+        self.assertIn("no pair", self.first.ask("reconstruct killed")[-1])
+        shutil.rmtree(killed)
         self.assertEqual(self.asked("reconstruct old")["session"], "old")
         shutil.rmtree(os.path.join(self.files, "surface-new-1"))
         shutil.rmtree(os.path.join(self.files, "surface-old-1"))
-        self.assertEqual(self.refused("reconstruct new 2"), ("MISSING", "new: holds 1 pair"))
+        self.assertEqual(self.refused("reconstruct new 2"), ("MISSING", "new: the session holds 1 pair: pair 2 is none"))
         self.assertEqual(self.refused("reconstruct none")[0], "MISSING")
         self.assertEqual(self.refused("reconstruct ../files/new")[0], "ARGUMENT")
         self.assertEqual(self.refused("reconstruct new 1 1 2000 1000")[0], "RANGE")
@@ -184,6 +191,7 @@ class Reconstruct(DaemonTest):
         # One of the whole sensor is cut.
         self.keep(resized(whole, SENSOR, corner))
         cut = self.asked("reconstruct none 1 1 1600 2300")
+        self.assert_the_same_with_the_calibration_given("none")
         shutil.rmtree(os.path.join(self.files, "surface-none-1"))
         self.assertEqual((cut["calibration_from"], cut["calibration_cut"]), ("kept", "yes"))
         for key in ("points", "depth_median", "depth_near", "depth_far", "rows_apart"):
@@ -196,6 +204,17 @@ class Reconstruct(DaemonTest):
         error, text = self.refused("reconstruct none")
         self.assertEqual(error, "SIZE_MISMATCH")
         self.assertIn("672x400", text)
+
+    def assert_the_same_with_the_calibration_given(self, session):
+        """On the command line: it is cut to the window as any other."""
+        out = os.path.join(self.folder, "given")
+        done = subprocess.run(
+            [VERGENCE, "reconstruct", os.path.join(self.files, session), "--calibration",
+             os.path.join(self.files, "kept.txt"), "--depth", "1600:2300", "--out", out],
+            capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        name = "disparity.pfm"
+        self.assertEqual(self.bytes_of(name, out), self.bytes_of(f"surface-{session}-1/{name}"))
 
     def test_damaged_sessions(self):
         folder = self.session("d")

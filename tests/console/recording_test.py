@@ -4,6 +4,7 @@ the service. What was told to be recorded can be played."""
 import os
 import random
 import resource
+import shutil
 import subprocess
 import time
 import unittest
@@ -101,12 +102,41 @@ class Recording(DaemonTest):
         resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE, unlimited)
         # Room comes back, but what is missing does not: the recording says so until it is ended.
         self.assertEqual(self.first.ask("capture")[0][:8], "ERR FULL")
-        self.assertEqual(self.first.ask("record stop")[-1][:8], "ERR FULL")
+        self.assertEqual(self.first.ask("record stop")[-1],
+                         "ERR FULL full/calls.log: cannot be written: File too large; "
+                         "the recording is cut off there")
+        # Nobody takes it for whole.
+        self.assertNotIn("\nend ", self.index("full"))
+        played = self.first.ask("replay full")
+        self.assertEqual(played[-1], "OK")
+        self.assertIn("cut_off: yes", played)
         self.assertEqual(self.first.ask("record"), ["recording: nothing", "OK"])
         self.play("full", 1)
         self.begin("after")
         self.assertEqual(self.first.ask("record stop")[-1], "OK")
         self.play("after", 1)
+
+    def test_a_full_disk_leaves_no_session_without_a_pair(self):
+        for command in (*LEAD, "capture good"):
+            self.assertEqual(self.first.ask(command)[-1], "OK", command)
+        unlimited = resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE)
+        # There is room for the index but for no frame; for no line of it.
+        for limit, command in ((4000, "capture bad"), (20, "capture bad"), (20, "record start bad")):
+            resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE, (limit, unlimited[1]))
+            answer = self.first.ask(command)
+            resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE, unlimited)
+            self.assertEqual(answer[-1][:8], "ERR FULL", (limit, command))
+            self.assertFalse(os.path.exists(os.path.join(self.files, "bad")), (limit, command))
+        # What is there already is not taken away with it.
+        folder = os.path.join(self.files, "mine")
+        os.mkdir(folder)
+        with open(os.path.join(folder, "frame-list.txt"), "w", encoding="ascii") as file:
+            file.write("notes")
+        resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE, (4000, unlimited[1]))
+        self.assertEqual(self.first.ask("capture mine")[-1][:8], "ERR FULL")
+        resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE, unlimited)
+        self.assertEqual(os.listdir(folder), ["frame-list.txt"])
+        self.assertEqual(self.first.ask("capture mine")[-1], "OK")
 
     def test_a_client_that_goes_takes_no_recording_with_it(self):
         self.begin("alone")

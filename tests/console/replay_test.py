@@ -253,6 +253,23 @@ class Replay(DaemonTest):
         ends = [line[:13] for line in done.stdout.splitlines() if line[:3] in ("OK", "ERR")]
         self.assertEqual(ends, ["OK", "ERR CANCELLED", "OK", "OK"], done.stdout + done.stderr)
 
+    def test_a_cancelled_bugreport_cancels_no_other_command(self):
+        """What is recorded of it are the commands within it."""
+        self.record("report", [], stop=False)
+        cancelled = 0
+        for i in range(40):
+            self.first.send("bugreport\n")
+            time.sleep(i % 8 / 2000)
+            self.first.send("\x03")
+            cancelled += self.first.answer()[-1][:13] == "ERR CANCELLED"
+        self.assertGreater(cancelled, 0)
+        for command in ("bringup", "capture", "record stop"):
+            self.assertEqual(self.first.ask(command)[-1], "OK")
+        calls = [line for line in calls_of(os.path.join(self.files, "report")) if "cancel" in line]
+        self.assertEqual(calls, [])
+        answer = self.played("report")
+        self.assertTrue(answer["ok"], answer)
+
     def test_a_killed_daemon(self):
         self.record("killed", COMMANDS, stop=False)
         self.first.send("wait 100000\n")

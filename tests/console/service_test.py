@@ -68,6 +68,8 @@ class Installed(unittest.TestCase):
                                   capture_output=True, text=True, timeout=PATIENCE_S)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertEqual((unit["Type"], unit["User"]), ("notify", "vergence"))
+            # What is free is seen in /proc/meminfo alone.
+            self.assertEqual(unit.get("ProcSubset", "all"), "all")
             with open(by_name["70-vergence.rules"], encoding="utf-8") as file:
                 self.assertIn(f'GROUP="{unit["Group"]}"', file.read())
             verify = shutil.which("systemd-analyze")

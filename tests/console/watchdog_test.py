@@ -102,6 +102,29 @@ class Watchdog(DaemonTest):
         self.assertLessEqual(self.feeds(), at_end + 1)
         self.assertNotIn("watchdog write 1", self.lines())
 
+    def test_a_slow_disk(self):
+        """The bridge's watchdog bites after a second: while a pair goes to a disk that takes
+        longer, the rig is looked after all the same."""
+        self.tearDown()
+        folder, slow_ms = tempfile.mkdtemp(prefix="console"), 1200
+        self.addCleanup(shutil.rmtree, folder)
+        type(self).settings += (f"files={folder}",)
+        self.addCleanup(setattr, type(self), "settings", self.settings[:-1])
+        self.start_with(f"watch {folder}\nslow {slow_ms} .part fsync")
+        client = self.client()
+        client.send("record start slow\nbringup\ncapture\nrecord stop\n")
+        for command in ("record", "bringup", "capture", "record stop"):
+            self.assertEqual(client.answer()[-1], "OK", command)
+        # Whenever the rig does anything it asks what time it is.
+        with open(os.path.join(folder, "slow", "calls.log"), encoding="ascii") as file:
+            times = [int(line.split()[-1]) for line in file if line.startswith("clock now ")]
+        longest_us = max(after - before for before, after in zip(times, times[1:]))
+        self.assertLess(longest_us, slow_ms * 1000 / 2)
+        self.assertGreater(times[-1] - times[0], slow_ms * 1000)
+        played = subprocess.run([os.environ["VERGENCE"], "replay", os.path.join(folder, "slow")],
+                                capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+        self.assertEqual((played.returncode, played.stderr), (0, ""))
+
     def test_a_daemon_that_is_killed(self):
         self.wait_until(lambda: self.feeds() >= 1)
         self.daemon.kill()
@@ -122,6 +145,16 @@ class Watchdog(DaemonTest):
         self.assertIn("watchdog_period", self.refused("watchdog_period=1"))
         # A start that fails afterwards leaves nothing armed behind.
         self.assertIn("/no/such", self.refused("socket=/no/such/place.sock"))
+        self.assertEqual(self.lines()[-2:], ["watchdog write 1", "watchdog close"])
+        # One that bites before the instrument can be made safe, whatever it was set to.
+        script = self.environment["VERGENCE_FAKE_KERNEL"]
+        with open(script, encoding="ascii") as file:
+            lines = file.read()
+        with open(script, "w", encoding="ascii") as file:
+            file.write(lines.replace("watchdog /dev/watchdog\n", "watchdog /dev/watchdog 3\n"))
+        self.assertEqual(self.refused(),
+                         "vergenced: watchdog = /dev/watchdog: its period is 3 s at most, and an "
+                         "orderly end may take longer: one of 4 s or more is needed, or none\n")
         self.assertEqual(self.lines()[-2:], ["watchdog write 1", "watchdog close"])
 
 

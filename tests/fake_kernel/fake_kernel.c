@@ -17,7 +17,7 @@
 
 enum { WATCHES = 4, PLANS = 8, RECORD_BYTES = 1 << 20 };
 
-enum effect { EFFECT_NONE, EFFECT_ERROR, EFFECT_KILL, EFFECT_HANG, EFFECT_HALVE };
+enum effect { EFFECT_NONE, EFFECT_ERROR, EFFECT_KILL, EFFECT_HANG, EFFECT_HALVE, EFFECT_SLOW };
 
 struct plan {
     enum effect effect;
@@ -25,7 +25,7 @@ struct plan {
     unsigned after;  // fitting calls still to pass by
     unsigned times;  // 0: for ever
     bool for_ever;
-    int error;
+    int error;  // of EFFECT_SLOW: ms
 };
 
 static pthread_mutex_t mutex = PTHREAD_RECURSIVE_MUTEX_INITIALIZER_NP;
@@ -153,6 +153,10 @@ void fake_kernel_short(const char *what, unsigned nth, unsigned times) {
     add_plan(EFFECT_HALVE, what, nth, 0, times);
 }
 
+void fake_kernel_slow(const char *what, unsigned ms) {
+    add_plan(EFFECT_SLOW, what, 1, (int)ms, 0);
+}
+
 /// Whether it is this plan's turn; counts.
 static bool is_due(struct plan *plan, const char *line) {
     if (plan->effect == EFFECT_NONE || strstr(line, plan->what) == NULL) {
@@ -193,13 +197,17 @@ enum fake_fate fake_kernel_step(const char *name, const char *call, const char *
     }
     enum fake_fate fate = FAKE_RUN;
     bool hangs = false;
-    int error = 0;
+    int error = 0, slow_ms = 0;
     fake_kernel_lock();
     write_down(line);
     virtual_now_us += call_takes_us;
     for (int i = 0; i < PLANS; i++) {
         struct plan *plan = &plans[i];
         if (!is_due(plan, line)) {
+            continue;
+        }
+        if (plan->effect == EFFECT_SLOW) {
+            slow_ms += plan->error;
             continue;
         }
         failed = true;
@@ -214,6 +222,9 @@ enum fake_fate fake_kernel_step(const char *name, const char *call, const char *
         }
     }
     fake_kernel_unlock();
+    if (slow_ms > 0) {
+        syscall(SYS_nanosleep, &(struct timespec){slow_ms / 1000, slow_ms % 1000 * 1000000L}, NULL);
+    }
     while (hangs) {
         syscall(SYS_ppoll, NULL, 0, NULL, NULL, 0);
     }

@@ -52,6 +52,8 @@ void fake_kernel_fail(const char *what, unsigned nth, int error, unsigned times)
 void fake_kernel_kill(const char *what, unsigned nth);
 /// The same, but the call never returns: its thread hangs, others go on.
 void fake_kernel_hang(const char *what, unsigned nth);
+/// Every seen call whose line contains `what` takes `ms` longer, of real time, from now on.
+void fake_kernel_slow(const char *what, unsigned ms);
 /// The same for a write or read: half the bytes (at least one) are moved, without an error.
 void fake_kernel_short(const char *what, unsigned nth, unsigned times);
 /// Whether a failure that was asked for has come to pass since the last reset.

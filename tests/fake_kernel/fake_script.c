@@ -110,6 +110,20 @@ static void add_i2c(const char *line, const char *rest) {
     fake_i2c_add(path, (uint8_t)address);
 }
 
+static void add_watchdog(const char *line, const char *rest) {
+    char path[WORD_BYTES];
+    int most_s = 0;
+    const int words = sscanf(rest, "%255s %d", path, &most_s);
+    if (words < 1 || (words == 2 && most_s < 1)) {
+        stop(line);
+    }
+    struct fake_watchdog *device = fake_watchdog_add(path);
+    if (words == 2) {
+        device->least_s = 1;
+        device->most_s = device->period_s = most_s;
+    }
+}
+
 static void set_video(const char *line, const char *rest) {
     char path[WORD_BYTES], key[WORD_BYTES];
     unsigned value = 0;
@@ -160,7 +174,7 @@ static void follow(const char *line) {
     } else if (strcmp(word, "gpio") == 0) {
         fake_gpio_add(rest);
     } else if (strcmp(word, "watchdog") == 0) {
-        fake_watchdog_add(rest);
+        add_watchdog(line, rest);
     } else if (strcmp(word, "watch") == 0) {
         fake_kernel_watch(rest);
     } else if (strcmp(word, "fail") == 0) {
@@ -169,6 +183,8 @@ static void follow(const char *line) {
         add_end(line, rest, fake_kernel_kill);
     } else if (strcmp(word, "hang") == 0) {
         add_end(line, rest, fake_kernel_hang);
+    } else if (strcmp(word, "slow") == 0) {
+        add_end(line, rest, fake_kernel_slow);
     } else if (strcmp(word, "record") == 0) {
         fake_kernel_record_to(rest);
     } else {

@@ -11,11 +11,12 @@
 ///                          it goes stay dead
 ///     i2c PATH ADDRESS     a bus with one device of 256 registers
 ///     gpio PATH            a chip with 8 lines
-///     watchdog PATH        a watchdog of 60 s
+///     watchdog PATH [MOST_S]   a watchdog of 60 s, or of no more than MOST_S
 ///     watch PREFIX         real files under PREFIX are seen
 ///     fail NTH TIMES ERRNO WHAT    as fake_kernel_fail; ERRNO as in errno.h, or a number
 ///     kill NTH WHAT        as fake_kernel_kill
 ///     hang NTH WHAT        as fake_kernel_hang
+///     slow MS WHAT         as fake_kernel_slow
 ///     record FILE          every line of the record is appended to FILE as it comes
 ///     # ...                a remark
 ///

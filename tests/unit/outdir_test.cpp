@@ -4,6 +4,7 @@
 
 #include <doctest/doctest.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 #include <utime.h>
 
@@ -16,10 +17,13 @@
 
 #include "core/error.h"
 #include "scratch.hpp"
+#include "tools/host/whole_file.hpp"
 
 namespace fs = std::filesystem;
 
 namespace {
+
+int umasks = 0;  // calls of umask
 
 const char *const names[] = {"a.txt", "b.txt", "end.txt"};
 
@@ -48,6 +52,46 @@ void put_work(const outdir &directory, const char *name, const char *text) {
 }
 
 }  // namespace
+
+/// In place of the C library's: whoever asks for it changes it, for all threads.
+extern "C" mode_t umask(mode_t mask) noexcept {
+    umasks++;
+    return static_cast<mode_t>(syscall(SYS_umask, mask));
+}
+
+TEST_CASE("permissions are those of any new file or directory, and no thread's umask changes") {
+    const mode_t before = umask(0027);
+    const scratch place;
+    const int asked = umasks;
+    outdir directory;
+    message text;
+    REQUIRE(outdir_begin(&directory, (place / "out").c_str(), &text) == ERROR_OK);
+    put_work(directory, "end.txt", "1");
+    REQUIRE(outdir_commit(&directory, names, 3, "end.txt", &text) == ERROR_OK);
+    std::string why;
+    REQUIRE(whole_file_write(place / "whole.txt", "2", &why));
+    CHECK(umasks == asked);
+    struct stat status = {};
+    REQUIRE(stat((place / "out").c_str(), &status) == 0);
+    CHECK((status.st_mode & 0777) == 0750);
+    REQUIRE(stat((place / "whole.txt").c_str(), &status) == 0);
+    CHECK((status.st_mode & 0777) == 0640);
+    umask(before);
+}
+
+TEST_CASE("two at a time in one place do not meet") {
+    const scratch place;
+    outdir first, second;
+    message text;
+    REQUIRE(outdir_begin(&first, (place / "one").c_str(), &text) == ERROR_OK);
+    REQUIRE(outdir_begin(&second, (place / "two").c_str(), &text) == ERROR_OK);
+    put_work(first, "end.txt", "1");
+    put_work(second, "end.txt", "2");
+    REQUIRE(outdir_commit(&first, names, 3, "end.txt", &text) == ERROR_OK);
+    REQUIRE(outdir_commit(&second, names, 3, "end.txt", &text) == ERROR_OK);
+    CHECK(contents(place / "one/end.txt") == "1");
+    CHECK(contents(place / "two/end.txt") == "2");
+}
 
 TEST_CASE("a new directory appears complete") {
     const scratch place;

@@ -13,7 +13,8 @@
 
 namespace {
 
-const int links_most = 40;  // as the kernel follows
+const int links_most = 40;    // as the kernel follows
+const int names_most = 1000;  // of one process, at a time, for one file
 
 /// The file that `*path` stands for once all links at its end are followed; it need not exist.
 /// False with errno set.
@@ -59,16 +60,27 @@ bool write_through(const std::string &path, const std::string &content) {
     return descriptor >= 0 && close_after(descriptor, write_all(descriptor, content));
 }
 
+/// A new file beside another one, with the permissions that the kernel gives files of this process:
+/// its umask cannot be asked for without changing it for all threads.
+int create_beside(const std::string &path, std::string *name) {
+    int descriptor = -1;
+    for (int i = 0; descriptor < 0 && i < names_most; i++) {
+        *name = path + '.' + std::to_string(getpid()) + '-' + std::to_string(i);
+        descriptor = open(name->c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        if (descriptor < 0 && errno != EEXIST) {
+            break;
+        }
+    }
+    return descriptor;
+}
+
 bool write_and_rename(const std::string &path, const std::string &content) {
-    std::string temporary = path + ".XXXXXX";
-    const int descriptor = mkstemp(&temporary[0]);
+    std::string temporary;
+    const int descriptor = create_beside(path, &temporary);
     if (descriptor < 0) {
         return false;
     }
-    const mode_t mask = umask(0);
-    umask(mask);
-    const bool good = write_all(descriptor, content) && fchmod(descriptor, 0666 & ~mask) == 0 &&
-                      fsync(descriptor) == 0;
+    const bool good = write_all(descriptor, content) && fsync(descriptor) == 0;
     if (!close_after(descriptor, good) || std::rename(temporary.c_str(), path.c_str()) != 0) {
         const int saved = errno;
         unlink(temporary.c_str());

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+// The thread that writes for the one that has the instrument: nothing is lost or out of order, and
+// whoever waits looks after the instrument.
+#include "daemon/scribe.h"
+
+#include <doctest/doctest.h>
+
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <thread>
+#include <vector>
+
+namespace {
+
+using namespace std::chrono_literals;
+
+struct Note {
+    scribe_task task = {};
+    std::vector<std::size_t> *done = nullptr;
+    std::size_t number = 0;
+    std::chrono::milliseconds takes{0};
+};
+
+void write_note(scribe_task *task) {
+    auto *note = reinterpret_cast<Note *>(task);  // its first member
+    std::this_thread::sleep_for(note->takes);
+    note->done->push_back(note->number);
+}
+
+void count(void *counter) {
+    ++*static_cast<int *>(counter);
+}
+
+TEST_CASE("a scribe does all in order, and who waits looks after the instrument") {
+    scribe writer = {};
+    int looks = 0;
+    writer.meanwhile = count;
+    writer.self = &looks;
+    REQUIRE(scribe_start(&writer));
+    std::vector<std::size_t> done;
+    std::array<Note, 20> notes;
+    const auto begin = std::chrono::steady_clock::now();
+    for (std::size_t i = 0; i < 20; i++) {
+        notes.at(i) = {{write_note, 1, nullptr}, &done, i, 20ms};
+        scribe_later(&writer, &notes.at(i).task);
+    }
+    // Who leaves work there does not wait for it.
+    CHECK(std::chrono::steady_clock::now() - begin < 300ms);
+    CHECK(looks == 0);
+    struct Last {
+        std::vector<std::size_t> *done;
+        std::size_t before;
+    } last = {&done, 0};
+    scribe_do(
+        &writer,
+        [](void *cookie) {
+            auto *self = static_cast<Last *>(cookie);
+            self->before = self->done->size();
+        },
+        &last);
+    CHECK(last.before == 20);
+    CHECK(looks >= 4);  // 400 ms, of which the making of the notes took some
+    for (std::size_t i = 0; i < 20; i++) {
+        CHECK(done.at(i) == i);
+    }
+    // The end waits for what is left.
+    scribe_later(&writer, &notes[7].task);
+    scribe_stop(&writer);
+    CHECK(done.size() == 21);
+}
+
+TEST_CASE("a scribe holds no more than it says") {
+    scribe writer = {};
+    REQUIRE(scribe_start(&writer));
+    std::vector<std::size_t> done;
+    std::array<Note, 3> notes;
+    for (std::size_t i = 0; i < 3; i++) {
+        notes.at(i) = {{write_note, SCRIBE_HELD_MAX_BYTES / 2 + 1, nullptr}, &done, i, 100ms};
+    }
+    scribe_later(&writer, &notes[0].task);
+    scribe_later(&writer, &notes[1].task);
+    const auto begin = std::chrono::steady_clock::now();
+    scribe_later(&writer, &notes[2].task);
+    CHECK(std::chrono::steady_clock::now() - begin > 50ms);
+    scribe_stop(&writer);
+    CHECK(done == std::vector<std::size_t>{0, 1, 2});
+}
+
+TEST_CASE("without a scribe who gives work does it") {
+    std::vector<std::size_t> done;
+    Note note = {{write_note, 1, nullptr}, &done, 1, 0ms};
+    int counter = 0;
+    scribe idle = {};
+    scribe_later(nullptr, &note.task);
+    scribe_do(nullptr, count, &counter);
+    scribe_do(&idle, count, &counter);
+    scribe_stop(&idle);
+    CHECK(done.size() == 1);
+    CHECK(counter == 2);
+}
+
+}  // namespace

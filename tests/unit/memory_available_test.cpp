@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// How much memory there is to be had, also where /proc does not tell.
+#include "daemon/memory_available.h"
+
+#include <doctest/doctest.h>
+#include <sys/sysinfo.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+
+#include "tests/scratch.hpp"
+
+namespace {
+
+TEST_CASE("available memory is what the kernel says") {
+    const scratch folder;
+    const std::string file =
+        folder.write("meminfo",
+                     "MemTotal: 4000 kB\nMemFree: 10 kB\nMemAvailable:   3000 kB\n"
+                     "SwapTotal: 900 kB\nSwapFree:      500 kB\n");
+    CHECK(memory_available_as_in(file.c_str()) == 3500 * 1024);
+}
+
+TEST_CASE("where the kernel does not say, what nobody uses counts, and not all memory") {
+    const scratch folder;
+    const std::string silent = folder.write("meminfo", "MemTotal: 4000 kB\nSwapFree: 500 kB\n");
+    for (const std::string &file : {silent, folder / "none"}) {
+        // Others take and give meanwhile: it lies between two looks, or near them.
+        struct sysinfo before = {}, after = {};
+        REQUIRE(sysinfo(&before) == 0);
+        const std::uint64_t bytes = memory_available_as_in(file.c_str());
+        REQUIRE(sysinfo(&after) == 0);
+        const auto unused = [](const struct sysinfo &all) {
+            return (std::uint64_t{all.freeram} + all.bufferram + all.freeswap) * all.mem_unit;
+        };
+        const std::uint64_t slack = std::uint64_t{before.totalram} * before.mem_unit / 20;
+        CHECK(bytes <= std::max(unused(before), unused(after)) + slack);
+        CHECK(bytes + slack >= std::min(unused(before), unused(after)));
+    }
+    CHECK(memory_available_bytes() > 0);
+}
+
+}  // namespace
