@@ -29,7 +29,7 @@ static int open_uart(struct main_linux *self, struct message *message) {
 }
 
 static int open_gpio(struct main_linux *self, struct message *message) {
-    if (gpiod_lines_are_open(&self->lines)) {
+    if (gpiod_lines_are_current(&self->lines, self->places)) {
         return ERROR_OK;
     }
     gpiod_lines_close(&self->lines);

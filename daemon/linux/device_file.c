@@ -60,11 +60,33 @@ void device_file_close(int *fd) {
     }
 }
 
+static struct device_file_identity identity_of(const struct stat *status) {
+    return (struct device_file_identity){
+        .system = status->st_dev, .device = status->st_rdev, .number = status->st_ino};
+}
+
+bool device_file_identify(const char *path, struct device_file_identity *identity) {
+    struct stat status;
+    if (stat(path, &status) != 0) {
+        return false;
+    }
+    *identity = identity_of(&status);
+    return true;
+}
+
+bool device_file_is_same(const struct device_file_identity *a,
+                         const struct device_file_identity *b) {
+    return a->system == b->system && a->device == b->device && a->number == b->number;
+}
+
 bool device_file_is_current(int fd, const char *path) {
-    struct stat ours, there;
-    return fd >= 0 && fstat(fd, &ours) == 0 && stat(path, &there) == 0 &&
-           ours.st_dev == there.st_dev && ours.st_ino == there.st_ino &&
-           ours.st_rdev == there.st_rdev;
+    struct stat status;
+    struct device_file_identity there;
+    if (fd < 0 || fstat(fd, &status) != 0 || !device_file_identify(path, &there)) {
+        return false;
+    }
+    const struct device_file_identity ours = identity_of(&status);
+    return device_file_is_same(&ours, &there);
 }
 
 int device_file_control(int fd, unsigned long request, void *argument) {

@@ -6,6 +6,7 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+#include <sys/types.h>
 
 #include "daemon/message.h"
 
@@ -25,6 +26,17 @@ void device_file_close(int *fd);
 /// Whether `fd` is what stands under `path` now: a device that was pulled out and put back is
 /// another file of the same name.
 bool device_file_is_current(int fd, const char *path);
+
+/// Which file stood under a path at some time.
+struct device_file_identity {
+    dev_t system, device;
+    ino_t number;
+};
+
+/// What stands there now, for a device whose descriptor is a library's. False: nothing.
+bool device_file_identify(const char *path, struct device_file_identity *identity);
+bool device_file_is_same(const struct device_file_identity *a,
+                         const struct device_file_identity *b);
 
 /// ioctl, again when a signal cut it short. Returns its result, or -1 with errno.
 /// Only for requests that may be made twice.

@@ -133,6 +133,9 @@ int gpiod_lines_open(struct gpiod_lines *self, const struct gpiod_lines_place *p
         const enum gpiod_shim_use use = kinds[i].is_input        ? GPIOD_SHIM_EDGES
                                         : place->active_at_start ? GPIOD_SHIM_OUTPUT_ACTIVE
                                                                  : GPIOD_SHIM_OUTPUT_INACTIVE;
+        // Before it is opened: one that is changed meanwhile counts as another one.
+        self->chips[i] = (struct device_file_identity){.number = 0};
+        (void)device_file_identify(place->chip, &self->chips[i]);
         do {
             self->lines[i] = gpiod_shim_open(place->chip, place->offset, place->active_low, use);
         } while (self->lines[i] == NULL && errno == EINTR);
@@ -157,6 +160,14 @@ void gpiod_lines_close(struct gpiod_lines *self) {
     self->closed = true;
 }
 
-bool gpiod_lines_are_open(const struct gpiod_lines *self) {
-    return !self->closed && !self->gone;
+bool gpiod_lines_are_current(const struct gpiod_lines *self,
+                             const struct gpiod_lines_place *places) {
+    bool current = !self->closed && !self->gone;
+    for (int i = 0; i < HAL_GPIO_LINES && current; i++) {
+        struct device_file_identity there;
+        current = self->lines[i] == NULL ||
+                  (places[i].chip != NULL && device_file_identify(places[i].chip, &there) &&
+                   device_file_is_same(&self->chips[i], &there));
+    }
+    return current;
 }

@@ -5,6 +5,7 @@
 
 #include <stdbool.h>
 
+#include "daemon/linux/device_file.h"
 #include "daemon/linux/gpiod_shim.h"
 #include "daemon/message.h"
 #include "hal/gpio.h"
@@ -25,8 +26,9 @@ struct gpiod_lines_place {
 struct gpiod_lines {
     struct hal_gpio hal;
     struct gpiod_shim *lines[HAL_GPIO_LINES];
-    bool closed;  ///< nothing is requested that was to be
-    bool gone;    ///< the chip has been pulled out
+    struct device_file_identity chips[HAL_GPIO_LINES];  ///< of those lines
+    bool closed;                                        ///< nothing is requested that was to be
+    bool gone;                                          ///< the chip has been pulled out
 };
 
 /// Makes them lines that are not open: all calls say ERROR_DEVICE.
@@ -37,8 +39,10 @@ void gpiod_lines_init(struct gpiod_lines *self);
 int gpiod_lines_open(struct gpiod_lines *self, const struct gpiod_lines_place *places,
                      struct message *message);
 void gpiod_lines_close(struct gpiod_lines *self);
-/// Whether they are requested, and the chip has not gone as far as their last use tells.
-bool gpiod_lines_are_open(const struct gpiod_lines *self);
+/// Whether they are requested, their chips are still those of these places, and none has gone as
+/// far as their last use tells.
+bool gpiod_lines_are_current(const struct gpiod_lines *self,
+                             const struct gpiod_lines_place *places);
 
 #ifdef __cplusplus
 }

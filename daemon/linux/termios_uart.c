@@ -139,15 +139,17 @@ static int make_raw(int fd, speed_t speed) {
     return tcflush(fd, TCIOFLUSH) == 0 ? ERROR_OK : error_of(errno);
 }
 
-/// Against programs that come later (the kernel refuses them, but not root's), and against those
-/// that were there before and lock as well.
-static int claim(int fd) {
-    if (ioctl(fd, TIOCEXCL) != 0) {
-        return errno == ENOTTY ? ERROR_UNSUPPORTED : error_of(errno);
-    }
-    if (flock(fd, LOCK_EX | LOCK_NB) != 0) {
+/// Against programs that were there before and lock as well, and against those that come later
+/// (the kernel refuses them, but not root's). The lock first: whoever is refused it leaves the
+/// terminal as its owner has it.
+static int claim(struct termios_uart *self) {
+    if (flock(self->fd, LOCK_EX | LOCK_NB) != 0) {
         return errno == EWOULDBLOCK ? ERROR_REFUSED : error_of(errno);
     }
+    if (ioctl(self->fd, TIOCEXCL) != 0) {
+        return errno == ENOTTY ? ERROR_UNSUPPORTED : error_of(errno);
+    }
+    self->exclusive = true;
     return ERROR_OK;
 }
 
@@ -171,7 +173,7 @@ int termios_uart_open(struct termios_uart *self, const char *path, uint32_t bits
         return fd;
     }
     self->fd = fd;
-    int error = claim(fd);
+    int error = claim(self);
     if (error == ERROR_REFUSED) {
         message_set(message, error, "serial line %s: another program has it; end that first", path);
         termios_uart_close(self);
@@ -189,10 +191,11 @@ int termios_uart_open(struct termios_uart *self, const char *path, uint32_t bits
 }
 
 void termios_uart_close(struct termios_uart *self) {
-    if (self->fd >= 0) {
+    if (self->exclusive) {
         // Where something else keeps the line open (the other end of a pseudo terminal) it would
         // stay refused.
         ioctl(self->fd, TIOCNXCL);
+        self->exclusive = false;
     }
     device_file_close(&self->fd);
 }

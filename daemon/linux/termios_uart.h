@@ -18,6 +18,7 @@ extern "C" {
 struct termios_uart {
     struct hal_uart hal;
     int fd;
+    bool exclusive;  ///< by our own TIOCEXCL
 };
 
 /// Makes it one that is not open: its calls say ERROR_DEVICE.

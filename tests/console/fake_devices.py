@@ -140,18 +140,20 @@ class DeviceTest(DaemonTest):
                        for side, picture in enumerate(self.pictures))
 
     def serve(self, script, *settings):
-        """Starts the daemon; returns a client."""
-        cls = type(self)
+        """Starts the daemon on the devices of a script, for `first` to ask."""
         with open(self.place("script"), "w", encoding="ascii") as file:
             file.write(script)
-        cls.settings = ("backend=linux", *settings)
-        cls.environment = preloaded(self.place("script"))
+        self.serve_on(preloaded(self.place("script")), "backend=linux", *settings)
+
+    def serve_on(self, environment, *settings):
+        """Starts the daemon in this environment."""
+        cls = type(self)
+        cls.settings, cls.environment = settings, environment
         if os.path.exists(cls.path):
             os.unlink(cls.path)
         cls.start()
         self.addCleanup(self.end, cls.daemon)
         self.first = self.client()
-        return self.first
 
     @classmethod
     def arguments(cls):

@@ -82,6 +82,8 @@ bool fake_kernel_watches(const char *path, char *name, size_t bytes);
 
 /// Waits until `until_us`, in whichever time counts.
 void fake_kernel_sleep_until(uint64_t until_us);
+/// The same, or until a device has something new; only a simulated rig says when that is.
+void fake_kernel_wait_until(uint64_t until_us);
 bool fake_kernel_time_is_virtual(void);
 
 /// One at a time: the state of the fake kernel. Recursive.

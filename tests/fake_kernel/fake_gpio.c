@@ -14,6 +14,7 @@
 enum { MAJOR = 254, MINOR = 0 };
 
 static struct fake_gpio state;
+static struct fake_device *chip_device;  // what its lines go with when it is pulled out
 // What the open file of a line points to, so that it knows which one it is.
 static unsigned line_numbers[FAKE_GPIO_LINES] = {0, 1, 2, 3, 4, 5, 6, 7};
 
@@ -27,6 +28,15 @@ static bool level(unsigned line) {
 
 static void set_level(unsigned line, bool active) {
     state.wire[line] = active != state.active_low[line];
+    if (state.drive != NULL && state.is_output[line]) {
+        state.drive(&state, line);
+    }
+}
+
+static void look(void) {
+    if (state.look != NULL) {
+        state.look(&state);
+    }
 }
 
 void fake_gpio_edge(struct fake_gpio *self, unsigned line, uint64_t time_us) {
@@ -38,6 +48,7 @@ void fake_gpio_edge(struct fake_gpio *self, unsigned line, uint64_t time_us) {
 
 static short poll_line(struct fake_file *file, uint64_t now_us, uint64_t *next_us) {
     const unsigned line = line_of(file);
+    look();
     if (state.edge_count[line] == 0) {
         return 0;
     }
@@ -58,7 +69,9 @@ static int take_edge(unsigned line, uint64_t *time_ns) {
     state.edge_count[line]--;
     memmove(state.edges_us[line], state.edges_us[line] + 1,
             state.edge_count[line] * sizeof state.edges_us[line][0]);
-    set_level(line, true);
+    if (state.look == NULL) {
+        set_level(line, true);
+    }
     return 0;
 }
 
@@ -119,6 +132,7 @@ static void describe(struct fake_file *file, unsigned long request, const void *
 
 static int control_line(struct fake_file *file, unsigned long request, void *argument) {
     const unsigned line = line_of(file);
+    look();
     switch (request) {
         case GPIOHANDLE_GET_LINE_VALUES_IOCTL:
             ((struct gpiohandle_data *)argument)->values[0] = level(line);
@@ -161,7 +175,7 @@ static int request_line(const struct fake_operations *operations, unsigned line,
     if (state.requested[line]) {
         return -EBUSY;
     }
-    const int fd = fake_file_new("gpio-line", NULL, operations, &line_numbers[line]);
+    const int fd = fake_file_new("gpio-line", chip_device, operations, &line_numbers[line]);
     if (fd < 0) {
         return fd;
     }
@@ -257,7 +271,7 @@ struct fake_gpio *fake_gpio_add(const char *path) {
     static const struct fake_operations chip = {.describe = describe, .ioctl = control_chip};
     static const struct fake_operations numbers = {.read = read_numbers};
     state = (struct fake_gpio){.stamp_offset_us = 0};
-    fake_file_device(path, MAJOR, MINOR, &chip, &state);
+    chip_device = fake_file_device(path, MAJOR, MINOR, &chip, &state);
     char sysfs[64];
     snprintf(sysfs, sizeof sysfs, "/sys/bus/gpio/devices/%s/dev", strrchr(path, '/') + 1);
     fake_file_device(sysfs, 0, 0, &numbers, NULL);

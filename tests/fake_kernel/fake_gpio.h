@@ -24,6 +24,10 @@ struct fake_gpio {
     uint64_t edges_us[FAKE_GPIO_LINES][FAKE_GPIO_EDGES];
     unsigned edge_count[FAKE_GPIO_LINES];
     int64_t stamp_offset_us;  ///< what the stamps of edges are off by
+    /// Sets the wires of inputs, and adds edges that have come. NULL: they are the test's to set.
+    void (*look)(struct fake_gpio *self);
+    /// A line that is an output has been set. NULL: nothing hangs on it.
+    void (*drive)(struct fake_gpio *self, unsigned line);
 };
 
 /// Adds the chip, "/dev/gpiochipN". Lives until the next call.

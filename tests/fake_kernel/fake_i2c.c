@@ -87,7 +87,7 @@ static int control(struct fake_file *file, unsigned long request, void *argument
             bus->timeout_10ms = (unsigned long)(uintptr_t)argument;
             return 0;
         case I2C_RDWR:
-            return transfer(bus, argument);
+            return bus->transfer != NULL ? bus->transfer(bus, argument) : transfer(bus, argument);
         default:
             return -ENOTTY;
     }

@@ -9,6 +9,8 @@
 extern "C" {
 #endif
 
+struct i2c_rdwr_ioctl_data;
+
 /// What the adapter says and has. Changed by the test at any time.
 struct fake_i2c {
     unsigned long functions;  ///< I2C_FUNC_*
@@ -18,6 +20,8 @@ struct fake_i2c {
     unsigned long retries;
     unsigned transfers;
     int only_messages;  ///< a transfer claims to have run so many messages; -1: all
+    /// What carries out I2C_RDWR in place of the one device, with its result. NULL: nothing else.
+    int (*transfer)(struct fake_i2c *self, const struct i2c_rdwr_ioctl_data *data);
 };
 
 /// Adds the device. The struct belongs to the fake kernel and lives until the next call.

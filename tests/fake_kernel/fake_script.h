@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The fake kernel in a program that knows nothing of it: LD_PRELOAD names the library, and
-/// VERGENCE_FAKE_KERNEL a file of lines that are followed at start. Time is real.
+/// VERGENCE_FAKE_KERNEL a file of lines that are followed at start. Time is real, but for
+/// `rig`.
 ///
 ///     video PATH FORMAT PICTURE FRAME_US [WIDTHxHEIGHT]
 ///                          a camera that shows PICTURE (fake_picture.h); FORMAT: GREY, YUYV,
@@ -11,6 +12,13 @@
 ///                          it goes stay dead
 ///     i2c PATH ADDRESS     a bus with one device of 256 registers
 ///     gpio PATH            a chip with 8 lines
+///     rig WHERE            a simulated rig that runs there (unix:PATH, tcp:HOST:PORT) stands
+///                          behind the devices of the next four lines, and the time is its
+///                          (fake_rig.h)
+///     rig i2c PATH         its bus
+///     rig video PATH       its port
+///     rig serial PATH      the line to its lens controller
+///     rig gpio PATH RESET IRQ      its two lines, with their numbers at that chip
 ///     watchdog PATH [MOST_S]   a watchdog of 60 s, or of no more than MOST_S
 ///     watch PREFIX         real files under PREFIX are seen
 ///     fail NTH TIMES ERRNO WHAT    as fake_kernel_fail; ERRNO as in errno.h, or a number

@@ -51,6 +51,32 @@ static void paint(struct fake_video *self, uint32_t sequence, uint8_t *data, siz
     }
 }
 
+void fake_video_fill(struct fake_video *self, const struct fake_video_frame *frame) {
+    const unsigned index = self->queued[0];
+    self->queued_count--;
+    memmove(self->queued, self->queued + 1, self->queued_count * sizeof self->queued[0]);
+    const ssize_t written =
+        syscall(SYS_pwrite64, self->fd, frame->data, frame->bytes, (off_t)offset_of(self, index));
+    if (written != (ssize_t)frame->bytes) {
+        abort();
+    }
+    const bool begins =
+        (self->time_flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
+    const uint64_t stamp_us = begins ? frame->begin_us : frame->end_us;
+    struct v4l2_buffer *done = &self->done[self->done_count++];
+    memset(done, 0, sizeof *done);
+    done->index = index;
+    done->type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    done->memory = V4L2_MEMORY_MMAP;
+    done->bytesused = (uint32_t)frame->bytes;
+    done->flags = self->time_flags | V4L2_BUF_FLAG_DONE;
+    done->flags |= frame->damaged ? V4L2_BUF_FLAG_ERROR : 0;
+    done->sequence = self->counts ? frame->sequence : 0;
+    done->length = (uint32_t)self->buffer_bytes;
+    done->timestamp.tv_sec = (time_t)(stamp_us / 1000000);
+    done->timestamp.tv_usec = (suseconds_t)(stamp_us % 1000000);
+}
+
 /// The frame that ends at `end_us` goes into the first buffer that waits, if one does.
 static void deliver(struct fake_video *self, uint64_t end_us) {
     const uint32_t sequence = self->sequence++;
@@ -58,42 +84,29 @@ static void deliver(struct fake_video *self, uint64_t end_us) {
     if (self->queued_count == 0 || lost) {
         return;
     }
-    const unsigned index = self->queued[0];
-    self->queued_count--;
-    memmove(self->queued, self->queued + 1, self->queued_count * sizeof self->queued[0]);
     size_t bytes = frame_bytes(&self->format);
     uint8_t *data = malloc(bytes);
     if (data == NULL) {
         abort();
     }
     paint(self, sequence, data, &bytes);
-    const ssize_t written =
-        syscall(SYS_pwrite64, self->fd, data, bytes, (off_t)offset_of(self, index));
+    const struct fake_video_frame frame = {
+        .data = data,
+        .bytes = bytes,
+        .sequence = sequence,
+        .begin_us = end_us - self->frame_us,
+        .end_us = end_us,
+        .damaged = self->damage_every != 0 && (sequence + 1) % self->damage_every == 0};
+    fake_video_fill(self, &frame);
     free(data);
-    if (written != (ssize_t)bytes) {
-        abort();
-    }
-    const bool begins =
-        (self->time_flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
-    const uint64_t stamp_us = begins ? end_us - self->frame_us : end_us;
-    struct v4l2_buffer *done = &self->done[self->done_count++];
-    memset(done, 0, sizeof *done);
-    done->index = index;
-    done->type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-    done->memory = V4L2_MEMORY_MMAP;
-    done->bytesused = (uint32_t)bytes;
-    done->flags = self->time_flags | V4L2_BUF_FLAG_DONE;
-    if (self->damage_every != 0 && (sequence + 1) % self->damage_every == 0) {
-        done->flags |= V4L2_BUF_FLAG_ERROR;
-    }
-    done->sequence = self->counts ? sequence : 0;
-    done->length = (uint32_t)self->buffer_bytes;
-    done->timestamp.tv_sec = (time_t)(stamp_us / 1000000);
-    done->timestamp.tv_usec = (suseconds_t)(stamp_us % 1000000);
 }
 
 /// Everything that has happened until `now_us`.
 static void catch_up(struct fake_video *self, uint64_t now_us) {
+    if (self->look != NULL) {
+        self->look(self);
+        return;
+    }
     while (self->on && self->next_us <= now_us) {
         if (self->frames_until_still != 0 && self->sequence >= self->frames_until_still) {
             self->next_us = UINT64_MAX;
@@ -129,12 +142,16 @@ static int set_format(struct fake_video *self, struct v4l2_format *request) {
         }
     }
     self->format = *chosen;
+    if (self->takes_any_size) {
+        self->format.width_px = pix->width;
+        self->format.height_px = pix->height;
+    }
     if (self->format.bytes_per_line == 0) {
-        self->format.bytes_per_line = chosen->width_px * bytes_per_pixel(chosen->fourcc);
+        self->format.bytes_per_line = self->format.width_px * bytes_per_pixel(chosen->fourcc);
     }
     pix->pixelformat = chosen->fourcc;
-    pix->width = chosen->width_px;
-    pix->height = chosen->height_px;
+    pix->width = self->format.width_px;
+    pix->height = self->format.height_px;
     pix->field = V4L2_FIELD_NONE;
     pix->bytesperline = is_compressed(chosen->fourcc) ? 0 : self->format.bytes_per_line;
     pix->sizeimage = frame_bytes(&self->format);
@@ -261,9 +278,7 @@ static int use_control(struct fake_video *self, unsigned long request, void *arg
     return 0;
 }
 
-static int control(struct fake_file *file, unsigned long request, void *argument) {
-    struct fake_video *self = file->state;
-    catch_up(self, fake_kernel_now_us());
+static int carry_out(struct fake_video *self, unsigned long request, void *argument) {
     switch (request) {
         case VIDIOC_QUERYCAP:
             return query_capabilities(self, argument);
@@ -291,6 +306,16 @@ static int control(struct fake_file *file, unsigned long request, void *argument
     }
 }
 
+static int control(struct fake_file *file, unsigned long request, void *argument) {
+    struct fake_video *self = file->state;
+    catch_up(self, fake_kernel_now_us());
+    const int result = carry_out(self, request, argument);
+    if (self->look != NULL) {
+        self->look(self);  // a frame that begins now finds the buffer
+    }
+    return result;
+}
+
 static short poll_events(struct fake_file *file, uint64_t now_us, uint64_t *next_us) {
     struct fake_video *self = file->state;
     catch_up(self, now_us);
@@ -300,7 +325,9 @@ static short poll_events(struct fake_file *file, uint64_t now_us, uint64_t *next
     if (!self->on || self->queued_count == 0) {
         return POLLERR;
     }
-    *next_us = self->next_us < *next_us ? self->next_us : *next_us;
+    if (self->look == NULL) {
+        *next_us = self->next_us < *next_us ? self->next_us : *next_us;
+    }
     return 0;
 }
 
@@ -314,6 +341,9 @@ static void close_camera(struct fake_file *file) {
     struct fake_video *self = file->state;
     self->on = false;
     self->count = 0;
+    if (self->look != NULL) {
+        self->look(self);
+    }
 }
 
 struct fake_video *fake_video_add(const char *path, uint32_t fourcc, uint32_t width_px,

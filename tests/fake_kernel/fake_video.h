@@ -45,6 +45,10 @@ struct fake_video {
     /// Fills a frame; `bytes` are the room, and become what is filled. NULL: every byte is
     /// x + y + the frame's number.
     void (*paint)(struct fake_video *self, uint32_t sequence, uint8_t *data, size_t *bytes);
+    /// Gives the frames that have come to fake_video_fill; asked before and after every call.
+    /// NULL: they come by the clock.
+    void (*look)(struct fake_video *self);
+    bool takes_any_size;  ///< frames are of the size that is asked for
     /// May change what DQBUF returns. NULL: nothing.
     void (*spoil)(struct fake_video *self, struct v4l2_buffer *buffer);
     const char *picture;  ///< a file to show (fake_picture.h), read again when it changes; NULL
@@ -67,6 +71,17 @@ struct fake_video {
 /// most 4.
 struct fake_video *fake_video_add(const char *path, uint32_t fourcc, uint32_t width_px,
                                   uint32_t height_px);
+/// A whole frame.
+struct fake_video_frame {
+    const uint8_t *data;
+    size_t bytes;
+    uint32_t sequence;
+    uint64_t begin_us, end_us;
+    bool damaged;
+};
+
+/// Puts a frame into the first buffer that waits, which must be there.
+void fake_video_fill(struct fake_video *self, const struct fake_video_frame *frame);
 /// Forgets all cameras.
 void fake_video_forget(void);
 

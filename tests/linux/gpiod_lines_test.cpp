@@ -205,7 +205,8 @@ TEST_CASE("lines that are not requested say so") {
     const Kernel kernel;
     gpiod_lines lines;
     gpiod_lines_init(&lines);
-    CHECK(!gpiod_lines_are_open(&lines));
+    const gpiod_lines_place none[HAL_GPIO_LINES] = {};
+    CHECK(!gpiod_lines_are_current(&lines, none));
     bool active = false;
     uint64_t time_us = 0;
     const hal_gpio_operations &port = *lines.hal.operations;
@@ -220,8 +221,28 @@ TEST_CASE("a chip that was pulled out counts as gone after the next use") {
     fake_gpio_add(kChip);
     Lines open;
     REQUIRE(open.opened == ERROR_OK);
-    CHECK(gpiod_lines_are_open(&open.lines));
+    CHECK(gpiod_lines_are_current(&open.lines, open.places));
     fake_kernel_fail("SET_VALUES", 1, ENODEV, 1);
     CHECK(open.set(HAL_GPIO_BRIDGE_RESET, true) == ERROR_DEVICE);
-    CHECK(!gpiod_lines_are_open(&open.lines));
+    CHECK(!gpiod_lines_are_current(&open.lines, open.places));
+}
+
+TEST_CASE("a chip that was pulled out and put back while nobody used it is another one") {
+    const linux_try::Plug plug;
+    const Kernel kernel;
+    fake_gpio_add(kChip);
+    REQUIRE(fake_kernel_plug(kChip, plug.file.c_str()));
+    plug.in();
+    Lines open;
+    REQUIRE(open.opened == ERROR_OK);
+    CHECK(gpiod_lines_are_current(&open.lines, open.places));
+    plug.out();
+    CHECK(!gpiod_lines_are_current(&open.lines, open.places));
+    plug.in();
+    CHECK(!gpiod_lines_are_current(&open.lines, open.places));
+    CHECK(open.set(HAL_GPIO_BRIDGE_RESET, true) == ERROR_DEVICE);
+    gpiod_lines_close(&open.lines);
+    REQUIRE(gpiod_lines_open(&open.lines, open.places, &open.text) == ERROR_OK);
+    CHECK(gpiod_lines_are_current(&open.lines, open.places));
+    CHECK(open.set(HAL_GPIO_BRIDGE_RESET, true) == ERROR_OK);
 }

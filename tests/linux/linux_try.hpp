@@ -8,10 +8,12 @@
 #include <cerrno>
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <string>
 
 #include "fake_kernel.h"
+#include "scratch.hpp"
 
 namespace linux_try {
 
@@ -36,6 +38,15 @@ struct Kernel {
         CHECK(open_descriptors() == before);
         fake_kernel_reset();
     }
+};
+
+/// A file that says whether a device is plugged in (fake_kernel_plug).
+struct Plug {
+    scratch folder;
+    std::string file = folder / "plug";
+
+    void in() const { std::ofstream(file).put('x'); }
+    void out() const { std::filesystem::remove(file); }
 };
 
 /// The record since the last call of this.

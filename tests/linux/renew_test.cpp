@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Devices that are not there, that go, and that come back under the same name.
-#include <filesystem>
-#include <fstream>
-
 #include "camera_try.hpp"
 #include "daemon/linux/i2c_dev.h"
 #include "daemon/linux/termios_uart.h"
 #include "fake_i2c.h"
-#include "scratch.hpp"
 
 namespace {
 
@@ -25,15 +21,6 @@ int write_byte(i2c_dev &bus) {
     CHECK((error == ERROR_OK || begun == 0 || bus.fd >= 0));
     return error;
 }
-
-// A file that says whether a device is plugged in.
-struct Plug {
-    scratch folder;
-    std::string file = folder / "plug";
-
-    void in() const { std::ofstream(file).put('x'); }
-    void out() const { std::filesystem::remove(file); }
-};
 
 }  // namespace
 

@@ -95,9 +95,9 @@ TEST_CASE("the calls of opening, writing, reading and closing; bytes pass unchan
     {
         Uart uart(line);
         const std::string n = line.name();
-        CHECK(record() == n + " open rdwr noctty nonblock cloexec\n" + n + " ioctl TIOCEXCL\n" + n +
-                              " flock\n" + n + " tcgetattr\n" + n + " tcsetattr now\n" + n +
-                              " tcgetattr\n" + n + " tcflush both\n");
+        CHECK(record() == n + " open rdwr noctty nonblock cloexec\n" + n + " flock\n" + n +
+                              " ioctl TIOCEXCL\n" + n + " tcgetattr\n" + n + " tcsetattr now\n" +
+                              n + " tcgetattr\n" + n + " tcflush both\n");
         termios now;
         REQUIRE(tcgetattr(line.master, &now) == 0);
         CHECK(cfgetospeed(&now) == B9600);
@@ -134,6 +134,10 @@ TEST_CASE("nobody else can have the line meanwhile, not even root") {
         message text;
         CHECK(termios_uart_open(&second, line.path.c_str(), 9600, &text) == ERROR_REFUSED);
         CHECK(second.fd == -1);
+        // Root's second program got so far; the kernel still refuses others.
+        int exclusive = 0;
+        REQUIRE(::ioctl(uart.uart.fd, TIOCGEXCL, &exclusive) == 0);
+        CHECK(exclusive == 1);
         CHECK(std::string(text.text).find("another program has it; end that first") !=
               std::string::npos);
     }

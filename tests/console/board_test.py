@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The whole instrument through Linux's own interfaces: the shipped, confined daemon on /dev/i2c-1,
+/dev/video0, /dev/ttyS1 and /dev/gpiochip0 of a fake kernel, behind which a simulated rig stands.
+Time passes there only while somebody waits, so every call of the hardware's interfaces that was
+recorded can be made again at another rig of the same seed, by the daemon's own client of such rigs:
+what each of them brings must be the same. Only times are rounded, and what hangs on parts of a
+microsecond (the lamps' flicker, the servos' pulses) makes a few pixels of a picture differ by one
+step."""
+import os
+import re
+import subprocess
+import unittest
+
+import cv2
+import numpy
+
+from daemon_process import PATIENCE_S, SIMRIG, VERGENCE
+from fake_devices import DeviceTest
+
+ASK_AGAIN = os.environ.get("VERGENCE_ASK_AGAIN", "")
+# What the fake kernel's clock is ahead (tests/fake_kernel/fake_rig.h).
+BEGIN_US = 10 ** 15
+ROUNDED_US = 2
+RESET_LINE, IRQ_LINE = 3, 5
+# A camera's own registers of the bridge, which count the frames that went through it: a driver
+# takes all of them, the client of simulated rigs those that are wanted.
+FRAME = re.compile(r"camera0 take _ = 0 frame-([0-9a-f]{8})")
+COUNTS = re.compile(r"2c w (30|38) 2c r 18 = 0 21 [0-9a-f]{36}$")
+
+
+def parts_of(call):
+    """A call in parts that must be the same, and its times, which may differ by their rounding."""
+    call = COUNTS.sub(r"2c w \1 2c r 18 = 0 21", call)
+    call = re.sub(r"^(camera0 give_back) \d+", r"\1", call)
+    # Without frames that nobody wanted, and how often nothing had come yet.
+    call = re.sub(r"^(camera0 counts = \d+ \d+) \d+ \d+", r"\1", call)
+    # Without the time that the frame was not to begin before, and its number.
+    call = re.sub(r"^(camera0 take) \d+ (\d+)", r"\1 \2", call)
+    call = re.sub(r"^(camera0 take .* = 0 \w+ \S+ \d+ \d+) \d+", r"\1", call)
+    call = re.sub(r"^(camera0 take .* = 0) (\w+)", r"\1 frame-\2", call)
+    times = []
+    if call.startswith(("clock", "camera0 take", "i2c", "uart", "gpio wait")):
+        call = re.sub(r"(?<= )\d{3,15}(?= |$)", lambda m: times.append(int(m[0])) or "_", call,
+                      count=3 if call.startswith("camera0") else 1)
+    return call, times
+
+
+class Board(DeviceTest):
+    def setUp(self):
+        if not SIMRIG:
+            self.skipTest("the simulated rig needs -DVERGENCE_FPGA=ON")
+        super().setUp()
+
+    def simulate(self, name):
+        """A simulated rig; where it listens."""
+        path = self.place(name)
+        rig = subprocess.Popen([SIMRIG, "--scene", "plane", "--seed", "11", "--listen",
+                                f"unix:{path}"], stdout=subprocess.DEVNULL)
+        self.addCleanup(self.end, rig)
+        self.wait_for(path)
+        return f"unix:{path}"
+
+    def serve_board(self, *lines):
+        """The daemon on the devices of a board that drives a simulated rig. Small frames: rows of
+        the sensor take their time to be simulated."""
+        script = [f"rig {self.simulate('board.sock')}", "rig i2c /dev/i2c-1",
+                  "rig video /dev/video0", "rig serial /dev/ttyS1",
+                  f"rig gpio /dev/gpiochip0 {RESET_LINE} {IRQ_LINE}", *lines]
+        self.serve("\n".join(script) + "\n", "profile=rig", "rig.width_px=160",
+                   "rig.height_px=120", f"reset_line={RESET_LINE}", f"irq_line={IRQ_LINE}")
+
+    def calls(self, name):
+        """The recorded calls, with the rig's own times."""
+        with open(os.path.join(self.files, name, "calls.log"), encoding="ascii") as file:
+            lines = [line for line in file.read().splitlines() if not line.startswith("crc32 ")]
+        self.assertTrue(lines[1].startswith("ports i2c=1 lines=0 gpio=1 uart=1 cameras=1 "))
+        return [re.sub(r"\b10{6}\d{9}\b", lambda m: str(int(m[0]) - BEGIN_US), line)
+                for line in lines[2:] if not line.startswith("idle ")]
+
+    def ask_again(self, calls, name):
+        """The calls made again, at another rig."""
+        subprocess.run([ASK_AGAIN, self.simulate("other.sock"), os.path.join(self.files, name)],
+                       input="\n".join(calls) + "\n", text=True, check=True, timeout=PATIENCE_S)
+        return self.calls(name)
+
+
+class Everything(Board):
+    def test_all_that_comes_is_what_the_rig_gave(self):
+        self.plug("plug")
+        self.serve_board(f"plug /dev/gpiochip0 {self.place('plug')}")
+        # Out and in again while nobody uses it: one bring-up must do.
+        self.plug("plug", False)
+        self.plug("plug")
+        self.asked("record start r1")
+        parts = self.asked("bringup")["parts"]
+        self.assertEqual({part["state"] for part in parts}, {"works"})
+        self.assertIn("bridge's interrupt line", [part["part"] for part in parts])
+        self.use()
+        self.assertEqual(self.asked("record stop")["pairs"], 2)
+        self.assertNotRegex(self.said(), "warning|error")
+        done = subprocess.run([VERGENCE, "replay", os.path.join(self.files, "r1")],
+                              capture_output=True, text=True, timeout=PATIENCE_S)
+        self.assertIn("r1: the same, bit for bit: ", done.stdout + done.stderr)
+        calls = self.calls("r1")
+        again = self.ask_again(calls, "again")
+        self.assertEqual(len(calls), len(again))
+        for call, other in zip(calls, again):
+            self.compare(call, other)
+        kinds = [" ".join(call.split()[:2]) for call in calls]
+        for kind, least in (("i2c transfer", 300), ("uart read", 20), ("camera0 take", 9),
+                            ("gpio set", 1), ("gpio get", 2)):
+            self.assertGreaterEqual(kinds.count(kind), least, kind)
+
+    def compare(self, call, other):
+        (told, times), (expected, expected_times) = parts_of(call), parts_of(other)
+        taken = [FRAME.match(part) for part in (told, expected)]
+        if all(taken) and taken[0][1] != taken[1][1]:
+            pixels, expected_pixels = (
+                cv2.imread(os.path.join(self.files, name, f"frame-{take[1]}.pnm"),
+                           cv2.IMREAD_UNCHANGED).astype(int)
+                for name, take in zip(("r1", "again"), taken))
+            self.assertLessEqual(numpy.abs(pixels - expected_pixels).max(), 1)
+            self.assertLess((pixels != expected_pixels).mean(), 0.01)
+            told = expected = FRAME.sub("", told)
+        self.assertEqual(told, expected, f"{call} / {other}")
+        for time_us, expected_us in zip(times, expected_times):
+            self.assertLessEqual(abs(time_us - expected_us), ROUNDED_US, f"{call} / {other}")
+
+    def use(self):
+        """What the instrument is for."""
+        for axis, position in (("zoom", 320), ("focus", 540), ("iris", 800)):
+            for side in self.asked(f"{axis} both {position}").values():
+                self.assertAlmostEqual(side["position"], position, delta=6)
+        self.assertAlmostEqual(self.asked("exposure both 6000")["left"], 6000, delta=60)
+        self.assertEqual(self.asked("gain right 2"), {"right": 2})
+        self.assertEqual(self.asked("window 96 64"), {"width": 96, "height": 64})
+        pair = self.asked("capture - static")
+        self.assertEqual((pair["left"]["width"], pair["right"]["gain"]), (96, 2))
+        self.assertEqual(self.asked("registers bridge id"), {"id": "0x5B1D"})
+        self.assertEqual(self.asked("registers right 0"), {"chip_version": "0x1621"})
+        health = self.asked("health")
+        self.assertEqual({part["state"] for part in health["parts"]}, {"works"})
+        self.assertEqual(self.asked("selftest")["picture"], "arrives bit for bit")
+        self.assertAlmostEqual(self.asked("pan both 3 -3")["left"], 3, delta=0.01)
+        self.asked("capture")
+        self.assertEqual(self.asked("safe")["state"], "safe")
+
+
+if __name__ == "__main__":
+    unittest.main()
