@@ -6,7 +6,6 @@
 #ifndef VERGENCE_CALIB_BOARD_SCATTER_HPP
 #define VERGENCE_CALIB_BOARD_SCATTER_HPP
 
-#include <Eigen/Dense>
 #include <vector>
 
 #include "calib/reduced_equations.hpp"
@@ -14,9 +13,9 @@
 namespace calib {
 
 struct board_scatter {
-    double ratio = 1;  // variance of the shared numbers over what corner noise makes of it
-    double z = 0;      // its standard score
-    Eigen::MatrixXd covariance;  // of the shared numbers, as the positions scatter
+    double ratio = 1;   // variance of the shared numbers over what corner noise makes of it
+    double z = 0;       // its standard score
+    matrix covariance;  // of the shared numbers, as the positions scatter
 };
 
 /// By leaving out one position after the other (the jackknife, to first order). `boards` are all

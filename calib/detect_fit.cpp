@@ -7,11 +7,12 @@
 // the image, so that the position is not pulled to any side.
 #include "calib/detect_fit.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
+
+#include "calib/linear.hpp"
 
 namespace calib::detect {
 
@@ -171,7 +172,7 @@ bool solve(const window &from, const corner_guess &guess, vector *p, normal_equa
     for (int round = 0; round < most_rounds; round++) {
         matrix damped = sums->A.selfadjointView<Eigen::Upper>();
         damped.diagonal() *= 1 + damping;
-        vector step = damped.ldlt().solve(sums->gradient);
+        vector step = solve_symmetric(damped, sums->gradient);
         step[BLUR] = std::clamp(step[BLUR], -0.4 * (*p)[BLUR], 0.8 * (*p)[BLUR]);
         // What the step still gains, in units of the noise: nothing that could be measured.
         const double variance = sums->square_sum / static_cast<double>(from.pixels.size());
@@ -215,7 +216,7 @@ std::optional<corner_fit> fit_corner(const plane &level, const corner_guess &gue
     const double half_contrast = std::fabs(p[HALF_CONTRAST]);
     const double residual = std::sqrt(sums.square_sum / freedom);
     const matrix whole = sums.A.selfadjointView<Eigen::Upper>();
-    const matrix inverse = whole.inverse();
+    const matrix inverse = inverse_square(whole);
     const double shape = (inverse(X, X) + inverse(Y, Y)) / 2;
     if (residual > largest_residual_share * half_contrast || half_contrast < least_half_contrast ||
         !(shape > 0)) {

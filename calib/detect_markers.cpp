@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/detect_markers.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <optional>
 #include <tuple>
 
+#include "calib/linear.hpp"
 #include "calib/marker.hpp"
 
 namespace calib::detect {
@@ -27,8 +27,8 @@ struct cell_code {
 class square_map {
   public:
     explicit square_map(const std::array<Eigen::Vector2d, 4> &corners) {
-        Eigen::Matrix<double, 8, 8> A = Eigen::Matrix<double, 8, 8>::Zero();
-        Eigen::Matrix<double, 8, 1> b;
+        matrix A = matrix::Zero(8, 8);
+        vector b(8);
         for (int i = 0; i < 4; i++) {
             const double u = i & 1, v = i >> 1;
             const Eigen::Vector2d &p = corners[static_cast<size_t>(i)];
@@ -37,7 +37,7 @@ class square_map {
             b[2 * i] = p.x();
             b[2 * i + 1] = p.y();
         }
-        h_ = A.partialPivLu().solve(b);
+        h_ = solve_square(A, b);
     }
     Eigen::Vector2d at(double u, double v) const {
         const double w = h_[6] * u + h_[7] * v + 1;

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/pair_order.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <complex>
+
+#include "calib/linear.hpp"
 
 namespace calib {
 
@@ -57,8 +58,12 @@ std::complex<double> row_direction(const board &board, const board_view &view) {
     return sum;
 }
 
+vector3 homogeneous(const Eigen::Vector2d &point) {
+    return {point.x(), point.y(), 1};
+}
+
 // Moves points to mean 0 and mean distance sqrt 2 (Hartley, 1997).
-Eigen::Matrix3d normalizing(const std::vector<const match *> &all, bool left) {
+matrix3 normalizing(const std::vector<const match *> &all, bool left) {
     Eigen::Vector2d mean = Eigen::Vector2d::Zero();
     for (const match *m : all) {
         mean += left ? m->left : m->right;
@@ -70,13 +75,13 @@ Eigen::Matrix3d normalizing(const std::vector<const match *> &all, bool left) {
     }
     const double scale =
         std::sqrt(2.0) * static_cast<double>(all.size()) / std::max(distance, 1e-9);
-    Eigen::Matrix3d T;
+    matrix3 T;
     T << scale, 0, -scale * mean.x(), 0, scale, -scale * mean.y(), 0, 0, 1;
     return T;
 }
 
 // The fundamental matrix of all pairs but `left_out`, by the eight-point method.
-Eigen::Matrix3d fundamental_of(const std::vector<pair_views> &pairs, const pair_views *left_out) {
+matrix3 fundamental_of(const std::vector<pair_views> &pairs, const pair_views *left_out) {
     std::vector<const match *> all;
     for (const pair_views &pair : pairs) {
         if (&pair != left_out) {
@@ -85,32 +90,27 @@ Eigen::Matrix3d fundamental_of(const std::vector<pair_views> &pairs, const pair_
             }
         }
     }
-    const Eigen::Matrix3d T_left = normalizing(all, true), T_right = normalizing(all, false);
-    Eigen::Matrix<double, 9, 9> A = Eigen::Matrix<double, 9, 9>::Zero();
+    const matrix3 T_left = normalizing(all, true), T_right = normalizing(all, false);
+    matrix A = matrix::Zero(9, 9);
     for (const match *m : all) {
-        const Eigen::Vector3d l = T_left * m->left.homogeneous();
-        const Eigen::Vector3d r = T_right * m->right.homogeneous();
-        Eigen::Matrix<double, 9, 1> row;
+        const vector3 l = T_left * homogeneous(m->left);
+        const vector3 r = T_right * homogeneous(m->right);
+        vector row(9);
         row << r.x() * l, r.y() * l, l;
         A += row * row.transpose();
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> solver(A);
-    const Eigen::Matrix<double, 9, 1> f = solver.eigenvectors().col(0);
-    Eigen::Matrix3d F;
+    const vector f = decompose_symmetric(A).vectors.col(0);
+    matrix3 F;
     F << f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8];
-    Eigen::JacobiSVD<Eigen::Matrix3d> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    Eigen::Vector3d values = svd.singularValues();
-    values[2] = 0;
-    F = svd.matrixU() * values.asDiagonal() * svd.matrixV().transpose();
-    return T_right.transpose() * F * T_left;
+    return T_right.transpose() * nearest_of_rank_2(F) * T_left;
 }
 
 // Root mean square of Sampson's distance, in pixels.
-double misfit_px(const Eigen::Matrix3d &F, const std::vector<match> &matches) {
+double misfit_px(const matrix3 &F, const std::vector<match> &matches) {
     double sum = 0;
     for (const match &m : matches) {
-        const Eigen::Vector3d l = m.left.homogeneous(), r = m.right.homogeneous();
-        const Eigen::Vector3d in_right = F * l, in_left = F.transpose() * r;
+        const vector3 l = homogeneous(m.left), r = homogeneous(m.right);
+        const vector3 in_right = F * l, in_left = F.transpose() * r;
         const double error = r.dot(in_right);
         sum += error * error /
                (in_right.head<2>().squaredNorm() + in_left.head<2>().squaredNorm() + 1e-300);
@@ -144,7 +144,7 @@ struct fit {
     double ratio;  // misfit of the second best option over that of the best
 };
 
-fit fit_of(const Eigen::Matrix3d &F, const pair_views &pair) {
+fit fit_of(const matrix3 &F, const pair_views &pair) {
     size_t best = 0;
     std::vector<double> misfits;
     for (size_t option = 0; option < pair.by_option.size(); option++) {
@@ -163,7 +163,7 @@ fit fit_of(const Eigen::Matrix3d &F, const pair_views &pair) {
 double choose_by_geometry(std::vector<pair_views> *pairs) {
     double misfit = 0;
     for (int round = 0; round < most_rounds; round++) {
-        const Eigen::Matrix3d F = fundamental_of(*pairs, nullptr);
+        const matrix3 F = fundamental_of(*pairs, nullptr);
         bool changed = false;
         misfit = 0;
         for (pair_views &pair : *pairs) {

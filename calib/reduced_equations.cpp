@@ -1,35 +1,49 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/reduced_equations.hpp"
 
+#include <algorithm>
+
 namespace calib {
 
 namespace {
 
-using shared_rows = Eigen::Matrix<double, 2, SHARED>;
-using board_rows = Eigen::Matrix<double, 2, POSE_PLACES>;
-using square6 = Eigen::Matrix<double, POSE_PLACES, POSE_PLACES>;
+// The two rows of one corner.
+using shared_rows = double[2][SHARED];
+using board_rows = double[2][POSE_PLACES];
 
 void spread(const corner_rows &rows, int camera, double weight, shared_rows *shared,
             board_rows *board) {
-    shared->setZero();
     for (int axis = 0; axis < 2; axis++) {
+        double *by_shared = (*shared)[axis];
+        std::fill_n(by_shared, int(SHARED), 0.0);
         for (int i = 0; i < LENS_PLACES; i++) {
-            (*shared)(axis, LENS_AT + camera * LENS_PLACES + i) = weight * rows.by_lens[axis][i];
+            by_shared[LENS_AT + camera * LENS_PLACES + i] = weight * rows.by_lens[axis][i];
         }
         for (int i = 0; i < POSE_PLACES; i++) {
-            (*shared)(axis, RIG_AT + i) = weight * rows.by_rig[axis][i];
-            (*board)(axis, i) = weight * rows.by_board[axis][i];
+            by_shared[RIG_AT + i] = weight * rows.by_rig[axis][i];
+            (*board)[axis][i] = weight * rows.by_board[axis][i];
         }
         for (int i = 0; i < WARP_PLACES; i++) {
-            (*shared)(axis, WARP_AT + i) = weight * rows.by_warp[axis][i];
+            by_shared[WARP_AT + i] = weight * rows.by_warp[axis][i];
+        }
+    }
+}
+
+// sum += a^T b
+template <int A, int B>
+void add_product(const double (&a)[2][A], const double (&b)[2][B], matrix *sum) {
+    double *out = sum->data();
+    for (int column = 0; column < B; column++) {
+        for (int row = 0; row < A; row++) {
+            *out++ += a[0][row] * b[0][column] + a[1][row] * b[1][column];
         }
     }
 }
 
 // What a board's increment does to the frame: turn, then shift of the left frame's origin.
-square6 frame_by_board(const rigid &T_left_board) {
+matrix frame_by_board(const rigid &T_left_board) {
     const double *t = T_left_board.t_mm;
-    square6 M = square6::Zero();
+    matrix M = matrix::Zero(POSE_PLACES, POSE_PLACES);
     M.topLeftCorner<3, 3>().setIdentity();
     // shift = dt - turn x t
     M(3, 1) = -t[2];
@@ -50,11 +64,9 @@ square6 frame_by_board(const rigid &T_left_board) {
 
 board_equations eliminate_board(const bundle &data, const bundle_state &state, size_t sighting) {
     board_equations result;
-    square6 board = square6::Zero();
-    Eigen::Matrix<double, SHARED, POSE_PLACES> mixed =
-        Eigen::Matrix<double, SHARED, POSE_PLACES>::Zero();
-    Eigen::Matrix<double, POSE_PLACES, 1> board_gradient =
-        Eigen::Matrix<double, POSE_PLACES, 1>::Zero();
+    matrix board = matrix::Zero(POSE_PLACES, POSE_PLACES);
+    matrix mixed = matrix::Zero(SHARED, POSE_PLACES);
+    matrix board_gradient = matrix::Zero(POSE_PLACES, 1);
     const rigid &pose = state.T_left_board[sighting];
     for (int camera = 0; camera < data.cameras; camera++) {
         const bundle_view &view = data.sightings[sighting][size_t(camera)];
@@ -69,23 +81,23 @@ board_equations eliminate_board(const bundle &data, const bundle_state &state, s
             shared_rows by_shared;
             board_rows by_board;
             spread(rows, camera, weight, &by_shared, &by_board);
-            const Eigen::Vector2d residual(weight * rows.residual_px[0],
-                                           weight * rows.residual_px[1]);
-            result.shared.noalias() += by_shared.transpose() * by_shared;
-            result.gradient.noalias() += by_shared.transpose() * residual;
-            mixed.noalias() += by_shared.transpose() * by_board;
-            board.noalias() += by_board.transpose() * by_board;
-            board_gradient.noalias() += by_board.transpose() * residual;
-            result.squares += residual.squaredNorm();
+            const double residual[2][1] = {{weight * rows.residual_px[0]},
+                                           {weight * rows.residual_px[1]}};
+            add_product(by_shared, by_shared, &result.shared);
+            add_product(by_shared, residual, &result.gradient);
+            add_product(by_shared, by_board, &mixed);
+            add_product(by_board, by_board, &board);
+            add_product(by_board, residual, &board_gradient);
+            result.squares += residual[0][0] * residual[0][0] + residual[1][0] * residual[1][0];
             result.residuals += 2;
         }
     }
-    const square6 inverse = board.ldlt().solve(square6::Identity());
-    const square6 M = frame_by_board(pose);
-    result.shared.noalias() -= mixed * inverse * mixed.transpose();
-    result.gradient.noalias() -= mixed * (inverse * board_gradient);
-    result.frame_by_shared.noalias() = -M * inverse * mixed.transpose();
-    result.frame_noise.noalias() = M * inverse * M.transpose();
+    const matrix inverse = inverse_symmetric(board);
+    const matrix M = frame_by_board(pose), M_inverse = product(M, inverse);
+    result.shared -= carried(mixed, inverse);
+    result.gradient -= product(mixed, product(inverse, board_gradient));
+    result.frame_by_shared = -product(M_inverse, mixed.transpose());
+    result.frame_noise = product(M_inverse, M.transpose());
     return result;
 }
 
@@ -107,10 +119,9 @@ std::vector<int> free_places(const bundle &data, const bundle_options &options) 
     return places;
 }
 
-Eigen::MatrixXd picked(const Eigen::Matrix<double, SHARED, SHARED> &shared,
-                       const std::vector<int> &places) {
+matrix picked(const matrix &shared, const std::vector<int> &places) {
     const long count = long(places.size());
-    Eigen::MatrixXd result(count, count);
+    matrix result(count, count);
     for (long row = 0; row < count; row++) {
         for (long column = 0; column < count; column++) {
             result(row, column) = shared(places[size_t(row)], places[size_t(column)]);
@@ -119,15 +130,15 @@ Eigen::MatrixXd picked(const Eigen::Matrix<double, SHARED, SHARED> &shared,
     return result;
 }
 
-Eigen::MatrixXd inverse_of(const Eigen::MatrixXd &A, bool *singular) {
-    const Eigen::VectorXd scale = A.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    const Eigen::MatrixXd scaled = scale.asDiagonal() * A * scale.asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
-    const double least = 1e-13 * eigen.eigenvalues().maxCoeff();
-    *singular = !(eigen.eigenvalues().minCoeff() > least);
-    const Eigen::VectorXd values = eigen.eigenvalues().cwiseMax(least).cwiseInverse();
-    return scale.asDiagonal() * eigen.eigenvectors() * values.asDiagonal() *
-           eigen.eigenvectors().transpose() * scale.asDiagonal();
+matrix inverse_of(const matrix &A, bool *singular) {
+    const vector scale = A.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    const matrix scaled = scale.asDiagonal() * A * scale.asDiagonal();
+    const eigen_system eigen = decompose_symmetric(scaled);
+    const double least = 1e-13 * eigen.values.maxCoeff();
+    *singular = !(eigen.values.minCoeff() > least);
+    const matrix wide = scale.asDiagonal() * eigen.vectors;
+    const matrix weighted = wide * eigen.values.cwiseMax(least).cwiseInverse().asDiagonal();
+    return product(weighted, wide.transpose());
 }
 
 }  // namespace calib

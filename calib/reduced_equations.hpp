@@ -3,10 +3,10 @@
 #ifndef VERGENCE_CALIB_REDUCED_EQUATIONS_HPP
 #define VERGENCE_CALIB_REDUCED_EQUATIONS_HPP
 
-#include <Eigen/Dense>
 #include <vector>
 
 #include "calib/bundle.hpp"
+#include "calib/linear.hpp"
 
 namespace calib {
 
@@ -20,14 +20,12 @@ enum {
 
 /// What one position of the board says of the shared numbers.
 struct board_equations {
-    Eigen::Matrix<double, SHARED, SHARED> shared = Eigen::Matrix<double, SHARED, SHARED>::Zero();
-    Eigen::Matrix<double, SHARED, 1> gradient = Eigen::Matrix<double, SHARED, 1>::Zero();
+    matrix shared = matrix::Zero(SHARED, SHARED);
+    matrix gradient = matrix::Zero(SHARED, 1);
     /// Turn and shift of the frame in which the boards stand, as this board would have it: how they
     /// follow the shared numbers, and their own covariance, in squared sigmas.
-    Eigen::Matrix<double, POSE_PLACES, SHARED> frame_by_shared =
-        Eigen::Matrix<double, POSE_PLACES, SHARED>::Zero();
-    Eigen::Matrix<double, POSE_PLACES, POSE_PLACES> frame_noise =
-        Eigen::Matrix<double, POSE_PLACES, POSE_PLACES>::Zero();
+    matrix frame_by_shared = matrix::Zero(POSE_PLACES, SHARED);
+    matrix frame_noise = matrix::Zero(POSE_PLACES, POSE_PLACES);
     double squares = 0;  // of the residuals, in sigmas
     long residuals = 0;
 };
@@ -39,12 +37,11 @@ board_equations eliminate_board(const bundle &data, const bundle_state &state, s
 std::vector<int> free_places(const bundle &data, const bundle_options &options);
 
 /// The rows and columns of `places`.
-Eigen::MatrixXd picked(const Eigen::Matrix<double, SHARED, SHARED> &shared,
-                       const std::vector<int> &places);
+matrix picked(const matrix &shared, const std::vector<int> &places);
 
 /// Inverse of a symmetric matrix with its diagonal scaled to 1; what it cannot know becomes huge,
 /// not infinite, and sets `*singular`.
-Eigen::MatrixXd inverse_of(const Eigen::MatrixXd &A, bool *singular);
+matrix inverse_of(const matrix &A, bool *singular);
 
 }  // namespace calib
 

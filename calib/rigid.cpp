@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/rigid.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
+#include "calib/linear.hpp"
 #include "core/geometry.h"
 
 namespace calib {
@@ -74,14 +74,8 @@ void left_jacobian(const double turn_rad[3], double J[9]) {
 }
 
 void orthonormalise(double R[9]) {
-    using rows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-    Eigen::Map<rows> matrix(R);
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    Eigen::Matrix3d U = svd.matrixU();
-    if ((U * svd.matrixV().transpose()).determinant() < 0) {
-        U.col(2) *= -1;
-    }
-    matrix = U * svd.matrixV().transpose();
+    Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> rows(R);
+    rows = nearest_rotation(rows);
 }
 
 }  // namespace calib

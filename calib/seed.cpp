@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/seed.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+
+#include "calib/linear.hpp"
+#include "core/geometry.h"
 
 namespace calib {
 
@@ -19,9 +21,14 @@ struct match {
 struct normalisation {
     double x = 0, y = 0, scale = 1;
 
-    Eigen::Matrix3d matrix() const {
-        Eigen::Matrix3d result;
+    matrix3 matrix() const {
+        matrix3 result;
         result << scale, 0, -scale * x, 0, scale, -scale * y, 0, 0, 1;
+        return result;
+    }
+    matrix3 inverse() const {
+        matrix3 result;
+        result << 1 / scale, 0, x, 0, 1 / scale, y, 0, 0, 1;
         return result;
     }
 };
@@ -45,28 +52,32 @@ normalisation normalise(const std::vector<match> &matches, GetX get_x, GetY get_
     return result;
 }
 
-Eigen::Matrix3d weighted_dlt(const std::vector<match> &matches) {
+matrix3 weighted_dlt(const std::vector<match> &matches) {
     const normalisation board = normalise(
         matches, [](const match &m) { return m.x_mm; }, [](const match &m) { return m.y_mm; });
     const normalisation image = normalise(
         matches, [](const match &m) { return m.x_px; }, [](const match &m) { return m.y_px; });
-    Eigen::Matrix<double, 9, 9> A = Eigen::Matrix<double, 9, 9>::Zero();
+    matrix A = matrix::Zero(9, 9);
     for (const match &one : matches) {
         const double x = board.scale * (one.x_mm - board.x), y = board.scale * (one.y_mm - board.y);
         const double u = image.scale * (one.x_px - image.x), v = image.scale * (one.y_px - image.y);
-        Eigen::Matrix<double, 2, 9> rows;
-        rows << x, y, 1, 0, 0, 0, -u * x, -u * y, -u, 0, 0, 0, x, y, 1, -v * x, -v * y, -v;
-        A.noalias() += one.weight * rows.transpose() * rows;
+        const double rows[2][9] = {{x, y, 1, 0, 0, 0, -u * x, -u * y, -u},
+                                   {0, 0, 0, x, y, 1, -v * x, -v * y, -v}};
+        for (int column = 0; column < 9; column++) {
+            for (int row = 0; row < 9; row++) {
+                A(row, column) += one.weight * rows[0][row] * rows[0][column] +
+                                  one.weight * rows[1][row] * rows[1][column];
+            }
+        }
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> eigen(A);
-    const Eigen::Matrix<double, 9, 1> h = eigen.eigenvectors().col(0);
-    Eigen::Matrix3d H;
+    const vector h = decompose_symmetric(A).vectors.col(0);
+    matrix3 H;
     H << h(0), h(1), h(2), h(3), h(4), h(5), h(6), h(7), h(8);
-    return image.matrix().inverse() * H * board.matrix();
+    return image.inverse() * H * board.matrix();
 }
 
-double distance_px(const Eigen::Matrix3d &H, const match &one) {
-    const Eigen::Vector3d seen = H * Eigen::Vector3d(one.x_mm, one.y_mm, 1);
+double distance_px(const matrix3 &H, const match &one) {
+    const vector3 seen = H * vector3(one.x_mm, one.y_mm, 1);
     return std::hypot(seen.x() / seen.z() - one.x_px, seen.y() / seen.z() - one.y_px);
 }
 
@@ -102,7 +113,7 @@ bool fit_homography(const bundle &data, const bundle_view &view, homography *res
         const board_point &point = data.points[size_t(corner.index)];
         matches.push_back({point.x_mm, point.y_mm, corner.x_px, corner.y_px, 1});
     }
-    Eigen::Matrix3d H = weighted_dlt(matches);
+    matrix3 H = weighted_dlt(matches);
     std::vector<double> distances(matches.size());
     for (int round = 0; round < 8; round++) {
         for (size_t i = 0; i < matches.size(); i++) {
@@ -131,15 +142,17 @@ bool fit_homography(const bundle &data, const bundle_view &view, homography *res
     // Seen from the front, x to y turns the same way on the board and in the image: det > 0 where
     // the board's middle has a positive third coordinate.
     H /= H(2, 2);
-    result->mirrored = !(H.determinant() > 0);
     Eigen::Map<row_major3>(result->H) = H;
+    double across[3];
+    geometry_cross(&result->H[0], &result->H[3], across);
+    result->mirrored = !(geometry_dot(across, &result->H[6]) > 0);
     return H.allFinite();
 }
 
 bool pose_from_homography(const homography &seen, double focal_px, double centre_x_px,
                           double centre_y_px, rigid *T_camera_board) {
     const Eigen::Map<const row_major3> H(seen.H);
-    Eigen::Matrix3d M = H;
+    matrix3 M = H;
     M.row(0) -= centre_x_px * H.row(2);
     M.row(1) -= centre_y_px * H.row(2);
     M.topRows(2) /= focal_px;
@@ -149,10 +162,10 @@ bool pose_from_homography(const homography &seen, double focal_px, double centre
     }
     M /= M(2, 2) > 0 ? scale : -scale;
     rigid pose;
+    double across[3];
+    geometry_cross(M.col(0).data(), M.col(1).data(), across);
     Eigen::Map<row_major3> R(pose.R);
-    R.col(0) = M.col(0);
-    R.col(1) = M.col(1);
-    R.col(2) = M.col(0).cross(M.col(1));
+    R << M.col(0), M.col(1), Eigen::Map<const vector3>(across);
     if (!R.allFinite()) {
         return false;
     }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/seed_pose.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
+#include "calib/linear.hpp"
 #include "core/geometry.h"
 
 namespace calib {
@@ -58,8 +58,6 @@ double median_length(std::vector<double> squares) {
 
 void normal_equations(const lens_view &of, const rigid &T_left_board, double scale, matrix6 *A,
                       vector6 *b) {
-    A->setZero();
-    b->setZero();
     for (int camera = 0; camera < of.data.cameras; camera++) {
         const bundle_view &view = of.views[size_t(camera)];
         for (const bundle_corner &corner : view.corners) {
@@ -69,14 +67,16 @@ void normal_equations(const lens_view &of, const rigid &T_left_board, double sca
                                   of.state.T_right_left, of.state.warp_mm, &rows)) {
                 continue;
             }
-            const Eigen::Map<const Eigen::Matrix<double, 2, POSE_PLACES, Eigen::RowMajor>> J(
-                rows.by_board[0]);
-            const Eigen::Map<const Eigen::Vector2d> r(rows.residual_px);
+            const double *x = rows.by_board[0], *y = rows.by_board[1], *r = rows.residual_px;
             const double inverse = 1 / (corner.sigma_px * corner.sigma_px);
-            const double square = inverse * r.squaredNorm();
+            const double square = inverse * (r[0] * r[0] + r[1] * r[1]);
             const double weight = inverse / (scale > 0 ? 1 + square / (scale * scale) : 1);
-            A->noalias() += weight * J.transpose() * J;
-            b->noalias() -= weight * J.transpose() * r;
+            for (int column = 0; column < POSE_PLACES; column++) {
+                for (int row = 0; row < POSE_PLACES; row++) {
+                    (*A)(row, column) += weight * x[row] * x[column] + weight * y[row] * y[column];
+                }
+                (*b)(column) -= weight * x[column] * r[0] + weight * y[column] * r[1];
+            }
         }
     }
 }
@@ -96,14 +96,14 @@ double fit_pose(const bundle &data, const both_views &views, const bundle_state 
         const double scale =
             loss_scale > 0 ? std::max(loss_scale, 1.5 * median_length(squares)) : 0;
         const double cost = mean_loss(squares, scale);
-        matrix6 A;
-        vector6 b;
+        matrix6 A = matrix6::Zero();
+        vector6 b = vector6::Zero();
         normal_equations(of, pose, scale, &A, &b);
         bool settled = false, better = false;
         while (!settled && !better && damping < 1e8) {
             matrix6 damped = A;
             damped.diagonal() *= 1 + damping;
-            const vector6 step = damped.ldlt().solve(b);
+            const vector6 step = solve_symmetric(damped, b);
             const rigid tried = moved_board(pose, step.data());
             // What the step promises, as a share of the whole.
             settled = !(step.dot(b) > SETTLED * cost * double(squares.size()));
@@ -128,23 +128,21 @@ double fit_pose(const bundle &data, const both_views &views, const bundle_state 
 }
 
 rigid second_pose(const rigid &T_camera_board) {
-    // In axes whose z is the line of sight a distant board shows only the first two rows of R;
-    // changing the sign of what turns into and out of z leaves them as they are.
+    // From afar only what is across the line of sight s can be seen of the board's x and y axes.
+    // Their parts along s change sign: both are mirrored at the plane across s, which makes them
+    // left-handed with the mirrored normal, whose sign is changed, too.
     const double *t = T_camera_board.t_mm;
     const double length = geometry_norm(t);
-    Eigen::Vector3d z(t[0] / length, t[1] / length, t[2] / length);
-    const Eigen::Matrix3d to_sight =
-        Eigen::Quaterniond::FromTwoVectors(z, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-    using rows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-    const Eigen::Map<const rows> R(T_camera_board.R);
-    Eigen::Matrix3d aligned = to_sight * R;
-    aligned(0, 2) *= -1;
-    aligned(1, 2) *= -1;
-    aligned(2, 0) *= -1;
-    aligned(2, 1) *= -1;
+    const double s[3] = {t[0] / length, t[1] / length, t[2] / length};
+    double along[3];  // s . each axis of the board
+    geometry_rotate_back(T_camera_board.R, s, along);
     rigid result = T_camera_board;
-    Eigen::Map<rows> turned_back(result.R);
-    turned_back = to_sight.transpose() * aligned;
+    for (int row = 0; row < 3; row++) {
+        for (int axis = 0; axis < 3; axis++) {
+            double &value = result.R[3 * row + axis];
+            value = (axis == 2 ? -1 : 1) * (value - 2 * s[row] * along[axis]);
+        }
+    }
     return result;
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/solve_verdict.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -46,19 +46,22 @@ const char *camera_name(const bundle &data, int camera) {
 
 // Largest angle between a board's normal and the mean of all, in one camera.
 double normals_spread_rad(const bundle &data, const bundle_state &state, int camera) {
-    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    std::vector<Eigen::Vector3d> normals;
+    double sum[3] = {0, 0, 0};
+    std::vector<std::array<double, 3>> normals;
     for (size_t i = 0; i < data.sightings.size(); i++) {
         if (data.sightings[i][size_t(camera)].used) {
             const double *R = state.T_left_board[i].R;
-            normals.emplace_back(R[2], R[5], R[8]);
-            mean += normals.back();
+            normals.push_back({R[2], R[5], R[8]});
+            for (size_t axis = 0; axis < 3; axis++) {
+                sum[axis] += normals.back()[axis];
+            }
         }
     }
-    mean.normalize();
+    const double length = geometry_norm(sum);
     double most = 0;
-    for (const Eigen::Vector3d &normal : normals) {
-        most = std::max(most, std::acos(std::clamp(normal.dot(mean), -1.0, 1.0)));
+    for (const std::array<double, 3> &normal : normals) {
+        const double cosine = geometry_dot(normal.data(), sum) / length;
+        most = std::max(most, std::acos(std::clamp(cosine, -1.0, 1.0)));
     }
     return most;
 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/uncertainty.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
 #include "calib/board_scatter.hpp"
+#include "calib/linear.hpp"
 #include "calib/reduced_equations.hpp"
 #include "core/geometry.h"
 #include "core/invariant.h"
@@ -19,7 +19,6 @@ enum {
     SIZE = SHARED + POSE_PLACES,
 };
 
-using matrix = Eigen::MatrixXd;
 void add(const board_equations &board, board_equations *sum) {
     sum->shared += board.shared;
     sum->frame_by_shared += board.frame_by_shared;
@@ -68,7 +67,7 @@ error_model::error_model(const bundle &data, const bundle_options &options,
     const matrix inverse = inverse_of(picked(sum.shared, places), &singular_);
     singular_ = singular_ || spare < 1;
     Eigen::Map<matrix> result(covariance_.data(), SIZE, SIZE);
-    result = follow * inverse * follow.transpose();
+    result = carried(follow, inverse);
     result.bottomRightCorner<POSE_PLACES, POSE_PLACES>() +=
         sum.frame_noise / double(board_count * board_count);
     result *= sigma0_ * sigma0_;
@@ -76,7 +75,7 @@ error_model::error_model(const bundle &data, const bundle_options &options,
         const board_scatter scatter = scatter_of(boards, places, sigma0_);
         scatter_z_ = scatter.z;
         scatter_ratio_ = std::max(1.0, scatter.ratio);
-        const matrix seen = follow * scatter.covariance * follow.transpose();
+        const matrix seen = carried(follow, scatter.covariance);
         scattered_.assign(seen.data(), seen.data() + SIZE * SIZE);
     }
 }
@@ -96,16 +95,25 @@ void error_model::widen(double factor) {
 }
 
 void error_model::doubt_scale(double share) {
-    Eigen::Map<matrix> C(covariance_.data(), SIZE, SIZE);
-    const Eigen::Map<const Eigen::Vector3d> t(state_.T_right_left.t_mm);
-    C.block<3, 3>(RIG_AT + 3, RIG_AT + 3) += share * share * t * t.transpose();
+    const double *t = state_.T_right_left.t_mm;
+    for (size_t i = 0; i < 3; i++) {
+        for (size_t k = 0; k < 3; k++) {
+            covariance_[(RIG_AT + 3 + i) * SIZE + RIG_AT + 3 + k] += share * share * t[i] * t[k];
+        }
+    }
 }
 
 double error_model::covariance(const std::vector<double> &a, const std::vector<double> &b) const {
     INVARIANT(a.size() == SIZE && b.size() == SIZE);
-    const Eigen::Map<const matrix> C(covariance_.data(), SIZE, SIZE);
-    return Eigen::Map<const Eigen::VectorXd>(a.data(), SIZE)
-        .dot(C * Eigen::Map<const Eigen::VectorXd>(b.data(), SIZE));
+    double sum = 0;
+    for (size_t row = 0; row < SIZE; row++) {
+        double with_b = 0;  // a column of C, which is its row
+        for (size_t column = 0; column < SIZE; column++) {
+            with_b += covariance_[row * SIZE + column] * b[column];
+        }
+        sum += a[row] * with_b;
+    }
+    return sum;
 }
 
 double error_model::variance(const std::vector<double> &row) const {
@@ -209,7 +217,7 @@ bool error_model::depth_sigma(const double left_pixel_px[2], double depth_mm,
         value *= depth_mm;
     }
     // Both pixels stay where they are: 0 = J dpoint + K dshared, four equations for dpoint.
-    Eigen::Matrix<double, 4, 3> J;
+    vector3 J[4];
     std::vector<double> K[4];
     for (int camera = 0; camera < CAMERAS; camera++) {
         std::vector<double> rows[2];
@@ -218,16 +226,20 @@ bool error_model::depth_sigma(const double left_pixel_px[2], double depth_mm,
             return false;
         }
         for (int axis = 0; axis < 2; axis++) {
-            J.row(2 * camera + axis) << by_left[axis][0], by_left[axis][1], by_left[axis][2];
+            J[2 * camera + axis] = {by_left[axis][0], by_left[axis][1], by_left[axis][2]};
             K[2 * camera + axis] = rows[axis];
         }
     }
-    const Eigen::Matrix3d A = J.transpose() * J;
-    const Eigen::Matrix<double, 3, 4> solve = A.ldlt().solve(J.transpose());
+    matrix3 A = matrix3::Zero();
+    for (const vector3 &of_row : J) {
+        A += of_row * of_row.transpose();
+    }
+    const vector3 depth_by = solve_symmetric(A, vector3::UnitZ());
     std::vector<double> row(SIZE, 0.0);
     for (int i = 0; i < 4; i++) {
+        const double weight = depth_by.dot(J[i]);
         for (size_t k = 0; k < row.size(); k++) {
-            row[k] -= solve(2, i) * K[i][k];
+            row[k] -= weight * K[i][k];
         }
     }
     *sigma_mm = std::sqrt(variance(row));

@@ -134,9 +134,7 @@ class runner {
             }
             return CLIENT_BAD_INPUT;
         }
-        json_ = calibrate_result_json(result_).dump(2, ' ', false,
-                                                    nlohmann::json::error_handler_t::replace) +
-                "\n";
+        json_ = calibrate_result_json(result_);
         const int code = write_results();
         return code != CLIENT_OK        ? code
                : solution_.verdict.good ? CLIENT_OK

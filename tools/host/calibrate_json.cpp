@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "calib/uncertainty.hpp"
 #include "core/geometry.h"
@@ -182,7 +183,7 @@ json rejected_json(const calibrate_result &result) {
 
 }  // namespace
 
-json calibrate_result_json(const calibrate_result &result) {
+std::string calibrate_result_json(const calibrate_result &result) {
     const calib::solution &solution = *result.solution;
     const calib::verdict &verdict = result.solution->verdict;
     const bool pair = result.views->seen.cameras == 2;
@@ -208,5 +209,5 @@ json calibrate_result_json(const calibrate_result &result) {
     page["boards"] = boards_json(result);
     page["rejected"] = rejected_json(result);
     page["notes"] = result.notes;
-    return page;
+    return page.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
 }

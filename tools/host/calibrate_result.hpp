@@ -3,7 +3,6 @@
 #ifndef VERGENCE_TOOLS_HOST_CALIBRATE_RESULT_HPP
 #define VERGENCE_TOOLS_HOST_CALIBRATE_RESULT_HPP
 
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -33,8 +32,8 @@ calibrate_rows calibrate_rows_of(const calib::solution &solution);
 bool calibrate_rig_name(const std::string &id, const std::string &date, const std::string &note,
                         calibrate_result *result, std::string *error);
 
-/// All figures. No clock and no place of this machine is in it.
-nlohmann::ordered_json calibrate_result_json(const calibrate_result &result);
+/// All figures, as JSON. No clock and no place of this machine is in it.
+std::string calibrate_result_json(const calibrate_result &result);
 
 /// The figures that matter, in some lines, the verdict last.
 std::string calibrate_result_text(const calibrate_result &result);

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/simrig/world/document.hpp"
 
+#include <yaml-cpp/yaml.h>
+
+#include <cmath>
 #include <sstream>
 
 namespace world {
@@ -17,6 +20,9 @@ std::string number_text(double value) {
 
 }  // namespace
 
+Entry::Entry(std::string file, const YAML::Node &node)
+    : file_(std::move(file)), node_(std::make_shared<const YAML::Node>(node)) {}
+
 Entry Entry::of_file(const std::string &path) {
     try {
         return Entry(path, YAML::LoadFile(path));
@@ -29,19 +35,19 @@ Entry Entry::of_file(const std::string &path) {
 }
 
 void Entry::fail(const std::string &what) const {
-    const int line = node_.Mark().line;
+    const int line = node_->Mark().line;
     throw BadFile(file_ + ":" + std::to_string(line < 0 ? 1 : line + 1) + ": " + what);
 }
 
 bool Entry::has(const std::string &key) const {
-    return node_.IsMap() && node_[key].IsDefined();
+    return node_->IsMap() && (*node_)[key].IsDefined();
 }
 
 Entry Entry::at(const std::string &key) const {
-    if (!node_.IsMap()) {
+    if (!node_->IsMap()) {
         fail("keys with values are wanted here, among them '" + key + "'");
     }
-    const YAML::Node child = node_[key];
+    const YAML::Node child = (*node_)[key];
     if (!child.IsDefined()) {
         fail("'" + key + "' is missing");
     }
@@ -49,29 +55,29 @@ Entry Entry::at(const std::string &key) const {
 }
 
 std::vector<Entry> Entry::items() const {
-    if (!node_.IsSequence()) {
+    if (!node_->IsSequence()) {
         fail("a list is wanted here");
     }
     std::vector<Entry> found;
-    for (const YAML::Node &child : node_) {
+    for (const YAML::Node &child : *node_) {
         found.push_back(Entry(file_, child));
     }
     return found;
 }
 
 std::string Entry::only_key() const {
-    if (!node_.IsMap() || node_.size() != 1) {
+    if (!node_->IsMap() || node_->size() != 1) {
         fail("one key with its values is wanted here");
     }
-    return node_.begin()->first.as<std::string>();
+    return node_->begin()->first.as<std::string>();
 }
 
 void Entry::allow(const std::set<std::string> &keys) const {
-    if (!node_.IsMap()) {
+    if (!node_->IsMap()) {
         fail("keys with values are wanted here");
     }
     std::set<std::string> seen;
-    for (const auto &pair : node_) {
+    for (const auto &pair : *node_) {
         const Entry key(file_, pair.first);
         const std::string name = key.text();
         if (keys.count(name) == 0) {
@@ -84,18 +90,18 @@ void Entry::allow(const std::set<std::string> &keys) const {
 }
 
 std::string Entry::text() const {
-    if (!node_.IsScalar()) {
+    if (!node_->IsScalar()) {
         fail("a word is wanted here");
     }
-    return node_.Scalar();
+    return node_->Scalar();
 }
 
 double Entry::number() const {
     double value = 0;
-    if (!node_.IsScalar() || !YAML::convert<double>::decode(node_, value) ||
+    if (!node_->IsScalar() || !YAML::convert<double>::decode(*node_, value) ||
         !std::isfinite(value)) {
         fail("a number is wanted here" +
-             (node_.IsScalar() ? ", not '" + node_.Scalar() + "'" : std::string()));
+             (node_->IsScalar() ? ", not '" + node_->Scalar() + "'" : std::string()));
     }
     return value;
 }

@@ -3,14 +3,17 @@
 #ifndef VERGENCE_SIMRIG_WORLD_DOCUMENT_HPP
 #define VERGENCE_SIMRIG_WORLD_DOCUMENT_HPP
 
-#include <yaml-cpp/yaml.h>
-
+#include <memory>
 #include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "tools/simrig/world/vec.hpp"
+
+namespace YAML {
+class Node;
+}
 
 namespace world {
 
@@ -50,11 +53,11 @@ class Entry {
     Vec3 vector(const std::string &key, const Vec3 &otherwise) const;
 
   private:
-    Entry(std::string file, YAML::Node node) : file_(std::move(file)), node_(std::move(node)) {}
+    Entry(std::string file, const YAML::Node &node);
     std::vector<double> numbers(std::size_t count) const;
 
     std::string file_;
-    YAML::Node node_;
+    std::shared_ptr<const YAML::Node> node_;  // that few sources need all of yaml-cpp
 };
 
 }  // namespace world
