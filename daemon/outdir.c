@@ -14,6 +14,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/file_error.h"
 
 #define WORK_PREFIX ".vergence-"
 enum {
@@ -193,8 +194,9 @@ int outdir_begin(struct outdir *directory, const char *path, struct message *mes
         make_work_directory(directory) != 0) {
         const int error_number = errno;
         remove_parents(directory);
-        return message_set(message, ERROR_ARGUMENT, "cannot write into the output directory %s: %s",
-                           path, strerror(error_number));
+        return message_set(message, file_error_is_full(error_number) ? ERROR_FULL : ERROR_ARGUMENT,
+                           "cannot write into the output directory %s: %s", path,
+                           strerror(error_number));
     }
     return ERROR_OK;
 }
@@ -318,10 +320,11 @@ int outdir_commit(struct outdir *directory, const char *const *names, int count,
         !put_in_place(directory, names, count, closing_name, &failed)) {
         const int error_number = errno;
         const bool whole = failed == directory->final_path;
-        message_set(message, ERROR_BUFFER, "writing %s%s%s failed: %s", directory->final_path,
+        const int error = file_error_is_full(error_number) ? ERROR_FULL : ERROR_BUFFER;
+        message_set(message, error, "writing %s%s%s failed: %s", directory->final_path,
                     whole ? "" : "/", whole ? "" : failed, strerror(error_number));
         outdir_abort(directory);
-        return ERROR_BUFFER;
+        return error;
     }
     char parent[OUTDIR_PATH_BYTES];
     parent_of(directory->final_path, parent);

@@ -25,8 +25,8 @@ struct outdir {
     int lock_fd;                        // held while the process lives
 };
 
-/// Makes the hidden directory (and missing parents). Returns 0, or ERROR_ARGUMENT with `message`
-/// saying why nothing can be written there; then nothing is left behind.
+/// Makes the hidden directory (and missing parents). Returns 0, or ERROR_ARGUMENT (ERROR_FULL: as
+/// below) with `message` saying why nothing can be written there; then nothing is left behind.
 int outdir_begin(struct outdir *directory, const char *path, struct message *message);
 
 /// Whether writing `name` into the directory `path` would replace the very file `input` (by
@@ -38,7 +38,8 @@ void outdir_file_path(const struct outdir *directory, const char *name, char *pa
 
 /// Puts the files written so far in place. `names` (count of them) are all that a set may hold:
 /// those of an earlier set that this one lacks are removed; `closing_name` is one of them.
-/// Returns 0, or ERROR_BUFFER with `message` set; then the hidden directory is removed.
+/// Returns 0, or ERROR_BUFFER (ERROR_FULL: there is no room) with `message` set; then the hidden
+/// directory is removed.
 int outdir_commit(struct outdir *directory, const char *const *names, int count,
                   const char *closing_name, struct message *message);
 

@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/file_error.h"
 #include "daemon/interrupt.h"
 
 static void remember_error(struct output_file *file) {
@@ -83,8 +84,9 @@ int output_file_close(struct output_file *file, struct message *message) {
         file->stream = NULL;
     }
     if (file->error_number != 0) {
-        return message_set(message, ERROR_BUFFER, "writing %s failed: %s", file->path,
-                           strerror(file->error_number));
+        return message_set(message,
+                           file_error_is_full(file->error_number) ? ERROR_FULL : ERROR_BUFFER,
+                           "writing %s failed: %s", file->path, strerror(file->error_number));
     }
     if (interrupt_requested()) {
         return message_set(message, ERROR_CANCELLED, "interrupted; nothing was written");

@@ -34,7 +34,8 @@ void output_file_u32(struct output_file *file, uint32_t value);
 void output_file_f32(struct output_file *file, float value);
 
 /// Flushes and closes (`outdir_commit` then sees to it that the disk has it). Returns 0, or
-/// ERROR_BUFFER with `message` naming the file and the reason, or ERROR_CANCELLED.
+/// ERROR_BUFFER (ERROR_FULL: there is no room) with `message` naming the file and the reason, or
+/// ERROR_CANCELLED.
 int output_file_close(struct output_file *file, struct message *message);
 
 /// Stores a float as 4 bytes, least significant first.

@@ -38,6 +38,7 @@ static int exit_code_of(int error) {
             return CLIENT_NO_SURFACE;
         case ERROR_MEMORY:
         case ERROR_BUFFER:
+        case ERROR_FULL:
             return CLIENT_FAILED;
         default:
             return CLIENT_BAD_INPUT;

@@ -19,9 +19,10 @@ int reconstruct_debug_begin(struct reconstruct_debug *debug,
                            "--debug-row %d: the rectified left image has rows 0 to %d", row,
                            plan->height_px - 1);
     }
-    if (outdir_begin(&debug->directory, request->debug_path, message) != ERROR_OK) {
+    const int error = outdir_begin(&debug->directory, request->debug_path, message);
+    if (error != ERROR_OK) {
         // Not being able to write is a failure, not a bad input.
-        return ERROR_BUFFER;
+        return error == ERROR_ARGUMENT ? ERROR_BUFFER : error;
     }
     debug->maker = maker;
     debug->self = maker->begin(options, row);

@@ -34,7 +34,7 @@ struct reconstruct_debug {
 };
 
 /// Begins to look at a run under `plan` and makes the hidden directory, when the request asks for
-/// pictures. ERROR_ARGUMENT, ERROR_BUFFER, ERROR_MEMORY with `message` set.
+/// pictures. ERROR_ARGUMENT, ERROR_BUFFER, ERROR_FULL, ERROR_MEMORY with `message` set.
 int reconstruct_debug_begin(struct reconstruct_debug *debug,
                             const struct reconstruct_debug_maker *maker,
                             const struct reconstruct_request *request,

@@ -338,7 +338,7 @@ static int run(struct reconstruct_job *job) {
     if (error == ERROR_OK) {
         error = outdir_begin(&job->directory, job->request->out_path, &job->message);
         // Not being able to write is a failure, not a bad input.
-        error = error != ERROR_OK ? ERROR_BUFFER : ERROR_OK;
+        error = error == ERROR_ARGUMENT ? ERROR_BUFFER : error;
     }
     if (error == ERROR_OK) {
         error = reconstruct_debug_begin(&job->debug, job->outputs->debug_maker, job->request,

@@ -67,8 +67,9 @@ struct reconstruct_job {
 };
 
 /// Runs it. 0, or an error with `message`, and then nothing of it stands under the output's name:
-/// ERROR_CANCELLED, ERROR_NO_SURFACE, ERROR_MEMORY, ERROR_BUFFER (results could not be written), or
-/// what is wrong with the inputs. reconstruct_job_end is needed in any case.
+/// ERROR_CANCELLED, ERROR_NO_SURFACE, ERROR_MEMORY, ERROR_BUFFER (results could not be written;
+/// ERROR_FULL: for there is no room), or what is wrong with the inputs. reconstruct_job_end is
+/// needed in any case.
 int reconstruct_job_run(struct reconstruct_job *job);
 
 /// Frees everything; `context` means nothing any more.

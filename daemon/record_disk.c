@@ -11,6 +11,7 @@
 #include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/file_error.h"
 #include "daemon/write_all.h"
 
 // `trouble` stands before `failed` does, for whichever thread looks.
@@ -26,7 +27,7 @@ static void set_failed(struct record *self, int error) {
 // ---- on the scribe's side
 
 static void give_up(struct record *self) {
-    const bool full = errno == ENOSPC || errno == EDQUOT || errno == EFBIG;
+    const bool full = file_error_is_full(errno);
     set_failed(self, message_set(&self->trouble, full ? ERROR_FULL : ERROR_IO,
                                  "%s/%s: cannot be written: %s", self->writer->path,
                                  SESSION_CALLS_NAME, strerror(errno)));

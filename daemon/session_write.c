@@ -13,6 +13,7 @@
 #include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/file_error.h"
 #include "daemon/write_all.h"
 
 #define PART_NAME ".part"
@@ -22,7 +23,7 @@ enum { SUM_BYTES = 4096 };
 
 static int fail(const struct session_writer *self, const char *name, struct message *message) {
     const int reason = errno;
-    const bool full = reason == ENOSPC || reason == EDQUOT || reason == EFBIG;
+    const bool full = file_error_is_full(reason);
     return message_set(message, full ? ERROR_FULL : ERROR_IO, "%s/%s: cannot be written: %s",
                        self->path, name, strerror(reason));
 }
@@ -62,8 +63,8 @@ static int append_event(struct session_writer *self, struct message *message) {
 static int begin_directory(struct session_writer *self, int parent, struct message *message) {
     self->made = mkdirat(parent, self->path, DIRECTORY_MODE) == 0;
     if (!self->made && errno != EEXIST) {
-        return message_set(message, ERROR_ARGUMENT, "%s: cannot be made: %s", self->path,
-                           strerror(errno));
+        return message_set(message, file_error_is_full(errno) ? ERROR_FULL : ERROR_ARGUMENT,
+                           "%s: cannot be made: %s", self->path, strerror(errno));
     }
     self->directory = openat(parent, self->path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     // Only a directory without an index may become a session; an index is never written over.
@@ -79,7 +80,7 @@ static int begin_directory(struct session_writer *self, int parent, struct messa
         if (self->made) {
             unlinkat(parent, self->path, AT_REMOVEDIR);
         }
-        return message_set(message, ERROR_ARGUMENT,
+        return message_set(message, file_error_is_full(reason) ? ERROR_FULL : ERROR_ARGUMENT,
                            reason == EEXIST ? "%s: holds a session already: give another name"
                                             : "%s: no session can be begun there: %s",
                            self->path, strerror(reason));

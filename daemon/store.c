@@ -15,6 +15,7 @@
 #include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/file_error.h"
 #include "daemon/write_all.h"
 
 // Records begin with a letter, so no record's file has such a name.
@@ -24,23 +25,6 @@ enum {
     TEMPORARY_BYTES = sizeof TEMPORARY_PREFIX + HAL_STORE_NAME_MAX,
     RECORD_MAX = 999999999,  // as many digits as the header has
 };
-
-static int error_of(int error_number) {
-    switch (error_number) {
-        case ENOENT:
-            return ERROR_MISSING;
-        case ENOSPC:
-        case EDQUOT:
-        case EFBIG:
-            return ERROR_FULL;
-        case EROFS:
-        case EACCES:
-        case EPERM:
-            return ERROR_REFUSED;
-        default:
-            return ERROR_IO;
-    }
-}
 
 static bool is_letter(char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
@@ -142,7 +126,7 @@ static int load_from(int fd, const char *name, void *data, size_t capacity, size
     char header[HEADER_BYTES], expected[HEADER_BYTES + 1], extra;
     ssize_t got = read_all(fd, header, HEADER_BYTES);
     if (got < 0) {
-        return error_of(errno);
+        return file_error(errno);
     }
     const long promised = got == HEADER_BYTES ? promised_bytes(header) : -1;
     if (promised < 0) {
@@ -154,7 +138,7 @@ static int load_from(int fd, const char *name, void *data, size_t capacity, size
     got = read_all(fd, data, (size_t)promised);
     const ssize_t more = got < 0 ? -1 : read_all(fd, &extra, 1);
     if (got < 0 || more < 0) {
-        return error_of(errno);
+        return file_error(errno);
     }
     make_header(name, data, (size_t)got, expected);
     if (more != 0 || got != promised || memcmp(header, expected, HEADER_BYTES) != 0) {
@@ -172,7 +156,7 @@ static int load(void *opaque, const char *name, void *data, size_t capacity, siz
     }
     const int fd = open_file(self, name, O_RDONLY | O_NONBLOCK);
     if (fd < 0) {
-        return error_of(errno);
+        return file_error(errno);
     }
     const int error = load_from(fd, name, data, capacity, bytes);
     close_fd(fd);
@@ -210,12 +194,12 @@ static int save(void *opaque, const char *name, const void *data, size_t bytes) 
     make_header(name, data, bytes, header);
     if (!write_temporary(self, temporary, header, data, bytes) ||
         renameat(self->directory_fd, temporary, self->directory_fd, name) != 0) {
-        const int error = errno == ENOENT ? ERROR_IO : error_of(errno);
+        const int error = errno == ENOENT ? ERROR_IO : file_error(errno);
         // What cannot be removed now is removed at the next start.
         unlinkat(self->directory_fd, temporary, 0);
         return error;
     }
-    return sync_fd(self->directory_fd) ? ERROR_OK : error_of(errno);
+    return sync_fd(self->directory_fd) ? ERROR_OK : file_error(errno);
 }
 
 static int remove_record(void *opaque, const char *name) {
@@ -225,7 +209,7 @@ static int remove_record(void *opaque, const char *name) {
         return ERROR_ARGUMENT;
     }
     if (unlinkat(self->directory_fd, name, 0) != 0 || !sync_fd(self->directory_fd)) {
-        return error_of(errno);
+        return file_error(errno);
     }
     return ERROR_OK;
 }
@@ -293,7 +277,7 @@ int store_open(struct store *self, const char *path, struct message *message) {
     const int fd = open_directory(path);
     if (fd < 0) {
         const int error_number = errno;
-        const int error = error_number == EWOULDBLOCK ? ERROR_REFUSED : error_of(error_number);
+        const int error = error_number == EWOULDBLOCK ? ERROR_REFUSED : file_error(error_number);
         return message_set(message, error, "settings directory %s: %s; %s", path,
                            error_number == EWOULDBLOCK ? "it is locked" : strerror(error_number),
                            advice(error_number));

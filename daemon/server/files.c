@@ -10,30 +10,12 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/file_error.h"
 #include "daemon/server/surroundings.h"
 #include "daemon/write_all.h"
 
-static int error_of(int number) {
-    switch (number) {
-        case ENOENT:
-        case ENOTDIR:
-            return ERROR_MISSING;
-        case ENOSPC:
-        case EDQUOT:
-        case EFBIG:
-            return ERROR_FULL;
-        case EACCES:
-        case EPERM:
-        case EROFS:
-        case ELOOP:
-            return ERROR_REFUSED;
-        default:
-            return ERROR_IO;
-    }
-}
-
 int files_refuse(const struct command_call *call, const char *name, int number) {
-    return surroundings_refuse(call, error_of(number), "%s: %s", name, strerror(number));
+    return surroundings_refuse(call, file_error(number), "%s: %s", name, strerror(number));
 }
 
 /// Goes down one directory after the other, so that no link on the way is followed.

@@ -28,8 +28,6 @@ enum {
     NOTIFY_US = 1000000,
 };
 
-static void submit(void *cookie, struct job *job);
-
 static void answer(void *cookie, struct job *job, int error, const char *message) {
     struct server *self = cookie;
     reply_begin(&self->reply, job->output, &job->request, job->terminal);

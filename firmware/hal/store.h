@@ -4,7 +4,7 @@
 /// A record is always the old or the new one, whole, whatever happens meanwhile: power, a kill, a
 /// full disk. Backends return 0 or these of core/error.h: ERROR_MISSING: no such record;
 /// ERROR_BUFFER: it is longer than the buffer; ERROR_CRC: what is there is not what was saved;
-/// ERROR_FULL: no room; ERROR_REFUSED: it may not be written; ERROR_IO: anything else.
+/// ERROR_FULL: no room; ERROR_REFUSED: it may not be read or written; ERROR_IO: anything else.
 #ifndef VERGENCE_HAL_STORE_H
 #define VERGENCE_HAL_STORE_H
 

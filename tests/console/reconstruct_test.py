@@ -273,8 +273,8 @@ class Reconstruct(DaemonTest):
     def test_a_full_disk(self):
         self.session("f")
         error, text = self.limited(resource.RLIMIT_FSIZE, 100_000, "reconstruct f 1 0.5")
-        self.assertEqual(error, "IO", text)
-        self.assertIn("surface-f-1/", text)
+        self.assertEqual(error, "FULL", text)
+        self.assertRegex(text, "^writing .*/surface-f-1/.* failed: File too large$")
         self.asked("reconstruct f 1 0.5")
 
 

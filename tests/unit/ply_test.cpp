@@ -157,7 +157,7 @@ TEST_CASE("a full disk is an error of every writer") {
     const handmade made;
     for (const writer write : writers) {
         message text;
-        CHECK(write(&made.context, "/dev/full", &text) == ERROR_BUFFER);
+        CHECK(write(&made.context, "/dev/full", &text) == ERROR_FULL);
         CHECK(std::string(text.text).find("No space left") != std::string::npos);
         CHECK(write(&made.context, "/nowhere/file", &text) == ERROR_BUFFER);
         CHECK(std::string(text.text).find("/nowhere/file") != std::string::npos);

@@ -190,5 +190,5 @@ TEST_CASE("a pair without a surface still gets its page") {
     CHECK(text.str().find("nan") == std::string::npos);
     CHECK(report_write(&context, (here / "no/report.html").c_str(), &message) == ERROR_BUFFER);
     CHECK(std::string(message.text).find("/no/report.html") != std::string::npos);
-    CHECK(report_write(&context, "/dev/full", &message) == ERROR_BUFFER);
+    CHECK(report_write(&context, "/dev/full", &message) == ERROR_FULL);
 }
