@@ -113,6 +113,11 @@ static int read_calibration(struct reconstruct_session *self, const struct sessi
                                               calibration, message);
     }
     snprintf(self->calibration_name, sizeof self->calibration_name, "the kept calibration");
+    if (self->kept_text == NULL && self->kept_error != 0) {
+        return message_set(message, self->kept_error,
+                           "%s: has no calibration, and the kept one cannot be read: %s",
+                           self->path, error_text(self->kept_error));
+    }
     if (self->kept_text == NULL) {
         return message_set(message, ERROR_MISSING,
                            "%s: has no calibration, and none is kept: \"calibration set FILE\" "

@@ -26,6 +26,7 @@ struct reconstruct_session {
     uint32_t pair;          // which one, from 1; 0: the last
     const char *kept_text;  // a calibration for sessions that have none; NULL: there is none
     size_t kept_length;     // of its text
+    int kept_error;         // why there is none: it cannot be read; 0: none is kept
 
     // After a read:
     uint32_t found;              // the pair's place in the session, from 1
