@@ -100,6 +100,10 @@ static int read_calibration(struct reconstruct_session *self, const struct sessi
         snprintf(self->calibration_name, sizeof self->calibration_name, "the kept calibration");
         error = parse_calibration(self->calibration_name, self->kept_text, self->kept_length,
                                   calibration, message);
+    } else if (self->kept_error != 0) {
+        return message_set(message, self->kept_error,
+                           "%s: has no calibration, and the kept one cannot be read: %s",
+                           self->path, error_text(self->kept_error));
     } else {
         return message_set(message, ERROR_MISSING, "%s: the session holds no calibration%s",
                            self->path, self->lack);

@@ -119,11 +119,17 @@ static int choose_session(struct surface *self) {
 static void load_kept(struct surface *self) {
     const struct hal_store *store = surroundings_of(self->call)->store;
     size_t length = 0;
-    if (store != NULL && store->operations->load(store->self, SURROUNDINGS_CALIBRATION, self->kept,
-                                                 sizeof self->kept, &length) == 0) {
+    if (store == NULL) {
+        return;
+    }
+    const int error = store->operations->load(store->self, SURROUNDINGS_CALIBRATION, self->kept,
+                                              sizeof self->kept, &length);
+    if (error == 0) {
         INVARIANT(length <= sizeof self->kept);
         self->source.kept_text = self->kept;
         self->source.kept_length = length;
+    } else if (error != ERROR_MISSING) {
+        self->source.kept_error = error;  // for sessions that have their own it does not matter
     }
 }
 

@@ -14,6 +14,7 @@ import unittest
 import zlib
 
 from daemon_process import PATIENCE_S, VERGENCE, DaemonTest
+from fake_devices import preloaded
 
 SESSION = os.path.join(os.environ["VERGENCE_SOURCE"], "tests", "sessions", "cylinder_1x")
 FILES = {"mesh.ply", "points.pcd", "disparity.pfm", "reasons.pgm", "result.json"}
@@ -52,7 +53,7 @@ def resized(text, size, shift):
     return f"{body}crc32 {zlib.crc32(body.encode()):08x}\n"
 
 
-class Reconstruct(DaemonTest):
+class Surfaces(DaemonTest):
     settings = ("profile=rig",)
 
     @classmethod
@@ -81,6 +82,7 @@ class Reconstruct(DaemonTest):
         shutil.copytree(SESSION, folder, ignore=shutil.ignore_patterns("regress", "calls.log"))
         lines = [line for line in lines_of(folder)
                  if calibration or not line.startswith("calibration")]
+        lines = [re.sub(r" (left|right)_window=\S+", "", line) for line in lines]
         if window:
             lines = [re.sub(r"((left|right)_after=\S+)", rf"\1 \2_window={window}", line)
                      for line in lines]
@@ -113,6 +115,8 @@ class Reconstruct(DaemonTest):
         with open(os.path.join(folder or self.files, name), "rb") as file:
             return file.read()
 
+
+class Reconstruct(Surfaces):
     def test_the_same_bytes_as_the_command_line(self):
         folder = self.session("c")
         figures = self.asked("reconstruct c 1 1 1600 2300")
@@ -123,7 +127,7 @@ class Reconstruct(DaemonTest):
         self.assertTrue(1600 < figures["depth_near"] < figures["depth_median"] <
                         figures["depth_far"] < 2400, figures)
         self.assertEqual(set(os.listdir(os.path.join(self.files, "surface-c-1"))), FILES)
-        pair = lines_of(folder)[2]
+        pair = next(line for line in lines_of(folder) if line.startswith("pair "))
         frames = [os.path.join(folder, f"frame-{crc}.pnm")
                   for crc in re.findall(r"_frame=(\w+)", pair)]
         calibration, = glob.glob(os.path.join(folder, "calibration-*.txt"))
@@ -276,6 +280,39 @@ class Reconstruct(DaemonTest):
         self.assertEqual(error, "FULL", text)
         self.assertRegex(text, "^writing .*/surface-f-1/.* failed: File too large$")
         self.asked("reconstruct f 1 0.5")
+
+
+class BrokenStore(Surfaces):
+    """Of the hardware's interfaces a reconstruction uses the store alone, for the calibration that
+    is kept: on a fake kernel, whose disk does not give it."""
+    failures = ("", "fail 1 1 EIO calibration open", "fail 1 0 EIO calibration read")
+
+    @classmethod
+    def start(cls):
+        script = os.path.join(cls.folder, "script")
+        with open(script, "w", encoding="ascii") as file:
+            file.write(f"watch {cls.folder}/store\n{cls.failures[0]}\n")
+        cls.environment = preloaded(script)
+        super().start()
+
+    def test_each_failure_is_told(self):
+        self.keep(calibration_of(SESSION))
+        self.session("none", calibration=False, window="688,568,1")
+        self.session("own")
+        self.assertTrue(self.first.ask_json("reconstruct none 1 0.5 1600 2300")["ok"])
+        for failure in self.failures[1:]:
+            self.end(self.daemon)
+            type(self).failures = (failure, *self.failures[1:])
+            self.start()
+            self.first = self.client()
+            shutil.rmtree(os.path.join(self.files, "surface-none-1"), ignore_errors=True)
+            self.assertEqual(self.refused("reconstruct none 1 0.5 1600 2300"), (
+                "IO", "none: has no calibration, and the kept one cannot be read: the system could "
+                "not do it"))
+            self.assertEqual("1 0" in failure,
+                             not self.first.ask_json("reconstruct none 1 0.5 1600 2300")["ok"])
+        # What has its own needs no other.
+        self.assertTrue(self.first.ask_json("reconstruct own 1 0.5 1600 2300")["ok"])
 
 
 if __name__ == "__main__":

@@ -72,7 +72,9 @@ class Replay(DaemonTest):
         """Many pairs alone, of two cameras, with the frames of the recorded session."""
         shutil.copytree(SESSION, cls.pairs, ignore=shutil.ignore_patterns("regress", "calls.log"))
         lines = lines_of(cls.pairs)
-        pair = re.sub(r"_(before|after)=\S+", r"_\1=0,none,none,none", lines[2])
+        pair = next(line for line in lines if line.startswith("pair "))
+        pair = re.sub(r"_(before|after)=\S+", r"_\1=0,none,none,none", pair)
+        pair = re.sub(r" (left|right)_window=\S+", "", pair)
         pairs = []
         for i in range(40):
             for side, begin_us in (("left", 20000 * i), ("right", 20000 * i + 1000)):
@@ -139,6 +141,17 @@ class Replay(DaemonTest):
         done = subprocess.run([VERGENCE, "replay", self.recorded], capture_output=True, text=True,
                               timeout=PATIENCE_S)
         self.assertIn("the same, bit for bit: 8 commands", done.stdout)
+
+    def test_the_sessions_of_the_project_play(self):
+        sessions = glob.glob(os.path.join(os.path.dirname(SESSION), "*", "session.index"))
+        self.assertGreaterEqual(len(sessions), 3)
+        for index in sessions:
+            done = subprocess.run([VERGENCE, "replay", os.path.dirname(index), "--json"],
+                                  capture_output=True, text=True, timeout=PATIENCE_S)
+            self.assertEqual((done.returncode, done.stderr), (0, ""), index)
+            told = json.loads(done.stdout)
+            self.assertEqual((told["same"], told["cut_off"], told["pairs"]), (True, False, 1))
+            self.assertGreaterEqual(told["commands"], 8)
 
     def test_all_commands_are_noted(self):
         self.record("noted", ["bringup", "gain", "watch 0.1 \"exposure left\" 2",
@@ -223,7 +236,9 @@ class Replay(DaemonTest):
         self.assertIn("rig.skew_limit_us", self.played("less")["message"])
 
     def test_what_is_no_recording(self):
-        shutil.copytree(SESSION, os.path.join(self.files, "silent"))
+        silent = os.path.join(self.files, "silent")
+        shutil.copytree(SESSION, silent)
+        write_index(silent, [line for line in lines_of(silent) if not line.startswith("command ")])
         self.assertIn("no commands", self.played("silent")["message"])
         self.assertEqual(self.played("nothing")["error"], "ARGUMENT")
         folder = self.copy("empty")
