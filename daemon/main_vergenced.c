@@ -14,6 +14,7 @@
 #include "daemon/linux/watchdog_dev.h"
 #include "daemon/main_backends.h"
 #include "daemon/main_replay.h"
+#include "daemon/memory_available.h"
 #include "daemon/monotonic.h"
 #include "daemon/options.h"
 #include "daemon/scribe.h"
@@ -209,6 +210,15 @@ static void pair_was_taken(void *replay) {
     replay_next_pair(replay);
 }
 
+/// Of frames on their way to a slow disk. A command of a rig takes at most six frames of 6 MiB (a
+/// pair, a third one to compare, each a second time after a damaged one); a board of 64 MB cannot
+/// hold so much, and waits for its disk instead.
+static size_t held_max_bytes(void) {
+    enum { MOST_BYTES = 64 << 20 };
+    const uint64_t half = memory_available_bytes() / 2;
+    return half < MOST_BYTES ? (size_t)half : MOST_BYTES;
+}
+
 static int start(struct daemon *self, struct message *message) {
     struct rig_ports ports = {0};
     const int number = logbook_open(&self->logbook, self->config.log_file, self->config.log_level);
@@ -251,6 +261,7 @@ static int start(struct daemon *self, struct message *message) {
     if (error != 0) {
         return error;
     }
+    self->scribe.held_max_bytes = held_max_bytes();
     // Now that signals are blocked, which the thread inherits.
     if (!scribe_start(&self->scribe)) {
         return message_set(message, ERROR_IO, "the system does not let it have a thread");

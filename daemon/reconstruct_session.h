@@ -30,7 +30,7 @@ struct reconstruct_session {
     const char *lack;       // what to say where there is none: how to come by one
     /// Of the calibration that a request names; NULL where none does.
     calibration_loader *load_calibration;
-    int kept_error;         // why there is none: it cannot be read; 0: none is kept
+    int kept_error;  // why there is none: it cannot be read; 0: none is kept
 
     // After a read:
     uint32_t found;              // the pair's place in the session, from 1

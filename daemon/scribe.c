@@ -84,7 +84,7 @@ void scribe_later(struct scribe *self, struct scribe_task *task) {
     }
     INVARIANT(pthread_equal(self->thread, pthread_self()) == 0);
     pthread_mutex_lock(&self->lock);
-    while (self->held_bytes > SCRIBE_HELD_MAX_BYTES) {
+    while (self->held_bytes > self->held_max_bytes) {
         pthread_cond_wait(&self->moved, &self->lock);
     }
     append(self, task);

@@ -16,10 +16,6 @@
 extern "C" {
 #endif
 
-/// Of work that nobody waits for. A command of a rig takes at most six frames of 6 MiB (a pair, a
-/// third frame to compare, each a second time after a damaged one).
-enum { SCRIBE_HELD_MAX_BYTES = 64 << 20 };
-
 /// A piece of work that nobody waits for; `work` frees it. Whoever gives it says how large it is.
 struct scribe_task {
     void (*work)(struct scribe_task *task);
@@ -27,11 +23,13 @@ struct scribe_task {
     struct scribe_task *next;  // the scribe's
 };
 
-/// The caller owns it; zeroed before the start.
+/// The caller owns it; zeroed before the start, and what stands before `thread` set.
 struct scribe {
     /// Called every 50 ms by a thread that waits, unless NULL. Not to be changed by another one.
     void (*meanwhile)(void *self);
     void *self;
+    /// Of work that nobody waits for: more than that is not held.
+    size_t held_max_bytes;
 
     pthread_t thread;
     pthread_mutex_t lock;
@@ -51,8 +49,8 @@ void scribe_stop(struct scribe *self);
 /// Lets it be done and waits for that. NULL, or a scribe that was not started: the caller does it.
 void scribe_do(struct scribe *self, void (*work)(void *cookie), void *cookie);
 
-/// Lets it be done some time. Waits only while more than SCRIBE_HELD_MAX_BYTES are to be done
-/// first, and then for the disk alone: nothing is called meanwhile. As above without a scribe.
+/// Lets it be done some time. Waits only while more than `held_max_bytes` are to be done first, and
+/// then for the disk alone: nothing is called meanwhile. As above without a scribe.
 void scribe_later(struct scribe *self, struct scribe_task *task);
 
 #ifdef __cplusplus

@@ -37,6 +37,7 @@ TEST_CASE("a scribe does all in order, and who waits looks after the instrument"
     int looks = 0;
     writer.meanwhile = count;
     writer.self = &looks;
+    writer.held_max_bytes = 1 << 20;
     REQUIRE(scribe_start(&writer));
     std::vector<std::size_t> done;
     std::array<Note, 20> notes;
@@ -72,11 +73,12 @@ TEST_CASE("a scribe does all in order, and who waits looks after the instrument"
 
 TEST_CASE("a scribe holds no more than it says") {
     scribe writer = {};
+    writer.held_max_bytes = 1000;
     REQUIRE(scribe_start(&writer));
     std::vector<std::size_t> done;
     std::array<Note, 3> notes;
     for (std::size_t i = 0; i < 3; i++) {
-        notes.at(i) = {{write_note, SCRIBE_HELD_MAX_BYTES / 2 + 1, nullptr}, &done, i, 100ms};
+        notes.at(i) = {{write_note, 501, nullptr}, &done, i, 100ms};
     }
     scribe_later(&writer, &notes[0].task);
     scribe_later(&writer, &notes[1].task);
