@@ -165,20 +165,26 @@ void stroke(Raster &raster, const Vine &vine, double thick, const Colour &colour
         low -= std::fabs(a) + thick;
         high += std::fabs(a) + thick;
     }
-    raster.paint({0, low, raster.width_mm() - 1e-6, high}, colour, kSoftMm, 0.95,
-                 [&](double x, double y) {
-                     const double s = vine.slope(x);
-                     const double swell = 0.7 + 0.5 * std::sin(x * 0.13) * std::sin(x * 0.031 + 1);
-                     return thick * swell - std::fabs(y - vine.at(x)) / std::sqrt(1 + s * s);
-                 });
+    struct Across {
+        double y, half, stretch;
+    };
+    raster.paint_along(
+        {0, low, raster.width_mm() - 1e-6, high}, colour, kSoftMm, 0.95,
+        [&](double x) {
+            const double s = vine.slope(x);
+            const double swell = 0.7 + 0.5 * std::sin(x * 0.13) * std::sin(x * 0.031 + 1);
+            return Across{vine.at(x), thick * swell, std::sqrt(1 + s * s)};
+        },
+        [](const Across &vine_there, double y) {
+            return vine_there.half - std::fabs(y - vine_there.y) / vine_there.stretch;
+        });
 }
 
 void band(Raster &raster, double low, double high, const Colour &colour) {
-    raster.paint({0, low - 1, raster.width_mm() - 1e-6, high + 1}, colour, kSoftMm, 0.96,
-                 [=](double x, double y) {
-                     const double w = 0.12 * std::sin(x * 0.21) + 0.08 * std::sin(x * 0.53 + 2);
-                     return std::min(y - low - w, high - y + 0.7 * w);
-                 });
+    raster.paint_along(
+        {0, low - 1, raster.width_mm() - 1e-6, high + 1}, colour, kSoftMm, 0.96,
+        [](double x) { return 0.12 * std::sin(x * 0.21) + 0.08 * std::sin(x * 0.53 + 2); },
+        [=](double wave, double y) { return std::min(y - low - wave, high - y + 0.7 * wave); });
 }
 
 const Colour kIndigo = {{0.035, 0.055, 0.19}};

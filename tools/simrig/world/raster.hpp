@@ -3,6 +3,8 @@
 #ifndef VERGENCE_SIMRIG_WORLD_RASTER_HPP
 #define VERGENCE_SIMRIG_WORLD_RASTER_HPP
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -22,6 +24,11 @@ class Raster {
     template <class Inside>
     void paint(const double (&box)[4], const Colour &colour, double soft_mm, double strength,
                Inside inside_mm);
+    /// As `paint`, for motifs that are costly to follow: `inside_mm` gets, instead of x, what
+    /// `of_x` made of it, once for each column.
+    template <class OfX, class Inside>
+    void paint_along(const double (&box)[4], const Colour &colour, double soft_mm, double strength,
+                     OfX of_x, Inside inside_mm);
     /// Makes the prefiltered copies; after the last paint.
     void finish();
 
@@ -38,6 +45,12 @@ class Raster {
         int rows = 0;
         std::vector<std::uint8_t> texels;  // square root of reflectance; three channels
     };
+    int column(double mm) const { return static_cast<int>(std::floor(mm * per_mm_)); }
+    double middle_mm(int texel) const { return (texel + 0.5) / per_mm_; }
+    /// `inside_mm` of the number of a column and of y.
+    template <class Inside>
+    void fill(const double (&box)[4], const Colour &colour, double soft_mm, double strength,
+              Inside inside_mm);
     double at_level(const Level &level, double scale, int channel, double x, double y) const;
 
     double width_mm_ = 0;
@@ -55,8 +68,27 @@ bool is_ornament(const std::string &name);
 template <class Inside>
 void Raster::paint(const double (&box)[4], const Colour &colour, double soft_mm, double strength,
                    Inside inside_mm) {
+    fill(box, colour, soft_mm, strength,
+         [&](int x, double y_mm) { return inside_mm(middle_mm(x), y_mm); });
+}
+
+template <class OfX, class Inside>
+void Raster::paint_along(const double (&box)[4], const Colour &colour, double soft_mm,
+                         double strength, OfX of_x, Inside inside_mm) {
+    const int first = column(box[0]);
+    std::vector<decltype(of_x(0.0))> known;
+    for (int x = first; x <= column(box[2]); x++) {
+        known.push_back(of_x(middle_mm(x)));
+    }
+    fill(box, colour, soft_mm, strength, [&](int x, double y_mm) {
+        return inside_mm(known[static_cast<std::size_t>(x - first)], y_mm);
+    });
+}
+
+template <class Inside>
+void Raster::fill(const double (&box)[4], const Colour &colour, double soft_mm, double strength,
+                  Inside inside_mm) {
     Level &level = levels_[0];
-    const auto column = [this](double mm) { return static_cast<int>(std::floor(mm * per_mm_)); };
     const int top = column(box[1]) < 0 ? 0 : column(box[1]);
     const int bottom = column(box[3]) >= level.rows ? level.rows - 1 : column(box[3]);
     std::uint8_t paint[3];
@@ -66,11 +98,11 @@ void Raster::paint(const double (&box)[4], const Colour &colour, double soft_mm,
     }
     for (int y = top; y <= bottom; y++) {
         for (int x = column(box[0]); x <= column(box[2]); x++) {
-            const double d = inside_mm((x + 0.5) / per_mm_, (y + 0.5) / per_mm_);
-            const double cover = strength * std::fmin(std::fmax(d / soft_mm + 0.5, 0.0), 1.0);
-            if (cover <= 0) {
+            const double share = inside_mm(x, middle_mm(y)) / soft_mm + 0.5;
+            if (!(share > 0)) {
                 continue;
             }
+            const double cover = strength * std::min(share, 1.0);
             const int wrapped = ((x % level.columns) + level.columns) % level.columns;
             std::uint8_t *texel =
                 &level.texels[3 * static_cast<std::size_t>(y * level.columns + wrapped)];
