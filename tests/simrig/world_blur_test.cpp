@@ -256,7 +256,7 @@ TEST_CASE("ornaments out of focus keep their colours, and have no grain but the 
             world::Mechanics m = straight(rig, 850, c.sharp_mm + 350 * out_of_focus, 850);
             m.pan_rad = rig.camera[0].pan_rad + world::radians(c.aside_deg);
             world::FrameRequest request = steady(m);
-            request.window = {824, 568, 400, 400, 1, 1, 1, 1};
+            request.window = {884, 628, 280, 280, 1, 1, 1, 1};
             request.exposure_us = 12000;
             request.threads = 2;
             const world::Frame frame = world::render(scene, rig, world::Side::kLeft, request);

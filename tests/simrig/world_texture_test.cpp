@@ -140,6 +140,8 @@ TEST_CASE("no area is without texture, and none without noise") {
         request.window = {512, 512, 1024, 512, 1, 1, 1, 1};
         const cv::Mat clean =
             green_plane(world::render(scene, perfect, world::Side::kLeft, request));
+        // The sensor's noise is everywhere the same: a quarter is enough.
+        request.window = {768, 640, 512, 256, 1, 1, 1, 1};
         request.frame = 1;
         const cv::Mat a = green_plane(world::render(scene, rig, world::Side::kLeft, request));
         request.frame = 2;
@@ -154,10 +156,13 @@ TEST_CASE("no area is without texture, and none without noise") {
                 cv::Scalar deviation;
                 cv::meanStdDev(clean(r), mean, deviation);
                 plain += deviation[0] < 0.3;
+                blocks++;
+                if (y + 16 > a.rows || x + 16 > a.cols) {
+                    continue;
+                }
                 cv::Mat difference = a(r) - b(r);
                 cv::meanStdDev(difference, mean, deviation);
                 quiet += deviation[0] < 0.8 && cv::mean(a(r))[0] < 1000;
-                blocks++;
             }
         }
         MESSAGE("zoom " << zoom << ": of " << blocks << " blocks " << plain << " plain, " << quiet
