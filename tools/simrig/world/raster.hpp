@@ -3,8 +3,6 @@
 #ifndef VERGENCE_SIMRIG_WORLD_RASTER_HPP
 #define VERGENCE_SIMRIG_WORLD_RASTER_HPP
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -24,11 +22,6 @@ class Raster {
     template <class Inside>
     void paint(const double (&box)[4], const Colour &colour, double soft_mm, double strength,
                Inside inside_mm);
-    /// As `paint`, for motifs that are costly to follow: `inside_mm` gets, instead of x, what
-    /// `of_x` made of it, once for each column.
-    template <class OfX, class Inside>
-    void paint_along(const double (&box)[4], const Colour &colour, double soft_mm, double strength,
-                     OfX of_x, Inside inside_mm);
     /// Makes the prefiltered copies; after the last paint.
     void finish();
 
@@ -73,27 +66,8 @@ bool is_ornament(const std::string &name);
 template <class Inside>
 void Raster::paint(const double (&box)[4], const Colour &colour, double soft_mm, double strength,
                    Inside inside_mm) {
-    fill(box, colour, soft_mm, strength,
-         [&](int x, double y_mm) { return inside_mm(middle_mm(x), y_mm); });
-}
-
-template <class OfX, class Inside>
-void Raster::paint_along(const double (&box)[4], const Colour &colour, double soft_mm,
-                         double strength, OfX of_x, Inside inside_mm) {
-    const int first = column(box[0]);
-    std::vector<decltype(of_x(0.0))> known;
-    for (int x = first; x <= column(box[2]); x++) {
-        known.push_back(of_x(middle_mm(x)));
-    }
-    fill(box, colour, soft_mm, strength, [&](int x, double y_mm) {
-        return inside_mm(known[static_cast<std::size_t>(x - first)], y_mm);
-    });
-}
-
-template <class Inside>
-void Raster::fill(const double (&box)[4], const Colour &colour, double soft_mm, double strength,
-                  Inside inside_mm) {
     Level &level = levels_[0];
+    const auto column = [this](double mm) { return static_cast<int>(std::floor(mm * per_mm_)); };
     const int top = column(box[1]) < 0 ? 0 : column(box[1]);
     const int bottom = column(box[3]) >= level.rows ? level.rows - 1 : column(box[3]);
     std::uint8_t paint[3];
