@@ -4,12 +4,10 @@
 #include <doctest/doctest.h>
 
 #include <cstring>
-#include <memory>
 #include <vector>
 
-#include "bench/i2c_master.hpp"
 #include "bench/random.hpp"
-#include "bench/register_map.hpp"
+#include "bench/twins.hpp"
 
 namespace {
 
@@ -85,19 +83,9 @@ class Witness : public hdl::Listener {
     }
 };
 
-class Twins {
+class Twins : public hdl::TwoBridges {
   public:
-    explicit Twins(uint64_t seed) : random_(seed) {
-        for (Twin &twin : twins_) {
-            twin.bridge = std::make_unique<hdl::Bridge>(seed);
-            twin.master = std::make_unique<hdl::I2cMaster>(*twin.bridge, hdl::standard_timing(400));
-            twin.registers = std::make_unique<hdl::Registers>(*twin.master);
-            for (int camera = 0; camera < 2; camera++) {
-                twin.rows[camera] = std::make_unique<Rows>(*twin.bridge, camera);
-            }
-            twin.witness = std::make_unique<Witness>(*twin.bridge);
-        }
-        bridge_model_set_stepping(twins_[1].bridge->model(), 1);
+    explicit Twins(uint64_t seed) : TwoBridges(seed), random_(seed) {
         write(0x0B, 0x00FF);
         write(0x48, 0x00F3);
         write(0x08, 0x0103);
@@ -128,18 +116,19 @@ class Twins {
         const uint32_t period_ps = random_.below(4) == 0 ? 0 : 12000 + random_.below(70000);
         const bool both = random_.below(4) == 0;
         const uint64_t duration_ps = random_.below(300) * kUs + random_.below(1000000);
-        for (Twin &twin : twins_) {
+        for (int which = 0; which < 2; which++) {
+            hdl::Bridge &bridge = twins[which].bridge;
             for (int i = 0; i < 2; i++) {
-                Rows &source = *twin.rows[i];
+                Rows &source = seen_[which].rows[i];
                 const bool runs = i == camera || both;
                 source.columns = columns;
                 source.rows = rows;
                 source.blank = blank;
                 source.period_ps = runs ? period_ps : 0;
-                bridge_model_feed(twin.bridge->model(), i, nullptr, 0, int(what & 1));
-                twin.bridge->set_clock(i, source.period_ps);
+                bridge_model_feed(bridge.model(), i, nullptr, 0, int(what & 1));
+                bridge.set_clock(i, source.period_ps);
             }
-            twin.bridge->run(duration_ps);
+            bridge.run(duration_ps);
         }
     }
 
@@ -148,11 +137,11 @@ class Twins {
         const uint32_t period_ps = 12000 + random_.below(70000);
         const uint64_t bursts = 1 + random_.below(6), pause_ps = (1 + random_.below(140)) * kUs;
         for (uint64_t i = 0; i < 2 * bursts; i++) {
-            for (Twin &twin : twins_) {
-                twin.bridge->set_clock(int(i & 1), period_ps);
-                twin.bridge->run_idle((14 + i) * period_ps + period_ps / 4);
-                twin.bridge->set_clock(int(i & 1), 0);
-                twin.bridge->run_idle(pause_ps);
+            for (hdl::Twin &twin : twins) {
+                twin.bridge.set_clock(int(i & 1), period_ps);
+                twin.bridge.run_idle((14 + i) * period_ps + period_ps / 4);
+                twin.bridge.set_clock(int(i & 1), 0);
+                twin.bridge.run_idle(pause_ps);
             }
             check();
         }
@@ -162,32 +151,24 @@ class Twins {
         bridge_outputs outputs[2];
         for (int i = 0; i < 2; i++) {
             std::memset(&outputs[i], 0, sizeof outputs[i]);
-            bridge_model_get_outputs(twins_[i].bridge->model(), &outputs[i]);
+            bridge_model_get_outputs(twins[i].bridge.model(), &outputs[i]);
         }
-        REQUIRE(bridge_model_digest(twins_[0].bridge->model()) ==
-                bridge_model_digest(twins_[1].bridge->model()));
-        REQUIRE(twins_[0].bridge->now() == twins_[1].bridge->now());
-        REQUIRE(twins_[0].witness->seen == twins_[1].witness->seen);
+        REQUIRE(same());
+        REQUIRE(seen_[0].witness.seen == seen_[1].witness.seen);
         REQUIRE(std::memcmp(&outputs[0], &outputs[1], sizeof outputs[0]) == 0);
     }
-    uint64_t samples() const { return twins_[0].witness->count; }
+    uint64_t samples() const { return seen_[0].witness.count; }
 
   private:
-    void write(uint8_t index, uint16_t value) {
-        for (Twin &twin : twins_) {
-            REQUIRE(twin.registers->write(index, value));
-        }
-    }
+    struct Seen {
+        explicit Seen(hdl::Bridge &bridge)
+            : rows{Rows(bridge, 0), Rows(bridge, 1)}, witness(bridge) {}
 
-    struct Twin {
-        std::unique_ptr<hdl::Bridge> bridge;
-        std::unique_ptr<hdl::I2cMaster> master;
-        std::unique_ptr<hdl::Registers> registers;
-        std::unique_ptr<Rows> rows[2];
-        std::unique_ptr<Witness> witness;
+        Rows rows[2];
+        Witness witness;
     };
     hdl::Random random_;
-    Twin twins_[2];
+    Seen seen_[2] = {Seen(twins[0].bridge), Seen(twins[1].bridge)};
 };
 
 }  // namespace

@@ -5,7 +5,6 @@
 
 #include <cstdlib>
 #include <map>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -14,6 +13,7 @@
 #include "bench/random.hpp"
 #include "bench/register_map.hpp"
 #include "bench/servo_checker.hpp"
+#include "bench/twins.hpp"
 
 namespace {
 
@@ -136,16 +136,9 @@ class Script {
     Record record_;
 };
 
-/// Two bridges that live the same life, one of which evaluates every idle clock.
-class Twins {
+class Twins : public hdl::TwoBridges {
   public:
-    explicit Twins(uint64_t seed) : random_(seed) {
-        for (Twin &twin : twins_) {
-            twin.bridge = std::make_unique<hdl::Bridge>(seed);
-            twin.master = std::make_unique<hdl::I2cMaster>(*twin.bridge, hdl::standard_timing(400));
-            twin.registers = std::make_unique<hdl::Registers>(*twin.master);
-        }
-        bridge_model_set_stepping(twins_[1].bridge->model(), 1);
+    explicit Twins(uint64_t seed) : TwoBridges(seed), random_(seed) {
         write(0x0B, 0x00FF);
         write(0x48, 0x00F3);
         write(0x0D, 0x4C4B);
@@ -182,38 +175,20 @@ class Twins {
                                  : kind == 1 ? random_.below(2000) * kUs
                                              : random_.below(60) * kMs + random_.below(1000) * kUs;
         const bool clocks = random_.below(2) == 0;
-        for (Twin &twin : twins_) {
-            twin.bridge->set_clock(camera, clocks ? period_ps : 0);
-            twin.bridge->run_idle(idle_ps);
+        for (hdl::Twin &twin : twins) {
+            twin.bridge.set_clock(camera, clocks ? period_ps : 0);
+            twin.bridge.run_idle(idle_ps);
         }
     }
 
     void pass(uint64_t duration_ps) {
-        for (Twin &twin : twins_) {
-            twin.bridge->run_idle(duration_ps);
+        for (hdl::Twin &twin : twins) {
+            twin.bridge.run_idle(duration_ps);
         }
-    }
-
-    bool same() {
-        return bridge_model_digest(twins_[0].bridge->model()) ==
-                   bridge_model_digest(twins_[1].bridge->model()) &&
-               twins_[0].bridge->now() == twins_[1].bridge->now();
     }
 
   private:
-    void write(uint8_t index, uint16_t value) {
-        for (Twin &twin : twins_) {
-            REQUIRE(twin.registers->write(index, value));
-        }
-    }
-
-    struct Twin {
-        std::unique_ptr<hdl::Bridge> bridge;
-        std::unique_ptr<hdl::I2cMaster> master;
-        std::unique_ptr<hdl::Registers> registers;
-    };
     hdl::Random random_;
-    Twin twins_[2];
 };
 
 }  // namespace
