@@ -28,9 +28,17 @@ class Raster {
     /// Reflectance at a place, through a filter of this rms radius.
     double at(int channel, double x_mm, double y_mm, double rms_mm) const;
 
+    /// The same through a uniform disk whose images of two radii square to each other are
+    /// `axes_mm`.
+    double under_disk(int channel, Vec2 middle_mm, const Vec2 (&axes_mm)[2]) const;
+
     bool empty() const { return levels_.empty(); }
     double width_mm() const { return width_mm_; }
     double height_mm() const { return height_mm_; }
+    int columns() const { return levels_[0].columns; }
+    double columns_per_mm() const { return per_mm_; }
+    /// The column in which x lies; 0 <= x_mm < width_mm().
+    std::size_t column_of(double x_mm) const { return static_cast<std::size_t>(x_mm * per_mm_); }
 
   private:
     struct Level {
@@ -38,7 +46,10 @@ class Raster {
         int rows = 0;
         std::vector<std::uint8_t> texels;  // square root of reflectance; three channels
     };
-    double at_level(const Level &level, double scale, int channel, double x, double y) const;
+    /// `value`: of a stored number, what is joined linearly.
+    template <class Value>
+    double at_level(const Level &level, double scale, int channel, double x, double y,
+                    Value value) const;
 
     double width_mm_ = 0;
     double height_mm_ = 0;
@@ -67,16 +78,17 @@ void Raster::paint(const double (&box)[4], const Colour &colour, double soft_mm,
     for (int y = top; y <= bottom; y++) {
         for (int x = column(box[0]); x <= column(box[2]); x++) {
             const double d = inside_mm((x + 0.5) / per_mm_, (y + 0.5) / per_mm_);
-            const double cover = strength * std::fmin(std::fmax(d / soft_mm + 0.5, 0.0), 1.0);
-            if (cover <= 0) {
+            const double part = d / soft_mm + 0.5;
+            if (part <= 0) {
                 continue;
             }
+            const double cover = strength * (part < 1 ? part : 1);
             const int wrapped = ((x % level.columns) + level.columns) % level.columns;
             std::uint8_t *texel =
                 &level.texels[3 * static_cast<std::size_t>(y * level.columns + wrapped)];
             for (int c = 0; c < 3; c++) {
-                texel[c] = static_cast<std::uint8_t>(
-                    std::lround(texel[c] + cover * (paint[c] - texel[c])));
+                texel[c] =
+                    static_cast<std::uint8_t>(texel[c] + cover * (paint[c] - texel[c]) + 0.5);
             }
         }
     }
