@@ -3,12 +3,10 @@
 #include "bridge_model.h"
 
 #include <algorithm>
-#include <memory>
 #include <new>
 
 #include "bridge_coverage.hpp"
-#include "idle_skip.hpp"
-#include "verilated_bridge.hpp"
+#include "bridge_state.hpp"
 
 // Verilator's own code asks for this where no SystemC is.
 double sc_time_stamp() {
@@ -17,168 +15,7 @@ double sc_time_stamp() {
 
 namespace {
 
-constexpr uint64_t kNever = UINT64_MAX;
-
-struct Clock {
-    uint32_t period_ps = 0;
-    uint64_t next_ps = kNever;
-    bool level = false;
-};
-
-// The Verilated outputs, one word an event group.
-struct Pins {
-    uint8_t sda_low, branch_low, servo, irq, ppi_clk;
-    uint16_t ppi, sensor;
-};
-
-constexpr size_t kRun = 4096;
-constexpr unsigned kSyncs = 7;
-
-// What a camera shows by bridge_model_feed().
-struct Feed {
-    bool used = false;
-    int level = 0;
-    uint16_t word = 0;
-    const uint16_t *next = nullptr, *end = nullptr;
-};
-
-}  // namespace
-
-struct bridge_model {
-    VerilatedContext context;
-    std::unique_ptr<Vbridge_sim> top;
-    bridge_inputs inputs{};
-    bridge_outputs outputs{};
-    Pins pins{};
-    Clock clocks[BRIDGE_CLOCKS];
-    uint64_t now_ps = 0;
-    uint32_t control_period_ps = BRIDGE_CONTROL_PERIOD_PS;
-    unsigned phase = 0;  // of the microsecond: the tick comes with the rising edge that ends it
-    bool idle = false;
-    bool interrupted = false;
-    bool inputs_changed = true;
-    bool unsettled = false;  // inputs were applied and no event has come since
-    bool stepping = false;   // no clock is skipped
-    IdleSkip skip;
-    uint32_t wanted = 0;
-    bridge_event_callback on_event = nullptr;
-    void *event_context = nullptr;
-    bridge_clock_callback on_clock = nullptr;
-    void *clock_context = nullptr;
-    Feed feeds[BRIDGE_CAMERAS];
-    bridge_ppi_callback on_ppi = nullptr;
-    void *ppi_context = nullptr;
-    unsigned run_syncs = 0;
-    size_t run_count = 0;
-    uint16_t run[kRun];
-};
-
-namespace {
-
-unsigned word_of(const bridge_model &model, int camera) {
-    const bridge_inputs &in = model.inputs;
-    return model.feeds[camera].used
-               ? model.feeds[camera].word
-               : (in.pixel[camera] & 0x3FFu) | (in.line_valid[camera] & 1u) << 10 |
-                     (in.frame_valid[camera] & 1u) << 11;
-}
-
-void apply_words(bridge_model &model) {
-    const unsigned left = word_of(model, BRIDGE_LEFT), right = word_of(model, BRIDGE_RIGHT);
-    Vbridge_sim &top = *model.top;
-    top.frame_valid_i = static_cast<uint8_t>((left >> 11 & 1u) | (right >> 10 & 2u));
-    top.line_valid_i = static_cast<uint8_t>((left >> 10 & 1u) | (right >> 9 & 2u));
-    top.left_data_i = left & 0x3FFu;
-    top.right_data_i = right & 0x3FFu;
-    model.unsettled = true;
-}
-
-void apply_inputs(bridge_model &model) {
-    model.top->rst_i = model.inputs.reset;
-    apply_words(model);
-    model.inputs_changed = false;
-}
-
-// The wires of the buses are what both sides leave of them.
-void join_lines(bridge_model &model) {
-    const bridge_inputs &in = model.inputs;
-    const unsigned low = model.top->branch_low_o;
-    bridge_outputs &out = model.outputs;
-    out.scl = in.scl;
-    out.sda = in.sda & static_cast<uint8_t>(!model.top->sda_low_o);
-    for (unsigned i = 0; i < 2; i++) {
-        out.branch_scl[i] = in.branch_scl[i] & static_cast<uint8_t>(~(low >> i) & 1u);
-        out.branch_sda[i] = in.branch_sda[i] & static_cast<uint8_t>(~(low >> (i + 2)) & 1u);
-    }
-    model.top->scl_i = out.scl ^ in.scl_noise;
-    model.top->sda_i = out.sda ^ in.sda_noise;
-    model.top->branch_scl_i = static_cast<uint8_t>(out.branch_scl[0] | out.branch_scl[1] << 1);
-    model.top->branch_sda_i = static_cast<uint8_t>(out.branch_sda[0] | out.branch_sda[1] << 1);
-}
-
-void spread(uint8_t (&pair)[2], unsigned bits) {
-    pair[0] = bits & 1u;
-    pair[1] = bits >> 1 & 1u;
-}
-
-// Compares the outputs with what they were; returns the groups that changed.
-uint32_t collect(bridge_model &model) {
-    const Vbridge_sim &top = *model.top;
-    const Pins now = {top.sda_low_o, top.branch_low_o, top.servo_o, top.irq_o,
-                      top.ppi_clk_o, top.ppi_o,        top.sensor_o};
-    const Pins was = model.pins;
-    bridge_outputs &out = model.outputs;
-    uint32_t events = 0;
-    if (now.servo != was.servo) {
-        spread(out.servo, now.servo);
-        events |= BRIDGE_EVENT_SERVO;
-    }
-    if (now.irq != was.irq) {
-        out.irq = now.irq;
-        events |= BRIDGE_EVENT_IRQ;
-    }
-    if (now.ppi_clk != was.ppi_clk) {
-        out.ppi_clk = now.ppi_clk;
-        events |= BRIDGE_EVENT_PPI_CLK;
-    }
-    if (now.ppi != was.ppi) {
-        out.ppi_data = now.ppi & 0x3FFu;
-        out.ppi_fs1 = now.ppi >> 10 & 1u;
-        out.ppi_fs2 = now.ppi >> 11 & 1u;
-        out.ppi_fs3 = now.ppi >> 12 & 1u;
-        events |= BRIDGE_EVENT_PPI;
-    }
-    if (now.sensor != was.sensor) {
-        spread(out.sensor_reset_n, now.sensor);
-        spread(out.sensor_standby, now.sensor >> 2);
-        spread(out.sensor_oe, now.sensor >> 4);
-        spread(out.sensor_extclk_enable, now.sensor >> 6);
-        spread(out.trigger, now.sensor >> 8);
-        events |= BRIDGE_EVENT_SENSOR;
-    }
-    if (now.sda_low != was.sda_low || now.branch_low != was.branch_low) {
-        if (now.sda_low != was.sda_low) {
-            events |= BRIDGE_EVENT_BUS;
-        }
-        if (now.branch_low != was.branch_low) {
-            events |= BRIDGE_EVENT_BRANCH;
-        }
-        join_lines(model);
-    }
-    model.pins = now;
-    return events;
-}
-
-// At a rising edge of the PPI's clock.
-void sample_ppi(bridge_model &model) {
-    const unsigned syncs = model.pins.ppi >> 10 & kSyncs;
-    if (syncs != model.run_syncs || model.run_count == kRun) {
-        model.on_ppi(model.ppi_context, model.now_ps, model.run, model.run_count, &model.outputs);
-        model.run_syncs = syncs;
-        model.run_count = 0;
-    }
-    model.run[model.run_count++] = model.pins.ppi & 0x3FFu;
-}
+using namespace bridge;
 
 void settle(bridge_model &model) {
     model.top->eval();
@@ -194,7 +31,31 @@ void settle(bridge_model &model) {
     }
 }
 
+uint8_t pixel_clocks(const bridge_model &model) {
+    return static_cast<uint8_t>(model.clocks[0].level | model.clocks[1].level << 1);
+}
+
+// The edge that was counted last is evaluated after all: whole periods leave nothing to do.
+void catch_up(bridge_model &model) {
+    if (!model.pending) {
+        return;
+    }
+    const unsigned changed = model.top->pix_clk_i ^ pixel_clocks(model);
+    model.pending = false;
+    if (changed != 0) {
+        for (unsigned i = 0; i < BRIDGE_CAMERAS; i++) {
+            if ((changed & pixel_clocks(model) & 1u << i) != 0) {
+                model.blank[i].count(*model.top->rootp, -1);
+            }
+        }
+        model.top->pix_clk_i = pixel_clocks(model);
+        model.top->eval();
+        collect(model);
+    }
+}
+
 void take_inputs(bridge_model &model) {
+    catch_up(model);
     apply_inputs(model);
     const bridge_outputs was = model.outputs;
     join_lines(model);
@@ -245,8 +106,13 @@ void edge_of_camera(bridge_model &model, int camera) {
         model.on_clock(model.clock_context, model.now_ps, camera, level);
     }
     if (feed.next != feed.end) {
-        feed.word = *feed.next++;
-        apply_words(model);
+        const uint16_t word = *feed.next++;
+        if (word != feed.word) {
+            catch_up(model);
+            model.blank[camera].forget();
+            feed.word = word;
+            apply_words(model);
+        }
     }
 }
 
@@ -265,41 +131,84 @@ void skip_still(bridge_model &model, uint64_t end_ps) {
     if (last_ps < model.now_ps + period_ps || still == 0) {
         return;
     }
-    const uint64_t clocks = std::min(still, (last_ps - model.now_ps) / period_ps);
-    model.skip.pass(*model.top->rootp, static_cast<unsigned>(clocks));
+    const uint64_t most = std::min(still, (last_ps - model.now_ps) / period_ps);
+    const unsigned clocks = model.skip.pass(*model.top->rootp, static_cast<unsigned>(most));
     model.now_ps += clocks * period_ps;
     control.next_ps += clocks * period_ps;
 }
 
+void turn(Clock &clock) {
+    clock.level = !clock.level;
+    clock.next_ps += clock.level ? clock.period_ps / 2 : clock.period_ps - clock.period_ps / 2;
+}
+
+// Whether this camera's clock is the only one of the cameras and shows no pixels.
+bool is_blank(const bridge_model &model, int camera) {
+    return (word_of(model, camera) & BRIDGE_WORD_LINE) == 0 && !model.stepping &&
+           !model.unsettled && model.clocks[1 - camera].next_ps == kNever &&
+           model.top->falling_counts_o == 0 && (model.wanted & BRIDGE_EVENT_PPI_CLK) == 0;
+}
+
+// The next edge of this clock, alone at its moment, counts and does nothing else.
+void count_edge(bridge_model &model, int camera) {
+    Clock &clock = model.clocks[camera];
+    turn(clock);
+    model.pending = true;
+    model.blank[camera].count(*model.top->rootp, clock.level);
+    if (model.blank[camera].drives_ppi(*model.top->rootp)) {
+        model.outputs.ppi_clk = clock.level;
+        if (clock.level && model.on_ppi != nullptr) {
+            sample_ppi(model);
+        }
+    }
+    edge_of_camera(model, camera);
+}
+
 // Runs one moment at which at least one clock has an edge.
 void step(bridge_model &model) {
-    unsigned camera_edges = 0;
-    bool control_falls = false;
+    Clock &control = model.clocks[BRIDGE_CLOCK_CONTROL];
+    const bool control_turns = control.next_ps == model.now_ps;
     const bool tick_was = model.top->tick_next_i != 0;
-    for (int i = 0; i < BRIDGE_CLOCKS; i++) {
-        Clock &clock = model.clocks[i];
-        if (clock.next_ps != model.now_ps) {
-            continue;
-        }
-        if (i == BRIDGE_CLOCK_CONTROL) {
-            edge_of_control(model, clock);
-            control_falls = !clock.level;
-            continue;
-        }
-        clock.level = !clock.level;
-        clock.next_ps += clock.level ? clock.period_ps / 2 : clock.period_ps - clock.period_ps / 2;
-        camera_edges |= 1u << i;
+    const unsigned edges = (model.clocks[0].next_ps == model.now_ps ? 1u : 0u) |
+                           (model.clocks[1].next_ps == model.now_ps ? 2u : 0u);
+    const int camera = edges == 2 ? 1 : 0;
+    const bool one_alone = !control_turns && edges != 3;
+    if (one_alone && is_blank(model, camera) &&
+        model.blank[camera].counts(*model.top->rootp, !model.clocks[camera].level)) {
+        count_edge(model, camera);
+        return;
     }
-    if (camera_edges != 0) {
-        model.top->pix_clk_i =
-            static_cast<uint8_t>(model.clocks[0].level | model.clocks[1].level << 1);
+    // What a rise of the control clock changes, such as the selected camera, the pixel clock's last
+    // edge has not seen.
+    if (edges != 0 || tick_was || (control_turns && !control.level)) {
+        catch_up(model);
     }
-    if (camera_edges == 0 && control_falls && nothing_falls(model, tick_was)) {
+    if (control_turns) {
+        edge_of_control(model, control);
+    }
+    for (int i = 0; i < BRIDGE_CAMERAS; i++) {
+        if ((edges >> i & 1u) != 0) {
+            turn(model.clocks[i]);
+        }
+    }
+    if (edges != 0) {
+        model.top->pix_clk_i = pixel_clocks(model);
+    } else if (!control.level && nothing_falls(model, tick_was)) {
+        for (BlankSkip &blank : model.blank) {
+            blank.fell(*model.top->rootp);
+        }
         return;
     }
     settle(model);
+    if (control_turns) {
+        for (BlankSkip &blank : model.blank) {
+            blank.control(*model.top->rootp);
+        }
+    } else if (one_alone && model.clocks[camera].level && is_blank(model, camera)) {
+        model.blank[camera].rose(*model.top->rootp);
+    }
     for (int i = 0; i < BRIDGE_CAMERAS; i++) {
-        if ((camera_edges >> i & 1u) != 0) {
+        if ((edges >> i & 1u) != 0) {
             edge_of_camera(model, i);
         }
     }
@@ -407,7 +316,7 @@ void bridge_model_set_stepping(bridge_model *model, int stepping) {
 uint64_t bridge_model_digest(const bridge_model *model) {
     const Vbridge_sim___024root &root = *model->top->rootp;
     const auto *bytes = reinterpret_cast<const unsigned char *>(&root);
-    const auto *end = reinterpret_cast<const unsigned char *>(&root.vlSymsp);
+    const unsigned char *end = end_of_registers(root, 0);
     uint64_t digest = 0xCBF29CE484222325u;  // FNV-1a
     for (const unsigned char *at = bytes + sizeof(VerilatedModule); at != end; at++) {
         digest = (digest ^ *at) * 0x100000001B3u;
@@ -436,6 +345,7 @@ void bridge_model_advance(bridge_model *model, uint64_t duration_ps) {
     if (!model->interrupted) {
         model->now_ps = end_ps;
     }
+    catch_up(*model);
     if (model->unsettled) {  // a reset acts without a clock
         settle(*model);
     }

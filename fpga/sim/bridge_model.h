@@ -114,7 +114,8 @@ void bridge_model_set_clock(bridge_model *model, int clock, uint32_t period_ps);
 void bridge_model_set_idle(bridge_model *model, int idle);
 
 /* In idle time a period that only counts is not evaluated, but added, with the same outcome; see
- * idle_skip.hpp. Stepping: every one is evaluated, from now on. For tests. */
+ * idle_skip.hpp. So are edges of a camera's clock between its lines; see blank_skip.hpp. Stepping:
+ * every one is evaluated, from now on. For tests. */
 void bridge_model_set_stepping(bridge_model *model, int stepping);
 /* A number of all registers and wires: two models with the same past have the same. */
 uint64_t bridge_model_digest(const bridge_model *model);

@@ -28,26 +28,50 @@ struct IdleCounters {
           tens(root.bridge_sim__DOT__core__DOT__ticks__DOT__tens),
           fives(root.bridge_sim__DOT__core__DOT__ticks__DOT__fives),
           twenties(root.bridge_sim__DOT__core__DOT__ticks__DOT__twenties),
+          rate_count(root.bridge_sim__DOT__core__DOT__video__DOT__rates__DOT__count),
+          rate_next(root.bridge_sim__DOT__core__DOT__video__DOT__rates__DOT__count_next),
+          rate_turn(root.bridge_sim__DOT__core__DOT__video__DOT__rates__DOT__turn),
           period(root.bridge_sim__DOT__core__DOT__servos__DOT__frames__DOT__period),
           actual{root.bridge_sim__DOT__core__DOT__servos__DOT__servo0__DOT__actual,
                  root.bridge_sim__DOT__core__DOT__servos__DOT__servo1__DOT__actual} {}
 
     uint32_t &time_us;
     uint16_t &phase;
-    uint8_t &tens, &fives, &twenties;  // the last two count and are asked when tens starts anew
+    uint8_t &tens, &fives, &twenties;  // each counts and is asked when the one before starts anew
+    // rate_meter's: it counts ticks of 10 us when it is a camera's turn with its frames' period.
+    uint16_t &rate_count, &rate_next;
+    const uint8_t rate_turn;
     const uint16_t period, actual[2];
 
     // So many clocks pass before one that compares with another outcome than the last.
-    // Who compares: time_base, servo_frame with its period, servo_pwm with its pulse's end and
-    // with powers of two.
+    // Who compares: time_base, rate_meter with its counter's end, servo_frame with its period,
+    // servo_pwm with its pulse's end and with powers of two.
     unsigned room() const {
         const unsigned now = phase;
         unsigned least = tens < kDecade ? kDecade - tens : 0;
+        if (least != 0 && rate_count < kRateFull - kLastFive - 1) {
+            least += (kDecade + 1) * (kLastFive - fives);
+        }
         least = std::min(least, kPhases - now % kPhases);
         for (const unsigned end : ends()) {
             least = end >= now ? std::min(least, end - now) : least;
         }
         return least == 0 ? 0 : least - 1;
+    }
+    // So many clocks, within that room, or one less: not to where a tick of 10 us begins. Returns
+    // how many.
+    unsigned pass(unsigned clocks) {
+        clocks -= (tens + clocks) % (kDecade + 1) == kDecade ? 1 : 0;
+        time_us += clocks;
+        phase = static_cast<uint16_t>(phase + clocks);
+        const unsigned decades = (tens + clocks) / (kDecade + 1);
+        if ((rate_turn & kRateOfFrames) != 0) {
+            rate_count = static_cast<uint16_t>(rate_count + decades);
+            rate_next = static_cast<uint16_t>(rate_next + decades);
+        }
+        fives = static_cast<uint8_t>(fives + decades);
+        tens = static_cast<uint8_t>((tens + clocks) % (kDecade + 1));
+        return clocks;
     }
     // A number of the outcomes of what compares the phase.
     unsigned outcomes() const {
@@ -59,7 +83,8 @@ struct IdleCounters {
     }
 
   private:
-    static constexpr unsigned kDecade = 9, kPhases = 512;
+    static constexpr unsigned kDecade = 9, kLastFive = 4, kPhases = 512, kRateOfFrames = 2,
+                              kRateFull = 0xFFFF;
     std::array<unsigned, 3> ends() const { return {period, actual[0] / 16u, actual[1] / 16u}; }
 };
 
@@ -80,13 +105,12 @@ class IdleSkip {
         time_us_ = counters.time_us;
         return proved_ ? counters.room() : 0;
     }
-    // These pass.
-    void pass(Root &root, unsigned clocks) {
+    // These pass, or one less. Returns how many.
+    unsigned pass(Root &root, unsigned clocks) {
         IdleCounters counters(root);
-        counters.time_us += clocks;
-        counters.phase = static_cast<uint16_t>(counters.phase + clocks);
-        counters.tens = static_cast<uint8_t>(counters.tens + clocks);
+        const unsigned passed = counters.pass(clocks);
         time_us_ = counters.time_us;
+        return passed;
     }
 
   private:
@@ -99,6 +123,8 @@ class IdleSkip {
         take(root, counters.tens);
         take(root, counters.fives);
         take(root, counters.twenties);
+        take(root, counters.rate_count);
+        take(root, counters.rate_next);
         return std::memcmp(before_, bytes(root), sizeof before_) == 0;
     }
     template <class Word>
@@ -117,7 +143,7 @@ class IdleSkip {
 class IdleSkip {
   public:
     unsigned still(Root &) { return 0; }
-    void pass(Root &, unsigned) {}
+    unsigned pass(Root &, unsigned clocks) { return clocks; }
 };
 
 #endif

@@ -56,4 +56,18 @@ bool believe_clock_low(Root &, long) {
     return false;
 }
 
+// One past the last of the registers. What follows is Verilator's own, after bytes that nobody
+// sets.
+template <class Root>
+auto end_of_registers(const Root &root, int)
+    -> decltype(root.bridge_sim__DOT__core__DOT__counters__DOT__memory,
+                static_cast<const unsigned char *>(nullptr)) {
+    return reinterpret_cast<const unsigned char *>(
+        &root.bridge_sim__DOT__core__DOT__counters__DOT__memory + 1);
+}
+template <class Root>
+const unsigned char *end_of_registers(const Root &root, long) {
+    return reinterpret_cast<const unsigned char *>(&root.vlSymsp);
+}
+
 #endif

@@ -188,6 +188,12 @@ class Twins {
         }
     }
 
+    void pass(uint64_t duration_ps) {
+        for (Twin &twin : twins_) {
+            twin.bridge->run_idle(duration_ps);
+        }
+    }
+
     bool same() {
         return bridge_model_digest(twins_[0].bridge->model()) ==
                    bridge_model_digest(twins_[1].bridge->model()) &&
@@ -219,6 +225,16 @@ TEST_CASE("what idle clocks only count is added, with no other outcome") {
     for (uint64_t i = 0; i < lives; i++) {
         CAPTURE(i);
         twins.live();
+        REQUIRE(twins.same());
+    }
+}
+
+TEST_CASE("rate_meter gives up a camera without frames at the same microsecond") {
+    Twins twins(synthetic::test_seed());
+    // Both clocks, 32 ms each, and a wait of 655 ms.
+    for (int i = 0; i < 40; i++) {
+        CAPTURE(i);
+        twins.pass(20 * kMs + uint64_t(i) * 7 * kUs);
         REQUIRE(twins.same());
     }
 }

@@ -25,6 +25,31 @@ double cpu_s() {
     return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
 }
 
+/// CPU seconds of a fixed piece of work, by which machines (and days of a shared one) compare: a
+/// chain of ten million dependent steps in integers, a table and floating point.
+double yardstick_s() {
+    static double table[4096];
+    for (double &entry : table) {
+        entry = 1;
+    }
+    const double begin_s = cpu_s();
+    uint64_t state = 1;
+    double sum = 0;
+    for (int i = 0; i < 10000000; i++) {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        double &entry = table[(state + uint64_t(sum)) % 4096];
+        sum = 0.5 * sum + entry;
+        entry = (state & 1u) != 0 ? sum : 1 / (1 + sum);
+    }
+    const double end_s = cpu_s();
+    if (!(sum > 0)) {  // never, but the loop must not be left out
+        std::abort();
+    }
+    return end_s - begin_s;
+}
+
 std::string file(const std::string &name) {
     return std::string(SIMRIG_FILES) + "/" + name;
 }
@@ -182,6 +207,7 @@ void measure_zoom() {
 int main(int count, char **arguments) {
     const std::string only = count > 1 ? arguments[1] : "";
     const auto wanted = [&only](const char *name) { return only.empty() || only == name; };
+    std::printf("yardstick                                    %8.3f CPU s\n", yardstick_s());
     if (wanted("idle")) {
         measure_idle();
     }

@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "fpga/generated/bridge_registers.h"
+
 namespace simrig {
 
 namespace {
@@ -24,6 +26,15 @@ std::array<LensController::Lens, LensController::kLenses> make_lenses(const RigS
         return LensController::Lens{motor(number, 0), motor(number, 1), motor(number, 2)};
     };
     return {lens(0), lens(1)};
+}
+
+// Whether it writes a register on which the servos' pulses depend.
+bool may_move_servos(const I2cMessage &message) {
+    if (message.read || message.address != BRIDGE_I2C_ADDRESS || message.bytes.size() < 3) {
+        return false;
+    }
+    const size_t first = message.bytes[0], last = first + (message.bytes.size() - 1) / 2 - 1;
+    return first <= BRIDGE_SERVO1_FRAMES && last >= BRIDGE_SERVO_PERIOD_US;
 }
 
 }  // namespace
@@ -164,7 +175,7 @@ uint32_t Rig::advance(double until_us, uint32_t wake) {
 I2cResult Rig::i2c(unsigned speed_hz, std::vector<I2cMessage> &messages) {
     const I2cResult result = host_.transfer(speed_hz, messages);
     for (const I2cMessage &message : messages) {
-        if (!message.read && message.bytes.size() > 1) {
+        if (may_move_servos(message)) {
             written_ps_ = wires_.now_ps();
         }
     }

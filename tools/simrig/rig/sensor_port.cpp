@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/simrig/rig/sensor_port.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -125,20 +126,25 @@ void SensorPort::go_still(uint64_t now_ps) {
     next_look();
 }
 
-// While still: at every whole kLookPs.
+// While still: at every whole kLookPs, the right one's half of it later, so that one clock at a
+// time runs; and just before a frame that is wanted.
 void SensorPort::next_look() {
     if (live_ || period_ps_ == 0 || look_ps_ != 0) {
         return;
     }
-    look_ps_ = (wires_.now_ps() / kLookPs + 1) * kLookPs;
+    const uint64_t now_ps = wires_.now_ps(), later_ps = camera_ == 0 ? 0 : kLookPs / 2;
+    look_ps_ = ((now_ps + later_ps) / kLookPs + 1) * kLookPs - later_ps;
+    const uint64_t clocks = sensor_.clocks_to_frame();
+    if (watched() && clocks < 2 * kLookPs / period_ps_) {
+        look_ps_ = std::min(look_ps_, now_ps + std::max(clocks * period_ps_, kLeadPs) - kLeadPs);
+    }
     wires_.at(look_ps_, [this] {
         look_ps_ = 0;
         if (live_ || period_ps_ == 0) {
             return;
         }
         catch_up();
-        const uint64_t clocks = sensor_.clocks_to_frame();
-        if (watched() && clocks < (kLookPs + kLeadPs) / period_ps_) {
+        if (watched() && sensor_.clocks_to_frame() <= kLeadPs / period_ps_ + 1) {
             go_live();
         } else {
             burst();

@@ -110,17 +110,26 @@ double on_wall(const Material &m, const SurfacePlace &s) {
     return std::clamp((0.9 - off) / soft, 0.0, 1.0) * std::clamp((off + 2.6) / soft, 0.0, 1.0);
 }
 
+// The ornament's own reflectance and the ground's, joined, with the surface's texture.
+double glazed(const Material &m, double ornament, double wall, double tone, double fine,
+              int channel) {
+    const double ground = m.tones[0].channel[channel];
+    const double base = ground + wall * (ornament - ground);
+    return base * (1 + m.contrast * (0.02 * tone + 0.022 * fine));
+}
+
+// Where the ornament is looked up. The brush's edge is not straight in the small.
+Vec2 on_ornament(const Material &m, const Vec3 &p, double tone, double fine) {
+    const double around_mm = (std::atan2(p.z, p.x) / (2 * kPi) + 0.5) * m.raster.width_mm();
+    return {around_mm + 0.07 * fine, p.y + m.raster.height_mm() - 0.07 * tone};
+}
+
 double painted(const Material &m, const SurfacePlace &s, int channel) {
     const double wall = on_wall(m, s);
     const double tone = around(m.layer[0], s);
     const double fine = around(m.layer[2], s);
-    const double around_mm = (std::atan2(s.p.z, s.p.x) / (2 * kPi) + 0.5) * m.raster.width_mm();
-    // The brush's edge is not straight in the small.
-    const double ornament = m.raster.at(channel, around_mm + 0.07 * fine,
-                                        s.p.y + m.raster.height_mm() - 0.07 * tone, s.rms_mm);
-    const double ground = m.tones[0].channel[channel];
-    const double base = ground + wall * (ornament - ground);
-    return base * (1 + m.contrast * (0.02 * tone + 0.022 * fine));
+    const Vec2 at = on_ornament(m, s.p, tone, fine);
+    return glazed(m, m.raster.at(channel, at.x, at.y, s.rms_mm), wall, tone, fine, channel);
 }
 
 double plain(const Material &m, const SurfacePlace &s, int channel, double broad, double fine) {
@@ -187,6 +196,29 @@ double reflectance(const Material &material, const SurfacePlace &place, int chan
             break;
     }
     return paper(material, place, channel);
+}
+
+bool painted_under_disk(const Material &material, const SurfacePlace &place, const Vec3 (&axes)[2],
+                        int channel, double &reflectance) {
+    const Material &m = material;
+    const Vec3 &p = place.p;
+    const double from_axis2 = p.x * p.x + p.z * p.z;
+    const double out = place.n.x * p.x + place.n.z * p.z;
+    constexpr double kUpright2 = 0.98 * 0.98;
+    if (on_wall(m, place) < 1 || out < 0 || out * out < kUpright2 * from_axis2) {
+        return false;
+    }
+    const double tone = around(m.layer[0], place);
+    const double fine = around(m.layer[2], place);
+    // Along the wall a place moves on the ornament by so much for each mm in x and z.
+    const double wound = m.raster.width_mm() / (2 * kPi * from_axis2);
+    Vec2 flat[2];
+    for (int i = 0; i < 2; i++) {
+        flat[i] = {wound * (p.x * axes[i].z - p.z * axes[i].x), axes[i].y};
+    }
+    const double ornament = m.raster.under_disk(channel, on_ornament(m, p, tone, fine), flat);
+    reflectance = std::max(glazed(m, ornament, 1, tone, fine, channel), 0.0);
+    return true;
 }
 
 Colour mean_reflectance(const Material &material) {

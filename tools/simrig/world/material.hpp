@@ -48,6 +48,12 @@ void prepare(Material &material, int number);
 
 double reflectance(const Material &material, const SurfacePlace &place, int channel);
 
+/// The same for an ornament that is seen through a uniform disk on the tangent plane, whose images
+/// of two radii square to each other are `axes` (mm); rms_mm is that of the whole disk. False: the
+/// disk is not on the ornament's wall alone.
+bool painted_under_disk(const Material &material, const SurfacePlace &place, const Vec3 (&axes)[2],
+                        int channel, double &reflectance);
+
 /// Mean reflectance, for light that comes back from the surface.
 Colour mean_reflectance(const Material &material);
 

@@ -53,6 +53,11 @@ void leaf(Raster &raster, Random &random, Vec2 at, double size, double turn, con
         const double dy = y - at.y;
         u = (dx * c + dy * s) / size;
         v = dy * c - dx * s - bow * size * u * (1 - u);
+        // Far outside of every edge below, however soft, a rough distance will do.
+        const double bound = 1.1 * wide - std::fabs(v);
+        if (bound < -0.5) {
+            return bound;
+        }
         return wide * 2 * std::sqrt(std::max(u * (1 - u), 0.0)) * (1.1 - 0.5 * u) - std::fabs(v) -
                (u < 0   ? -u * size
                 : u > 1 ? (u - 1) * size
@@ -99,6 +104,10 @@ void flower(Raster &raster, Random &random, Vec2 at, double radius, const Colour
         const double dx = x - at.x;
         const double dy = y - at.y;
         const double r = std::hypot(dx, dy);
+        const double bound = 1.08 * radius - r;
+        if (bound < -kSoftMm) {
+            return bound;
+        }
         double a = (std::atan2(dy, dx) + turn) * petals / (2 * kPi);
         a -= std::floor(a / petals) * petals;
         const int n = static_cast<int>(a) % petals;
@@ -111,7 +120,8 @@ void flower(Raster &raster, Random &random, Vec2 at, double radius, const Colour
     const Colour deep = {
         {colour.channel[0] * 0.72, colour.channel[1] * 0.5, colour.channel[2] * 0.6}};
     raster.paint(box, deep, radius * 0.5, 0.8, [&](double x, double y) {
-        return std::min(edge(x, y, part), rim * 0.75 - std::hypot(x - at.x, y - at.y));
+        const double within = rim * 0.75 - std::hypot(x - at.x, y - at.y);
+        return within < -0.25 * radius ? within : std::min(edge(x, y, part), within);
     });
     raster.paint(box, deep, kSoftMm, 0.5, [&](double x, double y) {
         const double inside = edge(x, y, part);
@@ -158,6 +168,16 @@ Vine vine_at(Random &random, double width, double middle, double amplitude) {
     return vine;
 }
 
+// A function of x at the middles of all columns, for those who ask it row by row.
+template <class Value, class Function>
+std::vector<Value> by_column(const Raster &raster, Function function) {
+    std::vector<Value> values(static_cast<std::size_t>(raster.columns()));
+    for (std::size_t i = 0; i < values.size(); i++) {
+        values[i] = function((static_cast<double>(i) + 0.5) / raster.columns_per_mm());
+    }
+    return values;
+}
+
 void stroke(Raster &raster, const Vine &vine, double thick, const Colour &colour) {
     double low = vine.middle;
     double high = vine.middle;
@@ -165,26 +185,29 @@ void stroke(Raster &raster, const Vine &vine, double thick, const Colour &colour
         low -= std::fabs(a) + thick;
         high += std::fabs(a) + thick;
     }
-    struct Across {
-        double y, half, stretch;
+    struct Place {
+        double middle, half, across;
     };
-    raster.paint_along(
-        {0, low, raster.width_mm() - 1e-6, high}, colour, kSoftMm, 0.95,
-        [&](double x) {
-            const double s = vine.slope(x);
-            const double swell = 0.7 + 0.5 * std::sin(x * 0.13) * std::sin(x * 0.031 + 1);
-            return Across{vine.at(x), thick * swell, std::sqrt(1 + s * s)};
-        },
-        [](const Across &vine_there, double y) {
-            return vine_there.half - std::fabs(y - vine_there.y) / vine_there.stretch;
-        });
+    const auto places = by_column<Place>(raster, [&](double x) {
+        const double s = vine.slope(x);
+        const double swell = 0.7 + 0.5 * std::sin(x * 0.13) * std::sin(x * 0.031 + 1);
+        return Place{vine.at(x), thick * swell, std::sqrt(1 + s * s)};
+    });
+    raster.paint({0, low, raster.width_mm() - 1e-6, high}, colour, kSoftMm, 0.95,
+                 [&](double x, double y) {
+                     const Place &at = places[raster.column_of(x)];
+                     return at.half - std::fabs(y - at.middle) / at.across;
+                 });
 }
 
 void band(Raster &raster, double low, double high, const Colour &colour) {
-    raster.paint_along(
-        {0, low - 1, raster.width_mm() - 1e-6, high + 1}, colour, kSoftMm, 0.96,
-        [](double x) { return 0.12 * std::sin(x * 0.21) + 0.08 * std::sin(x * 0.53 + 2); },
-        [=](double wave, double y) { return std::min(y - low - wave, high - y + 0.7 * wave); });
+    const auto waves = by_column<double>(
+        raster, [](double x) { return 0.12 * std::sin(x * 0.21) + 0.08 * std::sin(x * 0.53 + 2); });
+    raster.paint({0, low - 1, raster.width_mm() - 1e-6, high + 1}, colour, kSoftMm, 0.96,
+                 [&](double x, double y) {
+                     const double w = waves[raster.column_of(x)];
+                     return std::min(y - low - w, high - y + 0.7 * w);
+                 });
 }
 
 const Colour kIndigo = {{0.035, 0.055, 0.19}};

@@ -3,8 +3,6 @@
 #ifndef VERGENCE_SIMRIG_WORLD_RASTER_HPP
 #define VERGENCE_SIMRIG_WORLD_RASTER_HPP
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -24,20 +22,23 @@ class Raster {
     template <class Inside>
     void paint(const double (&box)[4], const Colour &colour, double soft_mm, double strength,
                Inside inside_mm);
-    /// As `paint`, for motifs that are costly to follow: `inside_mm` gets, instead of x, what
-    /// `of_x` made of it, once for each column.
-    template <class OfX, class Inside>
-    void paint_along(const double (&box)[4], const Colour &colour, double soft_mm, double strength,
-                     OfX of_x, Inside inside_mm);
     /// Makes the prefiltered copies; after the last paint.
     void finish();
 
     /// Reflectance at a place, through a filter of this rms radius.
     double at(int channel, double x_mm, double y_mm, double rms_mm) const;
 
+    /// The same through a uniform disk whose images of two radii square to each other are
+    /// `axes_mm`.
+    double under_disk(int channel, Vec2 middle_mm, const Vec2 (&axes_mm)[2]) const;
+
     bool empty() const { return levels_.empty(); }
     double width_mm() const { return width_mm_; }
     double height_mm() const { return height_mm_; }
+    int columns() const { return levels_[0].columns; }
+    double columns_per_mm() const { return per_mm_; }
+    /// The column in which x lies; 0 <= x_mm < width_mm().
+    std::size_t column_of(double x_mm) const { return static_cast<std::size_t>(x_mm * per_mm_); }
 
   private:
     struct Level {
@@ -45,13 +46,10 @@ class Raster {
         int rows = 0;
         std::vector<std::uint8_t> texels;  // square root of reflectance; three channels
     };
-    int column(double mm) const { return static_cast<int>(std::floor(mm * per_mm_)); }
-    double middle_mm(int texel) const { return (texel + 0.5) / per_mm_; }
-    /// `inside_mm` of the number of a column and of y.
-    template <class Inside>
-    void fill(const double (&box)[4], const Colour &colour, double soft_mm, double strength,
-              Inside inside_mm);
-    double at_level(const Level &level, double scale, int channel, double x, double y) const;
+    /// `value`: of a stored number, what is joined linearly.
+    template <class Value>
+    double at_level(const Level &level, double scale, int channel, double x, double y,
+                    Value value) const;
 
     double width_mm_ = 0;
     double height_mm_ = 0;
@@ -68,27 +66,8 @@ bool is_ornament(const std::string &name);
 template <class Inside>
 void Raster::paint(const double (&box)[4], const Colour &colour, double soft_mm, double strength,
                    Inside inside_mm) {
-    fill(box, colour, soft_mm, strength,
-         [&](int x, double y_mm) { return inside_mm(middle_mm(x), y_mm); });
-}
-
-template <class OfX, class Inside>
-void Raster::paint_along(const double (&box)[4], const Colour &colour, double soft_mm,
-                         double strength, OfX of_x, Inside inside_mm) {
-    const int first = column(box[0]);
-    std::vector<decltype(of_x(0.0))> known;
-    for (int x = first; x <= column(box[2]); x++) {
-        known.push_back(of_x(middle_mm(x)));
-    }
-    fill(box, colour, soft_mm, strength, [&](int x, double y_mm) {
-        return inside_mm(known[static_cast<std::size_t>(x - first)], y_mm);
-    });
-}
-
-template <class Inside>
-void Raster::fill(const double (&box)[4], const Colour &colour, double soft_mm, double strength,
-                  Inside inside_mm) {
     Level &level = levels_[0];
+    const auto column = [this](double mm) { return static_cast<int>(std::floor(mm * per_mm_)); };
     const int top = column(box[1]) < 0 ? 0 : column(box[1]);
     const int bottom = column(box[3]) >= level.rows ? level.rows - 1 : column(box[3]);
     std::uint8_t paint[3];
@@ -98,17 +77,18 @@ void Raster::fill(const double (&box)[4], const Colour &colour, double soft_mm, 
     }
     for (int y = top; y <= bottom; y++) {
         for (int x = column(box[0]); x <= column(box[2]); x++) {
-            const double share = inside_mm(x, middle_mm(y)) / soft_mm + 0.5;
-            if (!(share > 0)) {
+            const double d = inside_mm((x + 0.5) / per_mm_, (y + 0.5) / per_mm_);
+            const double part = d / soft_mm + 0.5;
+            if (part <= 0) {
                 continue;
             }
-            const double cover = strength * std::min(share, 1.0);
+            const double cover = strength * (part < 1 ? part : 1);
             const int wrapped = ((x % level.columns) + level.columns) % level.columns;
             std::uint8_t *texel =
                 &level.texels[3 * static_cast<std::size_t>(y * level.columns + wrapped)];
             for (int c = 0; c < 3; c++) {
-                texel[c] = static_cast<std::uint8_t>(
-                    std::lround(texel[c] + cover * (paint[c] - texel[c])));
+                texel[c] =
+                    static_cast<std::uint8_t>(texel[c] + cover * (paint[c] - texel[c]) + 0.5);
             }
         }
     }

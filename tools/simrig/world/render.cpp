@@ -8,6 +8,7 @@
 #include "tools/simrig/world/frame.hpp"
 #include "tools/simrig/world/sampler.hpp"
 #include "tools/simrig/world/sensor.hpp"
+#include "tools/simrig/world/smooth.hpp"
 
 namespace world {
 namespace {
@@ -183,6 +184,23 @@ BlockLight light_of_block(const Job &job, const Block &b, const State &state) {
     return light;
 }
 
+// Of one body that fills a block: its pixels' middles at the corners, and the middle's.
+Patch patch_of_block(const Job &job, const Block &b, const State &state) {
+    const Window &w = job.request.window;
+    const View view = {&job.scene, &job.pixel_alone, &job.with_spot, job.spot_px};
+    PixelView views[5];
+    for (int i = 0; i < 5; i++) {
+        const Vec2 part = i == 4 ? Vec2{0.5, 0.5} : Vec2{double(i % 2), double(i / 2)};
+        const Vec2 low = {double(w.array_column(b.column_begin, 0)),
+                          double(w.array_row(b.row_begin, 0))};
+        const Vec2 high = {double(w.array_column(b.column_end, 0)),
+                           double(w.array_row(b.row_end, 0))};
+        const Vec2 pixel = {low.x + part.x * (high.x - low.x), low.y + part.y * (high.y - low.y)};
+        views[i] = pixel_view(state.camera, pixel, state.camera.slopes_of(pixel));
+    }
+    return find_patch(view, views, state.candidates);
+}
+
 // What the pixels of a block share.
 class BlockOfPixels {
   public:
@@ -204,6 +222,9 @@ class BlockOfPixels {
         double sum = 0;
         z_from_ = 0;
         smooth_ = smoothness_->at(column, row, z_from_) && states_.size() == 1;
+        if (smooth_ && !lit_together_ && !patch_) {
+            patch_ = patch_of_block(job_, block_, states_[0]);
+        }
         for (int j = 0; j < w.bin_y; j++) {
             for (int i = 0; i < w.bin_x; i++) {
                 const int x = w.array_column(column, i);
@@ -229,6 +250,7 @@ class BlockOfPixels {
     std::vector<const std::vector<Candidate> *> candidates_;
     std::optional<Smoothness> smoothness_;
     BlockLight light_;
+    std::optional<Patch> patch_;
     bool lit_together_ = false;
     bool smooth_ = false;
     double z_from_ = 0;
@@ -241,9 +263,13 @@ double BlockOfPixels::electrons(int x, int y, double lit_us) {
     task.starts_smooth = smooth_;
     task.z_from = z_from_;
     if (lit_together_) {
+        task.block_light = &light_;
+    } else if (smooth_ && patch_->candidate != nullptr) {
+        task.patch = &*patch_;
+    }
+    if (lit_together_ || task.patch != nullptr) {
         const int column = w.array_column(block_.column_begin, 0);
         const int row = w.array_row(block_.row_begin, 0);
-        task.block_light = &light_;
         task.block_place = {
             static_cast<double>(x - column) / (w.array_column(block_.column_end, 0) - column),
             static_cast<double>(y - row) / (w.array_row(block_.row_end, 0) - row)};

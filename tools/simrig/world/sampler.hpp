@@ -59,6 +59,14 @@ struct BlockLight {
     LocalLight corner[4];
 };
 
+/// A body that bends little where it fills a block: what middle rays meet at the block's corners.
+struct Patch {
+    const Candidate *candidate = nullptr;  ///< null: there is no such body
+    BlockLight light;
+    Vec3 normal[4];
+    double z[4];
+};
+
 struct PixelTask {
     const std::vector<Candidate> *candidates = nullptr;
     const PixelView *views = nullptr;  ///< one, or one for each of `view_count` moments
@@ -68,6 +76,7 @@ struct PixelTask {
     bool starts_smooth = false;               ///< no edge of an object is near
     double z_from = 0;                        ///< then: nothing is nearer
     const BlockLight *block_light = nullptr;  ///< of the one sheet, or null
+    const Patch *patch = nullptr;             ///< of one body, or null
     Vec2 block_place;                         ///< of the pixel in the block, 0..1
     std::uint64_t key = 0;                    ///< of this pixel
     double electrons_per_luminance;           ///< for the pixel's own noise
