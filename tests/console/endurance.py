@@ -194,6 +194,8 @@ class Endurance:
             "record start r", "record stop"))
         if command.startswith("capture"):
             shutil.rmtree(os.path.join(self.files, "x"), ignore_errors=True)
+            if self.ask("record")["result"]["recording"] != "nothing":
+                command = command.replace("x", "-", 1)
         if command == "record start r":
             self.record()
         elif command == "record stop":
