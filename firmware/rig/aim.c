@@ -212,7 +212,7 @@ int rig_pan(struct rig *self, unsigned side, int32_t angle_urad) {
     struct horn horn = {.side = side};
     int error = ready(self, side);
     error = error == ERROR_OK ? set_goal(self, &horn, angle_urad) : error;
-    return error == ERROR_OK ? turn(self, &horn, 1) : error;
+    return error == ERROR_OK ? failure_end(self, turn(self, &horn, 1)) : error;
 }
 
 int rig_pan_both(struct rig *self, int32_t left_urad, int32_t right_urad) {
@@ -220,7 +220,7 @@ int rig_pan_both(struct rig *self, int32_t left_urad, int32_t right_urad) {
     int error = ready(self, RIG_LEFT);
     error = error == ERROR_OK ? set_goal(self, &horns[RIG_LEFT], left_urad) : error;
     error = error == ERROR_OK ? set_goal(self, &horns[RIG_RIGHT], right_urad) : error;
-    return error == ERROR_OK ? turn(self, horns, RIG_SIDES) : error;
+    return error == ERROR_OK ? failure_end(self, turn(self, horns, RIG_SIDES)) : error;
 }
 
 int rig_pan_read(struct rig *self, unsigned side, int32_t *angle_urad) {

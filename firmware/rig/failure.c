@@ -46,6 +46,10 @@ int failure_of_bus(struct rig *self, enum rig_part part, int error) {
     return failure_of_part(self, part, error, words_of(error));
 }
 
+int failure_end(struct rig *self, int error) {
+    return self->lost && error != ERROR_OK ? failure_make_safe(self, error) : error;
+}
+
 int failure_make_safe(struct rig *self, int error) {
     INVARIANT(error != ERROR_OK);
     const struct rig_trouble first = self->trouble;

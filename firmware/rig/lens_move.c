@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "rig/failure.h"
 #include "rig/lens_read.h"
 #include "rig/watch.h"
 
@@ -484,5 +485,5 @@ int rig_lens_go(struct rig *self, unsigned sides, enum lens_axis axis, int32_t p
     if (error != ERROR_OK) {
         bring_to_rest(self, movers, count);
     }
-    return error;
+    return failure_end(self, error);
 }

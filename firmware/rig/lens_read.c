@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "rig/failure.h"
 #include "rig/watch.h"
 
 enum { BOTH = 1u << RIG_LEFT | 1u << RIG_RIGHT };
@@ -114,7 +115,7 @@ int rig_lens_read(struct rig *self, unsigned side, int32_t positions[LENS_AXES])
         const bool present = (self->lens_abilities[side].axes & 1u << axis) != 0;
         positions[axis] = present ? lens_read_median(values[axis]) : INT32_MIN;
     }
-    return error;
+    return failure_end(self, error);
 }
 
 int rig_lens_limits(struct rig *self, unsigned side, enum lens_axis axis,

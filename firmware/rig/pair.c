@@ -372,5 +372,5 @@ int pair_capture(struct rig *rig, const struct pair_options *options, uint16_t *
     // Nothing has moved, so the rig may stay as it is after a frame that was no good.
     const bool harmless = error == ERROR_OK || error == ERROR_MOVED || error == ERROR_FRAME ||
                           error == ERROR_MEMORY || error == ERROR_CANCELLED;
-    return harmless ? error : failure_make_safe(rig, error);
+    return harmless ? failure_end(rig, error) : failure_make_safe(rig, error);
 }

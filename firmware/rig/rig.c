@@ -102,6 +102,7 @@ static int rest_bridge(struct rig *self) {
 int rig_safe(struct rig *self) {
     int first = ERROR_OK;
     struct rig_trouble trouble = self->trouble;
+    self->lost = false;
     if (self->profile.bridge) {
         keep_first(&first, rest_bridge(self));
         trouble = first != ERROR_OK ? self->trouble : trouble;

@@ -133,6 +133,7 @@ struct rig {
     uint32_t exposure_us[RIG_SIDES];
     uint16_t gain_q3[RIG_SIDES];
     uint64_t settled_us[RIG_SIDES];  ///< frames that begin then or later have what was set
+    bool lost;                       ///< the bridge takes no feeds, and nothing was made safe yet
     bool streaming[RIG_SIDES];       ///< the source of that side gives frames
     uint64_t started_us[RIG_SIDES];  ///< when its stream was
     struct hal_camera_format format;

@@ -369,7 +369,7 @@ static void forget(struct rig *self) {
 }
 
 int rig_bringup(struct rig *self) {
-    if (self->state == RIG_READY) {
+    if (self->state == RIG_READY || self->lost) {
         rig_safe(self);
     }
     forget(self);

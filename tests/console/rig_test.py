@@ -9,6 +9,9 @@ import unittest
 from daemon_process import PATIENCE_S, VERGENCED, DaemonTest
 
 
+CONTROL = os.path.join(os.environ["VERGENCE_SOURCE"], "tools/simrig/control")
+
+
 class Rig(DaemonTest):
     def setUp(self):
         self.first = self.client()
@@ -20,6 +23,10 @@ class Rig(DaemonTest):
         answer = self.first.ask_json(command)
         self.assertTrue(answer["ok"], answer)
         return answer["result"]
+
+    def fault(self, what):
+        subprocess.run([CONTROL, f"unix:{self.rig_path}", f"fault {what}"], check=True,
+                       timeout=PATIENCE_S, stdout=subprocess.DEVNULL)
 
     def test_pan(self):
         angles = self.asked("pan both 3.97 -3.97")
@@ -84,6 +91,16 @@ class Rig(DaemonTest):
         """The files of a session's frames, whose names are the CRC of what is in them."""
         pattern = os.path.join(self.files, session, "frame-*")
         return sorted(os.path.basename(path) for path in glob.glob(pattern))
+
+    def test_a_bus_that_sticks_and_comes_back(self):
+        """In the middle of a move, with frames of another size than that of the bring-up."""
+        self.asked("window 128 96")
+        self.fault("bus scl")
+        answer = self.first.ask_json("focus both 429")
+        self.assertEqual(answer["error"], "I2C_STUCK", answer)
+        self.assertEqual(self.asked("status")["state"], "safe")
+        self.fault("bus ok")
+        self.asked("bringup")
 
     def test_a_recorded_session_plays_bit_for_bit(self):
         self.asked("record start r1")
