@@ -59,12 +59,6 @@ static int judge(const struct command_call *call, const struct hal_camera_frame 
     return ERROR_VERIFY;
 }
 
-// A result of the bridge's driver.
-static int of_bridge(struct rig *rig, int error) {
-    watch_used(rig, RIG_PART_BRIDGE, error);
-    return error == ERROR_OK ? ERROR_OK : failure_of_bus(rig, RIG_PART_BRIDGE, error);
-}
-
 static int nothing_arrived(const struct command_call *call, int error) {
     struct command_text sentence = commands_sentence(call);
     if (error == ERROR_TIMEOUT) {
@@ -115,10 +109,10 @@ static int show_picture(const struct command_call *call) {
     struct rig *rig = call->rig;
     int error = rig_camera_stop(rig);  // the port's size is another meanwhile
     if (error == ERROR_OK) {
-        error = of_bridge(rig, fpga_bridge_camera_pattern(&rig->bridge, &pattern));
+        error = failure_of_bridge(rig, fpga_bridge_camera_pattern(&rig->bridge, &pattern));
     }
     if (error == ERROR_OK) {
-        error = of_bridge(
+        error = failure_of_bridge(
             rig, fpga_bridge_camera_select(&rig->bridge, BRIDGE_CAM_SELECT_SOURCE_IS_PATTERN));
     }
     if (error == ERROR_OK) {
@@ -130,7 +124,7 @@ static int show_picture(const struct command_call *call) {
 // The cameras' frames again, of the source that was chosen before.
 static int restore(struct rig *rig, uint16_t select, const struct hal_camera_format *format) {
     const int stopped = rig_camera_stop(rig);
-    int error = of_bridge(rig, fpga_bridge_write(&rig->bridge, BRIDGE_CAM_SELECT, select));
+    int error = failure_of_bridge(rig, fpga_bridge_write(&rig->bridge, BRIDGE_CAM_SELECT, select));
     if (error == ERROR_OK) {
         error = rig_camera_start(rig, format);
     }
@@ -142,7 +136,7 @@ static int test_picture(const struct command_call *call) {
     struct rig *rig = call->rig;
     const struct hal_camera_format format = rig->format;
     uint16_t select = 0;
-    int error = of_bridge(rig, fpga_bridge_read(&rig->bridge, BRIDGE_CAM_SELECT, &select));
+    int error = failure_of_bridge(rig, fpga_bridge_read(&rig->bridge, BRIDGE_CAM_SELECT, &select));
     if (error != ERROR_OK) {
         return error;  // nothing was changed
     }

@@ -46,6 +46,11 @@ int failure_of_bus(struct rig *self, enum rig_part part, int error) {
     return failure_of_part(self, part, error, words_of(error));
 }
 
+int failure_of_bridge(struct rig *self, int error) {
+    watch_used(self, RIG_PART_BRIDGE, error);
+    return error == ERROR_OK ? ERROR_OK : failure_of_bus(self, RIG_PART_BRIDGE, error);
+}
+
 int failure_end(struct rig *self, int error) {
     return self->lost && error != ERROR_OK ? failure_make_safe(self, error) : error;
 }

@@ -21,6 +21,10 @@ int failure_of_part(struct rig *self, enum rig_part part, int error, const char 
 /// Returns `error`.
 int failure_of_bus(struct rig *self, enum rig_part part, int error);
 
+/// A result of the bridge's driver: notes that the bridge was used, and tells where it failed, as
+/// failure_of_bus. Returns `error`.
+int failure_of_bridge(struct rig *self, int error);
+
 /// What a call of the rig ends with: where the bridge took no feed meanwhile (watch_feed), all is
 /// made safe, and the message stays. Returns `error`.
 int failure_end(struct rig *self, int error);

@@ -43,11 +43,6 @@ static bool note(struct rig *self, struct finding *finding, int error) {
     return false;
 }
 
-static int of_bridge(struct rig *self, int error) {
-    watch_used(self, RIG_PART_BRIDGE, error);
-    return error == ERROR_OK ? ERROR_OK : failure_of_bus(self, RIG_PART_BRIDGE, error);
-}
-
 static int set_reset(struct rig *self, bool active) {
     const struct hal_gpio *gpio = self->ports.gpio;
     const int error = gpio == NULL
@@ -93,7 +88,7 @@ static int open_bridge(struct rig *self) {
         }
         error = fpga_bridge_open(&self->bridge, self->ports.i2c, self->ports.clock);
     }
-    return of_bridge(self, error);
+    return failure_of_bridge(self, error);
 }
 
 // All registers to what they are after a reset, then to what this instrument needs.
@@ -129,7 +124,7 @@ static int set_bridge(struct rig *self) {
     }
     self->fed_us = watch_now_us(self);
     self->feed_arrived_us = 0;
-    return of_bridge(self, error);
+    return failure_of_bridge(self, error);
 }
 
 // The interrupt's line, where there is one, follows the bridge.
@@ -157,7 +152,7 @@ static int check_interrupt(struct rig *self) {
         error = fpga_bridge_event_take(&self->bridge, &events);
     }
     if (error != ERROR_OK) {
-        return of_bridge(self, error);
+        return failure_of_bridge(self, error);
     }
     if (seen == ERROR_OK && (low || !high)) {
         seen = ERROR_VERIFY;
@@ -188,13 +183,13 @@ static int set_servo(struct rig *self, unsigned side) {
 
 static int wake_sensors(struct rig *self) {
     struct fpga_bridge_sensor_lines lines = {.oe = SENSORS, .extclk = SENSORS};
-    int error = of_bridge(self, fpga_bridge_sensor_drive(&self->bridge, &lines));
+    int error = failure_of_bridge(self, fpga_bridge_sensor_drive(&self->bridge, &lines));
     if (error == ERROR_OK) {
         error = watch_until(self, watch_now_us(self) + CLOCK_US);
     }
     lines.reset_n = SENSORS;
     if (error == ERROR_OK) {
-        error = of_bridge(self, fpga_bridge_sensor_drive(&self->bridge, &lines));
+        error = failure_of_bridge(self, fpga_bridge_sensor_drive(&self->bridge, &lines));
     }
     return error == ERROR_OK ? watch_until(self, watch_now_us(self) + CLOCK_US) : error;
 }
@@ -205,7 +200,7 @@ static int sensor_failed(struct rig *self, unsigned side, int error) {
     struct fpga_bridge_sensor_bus bus;
     const int read = fpga_bridge_sensor_bus_read(&self->bridge, &bus);
     if (read != ERROR_OK) {
-        return of_bridge(self, read);
+        return failure_of_bridge(self, read);
     }
     if ((bus.branch_sda >> side & 1) == 0 || (bus.branch_scl >> side & 1) == 0) {
         return watch_trouble(self, part, ERROR_I2C_STUCK,
@@ -398,7 +393,7 @@ int rig_bringup(struct rig *self) {
             }
             if (error == ERROR_OK) {
                 error = fpga_bridge_camera_stream(&self->bridge, true);
-                error = of_bridge(self, error);
+                error = failure_of_bridge(self, error);
             }
         }
         note(self, &finding, error);

@@ -107,12 +107,6 @@ int rig_camera_stop(struct rig *self) {
     return first;
 }
 
-// A result of the bridge's driver.
-static int of_bridge(struct rig *self, int error) {
-    watch_used(self, RIG_PART_BRIDGE, error);
-    return error == ERROR_OK ? ERROR_OK : failure_of_bus(self, RIG_PART_BRIDGE, error);
-}
-
 // No frame came: why.
 static int no_frame(struct rig *self, unsigned side, int error) {
     const enum rig_part part = failure_part(RIG_PART_LEFT_CAMERA, side);
@@ -122,7 +116,8 @@ static int no_frame(struct rig *self, unsigned side, int error) {
     struct fpga_bridge_camera seen;
     const char *what = "no frame came in time; look at its cable, then bring up again";
     if (self->profile.bridge) {
-        const int read = of_bridge(self, fpga_bridge_camera_read(&self->bridge, side, &seen));
+        const int read =
+            failure_of_bridge(self, fpga_bridge_camera_read(&self->bridge, side, &seen));
         if (read != ERROR_OK) {
             return read;
         }
@@ -143,13 +138,14 @@ static int choose(struct rig *self, unsigned side) {
     const uint64_t deadline_us = watch_now_us(self) + 2 * frame_us + SWITCH_PATIENCE_US;
     bool asked = false;
     for (;;) {
-        int error = of_bridge(self, fpga_bridge_camera_source(&self->bridge, &source));
+        int error = failure_of_bridge(self, fpga_bridge_camera_source(&self->bridge, &source));
         if (error == ERROR_OK && source.active == sources[side] && source.gate_open &&
             !source.switching) {
             return ERROR_OK;
         }
         if (error == ERROR_OK && !asked) {
-            error = of_bridge(self, fpga_bridge_camera_select(&self->bridge, sources[side]));
+            error =
+                failure_of_bridge(self, fpga_bridge_camera_select(&self->bridge, sources[side]));
             asked = true;
         }
         if (error != ERROR_OK) {
@@ -168,7 +164,7 @@ static int choose(struct rig *self, unsigned side) {
 
 // The bridge's counts of a camera, with room to grow.
 static int read_counts(struct rig *self, unsigned side, struct fpga_bridge_camera *seen) {
-    int error = of_bridge(self, fpga_bridge_camera_read(&self->bridge, side, seen));
+    int error = failure_of_bridge(self, fpga_bridge_camera_read(&self->bridge, side, seen));
     if (error != ERROR_OK || (seen->short_lines < COUNT_FULL && seen->short_frames < COUNT_FULL)) {
         return error;
     }
@@ -176,12 +172,13 @@ static int read_counts(struct rig *self, unsigned side, struct fpga_bridge_camer
         side == RIG_LEFT ? BRIDGE_CAMERA0_SHORT_LINES : BRIDGE_CAMERA1_SHORT_LINES;
     const uint8_t frames =
         side == RIG_LEFT ? BRIDGE_CAMERA0_SHORT_FRAMES : BRIDGE_CAMERA1_SHORT_FRAMES;
-    error = of_bridge(self, fpga_bridge_clear_count(&self->bridge, lines));
+    error = failure_of_bridge(self, fpga_bridge_clear_count(&self->bridge, lines));
     if (error == ERROR_OK) {
-        error = of_bridge(self, fpga_bridge_clear_count(&self->bridge, frames));
+        error = failure_of_bridge(self, fpga_bridge_clear_count(&self->bridge, frames));
     }
-    return error == ERROR_OK ? of_bridge(self, fpga_bridge_camera_read(&self->bridge, side, seen))
-                             : error;
+    return error == ERROR_OK
+               ? failure_of_bridge(self, fpga_bridge_camera_read(&self->bridge, side, seen))
+               : error;
 }
 
 // A frame, waited for in steps so that the observer is asked and the watchdog fed.
@@ -228,7 +225,7 @@ int rig_camera_take(struct rig *self, unsigned side, uint64_t not_before_us,
     if (error != ERROR_OK) {
         return error;
     }
-    error = of_bridge(self, fpga_bridge_camera_read(&self->bridge, side, &after));
+    error = failure_of_bridge(self, fpga_bridge_camera_read(&self->bridge, side, &after));
     if (error != ERROR_OK) {
         rig_camera_give_back(self, side, frame);
         return error;
