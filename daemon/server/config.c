@@ -143,7 +143,7 @@ static int set_choice(struct config *config, const struct config_key *key, const
 static const struct config_key *find_key(const char *name, const char **nearest) {
     size_t count = 0;
     const struct config_key *keys = config_keys(&count);
-    int least = 4;
+    int least = COMMAND_SLIPS_MAX + 1;
     *nearest = NULL;
     for (size_t i = 0; i < count; i++) {
         if (strcmp(keys[i].name, name) == 0) {

@@ -164,6 +164,9 @@ int command_words_distance(const char *word, const char *other) {
     if (length >= 3 && strncmp(word, other, length) == 0) {
         return length == columns ? 0 : 1;
     }
+    if (length > columns + COMMAND_SLIPS_MAX || columns > length + COMMAND_SLIPS_MAX) {
+        return FAR_AWAY;
+    }
     int row[COMMAND_CHOICE_MAX + 1];
     for (size_t j = 0; j <= columns; j++) {
         row[j] = (int)j;

@@ -33,9 +33,12 @@ int command_words_choice(const char *word, const char *choices);
 /// are not as many. Each is shorter than that.
 bool command_words_choice_at(const char *choices, int index, char *word);
 
+/// More mistakes than that are no slip of the finger.
+enum { COMMAND_SLIPS_MAX = 3 };
+
 /// How many letters must change, come or go to make one word of the other; words longer than
-/// COMMAND_CHOICE_MAX are far from everything. A word of three letters or more that begins the
-/// other is 1 away.
+/// COMMAND_CHOICE_MAX are far from everything, and so are words whose lengths differ by more than
+/// COMMAND_SLIPS_MAX. A word of three letters or more that begins the other is 1 away.
 int command_words_distance(const char *word, const char *other);
 
 #ifdef __cplusplus

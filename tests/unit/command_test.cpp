@@ -110,6 +110,20 @@ TEST_CASE("nothing is no command") {
     }
 }
 
+TEST_CASE("the distance between words is that of letters, and of lengths where those are far") {
+    CHECK(command_words_distance("zoom", "zoom") == 0);
+    CHECK(command_words_distance("zomo", "zoom") == 2);
+    CHECK(command_words_distance("socket", "sockt_x") == 3);
+    CHECK(command_words_distance("cal", "calibration") == 1);  // begins it
+    CHECK(command_words_distance("ca", "cabin") == 3);
+    CHECK(command_words_distance("cabin", "ca") == 3);
+    CHECK(command_words_distance("ca", "cabins") > COMMAND_CHOICE_MAX);
+    CHECK(command_words_distance("cabins", "ca") > COMMAND_CHOICE_MAX);
+    CHECK(command_words_distance(std::string(COMMAND_CHOICE_MAX + 1, 'a').c_str(),
+                                 std::string(COMMAND_CHOICE_MAX - 1, 'a').c_str()) >
+          COMMAND_CHOICE_MAX);
+}
+
 TEST_CASE("refusals name argument, range and unit") {
     refused("stats", ERROR_ARGUMENT, "there is no command \"stats\"; did you mean \"status\"?");
     refused("fly", ERROR_ARGUMENT, "there is no command \"fly\"; \"help\" lists them");
