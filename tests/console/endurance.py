@@ -12,19 +12,21 @@ says it is ready, a bring-up fails though nothing is broken, a command fails wit
 does not end.
 
 The seed says which commands and faults come; where a cancelled command stops depends on the
-machine. --verbose prints each with the time of the rig. VERGENCED, VERGENCE_BOARD and SIMRIG name
-the programs.
+machine. What was found is told with the commands before it, and the simulated rig's log is kept:
+"vergence simulate --replay" makes the rig go through it again. --verbose prints each command with
+the time of the rig. VERGENCED, VERGENCE_BOARD and SIMRIG name the programs, VERGENCE_SOURCE the
+sources.
 
 Exit code: 0 nothing found; 1 something was found, and is told; 2 wrong usage; 130 interrupted.
 """
 import argparse
+import collections
 import json
 import os
 import random
 import shutil
 import signal
 import socket
-import struct
 import subprocess
 import sys
 import tempfile
@@ -32,8 +34,12 @@ import time
 
 from daemon_process import SIMRIG, VERGENCE, VERGENCED, Client
 
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), os.pardir, "simrig"))
+from simrig_client import CONTROLLER, Client as RigClient, Gone  # noqa: E402
+
 COMMAND_S = 900  # of the wall: a command that takes longer never ends
 GROWTH_KIB = 2048
+LATELY = 60  # commands and faults that are told with what was found
 SIDES = ("left", "right")
 STATUS_FIRED = 1 << 2
 REPAIRS = tuple([f"servo {side} free" for side in SIDES] +
@@ -50,40 +56,6 @@ class Interrupted(Exception):
     """SIGINT or SIGTERM."""
 
 
-class Desk:
-    """The control side of the simulated rig."""
-
-    def __init__(self, path):
-        self.socket = socket.socket(socket.AF_UNIX)
-        self.socket.settimeout(COMMAND_S)
-        self.socket.connect(path)
-        self.ask(1, struct.pack("<IHH", 0x47495256, 1, 1) + b"endurance")
-
-    def exactly(self, count):
-        data = b""
-        while len(data) < count:
-            part = self.socket.recv(count - len(data))
-            if not part:
-                raise Found("the simulated rig has gone")
-            data += part
-        return data
-
-    def ask(self, kind, body):
-        self.socket.sendall(struct.pack("<IHH", len(body), kind, 0) + body)
-        length, _, _ = struct.unpack("<IHH", self.exactly(8))
-        reply = self.exactly(length)
-        status = struct.unpack_from("<i", reply)[0]
-        if status != 0:
-            raise Found(f"the simulated rig refuses: {reply[4:].decode(errors='replace')}")
-        return reply[4:]
-
-    def now_s(self):
-        return struct.unpack("<Q", self.ask(2, b""))[0] * 1e-6
-
-    def fault(self, what):
-        self.ask(32, f"fault {what}".encode())
-
-
 class Endurance:
     def __init__(self, folder, hours, seed, verbose):
         self.folder, self.hours, self.verbose = folder, hours, verbose
@@ -98,11 +70,14 @@ class Endurance:
         self.path = os.path.join(folder, "v.sock")
         self.rig, self.daemon, self.desk, self.client = None, None, None, None
         self.seed = seed
+        self.lately = collections.deque(maxlen=LATELY)
+        self.rig_log = os.path.join(folder, "rig.log")
 
     def start(self):
         rig_path = os.path.join(self.folder, "rig.sock")
         self.rig = subprocess.Popen([SIMRIG, "--scene", "plane", "--seed", str(self.seed), "--listen",
-                                     f"unix:{rig_path}"], stdout=subprocess.DEVNULL)
+                                     f"unix:{rig_path}", "--log", self.rig_log],
+                                    stdout=subprocess.DEVNULL)
         self.await_path(rig_path, self.rig)
         quiet = os.environ.get("ASAN_OPTIONS", "") + (
             ":detect_leaks=0:quarantine_size_mb=1:thread_local_quarantine_size_kb=64")
@@ -112,7 +87,8 @@ class Endurance:
              "reader_timeout=1", f"log={os.path.join(self.folder, 'log')}"],
             stdin=subprocess.DEVNULL, env={**os.environ, "ASAN_OPTIONS": quiet})
         self.await_path(self.path, self.daemon)
-        self.desk = Desk(rig_path)
+        self.desk = RigClient(f"unix:{rig_path}", CONTROLLER)
+        self.desk.socket.settimeout(COMMAND_S)
         self.client = self.new_client()
         self.bringup()
 
@@ -130,8 +106,10 @@ class Endurance:
         return client
 
     def tell(self, what):
+        line = f"{self.passed_s():10.3f} s  {what}"
+        self.lately.append(line)
         if self.verbose:
-            print(f"{self.passed_s():10.3f} s  {what}", flush=True)
+            print(line, flush=True)
 
     # ---- one command
 
@@ -145,6 +123,7 @@ class Endurance:
             raise Found(f"\"{command}\" has no answer: {self.how_it_ended(error)}") from error
         if not answer["ok"]:
             self.told += 1
+            self.tell(f"  {answer['message']}")
             if "watchdog fired" in answer["message"]:
                 raise Found(f"{command}: {answer['message']}")
         return answer
@@ -225,13 +204,13 @@ class Endurance:
             f"serial garbage {pick.uniform(0.01, 1):.2f}",
             f"serial lost {pick.uniform(0.01, 1):.2f}"))
         self.tell(f"fault {what}")
-        self.desk.fault(what)
+        self.desk.control(f"fault {what}")
         self.faulty = pick.randrange(1, 6)
 
     def mend(self):
         self.tell("everything is mended")
         for repair in REPAIRS:
-            self.desk.fault(repair)
+            self.desk.control(f"fault {repair}")
         self.faulty = 0
         self.bringup()
 
@@ -330,8 +309,11 @@ class Endurance:
             lines = dict(line.split(":", 1) for line in file if ":" in line)
         return int(lines["VmRSS"].split()[0]), fds
 
+    def now_s(self):
+        return self.desk.time_us() * 1e-6
+
     def passed_s(self):
-        self.at_s = self.desk.now_s()
+        self.at_s = self.now_s()
         return self.at_s - self.began_s
 
     def account(self):
@@ -349,7 +331,7 @@ class Endurance:
             raise Found(f"descriptors grew from {self.base[1]} to {fds}")
 
     def run(self):
-        self.began_s = self.desk.now_s()
+        self.began_s = self.now_s()
         every_s = min(3600.0, self.hours * 1800)
         due_s = every_s
         while self.passed_s() < self.hours * 3600:
@@ -392,6 +374,8 @@ def main():
         run.run()
     except Found as found:
         code, how = 1, f"FOUND: {found}"
+    except Gone:
+        code, how = 1, "FOUND: the simulated rig has gone"
     except Interrupted:
         code, how = 130, "interrupted"
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -400,6 +384,11 @@ def main():
     run.close()
     print(f"{hours:.3f} of {options.hours:g} virtual hours: {how}", flush=True)
     if code == 1:
+        print("before it:\n" + "\n".join(run.lately))
+        kept = os.path.join(tempfile.gettempdir(), f"endurance-{options.seed}.log")
+        if os.path.exists(run.rig_log):
+            shutil.move(run.rig_log, kept)
+            print(f"the simulated rig's log: {kept}")
         log = os.path.join(folder, "log")
         if os.path.exists(log):
             with open(log, encoding="utf-8", errors="replace") as file:
