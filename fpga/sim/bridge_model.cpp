@@ -269,6 +269,11 @@ void bridge_model_destroy(bridge_model *model) {
     }
 }
 
+void bridge_model_begin_at(bridge_model *model, uint64_t time_ps) {
+    model->now_ps += time_ps;
+    model->clocks[BRIDGE_CLOCK_CONTROL].next_ps += time_ps;
+}
+
 void bridge_model_set_inputs(bridge_model *model, const bridge_inputs *inputs) {
     model->inputs = *inputs;
     model->inputs_changed = true;

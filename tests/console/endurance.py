@@ -75,9 +75,11 @@ class Endurance:
 
     def start(self):
         rig_path = os.path.join(self.folder, "rig.sock")
+        # So that long times are met at once: counters of microseconds turn over at any moment.
+        begin_s = self.chance.randrange(900000)
         self.rig = subprocess.Popen([SIMRIG, "--scene", "plane", "--seed", str(self.seed), "--listen",
-                                     f"unix:{rig_path}", "--log", self.rig_log],
-                                    stdout=subprocess.DEVNULL)
+                                     f"unix:{rig_path}", "--log", self.rig_log, "--begin",
+                                     str(begin_s)], stdout=subprocess.DEVNULL)
         self.await_path(rig_path, self.rig)
         quiet = os.environ.get("ASAN_OPTIONS", "") + (
             ":detect_leaks=0:quarantine_size_mb=1:thread_local_quarantine_size_kb=64")

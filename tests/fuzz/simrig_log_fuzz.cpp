@@ -11,7 +11,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     using namespace simrig;
     try {
         const Log log = parse_log("x.log", Body(data, data + size));
-        std::size_t bytes = 33 + log.head.rig.size() + log.head.scene.size();
+        std::size_t bytes = 37 + log.head.rig.size() + log.head.scene.size();
+        FUZZ_CHECK(log.head.begin_s <= kLatestBeginS);
         for (const LogEntry &entry : log.entries) {
             FUZZ_CHECK(entry.happened >= Happened::kAnswered &&
                        entry.happened <= Happened::kReleased);

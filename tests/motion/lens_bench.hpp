@@ -62,9 +62,11 @@ class LensWorld {
                 simrig::LensMotor(motors[1], positions[1], seed + 1),
                 simrig::LensMotor(motors[2], positions[2], seed + 2)};
     }
+    // Times of these tests are whole microseconds, or nearly.
+    static uint64_t ps_of(double time_us) { return uint64_t(std::llround(time_us * 1e6)); }
     void step(double time_us) {
         now_us_ = time_us;
-        for (const uint8_t byte : controller.line().take(time_us)) {
+        for (const uint8_t byte : controller.line().take(ps_of(time_us))) {
             come_.push_back(byte);
         }
     }
@@ -73,14 +75,14 @@ class LensWorld {
     static int write(void *self, const void *data, size_t bytes, uint64_t) {
         LensWorld &world = of(self);
         const auto *first = static_cast<const uint8_t *>(data);
-        world.controller.line().send(world.now_us_, {first, first + bytes});
+        world.controller.line().send(ps_of(world.now_us_), {first, first + bytes});
         return ERROR_OK;
     }
     static int read(void *self, void *data, size_t capacity, uint64_t deadline_us, size_t *bytes) {
         LensWorld &world = of(self);
         const double end_us = double(deadline_us);
         while (world.come_.empty() && world.now_us_ < end_us) {
-            const double next_us = world.controller.line().next_us();
+            const double next_us = double(world.controller.line().next_ps()) * 1e-6;
             world.advance(std::min(end_us, std::max(world.now_us_ + 1, std::ceil(next_us))));
         }
         if (world.come_.empty()) {

@@ -184,7 +184,7 @@ void measure_zoom() {
     bench.pass(100 * kMs);
     const double begin_s = cpu_s(), begin_us = bench.rig.now_us();
     const std::string go = "1Z850\n2Z850\n";
-    bench.rig.serial().send(bench.rig.now_us(), {go.begin(), go.end()});
+    bench.rig.serial().send(bench.rig.now_ps(), {go.begin(), go.end()});
     const auto under_way = [&bench] {
         return std::fabs(bench.rig.state(0).zoom - 850) > 4 ||
                std::fabs(bench.rig.state(1).zoom - 850) > 4;
@@ -192,9 +192,9 @@ void measure_zoom() {
     while (under_way() && bench.rig.now_us() < begin_us + 20000 * kMs) {
         // As a driver does, which asks where the motors are.
         const std::string ask = "1?\n2?\n";
-        bench.rig.serial().send(bench.rig.now_us(), {ask.begin(), ask.end()});
+        bench.rig.serial().send(bench.rig.now_ps(), {ask.begin(), ask.end()});
         bench.pass(200 * kMs);
-        bench.rig.serial().take(bench.rig.now_us());
+        bench.rig.serial().take(bench.rig.now_ps());
     }
     char what[64];
     std::snprintf(what, sizeof what, "zoom from end to end (%.1f s of virtual time)",

@@ -32,8 +32,13 @@ class StartUp(Bench):
                 ([*listen, "--pty"], "--wall"), ([*listen, "--log", ""], "empty"),
                 ([*listen, "--wall", "--log", "x"], "--log"), ([*listen, "--until", "3"], "--from"),
                 ([*listen, "--replay", "x"], "--replay goes with"),
-                (["--replay", "x", "--every-clock"], "as it was in the log"),
-                (["--from", "x", "--every-clock", "--listen", "tcp:0"], "as it was in the log")):
+                (["--replay", "x", "--every-clock"], "as they were in the log"),
+                (["--from", "x", "--every-clock", "--listen", "tcp:0"], "as they were in the log"),
+                (["--replay", "x", "--begin", "5"], "as they were in the log"),
+                (["--scene", "x", "--listen", "tcp:0", "--begin", "-1"],
+                 "--begin wants a whole number from 0 to 1000000, not '-1'"),
+                (["--scene", "x", "--listen", "tcp:0", "--begin", "5", "--wall"],
+                 "--begin does not go with it")):
             self.refuse(2, arguments, word, "see simrig --help")
 
     def test_help_and_version(self):

@@ -100,7 +100,7 @@ TEST_CASE("lens motors move at their speed, and the controller tells where they 
     }
     Bench bench(settings);
     const std::string move = "1Z600\n";
-    bench.rig.serial().send(bench.rig.now_us(), {move.begin(), move.end()});
+    bench.rig.serial().send(bench.rig.now_ps(), {move.begin(), move.end()});
     bench.rig.advance(bench.rig.now_us() + 1000 * kMs, 0);
     const double half_way = bench.rig.state(0).zoom;
     CHECK(half_way > 430);
@@ -108,15 +108,48 @@ TEST_CASE("lens motors move at their speed, and the controller tells where they 
     bench.rig.advance(bench.rig.now_us() + 1500 * kMs, 0);
     CHECK(std::abs(bench.rig.state(0).zoom - 600) <= 2.5);  // half the backlash
     const std::string ask = "1?\n";
-    bench.rig.serial().send(bench.rig.now_us(), {ask.begin(), ask.end()});
+    bench.rig.serial().send(bench.rig.now_ps(), {ask.begin(), ask.end()});
     CHECK(bench.rig.advance(bench.rig.now_us() + 500 * kMs, simrig::kWakeSerial) ==
           simrig::kWakeSerial);
     bench.rig.advance(bench.rig.now_us() + 100 * kMs, 0);
-    const std::vector<uint8_t> bytes = bench.rig.serial().take(bench.rig.now_us());
+    const std::vector<uint8_t> bytes = bench.rig.serial().take(bench.rig.now_ps());
     const std::string text(bytes.begin(), bytes.end());
     int zoom = 0;
     CHECK(std::sscanf(text.c_str(), "V3LC 1\rZoom:%d", &zoom) == 1);
     CHECK(std::abs(zoom - 600) <= 5);
+}
+
+TEST_CASE("after days the rig does what it did in its first second, and time stands nowhere") {
+    for (const uint32_t begin_s : {0u, 5000u, 86400u, 890298u, 999999u}) {
+        CAPTURE(begin_s);
+        simrig::RigSettings settings;
+        settings.begin_s = begin_s;
+        Bench bench(settings);
+        const double begin_us = begin_s * 1e6;
+        CHECK(bench.rig.now_us() >= begin_us + 200);
+        CHECK(bench.rig.now_us() < begin_us + 300);
+        // Answers of the lens controller, at any part of a microsecond, awaited or not.
+        for (int i = 1; i <= 40; i++) {
+            const std::string ask = "1?\n";
+            bench.rig.serial().send(bench.rig.now_ps(), {ask.begin(), ask.end()});
+            const uint32_t wake = i % 2 == 0 ? uint32_t(simrig::kWakeSerial) : 0u;
+            const double until_us = begin_us + i * 100 * kMs + i;
+            CHECK(bench.rig.advance(until_us, wake) == wake);
+            CHECK((wake != 0 || bench.rig.now_us() == until_us));
+            CHECK(bench.rig.now_us() >= until_us - (wake != 0 ? 100 * kMs : 0.0));
+            CHECK(bench.rig.now_us() <= until_us);
+            bench.rig.advance(until_us, 0);
+            CHECK(bench.rig.serial().take(bench.rig.now_ps()).size() > 20);
+        }
+        bench.wake_sensors();
+        bench.set_window(kLeft, 64, 48, 21, 5);
+        CHECK(bench.write(kBridge, 0x08, 0x0100) == I2cStatus::kOk);
+        bench.rig.advance(bench.rig.now_us() + 20 * kMs, 0);
+        const simrig::PpiFrame frame = bench.capture(64, 48);
+        CHECK_FALSE((frame.short_line || frame.short_frame || frame.long_frame));
+        REQUIRE(frame.pixels.size() == 64 * 48);
+        CHECK(frame.pixels[64 + 1] == pixel_of(0, 1, 1));
+    }
 }
 
 TEST_CASE("the first pulse of another width is as exact as the others") {

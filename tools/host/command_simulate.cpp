@@ -19,7 +19,7 @@ namespace {
 
 struct request {
     const char *rig, *listen, *files, *script, *log, *from, *replay, *view;
-    int seed = -1, threads = -1;
+    int seed = -1, begin_s = -1, threads = -1;
     double zoom = -1, focus_mm = -1, until_s = -1;
     bool wall, pty, every_clock;
 };
@@ -36,6 +36,9 @@ const option options[] = {
      "Of all noise and chance: the same seed and the same requests give the same answers. "
      "Default: 1.",
      0, 2147483647, 1, 0, nullptr},
+    {"begin", OPTION_INT, offsetof(request, begin_s), "SECONDS",
+     "The rig's time when it comes to life, as of a machine that has run for so long. Default: 0.",
+     0, 1000000, -1, 0, nullptr},
     {"wall", OPTION_FLAG, offsetof(request, wall), nullptr,
      "The rig's time is the clock's. Otherwise it passes by requests alone.", 0, 0, 0, 0, nullptr},
     {"every-clock", OPTION_FLAG, offsetof(request, every_clock), nullptr,
@@ -128,6 +131,9 @@ std::vector<std::string> arguments_of(const request &asked, const char *scene) {
     }
     if (asked.seed >= 0) {
         add("--seed", std::to_string(asked.seed));
+    }
+    if (asked.begin_s >= 0) {
+        add("--begin", std::to_string(asked.begin_s));
     }
     if (asked.threads >= 0) {
         add("--threads", std::to_string(asked.threads));

@@ -116,6 +116,7 @@ void check_sum(const std::string &path, uint32_t sum, uint32_t then, const std::
 Plan plan_of(const Options &options) {
     Plan plan;
     plan.head.seed = options.seed;
+    plan.head.begin_s = options.begin_s;
     plan.head.every_clock = options.every_clock;
     const std::string log = options.replay + options.from;
     if (!log.empty()) {
@@ -232,7 +233,7 @@ int serve(const Options &options, const Plan &plan) {
     if (options.pty) {
         pty = std::make_unique<Pty>();
         std::printf("lens controller on %s\n", pty->name().c_str());
-        tick = [&pty, &session] { pty->exchange(session->serial(), session->board().now_us()); };
+        tick = [&pty, &session] { pty->exchange(session->serial(), session->board().now_ps()); };
     }
     Server server(listener, *session, plan.head.rig, tick);
     std::printf("listening on %s\n", listener.name().c_str());

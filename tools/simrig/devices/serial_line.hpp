@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// An RS-232 line to a device: bytes with times, and the faults that lines have.
+/// An RS-232 line to a device: bytes with times, and the faults that lines have. Times are whole
+/// picoseconds, so that "when is the next byte" and "it is there" agree for ever.
 #ifndef VERGENCE_SIMRIG_DEVICES_SERIAL_LINE_HPP
 #define VERGENCE_SIMRIG_DEVICES_SERIAL_LINE_HPP
 
@@ -29,30 +30,31 @@ class SerialLine {
     using Answer = std::function<std::string(double time_us, const std::string &line)>;
     SerialLine(double bits_per_s, double answer_ms, Answer answer, uint64_t seed);
 
-    /// Bytes that the host sends from time_us on.
-    void send(double time_us, const std::vector<uint8_t> &bytes);
+    /// Bytes that the host sends from time_ps on.
+    void send(uint64_t time_ps, const std::vector<uint8_t> &bytes);
     /// The bytes that have come to the host until then.
-    std::vector<uint8_t> take(double time_us);
-    /// When the next byte comes to the host; infinity: none on its way.
-    double next_us() const;
+    std::vector<uint8_t> take(uint64_t time_ps);
+    /// When the next byte comes to the host; kNever: none on its way.
+    uint64_t next_ps() const;
+    static constexpr uint64_t kNever = UINT64_MAX;
     /// Lets the device do what is due until then.
-    void advance(double time_us);
+    void advance(uint64_t time_ps);
 
     SerialFaults faults;
 
   private:
     struct Byte {
-        double time_us;
+        uint64_t time_ps;
         uint8_t value;
     };
-    void answer(double time_us, const std::string &text);
+    void answer(uint64_t time_ps, const std::string &text);
 
-    double byte_us_, answer_us_;
+    uint64_t byte_ps_, answer_ps_;
     Answer answer_;
     Noise noise_;
     std::deque<Byte> to_device_, to_host_;
     std::string line_;
-    double line_free_us_ = 0, host_free_us_ = 0;
+    uint64_t line_free_ps_ = 0, host_free_ps_ = 0;
 };
 
 }  // namespace simrig

@@ -15,6 +15,7 @@ namespace {
 // Of the IRQ line's edges the newest are kept.
 constexpr size_t kEdgesKept = 4096;
 constexpr uint64_t kResetPs = 10 * kPsPerUs;
+constexpr uint64_t kPsPerS = 1000000 * kPsPerUs;
 constexpr uint64_t kLongestPeriodPs = 30000 * kPsPerUs;
 
 std::array<LensController::Lens, LensController::kLenses> make_lenses(const RigSettings &settings) {
@@ -26,6 +27,13 @@ std::array<LensController::Lens, LensController::kLenses> make_lenses(const RigS
         return LensController::Lens{motor(number, 0), motor(number, 1), motor(number, 2)};
     };
     return {lens(0), lens(1)};
+}
+
+// The first whole picosecond that is not before it.
+uint64_t ps_of(double time_us) {
+    const double whole_us = std::floor(time_us);
+    return uint64_t(whole_us) * kPsPerUs +
+           uint64_t(std::ceil((time_us - whole_us) * double(kPsPerUs)));
 }
 
 // Whether it writes a register on which the servos' pulses depend.
@@ -42,7 +50,7 @@ bool may_move_servos(const I2cMessage &message) {
 Rig::Rig(const RigSettings &settings, Scenery scenery)
     : settings_(settings),
       scenery_(std::move(scenery)),
-      wires_(uint32_t(settings.seed)),
+      wires_(uint32_t(settings.seed), settings.begin_s * kPsPerS),
       host_(wires_),
       ppi_(wires_),
       servos_{Servo(settings.servo[0], settings.seed * 64),
@@ -74,7 +82,7 @@ void Rig::on_pins(uint64_t time_ps, uint32_t groups, const bridge_outputs &now) 
         for (size_t i = 0; i < servos_.size(); i++) {
             Pulse &pulse = pulses_[i];
             const bool high = now.servo[i] != 0;
-            servos_[i].edge(double(time_ps) * 1e-6, high);
+            servos_[i].edge(us_of(time_ps), high);
             if (high && !pulse.high) {
                 const uint64_t period_ps = time_ps - pulse.rise_ps;
                 pulse.period_ps = period_ps < kLongestPeriodPs ? period_ps : 0;
@@ -96,7 +104,7 @@ void Rig::on_pins(uint64_t time_ps, uint32_t groups, const bridge_outputs &now) 
         if (irq_edges_.size() == kEdgesKept) {
             irq_edges_.erase(irq_edges_.begin());
         }
-        irq_edges_.push_back({double(time_ps) * 1e-6, irq_});
+        irq_edges_.push_back({us_of(time_ps), irq_});
         if (wake_on_irq_) {
             woken_by_irq_ = true;
             wires_.stop();
@@ -152,21 +160,16 @@ uint32_t Rig::advance(double until_us, uint32_t wake) {
     woken_by_irq_ = false;
     const size_t edges = irq_edges_.size();
     uint32_t woken = 0;
-    while (woken == 0 && now_us() < until_us) {
-        const double serial_us = lenses_.line().next_us();
-        const double next_us = std::min(until_us, std::max(serial_us, now_us()));
-        // Just after it: what is due then is due.
-        const auto next_ps = uint64_t(std::ceil(next_us * double(kPsPerUs))) + 1;
-        run_quietly(next_ps);
-        lenses_.line().advance(now_us());
-        const bool bytes = lenses_.line().next_us() <= now_us();
+    SerialLine &line = lenses_.line();
+    const uint64_t until_ps = ps_of(until_us);
+    while (woken == 0 && now_ps() < until_ps) {
+        // Bytes that nobody waits for must not stop the clock.
+        const bool unwanted = line.next_ps() <= now_ps() && (wake & kWakeSerial) == 0;
+        run_quietly(unwanted ? until_ps : std::min(until_ps, line.next_ps()));
+        line.advance(now_ps());
         woken |= irq_edges_.size() != edges ? wake & kWakeGpio : 0u;
-        woken |= bytes ? wake & kWakeSerial : 0u;
+        woken |= line.next_ps() <= now_ps() ? wake & kWakeSerial : 0u;
         woken |= ppi_.done() ? wake & kWakeFrame : 0u;
-        if (bytes && (wake & kWakeSerial) == 0) {
-            // Bytes that nobody waits for must not stop the clock.
-            run_quietly(uint64_t(std::llround(until_us * double(kPsPerUs))));
-        }
     }
     wake_on_irq_ = false;
     return woken;

@@ -24,6 +24,8 @@ struct LensSettings {
 
 struct RigSettings {
     uint64_t seed = 1;
+    /// What the rig's time is when it comes to life, as of a machine that has run for long.
+    uint32_t begin_s = 0;
     /// Every clock of both sensors reaches the bridge at all times, which costs some 5 CPU seconds
     /// for each second. Otherwise only frames that the armed port could get do, and the bridge's
     /// counts and times of frames and its measured pixel clock are of those alone.
@@ -58,6 +60,7 @@ class Rig : public PinListener {
     Rig(const RigSettings &settings, Scenery scenery);
 
     double now_us() const { return wires_.now_us(); }
+    uint64_t now_ps() const { return wires_.now_ps(); }
     /// Lets time pass until then or until something of `wake` happens, and tells what did.
     uint32_t advance(double until_us, uint32_t wake);
 

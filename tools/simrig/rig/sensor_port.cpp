@@ -105,7 +105,7 @@ void SensorPort::catch_up() {
         return;
     }
     const uint64_t clocks = (now_ps - caught_up_ps_) / period_ps_;
-    sensor_.skip(clocks, double(period_ps_) * 1e-6);
+    sensor_.skip(clocks, us_of(period_ps_));
     caught_up_ps_ += clocks * period_ps_;
 }
 
@@ -178,7 +178,7 @@ void SensorPort::on_clock(uint64_t time_ps, int camera) {
         go_still(time_ps);
         return;
     }
-    sensor_.run(double(time_ps) * 1e-6, double(period_ps_) * 1e-6, words_);
+    sensor_.run(us_of(time_ps), us_of(period_ps_), words_);
     const bool frame_valid = (words_[0] & Mt9t001::kFrameValid) != 0;
     if (frame_valid && sensor_.begins_frame()) {
         joined_late_ = false;

@@ -7,10 +7,11 @@
 
 namespace simrig {
 
-Wires::Wires(uint32_t seed) : model_(bridge_model_create(seed)) {
+Wires::Wires(uint32_t seed, uint64_t begin_ps) : model_(bridge_model_create(seed)) {
     if (model_ == nullptr) {
         throw std::bad_alloc();
     }
+    bridge_model_begin_at(model_.get(), begin_ps);
     bridge_model_get_inputs(model_.get(), &in);
 }
 

@@ -16,6 +16,11 @@ namespace simrig {
 
 constexpr uint64_t kPsPerUs = 1000000;
 
+/// Microseconds; a whole number of them stays one, which no quotient of doubles promises.
+inline double us_of(uint64_t time_ps) {
+    return double(time_ps / kPsPerUs) + double(time_ps % kPsPerUs) / double(kPsPerUs);
+}
+
 /// Who is told when pins of the groups in wanted() have changed.
 class PinListener {
   public:
@@ -42,7 +47,8 @@ class PpiListener {
 
 class Wires {
   public:
-    explicit Wires(uint32_t seed);
+    /// Time begins at begin_ps.
+    Wires(uint32_t seed, uint64_t begin_ps);
     ~Wires();
     Wires(const Wires &) = delete;
     Wires &operator=(const Wires &) = delete;
@@ -54,7 +60,7 @@ class Wires {
     const bridge_outputs &out();
 
     uint64_t now_ps() const { return bridge_model_time_ps(model_.get()); }
-    double now_us() const { return double(now_ps()) * 1e-6; }
+    double now_us() const { return us_of(now_ps()); }
     /// Lets time pass until then, with all moments on the way. Returns early when stop() was
     /// called.
     void run_until(uint64_t time_ps);

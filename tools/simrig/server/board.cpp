@@ -91,8 +91,8 @@ uint32_t Board::there_already(uint32_t wake) {
     uint32_t woken = rig_.has_irq_edges() ? wake & kWakeGpio : 0u;
     woken |= rig_.frame_done() ? wake & kWakeFrame : 0u;
     if ((wake & kWakeSerial) != 0) {
-        rig_.serial().advance(rig_.now_us());
-        woken |= rig_.serial().next_us() <= rig_.now_us() ? wake & kWakeSerial : 0u;
+        rig_.serial().advance(rig_.now_ps());
+        woken |= rig_.serial().next_ps() <= rig_.now_ps() ? wake & kWakeSerial : 0u;
     }
     return woken;
 }
@@ -174,13 +174,13 @@ Board::Answer Board::answer(const FrameCancel &) {
 }
 
 Board::Answer Board::answer(const SerialWrite &write) {
-    rig_.serial().send(rig_.now_us(), write.bytes);
+    rig_.serial().send(rig_.now_ps(), write.bytes);
     return ok().take();
 }
 
 Board::Answer Board::answer(const SerialRead &) {
     BodyWriter reply = ok();
-    reply.bytes(rig_.serial().take(rig_.now_us()));
+    reply.bytes(rig_.serial().take(rig_.now_ps()));
     return reply.take();
 }
 

@@ -31,6 +31,7 @@ class Board {
     /// The board's client has gone.
     void release();
     double now_us() const { return rig_.now_us(); }
+    uint64_t now_ps() const { return rig_.now_ps(); }
 
     bool has_wall_time() const { return bool(clock_); }
     /// With wall time and nothing to step: lets it pass. True: the rig is behind the clock.

@@ -4,6 +4,8 @@
 #include <map>
 #include <sstream>
 
+#include "tools/simrig/wire/log.hpp"
+
 namespace simrig {
 
 const char *const kUsage =
@@ -22,6 +24,8 @@ const char *const kUsage =
     "  --listen WHERE   unix:PATH, or tcp:PORT on this machine's loopback (0: any free one)\n"
     "  --seed N         of all noise and chance (default 1); the same seed and the same requests\n"
     "                   give the same answers\n"
+    "  --begin SECONDS  the rig's time when it comes to life (default 0), as of a machine that has\n"
+    "                   run for so long: 0 to 1000000, a whole number\n"
     "  --threads N      for pictures (default 1); the same pictures with any number\n"
     "  --wall           the rig's time is the clock's; otherwise it passes by requests alone\n"
     "  --every-clock    both sensors' clocks and pixels reach the bridge all the time, not only\n"
@@ -93,6 +97,8 @@ void set_option(Options &options, const std::string &name, const std::string &va
         *text->second = value;
     } else if (name == "--seed") {
         options.seed = whole(name, value, 0, UINT32_MAX);
+    } else if (name == "--begin") {
+        options.begin_s = uint32_t(whole(name, value, 0, kLatestBeginS));
     } else if (name == "--threads") {
         options.threads = int(whole(name, value, 1, 64));
     } else if (name == "--until") {
@@ -118,8 +124,13 @@ void check(const Options &options) {
     if (options.until_s >= 0 && options.from.empty()) {
         throw WrongUsage("--until goes with --from");
     }
-    if (options.every_clock && (!options.replay.empty() || !options.from.empty())) {
-        throw WrongUsage("--every-clock is as it was in the log that --replay or --from reads");
+    if ((options.every_clock || options.begin_s != 0) &&
+        (!options.replay.empty() || !options.from.empty())) {
+        throw WrongUsage("--every-clock and --begin are as they were in the log that --replay or "
+                         "--from reads");
+    }
+    if (options.begin_s != 0 && options.wall) {
+        throw WrongUsage("with --wall time begins with the clock's: --begin does not go with it");
     }
     if (!options.replay.empty()) {
         if (!options.listen.empty() || !options.view.empty() || !options.from.empty() ||

@@ -38,13 +38,13 @@ Pty::~Pty() {
     }
 }
 
-void Pty::exchange(SerialLine &line, double now_us) {
+void Pty::exchange(SerialLine &line, uint64_t now_ps) {
     uint8_t buffer[256];
     const ssize_t count = read(master_, buffer, sizeof buffer);
     if (count > 0) {
-        line.send(now_us, std::vector<uint8_t>(buffer, buffer + count));
+        line.send(now_ps, std::vector<uint8_t>(buffer, buffer + count));
     }
-    const std::vector<uint8_t> bytes = line.take(now_us);
+    const std::vector<uint8_t> bytes = line.take(now_ps);
     // A program that does not read loses what comes, as on a real line.
     if (!bytes.empty() && write(master_, bytes.data(), bytes.size()) < 0) {
         return;

@@ -20,7 +20,7 @@ class Pty {
     /// The device that a program opens.
     const std::string &name() const { return name_; }
     /// Bytes both ways; never waits.
-    void exchange(SerialLine &line, double now_us);
+    void exchange(SerialLine &line, uint64_t now_ps);
 
   private:
     int master_ = -1, slave_ = -1;

@@ -17,6 +17,7 @@ constexpr double kAlways = std::numeric_limits<double>::infinity();
 RigSettings settings_of(const LogHead &head) {
     RigSettings settings = load_settings(head.rig);
     settings.seed = head.seed;
+    settings.begin_s = head.begin_s;
     settings.every_clock = head.every_clock;
     return settings;
 }

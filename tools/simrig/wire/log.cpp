@@ -17,7 +17,7 @@ namespace simrig {
 namespace {
 
 constexpr uint32_t kLogMagic = 0x4C475253;  // "SRGL"
-constexpr uint16_t kLogVersion = 3;
+constexpr uint16_t kLogVersion = 4;
 constexpr size_t kLongestLog = size_t(1) << 30;
 
 Body head_bytes(const LogHead &head) {
@@ -26,6 +26,7 @@ Body head_bytes(const LogHead &head) {
     out.u16(kLogVersion);
     out.u16(SIMRIG_VERSION);
     out.u64(head.seed);
+    out.u32(head.begin_s);
     out.u32(head.rig_sum);
     out.u32(head.scene_sum);
     out.u8(head.every_clock ? 1 : 0);
@@ -43,10 +44,11 @@ LogHead read_head(const std::string &name, BodyReader &in) {
     }
     LogHead head;
     head.seed = in.u64();
+    head.begin_s = in.u32();
     head.rig_sum = in.u32();
     head.scene_sum = in.u32();
     const uint8_t every_clock = in.u8();
-    if (every_clock > 1) {
+    if (every_clock > 1 || head.begin_s > kLatestBeginS) {
         throw std::runtime_error(name + " is damaged");
     }
     head.every_clock = every_clock == 1;

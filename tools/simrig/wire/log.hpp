@@ -27,11 +27,14 @@ struct LogEntry {
     Body body;            ///< of a request
 };
 
+constexpr uint32_t kLatestBeginS = 1000000;
+
 /// How the rig was made; a log fits no other. Sums: CRC-32 of the files.
 struct LogHead {
     std::string rig, scene;
     uint32_t rig_sum = 0, scene_sum = 0;
     uint64_t seed = 0;
+    uint32_t begin_s = 0;      ///< RigSettings::begin_s
     bool every_clock = false;  ///< RigSettings::every_clock
 };
 
