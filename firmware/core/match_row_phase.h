@@ -392,6 +392,9 @@ static bool hides(const struct row_view *view, const int rows, const struct matc
 // Notes the winners of a tile.
 static void note_tile(const struct row_view *view, const int rows, const struct match_tile *tile,
                       int x_begin, int columns, bool hidden) {
+    // Lanes from here on are padding. They may win, which tells that nothing searched fits; but a
+    // pixel that sees the right row through them alone is at a border: no place for any match.
+    const int wanted = view->level->disparity_count - tile->base;
     for (int r = 0; r < rows; r++) {
         struct match_line *line = &view->line[r];
         const uint8_t *cost = view->cost[r] + tile->offset;
@@ -400,7 +403,8 @@ static void note_tile(const struct row_view *view, const int rows, const struct 
             int end = tile->lanes;
             if (hidden) {
                 searched(view, r, tile, x, &begin, &end);
-                if (x < view->left[r].begin || x >= view->left[r].end || begin >= end) {
+                if (x < view->left[r].begin || x >= view->left[r].end || begin >= end ||
+                    begin >= wanted) {
                     // Its right pixel is one beyond the row.
                     line->row.lane[x] = -1;
                     line->row.right_x[x] = (int16_t)view->level->width;

@@ -63,6 +63,9 @@ Grid<Winner> winners_of(const View &left, const View &right, const Search &searc
             // Lane i looks at right pixel x - disparity_min - i.
             const int begin = x - search.disparity_min - (right_span.end - 1);
             const int end = x - search.disparity_min - right_span.begin + 1;
+            if (begin >= search.disparity_count) {
+                continue;  // all that is searched lies outside of the right row
+            }
             Winner &winner = winners.at(x, y);
             winner = winner_of(sums.totals.at(x, y), sums.averages.at(x, y), std::max(begin, 0),
                                std::min(end, search.lanes()));
