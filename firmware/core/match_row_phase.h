@@ -25,13 +25,9 @@ static const uint8_t near_lanes[2 * MATCH_MAX_DISPARITIES + MATCH_LANES] = {
 
 // outside_lanes + 16 - n: the first n of 16 lanes; outside_lanes + 32 - n: all but the first n.
 static const uint8_t outside_lanes[3 * MATCH_LANES] = {
-    [0] = UINT8_MAX,  [1] = UINT8_MAX,  [2] = UINT8_MAX,  [3] = UINT8_MAX,  [4] = UINT8_MAX,
-    [5] = UINT8_MAX,  [6] = UINT8_MAX,  [7] = UINT8_MAX,  [8] = UINT8_MAX,  [9] = UINT8_MAX,
-    [10] = UINT8_MAX, [11] = UINT8_MAX, [12] = UINT8_MAX, [13] = UINT8_MAX, [14] = UINT8_MAX,
-    [15] = UINT8_MAX, [32] = UINT8_MAX, [33] = UINT8_MAX, [34] = UINT8_MAX, [35] = UINT8_MAX,
-    [36] = UINT8_MAX, [37] = UINT8_MAX, [38] = UINT8_MAX, [39] = UINT8_MAX, [40] = UINT8_MAX,
-    [41] = UINT8_MAX, [42] = UINT8_MAX, [43] = UINT8_MAX, [44] = UINT8_MAX, [45] = UINT8_MAX,
-    [46] = UINT8_MAX, [47] = UINT8_MAX};
+    0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF,        0xFF, 0xFF, 0xFF, 0xFF, 0xFF,
+    0xFF, 0xFF, 0xFF, 0xFF, 0xFF, [32] = 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF,
+    0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF,        0xFF, 0xFF, 0xFF, 0xFF};
 
 struct row_view {
     const struct match_level *level;

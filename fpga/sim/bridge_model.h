@@ -95,7 +95,8 @@ enum { BRIDGE_WORD_LINE = 1u << 10, BRIDGE_WORD_FRAME = 1u << 11 };
  * memory. The caller destroys it. */
 bridge_model *bridge_model_create(uint32_t seed);
 void bridge_model_destroy(bridge_model *model);
-/* Before anything else: the model's time begins there, not at 0; nothing has passed for the bridge. */
+/* Before anything else: the model's time begins there, not at 0; nothing has passed for the bridge.
+ */
 void bridge_model_begin_at(bridge_model *model, uint64_t time_ps);
 
 /* What the world drives from now on. inputs is copied. */

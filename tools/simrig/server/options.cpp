@@ -24,7 +24,8 @@ const char *const kUsage =
     "  --listen WHERE   unix:PATH, or tcp:PORT on this machine's loopback (0: any free one)\n"
     "  --seed N         of all noise and chance (default 1); the same seed and the same requests\n"
     "                   give the same answers\n"
-    "  --begin SECONDS  the rig's time when it comes to life (default 0), as of a machine that has\n"
+    "  --begin SECONDS  the rig's time when it comes to life (default 0), as of a machine that "
+    "has\n"
     "                   run for so long: 0 to 1000000, a whole number\n"
     "  --threads N      for pictures (default 1); the same pictures with any number\n"
     "  --wall           the rig's time is the clock's; otherwise it passes by requests alone\n"
@@ -126,8 +127,9 @@ void check(const Options &options) {
     }
     if ((options.every_clock || options.begin_s != 0) &&
         (!options.replay.empty() || !options.from.empty())) {
-        throw WrongUsage("--every-clock and --begin are as they were in the log that --replay or "
-                         "--from reads");
+        throw WrongUsage(
+            "--every-clock and --begin are as they were in the log that --replay or "
+            "--from reads");
     }
     if (options.begin_s != 0 && options.wall) {
         throw WrongUsage("with --wall time begins with the clock's: --begin does not go with it");
