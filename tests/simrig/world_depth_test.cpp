@@ -12,7 +12,9 @@ namespace {
 
 using Inside = std::function<bool(double x, double y, double z)>;  // in the object's frame
 
-// First depth at which the ray is inside: steps of 0.04 mm, then halving.
+constexpr double kStepMm = 0.1;
+
+// First depth at which the ray is inside: steps, then halving.
 double searched_depth(const world::Camera &camera, const world::Object &object, world::Vec2 pixel,
                       double z_begin, double z_end, const Inside &inside) {
     const world::Vec2 s = camera.slopes_of(pixel);
@@ -21,11 +23,11 @@ double searched_depth(const world::Camera &camera, const world::Object &object, 
             object.object_world * (camera.world_camera * world::Vec3{s.x * z, s.y * z, z});
         return inside(p.x, p.y, p.z);
     };
-    for (double z = z_begin; z < z_end; z += 0.04) {
+    for (double z = z_begin; z < z_end; z += kStepMm) {
         if (!in(z)) {
             continue;
         }
-        double out = z - 0.04;
+        double out = z - kStepMm;
         for (int i = 0; i < 40; i++) {
             const double middle = 0.5 * (out + z);
             (in(middle) ? z : out) = middle;
