@@ -127,7 +127,7 @@ void skip_still(bridge_model &model, uint64_t end_ps) {
     }
     const uint64_t camera_ps = std::min(model.clocks[0].next_ps, model.clocks[1].next_ps);
     const uint64_t last_ps = std::min(end_ps, camera_ps - 1);
-    const uint64_t still = model.skip.still(*model.top->rootp);
+    const uint64_t still = model.skip.still(*model.top->rootp, model.resting);
     if (last_ps < model.now_ps + period_ps || still == 0) {
         return;
     }
@@ -318,6 +318,14 @@ void bridge_model_set_idle(bridge_model *model, int idle) {
     const uint32_t period =
         model->idle ? model->control_period_ps * BRIDGE_CLOCKS_PER_US : model->control_period_ps;
     changed.next_ps = rise + period / 2;
+}
+
+int bridge_model_may_rest(const bridge_model *model, unsigned alive) {
+    return model->idle && !model->stepping && may_rest(*model->top->rootp, alive) ? 1 : 0;
+}
+
+void bridge_model_set_resting(bridge_model *model, int resting) {
+    model->resting = resting != 0;
 }
 
 void bridge_model_set_stepping(bridge_model *model, int stepping) {

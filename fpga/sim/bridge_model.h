@@ -120,6 +120,14 @@ void bridge_model_set_idle(bridge_model *model, int idle);
  * idle_skip.hpp. So are edges of a camera's clock between its lines; see blank_skip.hpp. Stepping:
  * every one is evaluated, from now on. For tests. */
 void bridge_model_set_stepping(bridge_model *model, int stepping);
+/* Rest: idle time in which cameras' clocks that are alive need not be shown. The bridge's watch
+ * over them is kept as it is while its ticks of 50 us are added; all else runs as in idle time. It
+ * may begin when that watch has just seen the clocks of `alive` (a sum of 1 << camera) and has lost
+ * the others, and whoever ends it shows those clocks again before 145 us have passed. Not when
+ * every clock is evaluated. */
+int bridge_model_may_rest(const bridge_model *model, unsigned alive);
+void bridge_model_set_resting(bridge_model *model, int resting);
+
 /* A number of all registers and wires: two models with the same past have the same. */
 uint64_t bridge_model_digest(const bridge_model *model);
 

@@ -55,6 +55,7 @@ struct bridge_model {
     bool inputs_changed = true;
     bool unsettled = false;  // inputs were applied and no event has come since
     bool stepping = false;   // no clock is skipped
+    bool resting = false;    // the watch over the cameras' clocks stands
     IdleSkip skip;
     BlankSkip blank[BRIDGE_CAMERAS] = {BlankSkip(0), BlankSkip(1)};
     bool pending = false;  // an edge of a camera's clock was counted that the core has not seen

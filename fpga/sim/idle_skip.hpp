@@ -33,7 +33,11 @@ struct IdleCounters {
           rate_turn(root.bridge_sim__DOT__core__DOT__video__DOT__rates__DOT__turn),
           period(root.bridge_sim__DOT__core__DOT__servos__DOT__frames__DOT__period),
           actual{root.bridge_sim__DOT__core__DOT__servos__DOT__servo0__DOT__actual,
-                 root.bridge_sim__DOT__core__DOT__servos__DOT__servo1__DOT__actual} {}
+                 root.bridge_sim__DOT__core__DOT__servos__DOT__servo1__DOT__actual},
+          quiet{
+              &root.bridge_sim__DOT__core__DOT__video__DOT__camera0__DOT__clock_watch__DOT__quiet,
+              &root.bridge_sim__DOT__core__DOT__video__DOT__camera1__DOT__clock_watch__DOT__quiet} {
+    }
 
     uint32_t &time_us;
     uint16_t &phase;
@@ -42,15 +46,22 @@ struct IdleCounters {
     uint16_t &rate_count, &rate_next;
     const uint8_t rate_turn;
     const uint16_t period, actual[2];
+    // clock_meter's: the ticks of 50 us without an edge of a camera's clock, up to kLost.
+    uint8_t *const quiet[2];
+    static constexpr unsigned kLost = 4;
 
     // So many clocks pass before one that compares with another outcome than the last.
     // Who compares: time_base, rate_meter with its counter's end, servo_frame with its period,
-    // servo_pwm with its pulse's end and with powers of two.
-    unsigned room() const {
+    // servo_pwm with its pulse's end and with powers of two. clock_meter takes no more notice of
+    // ticks of 50 us once it has lost its clock; resting: nor before.
+    unsigned room(bool resting) const {
         const unsigned now = phase;
         unsigned least = tens < kDecade ? kDecade - tens : 0;
-        if (least != 0 && rate_count < kRateFull - kLastFive - 1) {
+        if (least != 0 && rate_count < kRateFull - kDecadesOfMs) {
             least += (kDecade + 1) * (kLastFive - fives);
+            if (resting || (*quiet[0] == kLost && *quiet[1] == kLost)) {
+                least += (kDecade + 1) * (kLastFive + 1) * (kLastTwenty - twenties);
+            }
         }
         least = std::min(least, kPhases - now % kPhases);
         for (const unsigned end : ends()) {
@@ -69,7 +80,8 @@ struct IdleCounters {
             rate_count = static_cast<uint16_t>(rate_count + decades);
             rate_next = static_cast<uint16_t>(rate_next + decades);
         }
-        fives = static_cast<uint8_t>(fives + decades);
+        twenties = static_cast<uint8_t>(twenties + (fives + decades) / (kLastFive + 1));
+        fives = static_cast<uint8_t>((fives + decades) % (kLastFive + 1));
         tens = static_cast<uint8_t>((tens + clocks) % (kDecade + 1));
         return clocks;
     }
@@ -83,17 +95,37 @@ struct IdleCounters {
     }
 
   private:
-    static constexpr unsigned kDecade = 9, kLastFive = 4, kPhases = 512, kRateOfFrames = 2,
-                              kRateFull = 0xFFFF;
+    static constexpr unsigned kDecade = 9, kLastFive = 4, kLastTwenty = 19, kPhases = 512,
+                              kRateOfFrames = 2, kRateFull = 0xFFFF, kDecadesOfMs = 100;
     std::array<unsigned, 3> ends() const { return {period, actual[0] / 16u, actual[1] / 16u}; }
 };
+
+// Whether the watch over each camera's clock has just seen it (alive: a sum of 1 << camera), or has
+// lost it.
+inline bool may_rest(Root &root, unsigned alive) {
+    const IdleCounters counters(root);
+    for (unsigned camera = 0; camera < 2; camera++) {
+        const unsigned quiet = *counters.quiet[camera];
+        if ((alive >> camera & 1u) != 0 ? quiet > 1 : quiet != IdleCounters::kLost) {
+            return false;
+        }
+    }
+    return true;
+}
 
 class IdleSkip {
   public:
     // Just after a rising edge of an idle clock was evaluated and nothing else happened: how many
-    // of the next ones only count.
-    unsigned still(Root &root) {
+    // of the next ones only count. Resting: as if the cameras' clocks that are not lost had been
+    // seen just now, since some ticks of 50 us are evaluated.
+    unsigned still(Root &root, bool resting) {
         const IdleCounters counters(root);
+        for (uint8_t *quiet : counters.quiet) {
+            if (resting && *quiet != IdleCounters::kLost) {
+                *quiet = 0;
+                take(root, *quiet);
+            }
+        }
         if (!same(root) || counters.outcomes() != outcomes_) {
             std::memcpy(before_, bytes(root), sizeof before_);
             outcomes_ = counters.outcomes();
@@ -103,7 +135,7 @@ class IdleSkip {
             proved_ = proved_ || counters.time_us == time_us_ + 1;
         }
         time_us_ = counters.time_us;
-        return proved_ ? counters.room() : 0;
+        return proved_ ? counters.room(resting) : 0;
     }
     // These pass, or one less. Returns how many.
     unsigned pass(Root &root, unsigned clocks) {
@@ -140,9 +172,13 @@ class IdleSkip {
 
 #else
 
+inline bool may_rest(Root &, unsigned) {
+    return false;
+}
+
 class IdleSkip {
   public:
-    unsigned still(Root &) { return 0; }
+    unsigned still(Root &, bool) { return 0; }
     unsigned pass(Root &, unsigned clocks) { return clocks; }
 };
 

@@ -191,7 +191,108 @@ class Twins : public hdl::TwoBridges {
     hdl::Random random_;
 };
 
+// A bridge whose cameras, those that are alive, show 16 edges of their clocks every 140 us of a
+// pause, or rest in it.
+class Shown {
+  public:
+    Shown(uint64_t seed, bool rests) : twin_(seed), rests_(rests) { twin_.bridge.add(irq_); }
+
+    void write(uint8_t index, uint16_t value) { REQUIRE(twin_.registers.write(index, value)); }
+    void pause(unsigned alive, uint64_t duration_ps) {
+        bridge_model *model = twin_.bridge.model();
+        const uint64_t end = twin_.bridge.now() + duration_ps, idle_end = end - 30 * kUs;
+        bridge_model_set_idle(model, 1);
+        if (rests_) {
+            do {
+                REQUIRE(twin_.bridge.now() < end - duration_ps + 300 * kUs);
+                show(alive);
+                twin_.bridge.run(10 * kUs);
+            } while (bridge_model_may_rest(model, alive) == 0);
+            bridge_model_set_resting(model, 1);
+            twin_.bridge.run(idle_end - 90 * kUs - twin_.bridge.now());
+            bridge_model_set_resting(model, 0);
+        }
+        while (twin_.bridge.now() < idle_end) {
+            show(alive);
+            twin_.bridge.run(std::min(idle_end - twin_.bridge.now(), 139 * kUs));
+        }
+        // Two changes of the divided clock at once would look like none.
+        twin_.bridge.run(10 * kUs);
+        show(alive);
+        bridge_model_set_idle(model, 0);
+        twin_.bridge.run(end - twin_.bridge.now());
+    }
+    // The cameras that the bridge has lost, as a sum of 1 << camera.
+    unsigned lost() { return unsigned(twin_.registers.read(0x09).value_or(0)) >> 3 & 3u; }
+    // But for the frequencies, which are counted of the edges shown.
+    std::map<uint8_t, uint16_t> registers() {
+        std::map<uint8_t, uint16_t> all;
+        for (uint8_t index : hdl::register_indices()) {
+            if (index != 0x34 && index != 0x3C) {
+                all[index] = twin_.registers.read(index).value_or(0xDEAD);
+            }
+        }
+        return all;
+    }
+    const std::vector<hdl::Pulse> &pulses(int servo) { return twin_.bridge.servos().pulses(servo); }
+    const std::vector<uint64_t> &irq_ps() const { return irq_.edges; }
+
+  private:
+    void show(unsigned alive) {
+        constexpr uint32_t kPeriodPs = 20800;
+        for (int camera = 0; camera < BRIDGE_CAMERAS; camera++) {
+            if ((alive >> camera & 1u) != 0) {
+                twin_.bridge.set_clock(camera, kPeriodPs);
+                twin_.bridge.run(16 * kPeriodPs + kPeriodPs / 4);
+                twin_.bridge.set_clock(camera, 0);
+            }
+        }
+    }
+
+    hdl::Twin twin_;
+    bool rests_;
+    IrqEdges irq_;
+};
+
 }  // namespace
+
+TEST_CASE("after a rest the bridge knows what it would know without") {
+    const uint64_t seed = synthetic::test_seed();
+    hdl::Random random(seed);
+    Shown plain(seed, false), rested(seed, true);
+    for (Shown *each : {&plain, &rested}) {
+        each->write(0x0B, 0x00FF);
+        each->write(0x48, 0x00F3);
+        each->write(0x0E, 40);  // the watchdog fires in some pauses
+        each->write(0x08, 0x0003);
+    }
+    for (uint64_t i = 0; i < hdl::draws(40); i++) {
+        CAPTURE(i);
+        const auto alive = unsigned(random.below(4));
+        const uint64_t duration_ps = 2 * kMs + random.below(60) * kMs + random.below(1000) * kUs;
+        const auto place_q4 = uint16_t(900 * 16 + random.below(1200 * 16));
+        for (Shown *each : {&plain, &rested}) {
+            each->write(0x0A, 0x00FF);
+            each->write(0x0F, 0x0101);
+            each->write(uint8_t(0x10 + 8 * (i % 2)), place_q4);
+            each->pause(alive, duration_ps);
+        }
+        for (Shown *each : {&plain, &rested}) {
+            CHECK(each->lost() == (~alive & 3u));
+        }
+        CHECK(plain.registers() == rested.registers());
+    }
+    CHECK(plain.irq_ps() == rested.irq_ps());
+    CHECK(plain.irq_ps().size() > 2);
+    for (int servo = 0; servo < BRIDGE_SERVOS; servo++) {
+        REQUIRE(plain.pulses(servo).size() > 10);
+        REQUIRE(plain.pulses(servo).size() == rested.pulses(servo).size());
+        for (size_t i = 0; i < plain.pulses(servo).size(); i++) {
+            CHECK(plain.pulses(servo)[i].rise_ps == rested.pulses(servo)[i].rise_ps);
+            CHECK(plain.pulses(servo)[i].fall_ps == rested.pulses(servo)[i].fall_ps);
+        }
+    }
+}
 
 TEST_CASE("what idle clocks only count is added, with no other outcome") {
     const uint64_t seed = synthetic::test_seed();

@@ -69,7 +69,7 @@ struct Draw {
 // as the potentiometer can tell.
 double error_counts(const Draw &draw, LensWorld &world, unsigned side) {
     const LensMotorSettings &motor = draw.motors[side][draw.axis];
-    const double drift = motor.drift_counts_per_h * world.now_us() / 3.6e9;
+    const double drift = simrig::drift_counts(motor, world.now_us());
     const double ring = world.controller.motor(side, LensAxis(draw.axis)).ring(world.now_us());
     return ring + drift + motor.backlash_counts / 2 - draw.target;
 }
@@ -78,7 +78,7 @@ double error_counts(const Draw &draw, LensWorld &world, unsigned side) {
 // readings hides, and the play next to the lower limit, where there is no room to come from below.
 double allowed_counts(const Draw &draw, const LensWorld &world, unsigned side) {
     const LensMotorSettings &motor = draw.motors[side][draw.axis];
-    const double drift = std::abs(motor.drift_counts_per_h) * world.now_us() / 3.6e9;
+    const double drift = std::abs(simrig::drift_counts(motor, world.now_us()));
     const bool room = draw.target >= 300 + kBacklash + 2 * kTolerance + drift;
     const bool end = draw.target - drift < 300 || draw.target + drift > 850;
     return kTolerance + 1 + 3 * motor.read_noise_counts + (room ? 0 : motor.backlash_counts) +
@@ -179,7 +179,7 @@ TEST_CASE("a jam is told in time, and no jammed lens arrives") {
         motor.jam(end_us, false);
         const LensMotorSettings &settings = draw.motors[side][draw.axis];
         check_rest(world, 3 + 4 * settings.read_noise_counts +
-                              std::abs(settings.drift_counts_per_h) * end_us / 3.6e9);
+                              std::abs(simrig::drift_counts(settings, end_us)));
         // And then it moves again.
         REQUIRE(lenses.go(draw.sides, draw.axis, draw.target) == ERROR_OK);
         check_arrival(draw, world);

@@ -124,6 +124,12 @@ TEST_CASE("after days the rig does what it did in its first second, and time sta
         CAPTURE(begin_s);
         simrig::RigSettings settings;
         settings.begin_s = begin_s;
+        for (simrig::LensSettings &lens : settings.lens) {
+            for (simrig::LensMotorSettings &motor : lens.motor) {
+                motor.drift_counts_per_h = 0.5;
+                motor.outlier_chance = 0;
+            }
+        }
         Bench bench(settings);
         const double begin_us = begin_s * 1e6;
         CHECK(bench.rig.now_us() >= begin_us + 200);
@@ -139,7 +145,12 @@ TEST_CASE("after days the rig does what it did in its first second, and time sta
             CHECK(bench.rig.now_us() >= until_us - (wake != 0 ? 100 * kMs : 0.0));
             CHECK(bench.rig.now_us() <= until_us);
             bench.rig.advance(until_us, 0);
-            CHECK(bench.rig.serial().take(bench.rig.now_ps()).size() > 20);
+            const std::vector<uint8_t> bytes = bench.rig.serial().take(bench.rig.now_ps());
+            const std::string text(bytes.begin(), bytes.end());
+            CAPTURE(text);
+            int iris = 0;
+            CHECK(std::sscanf(text.c_str(), "V3LC 1\rZoom:%*d\rFocus:%*d\rIris:%d", &iris) == 1);
+            CHECK(std::abs(iris - 850) <= 8);
         }
         bench.wake_sensors();
         bench.set_window(kLeft, 64, 48, 21, 5);
@@ -149,6 +160,51 @@ TEST_CASE("after days the rig does what it did in its first second, and time sta
         CHECK_FALSE((frame.short_line || frame.short_frame || frame.long_frame));
         REQUIRE(frame.pixels.size() == 64 * 48);
         CHECK(frame.pixels[64 + 1] == pixel_of(0, 1, 1));
+    }
+}
+
+TEST_CASE("a clock that stops or begins while all rest is told as soon as ever") {
+    Bench bench;
+    bench.wake_sensors();
+    CHECK(bench.write(kBridge, 0x08, 0x0100) == I2cStatus::kOk);
+    const auto lost = [&bench] { return (bench.read(kBridge, 0x09) >> 3) & 3; };
+    const auto pass = [&bench](double duration_us) {
+        bench.rig.advance(bench.rig.now_us() + duration_us, 0);
+    };
+    pass(1000);
+    CHECK(lost() == 0);
+    for (const double rest_us : {3000.0, 17123.4, 1e6}) {
+        CAPTURE(rest_us);
+        pass(rest_us);
+        CHECK(lost() == 0);
+        const auto plug = [&bench, rest_us](int camera, bool silent) {
+            bench.rig.wires().at(bench.rig.now_ps() + uint64_t(rest_us) * 1000000 / 2,
+                                 [&bench, camera, silent] {
+                                     simrig::SensorFaults faults;
+                                     faults.silent = silent;
+                                     bench.rig.sensor(camera).set_faults(faults);
+                                 });
+        };
+        CHECK(bench.write(kBridge, 0x0A, 0x0008) == I2cStatus::kOk);
+        CHECK(bench.write(kBridge, 0x0B, 0x0008) == I2cStatus::kOk);
+        const double silent_us = bench.rig.now_us() + rest_us / 2;
+        plug(1, true);
+        CHECK(bench.rig.advance(silent_us + 10 * kMs, simrig::kWakeGpio) == simrig::kWakeGpio);
+        CHECK(bench.rig.now_us() > silent_us + 50);
+        CHECK(bench.rig.now_us() < silent_us + 210);
+        CHECK(bench.write(kBridge, 0x0B, 0) == I2cStatus::kOk);
+        bench.rig.take_irq_edges();
+        CHECK(lost() == 2);
+        plug(1, false);
+        pass(rest_us / 2 + 250);
+        CHECK(lost() == 0);
+        plug(0, true);
+        pass(rest_us);
+        CHECK(lost() == 1);
+        pass(rest_us);
+        CHECK(lost() == 1);
+        plug(0, false);
+        pass(rest_us);
     }
 }
 

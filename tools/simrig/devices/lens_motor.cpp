@@ -2,11 +2,24 @@
 #include "tools/simrig/devices/lens_motor.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace simrig {
 
-LensMotor::LensMotor(const LensMotorSettings &settings, double position, uint64_t seed)
-    : settings_(settings), noise_(seed), motor_(position), ring_(position), target_(position) {}
+double drift_counts(const LensMotorSettings &settings, double since_us) {
+    constexpr double kWarmUpH = 6, kUsPerH = 3.6e9;
+    return settings.drift_counts_per_h * kWarmUpH * -std::expm1(-since_us / kUsPerH / kWarmUpH);
+}
+
+LensMotor::LensMotor(const LensMotorSettings &settings, double position, uint64_t seed,
+                     double begin_us)
+    : settings_(settings),
+      noise_(seed),
+      motor_(position),
+      ring_(position),
+      target_(position),
+      powered_us_(begin_us),
+      at_us_(begin_us) {}
 
 void LensMotor::go(double time_us, double counts) {
     advance(time_us);
@@ -57,7 +70,7 @@ int LensMotor::read(double time_us) {
     if (noise_.chance(settings_.outlier_chance)) {
         return int(noise_.next() % 1024);
     }
-    const double drift = settings_.drift_counts_per_h * time_us / 3.6e9;
+    const double drift = drift_counts(settings_, time_us - powered_us_);
     const double value = motor_ + drift + settings_.read_noise_counts * noise_.gauss();
     return int(std::clamp(std::floor(value + 0.5), 0.0, 1023.0));
 }

@@ -20,12 +20,18 @@ struct LensMotorSettings {
     double read_noise_counts = 1;            ///< sigma of a read-back
     double outlier_chance = 0.002;           ///< of a read-back that is anything
     double settle_error_counts = 0.7;        ///< sigma of where it comes to rest
-    double drift_counts_per_h = 0;           ///< of the potentiometer against the ring
+    double drift_counts_per_h = 0;           ///< of the potentiometer against the ring, when cold
 };
+
+/// How far the potentiometer has drifted so long after power-up: less and less as it gets warm, and
+/// six hours' worth of the first drift in the end.
+double drift_counts(const LensMotorSettings &settings, double since_us);
 
 class LensMotor {
   public:
-    LensMotor(const LensMotorSettings &settings, double position, uint64_t seed);
+    /// begin_us: when it got its power.
+    LensMotor(const LensMotorSettings &settings, double position, uint64_t seed,
+              double begin_us = 0);
 
     /// Goes there; a move under way is given up.
     void go(double time_us, double counts);
@@ -45,7 +51,7 @@ class LensMotor {
     LensMotorSettings settings_;
     Noise noise_;
     bool jammed_ = false;
-    double motor_, ring_, target_, begins_us_ = 0, at_us_ = 0;
+    double motor_, ring_, target_, powered_us_, begins_us_ = 0, at_us_;
 };
 
 }  // namespace simrig

@@ -21,7 +21,7 @@ constexpr uint64_t kLongestPeriodPs = 30000 * kPsPerUs;
 std::array<LensController::Lens, LensController::kLenses> make_lenses(const RigSettings &settings) {
     const auto motor = [&settings](size_t lens, size_t axis) {
         return LensMotor(settings.lens[lens].motor[axis], settings.lens[lens].position[axis],
-                         settings.seed * 64 + 16 + lens * kLensAxes + axis);
+                         settings.seed * 64 + 16 + lens * kLensAxes + axis, settings.begin_s * 1e6);
     };
     const auto lens = [&motor](size_t number) {
         return LensController::Lens{motor(number, 0), motor(number, 1), motor(number, 2)};
@@ -145,13 +145,40 @@ void Rig::run_quietly(uint64_t until_ps) {
         }
         if (now_ps + kPsPerUs < std::min(fine_ps, until_ps)) {
             wires_.set_idle(true);
-            wires_.run_until(std::min(until_ps, fine_ps - kPsPerUs));
+            run_idle(std::min(until_ps, fine_ps - kPsPerUs));
             wires_.set_idle(false);
         } else {
             wires_.run_until(std::min(until_ps, now_ps + kPsPerUs));
         }
     }
     quiet_ = false;
+}
+
+// Where no camera's frames are wanted their clocks rest too, but for a while before somebody may
+// ask for them.
+void Rig::run_idle(uint64_t end_ps) {
+    constexpr uint64_t kShowPs = 200 * kPsPerUs, kShortestPs = 3 * kShowPs, kStepPs = 10 * kPsPerUs;
+    unsigned alive = 0;
+    for (unsigned i = 0; i < sensors_.size(); i++) {
+        alive |= sensors_[i]->period_ps() != 0 ? 1u << i : 0u;
+    }
+    const bool wanted = watched(BRIDGE_LEFT) || watched(BRIDGE_RIGHT);
+    while (!wanted && now_ps() + kShortestPs < end_ps) {
+        if (wires_.may_rest(alive)) {
+            wires_.set_resting(true);
+            wires_.run_until(end_ps - kShowPs);
+            wires_.set_resting(false);
+            for (const auto &sensor : sensors_) {
+                sensor->look();
+            }
+        } else {
+            wires_.run_until(now_ps() + kStepPs);
+        }
+        if (wires_.stopped()) {
+            return;
+        }
+    }
+    wires_.run_until(end_ps);
 }
 
 uint32_t Rig::advance(double until_us, uint32_t wake) {

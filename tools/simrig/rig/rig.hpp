@@ -103,6 +103,7 @@ class Rig : public PinListener {
     void look();
     bool live() const;
     void run_quietly(uint64_t until_ps);
+    void run_idle(uint64_t end_ps);
 
     RigSettings settings_;
     Scenery scenery_;

@@ -87,6 +87,9 @@ void SensorPort::update_clock() {
     }
     if (period_ps != period_ps_) {
         period_ps_ = period_ps;
+        if (wires_.resting()) {
+            wires_.stop();  // the bridge has to see this
+        }
         caught_up_ps_ = wires_.now_ps();
         if (live_ && period_ps != 0) {
             wires_.set_clock(camera_, uint32_t(period_ps));
@@ -140,7 +143,7 @@ void SensorPort::next_look() {
     }
     wires_.at(look_ps_, [this] {
         look_ps_ = 0;
-        if (live_ || period_ps_ == 0) {
+        if (live_ || period_ps_ == 0 || wires_.resting()) {
             return;
         }
         catch_up();

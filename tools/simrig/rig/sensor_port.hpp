@@ -38,7 +38,7 @@ class SensorPort : public PinListener, public ClockListener {
     /// does not reach the pins, and while no frame does, of the clock only enough edges do that the
     /// bridge does not take it for lost: the sensor's frames go on in time all the same.
     std::function<bool()> watched = [] { return true; };
-    /// Asks watched() now and not only at the next look.
+    /// Asks watched() now and not only at the next look; after a rest of the wires its looks go on.
     void look() { update_clock(); }
     /// All of its clock's edges are at the pins.
     bool live() const { return live_; }

@@ -75,6 +75,13 @@ class Wires {
     /// Timers at a control clock of one period a microsecond: see bridge_model_set_idle().
     void set_idle(bool idle);
     bool idle() const { return idle_; }
+    /// Idle time in which clocks that are alive need not be shown: see bridge_model_may_rest().
+    bool may_rest(unsigned alive) const { return bridge_model_may_rest(model_.get(), alive) != 0; }
+    void set_resting(bool resting) {
+        resting_ = resting;
+        bridge_model_set_resting(model_.get(), resting);
+    }
+    bool resting() const { return resting_; }
     void set_clock(int clock, uint32_t period_ps);
     /// See bridge_model_feed(), bridge_model_show(), bridge_model_watched().
     void feed(int camera, const std::vector<uint16_t> &words, bool level) {
@@ -116,7 +123,7 @@ class Wires {
     ClockListener *clock_listeners_[BRIDGE_CAMERAS] = {};
     PpiListener *ppi_listener_ = nullptr;
     uint64_t order_ = 0, end_ps_ = 0;
-    bool stopped_ = false, idle_ = false;
+    bool stopped_ = false, idle_ = false, resting_ = false;
 };
 
 }  // namespace simrig
