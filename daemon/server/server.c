@@ -108,18 +108,14 @@ static void open_crew(struct server *self, struct crew *crew, const struct serve
 }
 
 static int open_listeners(struct server *self, struct message *message) {
+    int error = 0;
     if (self->config->socket[0] != '\0') {
-        self->listeners[0] = listener_unix(self->config->socket, message);
+        error = listener_unix(self->config->socket, &self->listeners[0], message);
     }
-    if (self->config->tcp_port != 0) {
-        self->listeners[1] = listener_tcp(self->config->tcp_port, message);
+    if (error == 0 && self->config->tcp_port != 0) {
+        error = listener_tcp(self->config->tcp_port, &self->listeners[1], message);
     }
-    for (int i = 0; i < SERVER_LISTENERS; i++) {
-        if (self->listeners[i] < -1) {
-            return self->listeners[i];
-        }
-    }
-    return 0;
+    return error;
 }
 
 /// Standard input and output as the console: a terminal with line editing when they are one.

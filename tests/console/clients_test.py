@@ -4,10 +4,12 @@ import json
 import os
 import random
 import resource
+import shutil
 import signal
 import socket
 import stat
 import subprocess
+import tempfile
 import time
 import unittest
 import zlib
@@ -281,6 +283,48 @@ class LogFile(DaemonTest):
             self.assertIn("signal 15: ending", file.read())
         self.assertFalse(os.path.exists(self.path))
         self.start()
+
+
+class NoSocket(unittest.TestCase):
+    """A daemon that nobody could reach does not serve."""
+
+    def setUp(self):
+        self.folder = tempfile.mkdtemp(prefix="console")
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def refused(self, *settings):
+        done = subprocess.run(
+            [VERGENCED, "profile=two-cameras", "backend=linux", "left_camera=/dev/none",
+             "right_camera=/dev/none", "store=none", "files=none", "log_level=error", *settings],
+            capture_output=True, text=True, timeout=PATIENCE_S)
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
+        return done.stderr
+
+    def test_what_is_there_and_is_no_socket(self):
+        path = os.path.join(self.folder, "regular")
+        with open(path, "w", encoding="ascii") as file:
+            file.write("x")
+        self.assertEqual(self.refused(f"socket={path}"), f"vergenced: {path}: is there and is no "
+                         "socket; give another path, or remove it\n")
+        with open(path, encoding="ascii") as file:
+            self.assertEqual(file.read(), "x")
+
+    def test_a_path_too_long(self):
+        path = os.path.join(self.folder, 150 * "x")
+        self.assertEqual(self.refused(f"socket={path}"),
+                         "vergenced: socket is too long: at most 103 characters\n")
+
+    def test_a_path_as_long_as_can_be(self):
+        path = os.path.join(self.folder, "none", "").ljust(103, "x")
+        self.assertIn("No such file", self.refused(f"socket={path}"))
+
+    def test_a_port_that_is_taken(self):
+        with socket.socket() as other:
+            other.bind(("127.0.0.1", 0))
+            other.listen()
+            port = other.getsockname()[1]
+            self.assertIn("Address already in use",
+                          self.refused("socket=none", f"tcp_port={port}"))
 
 
 class NoRig(unittest.TestCase):
