@@ -20,6 +20,7 @@ enum {
     CALL_SERIAL_MS = 3000,
     CALL_SOCKET_MS = 60000,
     BAR_WIDTH = 30,
+    BAR_TEXT = 44,
 };
 
 void remote_progress(struct remote *self, const char *what, uint64_t done, uint64_t total) {
@@ -28,14 +29,14 @@ void remote_progress(struct remote *self, const char *what, uint64_t done, uint6
     }
     if (total == 0) {
         if (self->bar_shown) {
-            fprintf(stderr, "\r%*s\r", BAR_WIDTH + 30, "");
+            fprintf(stderr, "\r%*s\r", BAR_TEXT + BAR_WIDTH + 3, "");
         }
         self->bar_shown = false;
         return;
     }
     const int full = (int)((done < total ? done : total) * BAR_WIDTH / total);
-    fprintf(stderr, "\r%-20.20s [%.*s%*s]", what, full, "##############################",
-            BAR_WIDTH - full, "");
+    fprintf(stderr, "\r%-*.*s [%.*s%*s]", BAR_TEXT, BAR_TEXT, what, full,
+            "##############################", BAR_WIDTH - full, "");
     self->bar_shown = true;
 }
 

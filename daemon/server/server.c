@@ -31,6 +31,7 @@ enum {
 static void answer(void *cookie, struct job *job, int error, const char *message) {
     struct server *self = cookie;
     reply_begin(&self->reply, job->output, &job->request, job->terminal);
+    self->reply.bar_shown = job->bar_shown;
     reply_end(&self->reply, error, message);
 }
 
@@ -42,10 +43,19 @@ static int parse(void *cookie, const char *line, struct job *job, char *message,
                          &job->command, message, message_bytes);
 }
 
+/// Who carries it out.
+static struct crew *crew_of(struct server *self, const struct job *job) {
+    const bool desk = (job->command->flags & COMMAND_NO_RIG) != 0;
+    return desk ? &self->desk_crew : &self->rig_crew;
+}
+
+static bool withdraw(void *cookie, struct job *job) {
+    return crew_withdraw(crew_of(cookie, job), job);
+}
+
 static void submit(void *cookie, struct job *job) {
     struct server *self = cookie;
-    const bool desk = (job->command->flags & COMMAND_NO_RIG) != 0;
-    if (!crew_submit(desk ? &self->desk_crew : &self->rig_crew, job)) {
+    if (!crew_submit(crew_of(self, job), job)) {
         atomic_store(&job->state, JOB_FREE);
         answer(self, job, ERROR_BUSY, "too many commands are waiting: try again later");
     }
@@ -75,7 +85,7 @@ static bool open_signals(struct server *self) {
 }
 
 static bool open_clients(struct server *self) {
-    self->host = (struct connection_host){submit, answer, parse, complete, self};
+    self->host = (struct connection_host){submit, withdraw, answer, parse, complete, self};
     self->client_count = self->config->clients + 1;
     INVARIANT(self->client_count <= SERVER_CLIENTS_MAX + 1);
     for (size_t i = 0; i < self->client_count; i++) {
@@ -312,6 +322,9 @@ static void serve(struct server *self, struct connection *client, short input, s
         connection_gone(client);
     }
     connection_step(client, now_us);
+    if (atomic_load(&client->job.state) == JOB_WAITING) {
+        crew_tell_wait(crew_of(self, &client->job), &client->job, &self->reply, now_us);
+    }
     connection_send(client, now_us);
     const uint64_t patience_us = (uint64_t)self->config->reader_timeout_s * 1000000;
     const bool stalled = client->stalled_us != 0 && now_us - client->stalled_us > patience_us;

@@ -129,6 +129,56 @@ class Clients(DaemonTest):
         self.assertEqual(others[0].answer(), ["OK"])
         self.assertEqual(others[1].answer(), ["OK"])
 
+    def test_what_waits_for_others_is_cancelled_at_once(self):
+        others = [self.seated() for _ in range(3)]
+        self.first.send("wait 100000\n")
+        time.sleep(0.3)
+        # What was sent ahead is forgotten; the places of those that went are free at once.
+        others[0].send("status\nversion\n")
+        others[1].send("@json watch 0.1 status\n")
+        time.sleep(0.3)
+        for other, answer in ((others[0], "ERR CANCELLED cancelled"), (others[1], "CANCELLED")):
+            begin = time.monotonic()
+            other.send("\x03")
+            line = other.line()
+            self.assertIn(answer, line)
+            self.assertLess(time.monotonic() - begin, 5)
+            self.assertEqual(other.ask("@text version")[-1], "OK")
+        for _ in range(4):
+            gone = self.seated()
+            gone.send("status\n")
+            time.sleep(0.1)
+            gone.socket.close()
+        begin = time.monotonic()
+        process = subprocess.Popen([VERGENCE, "--connect", f"unix:{self.path}", "status"],
+                                   stderr=subprocess.PIPE, text=True)
+        self.addCleanup(process.stderr.close)
+        time.sleep(0.5)
+        process.send_signal(signal.SIGINT)
+        self.assertEqual(process.wait(PATIENCE_S), 130)
+        self.assertLess(time.monotonic() - begin, 5)
+        self.assertEqual(process.stderr.read(), "ERR CANCELLED cancelled\n")
+        self.first.send("\x03")
+        self.assertEqual(self.first.answer(), ["ERR CANCELLED cancelled"])
+
+    def test_who_waits_for_another_is_told(self):
+        others = [self.seated() for _ in range(3)]
+        self.first.send("wait 100000\n")
+        time.sleep(0.3)
+        others[0].send("@json,progress status\n")
+        time.sleep(0.1)
+        others[1].send("@progress status\n")
+        self.assertEqual(json.loads(others[0].line()), {
+            "event": "progress", "what": "waiting for another client's wait", "done": 0,
+            "total": 1})
+        self.assertEqual(others[1].line(), "... waiting for another client's wait 0/2")
+        # What needs no instrument does not wait, and who did not ask is not told.
+        self.assertEqual(others[2].ask("@progress version")[0][:8], "version:")
+        self.first.send("\x03")
+        self.assertEqual(self.first.answer(), ["ERR CANCELLED cancelled"])
+        self.assertTrue(json.loads(others[0].line())["ok"])
+        self.assertEqual(others[1].answer(), ["state: down", "profile: rig", "OK"])
+
     def test_too_many_clients(self):
         clients = [self.seated() for _ in range(5)]
         self.assertEqual(clients[-1].ask("version")[-1], "OK")
