@@ -5,6 +5,7 @@ import os
 import pty
 import random
 import select
+import stat
 import subprocess
 import time
 import unittest
@@ -81,6 +82,26 @@ class Remote(DaemonTest):
             self.assertEqual(file.read(), self.content)
         done = self.vergence("fetch", "session/frame.bin", "/no/such/folder/x")
         self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1))
+
+    def test_fetch_replaces_files_alone(self):
+        pipe, folder, other = (self.path_of(name) for name in ("pipe", "folder", "other"))
+        os.mkfifo(pipe)
+        os.mkfifo(other + ".part")
+        os.mkdir(folder)
+        os.symlink(pipe, self.path_of("link"))
+        for there, why in (
+                (pipe, f"{pipe}: is there and is no file: give another name"),
+                (self.path_of("link"), f"{self.path_of('link')}: is there and is no file: give "
+                 "another name"),
+                (folder, f"{folder}: is there and is no file: it is a directory; give a name in "
+                 "it"),
+                (other, f"{other}.part: is there and is no file; remove it")):
+            done = self.vergence("fetch", "session/frame.bin", there)
+            self.assertEqual((done.returncode, done.stdout, done.stderr),
+                             (1, "", f"vergence: {why}\n"))
+        for path in (pipe, other + ".part"):
+            self.assertTrue(stat.S_ISFIFO(os.lstat(path).st_mode))
+        self.assertFalse(os.path.exists(pipe + ".part"))
 
     def test_a_person(self):
         master, slave = pty.openpty()
