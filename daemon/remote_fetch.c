@@ -179,7 +179,7 @@ static int open_part(struct fetch *self, struct message *message) {
                              self->part);
 }
 
-int remote_fetch(struct remote *remote, const char *name, const char *local,
+int remote_fetch(struct remote *remote, const char *name, const char *local, uint64_t *bytes,
                  struct message *message) {
     struct fetch *self = malloc(sizeof *self);
     if (self == NULL) {
@@ -199,6 +199,7 @@ int remote_fetch(struct remote *remote, const char *name, const char *local,
     if (error == 0 && rename(self->part, local) != 0) {
         error = message_set(message, ERROR_IO, "%s: %s", local, strerror(errno));
     }
+    *bytes = error == 0 ? self->size : 0;
     free(self);
     return error;
 }

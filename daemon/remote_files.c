@@ -13,13 +13,13 @@ static const char *base_name(const char *name) {
     return slash != NULL ? slash + 1 : name;
 }
 
-int remote_files(struct remote *self, const char *line, int *error, struct message *message) {
+int remote_files(struct remote *self, const char *line, remote_show *show, void *cookie, int *error,
+                 struct message *message) {
     char storage[COMMAND_LINE_MAX + 1];
     const char *words[COMMAND_WORDS_MAX];
     size_t count = 0;
     const char *why = NULL;
-    if (self->json || command_words_split(line, storage, words, &count, &why) != 0 || count < 2 ||
-        count > 3) {
+    if (command_words_split(line, storage, words, &count, &why) != 0 || count < 2 || count > 3) {
         return 0;
     }
     INVARIANT(words[1] != NULL);
@@ -31,7 +31,13 @@ int remote_files(struct remote *self, const char *line, int *error, struct messa
         return 0;
     }
     const char *other = count == 3 ? words[2] : base_name(words[1]);
-    *error = fetch ? remote_fetch(self, words[1], other, message)
-                   : remote_send(self, words[1], other, message);
+    struct remote_written written = {.name = other};
+    *error = fetch ? remote_fetch(self, words[1], other, &written.bytes, message)
+                   : remote_send(self, words[1], other, &written.bytes, message);
+    if (*error == 0) {
+        remote_show_written(self, show, cookie, &written);
+    } else if (self->json) {
+        remote_show_error(self, show, cookie, *error, message->text);
+    }
     return 1;
 }

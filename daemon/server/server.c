@@ -9,6 +9,7 @@
 #include <string.h>
 #include <sys/eventfd.h>
 #include <sys/signalfd.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include "core/error.h"
@@ -218,8 +219,13 @@ static struct connection *free_seat(struct server *self) {
 
 static void turn_away(int fd) {
     static const char text[] = "ERR BUSY too many clients: try again later\n";
+    char asked[CONNECTION_INPUT_BYTES];
     const ssize_t told = write(fd, text, sizeof text - 1);
     (void)told;  // whoever is not told sees the end all the same
+    // What is not read when it is closed would reset the connection, and the line be lost.
+    shutdown(fd, SHUT_WR);
+    const ssize_t unread = read(fd, asked, sizeof asked);
+    (void)unread;
     close(fd);
 }
 

@@ -185,6 +185,26 @@ class Clients(DaemonTest):
         with Client(self.path) as late:
             self.assertEqual(late.line(), "ERR BUSY too many clients: try again later")
             self.assertIsNone(late.line())
+        # Also who speaks first, which it can before or after the daemon hangs up.
+        for i in range(8):
+            with Client(self.path) as late:
+                try:
+                    for _ in range(20 * i):
+                        late.send("version\n")
+                except OSError:
+                    pass
+                self.assertEqual(late.line(), "ERR BUSY too many clients: try again later")
+            done = self.vergence("version")
+            self.assertEqual((done.returncode, done.stdout, done.stderr),
+                             (1, "", "ERR BUSY too many clients: try again later\n"))
+            done = self.vergence("--json", "version")
+            self.assertEqual((done.returncode, done.stderr), (1, ""))
+            self.assertEqual(json.loads(done.stdout),
+                             {"result": {}, "ok": False, "error": "BUSY", "code": -37,
+                              "message": "too many clients: try again later"})
+            done = self.vergence("fetch", "x", os.path.join(self.folder, "x"))
+            self.assertEqual((done.returncode, done.stdout, done.stderr),
+                             (1, "", "vergence: BUSY too many clients: try again later\n"))
 
     def test_half_closed(self):
         self.first.send("version\nwait 1\nversion")

@@ -48,15 +48,37 @@ class Remote(DaemonTest):
         self.assertEqual((done.returncode, done.stdout.count("build")), (1, 1))
         done = self.vergence("--keep-going", input="fly\nversion")
         self.assertEqual((done.returncode, done.stdout.count("build")), (1, 1))
+        done = self.vergence(input="@json version\n")
+        self.assertEqual((done.returncode, done.stdout, done.stderr),
+                         (1, "", 'vergence: "@json": the client says for itself how it wants its '
+                          "answers; --json is for JSON\n"))
         done = self.vergence(input="version\nwait 0\n")
         self.assertEqual((done.returncode, done.stdout.count("OK\n")), (0, 2))
 
     def test_no_connection(self):
-        for where in ("unix:/no/such", "tcp:127.0.0.1:1", "tcp:nowhere", "serial:/dev/null",
-                      "carrier:pigeon"):
+        for where in ("unix:/no/such", "tcp:127.0.0.1:1", "serial:/dev/null", "serial:/no/such"):
             done = self.vergence("version", where=where)
             self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (3, "", 1),
                              done.stderr)
+
+    def test_a_place_that_makes_no_sense(self):
+        for where, why in (
+                ("carrier:pigeon", "expected is unix:PATH, tcp:HOST:PORT or serial:DEVICE"),
+                ("foo", "expected is unix:PATH, tcp:HOST:PORT or serial:DEVICE"),
+                ("tcp:nowhere", "expected is tcp:HOST:PORT"),
+                ("tcp:127.0.0.1:73324", '"73324" is no port: expected is 1 to 65535'),
+                ("tcp:127.0.0.1:99999", '"99999" is no port: expected is 1 to 65535'),
+                ("tcp:127.0.0.1:0", '"0" is no port: expected is 1 to 65535'),
+                ("tcp:127.0.0.1:18446744073709551617", "is no port: expected is 1 to 65535"),
+                ("tcp:127.0.0.1:", '"" is no port: expected is 1 to 65535'),
+                ("tcp:127.0.0.1:8o", '"8o" is no port: expected is 1 to 65535'),
+                (f"serial:{self.console.name}:12345", "there is no speed of 12345 baud"),
+                (f"serial:{self.console.name}:4295082496", "expected is serial:DEVICE:BAUD"),
+                ("unix:/" + 200 * "x", "the path is too long")):
+            done = self.vergence("version", where=where)
+            self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1),
+                             done.stderr)
+            self.assertIn(why, done.stderr)
 
     def test_ctrl_c(self):
         process = subprocess.Popen([VERGENCE, "--connect", f"unix:{self.path}", "wait", "100000"],
@@ -69,11 +91,24 @@ class Remote(DaemonTest):
     def test_fetch(self):
         there = self.path_of("got")
         done = self.vergence("fetch", "session/frame.bin", there)
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual((done.returncode, done.stdout, done.stderr),
+                         (0, f"written: {there}, 100000 bytes\nOK\n", ""))
         with open(there, "rb") as file:
             self.assertEqual(file.read(), self.content)
         done = self.vergence("fetch", "session/none.bin", there)
         self.assertEqual(done.returncode, 1)
+        os.remove(there)
+        done = self.vergence("--json", "fetch", "session/frame.bin", there)
+        self.assertEqual((done.returncode, json.loads(done.stdout), done.stderr),
+                         (0, {"result": {"file": there, "size": 100000},
+                              "units": {"size": "bytes"}, "ok": True, "error": "OK", "code": 0,
+                              "message": ""}, ""))
+        with open(there, "rb") as file:
+            self.assertEqual(file.read(), self.content)
+        done = self.vergence("--json", "fetch", "session/none.bin", there)
+        answer = json.loads(done.stdout)
+        self.assertEqual((done.returncode, answer["ok"], done.stderr), (1, False, ""))
+        self.assertIn("session/none.bin", answer["message"])
         # What was left of another file under this name does no harm.
         with open(there + ".part", "wb") as file:
             file.write(b"something else")
