@@ -15,7 +15,11 @@
 
 #include "core/error.h"
 
-enum { BACKLOG = 16, SOCKET_FLAGS = SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK };
+enum {
+    BACKLOG = 16,
+    TURNED_AWAY_BYTES = 4096,
+    SOCKET_FLAGS = SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK
+};
 
 /// Closes a descriptor that is not good enough.
 static int fail(int fd, struct message *message, const char *what) {
@@ -89,4 +93,16 @@ int listener_tcp(uint16_t port, int *listener, struct message *message) {
 
 int listener_accept(int fd) {
     return accept4(fd, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
+}
+
+void listener_turn_away(int fd) {
+    static const char text[] = "ERR BUSY too many clients: try again later\n";
+    char asked[TURNED_AWAY_BYTES];
+    const ssize_t told = write(fd, text, sizeof text - 1);
+    (void)told;  // whoever is not told sees the end all the same
+    // What is not read when it is closed would reset the connection, and the line be lost.
+    shutdown(fd, SHUT_WR);
+    const ssize_t unread = read(fd, asked, sizeof asked);
+    (void)unread;
+    close(fd);
 }

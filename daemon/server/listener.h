@@ -31,6 +31,9 @@ int listener_tcp(uint16_t port, int *fd, struct message *message);
 /// The next client; -1: none is there. What is accepted does not block.
 int listener_accept(int fd);
 
+/// Tells a client that there are too many, and closes its connection.
+void listener_turn_away(int fd);
+
 #ifdef __cplusplus
 }
 #endif

@@ -9,7 +9,6 @@
 #include <string.h>
 #include <sys/eventfd.h>
 #include <sys/signalfd.h>
-#include <sys/socket.h>
 #include <unistd.h>
 
 #include "core/error.h"
@@ -119,10 +118,8 @@ static void open_crew(struct server *self, struct crew *crew, const struct serve
 }
 
 static int open_listeners(struct server *self, struct message *message) {
-    int error = 0;
-    if (self->config->socket[0] != '\0') {
-        error = listener_unix(self->config->socket, &self->listeners[0], message);
-    }
+    const char *path = self->config->socket;
+    int error = path[0] == '\0' ? 0 : listener_unix(path, &self->listeners[0], message);
     if (error == 0 && self->config->tcp_port != 0) {
         error = listener_tcp(self->config->tcp_port, &self->listeners[1], message);
     }
@@ -217,18 +214,6 @@ static struct connection *free_seat(struct server *self) {
     return NULL;
 }
 
-static void turn_away(int fd) {
-    static const char text[] = "ERR BUSY too many clients: try again later\n";
-    char asked[CONNECTION_INPUT_BYTES];
-    const ssize_t told = write(fd, text, sizeof text - 1);
-    (void)told;  // whoever is not told sees the end all the same
-    // What is not read when it is closed would reset the connection, and the line be lost.
-    shutdown(fd, SHUT_WR);
-    const ssize_t unread = read(fd, asked, sizeof asked);
-    (void)unread;
-    close(fd);
-}
-
 /// Without a descriptor for it a client cannot even be turned away, and would be there again at
 /// once, for ever: so one is kept for that.
 static bool turn_away_without_descriptor(struct server *self, int listener) {
@@ -239,7 +224,7 @@ static bool turn_away_without_descriptor(struct server *self, int listener) {
     const int fd =
         self->spare_fd >= 0 && close(self->spare_fd) == 0 ? listener_accept(listener) : -1;
     if (fd >= 0) {
-        turn_away(fd);
+        listener_turn_away(fd);
     }
     self->spare_fd = fcntl(self->wake_fd, F_DUPFD_CLOEXEC, 0);
     return fd >= 0;
@@ -258,7 +243,7 @@ static void accept_clients(struct server *self, int listener) {
         if (seat != NULL) {
             connection_begin(seat, CONNECTION_LINES, fd, fd, "client");
         } else {
-            turn_away(fd);
+            listener_turn_away(fd);
         }
     }
 }
