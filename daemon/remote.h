@@ -35,9 +35,11 @@ struct remote {
 /// What shows a line of an answer; `text` is its until the end of the call.
 typedef void remote_show(struct remote *self, void *cookie, const char *text);
 
-/// A file that came to be, here or there.
+/// A file that came to be, here or there, or a directory of files.
 struct remote_written {
     const char *name;
+    bool directory;
+    uint64_t files;  ///< of a directory
     uint64_t bytes;
 };
 
@@ -65,15 +67,25 @@ void remote_progress(struct remote *self, const char *what, uint64_t done, uint6
 int remote_fetch(struct remote *self, const char *name, const char *local, uint64_t *bytes,
                  struct message *message);
 
+/// Whether the file `local` here is the same as the instrument's. 0 or an error with a message.
+int remote_fetch_compare(struct remote *self, const char *name, const char *local, bool *same,
+                         struct message *message);
+
+/// Fetches all files of a directory of the instrument into the directory `local`, which is made.
+/// Files of an earlier try are kept; a directory with anything else in it is refused, and nothing
+/// is written to it. 0 or an error with a message.
+int remote_fetch_directory(struct remote *self, const char *name, const char *local,
+                           struct remote_written *written, struct message *message);
+
 /// Sends a file of this machine to the instrument, where it gets the plain name `name`; goes on
 /// where an earlier try was broken off. 0 and the file's length in `*bytes`, or an error with a
 /// message.
 int remote_send(struct remote *self, const char *local, const char *name, uint64_t *bytes,
                 struct message *message);
 
-/// Carries out a line that moves a whole file: "fetch NAME [FILE]", "send FILE [NAME]". 0: it is
-/// another one; else 1, and `*error` is that of remote_fetch or remote_send. What was written is
-/// shown as an answer, in JSON also an error.
+/// Carries out a line that moves whole files: "fetch NAME [FILE]", also of a directory, "send FILE
+/// [NAME]". 0: it is another one; else 1, and `*error` is that of remote_fetch or remote_send. What
+/// was written is shown as an answer, in JSON also an error.
 int remote_files(struct remote *self, const char *line, remote_show *show, void *cookie, int *error,
                  struct message *message);
 

@@ -13,7 +13,10 @@
 static void put_result(struct json *json, const struct remote_written *written) {
     json_open_object(json, "result");
     if (written != NULL) {
-        json_text(json, "file", written->name);
+        json_text(json, written->directory ? "directory" : "file", written->name);
+        if (written->directory) {
+            json_integer(json, "files", (int64_t)written->files);
+        }
         json_integer(json, "size", (int64_t)written->bytes);
     }
     json_close_object(json);
@@ -52,11 +55,16 @@ static void show_json(struct remote *self, remote_show *show, void *cookie,
 void remote_show_written(struct remote *self, remote_show *show, void *cookie,
                          const struct remote_written *written) {
     char text[REMOTE_WRITTEN_BYTES];
+    char files[32] = "";
     if (self->json) {
         show_json(self, show, cookie, written, 0, "");
         return;
     }
-    snprintf(text, sizeof text, "written: %s, %" PRIu64 " bytes", written->name, written->bytes);
+    if (written->directory) {
+        snprintf(files, sizeof files, " %" PRIu64 " files,", written->files);
+    }
+    snprintf(text, sizeof text, "written: %s,%s %" PRIu64 " bytes", written->name, files,
+             written->bytes);
     show(self, cookie, text);
     show(self, cookie, "OK");
 }

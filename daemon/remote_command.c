@@ -45,8 +45,10 @@ static const struct option_page page = {
     .description =
         "Without a command: line by line from standard input; at a terminal with line editing, "
         "history and completion. Ctrl-C cancels what runs. \"help\" lists the commands.\n"
-        "\"fetch NAME [FILE]\" brings a file of the instrument here, \"send FILE [NAME]\" takes "
-        "one there; when the line breaks, the same command later goes on from there.\n"
+        "\"fetch NAME [FILE]\" brings a file of the instrument here, or all files of a session "
+        "into "
+        "a directory, \"send FILE [NAME]\" takes one there; when the line breaks, the same command "
+        "later goes on from there.\n"
         "Exit code: 0 OK; 1 ERR; 2 the command line makes no sense; 3 no connection; 130 "
         "cancelled by Ctrl-C.",
     .examples =

@@ -179,6 +179,29 @@ static int open_part(struct fetch *self, struct message *message) {
                              self->part);
 }
 
+int remote_fetch_compare(struct remote *remote, const char *name, const char *local, bool *same,
+                         struct message *message) {
+    struct fetch *self = malloc(sizeof *self);
+    if (self == NULL) {
+        return message_set(message, ERROR_MEMORY, "there is no memory");
+    }
+    self->remote = remote;
+    self->name = name;
+    int error = look_at_local(local, message);
+    error = error != 0 ? error : describe(self, message);
+    if (error == 0) {
+        self->fd = open(local, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+        *same = self->fd >= 0 && is_right(self);
+        error =
+            self->fd >= 0 ? 0 : message_set(message, ERROR_IO, "%s: %s", local, strerror(errno));
+    }
+    if (error == 0) {
+        close(self->fd);
+    }
+    free(self);
+    return error;
+}
+
 int remote_fetch(struct remote *remote, const char *name, const char *local, uint64_t *bytes,
                  struct message *message) {
     struct fetch *self = malloc(sizeof *self);
@@ -189,8 +212,8 @@ int remote_fetch(struct remote *remote, const char *name, const char *local, uin
     self->name = name;
     self->local = local;
     self->fd = -1;
-    int error = look_at_local(local, message);
-    error = error != 0 ? error : describe(self, message);
+    int error = describe(self, message);
+    error = error != 0 ? error : look_at_local(local, message);
     error = error != 0 ? error : open_part(self, message);
     error = error != 0 ? error : fetch_into_part(self, message);
     if (self->fd >= 0 && close(self->fd) != 0 && error == 0) {

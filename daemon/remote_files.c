@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The lines that carry whole files: what they mean here, and not on the instrument.
+#include <stdio.h>
 #include <string.h>
 
+#include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/remote.h"
 #include "rig/command.h"
@@ -11,6 +13,15 @@
 static const char *base_name(const char *name) {
     const char *slash = strrchr(name, '/');
     return slash != NULL ? slash + 1 : name;
+}
+
+/// Whether the instrument has a directory of this name.
+static bool is_directory(struct remote *self, const char *name) {
+    char command[COMMAND_LINE_MAX + 16];
+    struct json_value result;
+    struct message unheard;
+    snprintf(command, sizeof command, "files \"%s\"", name);
+    return remote_call(self, command, &result, &unheard) == 0;
 }
 
 int remote_files(struct remote *self, const char *line, remote_show *show, void *cookie, int *error,
@@ -34,6 +45,9 @@ int remote_files(struct remote *self, const char *line, remote_show *show, void 
     struct remote_written written = {.name = other};
     *error = fetch ? remote_fetch(self, words[1], other, &written.bytes, message)
                    : remote_send(self, words[1], other, &written.bytes, message);
+    if (fetch && *error == ERROR_REFUSED && is_directory(self, words[1])) {
+        *error = remote_fetch_directory(self, words[1], other, &written, message);
+    }
     if (*error == 0) {
         remote_show_written(self, show, cookie, &written);
     } else if (self->json) {

@@ -138,6 +138,54 @@ class Remote(DaemonTest):
             self.assertTrue(stat.S_ISFIFO(os.lstat(path).st_mode))
         self.assertFalse(os.path.exists(pipe + ".part"))
 
+    def test_fetch_a_directory(self):
+        there, here = os.path.join(self.files, "c1"), self.path_of("c1")
+        os.mkdir(there)
+        # More than are listed at a time.
+        content = {f"f{i:03}.bin": random.Random(i).randbytes(i) for i in range(612)}
+        content["a b"] = b"blank"
+        for name, data in content.items():
+            with open(os.path.join(there, name), "wb") as file:
+                file.write(data)
+        total = sum(map(len, content.values()))
+
+        def fetched(*words):
+            done = self.vergence(*words, "fetch", "c1", cwd=self.folder)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            self.assertEqual(sorted(os.listdir(here)), sorted(content))
+            for name, data in content.items():
+                with open(os.path.join(here, name), "rb") as file:
+                    self.assertEqual(file.read(), data, name)
+            return done.stdout
+
+        self.assertEqual(fetched(), f"written: c1, 613 files, {total} bytes\nOK\n")
+        # Again, and where an earlier try was broken off.
+        os.remove(os.path.join(here, "f600.bin"))
+        with open(os.path.join(here, "f600.bin.part"), "wb") as file:
+            file.write(content["f600.bin"][:100])
+        self.assertEqual(json.loads(fetched("--json"))["result"],
+                         {"directory": "c1", "files": 613, "size": total})
+
+        def refused(why, to="c1"):
+            done = self.vergence("fetch", "c1", to, cwd=self.folder)
+            self.assertEqual((done.returncode, done.stdout, done.stderr), (1, "",
+                                                                           f"vergence: {why}\n"))
+
+        os.remove(os.path.join(here, "f000.bin"))
+        with open(os.path.join(here, "f300.bin"), "ab") as file:
+            file.write(b"x")
+        refused("c1/f300.bin: is there with other content: give another name than c1")
+        os.rename(os.path.join(here, "f300.bin"), os.path.join(here, "mine"))
+        refused("c1/mine: is there and belongs to something else: give another name than c1")
+        self.assertFalse(os.path.exists(os.path.join(here, "f000.bin")))
+        with open(self.path_of("plain"), "w", encoding="ascii") as file:
+            file.write("x")
+        refused("plain: is there and is no directory: give another name", "plain")
+        refused("no/such: No such file or directory", "no/such")
+        os.mkdir(os.path.join(there, "deep"))
+        refused("c1: holds a directory, deep: fetch that, and files, by their own names", "new")
+        self.assertFalse(os.path.exists(self.path_of("new")))
+
     def test_a_person(self):
         master, slave = pty.openpty()
         process = subprocess.Popen([VERGENCE, "--connect", f"unix:{self.path}"], stdin=slave,
