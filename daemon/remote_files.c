@@ -50,6 +50,10 @@ int remote_files(struct remote *self, const char *line, remote_show *show, void 
     }
     if (*error == 0) {
         remote_show_written(self, show, cookie, &written);
+    } else if (self->json && *error == ERROR_REFUSED) {
+        char refusal[MESSAGE_BYTES + 8];
+        snprintf(refusal, sizeof refusal, "ERR %s", message->text);  // the daemon's
+        remote_show_refusal(self, show, cookie, refusal);
     } else if (self->json) {
         remote_show_error(self, show, cookie, *error, message->text);
     }
