@@ -189,6 +189,25 @@ struct json_value json_reader_member(struct json_value object, const char *name)
     return (struct json_value){NULL, 0};
 }
 
+struct json_value json_reader_next(struct json_value array, struct json_value previous) {
+    const struct json_value none = {NULL, 0};
+    if (array.text == NULL) {
+        return none;
+    }
+    struct scan scan = {array.text, array.text + array.length};
+    if (previous.text != NULL) {
+        INVARIANT(previous.text > array.text && previous.text + previous.length <= scan.end);
+        scan.at = previous.text + previous.length;
+    }
+    if (!take(&scan, previous.text != NULL ? ',' : '[')) {
+        return none;
+    }
+    skip_blanks(&scan);
+    const char *value = scan.at;
+    // An empty array has none.
+    return skip_value(&scan, 0) ? (struct json_value){value, (size_t)(scan.at - value)} : none;
+}
+
 /// An escape's character; what lies beyond Latin-1 is '?', as nothing that is read here has it.
 static char unescaped(const char **at) {
     static const char letters[] = "bfnrt";

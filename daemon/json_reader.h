@@ -26,6 +26,9 @@ struct json_value json_reader_parse(const char *text, size_t length);
 /// found.
 struct json_value json_reader_member(struct json_value object, const char *name);
 
+/// The element of an array behind `previous` (NULL in it: the first). Its text is NULL at the end.
+struct json_value json_reader_next(struct json_value array, struct json_value previous);
+
 /// A string without its quotes, its escapes taken apart, in `to` (terminated). False: it is none,
 /// or longer than `bytes` - 1.
 bool json_reader_text(struct json_value value, char *to, size_t bytes);

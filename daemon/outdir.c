@@ -260,12 +260,13 @@ static bool replace_files(const struct outdir *directory, const char *const *nam
                           const char *closing_name, const char **failed) {
     char path[OUTDIR_PATH_BYTES];
     struct stat status;
-    // A directory under a file's name cannot be replaced: found out before anything is touched.
+    // Only files and links are replaced, no directory, no device: found out before anything is
+    // touched.
     for (int i = 0; i < count; i++) {
         final_file_path(directory, names[i], path);
-        if (lstat(path, &status) == 0 && S_ISDIR(status.st_mode)) {
+        if (lstat(path, &status) == 0 && !S_ISREG(status.st_mode) && !S_ISLNK(status.st_mode)) {
             *failed = names[i];
-            errno = EISDIR;
+            errno = S_ISDIR(status.st_mode) ? EISDIR : EEXIST;
             return false;
         }
     }
@@ -322,7 +323,8 @@ int outdir_commit(struct outdir *directory, const char *const *names, int count,
         const bool whole = failed == directory->final_path;
         const int error = file_error_is_full(error_number) ? ERROR_FULL : ERROR_BUFFER;
         message_set(message, error, "writing %s%s%s failed: %s", directory->final_path,
-                    whole ? "" : "/", whole ? "" : failed, strerror(error_number));
+                    whole ? "" : "/", whole ? "" : failed,
+                    error_number == EEXIST ? "is there and is no file" : strerror(error_number));
         outdir_abort(directory);
         return error;
     }

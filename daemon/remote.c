@@ -19,7 +19,9 @@ enum {
     SILENT_TRIES = 3,  ///< of them in a row that nothing answers: nobody is there
     CALL_SERIAL_MS = 3000,
     CALL_SOCKET_MS = 60000,
+    LAST_WORDS_MS = 1000,  ///< of a daemon that has hung up
     BAR_WIDTH = 30,
+    BAR_TEXT = 44,
 };
 
 void remote_progress(struct remote *self, const char *what, uint64_t done, uint64_t total) {
@@ -28,14 +30,14 @@ void remote_progress(struct remote *self, const char *what, uint64_t done, uint6
     }
     if (total == 0) {
         if (self->bar_shown) {
-            fprintf(stderr, "\r%*s\r", BAR_WIDTH + 30, "");
+            fprintf(stderr, "\r%*s\r", BAR_TEXT + BAR_WIDTH + 3, "");
         }
         self->bar_shown = false;
         return;
     }
     const int full = (int)((done < total ? done : total) * BAR_WIDTH / total);
-    fprintf(stderr, "\r%-20.20s [%.*s%*s]", what, full, "##############################",
-            BAR_WIDTH - full, "");
+    fprintf(stderr, "\r%-*.*s [%.*s%*s]", BAR_TEXT, BAR_TEXT, what, full,
+            "##############################", BAR_WIDTH - full, "");
     self->bar_shown = true;
 }
 
@@ -109,24 +111,32 @@ static bool is_text_end(char *text, bool sealed, uint32_t crc, bool *ok, bool *d
     return true;
 }
 
+/// Whether a line says that the daemon turns the client away, which it says as text before it has
+/// heard how the client wants it. On a serial line it is rubbish.
+static bool is_turned_away(const struct remote *self, const char *text) {
+    return !self->line.serial && strncmp(text, "ERR ", 4) == 0;
+}
+
 /// One try of remote_ask.
-static int ask_once(struct remote *self, const char *request,
-                    void (*show)(struct remote *, void *, const char *), void *cookie,
+static int ask_once(struct remote *self, const char *request, remote_show *show, void *cookie,
                     bool *refused) {
     const bool sealed = self->line.serial && !self->json;
     uint32_t crc = 0;
     *refused = false;
-    if (!remote_line_send(&self->line, request, strlen(request))) {
-        return ERROR_DEVICE;
-    }
+    // A daemon that hangs up says why: that has come, and is read when nothing can be sent.
+    const bool sent = remote_line_send(&self->line, request, strlen(request));
     for (;;) {
         char *text = NULL;
         bool ok = false;
         bool damaged = false;
-        const int error = receive(self, REMOTE_FOREVER_MS, &text);
+        const int error = receive(self, sent ? REMOTE_FOREVER_MS : LAST_WORDS_MS, &text);
         if (error != 0) {
             remote_progress(self, "", 0, 0);
-            return error;
+            return sent ? error : ERROR_DEVICE;
+        }
+        if (self->json && is_turned_away(self, text)) {
+            remote_show_refusal(self, show, cookie, text);
+            return 1;
         }
         if (!self->json && show_progress(self, text)) {
             continue;
@@ -149,8 +159,7 @@ static int ask_once(struct remote *self, const char *request,
     }
 }
 
-int remote_ask(struct remote *self, const char *command,
-               void (*show)(struct remote *self, void *cookie, const char *text), void *cookie,
+int remote_ask(struct remote *self, const char *command, remote_show *show, void *cookie,
                struct message *message) {
     char request[REMOTE_REQUEST_BYTES];
     const bool sealed = self->line.serial && !self->json;
@@ -184,15 +193,19 @@ static bool is_whole(const char *text) {
            strtoul(seal + sizeof mark - 1, NULL, 16) == crc_update(0, text, (size_t)(seal - text));
 }
 
-/// Waits for the answer with the id of the last request. ERROR_CRC: what came is damaged.
-static int take_answer(struct remote *self, struct json_value *answer) {
-    const int limit_ms = self->line.serial ? CALL_SERIAL_MS : CALL_SOCKET_MS;
+/// Waits for the answer with the id of the last request. ERROR_CRC: what came is damaged;
+/// ERROR_REFUSED, with a message: the daemon turns the client away.
+static int take_answer(struct remote *self, int limit_ms, struct json_value *answer,
+                       struct message *message) {
     for (;;) {
         char *text = NULL;
         int64_t id = -1;
         const int error = receive(self, limit_ms, &text);
         if (error != 0) {
             return error;
+        }
+        if (is_turned_away(self, text)) {
+            return message_set(message, ERROR_REFUSED, "%s", text + strlen("ERR "));
         }
         *answer = json_reader_parse(text, strlen(text));
         const bool whole = answer->text != NULL && is_whole(text);
@@ -209,6 +222,7 @@ static int take_answer(struct remote *self, struct json_value *answer) {
 
 int remote_call(struct remote *self, const char *command, struct json_value *result,
                 struct message *message) {
+    const int patience_ms = self->line.serial ? CALL_SERIAL_MS : CALL_SOCKET_MS;
     int error = ERROR_TIMEOUT;
     int silent = 0;
     for (int i = 0; i < CALL_TRIES && silent < SILENT_TRIES; i++) {
@@ -222,10 +236,13 @@ int remote_call(struct remote *self, const char *command, struct json_value *res
         if (!make_request(self, command, prefix, true, request)) {
             return message_set(message, ERROR_SYNTAX, "the command is too long");
         }
-        error = remote_line_send(&self->line, request, strlen(request)) ? take_answer(self, &answer)
-                                                                        : ERROR_DEVICE;
-        if (error == ERROR_DEVICE) {
-            return message_set(message, error, "the connection broke");
+        const bool sent = remote_line_send(&self->line, request, strlen(request));
+        error = take_answer(self, sent ? patience_ms : LAST_WORDS_MS, &answer, message);
+        if (error == ERROR_REFUSED) {
+            return error;
+        }
+        if (error == ERROR_DEVICE || !sent) {
+            return message_set(message, ERROR_DEVICE, "the connection broke");
         }
         silent = error == ERROR_TIMEOUT ? silent + 1 : 0;
         if (error != 0) {

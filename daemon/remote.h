@@ -14,7 +14,12 @@
 extern "C" {
 #endif
 
-enum { REMOTE_REQUEST_BYTES = 640, REMOTE_EXIT_ERR = 1, REMOTE_EXIT_LINE = 3 };
+enum {
+    REMOTE_REQUEST_BYTES = 640,
+    REMOTE_WRITTEN_BYTES = 4096 + 64,
+    REMOTE_EXIT_ERR = 1,
+    REMOTE_EXIT_LINE = 3
+};
 
 /// A conversation.
 struct remote {
@@ -27,14 +32,24 @@ struct remote {
     void (*attend)(struct remote *self);
 };
 
+/// What shows a line of an answer; `text` is its until the end of the call.
+typedef void remote_show(struct remote *self, void *cookie, const char *text);
+
+/// A file that came to be, here or there, or a directory of files.
+struct remote_written {
+    const char *name;
+    bool directory;
+    uint64_t files;  ///< of a directory
+    uint64_t bytes;
+};
+
 /// The command line `vergence --connect ...`; the process's exit code.
 int remote_main(int argc, char **argv);
 
 /// Sends a command and gives each line of the answer to `show`; waits for its end as long as it
-/// takes. 0: OK; 1: ERR, which `show` has seen; ERROR_DEVICE: the line broke, ERROR_CRC: something
-/// was damaged on the way, with a message.
-int remote_ask(struct remote *self, const char *command,
-               void (*show)(struct remote *self, void *cookie, const char *text), void *cookie,
+/// takes. 0: OK; 1: ERR, which `show` has seen, also that the daemon turns the client away;
+/// ERROR_DEVICE: the line broke, ERROR_CRC: something was damaged on the way, with a message.
+int remote_ask(struct remote *self, const char *command, remote_show *show, void *cookie,
                struct message *message);
 
 /// Asks for a JSON answer that arrives whole, several times if need be: for commands that may be
@@ -47,16 +62,40 @@ int remote_call(struct remote *self, const char *command, struct json_value *res
 void remote_progress(struct remote *self, const char *what, uint64_t done, uint64_t total);
 
 /// Fetches a file of the instrument into `local`, going on where an earlier try was broken off
-/// (local.part holds it). 0 or an error with a message.
-int remote_fetch(struct remote *self, const char *name, const char *local, struct message *message);
+/// (local.part holds it). What is there under that name and is no file is refused. 0 and the file's
+/// length in `*bytes`, or an error with a message.
+int remote_fetch(struct remote *self, const char *name, const char *local, uint64_t *bytes,
+                 struct message *message);
+
+/// Whether the file `local` here is the same as the instrument's. 0 or an error with a message.
+int remote_fetch_compare(struct remote *self, const char *name, const char *local, bool *same,
+                         struct message *message);
+
+/// Fetches all files of a directory of the instrument into the directory `local`, which is made.
+/// Files of an earlier try are kept; a directory with anything else in it is refused, and nothing
+/// is written to it. 0 or an error with a message.
+int remote_fetch_directory(struct remote *self, const char *name, const char *local,
+                           struct remote_written *written, struct message *message);
 
 /// Sends a file of this machine to the instrument, where it gets the plain name `name`; goes on
-/// where an earlier try was broken off. 0 or an error with a message.
-int remote_send(struct remote *self, const char *local, const char *name, struct message *message);
+/// where an earlier try was broken off. 0 and the file's length in `*bytes`, or an error with a
+/// message.
+int remote_send(struct remote *self, const char *local, const char *name, uint64_t *bytes,
+                struct message *message);
 
-/// Carries out a line that moves a whole file: "fetch NAME [FILE]", "send FILE [NAME]". 0: it is
-/// another one; else 1, and `*error` is that of remote_fetch or remote_send.
-int remote_files(struct remote *self, const char *line, int *error, struct message *message);
+/// Carries out a line that moves whole files: "fetch NAME [FILE]", also of a directory, "send FILE
+/// [NAME]". 0: it is another one; else 1, and `*error` is that of remote_fetch or remote_send. What
+/// was written is shown as an answer, in JSON also an error.
+int remote_files(struct remote *self, const char *line, remote_show *show, void *cookie, int *error,
+                 struct message *message);
+
+/// Shows as an answer of the daemon what was written; an error (only in JSON); and in the form that
+/// was asked for a line "ERR NAME sentence" of the daemon.
+void remote_show_written(struct remote *self, remote_show *show, void *cookie,
+                         const struct remote_written *written);
+void remote_show_error(struct remote *self, remote_show *show, void *cookie, int error,
+                       const char *message);
+void remote_show_refusal(struct remote *self, remote_show *show, void *cookie, const char *text);
 
 /// A person at a terminal. The process's exit code.
 int remote_terminal(struct remote *self);

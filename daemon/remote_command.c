@@ -45,13 +45,16 @@ static const struct option_page page = {
     .description =
         "Without a command: line by line from standard input; at a terminal with line editing, "
         "history and completion. Ctrl-C cancels what runs. \"help\" lists the commands.\n"
-        "\"fetch NAME [FILE]\" brings a file of the instrument here, \"send FILE [NAME]\" takes "
-        "one there; when the line breaks, the same command later goes on from there.\n"
+        "\"fetch NAME [FILE]\" brings a file of the instrument here, or all files of a session "
+        "into "
+        "a directory, \"send FILE [NAME]\" takes one there; when the line breaks, the same command "
+        "later goes on from there.\n"
         "Exit code: 0 OK; 1 ERR; 2 the command line makes no sense; 3 no connection; 130 "
         "cancelled by Ctrl-C.",
     .examples =
         "vergence --connect unix:/run/vergence/vergenced.sock status\n"
-        "vergence --connect serial:/dev/ttyUSB0 fetch bugreport.txt\n"
+        "vergence --connect serial:/dev/ttyUSB0 bugreport\n"
+        "vergence --connect serial:/dev/ttyUSB0 fetch bugreport-20260131-093000.txt\n"
         "vergence --connect serial:/dev/ttyUSB0 send rig.txt",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
@@ -110,10 +113,18 @@ static int run_line(struct remote *self, const char *line) {
     if (count == 0) {
         return CLIENT_OK;
     }
+    if (words[0][0] == '@') {
+        message_set(&message, 0,
+                    "\"%.80s\": the client says for itself how it wants its answers; --json is for "
+                    "JSON",
+                    words[0]);
+        return fail(&message, REMOTE_EXIT_ERR);
+    }
     int error = 0;
-    if (remote_files(self, line, &error, &message) != 0) {
+    if (remote_files(self, line, show, NULL, &error, &message) != 0) {
         const bool broken = error == ERROR_DEVICE || error == ERROR_TIMEOUT;
-        return error == 0 ? CLIENT_OK : fail(&message, broken ? REMOTE_EXIT_LINE : REMOTE_EXIT_ERR);
+        const int code = broken ? REMOTE_EXIT_LINE : REMOTE_EXIT_ERR;
+        return error == 0 ? CLIENT_OK : self->json ? code : fail(&message, code);
     }
     const int result = remote_ask(self, line, show, NULL, &message);
     if (result < 0) {
@@ -186,8 +197,9 @@ int remote_main(int argc, char **argv) {
     }
     struct remote remote = {.json = arguments.json, .extra_fd = -1};
     int result = CLIENT_OK;
-    if (remote_line_open(&remote.line, arguments.connect, &message) != 0) {
-        result = fail(&message, REMOTE_EXIT_LINE);
+    const int error = remote_line_open(&remote.line, arguments.connect, &message);
+    if (error != 0) {
+        result = fail(&message, error == ERROR_ARGUMENT ? CLIENT_USAGE : REMOTE_EXIT_LINE);
     } else if (count == 0 && isatty(STDIN_FILENO) != 0 && !arguments.json) {
         result = remote_terminal(&remote);
     } else {

@@ -150,7 +150,59 @@ static int fetch_into_part(struct fetch *self, struct message *message) {
     return error;
 }
 
-int remote_fetch(struct remote *remote, const char *name, const char *local,
+/// What is there under the local name is replaced, so it must be a file or nothing.
+static int look_at_local(const char *local, struct message *message) {
+    struct stat about;
+    if (stat(local, &about) == 0 && !S_ISREG(about.st_mode)) {
+        return message_set(
+            message, ERROR_ARGUMENT, "%s: is there and is no file: %s", local,
+            S_ISDIR(about.st_mode) ? "it is a directory; give a name in it" : "give another name");
+    }
+    return 0;
+}
+
+static int open_part(struct fetch *self, struct message *message) {
+    struct stat about;
+    const int length = snprintf(self->part, sizeof self->part, "%s.part", self->local);
+    if (length < 0 || (size_t)length >= sizeof self->part) {
+        return message_set(message, ERROR_ARGUMENT, "the name of the local file is too long");
+    }
+    // Not blocking: whatever stands there that is no file is only looked at.
+    self->fd =
+        open(self->part, O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC, 0644);
+    if (self->fd < 0) {
+        return message_set(message, ERROR_IO, "%s: %s", self->part, strerror(errno));
+    }
+    return fstat(self->fd, &about) == 0 && S_ISREG(about.st_mode)
+               ? 0
+               : message_set(message, ERROR_ARGUMENT, "%s: is there and is no file; remove it",
+                             self->part);
+}
+
+int remote_fetch_compare(struct remote *remote, const char *name, const char *local, bool *same,
+                         struct message *message) {
+    struct fetch *self = malloc(sizeof *self);
+    if (self == NULL) {
+        return message_set(message, ERROR_MEMORY, "there is no memory");
+    }
+    self->remote = remote;
+    self->name = name;
+    int error = look_at_local(local, message);
+    error = error != 0 ? error : describe(self, message);
+    if (error == 0) {
+        self->fd = open(local, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+        *same = self->fd >= 0 && is_right(self);
+        error =
+            self->fd >= 0 ? 0 : message_set(message, ERROR_IO, "%s: %s", local, strerror(errno));
+    }
+    if (error == 0) {
+        close(self->fd);
+    }
+    free(self);
+    return error;
+}
+
+int remote_fetch(struct remote *remote, const char *name, const char *local, uint64_t *bytes,
                  struct message *message) {
     struct fetch *self = malloc(sizeof *self);
     if (self == NULL) {
@@ -161,19 +213,16 @@ int remote_fetch(struct remote *remote, const char *name, const char *local,
     self->local = local;
     self->fd = -1;
     int error = describe(self, message);
-    if (error == 0) {
-        snprintf(self->part, sizeof self->part, "%s.part", local);
-        self->fd = open(self->part, O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-        error = self->fd >= 0
-                    ? fetch_into_part(self, message)
-                    : message_set(message, ERROR_IO, "%s: %s", self->part, strerror(errno));
-    }
+    error = error != 0 ? error : look_at_local(local, message);
+    error = error != 0 ? error : open_part(self, message);
+    error = error != 0 ? error : fetch_into_part(self, message);
     if (self->fd >= 0 && close(self->fd) != 0 && error == 0) {
         error = message_set(message, ERROR_IO, "%s: %s", self->part, strerror(errno));
     }
     if (error == 0 && rename(self->part, local) != 0) {
         error = message_set(message, ERROR_IO, "%s: %s", local, strerror(errno));
     }
+    *bytes = error == 0 ? self->size : 0;
     free(self);
     return error;
 }

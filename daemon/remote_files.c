@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The lines that carry whole files: what they mean here, and not on the instrument.
+#include <stdio.h>
 #include <string.h>
 
+#include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/remote.h"
 #include "rig/command.h"
@@ -13,13 +15,22 @@ static const char *base_name(const char *name) {
     return slash != NULL ? slash + 1 : name;
 }
 
-int remote_files(struct remote *self, const char *line, int *error, struct message *message) {
+/// Whether the instrument has a directory of this name.
+static bool is_directory(struct remote *self, const char *name) {
+    char command[COMMAND_LINE_MAX + 16];
+    struct json_value result;
+    struct message unheard;
+    snprintf(command, sizeof command, "files \"%s\"", name);
+    return remote_call(self, command, &result, &unheard) == 0;
+}
+
+int remote_files(struct remote *self, const char *line, remote_show *show, void *cookie, int *error,
+                 struct message *message) {
     char storage[COMMAND_LINE_MAX + 1];
     const char *words[COMMAND_WORDS_MAX];
     size_t count = 0;
     const char *why = NULL;
-    if (self->json || command_words_split(line, storage, words, &count, &why) != 0 || count < 2 ||
-        count > 3) {
+    if (command_words_split(line, storage, words, &count, &why) != 0 || count < 2 || count > 3) {
         return 0;
     }
     INVARIANT(words[1] != NULL);
@@ -31,7 +42,20 @@ int remote_files(struct remote *self, const char *line, int *error, struct messa
         return 0;
     }
     const char *other = count == 3 ? words[2] : base_name(words[1]);
-    *error = fetch ? remote_fetch(self, words[1], other, message)
-                   : remote_send(self, words[1], other, message);
+    struct remote_written written = {.name = other};
+    *error = fetch ? remote_fetch(self, words[1], other, &written.bytes, message)
+                   : remote_send(self, words[1], other, &written.bytes, message);
+    if (fetch && *error == ERROR_REFUSED && is_directory(self, words[1])) {
+        *error = remote_fetch_directory(self, words[1], other, &written, message);
+    }
+    if (*error == 0) {
+        remote_show_written(self, show, cookie, &written);
+    } else if (self->json && *error == ERROR_REFUSED) {
+        char refusal[MESSAGE_BYTES + 8];
+        snprintf(refusal, sizeof refusal, "ERR %s", message->text);  // the daemon's
+        remote_show_refusal(self, show, cookie, refusal);
+    } else if (self->json) {
+        remote_show_error(self, show, cookie, *error, message->text);
+    }
     return 1;
 }

@@ -19,7 +19,14 @@
 #include "daemon/monotonic.h"
 #include "daemon/serial_device.h"
 
-enum { SERIAL_BAUD = 115200, HELLO_MS = 1500, HELLO_TRIES = 4, QUIET_MS = 100, SEND_MS = 10000 };
+enum {
+    PORT_MOST = 65535,
+    SERIAL_BAUD = 115200,
+    HELLO_MS = 1500,
+    HELLO_TRIES = 4,
+    QUIET_MS = 100,
+    SEND_MS = 10000
+};
 
 static int open_unix(const char *path, struct message *message) {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
@@ -38,11 +45,28 @@ static int open_unix(const char *path, struct message *message) {
     return ERROR_IO;
 }
 
+/// A whole number in decimal digits alone, up to `most`; -1: it is none.
+static int64_t parse_number(const char *text, int64_t most) {
+    int64_t number = text[0] == '\0' ? -1 : 0;
+    for (; *text != '\0'; text++) {
+        if (*text < '0' || *text > '9' || number > most / 10) {
+            return -1;
+        }
+        number = 10 * number + (*text - '0');
+    }
+    return number <= most ? number : -1;
+}
+
 static int open_tcp(const char *place, struct message *message) {
     char host[256];
     const char *colon = strrchr(place, ':');
     if (colon == NULL || (size_t)(colon - place) >= sizeof host) {
         return message_set(message, ERROR_ARGUMENT, "tcp:%s: expected is tcp:HOST:PORT", place);
+    }
+    if (parse_number(colon + 1, PORT_MOST) < 1) {
+        return message_set(message, ERROR_ARGUMENT,
+                           "tcp:%s: \"%s\" is no port: expected is 1 to %d", place, colon + 1,
+                           PORT_MOST);
     }
     memcpy(host, place, (size_t)(colon - place));
     host[colon - place] = '\0';
@@ -83,12 +107,12 @@ static int open_serial(const char *place, struct message *message) {
     memcpy(device, place, length);
     device[length] = '\0';
     if (colon != NULL) {
-        char *end = NULL;
-        baud = (uint32_t)strtoul(colon + 1, &end, 10);
-        if (end == colon + 1 || *end != '\0') {
+        const int64_t given = parse_number(colon + 1, INT32_MAX);
+        if (given < 0) {
             return message_set(message, ERROR_ARGUMENT, "serial:%s: expected is serial:DEVICE:BAUD",
                                place);
         }
+        baud = (uint32_t)given;
     }
     return serial_device_open(device, baud, message);
 }

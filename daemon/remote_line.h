@@ -25,7 +25,8 @@ struct remote_line {
 };
 
 /// Opens `where`: unix:PATH, tcp:HOST:PORT, serial:DEVICE or serial:DEVICE:BAUD (115200). On a
-/// serial line the console is told that a program is here. 0, or an error with a message.
+/// serial line the console is told that a program is here. 0, or an error with a message:
+/// ERROR_ARGUMENT when `where` makes no sense.
 int remote_line_open(struct remote_line *self, const char *where, struct message *message);
 /// Tells a serial console that the program has gone.
 void remote_line_close(struct remote_line *self);

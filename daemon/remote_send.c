@@ -105,7 +105,7 @@ static int send_rest(struct send *self, bool *resumed, struct message *message) 
     return error;
 }
 
-int remote_send(struct remote *remote, const char *local, const char *name,
+int remote_send(struct remote *remote, const char *local, const char *name, uint64_t *bytes,
                 struct message *message) {
     struct send self = {.remote = remote, .local = local, .name = name};
     self.fd = open(local, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
@@ -121,5 +121,6 @@ int remote_send(struct remote *remote, const char *local, const char *name,
     }
     INVARIANT(error != 0 || self.whole);
     close(self.fd);
+    *bytes = error == 0 ? self.size : 0;
     return error;
 }

@@ -62,6 +62,10 @@ static void add_name(struct remote *remote, void *cookie, const char *text) {
     const size_t length = strlen(names);
     const char *colon = strchr(text, ':');
     (void)remote;
+    if (strncmp(text, "ERR ", 4) == 0) {
+        fprintf(stderr, "%s\n", text);
+        return;
+    }
     if (colon != NULL && text[0] != ' ' &&
         length + (size_t)(colon - text) + 2 < EDITOR_WORDS_BYTES) {
         snprintf(names + length, EDITOR_WORDS_BYTES - length, "%s%.*s", length > 0 ? " " : "",
@@ -114,8 +118,10 @@ static bool run_line(struct terminal *self, const char *line) {
         return false;
     }
     int result = 0;
-    if (remote_files(self->remote, line, &result, &message) != 0) {
-        printf("%s%s\r\n", result == 0 ? "OK" : "vergence: ", result == 0 ? "" : message.text);
+    if (remote_files(self->remote, line, show, NULL, &result, &message) != 0) {
+        if (result != 0) {
+            printf("vergence: %s\r\n", message.text);
+        }
         return result != ERROR_DEVICE;
     }
     result = remote_ask(self->remote, line, show, NULL, &message);
@@ -170,9 +176,12 @@ int remote_terminal(struct remote *remote) {
     struct message message;
     INVARIANT(!remote->json);
     *self = (struct terminal){.remote = remote};
-    if (remote_ask(remote, "help", add_name, self->names, &message) < 0) {
+    const int heard = remote_ask(remote, "help", add_name, self->names, &message);
+    if (heard < 0) {
         fprintf(stderr, "vergence: %s\n", message.text);
-        return REMOTE_EXIT_LINE;
+    }
+    if (heard != 0) {
+        return heard < 0 ? REMOTE_EXIT_LINE : REMOTE_EXIT_ERR;
     }
     editor_init(&self->editor, send_to_screen, complete, self, "vergence> ");
     if (tcgetattr(STDIN_FILENO, &settings) != 0) {

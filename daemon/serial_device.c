@@ -38,7 +38,9 @@ int serial_device_open(const char *device, uint32_t baud, struct message *messag
         if (fd >= 0) {
             close(fd);
         }
-        return message_set(message, ERROR_IO, "%s: %s", device, strerror(number));
+        return number == ENOTTY || number == EISDIR
+                   ? message_set(message, ERROR_DEVICE, "%s: is no serial line", device)
+                   : message_set(message, ERROR_IO, "%s: %s", device, strerror(number));
     }
     cfmakeraw(&settings);
     settings.c_cflag |= CLOCAL | CREAD;

@@ -39,7 +39,13 @@ static int open_error(int error_number, const char **advice) {
 }
 
 int device_file_open(const char *path, int flags, const char *what, struct message *message) {
+    struct stat status;
     int fd = -1;
+    // Before it is opened: a pipe would wait for its other end, and a file is not ours to change.
+    if (stat(path, &status) == 0 && !S_ISCHR(status.st_mode)) {
+        return message_set(message, ERROR_DEVICE, "%s %s: is no %s, for it is no character device",
+                           what, path, what);
+    }
     do {
         fd = open(path, flags | O_CLOEXEC | O_NOCTTY);
     } while (fd < 0 && errno == EINTR);

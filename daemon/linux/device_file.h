@@ -15,7 +15,8 @@ extern "C" {
 #endif
 
 /// Opens `path` (`flags` as for open; O_CLOEXEC and O_NOCTTY are added) and returns the
-/// descriptor, or an error: ERROR_DEVICE: nothing is there; ERROR_REFUSED: the user may not, or
+/// descriptor, or an error: ERROR_DEVICE: nothing is there, or no character device, which is not
+/// opened then; ERROR_REFUSED: the user may not, or
 /// another program has it; ERROR_IO: anything else. `what` names the device in `message`: "I2C
 /// bus".
 int device_file_open(const char *path, int flags, const char *what, struct message *message);

@@ -35,6 +35,13 @@ static uint64_t period_us(void *opaque) {
     return self->period_us;
 }
 
+/// Whether a watchdog's driver is there: each of them answers this, whatever else it lacks. Nothing
+/// may be written before that is known.
+static bool is_watchdog(const struct watchdog_dev *self) {
+    struct watchdog_info information;
+    return device_file_control(self->fd, WDIOC_GETSUPPORT, &information) == 0;
+}
+
 /// The period that counts now, as near to `period_s` as the driver can; 0: it does not tell.
 static bool set_period(struct watchdog_dev *self, int period_s) {
     int seconds = period_s;
@@ -60,6 +67,14 @@ int watchdog_dev_open(struct watchdog_dev *self, const char *path, unsigned peri
         return fd;
     }
     self->fd = fd;
+    if (!is_watchdog(self)) {
+        const int error_number = errno;
+        (void)watchdog_dev_close(self, false);
+        return message_set(message, ERROR_DEVICE,
+                           "watchdog %s: is no watchdog: %s; give the device of one, such as "
+                           "/dev/watchdog",
+                           path, strerror(error_number));
+    }
     if (!set_period(self, (int)period_s)) {
         const int error_number = errno;
         // It was armed by opening it.

@@ -21,7 +21,8 @@ struct watchdog_dev {
 };
 
 /// Opens and arms it. The period becomes what the driver can do next to `period_s` (1 .. 3600), or
-/// stays what it is where the driver cannot set it. ERROR_DEVICE, ERROR_REFUSED (also: another
+/// stays what it is where the driver cannot set it. ERROR_DEVICE (also: it is no watchdog, and
+/// nothing was written to it), ERROR_REFUSED (also: another
 /// program feeds it), ERROR_IO; `message` says more; nothing is open then.
 int watchdog_dev_open(struct watchdog_dev *self, const char *path, unsigned period_s,
                       struct message *message);

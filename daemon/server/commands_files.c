@@ -7,6 +7,7 @@
 #include <fcntl.h>
 #include <inttypes.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -24,7 +25,7 @@ enum { FILES_LISTED_MOST = 500, READ_BYTES = 65536 };
 
 static void put_entry(const struct command_call *call, int directory, const char *name) {
     struct stat about;
-    if (name[0] == '.' || fstatat(directory, name, &about, AT_SYMLINK_NOFOLLOW) != 0) {
+    if (fstatat(directory, name, &about, AT_SYMLINK_NOFOLLOW) != 0) {
         return;
     }
     if (S_ISDIR(about.st_mode) || S_ISREG(about.st_mode)) {
@@ -37,28 +38,42 @@ static void put_entry(const struct command_call *call, int directory, const char
     }
 }
 
+static int by_name(const struct dirent **a, const struct dirent **b) {
+    return strcmp((*a)->d_name, (*b)->d_name);
+}
+
 static int run_files(const struct command_call *call) {
+    const char *after = call->values[1].given ? call->values[1].text : "";
+    struct dirent **entries = NULL;
     const int fd = files_open_directory(call, call->values[0].given ? call->values[0].text : "");
     if (fd < 0) {
         return fd;
     }
-    DIR *directory = fdopendir(fd);
-    if (directory == NULL) {
+    const int count = scandirat(fd, ".", &entries, NULL, by_name);
+    if (count < 0) {
+        const int number = errno;
         close(fd);
-        return ERROR_MEMORY;
+        return files_refuse(call, "files", number);
     }
+    int listed = 0;
     item_begin(call, "files", true);
-    int count = 0;
-    for (const struct dirent *entry = readdir(directory);
-         entry != NULL && count < FILES_LISTED_MOST; entry = readdir(directory)) {
-        put_entry(call, fd, entry->d_name);
-        count++;
+    for (int i = 0; i < count; i++) {
+        if (strcmp(entries[i]->d_name, after) > 0 && entries[i]->d_name[0] != '.') {
+            if (listed < FILES_LISTED_MOST) {
+                put_entry(call, fd, entries[i]->d_name);
+            }
+            listed++;
+        }
+        free(entries[i]);
     }
     item_end(call);
-    if (count == FILES_LISTED_MOST) {
-        item_text(call, "more", "the directory holds more than are listed");
+    free(entries);
+    close(fd);
+    if (listed > FILES_LISTED_MOST) {
+        item_text(call, "more",
+                  "the directory holds more: \"files DIRECTORY LAST\" lists those "
+                  "behind the last one");
     }
-    closedir(directory);
     return 0;
 }
 
@@ -129,6 +144,12 @@ static const struct command_argument files_arguments[] = {
      .most = FILES_NAME_MAX,
      .optional = true,
      .help = "one of those that are listed without it"},
+    {.name = "AFTER",
+     .kind = COMMAND_TEXT,
+     .least = 1,
+     .most = FILES_NAME_MAX,
+     .optional = true,
+     .help = "only names behind this one"},
 };
 
 static const struct command_argument fetch_arguments[] = {
@@ -156,9 +177,10 @@ static const struct command_argument fetch_arguments[] = {
 static const struct command commands[] = {
     {.name = "files",
      .summary = "list the files that can be fetched",
-     .help = "Sessions and other results, as they stand in the setting \"files\".",
+     .help = "Sessions and other results, as they stand in the setting \"files\", in the order of "
+             "their names, at most 500.",
      .arguments = files_arguments,
-     .argument_count = 1,
+     .argument_count = 2,
      .flags = COMMAND_NO_RIG,
      .run = run_files},
     {.name = "fetch",

@@ -11,6 +11,7 @@
 #include <stdio.h>
 
 #include "daemon/message.h"
+#include "daemon/server/listener.h"
 #include "rig/profile.h"
 
 #ifdef __cplusplus
@@ -40,7 +41,7 @@ struct config {
     int32_t reset_line, irq_line, lens_power_line;  ///< of that chip; CONFIG_NO_LINE
     bool reset_active_low, irq_active_low, lens_power_active_low;
 
-    char socket[CONFIG_TEXT_BYTES];
+    char socket[LISTENER_PATH_BYTES];
     uint16_t tcp_port;                ///< 0: none
     char console[CONFIG_TEXT_BYTES];  ///< a terminal's device, or "stdio"
     uint32_t console_baud;

@@ -15,7 +15,7 @@ extern "C" {
 enum config_kind {
     CONFIG_PROFILE,  ///< a name of rig_profile_named; sets all keys that begin with "rig."
     CONFIG_BACKEND,  ///< "linux", "sim ADDRESS", "replay DIRECTORY"
-    CONFIG_TEXT,     ///< CONFIG_TEXT_BYTES of it; "none" is ""
+    CONFIG_TEXT,     ///< `bytes` of it, CONFIG_TEXT_BYTES at most; "none" is ""
     CONFIG_LENSES,   ///< a word of `choices`, in the order of enum rig_profile_lenses
     CONFIG_CHOICE,   ///< a word of `choices`; its place into an int, or as `bytes` says
     CONFIG_NUMBER,   ///< a whole number of `bytes` bytes; signed when `least` < 0

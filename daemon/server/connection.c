@@ -76,12 +76,20 @@ bool connection_wants_input(const struct connection *self) {
     return self->used && !self->ended && !self->gone && self->input_bytes < sizeof self->input;
 }
 
-/// Ctrl-C: what runs is cancelled, what was sent ahead is forgotten.
+/// Ctrl-C: what runs is cancelled, what was sent ahead is forgotten. What only waits for others' is
+/// answered here: they may take long.
 static void cancel(struct connection *self) {
+    struct job *job = &self->job;
     self->input_bytes = 0;
     self->skipping = false;
-    if (is_busy(self)) {
-        atomic_store(&self->job.cancelled, true);
+    if (!is_busy(self)) {
+        return;
+    }
+    atomic_store(&job->cancelled, true);
+    if (atomic_load(&job->state) == JOB_WAITING && self->host->withdraw(self->host->self, job)) {
+        job->watch.on = false;
+        self->host->answer(self->host->self, job, ERROR_CANCELLED, error_text(ERROR_CANCELLED));
+        atomic_store(&job->state, JOB_DONE);
     }
 }
 
@@ -214,6 +222,7 @@ static bool step_lines(struct connection *self) {
 /// A command has been answered.
 static void take_answer(struct connection *self, uint64_t now_us) {
     struct job *job = &self->job;
+    job->bar_shown = false;
     atomic_store(&job->state, JOB_FREE);
     if (job->quit) {
         job->quit = false;

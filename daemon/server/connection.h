@@ -26,6 +26,8 @@ enum connection_kind {
 struct connection_host {
     /// Queues the job; when there is no room answers so, and the job is JOB_FREE again.
     void (*submit)(void *self, struct job *job);
+    /// Takes a job back that no crew has begun. False: one has.
+    bool (*withdraw)(void *self, struct job *job);
     /// Answers at once, with an error or (0) without one; no crew has the job.
     void (*answer)(void *self, struct job *job, int error, const char *message);
     /// Parses what `job` asks for; see command_parse.
@@ -68,7 +70,7 @@ void connection_begin(struct connection *self, enum connection_kind kind, int in
 bool connection_wants_input(const struct connection *self);
 /// Bytes have come, or (`end`) no more will.
 void connection_receive(struct connection *self, const char *data, size_t bytes, bool end);
-/// Nobody is there any more: what runs is cancelled.
+/// Nobody is there any more: what runs or waits is cancelled.
 void connection_gone(struct connection *self);
 /// Does what is due: takes an answer that is finished, begins the next line or round.
 void connection_step(struct connection *self, uint64_t now_us);

@@ -2,6 +2,7 @@
 #include "daemon/server/crew.h"
 
 #include <errno.h>
+#include <stdio.h>
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
@@ -12,7 +13,7 @@
 #include "daemon/record.h"
 #include "daemon/scribe.h"
 
-enum { IDLE_US = 50000, PROGRESS_US = 100000 };
+enum { IDLE_US = 50000, PROGRESS_US = 100000, WAIT_TOLD_US = 500000 };
 
 /// Asked by a command that works without the rig just now.
 static bool go_on(void *cookie) {
@@ -59,6 +60,9 @@ struct rig_observer crew_observer(struct crew *self) {
 /// Gives a job back to the event loop.
 static void finish(struct crew *self, struct job *job) {
     const uint64_t one = 1;
+    pthread_mutex_lock(&self->lock);
+    self->running = NULL;
+    pthread_mutex_unlock(&self->lock);
     atomic_store(&job->state, JOB_DONE);
     const ssize_t told = write(self->wake_fd, &one, sizeof one);
     (void)told;  // it cannot fail but for being told often enough already
@@ -84,6 +88,7 @@ static void run(struct crew *self, struct job *job) {
     };
     self->surroundings.job = job;
     reply_begin(&self->reply, job->output, &job->request, job->terminal);
+    self->reply.bar_shown = job->bar_shown;
     self->progress_what = NULL;
     int error = ERROR_CANCELLED;
     if (!atomic_load(&self->stopping) && !atomic_load(&job->cancelled)) {
@@ -144,6 +149,7 @@ static struct job *next_job(struct crew *self) {
         job = self->waiting[self->first];
         self->first = (self->first + 1) % CREW_QUEUE_MAX;
         self->count--;
+        self->running = job;
     }
     pthread_mutex_unlock(&self->lock);
     return job;
@@ -158,10 +164,8 @@ static void *work(void *cookie) {
             break;
         }
         if (job != NULL) {
-            self->running = job;
             catch_up(self);
             run(self, job);
-            self->running = NULL;
             finish(self, job);
         }
         // Also when one job follows another at once.
@@ -226,12 +230,57 @@ bool crew_submit(struct crew *self, struct job *job) {
     pthread_mutex_lock(&self->lock);
     const bool room = self->count < self->capacity;
     if (room) {
+        job->queued_us = monotonic_now_us();
+        job->ahead = (uint32_t)self->count + (self->running != NULL);
+        job->ahead_shown = JOB_NOT_SHOWN;
+        job->bar_shown = false;
         self->waiting[(self->first + self->count) % CREW_QUEUE_MAX] = job;
         self->count++;
         pthread_cond_signal(&self->news);
     }
     pthread_mutex_unlock(&self->lock);
     return room;
+}
+
+/// How many wait before a job; `count` when it does not wait any more. The caller has the lock.
+static size_t place_of(const struct crew *self, const struct job *job) {
+    size_t place = 0;
+    while (place < self->count && self->waiting[(self->first + place) % CREW_QUEUE_MAX] != job) {
+        place++;
+    }
+    return place;
+}
+
+bool crew_withdraw(struct crew *self, struct job *job) {
+    pthread_mutex_lock(&self->lock);
+    const size_t place = place_of(self, job);
+    const bool waits = place < self->count;
+    for (size_t i = place; waits && i + 1 < self->count; i++) {
+        self->waiting[(self->first + i) % CREW_QUEUE_MAX] =
+            self->waiting[(self->first + i + 1) % CREW_QUEUE_MAX];
+    }
+    self->count -= waits;
+    pthread_mutex_unlock(&self->lock);
+    return waits;
+}
+
+void crew_tell_wait(struct crew *self, struct job *job, struct reply *reply, uint64_t now_us) {
+    char what[COMMAND_LINE_MAX];
+    // The thread begins no job meanwhile, whose answer this would stand in.
+    pthread_mutex_lock(&self->lock);
+    const size_t place = place_of(self, job);
+    const uint32_t ahead = (uint32_t)place + 1;
+    if (place < self->count && self->running != NULL && ahead != job->ahead_shown &&
+        now_us > job->queued_us + WAIT_TOLD_US) {
+        job->ahead = ahead > job->ahead ? ahead : job->ahead;
+        job->ahead_shown = ahead;
+        snprintf(what, sizeof what, "waiting for another client's %s",
+                 self->running->command->name);
+        reply_begin(reply, job->output, &job->request, job->terminal);
+        reply_progress(reply, what, job->ahead - ahead, job->ahead);
+        job->bar_shown = reply->bar_shown;
+    }
+    pthread_mutex_unlock(&self->lock);
 }
 
 uint64_t crew_silence_us(const struct crew *self) {

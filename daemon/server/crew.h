@@ -27,7 +27,7 @@ struct crew {
     pthread_cond_t news;  ///< a job, or `stopping`
     struct job *waiting[CREW_QUEUE_MAX];
     size_t first, count, capacity;
-    struct job *running;
+    struct job *running;   ///< the thread's; changed under the lock
     bool cancel_recorded;  ///< that `running` is to end
     atomic_bool stopping;
     _Atomic uint64_t alive_us;  ///< monotonic; the thread was seen going on
@@ -54,6 +54,14 @@ void crew_stop(struct crew *self);
 
 /// Queues a job whose state is JOB_WAITING. False: the queue is full.
 bool crew_submit(struct crew *self, struct job *job);
+
+/// Takes back a job that nobody has begun: it is the caller's again, and to be answered by it.
+/// False: it is under way, or done.
+bool crew_withdraw(struct crew *self, struct job *job);
+
+/// Tells the client of a job that has waited for a while which command it waits for, once for each:
+/// as progress, by `reply`, which is the caller's.
+void crew_tell_wait(struct crew *self, struct job *job, struct reply *reply, uint64_t now_us);
 
 /// How long ago the thread went on, in us.
 uint64_t crew_silence_us(const struct crew *self);

@@ -14,6 +14,9 @@
 
 enum { JOB_MESSAGE_BYTES = 512, JOB_LINE_BYTES = REQUEST_PREFIX_MAX + COMMAND_LINE_MAX + 2 };
 
+/// The client of a job has not been told that it waits.
+#define JOB_NOT_SHOWN UINT32_MAX
+
 enum job_state {
     JOB_FREE,     ///< the event loop's
     JOB_WAITING,  ///< in a crew's queue, or under way; the crew's
@@ -41,6 +44,12 @@ struct job {
     struct job_watch watch;
     bool round;  ///< this is a round of `watch`: no answer unless it fails or is the last
     bool quit;   ///< the connection is to end
+
+    // While it waits for others'; both threads', under the lock of the crew.
+    uint64_t queued_us;    ///< monotonic; since when
+    uint32_t ahead;        ///< commands that stood before it then
+    uint32_t ahead_shown;  ///< of them, when its client was told last; JOB_NOT_SHOWN
+    bool bar_shown;        ///< on its terminal, which the answer is to wipe
 };
 
 #endif

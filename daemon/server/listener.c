@@ -15,9 +15,11 @@
 
 #include "core/error.h"
 
-#define BESIDE ".new"
-
-enum { BACKLOG = 16, SOCKET_FLAGS = SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK };
+enum {
+    BACKLOG = 16,
+    TURNED_AWAY_BYTES = 4096,
+    SOCKET_FLAGS = SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK
+};
 
 /// Closes a descriptor that is not good enough.
 static int fail(int fd, struct message *message, const char *what) {
@@ -39,25 +41,26 @@ static bool is_served(const struct sockaddr_un *address) {
     return served;
 }
 
-int listener_unix(const char *path, struct message *message) {
+int listener_unix(const char *path, int *listener, struct message *message) {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
-    const size_t longest = sizeof address.sun_path - sizeof BESIDE;
-    if (strlen(path) > longest) {
-        return message_set(message, ERROR_ARGUMENT,
-                           "%s: a socket's path has at most %zu characters", path, longest);
+    if (strlen(path) >= LISTENER_PATH_BYTES) {
+        return message_set(message, ERROR_ARGUMENT, "%s: a socket's path has at most %d characters",
+                           path, LISTENER_PATH_BYTES - 1);
     }
     memcpy(address.sun_path, path, strlen(path) + 1);
     struct stat there;
     if (lstat(path, &there) == 0) {
         if (!S_ISSOCK(there.st_mode)) {
-            return message_set(message, ERROR_ARGUMENT, "%s: is there and is no socket", path);
+            return message_set(message, ERROR_ARGUMENT,
+                               "%s: is there and is no socket; give another path, or remove it",
+                               path);
         }
         if (is_served(&address)) {
             return message_set(message, ERROR_BUSY, "%s: another vergenced listens there", path);
         }
     }
     // It gets its name when it listens: who sees the name can connect.
-    memcpy(address.sun_path + strlen(path), BESIDE, sizeof BESIDE);
+    memcpy(address.sun_path + strlen(path), LISTENER_BESIDE, sizeof LISTENER_BESIDE);
     unlink(address.sun_path);
     const int fd = socket(AF_UNIX, SOCKET_FLAGS, 0);
     // Nobody else may come in between bind and chmod.
@@ -70,10 +73,11 @@ int listener_unix(const char *path, struct message *message) {
         unlink(address.sun_path);
         return failed;
     }
-    return fd;
+    *listener = fd;
+    return 0;
 }
 
-int listener_tcp(uint16_t port, struct message *message) {
+int listener_tcp(uint16_t port, int *listener, struct message *message) {
     const struct sockaddr_in address = {
         .sin_family = AF_INET, .sin_port = htons(port), .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
     const int fd = socket(AF_INET, SOCKET_FLAGS, 0);
@@ -83,9 +87,22 @@ int listener_tcp(uint16_t port, struct message *message) {
         listen(fd, BACKLOG) != 0) {
         return fail(fd, message, "TCP on the loopback");
     }
-    return fd;
+    *listener = fd;
+    return 0;
 }
 
 int listener_accept(int fd) {
     return accept4(fd, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
+}
+
+void listener_turn_away(int fd) {
+    static const char text[] = "ERR BUSY too many clients: try again later\n";
+    char asked[TURNED_AWAY_BYTES];
+    const ssize_t told = write(fd, text, sizeof text - 1);
+    (void)told;  // whoever is not told sees the end all the same
+    // What is not read when it is closed would reset the connection, and the line be lost.
+    shutdown(fd, SHUT_WR);
+    const ssize_t unread = read(fd, asked, sizeof asked);
+    (void)unread;
+    close(fd);
 }

@@ -9,7 +9,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 
-enum { BAR_WIDTH = 24 };
+enum { BAR_WIDTH = 24, BAR_TEXT = 44 };  // of the bar, and of what stands before it
 
 /// Bytes on their way to the client. Terminals want CR LF.
 static ssize_t send_bytes(void *cookie, const char *data, size_t bytes) {
@@ -33,7 +33,7 @@ static ssize_t send_bytes(void *cookie, const char *data, size_t bytes) {
 
 static void wipe_bar(struct reply *self) {
     if (self->bar_shown) {
-        fprintf(self->stream, "\r%*s\r", BAR_WIDTH + 40, "");
+        fprintf(self->stream, "\r%*s\r", BAR_TEXT + BAR_WIDTH + 3, "");
         self->bar_shown = false;
     }
 }
@@ -224,8 +224,8 @@ void reply_progress(struct reply *self, const char *what, uint32_t done, uint32_
         fprintf(self->stream, "... %s %" PRIu32 "/%" PRIu32 "\n", what, done, total);
     } else if (!self->request.json && self->terminal) {
         const int full = (int)((uint64_t)BAR_WIDTH * (done < total ? done : total) / total);
-        fprintf(self->stream, "\r%-20.20s [%.*s%*s]", what, full, "########################",
-                BAR_WIDTH - full, "");
+        fprintf(self->stream, "\r%-*.*s [%.*s%*s]", BAR_TEXT, BAR_TEXT, what, full,
+                "########################", BAR_WIDTH - full, "");
         self->bar_shown = true;
     }
     fflush(self->stream);

@@ -31,6 +31,7 @@ enum {
 static void answer(void *cookie, struct job *job, int error, const char *message) {
     struct server *self = cookie;
     reply_begin(&self->reply, job->output, &job->request, job->terminal);
+    self->reply.bar_shown = job->bar_shown;
     reply_end(&self->reply, error, message);
 }
 
@@ -42,10 +43,19 @@ static int parse(void *cookie, const char *line, struct job *job, char *message,
                          &job->command, message, message_bytes);
 }
 
+/// Who carries it out.
+static struct crew *crew_of(struct server *self, const struct job *job) {
+    const bool desk = (job->command->flags & COMMAND_NO_RIG) != 0;
+    return desk ? &self->desk_crew : &self->rig_crew;
+}
+
+static bool withdraw(void *cookie, struct job *job) {
+    return crew_withdraw(crew_of(cookie, job), job);
+}
+
 static void submit(void *cookie, struct job *job) {
     struct server *self = cookie;
-    const bool desk = (job->command->flags & COMMAND_NO_RIG) != 0;
-    if (!crew_submit(desk ? &self->desk_crew : &self->rig_crew, job)) {
+    if (!crew_submit(crew_of(self, job), job)) {
         atomic_store(&job->state, JOB_FREE);
         answer(self, job, ERROR_BUSY, "too many commands are waiting: try again later");
     }
@@ -75,7 +85,7 @@ static bool open_signals(struct server *self) {
 }
 
 static bool open_clients(struct server *self) {
-    self->host = (struct connection_host){submit, answer, parse, complete, self};
+    self->host = (struct connection_host){submit, withdraw, answer, parse, complete, self};
     self->client_count = self->config->clients + 1;
     INVARIANT(self->client_count <= SERVER_CLIENTS_MAX + 1);
     for (size_t i = 0; i < self->client_count; i++) {
@@ -108,18 +118,12 @@ static void open_crew(struct server *self, struct crew *crew, const struct serve
 }
 
 static int open_listeners(struct server *self, struct message *message) {
-    if (self->config->socket[0] != '\0') {
-        self->listeners[0] = listener_unix(self->config->socket, message);
+    const char *path = self->config->socket;
+    int error = path[0] == '\0' ? 0 : listener_unix(path, &self->listeners[0], message);
+    if (error == 0 && self->config->tcp_port != 0) {
+        error = listener_tcp(self->config->tcp_port, &self->listeners[1], message);
     }
-    if (self->config->tcp_port != 0) {
-        self->listeners[1] = listener_tcp(self->config->tcp_port, message);
-    }
-    for (int i = 0; i < SERVER_LISTENERS; i++) {
-        if (self->listeners[i] < -1) {
-            return self->listeners[i];
-        }
-    }
-    return 0;
+    return error;
 }
 
 /// Standard input and output as the console: a terminal with line editing when they are one.
@@ -210,13 +214,6 @@ static struct connection *free_seat(struct server *self) {
     return NULL;
 }
 
-static void turn_away(int fd) {
-    static const char text[] = "ERR BUSY too many clients: try again later\n";
-    const ssize_t told = write(fd, text, sizeof text - 1);
-    (void)told;  // whoever is not told sees the end all the same
-    close(fd);
-}
-
 /// Without a descriptor for it a client cannot even be turned away, and would be there again at
 /// once, for ever: so one is kept for that.
 static bool turn_away_without_descriptor(struct server *self, int listener) {
@@ -227,7 +224,7 @@ static bool turn_away_without_descriptor(struct server *self, int listener) {
     const int fd =
         self->spare_fd >= 0 && close(self->spare_fd) == 0 ? listener_accept(listener) : -1;
     if (fd >= 0) {
-        turn_away(fd);
+        listener_turn_away(fd);
     }
     self->spare_fd = fcntl(self->wake_fd, F_DUPFD_CLOEXEC, 0);
     return fd >= 0;
@@ -246,7 +243,7 @@ static void accept_clients(struct server *self, int listener) {
         if (seat != NULL) {
             connection_begin(seat, CONNECTION_LINES, fd, fd, "client");
         } else {
-            turn_away(fd);
+            listener_turn_away(fd);
         }
     }
 }
@@ -316,6 +313,9 @@ static void serve(struct server *self, struct connection *client, short input, s
         connection_gone(client);
     }
     connection_step(client, now_us);
+    if (atomic_load(&client->job.state) == JOB_WAITING) {
+        crew_tell_wait(crew_of(self, &client->job), &client->job, &self->reply, now_us);
+    }
     connection_send(client, now_us);
     const uint64_t patience_us = (uint64_t)self->config->reader_timeout_s * 1000000;
     const bool stalled = client->stalled_us != 0 && now_us - client->stalled_us > patience_us;

@@ -31,7 +31,7 @@ struct server {
     struct connection clients[SERVER_CLIENTS_MAX + 1];  ///< the first is the console
     size_t client_count;
     struct reply reply;
-    int listeners[SERVER_LISTENERS];
+    int listeners[SERVER_LISTENERS];  ///< -1: none
     int signal_fd, wake_fd;
     int spare_fd;  ///< given up to turn a client away when there is none left
     bool stdio;    ///< the console is standard input and output

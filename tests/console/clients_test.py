@@ -4,10 +4,12 @@ import json
 import os
 import random
 import resource
+import shutil
 import signal
 import socket
 import stat
 import subprocess
+import tempfile
 import time
 import unittest
 import zlib
@@ -127,12 +129,82 @@ class Clients(DaemonTest):
         self.assertEqual(others[0].answer(), ["OK"])
         self.assertEqual(others[1].answer(), ["OK"])
 
+    def test_what_waits_for_others_is_cancelled_at_once(self):
+        others = [self.seated() for _ in range(3)]
+        self.first.send("wait 100000\n")
+        time.sleep(0.3)
+        # What was sent ahead is forgotten; the places of those that went are free at once.
+        others[0].send("status\nversion\n")
+        others[1].send("@json watch 0.1 status\n")
+        time.sleep(0.3)
+        for other, answer in ((others[0], "ERR CANCELLED cancelled"), (others[1], "CANCELLED")):
+            begin = time.monotonic()
+            other.send("\x03")
+            line = other.line()
+            self.assertIn(answer, line)
+            self.assertLess(time.monotonic() - begin, 5)
+            self.assertEqual(other.ask("@text version")[-1], "OK")
+        for _ in range(4):
+            gone = self.seated()
+            gone.send("status\n")
+            time.sleep(0.1)
+            gone.socket.close()
+        begin = time.monotonic()
+        process = subprocess.Popen([VERGENCE, "--connect", f"unix:{self.path}", "status"],
+                                   stderr=subprocess.PIPE, text=True)
+        self.addCleanup(process.stderr.close)
+        time.sleep(0.5)
+        process.send_signal(signal.SIGINT)
+        self.assertEqual(process.wait(PATIENCE_S), 130)
+        self.assertLess(time.monotonic() - begin, 5)
+        self.assertEqual(process.stderr.read(), "ERR CANCELLED cancelled\n")
+        self.first.send("\x03")
+        self.assertEqual(self.first.answer(), ["ERR CANCELLED cancelled"])
+
+    def test_who_waits_for_another_is_told(self):
+        others = [self.seated() for _ in range(3)]
+        self.first.send("wait 100000\n")
+        time.sleep(0.3)
+        others[0].send("@json,progress status\n")
+        time.sleep(0.1)
+        others[1].send("@progress status\n")
+        self.assertEqual(json.loads(others[0].line()), {
+            "event": "progress", "what": "waiting for another client's wait", "done": 0,
+            "total": 1})
+        self.assertEqual(others[1].line(), "... waiting for another client's wait 0/2")
+        # What needs no instrument does not wait, and who did not ask is not told.
+        self.assertEqual(others[2].ask("@progress version")[0][:8], "version:")
+        self.first.send("\x03")
+        self.assertEqual(self.first.answer(), ["ERR CANCELLED cancelled"])
+        self.assertTrue(json.loads(others[0].line())["ok"])
+        self.assertEqual(others[1].answer(), ["state: down", "profile: rig", "OK"])
+
     def test_too_many_clients(self):
         clients = [self.seated() for _ in range(5)]
         self.assertEqual(clients[-1].ask("version")[-1], "OK")
         with Client(self.path) as late:
             self.assertEqual(late.line(), "ERR BUSY too many clients: try again later")
             self.assertIsNone(late.line())
+        # Also who speaks first, which it can before or after the daemon hangs up.
+        for i in range(8):
+            with Client(self.path) as late:
+                try:
+                    for _ in range(20 * i):
+                        late.send("version\n")
+                except OSError:
+                    pass
+                self.assertEqual(late.line(), "ERR BUSY too many clients: try again later")
+            done = self.vergence("version")
+            self.assertEqual((done.returncode, done.stdout, done.stderr),
+                             (1, "", "ERR BUSY too many clients: try again later\n"))
+            done = self.vergence("--json", "version")
+            self.assertEqual((done.returncode, done.stderr), (1, ""))
+            self.assertEqual(json.loads(done.stdout),
+                             {"result": {}, "ok": False, "error": "BUSY", "code": -37,
+                              "message": "too many clients: try again later"})
+            done = self.vergence("fetch", "x", os.path.join(self.folder, "x"))
+            self.assertEqual((done.returncode, done.stdout, done.stderr),
+                             (1, "", "vergence: BUSY too many clients: try again later\n"))
 
     def test_half_closed(self):
         self.first.send("version\nwait 1\nversion")
@@ -281,6 +353,48 @@ class LogFile(DaemonTest):
             self.assertIn("signal 15: ending", file.read())
         self.assertFalse(os.path.exists(self.path))
         self.start()
+
+
+class NoSocket(unittest.TestCase):
+    """A daemon that nobody could reach does not serve."""
+
+    def setUp(self):
+        self.folder = tempfile.mkdtemp(prefix="console")
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def refused(self, *settings):
+        done = subprocess.run(
+            [VERGENCED, "profile=two-cameras", "backend=linux", "left_camera=/dev/none",
+             "right_camera=/dev/none", "store=none", "files=none", "log_level=error", *settings],
+            capture_output=True, text=True, timeout=PATIENCE_S)
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
+        return done.stderr
+
+    def test_what_is_there_and_is_no_socket(self):
+        path = os.path.join(self.folder, "regular")
+        with open(path, "w", encoding="ascii") as file:
+            file.write("x")
+        self.assertEqual(self.refused(f"socket={path}"), f"vergenced: {path}: is there and is no "
+                         "socket; give another path, or remove it\n")
+        with open(path, encoding="ascii") as file:
+            self.assertEqual(file.read(), "x")
+
+    def test_a_path_too_long(self):
+        path = os.path.join(self.folder, 150 * "x")
+        self.assertEqual(self.refused(f"socket={path}"),
+                         "vergenced: socket is too long: at most 103 characters\n")
+
+    def test_a_path_as_long_as_can_be(self):
+        path = os.path.join(self.folder, "none", "").ljust(103, "x")
+        self.assertIn("No such file", self.refused(f"socket={path}"))
+
+    def test_a_port_that_is_taken(self):
+        with socket.socket() as other:
+            other.bind(("127.0.0.1", 0))
+            other.listen()
+            port = other.getsockname()[1]
+            self.assertIn("Address already in use",
+                          self.refused("socket=none", f"tcp_port={port}"))
 
 
 class NoRig(unittest.TestCase):

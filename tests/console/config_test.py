@@ -59,7 +59,9 @@ class Config(unittest.TestCase):
                      "it would undo")
         self.refused("i2c = none\n", "FILE:1: i2c is none, but the profile rig needs it with "
                      "backend = linux")
-        self.refused("socket = " + 300 * "x", "FILE:1: socket is too long: at most 255 characters")
+        self.refused("files = " + 300 * "x", "FILE:1: files is too long: at most 255 characters")
+        # What the system's sockets can have, less the four letters that it has until it listens.
+        self.refused("socket = /" + 103 * "x", "FILE:1: socket is too long: at most 103 characters")
         self.refused(600 * "x", "FILE:1: the line is too long, or this is no text file")
 
     def test_what_is_right(self):

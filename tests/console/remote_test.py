@@ -5,6 +5,7 @@ import os
 import pty
 import random
 import select
+import stat
 import subprocess
 import time
 import unittest
@@ -47,15 +48,37 @@ class Remote(DaemonTest):
         self.assertEqual((done.returncode, done.stdout.count("build")), (1, 1))
         done = self.vergence("--keep-going", input="fly\nversion")
         self.assertEqual((done.returncode, done.stdout.count("build")), (1, 1))
+        done = self.vergence(input="@json version\n")
+        self.assertEqual((done.returncode, done.stdout, done.stderr),
+                         (1, "", 'vergence: "@json": the client says for itself how it wants its '
+                          "answers; --json is for JSON\n"))
         done = self.vergence(input="version\nwait 0\n")
         self.assertEqual((done.returncode, done.stdout.count("OK\n")), (0, 2))
 
     def test_no_connection(self):
-        for where in ("unix:/no/such", "tcp:127.0.0.1:1", "tcp:nowhere", "serial:/dev/null",
-                      "carrier:pigeon"):
+        for where in ("unix:/no/such", "tcp:127.0.0.1:1", "serial:/dev/null", "serial:/no/such"):
             done = self.vergence("version", where=where)
             self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (3, "", 1),
                              done.stderr)
+
+    def test_a_place_that_makes_no_sense(self):
+        for where, why in (
+                ("carrier:pigeon", "expected is unix:PATH, tcp:HOST:PORT or serial:DEVICE"),
+                ("foo", "expected is unix:PATH, tcp:HOST:PORT or serial:DEVICE"),
+                ("tcp:nowhere", "expected is tcp:HOST:PORT"),
+                ("tcp:127.0.0.1:73324", '"73324" is no port: expected is 1 to 65535'),
+                ("tcp:127.0.0.1:99999", '"99999" is no port: expected is 1 to 65535'),
+                ("tcp:127.0.0.1:0", '"0" is no port: expected is 1 to 65535'),
+                ("tcp:127.0.0.1:18446744073709551617", "is no port: expected is 1 to 65535"),
+                ("tcp:127.0.0.1:", '"" is no port: expected is 1 to 65535'),
+                ("tcp:127.0.0.1:8o", '"8o" is no port: expected is 1 to 65535'),
+                (f"serial:{self.console.name}:12345", "there is no speed of 12345 baud"),
+                (f"serial:{self.console.name}:4295082496", "expected is serial:DEVICE:BAUD"),
+                ("unix:/" + 200 * "x", "the path is too long")):
+            done = self.vergence("version", where=where)
+            self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1),
+                             done.stderr)
+            self.assertIn(why, done.stderr)
 
     def test_ctrl_c(self):
         process = subprocess.Popen([VERGENCE, "--connect", f"unix:{self.path}", "wait", "100000"],
@@ -68,11 +91,26 @@ class Remote(DaemonTest):
     def test_fetch(self):
         there = self.path_of("got")
         done = self.vergence("fetch", "session/frame.bin", there)
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual((done.returncode, done.stdout, done.stderr),
+                         (0, f"written: {there}, 100000 bytes\nOK\n", ""))
         with open(there, "rb") as file:
             self.assertEqual(file.read(), self.content)
         done = self.vergence("fetch", "session/none.bin", there)
         self.assertEqual(done.returncode, 1)
+        os.remove(there)
+        done = self.vergence("--json", "fetch", "session/frame.bin", there)
+        self.assertEqual((done.returncode, json.loads(done.stdout), done.stderr),
+                         (0, {"result": {"file": there, "size": 100000},
+                              "units": {"size": "bytes"}, "ok": True, "error": "OK", "code": 0,
+                              "message": ""}, ""))
+        with open(there, "rb") as file:
+            self.assertEqual(file.read(), self.content)
+        done = self.vergence("--json", "fetch", "session/none.bin", there)
+        answer = json.loads(done.stdout)
+        self.assertEqual((done.returncode, done.stderr), (1, ""))
+        raw = self.client().ask_json("fetch session/none.bin")
+        self.assertEqual(answer, raw)
+        self.assertFalse(answer["ok"])
         # What was left of another file under this name does no harm.
         with open(there + ".part", "wb") as file:
             file.write(b"something else")
@@ -81,6 +119,74 @@ class Remote(DaemonTest):
             self.assertEqual(file.read(), self.content)
         done = self.vergence("fetch", "session/frame.bin", "/no/such/folder/x")
         self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1))
+
+    def test_fetch_replaces_files_alone(self):
+        pipe, folder, other = (self.path_of(name) for name in ("pipe", "folder", "other"))
+        os.mkfifo(pipe)
+        os.mkfifo(other + ".part")
+        os.mkdir(folder)
+        os.symlink(pipe, self.path_of("link"))
+        for there, why in (
+                (pipe, f"{pipe}: is there and is no file: give another name"),
+                (self.path_of("link"), f"{self.path_of('link')}: is there and is no file: give "
+                 "another name"),
+                (folder, f"{folder}: is there and is no file: it is a directory; give a name in "
+                 "it"),
+                (other, f"{other}.part: is there and is no file; remove it")):
+            done = self.vergence("fetch", "session/frame.bin", there)
+            self.assertEqual((done.returncode, done.stdout, done.stderr),
+                             (1, "", f"vergence: {why}\n"))
+        for path in (pipe, other + ".part"):
+            self.assertTrue(stat.S_ISFIFO(os.lstat(path).st_mode))
+        self.assertFalse(os.path.exists(pipe + ".part"))
+
+    def test_fetch_a_directory(self):
+        there, here = os.path.join(self.files, "c1"), self.path_of("c1")
+        os.mkdir(there)
+        # More than are listed at a time.
+        content = {f"f{i:03}.bin": random.Random(i).randbytes(i) for i in range(612)}
+        content["a b"] = b"blank"
+        for name, data in content.items():
+            with open(os.path.join(there, name), "wb") as file:
+                file.write(data)
+        total = sum(map(len, content.values()))
+
+        def fetched(*words):
+            done = self.vergence(*words, "fetch", "c1", cwd=self.folder)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            self.assertEqual(sorted(os.listdir(here)), sorted(content))
+            for name, data in content.items():
+                with open(os.path.join(here, name), "rb") as file:
+                    self.assertEqual(file.read(), data, name)
+            return done.stdout
+
+        self.assertEqual(fetched(), f"written: c1, 613 files, {total} bytes\nOK\n")
+        # Again, and where an earlier try was broken off.
+        os.remove(os.path.join(here, "f600.bin"))
+        with open(os.path.join(here, "f600.bin.part"), "wb") as file:
+            file.write(content["f600.bin"][:100])
+        self.assertEqual(json.loads(fetched("--json"))["result"],
+                         {"directory": "c1", "files": 613, "size": total})
+
+        def refused(why, to="c1"):
+            done = self.vergence("fetch", "c1", to, cwd=self.folder)
+            self.assertEqual((done.returncode, done.stdout, done.stderr), (1, "",
+                                                                           f"vergence: {why}\n"))
+
+        os.remove(os.path.join(here, "f000.bin"))
+        with open(os.path.join(here, "f300.bin"), "ab") as file:
+            file.write(b"x")
+        refused("c1/f300.bin: is there with other content: give another name than c1")
+        os.rename(os.path.join(here, "f300.bin"), os.path.join(here, "mine"))
+        refused("c1/mine: is there and belongs to something else: give another name than c1")
+        self.assertFalse(os.path.exists(os.path.join(here, "f000.bin")))
+        with open(self.path_of("plain"), "w", encoding="ascii") as file:
+            file.write("x")
+        refused("plain: is there and is no directory: give another name", "plain")
+        refused("no/such: No such file or directory", "no/such")
+        os.mkdir(os.path.join(there, "deep"))
+        refused("c1: holds a directory, deep: fetch that, and files, by their own names", "new")
+        self.assertFalse(os.path.exists(self.path_of("new")))
 
     def test_a_person(self):
         master, slave = pty.openpty()

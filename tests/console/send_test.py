@@ -57,7 +57,10 @@ class Send(DaemonTest):
 
     def sent(self, *words, where=None):
         done = self.vergence("send", *words, where=where)
-        self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
+        bytes_sent = os.path.getsize(words[0])
+        name = os.path.basename(words[-1])
+        self.assertEqual((done.returncode, done.stdout, done.stderr),
+                         (0, f"written: {name}, {bytes_sent} bytes\nOK\n", ""))
 
     def refused(self, *words):
         done = self.vergence("send", *words)

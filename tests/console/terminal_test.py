@@ -99,6 +99,25 @@ class Console(DaemonTest):
         self.terminal.send("\x03")
         self.terminal.wait_prompt()
 
+    def test_ctrl_c_cancels_what_waits_for_another_client(self):
+        other = self.client()
+        other.send("wait 100000\n")
+        time.sleep(0.3)
+        begin = len(self.terminal.screen.lines)
+        self.terminal.send("status\r")
+        self.terminal.wait_line("waiting for another client's wait".ljust(45) + "[" + 24 * " " + "]")
+        self.terminal.send("\x03")
+        self.terminal.wait_prompt()
+        self.assertIn("ERR CANCELLED cancelled",
+                      [line.strip() for line in self.terminal.screen.lines[begin:]])
+        # The bar is wiped by the answer.
+        self.terminal.send("status\r")
+        self.terminal.wait(lambda t: t.screen.lines[-1].startswith("waiting for another"))
+        other.send("\x03")
+        self.terminal.wait_prompt()
+        self.assertEqual([line.strip() for line in self.terminal.screen.lines[-4:-1]],
+                         ["state: down", "profile: rig", "OK"])
+
     def test_type_ahead(self):
         begin = len(self.terminal.screen.lines)
         self.terminal.send("wait 1\rversion\r")

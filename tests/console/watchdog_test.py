@@ -9,7 +9,7 @@ import tempfile
 import time
 import unittest
 
-from daemon_process import PATIENCE_S, VERGENCED, DaemonTest
+from daemon_process import PATIENCE_S, VERGENCED, DaemonTest, Terminal
 
 STUCK_S = 2
 WIDTH, HEIGHT = 32, 24
@@ -74,7 +74,8 @@ class Watchdog(DaemonTest):
 
     def test_fed_and_disarmed(self):
         self.wait_until(lambda: self.feeds() >= 3)
-        self.assertEqual(self.lines()[:2], ["watchdog open wronly noctty cloexec",
+        self.assertEqual(self.lines()[:3], ["watchdog open wronly noctty cloexec",
+                                            "watchdog ioctl GETSUPPORT",
                                             "watchdog ioctl SETTIMEOUT 15"])
         # Also while a long command runs.
         client = self.client()
@@ -156,6 +157,24 @@ class Watchdog(DaemonTest):
                          "vergenced: watchdog = /dev/watchdog: its period is 3 s at most, and an "
                          "orderly end may take longer: one of 4 s or more is needed, or none\n")
         self.assertEqual(self.lines()[-2:], ["watchdog write 1", "watchdog close"])
+
+    def test_what_is_no_watchdog_is_refused_and_stays_as_it_is(self):
+        self.tearDown()
+        file, pipe = (os.path.join(self.folder, name) for name in ("file", "pipe"))
+        with open(file, "w", encoding="ascii") as stream:
+            stream.write("abcdefgh\nline\n")
+        os.mkfifo(pipe)
+        terminal = Terminal()
+        self.addCleanup(terminal.close)
+        for path in (file, pipe, self.folder):
+            self.assertEqual(self.refused(f"watchdog={path}"), f"vergenced: watchdog {path}: is no "
+                             "watchdog, for it is no character device\n")
+        for path in ("/dev/null", "/dev/zero", "/dev/video0", terminal.name):
+            self.assertIn(f"vergenced: watchdog {path}: is no watchdog: ",
+                          self.refused(f"watchdog={path}"))
+        self.assertEqual(terminal.read(0), "")
+        with open(file, encoding="ascii") as stream:
+            self.assertEqual(stream.read(), "abcdefgh\nline\n")
 
 
 if __name__ == "__main__":

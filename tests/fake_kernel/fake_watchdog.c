@@ -44,7 +44,9 @@ static void close_watchdog(struct fake_file *file) {
 static void describe(struct fake_file *file, unsigned long request, const void *argument,
                      char *line, size_t bytes) {
     (void)file;
-    if (request == WDIOC_SETTIMEOUT) {
+    if (request == WDIOC_GETSUPPORT) {
+        snprintf(line, bytes, "GETSUPPORT");
+    } else if (request == WDIOC_SETTIMEOUT) {
         snprintf(line, bytes, "SETTIMEOUT %d", *(const int *)argument);
     } else if (request == WDIOC_GETTIMEOUT) {
         snprintf(line, bytes, "GETTIMEOUT");
@@ -56,6 +58,13 @@ static void describe(struct fake_file *file, unsigned long request, const void *
 static int control(struct fake_file *file, unsigned long request, void *argument) {
     (void)file;
     int *seconds = argument;
+    if (request == WDIOC_GETSUPPORT) {
+        *(struct watchdog_info *)argument = (struct watchdog_info){
+            .options = WDIOF_MAGICCLOSE | (state.sets_period ? WDIOF_SETTIMEOUT : 0U) |
+                       (state.has_keepalive ? WDIOF_KEEPALIVEPING : 0U),
+            .identity = "Fake watchdog"};
+        return 0;
+    }
     if (request == WDIOC_SETTIMEOUT && state.sets_period) {
         state.period_s = *seconds < state.least_s  ? state.least_s
                          : *seconds > state.most_s ? state.most_s

@@ -24,6 +24,13 @@ int depth_of(const nlohmann::json &value) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {
     const std::string text(reinterpret_cast<const char *>(data), size);
     const json_value whole = json_reader_parse(text.data(), text.size());
+    const char *behind = text.data();
+    for (json_value one = json_reader_next(whole, {nullptr, 0}); one.text != nullptr;
+         one = json_reader_next(whole, one)) {
+        FUZZ_CHECK(one.text > behind && one.text + one.length <= text.data() + text.size());
+        FUZZ_CHECK(json_reader_parse(one.text, one.length).text != nullptr);
+        behind = one.text;
+    }
     const auto other = nlohmann::json::parse(text, nullptr, false);
     // It takes a zero for the end.
     if (other.is_discarded() || text.find('\0') != std::string::npos) {

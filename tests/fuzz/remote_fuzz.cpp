@@ -99,7 +99,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     if (!sent) {
         error = 1;  // more than fits between the two
     } else if (fetch) {
-        error = remote_fetch(&self, "f", local.c_str(), &said);
+        std::uint64_t bytes = 0;
+        error = remote_fetch(&self, "f", local.c_str(), &bytes, &said);
     } else if ((data[0] & kAsk) != 0) {
         error = remote_ask(&self, "status", nothing, nullptr, &said);
     } else {
