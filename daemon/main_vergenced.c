@@ -250,7 +250,6 @@ static int start(struct daemon *self, struct message *message) {
         .watchdog = self->watchdog_open ? &self->watchdog.hal : NULL,
         .record = &self->backends.record,
         .scribe = &self->scribe,
-        .note_command = commands_session_note,
         .idle_is_next = self->backends.has_replay ? idle_is_next : NULL,
         .cancel_is_next = self->backends.has_replay ? cancel_is_next : NULL,
         .pair_was_taken = self->backends.has_replay ? pair_was_taken : NULL,

@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/record.h"
 #include "daemon/scribe.h"
 #include "daemon/server/commands_daemon.h"
 #include "daemon/server/files.h"
@@ -45,10 +46,7 @@ static void add_section(const struct command_call *call, const char *line, struc
     inner.message = message;
     inner.message_bytes = sizeof message;
     reply_begin(reply, output, &request, false);
-    if ((command->flags & COMMAND_NO_RIG) == 0) {
-        around->note_command(line);
-    }
-    error = command_run(command, &inner);
+    error = record_run(around->record, command, &inner, line);
     reply_end(reply, error, message);
     output_put_text(output, "\n");
 }

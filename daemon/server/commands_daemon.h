@@ -24,8 +24,6 @@ const struct command *commands_session_table(size_t *count);
 /// The session that a pair went into last. False: there was none yet. Any thread.
 bool commands_session_last(char *name, size_t bytes);
 
-/// Puts a command that is carried out on the rig into the recording that is under way, if one is.
-void commands_session_note(const char *line);
 /// Ends a recording that is under way, in good order, when nobody has the rig any more.
 struct record;
 void commands_session_end(struct record *record);

@@ -29,9 +29,6 @@ enum { START, STOP, COMMAND_TEXT_BYTES = 128, NAMES_A_SECOND = 1000 };
 static struct {
     struct session_writer writer;
     bool recording;
-    struct scribe *scribe;
-    int noted;           ///< 0, or why a command could not be put into the recording
-    struct message why;  ///< and in words
     char name[FILES_NAME_MAX + 1];
 } session = {.writer = {.directory = -1, .index = -1}};
 
@@ -202,11 +199,6 @@ static void write_pair(void *cookie) {
     self->error = session_writer_pair(&session.writer, self->pair, &self->message);
 }
 
-static void write_command(void *cookie) {
-    struct writing *self = cookie;
-    self->error = session_writer_command(&session.writer, self->command, &self->message);
-}
-
 /// Writes a pair into its session; of a recording all calls that led to it go first.
 static int keep_pair(const struct command_call *call, const struct pair *pair) {
     const struct surroundings *around = surroundings_of(call);
@@ -316,8 +308,6 @@ static int start_recording(const struct command_call *call) {
         return surroundings_refuse(call, error, "%s", message.text);
     }
     session.recording = true;
-    session.scribe = surroundings_of(call)->scribe;
-    session.noted = 0;
     item_text(call, "session", session.name);
     return 0;
 }
@@ -331,10 +321,6 @@ static void write_end(void *cookie) {
 static int stop_recording(struct record *record, struct message *message) {
     struct writing end = {.error = 0};
     end.error = record_stop(record, &end.message);
-    if (end.error == 0 && session.noted != 0) {
-        end.error = session.noted;
-        end.message = session.why;
-    }
     session.recording = false;
     if (end.error != 0) {
         session_writer_leave(&session.writer);
@@ -362,15 +348,6 @@ static int run_record(const struct command_call *call) {
     item_number(call, "pairs", session.writer.pairs, 0, NULL);
     const int error = stop_recording(surroundings_of(call)->record, &message);
     return error == 0 ? 0 : surroundings_refuse(call, error, "%s", message.text);
-}
-
-void commands_session_note(const char *line) {
-    if (session.recording && session.noted == 0) {
-        struct writing writing = {.command = line};
-        scribe_do(session.scribe, write_command, &writing);
-        session.noted = writing.error;
-        session.why = writing.message;
-    }
 }
 
 void commands_session_end(struct record *record) {

@@ -64,14 +64,6 @@ static void finish(struct crew *self, struct job *job) {
     (void)told;  // it cannot fail but for being told often enough already
 }
 
-/// What a recording has to know of.
-static void note(struct crew *self, const struct command *command, const char *line) {
-    self->cancel_recorded = false;
-    if (self->has_rig && (command->flags & COMMAND_UNRECORDED) == 0) {
-        self->surroundings.note_command(line);
-    }
-}
-
 static void run(struct crew *self, struct job *job) {
     char message[JOB_MESSAGE_BYTES] = "";
     const struct command_call call = {
@@ -87,8 +79,8 @@ static void run(struct crew *self, struct job *job) {
     self->progress_what = NULL;
     int error = ERROR_CANCELLED;
     if (!atomic_load(&self->stopping) && !atomic_load(&job->cancelled)) {
-        note(self, job->command, job->line);
-        error = command_run(job->command, &call);
+        self->cancel_recorded = false;
+        error = record_run(self->surroundings.record, job->command, &call, job->line);
     }
     if (error == ERROR_CANCELLED && message[0] == '\0') {
         strcpy(message, error_text(error));
@@ -172,8 +164,9 @@ static void *work(void *cookie) {
         }
     }
     if (self->has_rig && self->rig->state != RIG_DOWN) {
-        self->surroundings.note_command("safe");
+        record_command(self->surroundings.record, "safe");
         rig_safe(self->rig);
+        record_command_end(self->surroundings.record, 0);
     }
     return NULL;
 }

@@ -98,7 +98,6 @@ static void open_crew(struct server *self, struct crew *crew, const struct serve
         .store = parts->store,
         .record = parts->record,
         .scribe = parts->scribe,
-        .note_command = parts->note_command,
         .idle_is_next = parts->idle_is_next,
         .cancel_is_next = parts->cancel_is_next,
         .pair_was_taken = parts->pair_was_taken,

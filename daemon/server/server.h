@@ -53,8 +53,7 @@ struct server_parts {
     const struct hal_store *store;
     struct record *record;
     struct scribe *scribe;
-    void (*note_command)(const char *line);  ///< see struct surroundings
-    bool (*idle_is_next)(void *replay);      ///< see struct surroundings
+    bool (*idle_is_next)(void *replay);  ///< see struct surroundings
     bool (*cancel_is_next)(void *replay);
     void (*pair_was_taken)(void *replay);
     void *replay;

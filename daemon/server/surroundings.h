@@ -38,8 +38,6 @@ struct surroundings {
     struct logbook *logbook;  ///< behind `log`: its last lines
     struct record *record;    ///< in front of the rig's ports; recording when told to
     struct scribe *scribe;    ///< writes for the thread that has the rig, and for no other
-    /// Told each command before it is carried out on the rig, by the thread that has it.
-    void (*note_command)(const char *line);
     /// Of a recording that is played: whether the rig idled here. NULL: none is played.
     bool (*idle_is_next)(void *replay);
     /// Likewise: whether the command that runs was cancelled here.

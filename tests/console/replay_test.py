@@ -158,9 +158,21 @@ class Replay(DaemonTest):
                               "bugreport", "exposure 8000", "help", "version", "safe", "bringup"])
         self.assertEqual(self.commands_of("noted"), [
             "bringup", "gain", "exposure left", "exposure left", "status", "health",
-            "registers bridge", "registers left", "registers right", "exposure 8000", "safe",
-            "bringup"])
+            "exposure 8000", "safe", "bringup"])  # registers are refused: two cameras have none
         self.assertTrue(self.played("noted")["ok"])
+
+    def test_refused_commands_are_not_played(self):
+        """Why they were refused is not in the recording: a name, another recording, a file."""
+        self.record("refused", ["bringup"], stop=False)
+        for command in ("capture foo", "record start refused", "pan left 3", "zoom 3",
+                        "calibration set nothing", "exposure 1e9", "capture"):
+            ok = self.first.ask(command)[-1] == "OK"
+            self.assertEqual(ok, command == "capture", command)
+        self.assertEqual(self.first.ask("record stop")[-1], "OK")
+        self.assertEqual(self.commands_of("refused"), ["bringup", "capture"])
+        answer = self.played("refused")
+        self.assertTrue(answer["ok"], answer)
+        self.assertEqual((answer["result"]["commands"], answer["result"]["pairs"]), (2, 1))
 
     def test_settings_that_the_recording_does_not_fit(self):
         folder = self.copy("settings")
