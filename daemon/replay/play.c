@@ -232,6 +232,7 @@ static void compare_pair(struct play *self) {
         return;
     }
     self->taken = false;
+    self->again.pair.number = self->event.pair.number;  // the session's, not the instrument's
     const int expected = session_event_print(&self->event, self->line[0]);
     const int came = session_event_print(&self->again, self->line[1]);
     INVARIANT(expected > 0 && came > 0);

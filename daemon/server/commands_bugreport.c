@@ -86,6 +86,10 @@ static int write_report(const struct command_call *call, struct output *output) 
 
 static int run_bugreport(const struct command_call *call) {
     const struct surroundings *around = surroundings_of(call);
+    const int lacking = files_need_directory(call);
+    if (lacking != 0) {
+        return lacking;
+    }
     struct output output;
     struct reply *reply = malloc(sizeof *reply);
     const int wake_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);

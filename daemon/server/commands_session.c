@@ -56,19 +56,11 @@ static bool is_name(const struct command_value *value) {
     return value->given && strcmp(value->text, "-") != 0;
 }
 
-/// A name that tells the time, unless there is one.
-static int choose_name(const struct command_call *call, const struct command_value *value,
-                       const char *kind) {
+/// A name that tells the time, for a session whose name was not given.
+static void make_name(const struct command_call *call, const char *kind) {
     const time_t now = time(NULL);
     struct tm parts;
     char when[32];
-    if (is_name(value)) {
-        const int error = files_check_plain(call, value->text);
-        if (error == 0) {
-            snprintf(session.name, sizeof session.name, "%s", value->text);
-        }
-        return error;
-    }
     gmtime_r(&now, &parts);
     strftime(when, sizeof when, "%Y%m%d-%H%M%S", &parts);
     snprintf(session.name, sizeof session.name, "%s-%s", kind, when);
@@ -77,7 +69,6 @@ static int choose_name(const struct command_call *call, const struct command_val
     for (int i = 2; i < NAMES_A_SECOND && faccessat(files_fd, session.name, F_OK, 0) == 0; i++) {
         snprintf(session.name, sizeof session.name, "%s-%s-%d", kind, when, i);
     }
-    return 0;
 }
 
 /// The calibration that the instrument keeps, if it has one, is part of every session.
@@ -108,6 +99,33 @@ struct beginning {
     int error;
 };
 
+static void look_for_name(void *cookie) {
+    struct beginning *self = cookie;
+    struct message message;
+    const int error =
+        session_writer_check(surroundings_of(self->call)->files_fd, self->name->text, &message);
+    self->error = error == 0 ? 0 : surroundings_refuse(self->call, error, "%s", message.text);
+}
+
+/// Whether a session of this name can be begun, as far as that is known before there is anything
+/// to be put into it.
+static int check_name(const struct command_call *call, const struct command_value *name) {
+    struct beginning beginning = {.call = call, .name = name};
+    const struct surroundings *around = surroundings_of(call);
+    if (around->files_fd < 0) {
+        return surroundings_refuse(call, ERROR_UNSUPPORTED,
+                                   "there is no place for it: the setting \"files\" is none");
+    }
+    if (!is_name(name)) {
+        return 0;
+    }
+    const int error = files_check_new(call, name->text);
+    if (error == 0) {
+        scribe_do(around->scribe, look_for_name, &beginning);
+    }
+    return error != 0 ? error : beginning.error;
+}
+
 static void write_beginning(void *cookie) {
     struct beginning *self = cookie;
     const struct command_call *call = self->call;
@@ -116,9 +134,10 @@ static void write_beginning(void *cookie) {
     const time_t now = time(NULL);
     struct tm parts;
     char date[32];
-    self->error = choose_name(call, self->name, self->kind);
-    if (self->error != 0) {
-        return;
+    if (is_name(self->name)) {
+        snprintf(session.name, sizeof session.name, "%s", self->name->text);
+    } else {
+        make_name(call, self->kind);
     }
     gmtime_r(&now, &parts);
     strftime(date, sizeof date, "%Y-%m-%dT%H:%M:%SZ", &parts);
@@ -133,15 +152,11 @@ static void write_beginning(void *cookie) {
     self->error = error == 0 ? 0 : surroundings_refuse(call, error, "%s", message.text);
 }
 
+/// After `check_name`.
 static int begin_session(const struct command_call *call, const struct command_value *name,
                          const char *kind) {
-    const struct surroundings *around = surroundings_of(call);
     struct beginning beginning = {.call = call, .name = name, .kind = kind};
-    if (around->files_fd < 0) {
-        return surroundings_refuse(call, ERROR_UNSUPPORTED,
-                                   "there is no place for it: the setting \"files\" is none");
-    }
-    scribe_do(around->scribe, write_beginning, &beginning);
+    scribe_do(surroundings_of(call)->scribe, write_beginning, &beginning);
     return beginning.error;
 }
 
@@ -243,6 +258,10 @@ static int run_capture(const struct command_call *call) {
                                    "capture: pairs go into the recording %s: give no name (or -)",
                                    session.name);
     }
+    const int refused = session.recording ? 0 : check_name(call, &call->values[CAPTURE_NAME]);
+    if (refused != 0) {
+        return refused;
+    }
     const size_t values = pair_values(call->rig, &options);
     uint16_t *memory = malloc(values * sizeof *memory);
     if (memory == NULL) {
@@ -295,7 +314,8 @@ static int start_recording(const struct command_call *call) {
         return surroundings_refuse(call, ERROR_BUSY, "record: %s is being recorded already",
                                    session.name);
     }
-    int error = begin_session(call, &call->values[1], "record");
+    int error = check_name(call, &call->values[1]);
+    error = error != 0 ? error : begin_session(call, &call->values[1], "record");
     if (error != 0) {
         return error;
     }
@@ -368,7 +388,8 @@ static const struct command_argument record_arguments[] = {
      .least = 1,
      .most = 60,
      .optional = true,
-     .help = "of the new session; one that tells the time when left out"},
+     .help = "of the new session: letters, digits and - _ . + = , @; one that tells "
+             "the time when left out"},
 };
 
 static const struct command commands[] = {

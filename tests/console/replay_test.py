@@ -174,6 +174,18 @@ class Replay(DaemonTest):
         self.assertTrue(answer["ok"], answer)
         self.assertEqual((answer["result"]["commands"], answer["result"]["pairs"]), (2, 1))
 
+    def test_pairs_after_another_bringup(self):
+        self.record("twice", ["bringup", "capture", "capture", "bringup", "capture"])
+        numbers = [line.split()[1] for line in lines_of(os.path.join(self.files, "twice"))
+                   if line.startswith("pair ")]
+        self.assertEqual(numbers, ["number=1", "number=2", "number=3"])
+        answer = self.played("twice")
+        self.assertTrue(answer["ok"], answer)
+        # As it was recorded by those who counted from the bring-up.
+        folder = os.path.join(self.files, "twice")
+        write_index(folder, [line.replace("number=3 ", "number=1 ") for line in lines_of(folder)])
+        self.assertTrue(self.played("twice")["ok"])
+
     def test_settings_that_the_recording_does_not_fit(self):
         folder = self.copy("settings")
         lines = lines_of(folder)

@@ -135,6 +135,15 @@ class Rig(DaemonTest):
         self.assertEqual(len(self.frames_of("one")), 2)
         self.assertEqual(self.first.ask("capture one")[0][:12], "ERR ARGUMENT")
         self.assertEqual(self.first.ask("capture ../x")[0][:12], "ERR ARGUMENT")
+        before = self.asked("status")["pairs"]
+        for name in ("one", "../x", ".hid", "q\"x", "\"a b\"", "a\\b", "caf\u00e9", "'", "a;b"):
+            for command in ("capture", "record start"):
+                refusal, = self.first.ask(f"{command} {name}")
+                self.assertEqual(refusal[:12], "ERR ARGUMENT", name)
+        self.assertIn("letters (A-Z, a-z), digits and - _ . + = , @ alone",
+                      self.first.ask("capture q\"x")[0])
+        self.assertEqual(self.asked("status")["pairs"], before, "refused before any frame")
+        self.assertEqual(self.first.ask("record"), ["recording: nothing", "OK"])
         other = self.asked("capture - static")
         self.assertRegex(other["session"], "^capture-[0-9]")
         self.assertEqual((answer["pair"], other["pair"]), (1, 1), "of its session")
