@@ -299,7 +299,7 @@ static int serve(struct daemon *self) {
     }
     server_close(&self->server);
     close_watchdog(self);
-    commands_session_end(&self->backends.record);
+    commands_session_end(&self->backends.record, &self->log);
     scribe_stop(&self->scribe);
     if (self->backends.has_replay && self->backends.replay.trouble.text[0] != '\0') {
         logbook_print(&self->logbook, HAL_LOG_WARNING, "%s", self->backends.replay.trouble.text);

@@ -408,6 +408,10 @@ int record_flush(struct record *self, struct message *message) {
     return error != 0 ? message_set(message, error, "%s", self->trouble.text) : 0;
 }
 
+const char *record_cut(const struct record *self) {
+    return self->writer != NULL && record_disk_failed(self) != 0 ? self->trouble.text : NULL;
+}
+
 int record_stop(struct record *self, struct message *message) {
     self->ending = true;
     const int code = record_flush(self, message);

@@ -95,6 +95,9 @@ void record_cancel(struct record *self);
 /// Waits for the scribe. 0, or why recording has ended.
 int record_flush(struct record *self, struct message *message);
 
+/// Why the recording that is under way is cut off; NULL: it is not, or there is none.
+const char *record_cut(const struct record *self);
+
 /// Ends it. As `record_flush`; harmless when it was not started.
 int record_stop(struct record *self, struct message *message);
 

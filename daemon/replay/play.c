@@ -344,6 +344,12 @@ static int play_all(struct play *self, struct message *message) {
     }
     outcome->calls = self->replay.made;
     outcome->same = !differs(self);
+    if (outcome->same && outcome->commands == 0) {
+        return message_set(message, ERROR_MISSING,
+                           "%s: was cut off before its first command was whole: there is nothing "
+                           "to be compared",
+                           self->session.path);
+    }
     return 0;
 }
 

@@ -24,9 +24,13 @@ const struct command *commands_session_table(size_t *count);
 /// The session that a pair went into last. False: there was none yet. Any thread.
 bool commands_session_last(char *name, size_t bytes);
 
+/// What `status` is to say of the recording that is under way, if one is. The rig's thread only.
+void commands_session_put_state(const struct command_call *call);
+
 /// Ends a recording that is under way, in good order, when nobody has the rig any more.
+struct hal_log;
 struct record;
-void commands_session_end(struct record *record);
+void commands_session_end(struct record *record, const struct hal_log *log);
 
 #ifdef __cplusplus
 }

@@ -273,6 +273,13 @@ static int run_capture(const struct command_call *call) {
     return error;
 }
 
+/// "the recording r1 begins"
+static void tell(const struct hal_log *log, const char *what) {
+    char text[FILES_NAME_MAX + 64];
+    snprintf(text, sizeof text, "the recording %s %s", session.name, what);
+    log->operations->write(log->self, HAL_LOG_NOTICE, text);
+}
+
 /// As after the daemon's start: what is to be played must begin where the player begins.
 static void begin_afresh(struct rig *rig) {
     const struct rig_profile profile = rig->profile;
@@ -328,6 +335,7 @@ static int start_recording(const struct command_call *call) {
         return surroundings_refuse(call, error, "%s", message.text);
     }
     session.recording = true;
+    tell(surroundings_of(call)->log, "begins");
     item_text(call, "session", session.name);
     return 0;
 }
@@ -338,7 +346,8 @@ static void write_end(void *cookie) {
 }
 
 /// A recording of which something is missing gets no end, so that readers know.
-static int stop_recording(struct record *record, struct message *message) {
+static int stop_recording(struct record *record, const struct hal_log *log,
+                          struct message *message) {
     struct writing end = {.error = 0};
     end.error = record_stop(record, &end.message);
     session.recording = false;
@@ -348,14 +357,31 @@ static int stop_recording(struct record *record, struct message *message) {
                            end.message.text);
     }
     scribe_do(record->scribe, write_end, &end);
+    if (end.error == 0) {
+        tell(log, "has ended");
+    }
     *message = end.message;
     return end.error;
+}
+
+void commands_session_put_state(const struct command_call *call) {
+    const char *cut = record_cut(surroundings_of(call)->record);
+    if (!session.recording) {
+        return;
+    }
+    item_text(call, "recording", session.name);
+    if (cut != NULL) {
+        item_text(call, "cut_off", cut);
+    }
 }
 
 static int run_record(const struct command_call *call) {
     struct message message;
     if (!call->values[0].given) {
-        item_text(call, "recording", session.recording ? session.name : "nothing");
+        commands_session_put_state(call);
+        if (!session.recording) {
+            item_text(call, "recording", "nothing");
+        }
         return 0;
     }
     if (call->values[0].choice == START) {
@@ -366,14 +392,15 @@ static int run_record(const struct command_call *call) {
     }
     item_text(call, "session", session.name);
     item_number(call, "pairs", session.writer.pairs, 0, NULL);
-    const int error = stop_recording(surroundings_of(call)->record, &message);
+    const struct surroundings *around = surroundings_of(call);
+    const int error = stop_recording(around->record, around->log, &message);
     return error == 0 ? 0 : surroundings_refuse(call, error, "%s", message.text);
 }
 
-void commands_session_end(struct record *record) {
+void commands_session_end(struct record *record, const struct hal_log *log) {
     struct message message;
-    if (session.recording) {
-        stop_recording(record, &message);
+    if (session.recording && stop_recording(record, log, &message) != 0) {
+        log->operations->write(log->self, HAL_LOG_ERROR, message.text);
     }
 }
 
@@ -407,7 +434,8 @@ static const struct command commands[] = {
      .help =
          "Every call of a bus, a line, a camera and the clock, and the pairs that are captured "
          "meanwhile. The instrument is put down first: its bring-up is the beginning of what is "
-         "recorded, with every command. \"replay SESSION\" plays it.",
+         "recorded, with every command. \"replay SESSION\" plays it. One that the disk had no room "
+         "for is cut off; this and \"status\" tell so.",
      .arguments = record_arguments,
      .argument_count = 2,
      .flags = COMMAND_MOVES | COMMAND_UNRECORDED,

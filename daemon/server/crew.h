@@ -28,7 +28,9 @@ struct crew {
     struct job *waiting[CREW_QUEUE_MAX];
     size_t first, count, capacity;
     struct job *running;
-    bool cancel_recorded;  ///< that `running` is to end
+    bool cancel_recorded;       ///< that `running` is to end
+    enum rig_state told_state;  ///< what the log knows of it
+    bool cut_told;              ///< that the recording is cut off
     atomic_bool stopping;
     _Atomic uint64_t alive_us;  ///< monotonic; the thread was seen going on
 
