@@ -128,7 +128,8 @@ static bool join_tables(struct daemon *self) {
     static const struct command *(*const tables[])(size_t *) = {
         command_rig_table,          commands_daemon_table,  commands_calibration_table,
         commands_files_table,       commands_send_table,    commands_bugreport_table,
-        commands_reconstruct_table, commands_session_table, main_replay_table,
+        commands_reconstruct_table, commands_session_table, commands_system_table,
+        main_replay_table,
     };
     for (size_t i = 0; i < sizeof tables / sizeof tables[0]; i++) {
         size_t count = 0;
@@ -210,6 +211,10 @@ static void pair_was_taken(void *replay) {
     replay_next_pair(replay);
 }
 
+static void put_devices(void *devices, const struct command_call *call) {
+    main_linux_put(devices, call);
+}
+
 /// Of frames on their way to a slow disk. A command of a rig takes at most six frames of 6 MiB (a
 /// pair, a third one to compare, each a second time after a damaged one); a board of 64 MB cannot
 /// hold so much, and waits for its disk instead.
@@ -254,6 +259,8 @@ static int start(struct daemon *self, struct message *message) {
         .cancel_is_next = self->backends.has_replay ? cancel_is_next : NULL,
         .pair_was_taken = self->backends.has_replay ? pair_was_taken : NULL,
         .replay = &self->backends.replay,
+        .put_devices = self->config.backend == CONFIG_BACKEND_LINUX ? put_devices : NULL,
+        .devices = &self->backends.devices,
         .time_passes = self->backends.time_passes,
     };
     error = server_open(&self->server, &parts, message);

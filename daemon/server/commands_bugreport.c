@@ -19,7 +19,7 @@
 #include "daemon/server/surroundings.h"
 
 static const char *const sections[] = {
-    "version", "config",           "status",         "health",          "calibration",
+    "version", "system",           "config",         "status",          "health",  "calibration",
     "files",   "registers bridge", "registers left", "registers right", "log 256",
 };
 
@@ -118,7 +118,8 @@ static int run_bugreport(const struct command_call *call) {
 static const struct command commands[] = {
     {.name = "bugreport",
      .summary = "write all that tells of the instrument's state into one file",
-     .help = "Version, settings, state, health, registers and the log, to be fetched and sent to "
+     .help = "Version, date and system, settings, state, health, registers and the log, to be "
+             "fetched and sent to "
              "whoever mends the instrument.",
      .flags = COMMAND_LONG | COMMAND_UNRECORDED,
      .run = run_bugreport},

@@ -269,6 +269,7 @@ bool crew_start(struct crew *self, size_t capacity) {
     INVARIANT(capacity >= 1 && capacity <= CREW_QUEUE_MAX);
     pthread_condattr_t attributes;
     self->capacity = capacity;
+    self->surroundings.started_us = monotonic_now_us();
     self->surroundings.go_on = go_on;
     self->surroundings.progress = show_progress;
     self->surroundings.self = self;

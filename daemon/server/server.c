@@ -102,6 +102,8 @@ static void open_crew(struct server *self, struct crew *crew, const struct serve
         .cancel_is_next = parts->cancel_is_next,
         .pair_was_taken = parts->pair_was_taken,
         .replay = parts->replay,
+        .put_devices = parts->put_devices,
+        .devices = parts->devices,
         .files_fd = parts->files_fd,
     };
 }

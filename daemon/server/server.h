@@ -57,6 +57,8 @@ struct server_parts {
     bool (*cancel_is_next)(void *replay);
     void (*pair_was_taken)(void *replay);
     void *replay;
+    void (*put_devices)(void *devices, const struct command_call *call);  ///< as there
+    void *devices;
     int files_fd;
     const struct command *table;
     size_t table_count;

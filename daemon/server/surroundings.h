@@ -45,6 +45,10 @@ struct surroundings {
     /// Of a session that is played: the next pair is to come. NULL: none is played.
     void (*pair_was_taken)(void *replay);
     void *replay;
+    /// Tells of the devices behind the rig's ports, on the rig's thread. NULL: there are none.
+    void (*put_devices)(void *devices, const struct command_call *call);
+    void *devices;
+    uint64_t started_us;            ///< when the daemon was, by its monotonic clock
     const struct hal_store *store;  ///< NULL: nothing can be kept
     struct job *job;                ///< the one that runs, for commands that outlast one run
     int files_fd;  ///< the directory of sessions and other results that clients fetch; -1: none

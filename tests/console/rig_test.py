@@ -80,9 +80,12 @@ class Rig(RigTest):
         with open(os.path.join(self.files, report["file"]), encoding="utf-8") as file:
             text = file.read()
         self.assertEqual(len(text), report["size"])
-        for part in ("== version", "== config", "backend: sim", "== health", "== registers right",
+        for part in ("== version", "== system", "date: 20", f"kernel: {os.uname().release}",
+                     "memory_free: ", "disk_free: ", "== config", "backend: sim", "== health", "== registers right",
                      "chip_version: 0x1621", "serving"):
             self.assertIn(part, text)
+        self.assertNotIn(os.uname().nodename, text.split("== config")[0])
+        self.assertLess(self.asked("system")["up"], 3600)
 
     def test_a_cancelled_move_leaves_the_rig_safe_or_ready(self):
         self.first.send("zoom both 800\n")
