@@ -7,7 +7,9 @@ const struct command_argument capture_arguments[CAPTURE_ARGUMENTS] = {
                       .least = 1,
                       .most = 60,
                       .optional = true,
-                      .help = "of the new session; one that tells the time when left out"},
+                      .help =
+                          "of the new session: letters, digits and - _ . + = , @; one that tells "
+                          "the time when left out"},
     [CAPTURE_CHECK] = {.name = "CHECK",
                        .kind = COMMAND_CHOICE,
                        .choices = "static",

@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/linux/monotonic_clock.h"
+#include "daemon/server/item.h"
 
 enum { LENS_BITS_PER_S = 9600 };
 
@@ -186,6 +187,35 @@ void main_linux_open(struct main_linux *self, const struct config *config,
     for (int i = 0; i < MAIN_LINUX_DEVICES; i++) {
         if (self->missing[i].text[0] != '\0') {
             log->operations->write(log->self, HAL_LOG_WARNING, self->missing[i].text);
+        }
+    }
+}
+
+static void put_camera(const struct v4l2_camera *camera, const struct command_call *call) {
+    const struct v4l2_stream *stream = &camera->stream;
+    item_text(call, "device", camera->path);
+    if (stream->fd < 0) {
+        item_text(call, "state", "not open");
+        return;
+    }
+    item_text(call, "driver", stream->driver);
+    item_text(call, "card", stream->card);
+    item_text(call, "bus", stream->bus);
+    if (camera->started && stream->format != NULL) {
+        item_text(call, "format", stream->format->name);
+        item_number(call, "width", camera->format.width_px, 0, "px");
+        item_number(call, "height", camera->format.height_px, 0, "px");
+        item_number(call, "frame_time", stream->frame_us, 0, "us");
+    }
+}
+
+void main_linux_put(const struct main_linux *self, const struct command_call *call) {
+    static const char *const names[RIG_SIDES] = {"left_camera", "right_camera"};
+    for (int side = 0; side < RIG_SIDES; side++) {
+        if (self->needed[MAIN_LINUX_LEFT_CAMERA + side]) {
+            item_begin(call, names[side], false);
+            put_camera(&self->camera[side], call);
+            item_end(call);
         }
     }
 }

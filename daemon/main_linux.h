@@ -11,6 +11,7 @@
 #include "daemon/linux/termios_uart.h"
 #include "daemon/linux/v4l2_camera.h"
 #include "daemon/server/config.h"
+#include "rig/command.h"
 #include "rig/rig.h"
 
 #ifdef __cplusplus
@@ -44,6 +45,10 @@ struct main_linux {
 /// `config` and `log` must outlive it. `*ports` are the rig's.
 void main_linux_open(struct main_linux *self, const struct config *config,
                      const struct hal_log *log, struct rig_ports *ports);
+
+/// Tells of the cameras that are open: what their drivers say of them, and what they stream. From
+/// the thread that has the rig.
+void main_linux_put(const struct main_linux *self, const struct command_call *call);
 /// Closes everything; harmless when nothing was opened.
 void main_linux_close(struct main_linux *self);
 

@@ -128,7 +128,8 @@ static bool join_tables(struct daemon *self) {
     static const struct command *(*const tables[])(size_t *) = {
         command_rig_table,          commands_daemon_table,  commands_calibration_table,
         commands_files_table,       commands_send_table,    commands_bugreport_table,
-        commands_reconstruct_table, commands_session_table, main_replay_table,
+        commands_reconstruct_table, commands_session_table, commands_system_table,
+        main_replay_table,
     };
     for (size_t i = 0; i < sizeof tables / sizeof tables[0]; i++) {
         size_t count = 0;
@@ -210,6 +211,10 @@ static void pair_was_taken(void *replay) {
     replay_next_pair(replay);
 }
 
+static void put_devices(void *devices, const struct command_call *call) {
+    main_linux_put(devices, call);
+}
+
 /// Of frames on their way to a slow disk. A command of a rig takes at most six frames of 6 MiB (a
 /// pair, a third one to compare, each a second time after a damaged one); a board of 64 MB cannot
 /// hold so much, and waits for its disk instead.
@@ -250,11 +255,12 @@ static int start(struct daemon *self, struct message *message) {
         .watchdog = self->watchdog_open ? &self->watchdog.hal : NULL,
         .record = &self->backends.record,
         .scribe = &self->scribe,
-        .note_command = commands_session_note,
         .idle_is_next = self->backends.has_replay ? idle_is_next : NULL,
         .cancel_is_next = self->backends.has_replay ? cancel_is_next : NULL,
         .pair_was_taken = self->backends.has_replay ? pair_was_taken : NULL,
         .replay = &self->backends.replay,
+        .put_devices = self->config.backend == CONFIG_BACKEND_LINUX ? put_devices : NULL,
+        .devices = &self->backends.devices,
         .time_passes = self->backends.time_passes,
     };
     error = server_open(&self->server, &parts, message);
@@ -300,7 +306,7 @@ static int serve(struct daemon *self) {
     }
     server_close(&self->server);
     close_watchdog(self);
-    commands_session_end(&self->backends.record);
+    commands_session_end(&self->backends.record, &self->log);
     scribe_stop(&self->scribe);
     if (self->backends.has_replay && self->backends.replay.trouble.text[0] != '\0') {
         logbook_print(&self->logbook, HAL_LOG_WARNING, "%s", self->backends.replay.trouble.text);

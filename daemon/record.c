@@ -19,6 +19,14 @@ static bool is_on(const struct record *self) {
     return self->writer != NULL && !self->ending && !self->starved && record_disk_failed(self) == 0;
 }
 
+/// The command that runs belongs into the session: it has made a call, or has worked.
+static void write_note(struct record *self) {
+    if (self->note[0] != '\0') {
+        record_disk_command(self, self->note);
+        self->note[0] = '\0';
+    }
+}
+
 /// One call: what was asked, and the answer, which is printed.
 static void add_call(struct record *self, const char *asked, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
@@ -29,6 +37,7 @@ static void add_call(struct record *self, const char *asked, const char *format,
     const int length = vsnprintf(answer, sizeof answer, format, arguments);
     va_end(arguments);
     INVARIANT(length >= 0 && (size_t)length < sizeof answer);
+    write_note(self);
     self->calls++;
     record_disk_text(self, asked, strlen(asked));
     record_disk_text(self, TRACE_EQUALS, strlen(TRACE_EQUALS));
@@ -329,6 +338,7 @@ int record_start(struct record *self, struct session_writer *writer, struct mess
     self->failed = 0;
     self->crc = 0;
     self->calls = 0;
+    self->note[0] = '\0';
     self->filled = 0;
     // Which ports there are, so that a player offers the same.
     char line[TRACE_LINE_MAX + 1];
@@ -346,6 +356,31 @@ int record_start(struct record *self, struct session_writer *writer, struct mess
                  self->camera_operations[RIG_RIGHT].control != NULL);
     record_disk_text(self, line, (size_t)length);
     return record_flush(self, message);
+}
+
+void record_command(struct record *self, const char *line) {
+    if (is_on(self)) {
+        INVARIANT(strlen(line) < sizeof self->note);
+        strcpy(self->note, line);
+    }
+}
+
+void record_command_end(struct record *self, int error) {
+    if (is_on(self) && error == 0) {
+        write_note(self);
+    }
+    self->note[0] = '\0';
+}
+
+int record_run(struct record *self, const struct command *command, const struct command_call *call,
+               const char *line) {
+    if ((command->flags & (COMMAND_NO_RIG | COMMAND_UNRECORDED)) != 0) {
+        return command_run(command, call);
+    }
+    record_command(self, line);
+    const int error = command_run(command, call);
+    record_command_end(self, error);
+    return error;
 }
 
 /// What no backend is asked for, but a player has to know.
@@ -371,6 +406,10 @@ int record_flush(struct record *self, struct message *message) {
     }
     const int error = record_disk_flush(self);
     return error != 0 ? message_set(message, error, "%s", self->trouble.text) : 0;
+}
+
+const char *record_cut(const struct record *self) {
+    return self->writer != NULL && record_disk_failed(self) != 0 ? self->trouble.text : NULL;
 }
 
 int record_stop(struct record *self, struct message *message) {

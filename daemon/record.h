@@ -17,6 +17,7 @@
 #include "daemon/scribe.h"
 #include "daemon/session_write.h"
 #include "daemon/trace.h"
+#include "rig/command.h"
 #include "rig/rig.h"
 
 #ifdef __cplusplus
@@ -52,6 +53,7 @@ struct record {
     struct scribe_task starving;
     int log;  // descriptor of calls.log
     uint64_t calls;
+    char note[SESSION_TEXT_MAX + 1];  // the command that runs, until its first call; "": none
     size_t filled;
     char buffer[RECORD_BUFFER_BYTES];  // what was not handed over yet
 
@@ -69,6 +71,18 @@ void record_init(struct record *self, const struct rig_ports *inner, struct rig_
 /// may write into it until then. 0, ERROR_FULL or ERROR_IO.
 int record_start(struct record *self, struct session_writer *writer, struct message *message);
 
+/// Carries a command out as command_run does, and puts `line`, as it was given, into the recording
+/// that is under way, if one is and the command is for recordings. One that failed before it made
+/// any call was refused for a reason that no player has (a name that is taken, a full disk), and
+/// did nothing: it is not put there.
+int record_run(struct record *self, const struct command *command, const struct command_call *call,
+               const char *line);
+
+/// Likewise for what is done with the rig without a command: between the two calls `line` would
+/// have done it. `error` is what it ended with.
+void record_command(struct record *self, const char *line);
+void record_command_end(struct record *self, int error);
+
 /// Says that the calls to come are those of rig_idle, which no command has asked for: to be called
 /// before each rig_idle. A player is told by replay_idle_is_next.
 void record_idle(struct record *self);
@@ -80,6 +94,9 @@ void record_cancel(struct record *self);
 /// Sees to it that what was recorded so far is on the disk: to be called before a pair is written.
 /// Waits for the scribe. 0, or why recording has ended.
 int record_flush(struct record *self, struct message *message);
+
+/// Why the recording that is under way is cut off; NULL: it is not, or there is none.
+const char *record_cut(const struct record *self);
 
 /// Ends it. As `record_flush`; harmless when it was not started.
 int record_stop(struct record *self, struct message *message);

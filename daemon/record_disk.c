@@ -77,6 +77,25 @@ static void write_frame(struct scribe_task *task) {
     free(copy);
 }
 
+/// A command on its way into the index.
+struct command_copy {
+    struct scribe_task task;
+    struct record *record;
+    char text[];
+};
+
+static void write_command(struct scribe_task *task) {
+    struct command_copy *copy = (struct command_copy *)task;
+    struct record *record = copy->record;
+    if (record_disk_failed(record) == 0) {
+        const int error = session_writer_command(record->writer, copy->text, &record->trouble);
+        if (error != 0) {
+            set_failed(record, error);
+        }
+    }
+    free(copy);
+}
+
 /// Puts the CRC behind what was written, once the disk has that.
 static void write_check(void *cookie) {
     struct record *self = cookie;
@@ -156,6 +175,19 @@ bool record_disk_frame(struct record *self, const struct hal_camera_frame *frame
     copy->frame = saved;
     scribe_later(self->scribe, &copy->task);
     return true;
+}
+
+void record_disk_command(struct record *self, const char *text) {
+    const size_t bytes = sizeof(struct command_copy) + strlen(text) + 1;
+    struct command_copy *copy = malloc(bytes);
+    if (copy == NULL) {
+        no_memory(self);
+        return;
+    }
+    copy->task = (struct scribe_task){.work = write_command, .bytes = bytes};
+    copy->record = self;
+    strcpy(copy->text, text);
+    scribe_later(self->scribe, &copy->task);
 }
 
 int record_disk_flush(struct record *self) {

@@ -20,6 +20,9 @@ void record_disk_text(struct record *self, const char *text, size_t length);
 /// which ends the recording.
 bool record_disk_frame(struct record *self, const struct hal_camera_frame *frame, uint32_t *crc32);
 
+/// Has a command written into the session's index.
+void record_disk_command(struct record *self, const char *text);
+
 /// Waits until all of it is on the disk, with the CRC behind it. 0, or as record_disk_failed.
 int record_disk_flush(struct record *self);
 

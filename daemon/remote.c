@@ -24,6 +24,23 @@ enum {
     BAR_TEXT = 44,
 };
 
+bool remote_quote(const char *word, char *text) {
+    size_t length = 0;
+    text[length++] = '"';
+    for (const char *at = word; *at != '\0'; at++) {
+        // Two for the character, two for the end.
+        if (length + 4 > REMOTE_REQUEST_BYTES) {
+            return false;
+        }
+        if (*at == '"' || *at == '\\') {
+            text[length++] = '\\';
+        }
+        text[length++] = *at;
+    }
+    memcpy(text + length, "\"", 2);
+    return true;
+}
+
 void remote_progress(struct remote *self, const char *what, uint64_t done, uint64_t total) {
     if (isatty(STDERR_FILENO) == 0) {
         return;

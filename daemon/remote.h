@@ -58,6 +58,10 @@ int remote_ask(struct remote *self, const char *command, remote_show *show, void
 int remote_call(struct remote *self, const char *command, struct json_value *result,
                 struct message *message);
 
+/// A word as a line has it that a name may stand in, whatever it holds: in quotes. `text` has
+/// REMOTE_REQUEST_BYTES. False: there is no room for it.
+bool remote_quote(const char *word, char *text);
+
 /// How far something is, as a bar on standard error when that is a terminal; `total` 0 wipes it.
 void remote_progress(struct remote *self, const char *what, uint64_t done, uint64_t total);
 

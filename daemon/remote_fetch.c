@@ -44,18 +44,26 @@ static bool read_crc(struct json_value result, uint32_t *crc) {
     return true;
 }
 
-/// Puts the name into quotes: it may hold blanks.
-static void make_command(const struct fetch *self, const char *rest, char *command, size_t bytes) {
-    snprintf(command, bytes, "fetch \"%s\"%s", self->name, rest);
+/// The line that asks for it; what follows the name is `rest`. `command` has REMOTE_REQUEST_BYTES.
+static int make_command(const struct fetch *self, const char *rest, char *command,
+                        struct message *message) {
+    char name[REMOTE_REQUEST_BYTES];
+    if (remote_quote(self->name, name)) {
+        const int length = snprintf(command, REMOTE_REQUEST_BYTES, "fetch %s%s", name, rest);
+        if (length > 0 && length < REMOTE_REQUEST_BYTES) {
+            return 0;
+        }
+    }
+    return message_set(message, ERROR_ARGUMENT, "%s: the name is too long", self->name);
 }
 
 /// Length and CRC-32 of the whole.
 static int describe(struct fetch *self, struct message *message) {
-    char command[512];
+    char command[REMOTE_REQUEST_BYTES];
     struct json_value result;
     int64_t size = -1;
-    make_command(self, "", command, sizeof command);
-    const int error = remote_call(self->remote, command, &result, message);
+    int error = make_command(self, "", command, message);
+    error = error != 0 ? error : remote_call(self->remote, command, &result, message);
     if (error != 0) {
         return error;
     }
@@ -69,15 +77,15 @@ static int describe(struct fetch *self, struct message *message) {
 
 /// Fetches the block at `offset` and appends it. `*got`: its bytes.
 static int fetch_block(struct fetch *self, uint64_t offset, size_t *got, struct message *message) {
-    char command[512];
+    char command[REMOTE_REQUEST_BYTES];
     char rest[64];
     struct json_value result;
     int64_t at = -1;
     uint32_t crc = 0;
     const int most = self->remote->line.serial ? BLOCK_SERIAL : BLOCK_SOCKET;
     snprintf(rest, sizeof rest, " %" PRIu64 " %d", offset, most);
-    make_command(self, rest, command, sizeof command);
-    const int error = remote_call(self->remote, command, &result, message);
+    int error = make_command(self, rest, command, message);
+    error = error != 0 ? error : remote_call(self->remote, command, &result, message);
     if (error != 0) {
         return error;
     }

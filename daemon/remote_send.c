@@ -51,12 +51,14 @@ static int describe(struct send *self, struct message *message) {
 /// Sends a command and takes in how much the instrument has.
 static int tell(struct send *self, const char *rest, struct message *message) {
     char command[REMOTE_REQUEST_BYTES];
+    char name[REMOTE_REQUEST_BYTES];
     char whole[8] = "";
     struct json_value result;
     int64_t have = -1;
-    const int length = snprintf(command, sizeof command, "send \"%s\" %" PRIu64 " %08" PRIX32 "%s",
-                                self->name, self->size, self->crc, rest);
-    if (length < 0 || (size_t)length >= sizeof command) {
+    const bool fits = remote_quote(self->name, name);
+    const int length = snprintf(command, sizeof command, "send %s %" PRIu64 " %08" PRIX32 "%s",
+                                fits ? name : "", self->size, self->crc, rest);
+    if (!fits || length < 0 || (size_t)length >= sizeof command) {
         return message_set(message, ERROR_ARGUMENT, "%s: the name is too long", self->name);
     }
     const int error = remote_call(self->remote, command, &result, message);

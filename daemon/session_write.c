@@ -60,6 +60,26 @@ static int append_event(struct session_writer *self, struct message *message) {
     return append(self, line, (size_t)(length + tail), message);
 }
 
+static int name_is_taken(const char *path, struct message *message) {
+    return message_set(message, ERROR_ARGUMENT, "%s: holds a session already: give another name",
+                       path);
+}
+
+int session_writer_check(int parent, const char *path, struct message *message) {
+    struct stat status;
+    if (fstatat(parent, path, &status, 0) != 0) {
+        return 0;  // whatever else is wrong shows when it is made
+    }
+    if (!S_ISDIR(status.st_mode)) {
+        return message_set(message, ERROR_ARGUMENT,
+                           "%s: is there and no directory: give another name", path);
+    }
+    char index[SESSION_WRITE_PATH_BYTES + sizeof SESSION_INDEX_NAME + 1];
+    snprintf(index, sizeof index, "%s/" SESSION_INDEX_NAME, path);
+    return fstatat(parent, index, &status, AT_SYMLINK_NOFOLLOW) == 0 ? name_is_taken(path, message)
+                                                                     : 0;
+}
+
 static int begin_directory(struct session_writer *self, int parent, struct message *message) {
     self->made = mkdirat(parent, self->path, DIRECTORY_MODE) == 0;
     if (!self->made && errno != EEXIST) {
@@ -80,10 +100,11 @@ static int begin_directory(struct session_writer *self, int parent, struct messa
         if (self->made) {
             unlinkat(parent, self->path, AT_REMOVEDIR);
         }
-        return message_set(message, file_error_is_full(reason) ? ERROR_FULL : ERROR_ARGUMENT,
-                           reason == EEXIST ? "%s: holds a session already: give another name"
-                                            : "%s: no session can be begun there: %s",
-                           self->path, strerror(reason));
+        return reason == EEXIST
+                   ? name_is_taken(self->path, message)
+                   : message_set(message, file_error_is_full(reason) ? ERROR_FULL : ERROR_ARGUMENT,
+                                 "%s: no session can be begun there: %s", self->path,
+                                 strerror(reason));
     }
     return 0;
 }
@@ -294,6 +315,8 @@ int session_writer_pair(struct session_writer *self, const struct pair *pair,
     }
     event->kind = SESSION_PAIR;
     event->pair = *pair;
+    // The instrument counts from its bring-up, of which a session may have several.
+    event->pair.number = self->pairs + 1;
     const int code = append_event(self, message);
     self->pairs += code == 0;
     return code;

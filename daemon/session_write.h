@@ -42,6 +42,10 @@ int session_writer_begin(struct session_writer *self, int parent, const char *pa
                          const char *build, const char *profile, const char *date,
                          struct message *message);
 
+/// Whether `session_writer_begin` would find the name free now: for whoever has long work to do
+/// first. 0, or ERROR_ARGUMENT as that.
+int session_writer_check(int parent, const char *path, struct message *message);
+
 /// From here on this calibration (canonical text, `length` bytes) is in force.
 int session_writer_calibration(struct session_writer *self, const char *text, size_t length,
                                struct message *message);
@@ -66,7 +70,7 @@ int session_writer_frame(struct session_writer *self, const struct pair_frame *f
 /// The CRC-32 of the file that a frame's pixels would be saved in, which is its name.
 uint32_t session_writer_frame_crc(const struct pair_frame *frame);
 
-/// A pair with its frames, which must have their data.
+/// A pair with its frames, which must have their data. Its number is its place in the session.
 int session_writer_pair(struct session_writer *self, const struct pair *pair,
                         struct message *message);
 

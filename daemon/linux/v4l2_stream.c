@@ -25,6 +25,17 @@ static int fail(struct v4l2_stream *self, const char *what) {
                        strerror(errno));
 }
 
+/// A driver's text; what is not printable ASCII becomes '?'.
+static void copy_name(char *name, size_t bytes, const uint8_t *told) {
+    size_t length = 0;
+    while (length + 1 < bytes && told[length] != '\0') {
+        const bool printable = told[length] >= ' ' && told[length] <= '~';
+        name[length] = printable ? (char)told[length] : '?';
+        length++;
+    }
+    name[length] = '\0';
+}
+
 int v4l2_stream_open(struct v4l2_stream *self, const char *path, struct message *message) {
     *self = (struct v4l2_stream){.fd = -1};
     const int fd = device_file_open(path, O_RDWR | O_NONBLOCK, "camera", message);
@@ -43,12 +54,15 @@ int v4l2_stream_open(struct v4l2_stream *self, const char *path, struct message 
         const uint32_t can = (ability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0
                                  ? ability.device_caps
                                  : ability.capabilities;
+        copy_name(self->driver, sizeof self->driver, ability.driver);
+        copy_name(self->card, sizeof self->card, ability.card);
+        copy_name(self->bus, sizeof self->bus, ability.bus_info);
         const uint32_t needed = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
         if ((can & needed) != needed) {
             error = message_set(message, ERROR_UNSUPPORTED,
                                 "camera %s (%.31s) does not stream pictures; a camera often has "
                                 "two devices, try the next lower number",
-                                path, (const char *)ability.card);
+                                path, self->card);
         }
     }
     if (error != ERROR_OK) {

@@ -28,6 +28,7 @@ struct v4l2_stream_buffer {
 /// The caller owns it.
 struct v4l2_stream {
     int fd;
+    char driver[16], card[32], bus[32];  ///< as the driver calls them; while it is open
     const struct v4l2_pixels *format;
     struct v4l2_pixels_source layout;  ///< of every buffer; `data` and `bytes` are not set
     uint32_t frame_us;                 ///< from frame to frame as the driver says; 0: it does not

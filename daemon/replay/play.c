@@ -232,6 +232,7 @@ static void compare_pair(struct play *self) {
         return;
     }
     self->taken = false;
+    self->again.pair.number = self->event.pair.number;  // the session's, not the instrument's
     const int expected = session_event_print(&self->event, self->line[0]);
     const int came = session_event_print(&self->again, self->line[1]);
     INVARIANT(expected > 0 && came > 0);
@@ -343,6 +344,12 @@ static int play_all(struct play *self, struct message *message) {
     }
     outcome->calls = self->replay.made;
     outcome->same = !differs(self);
+    if (outcome->same && outcome->commands == 0) {
+        return message_set(message, ERROR_MISSING,
+                           "%s: was cut off before its first command was whole: there is nothing "
+                           "to be compared",
+                           self->session.path);
+    }
     return 0;
 }
 

@@ -35,7 +35,8 @@ struct play_outcome {
 };
 
 /// Plays the session `path`, as openat(2) understands it with the descriptor `parent`. 0: it was
-/// played, with what came out in `*outcome`; ERROR_CANCELLED; ERROR_MISSING: it is no recording;
+/// played, with what came out in `*outcome`; ERROR_CANCELLED; ERROR_MISSING: it is no recording, or
+/// not one command of it is whole;
 /// others of replay_open, with `message` set.
 int play_session(int parent, const char *path, const struct play_observer *observer,
                  struct play_outcome *outcome, struct message *message);

@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/record.h"
 #include "daemon/scribe.h"
 #include "daemon/server/commands_daemon.h"
 #include "daemon/server/files.h"
@@ -18,7 +19,7 @@
 #include "daemon/server/surroundings.h"
 
 static const char *const sections[] = {
-    "version", "config",           "status",         "health",          "calibration",
+    "version", "system",           "config",         "status",          "health",  "calibration",
     "files",   "registers bridge", "registers left", "registers right", "log 256",
 };
 
@@ -45,10 +46,7 @@ static void add_section(const struct command_call *call, const char *line, struc
     inner.message = message;
     inner.message_bytes = sizeof message;
     reply_begin(reply, output, &request, false);
-    if ((command->flags & COMMAND_NO_RIG) == 0) {
-        around->note_command(line);
-    }
-    error = command_run(command, &inner);
+    error = record_run(around->record, command, &inner, line);
     reply_end(reply, error, message);
     output_put_text(output, "\n");
 }
@@ -88,6 +86,10 @@ static int write_report(const struct command_call *call, struct output *output) 
 
 static int run_bugreport(const struct command_call *call) {
     const struct surroundings *around = surroundings_of(call);
+    const int lacking = files_need_directory(call);
+    if (lacking != 0) {
+        return lacking;
+    }
     struct output output;
     struct reply *reply = malloc(sizeof *reply);
     const int wake_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
@@ -116,7 +118,8 @@ static int run_bugreport(const struct command_call *call) {
 static const struct command commands[] = {
     {.name = "bugreport",
      .summary = "write all that tells of the instrument's state into one file",
-     .help = "Version, settings, state, health, registers and the log, to be fetched and sent to "
+     .help = "Version, date and system, settings, state, health, registers and the log, to be "
+             "fetched and sent to "
              "whoever mends the instrument.",
      .flags = COMMAND_LONG | COMMAND_UNRECORDED,
      .run = run_bugreport},

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The daemon's own commands, as tables: help, version, config, log, watch, quit; calibration;
-/// files, fetch; send; bugreport; reconstruct; capture, record.
+/// files, fetch; send; bugreport; reconstruct; capture, record; system.
 #ifndef VERGENCE_DAEMON_SERVER_COMMANDS_DAEMON_H
 #define VERGENCE_DAEMON_SERVER_COMMANDS_DAEMON_H
 
@@ -20,15 +20,18 @@ const struct command *commands_bugreport_table(size_t *count);
 const struct command *commands_send_table(size_t *count);
 const struct command *commands_reconstruct_table(size_t *count);
 const struct command *commands_session_table(size_t *count);
+const struct command *commands_system_table(size_t *count);
 
 /// The session that a pair went into last. False: there was none yet. Any thread.
 bool commands_session_last(char *name, size_t bytes);
 
-/// Puts a command that is carried out on the rig into the recording that is under way, if one is.
-void commands_session_note(const char *line);
+/// What `status` is to say of the recording that is under way, if one is. The rig's thread only.
+void commands_session_put_state(const struct command_call *call);
+
 /// Ends a recording that is under way, in good order, when nobody has the rig any more.
+struct hal_log;
 struct record;
-void commands_session_end(struct record *record);
+void commands_session_end(struct record *record, const struct hal_log *log);
 
 #ifdef __cplusplus
 }

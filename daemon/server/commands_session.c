@@ -29,9 +29,6 @@ enum { START, STOP, COMMAND_TEXT_BYTES = 128, NAMES_A_SECOND = 1000 };
 static struct {
     struct session_writer writer;
     bool recording;
-    struct scribe *scribe;
-    int noted;           ///< 0, or why a command could not be put into the recording
-    struct message why;  ///< and in words
     char name[FILES_NAME_MAX + 1];
 } session = {.writer = {.directory = -1, .index = -1}};
 
@@ -59,19 +56,11 @@ static bool is_name(const struct command_value *value) {
     return value->given && strcmp(value->text, "-") != 0;
 }
 
-/// A name that tells the time, unless there is one.
-static int choose_name(const struct command_call *call, const struct command_value *value,
-                       const char *kind) {
+/// A name that tells the time, for a session whose name was not given.
+static void make_name(const struct command_call *call, const char *kind) {
     const time_t now = time(NULL);
     struct tm parts;
     char when[32];
-    if (is_name(value)) {
-        const int error = files_check_plain(call, value->text);
-        if (error == 0) {
-            snprintf(session.name, sizeof session.name, "%s", value->text);
-        }
-        return error;
-    }
     gmtime_r(&now, &parts);
     strftime(when, sizeof when, "%Y%m%d-%H%M%S", &parts);
     snprintf(session.name, sizeof session.name, "%s-%s", kind, when);
@@ -80,7 +69,6 @@ static int choose_name(const struct command_call *call, const struct command_val
     for (int i = 2; i < NAMES_A_SECOND && faccessat(files_fd, session.name, F_OK, 0) == 0; i++) {
         snprintf(session.name, sizeof session.name, "%s-%s-%d", kind, when, i);
     }
-    return 0;
 }
 
 /// The calibration that the instrument keeps, if it has one, is part of every session.
@@ -111,6 +99,33 @@ struct beginning {
     int error;
 };
 
+static void look_for_name(void *cookie) {
+    struct beginning *self = cookie;
+    struct message message;
+    const int error =
+        session_writer_check(surroundings_of(self->call)->files_fd, self->name->text, &message);
+    self->error = error == 0 ? 0 : surroundings_refuse(self->call, error, "%s", message.text);
+}
+
+/// Whether a session of this name can be begun, as far as that is known before there is anything
+/// to be put into it.
+static int check_name(const struct command_call *call, const struct command_value *name) {
+    struct beginning beginning = {.call = call, .name = name};
+    const struct surroundings *around = surroundings_of(call);
+    if (around->files_fd < 0) {
+        return surroundings_refuse(call, ERROR_UNSUPPORTED,
+                                   "there is no place for it: the setting \"files\" is none");
+    }
+    if (!is_name(name)) {
+        return 0;
+    }
+    const int error = files_check_new(call, name->text);
+    if (error == 0) {
+        scribe_do(around->scribe, look_for_name, &beginning);
+    }
+    return error != 0 ? error : beginning.error;
+}
+
 static void write_beginning(void *cookie) {
     struct beginning *self = cookie;
     const struct command_call *call = self->call;
@@ -119,9 +134,10 @@ static void write_beginning(void *cookie) {
     const time_t now = time(NULL);
     struct tm parts;
     char date[32];
-    self->error = choose_name(call, self->name, self->kind);
-    if (self->error != 0) {
-        return;
+    if (is_name(self->name)) {
+        snprintf(session.name, sizeof session.name, "%s", self->name->text);
+    } else {
+        make_name(call, self->kind);
     }
     gmtime_r(&now, &parts);
     strftime(date, sizeof date, "%Y-%m-%dT%H:%M:%SZ", &parts);
@@ -136,15 +152,11 @@ static void write_beginning(void *cookie) {
     self->error = error == 0 ? 0 : surroundings_refuse(call, error, "%s", message.text);
 }
 
+/// After `check_name`.
 static int begin_session(const struct command_call *call, const struct command_value *name,
                          const char *kind) {
-    const struct surroundings *around = surroundings_of(call);
     struct beginning beginning = {.call = call, .name = name, .kind = kind};
-    if (around->files_fd < 0) {
-        return surroundings_refuse(call, ERROR_UNSUPPORTED,
-                                   "there is no place for it: the setting \"files\" is none");
-    }
-    scribe_do(around->scribe, write_beginning, &beginning);
+    scribe_do(surroundings_of(call)->scribe, write_beginning, &beginning);
     return beginning.error;
 }
 
@@ -202,11 +214,6 @@ static void write_pair(void *cookie) {
     self->error = session_writer_pair(&session.writer, self->pair, &self->message);
 }
 
-static void write_command(void *cookie) {
-    struct writing *self = cookie;
-    self->error = session_writer_command(&session.writer, self->command, &self->message);
-}
-
 /// Writes a pair into its session; of a recording all calls that led to it go first.
 static int keep_pair(const struct command_call *call, const struct pair *pair) {
     const struct surroundings *around = surroundings_of(call);
@@ -251,6 +258,10 @@ static int run_capture(const struct command_call *call) {
                                    "capture: pairs go into the recording %s: give no name (or -)",
                                    session.name);
     }
+    const int refused = session.recording ? 0 : check_name(call, &call->values[CAPTURE_NAME]);
+    if (refused != 0) {
+        return refused;
+    }
     const size_t values = pair_values(call->rig, &options);
     uint16_t *memory = malloc(values * sizeof *memory);
     if (memory == NULL) {
@@ -260,6 +271,13 @@ static int run_capture(const struct command_call *call) {
     const int error = take_pair(call, memory, values, &options);
     free(memory);
     return error;
+}
+
+/// "the recording r1 begins"
+static void tell(const struct hal_log *log, const char *what) {
+    char text[FILES_NAME_MAX + 64];
+    snprintf(text, sizeof text, "the recording %s %s", session.name, what);
+    log->operations->write(log->self, HAL_LOG_NOTICE, text);
 }
 
 /// As after the daemon's start: what is to be played must begin where the player begins.
@@ -303,7 +321,8 @@ static int start_recording(const struct command_call *call) {
         return surroundings_refuse(call, ERROR_BUSY, "record: %s is being recorded already",
                                    session.name);
     }
-    int error = begin_session(call, &call->values[1], "record");
+    int error = check_name(call, &call->values[1]);
+    error = error != 0 ? error : begin_session(call, &call->values[1], "record");
     if (error != 0) {
         return error;
     }
@@ -316,8 +335,7 @@ static int start_recording(const struct command_call *call) {
         return surroundings_refuse(call, error, "%s", message.text);
     }
     session.recording = true;
-    session.scribe = surroundings_of(call)->scribe;
-    session.noted = 0;
+    tell(surroundings_of(call)->log, "begins");
     item_text(call, "session", session.name);
     return 0;
 }
@@ -328,13 +346,10 @@ static void write_end(void *cookie) {
 }
 
 /// A recording of which something is missing gets no end, so that readers know.
-static int stop_recording(struct record *record, struct message *message) {
+static int stop_recording(struct record *record, const struct hal_log *log,
+                          struct message *message) {
     struct writing end = {.error = 0};
     end.error = record_stop(record, &end.message);
-    if (end.error == 0 && session.noted != 0) {
-        end.error = session.noted;
-        end.message = session.why;
-    }
     session.recording = false;
     if (end.error != 0) {
         session_writer_leave(&session.writer);
@@ -342,14 +357,31 @@ static int stop_recording(struct record *record, struct message *message) {
                            end.message.text);
     }
     scribe_do(record->scribe, write_end, &end);
+    if (end.error == 0) {
+        tell(log, "has ended");
+    }
     *message = end.message;
     return end.error;
+}
+
+void commands_session_put_state(const struct command_call *call) {
+    const char *cut = record_cut(surroundings_of(call)->record);
+    if (!session.recording) {
+        return;
+    }
+    item_text(call, "recording", session.name);
+    if (cut != NULL) {
+        item_text(call, "cut_off", cut);
+    }
 }
 
 static int run_record(const struct command_call *call) {
     struct message message;
     if (!call->values[0].given) {
-        item_text(call, "recording", session.recording ? session.name : "nothing");
+        commands_session_put_state(call);
+        if (!session.recording) {
+            item_text(call, "recording", "nothing");
+        }
         return 0;
     }
     if (call->values[0].choice == START) {
@@ -360,23 +392,15 @@ static int run_record(const struct command_call *call) {
     }
     item_text(call, "session", session.name);
     item_number(call, "pairs", session.writer.pairs, 0, NULL);
-    const int error = stop_recording(surroundings_of(call)->record, &message);
+    const struct surroundings *around = surroundings_of(call);
+    const int error = stop_recording(around->record, around->log, &message);
     return error == 0 ? 0 : surroundings_refuse(call, error, "%s", message.text);
 }
 
-void commands_session_note(const char *line) {
-    if (session.recording && session.noted == 0) {
-        struct writing writing = {.command = line};
-        scribe_do(session.scribe, write_command, &writing);
-        session.noted = writing.error;
-        session.why = writing.message;
-    }
-}
-
-void commands_session_end(struct record *record) {
+void commands_session_end(struct record *record, const struct hal_log *log) {
     struct message message;
-    if (session.recording) {
-        stop_recording(record, &message);
+    if (session.recording && stop_recording(record, log, &message) != 0) {
+        log->operations->write(log->self, HAL_LOG_ERROR, message.text);
     }
 }
 
@@ -391,7 +415,8 @@ static const struct command_argument record_arguments[] = {
      .least = 1,
      .most = 60,
      .optional = true,
-     .help = "of the new session; one that tells the time when left out"},
+     .help = "of the new session: letters, digits and - _ . + = , @; one that tells "
+             "the time when left out"},
 };
 
 static const struct command commands[] = {
@@ -409,7 +434,8 @@ static const struct command commands[] = {
      .help =
          "Every call of a bus, a line, a camera and the clock, and the pairs that are captured "
          "meanwhile. The instrument is put down first: its bring-up is the beginning of what is "
-         "recorded, with every command. \"replay SESSION\" plays it.",
+         "recorded, with every command. \"replay SESSION\" plays it. One that the disk had no room "
+         "for is cut off; this and \"status\" tell so.",
      .arguments = record_arguments,
      .argument_count = 2,
      .flags = COMMAND_MOVES | COMMAND_UNRECORDED,

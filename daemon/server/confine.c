@@ -42,6 +42,7 @@ static const int allowed[] = {
     SCMP_SYS(getrandom),
     SCMP_SYS(getrusage),
     SCMP_SYS(sysinfo),
+    SCMP_SYS(uname),
     // Signals and time.
     SCMP_SYS(rt_sigaction),
     SCMP_SYS(rt_sigprocmask),
@@ -83,6 +84,7 @@ static const int allowed[] = {
     SCMP_SYS(statx),
     SCMP_SYS(statfs),
     SCMP_SYS(fstatfs),
+    SCMP_SYS(fstatfs64),
     SCMP_SYS(access),
     SCMP_SYS(faccessat),
     SCMP_SYS(faccessat2),

@@ -2,6 +2,7 @@
 #include "daemon/server/crew.h"
 
 #include <errno.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 #include <time.h>
@@ -12,6 +13,8 @@
 #include "daemon/monotonic.h"
 #include "daemon/record.h"
 #include "daemon/scribe.h"
+#include "daemon/server/commands_daemon.h"
+#include "daemon/server/logbook.h"
 
 enum { IDLE_US = 50000, PROGRESS_US = 100000, WAIT_TOLD_US = 500000 };
 
@@ -68,11 +71,88 @@ static void finish(struct crew *self, struct job *job) {
     (void)told;  // it cannot fail but for being told often enough already
 }
 
-/// What a recording has to know of.
-static void note(struct crew *self, const struct command *command, const char *line) {
-    self->cancel_recorded = false;
-    if (self->has_rig && (command->flags & COMMAND_UNRECORDED) == 0) {
-        self->surroundings.note_command(line);
+// ---- what the log is told
+
+enum { TOLD_LINE_BYTES = 60 };
+
+/// Whether it is the instrument's or the machine's fault, and not of what was typed.
+static bool is_fault(const struct crew *self, int error) {
+    switch (error) {
+        case ERROR_I2C_NACK:
+        case ERROR_I2C_ARBITRATION:
+        case ERROR_I2C_STUCK:
+        case ERROR_TIMEOUT:
+        case ERROR_DEVICE:
+        case ERROR_VERIFY:
+        case ERROR_RESTARTED:
+        case ERROR_IO:
+        case ERROR_FULL:
+        case ERROR_JAMMED:
+        case ERROR_FRAME:
+        case ERROR_MEMORY:
+            return true;
+        case ERROR_REFUSED:
+            return self->has_rig;  // else a file that is nobody's business
+        default:
+            return false;
+    }
+}
+
+static void tell(const struct crew *self, enum hal_log_level level, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+static void tell(const struct crew *self, enum hal_log_level level, const char *format, ...) {
+    const struct hal_log *log = self->surroundings.log;
+    char text[LOGBOOK_LINE_BYTES];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    log->operations->write(log->self, level, text);
+}
+
+/// A change of the instrument's state, and of what it came; an error has a message.
+static bool tell_state(struct crew *self, const char *line, int error, const char *message) {
+    static const char *const states[] = {
+        [RIG_DOWN] = "down", [RIG_READY] = "ready", [RIG_SAFE] = "in its safe state"};
+    if (!self->has_rig || self->rig->state == self->told_state) {
+        return false;
+    }
+    self->told_state = self->rig->state;
+    const bool worked = error == 0;
+    tell(self, worked || error == ERROR_CANCELLED ? HAL_LOG_NOTICE : HAL_LOG_ERROR,
+         "the instrument is %s: %.*s%s%s%s%s", states[self->told_state], (int)TOLD_LINE_BYTES, line,
+         worked ? "" : ": ERR ", worked ? "" : error_name(error), worked ? "" : " ",
+         worked ? "" : message);
+    return true;
+}
+
+/// That a recording ends before its time, as soon as it is known.
+static void tell_cut(struct crew *self) {
+    const char *cut = self->has_rig ? record_cut(self->surroundings.record) : NULL;
+    if (cut != NULL && !self->cut_told) {
+        tell(self, HAL_LOG_ERROR, "the recording is cut off: %s", cut);
+    }
+    self->cut_told = cut != NULL;
+}
+
+/// What became of a command, where somebody might ask for it later.
+static void tell_outcome(struct crew *self, const char *line, int error, const char *message) {
+    tell_cut(self);
+    if (!tell_state(self, line, error, message) && is_fault(self, error)) {
+        tell(self, HAL_LOG_ERROR, "%.*s: ERR %s %s", (int)TOLD_LINE_BYTES, line, error_name(error),
+             message);
+    }
+}
+
+/// No room: what to do then.
+static void advise(const struct crew *self, int error, char *message, size_t bytes) {
+    const size_t length = strlen(message);
+    const bool cut = self->has_rig && record_cut(self->surroundings.record) != NULL;
+    if (error == ERROR_FULL) {
+        snprintf(message + length, bytes - length, "%s",
+                 cut ? "; the recording is cut off: make room on that disk, \"record stop\", and "
+                       "record anew"
+                     : "; make room on that disk, then do it again");
     }
 }
 
@@ -84,6 +164,7 @@ static void run(struct crew *self, struct job *job) {
         .reply = &self->reply.items,
         .message = message,
         .message_bytes = sizeof message,
+        .put_state = commands_session_put_state,
         .surroundings = &self->surroundings,
     };
     self->surroundings.job = job;
@@ -92,12 +173,14 @@ static void run(struct crew *self, struct job *job) {
     self->progress_what = NULL;
     int error = ERROR_CANCELLED;
     if (!atomic_load(&self->stopping) && !atomic_load(&job->cancelled)) {
-        note(self, job->command, job->line);
-        error = command_run(job->command, &call);
+        self->cancel_recorded = false;
+        error = record_run(self->surroundings.record, job->command, &call, job->line);
     }
     if (error == ERROR_CANCELLED && message[0] == '\0') {
         strcpy(message, error_text(error));
     }
+    advise(self, error, message, sizeof message);
+    tell_outcome(self, job->line, error, message);
     // A watch is answered by its last round, or by what ends it.
     if (error == 0 && job->watch.on && !(job->round && job->watch.rounds_left == 1)) {
         if (job->round) {
@@ -117,15 +200,16 @@ static void look_after_rig(void *cookie) {
         return;
     }
     record_idle(self->surroundings.record);
-    if (rig_idle(self->rig) != 0) {
-        const struct hal_log *log = self->surroundings.log;
-        log->operations->write(log->self, HAL_LOG_ERROR, self->rig->trouble.text);
+    const int error = rig_idle(self->rig);
+    if (error != 0) {
+        tell_outcome(self, "while nothing was asked", error, self->rig->trouble.text);
     }
 }
 
 static void idle(struct crew *self) {
     atomic_store(&self->alive_us, monotonic_now_us());
     look_after_rig(self);
+    tell_cut(self);
 }
 
 /// In a recording that is played time does not pass: the rig is looked after where it was then.
@@ -176,8 +260,10 @@ static void *work(void *cookie) {
         }
     }
     if (self->has_rig && self->rig->state != RIG_DOWN) {
-        self->surroundings.note_command("safe");
+        record_command(self->surroundings.record, "safe");
         rig_safe(self->rig);
+        record_command_end(self->surroundings.record, 0);
+        tell_state(self, "the service ends", 0, "");
     }
     return NULL;
 }
@@ -186,6 +272,7 @@ bool crew_start(struct crew *self, size_t capacity) {
     INVARIANT(capacity >= 1 && capacity <= CREW_QUEUE_MAX);
     pthread_condattr_t attributes;
     self->capacity = capacity;
+    self->surroundings.started_us = monotonic_now_us();
     self->surroundings.go_on = go_on;
     self->surroundings.progress = show_progress;
     self->surroundings.self = self;

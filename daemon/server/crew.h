@@ -27,8 +27,10 @@ struct crew {
     pthread_cond_t news;  ///< a job, or `stopping`
     struct job *waiting[CREW_QUEUE_MAX];
     size_t first, count, capacity;
-    struct job *running;   ///< the thread's; changed under the lock
-    bool cancel_recorded;  ///< that `running` is to end
+    struct job *running;        ///< the thread's; changed under the lock
+    bool cancel_recorded;       ///< that `running` is to end
+    enum rig_state told_state;  ///< what the log knows of it
+    bool cut_told;              ///< that the recording is cut off
     atomic_bool stopping;
     _Atomic uint64_t alive_us;  ///< monotonic; the thread was seen going on
 
@@ -45,8 +47,9 @@ struct crew {
 /// Who watches the rig's long calls, for rig_init: the crew that has it.
 struct rig_observer crew_observer(struct crew *self);
 
-/// Starts the thread. All fields from `rig` to `wake_fd`, and `surroundings` but for its last
-/// three, are set before; `capacity` is 1 .. CREW_QUEUE_MAX. False: the system did not let it.
+/// Starts the thread. All fields from `rig` to `wake_fd`, and `surroundings` but for `started_us`
+/// and its last three, are set before; `capacity` is 1 .. CREW_QUEUE_MAX. False: the system did not
+/// let it.
 bool crew_start(struct crew *self, size_t capacity);
 
 /// Cancels what runs, answers what waits, leaves the rig safe and ends the thread.

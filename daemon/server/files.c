@@ -63,6 +63,17 @@ int files_check_plain(const struct command_call *call, const char *name) {
     return 0;
 }
 
+int files_check_new(const struct command_call *call, const char *name) {
+    static const char good[] =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_.+=,@";
+    const int error = files_check_plain(call, name);
+    if (error != 0 || name[strspn(name, good)] == '\0') {
+        return error;
+    }
+    return surroundings_refuse(call, ERROR_ARGUMENT,
+                               "NAME may have letters (A-Z, a-z), digits and - _ . + = , @ alone");
+}
+
 int files_open(const struct command_call *call, const char *name) {
     const int error = files_need_directory(call);
     if (error != 0) {

@@ -31,6 +31,10 @@ int files_need_directory(const struct command_call *call);
 /// Refuses what is no plain name of a file or a session: one with / or that begins with a dot.
 int files_check_plain(const struct command_call *call, const char *name);
 
+/// Likewise for one that is to be made, which has to be good for every line and every shell: of
+/// letters, digits and - _ . + = , @ alone.
+int files_check_new(const struct command_call *call, const char *name);
+
 /// The error of a system call that failed for a file, by its errno, with the call's message.
 int files_refuse(const struct command_call *call, const char *name, int number);
 

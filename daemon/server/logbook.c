@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "core/invariant.h"
+#include "daemon/monotonic.h"
 
 static int open_file(const char *path) {
     return open(path, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | O_NOCTTY | O_NONBLOCK, 0640);
@@ -72,12 +73,24 @@ static void write_line(void *cookie, enum hal_log_level level, const char *text)
         return;
     }
     struct timespec now;
+    uint64_t held = 0;
+    char before[64] = "";
     clock_gettime(CLOCK_REALTIME, &now);
     pthread_mutex_lock(&self->lock);
+    const enum flood_answer answer = flood_ask(&self->flood, text, monotonic_now_us() + 1, &held);
+    if (answer == FLOOD_HOLD) {
+        pthread_mutex_unlock(&self->lock);
+        return;
+    }
+    if (held > 0) {
+        snprintf(before, sizeof before, "(after %llu more such lines) ", (unsigned long long)held);
+    } else if (answer == FLOOD_TELL_LAST) {
+        strcpy(before, "(and no more such lines for a while) ");
+    }
     struct logbook_line *line = &self->lines[self->written % LOGBOOK_LINES];
     line->time_us = (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
     line->level = level;
-    snprintf(line->text, sizeof line->text, "%s", text);
+    snprintf(line->text, sizeof line->text, "%s%s", before, text);
     for (char *at = line->text; *at != '\0'; at++) {
         *at = (unsigned char)*at < ' ' || *at == 0x7F ? '?' : *at;
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The log: its last lines in memory, and each line sent to a file or to standard error by the
-/// event loop, so that a full disk or a reader that sleeps stops nobody.
+/// event loop, so that a full disk or a reader that sleeps stops nobody. What comes again and again
+/// is held back (flood.h).
 #ifndef VERGENCE_DAEMON_SERVER_LOGBOOK_H
 #define VERGENCE_DAEMON_SERVER_LOGBOOK_H
 
@@ -9,6 +10,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "daemon/server/flood.h"
 #include "hal/log.h"
 
 #ifdef __cplusplus
@@ -30,7 +32,8 @@ struct logbook {
     uint64_t written;  ///< lines since the start
     uint64_t sent;     ///< of these, to the file
     uint64_t lost;     ///< of these, never sent
-    int level;         ///< the least important that is kept
+    struct flood flood;
+    int level;  ///< the least important that is kept
     int fd;
     const char *path;   ///< "": standard error
     bool systemd;       ///< standard error is the journal: lines begin with <LEVEL>

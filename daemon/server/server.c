@@ -108,11 +108,12 @@ static void open_crew(struct server *self, struct crew *crew, const struct serve
         .store = parts->store,
         .record = parts->record,
         .scribe = parts->scribe,
-        .note_command = parts->note_command,
         .idle_is_next = parts->idle_is_next,
         .cancel_is_next = parts->cancel_is_next,
         .pair_was_taken = parts->pair_was_taken,
         .replay = parts->replay,
+        .put_devices = parts->put_devices,
+        .devices = parts->devices,
         .files_fd = parts->files_fd,
     };
 }

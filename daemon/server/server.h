@@ -53,11 +53,12 @@ struct server_parts {
     const struct hal_store *store;
     struct record *record;
     struct scribe *scribe;
-    void (*note_command)(const char *line);  ///< see struct surroundings
-    bool (*idle_is_next)(void *replay);      ///< see struct surroundings
+    bool (*idle_is_next)(void *replay);  ///< see struct surroundings
     bool (*cancel_is_next)(void *replay);
     void (*pair_was_taken)(void *replay);
     void *replay;
+    void (*put_devices)(void *devices, const struct command_call *call);  ///< as there
+    void *devices;
     int files_fd;
     const struct command *table;
     size_t table_count;

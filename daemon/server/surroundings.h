@@ -38,8 +38,6 @@ struct surroundings {
     struct logbook *logbook;  ///< behind `log`: its last lines
     struct record *record;    ///< in front of the rig's ports; recording when told to
     struct scribe *scribe;    ///< writes for the thread that has the rig, and for no other
-    /// Told each command before it is carried out on the rig, by the thread that has it.
-    void (*note_command)(const char *line);
     /// Of a recording that is played: whether the rig idled here. NULL: none is played.
     bool (*idle_is_next)(void *replay);
     /// Likewise: whether the command that runs was cancelled here.
@@ -47,6 +45,10 @@ struct surroundings {
     /// Of a session that is played: the next pair is to come. NULL: none is played.
     void (*pair_was_taken)(void *replay);
     void *replay;
+    /// Tells of the devices behind the rig's ports, on the rig's thread. NULL: there are none.
+    void (*put_devices)(void *devices, const struct command_call *call);
+    void *devices;
+    uint64_t started_us;            ///< when the daemon was, by its monotonic clock
     const struct hal_store *store;  ///< NULL: nothing can be kept
     struct job *job;                ///< the one that runs, for commands that outlast one run
     int files_fd;  ///< the directory of sessions and other results that clients fetch; -1: none

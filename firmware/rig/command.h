@@ -71,6 +71,8 @@ struct command_call {
     const struct command_reply *reply;
     char *message;  ///< one line for people in case of an error, of the size below; "": none yet
     size_t message_bytes;
+    /// What whoever runs the table has to add to its state; NULL: nothing.
+    void (*put_state)(const struct command_call *call);
     void *surroundings;  ///< of whoever runs the table: files, sessions, configuration
 };
 

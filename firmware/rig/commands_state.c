@@ -72,6 +72,9 @@ int commands_state_status(const struct command_call *call) {
     commands_put_text(call, "state", state_name(rig->state));
     commands_put_text(call, "profile", rig->profile.name);
     put_trouble(call);
+    if (call->put_state != NULL) {
+        call->put_state(call);
+    }
     if (rig->state != RIG_READY) {
         return 0;
     }

@@ -52,7 +52,13 @@ class TwoCameras(DeviceTest):
         self.assertGreater(health["left"]["frames"], 3)
         self.assertEqual(health["right"]["restarts"], 0)
         self.asked("selftest")
-        self.assertTrue(self.asked("bugreport")["size"] > 0)
+        report = self.asked("bugreport")
+        with open(os.path.join(self.files, report["file"]), encoding="utf-8") as file:
+            text = file.read()
+        for part in ("driver: fake", "card: Fake camera", "width: 640 px", "height: 480 px"):
+            self.assertEqual(text.count(part), 2 + (part in ("width: 640 px", "height: 480 px")),
+                             part)
+        self.assertRegex(text, "format: [A-Z]+")
 
     def test_what_webcams_lack_is_refused_in_one_line(self):
         self.serve(self.cameras(), self.profile)

@@ -97,14 +97,21 @@ class Recording(DaemonTest):
         resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE,
                          (os.path.getsize(log) + 1000, unlimited[1]))
         answer = self.first.ask("capture")
-        self.assertEqual(answer, ["ERR FULL full/calls.log: cannot be written: "
-                                  "File too large"])
+        cut = "full/calls.log: cannot be written: File too large"
+        self.assertEqual(answer, [f"ERR FULL {cut}; the recording is cut off: make room on that "
+                                  "disk, \"record stop\", and record anew"])
+        self.assertEqual(self.first.ask("record"), ["recording: full", f"cut_off: {cut}", "OK"])
+        self.assertIn(f"cut_off: {cut}", self.first.ask("status"))
+        lines = "\n".join(self.first.ask("log 10"))
+        self.assertEqual(lines.count(f"error: the recording is cut off: {cut}"), 1, lines)
+        self.assertEqual(lines.count("error: capture: ERR FULL"), 1, lines)
         resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE, unlimited)
         # Room comes back, but what is missing does not: the recording says so until it is ended.
         self.assertEqual(self.first.ask("capture")[0][:8], "ERR FULL")
         self.assertEqual(self.first.ask("record stop")[-1],
                          "ERR FULL full/calls.log: cannot be written: File too large; "
-                         "the recording is cut off there")
+                         "the recording is cut off there; make room on that disk, then do it "
+                         "again")
         # Nobody takes it for whole.
         self.assertNotIn("\nend ", self.index("full"))
         played = self.first.ask("replay full")
@@ -115,6 +122,20 @@ class Recording(DaemonTest):
         self.begin("after")
         self.assertEqual(self.first.ask("record stop")[-1], "OK")
         self.play("after", 1)
+
+    def test_a_recording_that_is_cut_off_at_once(self):
+        """Its first frames do not fit: the bring-up works, and the recording says so."""
+        self.assertEqual(self.first.ask("record start none")[-1], "OK")
+        unlimited = resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE)
+        resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE, (2000, unlimited[1]))
+        self.assertEqual(self.first.ask("bringup")[-1], "OK")
+        self.first.ask("wait 0.2")
+        told = self.first.ask("record")
+        resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE, unlimited)
+        self.assertEqual((told[0], told[1][:9]), ("recording: none", "cut_off: "))
+        self.assertIn("error: the recording is cut off: none/", "\n".join(self.first.ask("log")))
+        self.assertEqual(self.first.ask("record stop")[-1][:8], "ERR FULL")
+        self.assertIn("was cut off before its first command", self.first.ask("replay none")[-1])
 
     def test_a_full_disk_leaves_no_session_without_a_pair(self):
         for command in (*LEAD, "capture good"):

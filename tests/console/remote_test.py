@@ -80,6 +80,26 @@ class Remote(DaemonTest):
                              done.stderr)
             self.assertIn(why, done.stderr)
 
+    def test_a_name_of_any_characters(self):
+        names = ('q"x', "a\\b", 'two "words"', "c\\\"d", "#e")
+        for name in names:
+            with open(os.path.join(self.files, name), "wb") as file:
+                file.write(name.encode())
+            self.addCleanup(os.remove, os.path.join(self.files, name))
+            target = self.path_of("fetched")
+            done = self.vergence("fetch", name, target)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            with open(target, "rb") as file:
+                self.assertEqual(file.read(), name.encode())
+            os.remove(target)
+            with open(self.path_of("sent"), "wb") as file:
+                file.write(name.encode() * 2)
+            self.assertEqual(self.vergence("send", self.path_of("sent"), name).returncode, 0)
+            with open(os.path.join(self.files, name), "rb") as file:
+                self.assertEqual(file.read(), name.encode() * 2)
+        done = self.vergence("fetch", 'x"' * 250, self.path_of("long"))
+        self.assertEqual((done.returncode != 0, done.stderr.count("\n")), (True, 1), done.stderr)
+
     def test_ctrl_c(self):
         process = subprocess.Popen([VERGENCE, "--connect", f"unix:{self.path}", "wait", "100000"],
                                    stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)

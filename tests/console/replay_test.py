@@ -158,9 +158,33 @@ class Replay(DaemonTest):
                               "bugreport", "exposure 8000", "help", "version", "safe", "bringup"])
         self.assertEqual(self.commands_of("noted"), [
             "bringup", "gain", "exposure left", "exposure left", "status", "health",
-            "registers bridge", "registers left", "registers right", "exposure 8000", "safe",
-            "bringup"])
+            "exposure 8000", "safe", "bringup"])  # registers are refused: two cameras have none
         self.assertTrue(self.played("noted")["ok"])
+
+    def test_refused_commands_are_not_played(self):
+        """Why they were refused is not in the recording: a name, another recording, a file."""
+        self.record("refused", ["bringup"], stop=False)
+        for command in ("capture foo", "record start refused", "pan left 3", "zoom 3",
+                        "calibration set nothing", "exposure 1e9", "capture"):
+            ok = self.first.ask(command)[-1] == "OK"
+            self.assertEqual(ok, command == "capture", command)
+        self.assertEqual(self.first.ask("record stop")[-1], "OK")
+        self.assertEqual(self.commands_of("refused"), ["bringup", "capture"])
+        answer = self.played("refused")
+        self.assertTrue(answer["ok"], answer)
+        self.assertEqual((answer["result"]["commands"], answer["result"]["pairs"]), (2, 1))
+
+    def test_pairs_after_another_bringup(self):
+        self.record("twice", ["bringup", "capture", "capture", "bringup", "capture"])
+        numbers = [line.split()[1] for line in lines_of(os.path.join(self.files, "twice"))
+                   if line.startswith("pair ")]
+        self.assertEqual(numbers, ["number=1", "number=2", "number=3"])
+        answer = self.played("twice")
+        self.assertTrue(answer["ok"], answer)
+        # As it was recorded by those who counted from the bring-up.
+        folder = os.path.join(self.files, "twice")
+        write_index(folder, [line.replace("number=3 ", "number=1 ") for line in lines_of(folder)])
+        self.assertTrue(self.played("twice")["ok"])
 
     def test_settings_that_the_recording_does_not_fit(self):
         folder = self.copy("settings")

@@ -12,7 +12,7 @@ from daemon_process import PATIENCE_S, VERGENCED, DaemonTest
 CONTROL = os.path.join(os.environ["VERGENCE_SOURCE"], "tools/simrig/control")
 
 
-class Rig(DaemonTest):
+class RigTest(DaemonTest):
     def setUp(self):
         self.first = self.client()
         answer = self.first.ask_json("bringup")
@@ -28,6 +28,12 @@ class Rig(DaemonTest):
         subprocess.run([CONTROL, f"unix:{self.rig_path}", f"fault {what}"], check=True,
                        timeout=PATIENCE_S, stdout=subprocess.DEVNULL)
 
+    def logged(self):
+        """The lines of the log, without their times."""
+        return [line.lstrip(" -").split(" ", 2)[2] for line in self.first.ask("log 256")[1:-1]]
+
+
+class Rig(RigTest):
     def test_pan(self):
         angles = self.asked("pan both 3.97 -3.97")
         self.assertAlmostEqual(angles["left"], 3.97, delta=0.01)
@@ -74,9 +80,12 @@ class Rig(DaemonTest):
         with open(os.path.join(self.files, report["file"]), encoding="utf-8") as file:
             text = file.read()
         self.assertEqual(len(text), report["size"])
-        for part in ("== version", "== config", "backend: sim", "== health", "== registers right",
+        for part in ("== version", "== system", "date: 20", f"kernel: {os.uname().release}",
+                     "memory_free: ", "disk_free: ", "== config", "backend: sim", "== health", "== registers right",
                      "chip_version: 0x1621", "serving"):
             self.assertIn(part, text)
+        self.assertNotIn(os.uname().nodename, text.split("== config")[0])
+        self.assertLess(self.asked("system")["up"], 3600)
 
     def test_a_cancelled_move_leaves_the_rig_safe_or_ready(self):
         self.first.send("zoom both 800\n")
@@ -113,6 +122,9 @@ class Rig(DaemonTest):
         self.assertEqual(self.asked("record stop"), {"session": "r1", "pairs": 2})
         self.assertEqual(self.asked("record"), {"recording": "nothing"})
         self.assertEqual(len(self.frames_of("r1")) >= 4, True)
+        lines = self.logged()
+        begun = lines.index("notice: the recording r1 begins")
+        self.assertLess(begun, lines.index("notice: the recording r1 has ended"))
         played = self.asked("replay r1")
         self.assertEqual((played["same"], played["commands"], played["pairs"]),
                          ("yes", len(commands), 2))
@@ -135,6 +147,15 @@ class Rig(DaemonTest):
         self.assertEqual(len(self.frames_of("one")), 2)
         self.assertEqual(self.first.ask("capture one")[0][:12], "ERR ARGUMENT")
         self.assertEqual(self.first.ask("capture ../x")[0][:12], "ERR ARGUMENT")
+        before = self.asked("status")["pairs"]
+        for name in ("one", "../x", ".hid", "q\"x", "\"a b\"", "a\\b", "caf\u00e9", "'", "a;b"):
+            for command in ("capture", "record start"):
+                refusal, = self.first.ask(f"{command} {name}")
+                self.assertEqual(refusal[:12], "ERR ARGUMENT", name)
+        self.assertIn("letters (A-Z, a-z), digits and - _ . + = , @ alone",
+                      self.first.ask("capture q\"x")[0])
+        self.assertEqual(self.asked("status")["pairs"], before, "refused before any frame")
+        self.assertEqual(self.first.ask("record"), ["recording: nothing", "OK"])
         other = self.asked("capture - static")
         self.assertRegex(other["session"], "^capture-[0-9]")
         self.assertEqual((answer["pair"], other["pair"]), (1, 1), "of its session")
@@ -151,6 +172,50 @@ class Rig(DaemonTest):
         self.assertIn("state", self.asked("safe"))
         if self.asked("status")["state"] == "safe":
             self.assertEqual(self.first.ask("pan 1")[0][:13], "ERR NOT_READY")
+
+
+class Log(RigTest):
+    def test_the_log_tells_what_went_wrong(self):
+        """Each once: the answer, and the state that it left."""
+        for fault, repair, command, name in (
+                ("lens left zoom jam", "lens left zoom free", "zoom left 700", "JAMMED"),
+                ("camera left unplug", "camera left ok", "capture", "TIMEOUT"),
+                ("bus scl", "bus ok", "pan left 2", "I2C_STUCK"),
+                ("serial silent", "serial ok", "zoom left 400", "TIMEOUT")):
+            self.asked("window 128 96")
+            before = len(self.logged())
+            self.fault(fault)
+            self.addCleanup(self.fault, repair)
+            answer = self.first.ask_json(command)
+            self.assertEqual(answer["error"], name, answer)
+            lines = self.logged()[before:]
+            told = [line for line in lines if answer["message"] in line]
+            self.assertEqual(len(told), 1, (fault, lines))
+            self.assertIn(f"{command}: ERR {name} ", told[0])
+            self.assertTrue(told[0].startswith("error: "), told)
+            state = self.first.ask_json("status")["result"]["state"]
+            self.assertEqual("the instrument is in its safe state: " in told[0], state == "safe")
+            self.fault(repair)
+            self.first.ask("safe")
+            self.asked("bringup")
+            self.assertIn("notice: the instrument is ready: bringup", self.logged()[-1])
+            self.assertIn("safe state: ", "".join(self.logged()[before:]))
+        # What was typed wrong is nobody's fault.
+        before = self.logged()
+        for command in ("zoom 9000", "pan 400", "fly", "capture ../x", "fetch nothing"):
+            self.assertEqual(self.first.ask(command)[-1][:4], "ERR ")
+        self.assertEqual(self.logged(), before)
+
+    def test_what_fails_again_and_again_does_not_fill_the_log(self):
+        self.fault("lens left focus jam")
+        before = len(self.logged())
+        for i in range(12):
+            self.assertEqual(self.first.ask(f"focus left {500 + 100 * (i % 2)}")[-1][:10],
+                             "ERR JAMMED")
+        lines = self.logged()[before:]
+        self.assertEqual(len(lines), 8, lines)
+        self.assertIn("(and no more such lines for a while) ", lines[-1])
+        self.fault("lens left focus free")
 
 
 if __name__ == "__main__":

@@ -91,9 +91,11 @@ TEST_CASE("all kinds of events come back as they went in") {
     CHECK(event->first == 0x20);
     REQUIRE(event->count == 3);
     CHECK(std::memcmp(event->values, values, sizeof values) == 0);
+    std::uint32_t number = 0;
     for (const auto &made : pairs) {
         REQUIRE(session_reader_next(&reader, event.get(), &trouble) == 1);
         CHECK(event->kind == SESSION_PAIR);
+        CHECK(event->pair.number == ++number);
         CHECK(same_pair(reader, *event, made));
     }
     REQUIRE(session_reader_next(&reader, event.get(), &trouble) == 1);

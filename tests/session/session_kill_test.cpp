@@ -159,6 +159,7 @@ void check_what_is_left(const recording &what, const std::string &path, const st
         CHECK((found < told.size() || (one_more && found == told.size())));
         CHECK(same_pair(reader, *event, what.pairs[number]));
         found++;
+        CHECK(event->pair.number == found);
     }
     INFO(std::string(trouble.text));
     CHECK(got == 0);
