@@ -20,6 +20,8 @@ const char *commands_side_name(unsigned side);
 
 /// Begins the sentence of an error in the call's message.
 struct command_text commands_sentence(const struct command_call *call);
+/// Refuses a command of this name, as the rig is not RIG_READY: why, and what to do.
+int commands_not_ready(const struct command_call *call, const char *name);
 
 /// Writes an item.
 void commands_put_number(const struct command_call *call, const char *key, double value,

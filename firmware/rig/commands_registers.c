@@ -53,7 +53,20 @@ static int read_one(const struct command_call *call, int where, const struct ent
         const unsigned side = where == WHERE_LEFT ? RIG_LEFT : RIG_RIGHT;
         error = mt9t001_read(&rig->sensor[side], entry->index, &value);
     }
-    return error != 0 ? error : put_value(call, entry->name, value);
+    if (error == 0) {
+        return put_value(call, entry->name, value);
+    }
+    static const char *const devices[] = {
+        [WHERE_BRIDGE] = "bridge", [WHERE_LEFT] = "left sensor", [WHERE_RIGHT] = "right sensor"};
+    struct command_text sentence = commands_sentence(call);
+    command_text_add(&sentence, "registers: ");
+    command_text_add(&sentence, entry->name);
+    command_text_add(&sentence, " of the ");
+    command_text_add(&sentence, devices[where]);
+    command_text_add(&sentence, " cannot be read: ");
+    command_text_add(&sentence, error_text(error));
+    command_text_add(&sentence, "; \"health\" looks at every part");
+    return error;
 }
 
 /// Whether reading tells something: not of registers that only take writes.

@@ -164,7 +164,12 @@ int commands_state_health(const struct command_call *call) {
         put_watchdog(call);
     }
     put_cameras(call);
-    return error;
+    if (rig->state != RIG_SAFE) {
+        return error;
+    }
+    // What brought it there, when that was a failure; it may have been this look.
+    const bool failed = rig->trouble.error != 0 && rig->health[rig->trouble.part].error != 0;
+    return failed ? rig->trouble.error : commands_not_ready(call, "health");
 }
 
 int commands_state_bringup(const struct command_call *call) {

@@ -344,6 +344,7 @@ static void bring_up_sources(struct rig *self, struct finding *finding) {
 
 static void forget(struct rig *self) {
     self->trouble = (struct rig_trouble){.error = ERROR_OK};
+    self->refusal = self->trouble;
     for (int part = 0; part < RIG_PARTS; part++) {
         self->health[part] = (struct rig_part_health){.present = false};
     }
