@@ -240,6 +240,23 @@ class OneLens(DeviceTest):
 
 
 class FullRig(DeviceTest):
+    def test_all_that_is_missing_is_listed(self):
+        lens = self.place("none")
+        self.serve("", "profile=rig", "reset_line=3", f"lens_uart={lens}")
+        answer = self.first.ask_json("bringup")
+        whys = {part["part"]: part["why"] for part in answer["result"]["parts"]}
+        self.assertEqual(whys.pop("bridge's reset line")[:46],
+                         "gpio_chip = /dev/gpiochip0: line 3 of /dev/gpi")
+        missing = {"FPGA bridge": f"i2c = /dev/i2c-1: {NOT_THERE}",
+                   "left camera": f"left_camera = /dev/video0: {NOT_THERE}",
+                   "left lens": f"lens_uart = {lens}: {NOT_THERE}",
+                   "right lens": f"lens_uart = {lens}: {NOT_THERE}"}
+        self.assertEqual(whys, missing)
+        self.assert_said(f"left camera: left_camera = /dev/video0: {NOT_THERE}\n")
+        self.assertIn("- part FPGA bridge, state the device is missing, has gone, or is not the "
+                      f"expected one, why i2c = /dev/i2c-1: {NOT_THERE}",
+                      [line.strip() for line in self.first.ask("bringup")])
+
     def test_what_is_missing_has_its_setting(self):
         self.serve("i2c /dev/i2c-1 0x10\n" + self.cameras(), "profile=rig", "i2c=/dev/i2c-7",
                    "reset_line=3", f"lens_uart={self.place('none')}")
