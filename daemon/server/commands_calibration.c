@@ -144,7 +144,8 @@ static const struct command_argument arguments[] = {
      .least = 1,
      .most = FILES_NAME_MAX,
      .optional = true,
-     .help = "the calibration to be set, one of the instrument's files"},
+     .help = "the calibration to be set, one of the instrument's files",
+     .candidates = files_candidates_file},
 };
 
 static const struct command commands[] = {

@@ -128,7 +128,8 @@ static const struct command_argument files_arguments[] = {
      .least = 1,
      .most = FILES_NAME_MAX,
      .optional = true,
-     .help = "one of those that are listed without it"},
+     .help = "one of those that are listed without it",
+     .candidates = files_candidates_directory},
 };
 
 static const struct command_argument fetch_arguments[] = {
@@ -136,7 +137,8 @@ static const struct command_argument fetch_arguments[] = {
      .kind = COMMAND_TEXT,
      .least = 1,
      .most = FILES_NAME_MAX,
-     .help = "of a file, with its directories"},
+     .help = "of a file, with its directories",
+     .candidates = files_candidates_file},
     {.name = "OFFSET",
      .kind = COMMAND_INTEGER,
      .unit = "bytes",

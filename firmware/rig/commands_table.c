@@ -85,14 +85,15 @@ static const struct command_argument window_arguments[] = {
 static const struct command_argument registers_arguments[] = {
     {.name = "WHERE",
      .kind = COMMAND_CHOICE,
-     .choices = "bridge left right",
+     .choices = COMMANDS_REGISTERS_WHERE,
      .help = "the FPGA bridge, or the sensor of a camera"},
     {.name = "NAME",
      .kind = COMMAND_TEXT,
      .least = 1,
      .most = 40,
      .optional = true,
-     .help = "or index of a register; all that have a name when left out"},
+     .help = "or index of a register; all that have a name when left out",
+     .candidates = commands_registers_candidates},
 };
 
 static const struct command_argument wait_arguments[] = {
