@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What Tab may fill in: names of commands, choices of arguments, and what arguments name, as far as
-/// the table of commands knows.
+/// What Tab may fill in: names of commands, choices of arguments, and what arguments name, as far
+/// as the table of commands knows.
 #ifndef VERGENCE_DAEMON_SERVER_COMPLETION_H
 #define VERGENCE_DAEMON_SERVER_COMPLETION_H
 

@@ -57,8 +57,8 @@ int rig_profile_named(const char *name, struct rig_profile *profile);
 /// play, how exact. A V1LC counts 136 from end to end, a V3LC 550.
 void rig_profile_set_lenses(struct rig_profile *profile, enum rig_profile_lenses lenses);
 
-/// What is wrong with a profile: a field, and the range that it would have to be in. Fields are named
-/// as the settings of the daemon are, without their "rig.". Static storage.
+/// What is wrong with a profile: a field, and the range that it would have to be in. Fields are
+/// named as the settings of the daemon are, without their "rig.". Static storage.
 struct rig_profile_flaw {
     const char *field;
     int32_t least, most;

@@ -198,7 +198,8 @@ int rig_lens_limits(struct rig *self, unsigned side, enum lens_axis axis,
                     struct lens_limits *limits);
 
 /// Exposure (1 .. RIG_EXPOSURE_MOST_US) and gain of one or both cameras (`sides` as above);
-/// `*applied`: what was nearest. ERROR_RANGE and ERROR_UNSUPPORTED of a camera: `refusal` says more.
+/// `*applied`: what was nearest. ERROR_RANGE and ERROR_UNSUPPORTED of a camera: `refusal` says
+/// more.
 int rig_exposure(struct rig *self, unsigned sides, uint32_t exposure_us, uint32_t *applied_us);
 int rig_gain(struct rig *self, unsigned sides, uint16_t gain_q3, uint16_t *applied_q3);
 

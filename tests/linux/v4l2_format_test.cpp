@@ -83,9 +83,10 @@ TEST_CASE("the best of a camera's formats is taken") {
     REQUIRE(camera.start(kWidth * 2, kHeight * 2) == ERROR_OK);
     CHECK(std::string(camera.camera.stream.format->name) == "GREY");
     CHECK(camera.start(kWidth * 3, kHeight) == ERROR_UNSUPPORTED);
-    CHECK(camera.log.lines.back() ==
-          "3 camera /dev/video0: it has no frames of 114 x 24 that we read; the nearest are 38 x 24 "
-          "(v4l2-ctl --list-formats-ext shows all)");
+    CHECK(
+        camera.log.lines.back() ==
+        "3 camera /dev/video0: it has no frames of 114 x 24 that we read; the nearest are 38 x 24 "
+        "(v4l2-ctl --list-formats-ext shows all)");
     CHECK(camera.start(0, kHeight) == ERROR_UNSUPPORTED);
     REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
 }
