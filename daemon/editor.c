@@ -233,7 +233,7 @@ static size_t keep_matching(char *words, const char *begun, size_t begun_bytes, 
 }
 
 static void complete(struct editor *self) {
-    char before[EDITOR_LINE_BYTES];
+    char typed[EDITOR_LINE_BYTES];
     // One more for the blank behind the last word.
     char words[EDITOR_WORDS_BYTES + 1] = "";
     const size_t start = word_start(self);
@@ -242,16 +242,18 @@ static void complete(struct editor *self) {
         bell(self);
         return;
     }
-    snprintf(before, sizeof before, "%.*s", (int)start, self->line);
-    self->complete(self->self, before, words);
+    snprintf(typed, sizeof typed, "%.*s", (int)self->cursor, self->line);
+    self->complete(self->self, typed, words);
     size_t shared = 0;
     const size_t count = keep_matching(words, self->line + start, begun, &shared);
     INVARIANT(count == 0 || shared >= begun);
     if (count == 0) {
         bell(self);
     } else if (count == 1) {
+        INVARIANT(shared > 0);
+        const bool whole = words[shared - 1] != '/';
         words[shared] = ' ';
-        insert(self, words + begun, shared - begun + 1);
+        insert(self, words + begun, shared - begun + whole);
     } else if (shared > begun) {
         insert(self, words + begun, shared - begun);
     } else {

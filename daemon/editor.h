@@ -33,9 +33,10 @@ enum editor_event {
 struct editor {
     /// Bytes for the terminal.
     void (*send)(void *self, const char *data, size_t bytes);
-    /// The words that may stand where the cursor is, after `before`, with blanks between, in
-    /// `words` (EDITOR_WORDS_BYTES). NULL: no completion.
-    void (*complete)(void *self, const char *before, char *words);
+    /// The words that may stand where `typed`, the line up to the cursor, ends, with blanks
+    /// between, in `words` (EDITOR_WORDS_BYTES). One that ends in / is to be gone on with. NULL: no
+    /// completion.
+    void (*complete)(void *self, const char *typed, char *words);
     void *self;
     const char *prompt;
     size_t columns;

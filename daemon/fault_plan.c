@@ -135,7 +135,7 @@ int fault_plan_parse(struct fault_plan *self, const char *script, struct message
             if (strncmp(text, "seed=", 5) == 0) {
                 wrong = parse_seed(text + 5, &plan.random);
             } else if (plan.count == FAULT_PLAN_RULES) {
-                return message_set(message, ERROR_RANGE, "faults: there can be at most %d rules",
+                return message_set(message, ERROR_RANGE, "there can be at most %d rules",
                                    FAULT_PLAN_RULES);
             } else {
                 wrong = parse_rule(text, &plan.rules[plan.count++]);

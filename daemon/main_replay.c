@@ -46,7 +46,8 @@ static const struct command_argument replay_arguments[] = {
      .kind = COMMAND_TEXT,
      .least = 1,
      .most = FILES_NAME_MAX,
-     .help = "one that was recorded by \"record\""},
+     .help = "one that was recorded by \"record\"",
+     .candidates = files_candidates_session},
 };
 
 static const struct command commands[] = {

@@ -17,7 +17,6 @@ enum { AHEAD_BYTES = 256, CTRL_C = 3 };
 struct terminal {
     struct remote *remote;
     struct editor editor;
-    char names[EDITOR_WORDS_BYTES];
     char ahead[AHEAD_BYTES];  ///< typed while a command ran
     size_t ahead_bytes;
     bool ended;
@@ -51,60 +50,42 @@ static void show(struct remote *remote, void *cookie, const char *text) {
     fflush(stdout);
 }
 
+static void tell_refusal(struct remote *remote, void *cookie, const char *text) {
+    (void)remote;
+    (void)cookie;
+    if (strncmp(text, "ERR ", 4) == 0) {
+        fprintf(stderr, "%s\n", text);
+    }
+}
+
 static void send_to_screen(void *cookie, const char *data, size_t bytes) {
     (void)cookie;
     fwrite(data, 1, bytes, stdout);
     fflush(stdout);
 }
 
-static void add_name(struct remote *remote, void *cookie, const char *text) {
-    char *names = cookie;
-    const size_t length = strlen(names);
-    const char *colon = strchr(text, ':');
+static void keep_words(struct remote *remote, void *cookie, const char *text) {
     (void)remote;
-    if (strncmp(text, "ERR ", 4) == 0) {
-        fprintf(stderr, "%s\n", text);
-        return;
-    }
-    if (colon != NULL && text[0] != ' ' &&
-        length + (size_t)(colon - text) + 2 < EDITOR_WORDS_BYTES) {
-        snprintf(names + length, EDITOR_WORDS_BYTES - length, "%s%.*s", length > 0 ? " " : "",
-                 (int)(colon - text), text);
+    if (strncmp(text, "words: ", 7) == 0) {
+        snprintf(cookie, EDITOR_WORDS_BYTES, "%s", text + 7);
     }
 }
 
-/// The choices of the argument at `place`, from what `help COMMAND` says.
-struct choices {
-    int place, at;
-    char *words;
-};
-
-static void add_choices(struct remote *remote, void *cookie, const char *text) {
-    struct choices *self = cookie;
-    (void)remote;
-    // Arguments are in capitals: "SIDE:", their choices in a line below.
-    self->at += text[0] >= 'A' && text[0] <= 'Z' && text[strlen(text) - 1] == ':';
-    if (self->at == self->place && strncmp(text, "  choices: ", 11) == 0) {
-        snprintf(self->words, EDITOR_WORDS_BYTES, "%s", text + 11);
-    }
-}
-
-static void complete(void *cookie, const char *before, char *words) {
+/// The daemon knows what there is.
+static void complete(void *cookie, const char *typed, char *words) {
     struct terminal *self = cookie;
-    char command[EDITOR_LINE_BYTES + 8];
-    char name[64];
-    int used = 0;
-    if (sscanf(before, " %63s%n", name, &used) < 1 || strcmp(name, "help") == 0) {
-        strcpy(words, self->names);
-        return;
+    char command[2 * EDITOR_LINE_BYTES + 16] = "complete \"";
+    size_t at = strlen(command);
+    for (; *typed != '\0'; typed++) {
+        if (*typed == '"' || *typed == '\\') {
+            command[at++] = '\\';
+        }
+        command[at++] = *typed;
     }
-    struct choices choices = {.place = 1, .words = words};
-    for (const char *at = before + used; *at != '\0'; at++) {
-        choices.place += *at != ' ' && at[1] == ' ';
-    }
+    command[at++] = '"';
+    command[at] = '\0';
     struct message message;
-    snprintf(command, sizeof command, "help %s", name);
-    remote_ask(self->remote, command, add_choices, &choices, &message);
+    remote_ask(self->remote, command, keep_words, words, &message);
 }
 
 /// Carries out a line. False: the end.
@@ -176,7 +157,7 @@ int remote_terminal(struct remote *remote) {
     struct message message;
     INVARIANT(!remote->json);
     *self = (struct terminal){.remote = remote};
-    const int heard = remote_ask(remote, "help", add_name, self->names, &message);
+    const int heard = remote_ask(remote, "version", tell_refusal, NULL, &message);
     if (heard < 0) {
         fprintf(stderr, "vergence: %s\n", message.text);
     }

@@ -25,11 +25,16 @@ static speed_t speed_of(uint32_t baud) {
     return B0;
 }
 
+bool serial_device_has_speed(uint32_t baud) {
+    return speed_of(baud) != B0;
+}
+
 int serial_device_open(const char *device, uint32_t baud, struct message *message) {
     const speed_t speed = speed_of(baud);
     if (speed == B0) {
-        return message_set(message, ERROR_ARGUMENT, "%s: there is no speed of %u baud", device,
-                           (unsigned)baud);
+        return message_set(message, ERROR_ARGUMENT,
+                           "%s: there is no speed of %u baud; there are " SERIAL_DEVICE_SPEEDS,
+                           device, (unsigned)baud);
     }
     const int fd = open(device, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     struct termios settings;

@@ -3,6 +3,7 @@
 #ifndef VERGENCE_DAEMON_SERIAL_DEVICE_H
 #define VERGENCE_DAEMON_SERIAL_DEVICE_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "daemon/message.h"
@@ -10,6 +11,11 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/// The speeds that there are, in baud, for people.
+#define SERIAL_DEVICE_SPEEDS "9600, 19200, 38400, 57600, 115200, 230400, 460800 and 921600 baud"
+/// Whether a speed is one of them.
+bool serial_device_has_speed(uint32_t baud);
 
 /// Opens a serial line: raw, 8N1, without flow control, not blocking, and not the process's
 /// controlling terminal. The descriptor (>= 0), or ERROR_ARGUMENT (no such speed), ERROR_DEVICE (it

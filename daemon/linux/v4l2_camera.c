@@ -106,10 +106,7 @@ static int start(void *opaque, const struct hal_camera_format *format) {
     }
     if (error != ERROR_OK) {
         self->gone = self->gone || error == ERROR_DEVICE;
-        // That it has no such frames is for whoever chose them to say.
-        if (error != ERROR_UNSUPPORTED) {
-            self->refused = self->stream.trouble;
-        }
+        self->refused = self->stream.trouble;
         tell(self, HAL_LOG_ERROR, self->stream.trouble.text);
         return error;
     }

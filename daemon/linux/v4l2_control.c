@@ -83,6 +83,17 @@ static int raw_value(enum hal_camera_control control, const struct v4l2_queryctr
     return ERROR_OK;
 }
 
+/// Of an exposure that is too short or too long; nobody asks for parts that are out of range.
+static void tell_nearest(enum hal_camera_control control, const struct v4l2_queryctrl *range,
+                         int32_t value, int32_t *nearest) {
+    const int64_t least = range->minimum > 0 ? range->minimum : 1;
+    const int64_t units = value < least * EXPOSURE_UNIT_US ? least : range->maximum;
+    const int64_t nearest_us = units * EXPOSURE_UNIT_US;
+    if (control == HAL_CAMERA_EXPOSURE_US && nearest_us > 0 && nearest_us <= INT32_MAX) {
+        *nearest = (int32_t)nearest_us;
+    }
+}
+
 int v4l2_control_set(int fd, enum hal_camera_control control, int32_t value, int32_t *applied) {
     INVARIANT(fd >= 0 && (size_t)control < sizeof controls / sizeof controls[0]);
     const struct control *entry = &controls[control];
@@ -96,6 +107,7 @@ int v4l2_control_set(int fd, enum hal_camera_control control, int32_t value, int
     struct v4l2_control now = {.id = entry->id};
     int error = raw_value(control, &range, value, &now.value);
     if (error != ERROR_OK) {
+        tell_nearest(control, &range, value, applied);
         return error;
     }
     error = write_if_there(fd, entry->automatic_id, entry->manual);

@@ -88,9 +88,10 @@ static bool is_layout_possible(const struct v4l2_pixels *format,
              (uint64_t)pix->bytesperline * (pix->height - 1) + row <= pix->sizeimage));
 }
 
-/// Asks the camera for frames of this kind. False when it has none; errno is 0 then, or the error.
+/// Asks the camera for frames of this kind. False when it has none; errno is 0 then, or the error;
+/// `*nearest` is the size that it would have, where it says one.
 static bool set_format(struct v4l2_stream *self, const struct v4l2_pixels *format,
-                       const struct hal_camera_format *wanted) {
+                       const struct hal_camera_format *wanted, struct hal_camera_format *nearest) {
     struct v4l2_format request = {.type = V4L2_BUF_TYPE_VIDEO_CAPTURE};
     struct v4l2_pix_format *pix = &request.fmt.pix;
     pix->width = wanted->width_px;
@@ -103,9 +104,13 @@ static bool set_format(struct v4l2_stream *self, const struct v4l2_pixels *forma
         return false;
     }
     errno = 0;
-    if (pix->pixelformat != format->fourcc || pix->width != wanted->width_px ||
-        pix->height != wanted->height_px || pix->field != V4L2_FIELD_NONE ||
+    if (pix->pixelformat != format->fourcc || pix->field != V4L2_FIELD_NONE || pix->width == 0 ||
+        pix->width > UINT16_MAX || pix->height == 0 || pix->height > UINT16_MAX ||
         !is_layout_possible(format, pix)) {
+        return false;
+    }
+    if (pix->width != wanted->width_px || pix->height != wanted->height_px) {
+        *nearest = (struct hal_camera_format){(uint16_t)pix->width, (uint16_t)pix->height};
         return false;
     }
     self->format = format;
@@ -240,9 +245,10 @@ int v4l2_stream_start(struct v4l2_stream *self, const struct hal_camera_format *
                             "it has no frames of %u x %u in a format that we read (v4l2-ctl "
                             "--list-formats-ext shows what it has)",
                             format->width_px, format->height_px);
+    struct hal_camera_format nearest = {0, 0};
     const struct v4l2_pixels *pixels = NULL;
     for (unsigned i = 0; (pixels = v4l2_pixels_format(i)) != NULL; i++) {
-        if (set_format(self, pixels, format)) {
+        if (set_format(self, pixels, format, &nearest)) {
             self->frame_us = frame_time_us(self);
             error = v4l2_stream_on(self);
             // A format with fewer bytes may still fit onto the bus.
@@ -254,6 +260,12 @@ int v4l2_stream_start(struct v4l2_stream *self, const struct hal_camera_format *
                                                 "another program uses it; end that first")
                                   : fail(self, "S_FMT");
         }
+    }
+    if (error == ERROR_UNSUPPORTED && nearest.width_px != 0) {
+        message_set(&self->trouble, error,
+                    "it has no frames of %u x %u that we read; the nearest are %u x %u (v4l2-ctl "
+                    "--list-formats-ext shows all)",
+                    format->width_px, format->height_px, nearest.width_px, nearest.height_px);
     }
     return error == ERROR_FULL ? ERROR_IO : error;
 }

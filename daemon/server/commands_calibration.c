@@ -48,6 +48,12 @@ static int parse(const struct command_call *call, const char *name, const char *
                                fault.reason[0] != '\0' ? ": " : "", fault.reason);
 }
 
+static int refuse_store(const struct command_call *call, const char *what, int error) {
+    return surroundings_refuse(call, error,
+                               "calibration: it cannot be %s in the directory \"store\": %s", what,
+                               error_text(error));
+}
+
 static int run_show(const struct command_call *call) {
     const struct hal_store *store = surroundings_of(call)->store;
     char text[CALIBRATION_TEXT_MAX_BYTES];
@@ -59,10 +65,11 @@ static int run_show(const struct command_call *call) {
         return surroundings_refuse(call, error,
                                    "there is no calibration: \"calibration set FILE\" first");
     }
-    if (error == 0) {
-        INVARIANT(length <= sizeof text);
-        error = parse(call, SURROUNDINGS_CALIBRATION, text, length, &calibration);
+    if (error != 0) {
+        return refuse_store(call, "read", error);
     }
+    INVARIANT(length <= sizeof text);
+    error = parse(call, SURROUNDINGS_CALIBRATION, text, length, &calibration);
     if (error == 0) {
         show(call, &calibration);
     }
@@ -85,14 +92,25 @@ static int run_set(const struct command_call *call) {
         return surroundings_refuse(call, ERROR_SYNTAX, "%s: is no calibration of Vergence", name);
     }
     int error = parse(call, name, text, (size_t)length, &calibration);
-    if (error == 0) {
-        error = around->store->operations->save(around->store->self, SURROUNDINGS_CALIBRATION, text,
-                                                (size_t)length);
+    if (error != 0) {
+        return error;
     }
-    if (error == 0) {
-        show(call, &calibration);
+    error = around->store->operations->save(around->store->self, SURROUNDINGS_CALIBRATION, text,
+                                            (size_t)length);
+    if (error != 0) {
+        return refuse_store(call, "kept", error);
     }
-    return error;
+    show(call, &calibration);
+    return 0;
+}
+
+static int run_forget(const struct command_call *call) {
+    const struct hal_store *store = surroundings_of(call)->store;
+    const int error = store->operations->remove(store->self, SURROUNDINGS_CALIBRATION);
+    if (error == ERROR_MISSING) {
+        return surroundings_refuse(call, error, "calibration forget: none is kept");
+    }
+    return error == 0 ? 0 : refuse_store(call, "removed", error);
 }
 
 static int run_calibration(const struct command_call *call) {
@@ -106,10 +124,13 @@ static int run_calibration(const struct command_call *call) {
         return surroundings_refuse(call, ERROR_MISSING,
                                    "calibration: FILE is missing: expected is one of \"files\"");
     }
-    if (what == FORGET) {
-        return store->operations->remove(store->self, SURROUNDINGS_CALIBRATION);
+    if (what != SET && call->values[1].given) {
+        return surroundings_refuse(
+            call, ERROR_ARGUMENT,
+            "calibration: FILE \"%s\" is too much; it goes with \"set\" alone",
+            call->values[1].text);
     }
-    return what == SET ? run_set(call) : run_show(call);
+    return what == SET ? run_set(call) : what == FORGET ? run_forget(call) : run_show(call);
 }
 
 static const struct command_argument arguments[] = {
@@ -123,7 +144,8 @@ static const struct command_argument arguments[] = {
      .least = 1,
      .most = FILES_NAME_MAX,
      .optional = true,
-     .help = "the calibration to be set, one of the instrument's files"},
+     .help = "the calibration to be set, one of the instrument's files",
+     .candidates = files_candidates_file},
 };
 
 static const struct command commands[] = {

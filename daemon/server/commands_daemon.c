@@ -6,6 +6,8 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/editor.h"
+#include "daemon/server/completion.h"
 #include "daemon/server/config.h"
 #include "daemon/server/item.h"
 #include "daemon/server/job.h"
@@ -147,13 +149,44 @@ static int run_quit(const struct command_call *call) {
     return 0;
 }
 
+static int run_complete(const struct command_call *call) {
+    static _Thread_local char words[EDITOR_WORDS_BYTES];
+    completion_words(surroundings_of(call), call->values[0].text, words, sizeof words);
+    if (words[0] != '\0') {
+        item_text(call, "words", words);
+    }
+    return 0;
+}
+
+static void add_commands(const struct command_candidates *to) {
+    const struct surroundings *around = to->surroundings;
+    for (size_t i = 0; i < around->table_count; i++) {
+        to->add(to->self, around->table[i].name);
+    }
+}
+
+static void add_keys(const struct command_candidates *to) {
+    for (size_t i = 0; i < config_key_count(); i++) {
+        to->add(to->self, config_key_name(i));
+    }
+}
+
+static const struct command_argument complete_arguments[] = {
+    {.name = "LINE",
+     .kind = COMMAND_TEXT,
+     .least = 0,
+     .most = 400,
+     .help = "what was typed of a line, in quotes"},
+};
+
 static const struct command_argument help_arguments[] = {
     {.name = "COMMAND",
      .kind = COMMAND_TEXT,
      .least = 1,
      .most = 32,
      .optional = true,
-     .help = "one of them; all are listed when left out"},
+     .help = "one of them; all are listed when left out",
+     .candidates = add_commands},
 };
 
 static const struct command_argument config_arguments[] = {
@@ -162,7 +195,8 @@ static const struct command_argument config_arguments[] = {
      .least = 1,
      .most = 60,
      .optional = true,
-     .help = "one setting; all are shown when left out"},
+     .help = "one setting; all are shown when left out",
+     .candidates = add_keys},
 };
 
 static const struct command_argument log_arguments[] = {
@@ -186,7 +220,8 @@ static const struct command_argument watch_arguments[] = {
      .kind = COMMAND_TEXT,
      .least = 1,
      .most = 400,
-     .help = "what is repeated; in quotes when it has arguments"},
+     .help = "what is repeated; in quotes when it has arguments",
+     .candidates = add_commands},
     {.name = "COUNT",
      .kind = COMMAND_INTEGER,
      .least = 1,
@@ -204,6 +239,13 @@ static const struct command commands[] = {
      .argument_count = 1,
      .flags = COMMAND_NO_RIG,
      .run = run_help},
+    {.name = "complete",
+     .summary = "list the words with which a line may go on, as Tab does",
+     .help = "For terminals. Words that end in / go on.",
+     .arguments = complete_arguments,
+     .argument_count = 1,
+     .flags = COMMAND_NO_RIG,
+     .run = run_complete},
     {.name = "version",
      .summary = "which version and build of the daemon this is",
      .help = "The build is what git describe said.",

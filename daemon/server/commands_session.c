@@ -387,6 +387,11 @@ static int run_record(const struct command_call *call) {
     if (call->values[0].choice == START) {
         return start_recording(call);
     }
+    if (call->values[1].given) {
+        return surroundings_refuse(call, ERROR_ARGUMENT,
+                                   "record: NAME \"%s\" is too much; it goes with \"start\" alone",
+                                   call->values[1].text);
+    }
     if (!session.recording) {
         return surroundings_refuse(call, ERROR_ARGUMENT, "record: nothing is being recorded");
     }

@@ -7,31 +7,64 @@
 #include "rig/command_text.h"
 #include "rig/command_words.h"
 
-static void add_names(const struct command *table, size_t count, struct command_text *list) {
-    for (size_t i = 0; i < count; i++) {
-        command_text_add(list, i > 0 ? " " : "");
-        command_text_add(list, table[i].name);
+/// The list that is made.
+struct list {
+    struct command_text text;
+    const char *begun;
+};
+
+static void add(void *cookie, const char *word) {
+    struct list *self = cookie;
+    const size_t length = strlen(word);
+    if (strncmp(word, self->begun, strlen(self->begun)) != 0 || length == 0 ||
+        strpbrk(word, " \t\"#") != NULL || self->text.length + length + 2 > self->text.bytes) {
+        return;
+    }
+    command_text_add(&self->text, self->text.length > 0 ? " " : "");
+    command_text_add(&self->text, word);
+}
+
+static void add_choices(struct list *list, const char *choices) {
+    char word[COMMAND_CHOICE_MAX];
+    for (int i = 0; command_words_choice_at(choices, i, word); i++) {
+        add(list, word);
     }
 }
 
-void completion_words(const struct command *table, size_t count, const char *before, char *words,
+void completion_words(const struct surroundings *around, const char *typed, char *words,
                       size_t bytes) {
-    struct command_text list = command_text_begin(words, bytes);
+    struct list list = {command_text_begin(words, bytes), typed};
+    char before[COMMAND_LINE_MAX + 1];
     char storage[COMMAND_LINE_MAX + 1];
     const char *found[COMMAND_WORDS_MAX];
-    size_t word_count = 0;
+    size_t count = 0;
     const char *why = NULL;
-    if (command_words_split(before, storage, found, &word_count, &why) != 0) {
+    const char *blank = strrchr(typed, ' ');
+    const size_t before_bytes = blank == NULL ? 0 : (size_t)(blank + 1 - typed);
+    list.begun += before_bytes;
+    if (before_bytes >= sizeof before) {
         return;
     }
-    if (word_count == 0 || (word_count == 1 && strcmp(found[0], "help") == 0)) {
-        add_names(table, count, &list);
+    memcpy(before, typed, before_bytes);
+    before[before_bytes] = '\0';
+    if (command_words_split(before, storage, found, &count, &why) != 0) {
         return;
     }
-    const struct command *command = command_find(table, count, found[0]);
-    const size_t place = word_count - 1;
-    if (command != NULL && place < command->argument_count &&
-        command->arguments[place].kind == COMMAND_CHOICE) {
-        command_text_add(&list, command->arguments[place].choices);
+    if (count == 0) {
+        for (size_t i = 0; i < around->table_count; i++) {
+            add(&list, around->table[i].name);
+        }
+        return;
+    }
+    const struct command *command = command_find(around->table, around->table_count, found[0]);
+    if (command == NULL || count > command->argument_count) {
+        return;
+    }
+    const struct command_argument *argument = &command->arguments[count - 1];
+    const struct command_candidates candidates = {list.begun, found, count, around, add, &list};
+    if (argument->kind == COMMAND_CHOICE) {
+        add_choices(&list, argument->choices);
+    } else if (argument->candidates != NULL) {
+        argument->candidates(&candidates);
     }
 }

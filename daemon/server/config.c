@@ -6,11 +6,12 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/server/config_check.h"
 #include "daemon/server/config_keys.h"
 #include "hal/log.h"
 #include "rig/command_words.h"
 
-enum { FILE_BYTES_MAX = 65536, LINE_BYTES = 512, KEYS_MAX = 128 };
+enum { FILE_BYTES_MAX = 65536, LINE_BYTES = 512 };
 
 void config_defaults(struct config *config) {
     *config = (struct config){
@@ -101,6 +102,16 @@ static int set_text(struct config *config, const struct config_key *key, const c
     return 0;
 }
 
+/// unix:PATH or tcp:HOST:PORT.
+static bool is_place_of_rig(const char *place) {
+    if (strncmp(place, "tcp:", 4) != 0) {
+        return strncmp(place, "unix:", 5) == 0 && place[5] != '\0';
+    }
+    const char *host = place + 4;
+    const char *colon = strrchr(host, ':');
+    return colon != NULL && colon != host && colon[1] != '\0';
+}
+
 static int set_backend(struct config *config, const char *value, struct message *message) {
     static const struct {
         const char *word;
@@ -116,7 +127,8 @@ static int set_backend(struct config *config, const char *value, struct message 
             continue;
         }
         const char *place = value + bytes + strspn(value + bytes, " \t");
-        if ((*place != '\0') != backends[i].place || strlen(place) >= CONFIG_TEXT_BYTES) {
+        if ((*place != '\0') != backends[i].place || strlen(place) >= CONFIG_TEXT_BYTES ||
+            (backends[i].backend == CONFIG_BACKEND_SIM && !is_place_of_rig(place))) {
             break;
         }
         config->backend = backends[i].backend;
@@ -226,7 +238,7 @@ static int parse_line(struct config *config, char *line, int number, int *lines,
     }
     size_t count = 0;
     const struct config_key *keys = config_keys(&count);
-    INVARIANT(count <= KEYS_MAX);
+    INVARIANT(count <= CONFIG_KEYS_MAX);
     for (size_t i = 0; i < count; i++) {
         if (strcmp(keys[i].name, name) != 0) {
             continue;
@@ -255,7 +267,7 @@ static int at_line(const char *name, int line, int error, struct message *messag
 
 int config_parse(struct config *config, const char *name, const char *text, size_t length,
                  struct message *message) {
-    int lines[KEYS_MAX] = {0};
+    int lines[CONFIG_KEYS_MAX] = {0};
     int number = 0;
     for (size_t at = 0; at < length;) {
         const char *end = memchr(text + at, '\n', length - at);
@@ -278,68 +290,13 @@ int config_parse(struct config *config, const char *name, const char *text, size
             return at_line(name, number, error, message);
         }
     }
-    const int error = config_check(config, message);
-    if (error == 0) {
-        return 0;
+    int line = 0;
+    const int error = config_check_lines(config, lines, &line, message);
+    if (error == 0 || line != 0) {
+        return error == 0 ? 0 : at_line(name, line, error, message);
     }
-    // The line that set the key that the message begins with, if one did.
-    size_t count = 0;
-    const struct config_key *keys = config_keys(&count);
-    for (size_t i = 0; i < count; i++) {
-        const size_t bytes = strlen(keys[i].name);
-        if (lines[i] != 0 && strncmp(message->text, keys[i].name, bytes) == 0 &&
-            message->text[bytes] == ' ') {
-            return at_line(name, lines[i], error, message);
-        }
-    }
-    struct message inner = *message;
+    const struct message inner = *message;
     return message_set(message, error, "%s: %.900s", name, inner.text);
-}
-
-/// The key of a field of the profile: the first that begins with its name.
-static const char *profile_key(const char *field) {
-    size_t count = 0;
-    const struct config_key *keys = config_keys(&count);
-    for (size_t i = 0; i < count; i++) {
-        if (strncmp(keys[i].name, "rig.", 4) == 0 &&
-            strncmp(keys[i].name + 4, field, strlen(field)) == 0) {
-            return keys[i].name;
-        }
-    }
-    return "profile";
-}
-
-int config_check(const struct config *config, struct message *message) {
-    const struct rig_profile *profile = &config->profile;
-    const char *what = "";
-    const int error = rig_profile_check(profile, &what);
-    if (error != 0) {
-        return message_set(message, error, "%s does not go with the rest of the profile: %s",
-                           profile_key(what), error_text(error));
-    }
-    if (config->backend != CONFIG_BACKEND_LINUX) {
-        return 0;
-    }
-    const bool lenses = profile->lenses != RIG_LENSES_FIXED;
-    const struct {
-        bool needed;
-        const char *value, *key;
-    } devices[] = {
-        {profile->bridge, config->i2c, "i2c"},
-        {true, config->camera[RIG_LEFT], "left_camera"},
-        {!profile->bridge, config->camera[RIG_RIGHT], "right_camera"},
-        {lenses, config->lens_uart, "lens_uart"},
-        {config->reset_line >= 0 || config->irq_line >= 0 || config->lens_power_line >= 0,
-         config->gpio_chip, "gpio_chip"},
-    };
-    for (size_t i = 0; i < sizeof devices / sizeof devices[0]; i++) {
-        if (devices[i].needed && devices[i].value[0] == '\0') {
-            return message_set(message, ERROR_MISSING,
-                               "%s is none, but the profile %s needs it with backend = linux",
-                               devices[i].key, profile->name);
-        }
-    }
-    return 0;
 }
 
 int config_read(struct config *config, const char *path, struct message *message) {

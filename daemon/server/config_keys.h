@@ -12,6 +12,8 @@
 extern "C" {
 #endif
 
+enum { CONFIG_KEYS_MAX = 128 };  ///< more than there are
+
 enum config_kind {
     CONFIG_PROFILE,  ///< a name of rig_profile_named; sets all keys that begin with "rig."
     CONFIG_BACKEND,  ///< "linux", "sim ADDRESS", "replay DIRECTORY"

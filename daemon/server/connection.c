@@ -18,9 +18,9 @@ static void send_to_terminal(void *cookie, const char *data, size_t bytes) {
     output_put(&self->output, data, bytes);
 }
 
-static void complete(void *cookie, const char *before, char *words) {
+static void complete(void *cookie, const char *typed, char *words) {
     struct connection *self = cookie;
-    self->host->complete(self->host->self, before, words);
+    self->host->complete(self->host->self, typed, words);
 }
 
 bool connection_init(struct connection *self, const struct connection_host *host, int wake_fd) {

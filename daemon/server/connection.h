@@ -34,7 +34,7 @@ struct connection_host {
     int (*parse)(void *self, const char *line, struct job *job, char *message,
                  size_t message_bytes);
     /// Completion for terminals; see editor.h.
-    void (*complete)(void *self, const char *before, char *words);
+    void (*complete)(void *self, const char *typed, char *words);
     void *self;
 };
 

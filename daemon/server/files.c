@@ -92,14 +92,17 @@ int files_open(const struct command_call *call, const char *name) {
     return fd;
 }
 
+int files_open_below(int root, const char *name) {
+    return name[0] == '\0' ? openat(root, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC)
+                           : open_below(root, name, O_RDONLY | O_DIRECTORY);
+}
+
 int files_open_directory(const struct command_call *call, const char *name) {
     const int error = files_need_directory(call);
     if (error != 0) {
         return error;
     }
-    const int root = surroundings_of(call)->files_fd;
-    const int fd = name[0] == '\0' ? openat(root, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC)
-                                   : open_below(root, name, O_RDONLY | O_DIRECTORY);
+    const int fd = files_open_below(surroundings_of(call)->files_fd, name);
     return fd >= 0 ? fd : files_refuse(call, name[0] == '\0' ? "files" : name, errno);
 }
 

@@ -17,12 +17,20 @@ enum { FILES_NAME_MAX = 200, FILES_BLOCK_MOST = 49152, FILES_BLOCK_USUAL = 3072 
 /// Opens a regular file for reading. The descriptor, or an error with the call's message.
 int files_open(const struct command_call *call, const char *name);
 
+/// Opens a directory below another one, "" for that itself. The descriptor, or -1 and errno.
+int files_open_below(int root, const char *name);
+
 /// Opens a directory, "" for all files.
 int files_open_directory(const struct command_call *call, const char *name);
 
 /// Writes a whole new file in one step: nobody ever sees half of it. 0 or an error with the call's
 /// message; then there is none.
 int files_write(const struct command_call *call, const char *name, const void *data, size_t bytes);
+
+/// What may be typed for a file, with its directories; for a directory; for a recorded session.
+void files_candidates_file(const struct command_candidates *to);
+void files_candidates_directory(const struct command_candidates *to);
+void files_candidates_session(const struct command_candidates *to);
 
 /// ERROR_UNSUPPORTED when there is no place for files. Else 0, and `files_fd` of the call's
 /// surroundings is one.

@@ -61,9 +61,10 @@ static void submit(void *cookie, struct job *job) {
     }
 }
 
-static void complete(void *cookie, const char *before, char *words) {
+static void complete(void *cookie, const char *typed, char *words) {
     const struct server *self = cookie;
-    completion_words(self->table, self->table_count, before, words, EDITOR_WORDS_BYTES);
+    // Of what a thread of its own uses: what never changes.
+    completion_words(&self->desk_crew.surroundings, typed, words, EDITOR_WORDS_BYTES);
 }
 
 /// Signals become something to read. Threads made later inherit the mask.

@@ -76,7 +76,8 @@ struct hal_camera_operations {
                 struct hal_camera_frame *frame);
     void (*give_back)(void *self, const struct hal_camera_frame *frame);
     /// NULL where the camera's registers are set in another way. `*applied` is the value that the
-    /// camera took, which may be near the one asked for.
+    /// camera took, which may be near the one asked for; with ERROR_RANGE the nearest that it
+    /// takes, or untouched.
     int (*control)(void *self, enum hal_camera_control control, int32_t value, int32_t *applied);
     void (*counts)(void *self, struct hal_camera_counts *counts);
 };

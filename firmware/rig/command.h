@@ -29,6 +29,17 @@ enum command_kind {
     COMMAND_TEXT,     ///< a word, or "words in quotes"
 };
 
+/// Who asks what may stand in an argument's place, to fill it in.
+struct command_candidates {
+    const char *begun;         ///< what was typed of it; words that begin otherwise are of no use
+    const char *const *words;  ///< those before it, the command's name first
+    size_t count;
+    const void *surroundings;  ///< as those of a call
+    /// Takes a word, which is copied.
+    void (*add)(void *self, const char *word);
+    void *self;
+};
+
 /// An argument. All strings are static storage.
 struct command_argument {
     const char *name;
@@ -38,6 +49,8 @@ struct command_argument {
     const char *choices;  ///< words with a blank between; NULL: none
     bool optional;        ///< only after all that are not
     const char *help;
+    /// Adds what there is of a text that names something; NULL: nobody knows.
+    void (*candidates)(const struct command_candidates *to);
 };
 
 /// An argument's value.

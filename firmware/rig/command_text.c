@@ -6,7 +6,7 @@
 #include "core/decimal.h"
 #include "core/invariant.h"
 
-enum { TYPED_MAX = 40, NUMBER_LARGEST = 1000000000 };
+enum { TYPED_MAX = 40 };
 
 struct command_text command_text_begin(char *data, size_t bytes) {
     INVARIANT(data != NULL && bytes > 0);
@@ -45,8 +45,11 @@ void command_text_add_typed(struct command_text *text, const char *added) {
 void command_text_add_number(struct command_text *text, double value, int decimals) {
     INVARIANT(decimals >= 0 && decimals <= 6);
     int64_t scaled = 0;
-    if (!(value >= -NUMBER_LARGEST && value <= NUMBER_LARGEST) ||
-        decimal_from_double(value, decimals, &scaled) != 0) {
+    // A large number has no room for all its decimals.
+    while (decimals > 0 && decimal_from_double(value, decimals, &scaled) != 0) {
+        decimals--;
+    }
+    if (decimal_from_double(value, decimals, &scaled) != 0) {
         command_text_add(text, "?");
         return;
     }

@@ -23,8 +23,8 @@ struct command_text command_text_begin(char *data, size_t bytes);
 void command_text_add(struct command_text *text, const char *added);
 /// Adds a string as it was typed: without control characters, and at most 40 bytes of it.
 void command_text_add_typed(struct command_text *text, const char *added);
-/// Adds a number with at most `decimals` (0 .. 6) decimals, without zeros at their end.
-/// |value| <= 1e9; beyond that "?".
+/// Adds a number with at most `decimals` (0 .. 6) decimals, without zeros at their end, and with
+/// fewer when it is large. |value| <= 1e15; beyond that "?".
 void command_text_add_number(struct command_text *text, double value, int decimals);
 void command_text_add_integer(struct command_text *text, int64_t value);
 /// Adds " UNIT" unless `unit` is NULL.

@@ -37,30 +37,59 @@ void commands_put_end(const struct command_call *call) {
     call->reply->operations->end(call->reply->self);
 }
 
+int commands_not_ready(const struct command_call *call, const char *name) {
+    const struct rig *rig = call->rig;
+    struct command_text sentence = commands_sentence(call);
+    INVARIANT(rig->state != RIG_READY);
+    command_text_add(&sentence, name);
+    if (rig->state == RIG_DOWN) {
+        command_text_add(&sentence, ": the instrument is down; \"bringup\" first");
+        return ERROR_NOT_READY;
+    }
+    command_text_add(&sentence, ": the instrument is in its safe state");
+    if (rig->trouble.error != 0) {
+        command_text_add(&sentence, " (");
+        command_text_add(&sentence, rig->trouble.text);
+        command_text_add(&sentence, ")");
+    }
+    command_text_add(&sentence, "; \"bringup\" again");
+    return ERROR_NOT_READY;
+}
+
+/// The sentence of an error of a command that gave none: a part's failure, or the rig's refusal,
+/// was told where it happened.
+static void tell_error(const struct command *command, const struct command_call *call, int error) {
+    struct command_text sentence = commands_sentence(call);
+    const struct rig_trouble *told = NULL;
+    if ((command->flags & COMMAND_NO_RIG) == 0) {
+        const struct rig *rig = call->rig;
+        told = rig->refusal.error == error   ? &rig->refusal
+               : rig->trouble.error == error ? &rig->trouble
+                                             : NULL;
+    }
+    if (told != NULL && told->text[0] != '\0') {
+        command_text_add(&sentence, told->text);
+        return;
+    }
+    if (error != ERROR_CANCELLED) {
+        command_text_add(&sentence, command->name);
+        command_text_add(&sentence, ": ");
+    }
+    command_text_add(&sentence, error_text(error));
+}
+
 int command_run(const struct command *command, const struct command_call *call) {
     INVARIANT(call->message_bytes > 0);
-    struct command_text sentence = commands_sentence(call);
+    call->message[0] = '\0';
+    if ((command->flags & COMMAND_NO_RIG) == 0) {
+        call->rig->refusal = (struct rig_trouble){.error = ERROR_OK};
+    }
     if ((command->flags & COMMAND_NEEDS_RIG) != 0 && call->rig->state != RIG_READY) {
-        command_text_add(&sentence, command->name);
-        command_text_add(&sentence, call->rig->state == RIG_DOWN
-                                        ? ": the instrument is down; \"bringup\" first"
-                                        : ": the instrument is in its safe state");
-        if (call->rig->state == RIG_SAFE && call->rig->trouble.error != 0) {
-            command_text_add(&sentence, " (");
-            command_text_add(&sentence, call->rig->trouble.text);
-            command_text_add(&sentence, ")");
-        }
-        if (call->rig->state == RIG_SAFE) {
-            command_text_add(&sentence, "; \"bringup\" again");
-        }
-        return ERROR_NOT_READY;
+        return commands_not_ready(call, command->name);
     }
     const int error = command->run(call);
     if (error != 0 && call->message[0] == '\0') {
-        // A part's failure was told where it happened.
-        const bool told = (command->flags & COMMAND_NO_RIG) == 0 &&
-                          call->rig->trouble.error == error && call->rig->trouble.text[0] != '\0';
-        command_text_add(&sentence, told ? call->rig->trouble.text : error_text(error));
+        tell_error(command, call, error);
     }
     return error;
 }

@@ -20,6 +20,8 @@ const char *commands_side_name(unsigned side);
 
 /// Begins the sentence of an error in the call's message.
 struct command_text commands_sentence(const struct command_call *call);
+/// Refuses a command of this name, as the rig is not RIG_READY: why, and what to do.
+int commands_not_ready(const struct command_call *call, const char *name);
 
 /// Writes an item.
 void commands_put_number(const struct command_call *call, const char *key, double value,
@@ -47,6 +49,10 @@ int commands_camera_gain(const struct command_call *call);
 int commands_camera_window(const struct command_call *call);
 
 int commands_registers_run(const struct command_call *call);
+/// The names of the registers there.
+void commands_registers_candidates(const struct command_candidates *to);
+/// The places of registers, a choice.
+#define COMMANDS_REGISTERS_WHERE "bridge left right"
 
 #ifdef __cplusplus
 }

@@ -53,7 +53,20 @@ static int read_one(const struct command_call *call, int where, const struct ent
         const unsigned side = where == WHERE_LEFT ? RIG_LEFT : RIG_RIGHT;
         error = mt9t001_read(&rig->sensor[side], entry->index, &value);
     }
-    return error != 0 ? error : put_value(call, entry->name, value);
+    if (error == 0) {
+        return put_value(call, entry->name, value);
+    }
+    static const char *const devices[] = {
+        [WHERE_BRIDGE] = "bridge", [WHERE_LEFT] = "left sensor", [WHERE_RIGHT] = "right sensor"};
+    struct command_text sentence = commands_sentence(call);
+    command_text_add(&sentence, "registers: ");
+    command_text_add(&sentence, entry->name);
+    command_text_add(&sentence, " of the ");
+    command_text_add(&sentence, devices[where]);
+    command_text_add(&sentence, " cannot be read: ");
+    command_text_add(&sentence, error_text(error));
+    command_text_add(&sentence, "; \"health\" looks at every part");
+    return error;
 }
 
 /// Whether reading tells something: not of registers that only take writes.
@@ -102,6 +115,28 @@ static int read_named(const struct command_call *call, int where, const struct e
     return no_such(call, word, entries, count);
 }
 
+/// Those with a name.
+static const struct entry *entries_of(int where, size_t *count) {
+    *count = where == WHERE_BRIDGE ? sizeof bridge_entries / sizeof bridge_entries[0]
+                                   : sizeof sensor_entries / sizeof sensor_entries[0];
+    return where == WHERE_BRIDGE ? bridge_entries : sensor_entries;
+}
+
+void commands_registers_candidates(const struct command_candidates *to) {
+    const int where =
+        to->count == 2 ? command_words_choice(to->words[1], COMMANDS_REGISTERS_WHERE) : -1;
+    if (where < 0) {
+        return;
+    }
+    size_t count = 0;
+    const struct entry *entries = entries_of(where, &count);
+    for (size_t i = 0; i < count; i++) {
+        if (is_readable(where, entries[i].index)) {
+            to->add(to->self, entries[i].name);
+        }
+    }
+}
+
 int commands_registers_run(const struct command_call *call) {
     const int where = call->values[0].choice;
     if (!call->rig->profile.bridge) {
@@ -109,9 +144,8 @@ int commands_registers_run(const struct command_call *call) {
         command_text_add(&sentence, "this instrument has no bridge and no sensors on its bus");
         return ERROR_NOT_CONNECTED;
     }
-    const struct entry *entries = where == WHERE_BRIDGE ? bridge_entries : sensor_entries;
-    const size_t count = where == WHERE_BRIDGE ? sizeof bridge_entries / sizeof bridge_entries[0]
-                                               : sizeof sensor_entries / sizeof sensor_entries[0];
+    size_t count = 0;
+    const struct entry *entries = entries_of(where, &count);
     if (call->values[1].given) {
         return read_named(call, where, entries, count);
     }

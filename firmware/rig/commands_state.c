@@ -90,14 +90,25 @@ int commands_state_status(const struct command_call *call) {
     return error;
 }
 
+/// Which part, how it is, and where its device could not be opened, why.
+static void put_state(const struct command_call *call, enum rig_part part, const char *state) {
+    const struct rig_opener *opener = call->rig->ports.opener;
+    const bool failed = call->rig->health[part].error != 0;
+    const char *why = failed && opener != NULL ? opener->missing(opener->self, part) : NULL;
+    commands_put_text(call, "part", rig_part_text(part));
+    commands_put_text(call, "state", state);
+    if (why != NULL) {
+        commands_put_text(call, "why", why);
+    }
+}
+
 static void put_part(const struct command_call *call, enum rig_part part, uint64_t now_us) {
     const struct rig_part_health *health = &call->rig->health[part];
     commands_put_begin(call, NULL, false);
-    commands_put_text(call, "part", rig_part_text(part));
-    commands_put_text(call, "state",
-                      !health->present     ? "missing"
-                      : health->error == 0 ? "works"
-                                           : error_text(health->error));
+    put_state(call, part,
+              !health->present     ? "missing"
+              : health->error == 0 ? "works"
+                                   : error_text(health->error));
     commands_put_number(call, "uses", health->uses, 0, NULL);
     commands_put_number(call, "failures", health->failures, 0, NULL);
     if (health->last_us != 0 && now_us >= health->last_us) {
@@ -167,7 +178,12 @@ int commands_state_health(const struct command_call *call) {
         put_watchdog(call);
     }
     put_cameras(call);
-    return error;
+    if (rig->state != RIG_SAFE) {
+        return error;
+    }
+    // What brought it there, when that was a failure; it may have been this look.
+    const bool failed = rig->trouble.error != 0 && rig->health[rig->trouble.part].error != 0;
+    return failed ? rig->trouble.error : commands_not_ready(call, "health");
 }
 
 int commands_state_bringup(const struct command_call *call) {
@@ -178,9 +194,8 @@ int commands_state_bringup(const struct command_call *call) {
         const struct rig_part_health *health = &call->rig->health[part];
         if (health->present || health->error != 0) {
             commands_put_begin(call, NULL, false);
-            commands_put_text(call, "part", rig_part_text((enum rig_part)part));
-            commands_put_text(call, "state",
-                              health->error == 0 ? "works" : error_text(health->error));
+            put_state(call, (enum rig_part)part,
+                      health->error == 0 ? "works" : error_text(health->error));
             commands_put_end(call);
         }
     }

@@ -2,6 +2,7 @@
 // The instrument's own commands. What people read about them stands here and nowhere else.
 #include "core/invariant.h"
 #include "rig/commands.h"
+#include "rig/rig.h"
 
 #define COUNT(list) ((unsigned)(sizeof(list) / sizeof(list)[0]))
 
@@ -11,15 +12,17 @@
         .help = "which camera; both when left out"                                           \
     }
 
-#define ANGLE_ARGUMENT(text, says)                                                       \
-    {                                                                                    \
-        .name = (text), .kind = COMMAND_NUMBER, .unit = "deg", .least = -90, .most = 90, \
-        .optional = true, .help = (says)                                                 \
+#define ANGLE_ARGUMENT(text, says)                                                         \
+    {                                                                                      \
+        .name = (text), .kind = COMMAND_NUMBER, .unit = "deg", .least = -180, .most = 180, \
+        .optional = true, .help = (says)                                                   \
     }
 
 static const struct command_argument pan_arguments[] = {
     SIDE_ARGUMENT,
-    ANGLE_ARGUMENT("ANGLE", "from the middle, positive to the right; shown when left out"),
+    ANGLE_ARGUMENT("ANGLE",
+                   "from the middle, positive to the right, as far as the settings "
+                   "rig.pan_least_urad and rig.pan_most_urad let it turn; shown when left out"),
     ANGLE_ARGUMENT("RIGHT_ANGLE", "of the right camera, when it differs from the left one's"),
 };
 
@@ -31,7 +34,8 @@ static const struct command_argument position_arguments[] = {
      .least = -1000000,
      .most = 1000000,
      .optional = true,
-     .help = "of the lens controller; shown with its limits when left out"},
+     .help = "of the lens controller, within the limits of the lens; shown with them when left "
+             "out"},
 };
 
 static const struct command_argument exposure_arguments[] = {
@@ -40,7 +44,7 @@ static const struct command_argument exposure_arguments[] = {
      .kind = COMMAND_INTEGER,
      .unit = "us",
      .least = 1,
-     .most = 60000000,
+     .most = RIG_EXPOSURE_MOST_US,
      .optional = true,
      .help = "the nearest that the camera can is taken; shown when left out"},
 };
@@ -81,14 +85,15 @@ static const struct command_argument window_arguments[] = {
 static const struct command_argument registers_arguments[] = {
     {.name = "WHERE",
      .kind = COMMAND_CHOICE,
-     .choices = "bridge left right",
+     .choices = COMMANDS_REGISTERS_WHERE,
      .help = "the FPGA bridge, or the sensor of a camera"},
     {.name = "NAME",
      .kind = COMMAND_TEXT,
      .least = 1,
      .most = 40,
      .optional = true,
-     .help = "or index of a register; all that have a name when left out"},
+     .help = "or index of a register; all that have a name when left out",
+     .candidates = commands_registers_candidates},
 };
 
 static const struct command_argument wait_arguments[] = {
@@ -107,8 +112,8 @@ static const struct command commands[] = {
      .run = commands_state_status},
     {.name = "health",
      .summary = "how each part works, and what has been counted",
-     .help = "Looks at every part without moving any. The error is that of the first part that "
-             "does not work.",
+     .help = "Looks at every part without moving any; in the safe state it tells why that is, and "
+             "how they were before. The error is that of the first part that does not work.",
      .run = commands_state_health},
     {.name = "selftest",
      .summary = "test the parts and the way of the pictures, moving nothing",
@@ -173,7 +178,10 @@ static const struct command commands[] = {
      .run = commands_camera_gain},
     {.name = "window",
      .summary = "set the part of the sensors that frames show, or show its size",
-     .help = "The part is the middle one. What is shown is the size of the frames.",
+     .help =
+         "The part is the middle one. What is shown is the size of the frames. Sensors behind a "
+         "bridge have 2048 x 1536 px, and take multiples of 2 * SKIP; other cameras take the "
+         "sizes that they have, without SKIP.",
      .arguments = window_arguments,
      .argument_count = COUNT(window_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_MOVES,

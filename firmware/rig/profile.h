@@ -15,6 +15,11 @@ extern "C" {
 
 enum { RIG_LEFT, RIG_RIGHT, RIG_SIDES };
 
+enum {
+    RIG_PROFILE_SENSOR_CLOCK_HZ = 48000000,  ///< the most that a sensor takes
+    RIG_PROFILE_CAUSES = 3,
+};
+
 enum rig_profile_lenses {
     RIG_LENSES_FIXED,
     RIG_LENSES_V3LC,  ///< two lenses on one controller
@@ -31,7 +36,7 @@ struct rig_profile {
 
     bool servos;
     struct servo_model servo[RIG_SIDES];
-    uint16_t servo_slew_q4;  ///< greatest change from pulse to pulse, 1/16 us; 0: none moves
+    uint16_t servo_slew_q4;  ///< greatest change from pulse to pulse, 1/16 us
     uint16_t watchdog_ms;    ///< silence after which the bridge brings the servos to rest
     int32_t pan_least_urad, pan_most_urad;
 
@@ -52,9 +57,19 @@ int rig_profile_named(const char *name, struct rig_profile *profile);
 /// play, how exact. A V1LC counts 136 from end to end, a V3LC 550.
 void rig_profile_set_lenses(struct rig_profile *profile, enum rig_profile_lenses lenses);
 
-/// Whether the numbers make sense together; ERROR_RANGE or ERROR_ARGUMENT, and in `*what` (static
-/// storage) the field that does not.
-int rig_profile_check(const struct rig_profile *profile, const char **what);
+/// What is wrong with a profile: a field, and the range that it would have to be in. Fields are
+/// named as the settings of the daemon are, without their "rig.". Static storage.
+struct rig_profile_flaw {
+    const char *field;
+    int32_t least, most;
+    /// Fields by whose values the range is what it is; NULL behind the last.
+    const char *causes[RIG_PROFILE_CAUSES];
+    bool even;   ///< it must be even
+    bool other;  ///< it must be another than the first cause
+};
+
+/// Whether the numbers make sense together; ERROR_RANGE, and in `*flaw` the first that does not.
+int rig_profile_check(const struct rig_profile *profile, struct rig_profile_flaw *flaw);
 
 #ifdef __cplusplus
 }

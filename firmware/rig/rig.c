@@ -29,8 +29,8 @@ const char *rig_ports_lack(const struct rig_profile *profile, const struct rig_p
 
 void rig_init(struct rig *self, const struct rig_profile *profile, const struct rig_ports *ports,
               const struct rig_observer *observer) {
-    const char *what = NULL;
-    INVARIANT(rig_profile_check(profile, &what) == ERROR_OK);
+    struct rig_profile_flaw flaw;
+    INVARIANT(rig_profile_check(profile, &flaw) == ERROR_OK);
     INVARIANT(rig_ports_lack(profile, ports) == NULL);
     *self = (struct rig){.profile = *profile, .ports = *ports, .state = RIG_DOWN};
     if (observer != NULL) {

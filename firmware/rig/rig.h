@@ -91,6 +91,8 @@ struct rig_observer {
     void *self;
 };
 
+enum { RIG_EXPOSURE_MOST_US = 10000000 };
+
 /// What went wrong last.
 struct rig_trouble {
     enum rig_part part;
@@ -119,6 +121,8 @@ struct rig {
     struct rig_observer observer;
     enum rig_state state;
     struct rig_trouble trouble;
+    /// Why the last call that was refused was: a value that a part cannot take is no trouble of it.
+    struct rig_trouble refusal;
     struct rig_part_health health[RIG_PARTS];
 
     struct fpga_bridge bridge;
@@ -193,11 +197,15 @@ int rig_lens_read(struct rig *self, unsigned side, int32_t positions[LENS_AXES])
 int rig_lens_limits(struct rig *self, unsigned side, enum lens_axis axis,
                     struct lens_limits *limits);
 
-/// Exposure and gain of one or both cameras (`sides` as above); `*applied`: what was nearest.
+/// Exposure (1 .. RIG_EXPOSURE_MOST_US) and gain of one or both cameras (`sides` as above);
+/// `*applied`: what was nearest. ERROR_RANGE and ERROR_UNSUPPORTED of a camera: `refusal` says
+/// more.
 int rig_exposure(struct rig *self, unsigned sides, uint32_t exposure_us, uint32_t *applied_us);
 int rig_gain(struct rig *self, unsigned sides, uint16_t gain_q3, uint16_t *applied_q3);
 
-/// The part of the sensor that frames show: the middle of it, every `skip`-th pixel.
+/// The part of the sensor that frames show: the middle of it, every `skip`-th pixel. Behind the
+/// bridge multiples of 2 * `skip` up to the whole sensor, else ERROR_RANGE; a camera with a port of
+/// its own has sizes of its own, without `skip`, else ERROR_UNSUPPORTED, and `refusal` says more.
 int rig_window(struct rig *self, uint16_t width_px, uint16_t height_px, uint8_t skip);
 
 #ifdef __cplusplus

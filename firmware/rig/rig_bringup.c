@@ -293,6 +293,20 @@ static void bring_up_lenses(struct rig *self, struct finding *finding) {
 
 // ---- all
 
+// A part that no step came to: whether there is anything in its place.
+static void note_missing(struct rig *self, struct finding *finding, enum rig_part part) {
+    const struct rig_opener *opener = self->ports.opener;
+    const struct rig_part_health *health = &self->health[part];
+    if (opener == NULL || health->uses != 0 || finding->first.error == ERROR_CANCELLED) {
+        return;
+    }
+    const char *missing = opener->missing(opener->self, part);
+    if (missing != NULL) {
+        const int error = watch_used(self, part, ERROR_DEVICE);
+        note(self, finding, watch_trouble(self, part, error, missing, NULL));
+    }
+}
+
 static void bring_up_bridge(struct rig *self, struct finding *finding) {
     finding->bridge =
         note(self, finding, open_bridge(self)) && note(self, finding, set_bridge(self));
@@ -344,6 +358,7 @@ static void bring_up_sources(struct rig *self, struct finding *finding) {
 
 static void forget(struct rig *self) {
     self->trouble = (struct rig_trouble){.error = ERROR_OK};
+    self->refusal = self->trouble;
     for (int part = 0; part < RIG_PARTS; part++) {
         self->health[part] = (struct rig_part_health){.present = false};
     }
@@ -375,6 +390,8 @@ int rig_bringup(struct rig *self) {
     struct finding finding = {.first = {.error = ERROR_OK}};
     if (self->profile.bridge) {
         bring_up_bridge(self, &finding);
+        note_missing(self, &finding, RIG_PART_BRIDGE);
+        note_missing(self, &finding, RIG_PART_LEFT_CAMERA);  // the port for both
     } else {
         bring_up_sources(self, &finding);
     }

@@ -51,7 +51,7 @@ void rig_camera_unsettle(struct rig *self, unsigned side, uint64_t before_us) {
 static int source_failed(struct rig *self, unsigned side, int error) {
     const enum rig_part part = failure_part(RIG_PART_LEFT_CAMERA, side);
     const char *what =
-        error == ERROR_UNSUPPORTED ? "it cannot give frames of this size; choose another window"
+        error == ERROR_UNSUPPORTED ? "it gives no frames of this size; choose another window"
         : error == ERROR_DEVICE    ? "it has gone; look at its plug, then bring up again"
                                 : "the system cannot start its frames; look into the system's log";
     return failure_of_part(self, part, error, what);

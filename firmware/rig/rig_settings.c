@@ -10,7 +10,6 @@
 enum {
     BOTH_SIDES = 1 << RIG_LEFT | 1 << RIG_RIGHT,
     GAIN_PARTS = 1000,
-    EXPOSURE_MOST_US = 10000000,
 };
 
 static int refuse_sides(unsigned sides) {
@@ -26,20 +25,29 @@ static int sensor_was_set(struct rig *self, unsigned side, uint64_t before_us, i
                              : failure_make_safe(self, failure_of_bus(self, part, error));
 }
 
+// `numbers`: what was asked for, and what is nearest to it.
+static int refuse_control(struct rig *self, enum rig_part part, int error,
+                          enum hal_camera_control which, const int32_t numbers[2]) {
+    const char *what = "it has no such control; set it by its own program";
+    if (error == ERROR_RANGE) {
+        what = which == HAL_CAMERA_EXPOSURE_US && numbers[1] != INT32_MIN
+                   ? "it takes no exposure of # us; the nearest is # us"
+                   : "it does not take this value; choose one nearer to what it has";
+    }
+    return watch_refusal(self, part, error, what, numbers);
+}
+
 // A control of a camera with a port of its own.
 static int control(struct rig *self, unsigned side, enum hal_camera_control which, int32_t value,
                    int32_t *applied) {
     const enum rig_part part = failure_part(RIG_PART_LEFT_CAMERA, side);
     const struct hal_camera *camera = self->ports.camera[side];
+    int32_t nearest = INT32_MIN;  // as long as nobody says
     const int error = camera->operations->control == NULL
                           ? ERROR_UNSUPPORTED
-                          : camera->operations->control(camera->self, which, value, applied);
+                          : camera->operations->control(camera->self, which, value, &nearest);
     if (error == ERROR_UNSUPPORTED || error == ERROR_RANGE) {
-        return watch_trouble(self, part, error,
-                             error == ERROR_RANGE
-                                 ? "it does not take this value; choose one nearer to what it has"
-                                 : "it has no such control; set it by its own program",
-                             NULL);
+        return refuse_control(self, part, error, which, (const int32_t[]){value, nearest});
     }
     watch_used(self, part, error);
     if (error != ERROR_OK) {
@@ -48,6 +56,7 @@ static int control(struct rig *self, unsigned side, enum hal_camera_control whic
                                 "it does not take a setting; look at its plug, then bring up again",
                                 NULL));
     }
+    *applied = nearest;
     const uint64_t wait_us = MT9T001_FRAMES_TO_SETTLE * rig_camera_frame_us(self, side);
     self->settled_us[side] = watch_now_us(self) + wait_us;
     return ERROR_OK;
@@ -78,7 +87,7 @@ int rig_exposure(struct rig *self, unsigned sides, uint32_t exposure_us, uint32_
     if (error != ERROR_OK) {
         return error;
     }
-    if (exposure_us < 1 || exposure_us > EXPOSURE_MOST_US) {
+    if (exposure_us < 1 || exposure_us > RIG_EXPOSURE_MOST_US) {
         return ERROR_RANGE;
     }
     if (self->state != RIG_READY) {
@@ -156,6 +165,25 @@ static int set_sensor_windows(struct rig *self, const struct mt9t001_window *win
                : failure_make_safe(self, failure_of_bus(self, RIG_PART_BRIDGE, error));
 }
 
+// The cameras have no such frames: those of before again. What they said is no trouble, and no
+// failure of theirs.
+static int take_back(struct rig *self, const struct hal_camera_format *before,
+                     const struct rig_trouble *trouble, const uint32_t failures[RIG_SIDES]) {
+    const struct rig_trouble why = self->trouble;
+    const int stopped = rig_camera_stop(self);
+    const int back = stopped == ERROR_OK ? rig_camera_start(self, before) : stopped;
+    if (back != ERROR_OK || self->profile.bridge) {
+        self->trouble = why;
+        return failure_make_safe(self, why.error);
+    }
+    self->refusal = why;
+    self->trouble = *trouble;
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        self->health[failure_part(RIG_PART_LEFT_CAMERA, side)].failures = failures[side];
+    }
+    return why.error;
+}
+
 int rig_window(struct rig *self, uint16_t width_px, uint16_t height_px, uint8_t skip) {
     struct mt9t001_window window = {.skip = 1};
     int error = ERROR_OK;
@@ -178,20 +206,16 @@ int rig_window(struct rig *self, uint16_t width_px, uint16_t height_px, uint8_t 
     }
     const struct hal_camera_format format = {(uint16_t)(width_px / window.skip),
                                              (uint16_t)(height_px / window.skip)};
+    const struct hal_camera_format before = self->format;
+    const struct rig_trouble trouble = self->trouble;
+    const uint32_t failures[RIG_SIDES] = {self->health[RIG_PART_LEFT_CAMERA].failures,
+                                          self->health[RIG_PART_RIGHT_CAMERA].failures};
     error = rig_camera_stop(self);
     if (error == ERROR_OK) {
         error = rig_camera_start(self, &format);
     }
-    if (error == ERROR_UNSUPPORTED && self->format.width_px != 0) {
-        // As it was: the cameras have no such size.
-        const struct rig_trouble why = self->trouble;
-        const struct hal_camera_format before = self->format;
-        const int back =
-            rig_camera_stop(self) == ERROR_OK ? rig_camera_start(self, &before) : error;
-        self->trouble = why;
-        if (back == ERROR_OK && !self->profile.bridge) {
-            return error;
-        }
+    if (error == ERROR_UNSUPPORTED && before.width_px != 0) {
+        return take_back(self, &before, &trouble, failures);
     }
     return error == ERROR_OK ? ERROR_OK : failure_make_safe(self, error);
 }

@@ -109,12 +109,12 @@ static void add(struct sentence *sentence, const char *text) {
     sentence->text[sentence->length] = '\0';
 }
 
-int watch_trouble(struct rig *self, enum rig_part part, int error, const char *what,
-                  const int32_t *numbers) {
+static int write_trouble(struct rig_trouble *trouble, enum rig_part part, int error,
+                         const char *what, const int32_t *numbers) {
     INVARIANT(error < ERROR_OK);
-    struct sentence sentence = {self->trouble.text, 0};
-    self->trouble.part = part;
-    self->trouble.error = error;
+    struct sentence sentence = {trouble->text, 0};
+    trouble->part = part;
+    trouble->error = error;
     add(&sentence, rig_part_text(part));
     add(&sentence, ": ");
     for (; *what != '\0'; what++) {
@@ -126,4 +126,14 @@ int watch_trouble(struct rig *self, enum rig_part part, int error, const char *w
         add(&sentence, piece);
     }
     return error;
+}
+
+int watch_trouble(struct rig *self, enum rig_part part, int error, const char *what,
+                  const int32_t *numbers) {
+    return write_trouble(&self->trouble, part, error, what, numbers);
+}
+
+int watch_refusal(struct rig *self, enum rig_part part, int error, const char *what,
+                  const int32_t *numbers) {
+    return write_trouble(&self->refusal, part, error, what, numbers);
 }

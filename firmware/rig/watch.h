@@ -39,6 +39,10 @@ int watch_used(struct rig *self, enum rig_part part, int error);
 int watch_trouble(struct rig *self, enum rig_part part, int error, const char *what,
                   const int32_t *numbers);
 
+/// As watch_trouble, but into `refusal`.
+int watch_refusal(struct rig *self, enum rig_part part, int error, const char *what,
+                  const int32_t *numbers);
+
 #ifdef __cplusplus
 }
 #endif

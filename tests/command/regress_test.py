@@ -137,6 +137,15 @@ class Regress(Workshop):
             self.assertTrue(accepted["build"])
         self.assertEqual(len(list((self.folder / "regress").glob("*.npz"))), 1)
 
+    def test_what_is_no_directory_is_refused(self):
+        nowhere, file = self.directory / "nosuch", self.folder / "calibration.txt"
+        for options in ((), ("--accept", "first")):
+            for path, sentence in ((nowhere, "there is no such directory"),
+                                   (file, "is no directory")):
+                done = regress(*options, path)
+                self.assertEqual((done.returncode, done.stdout, done.stderr),
+                                 (3, "", f"tools/regress: {path}: {sentence}\n"))
+
     def test_damage_is_refused(self):
         self.refused("no reference yet", "--accept")
         self.accept()

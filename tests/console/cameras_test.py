@@ -37,11 +37,14 @@ class TwoCameras(DeviceTest):
         status = self.asked("status")
         self.assertEqual((status["window"], status["pairs"]), ({"width": 640, "height": 480}, 0))
         self.assertNotIn("exposure", status["left"])
+        self.assertEqual(self.asked("exposure"), {"left": "not set", "right": "not set"})
+        self.assertEqual(self.first.ask("gain"), ["left: not set", "right: not set", "OK"])
         # Units of 100 us, from 1 to 5000 of them.
         self.assertEqual(self.asked("exposure 5040"), {"left": 5000, "right": 5000})
         self.assertEqual(self.asked("gain left 2"), {"left": 2})
-        self.refused("exposure 600000", "ERR RANGE left camera: it does not take this value; choose "
-                     "one nearer to what it has")
+        self.assertEqual(self.asked("gain right"), {"right": "not set"})
+        self.refused("exposure 600000", "ERR RANGE left camera: it takes no exposure of 600000 us; "
+                     "the nearest is 500000 us")
         self.assertEqual(self.asked("status")["right"], {"exposure": 5000})
         pair = self.asked("capture one static")
         self.assertLess(abs(pair["skew"]), FRAME_US / 2)
@@ -69,8 +72,14 @@ class TwoCameras(DeviceTest):
                 ("registers left", "this instrument has no bridge and no sensors on its bus")):
             self.assertEqual(self.first.ask(command), [f"ERR NOT_CONNECTED {line}"])
         self.assertEqual(self.first.ask("window 320 240"), [
-            "ERR UNSUPPORTED left camera: it cannot give frames of this size; choose another "
-            "window"])
+            "ERR UNSUPPORTED left camera: left_camera = /dev/video0: it has no frames of 320 x 240 "
+            "that we read; the nearest are 640 x 480 (v4l2-ctl --list-formats-ext shows all)"])
+        self.assertEqual(self.first.ask("window 640 480 2"), [
+            "ERR UNSUPPORTED window: SKIP 2: cameras without the bridge skip no pixels; leave it out"])
+        # What was refused is no trouble of a part.
+        health = self.asked("health")
+        self.assertNotIn("trouble", health)
+        self.assertEqual([part["failures"] for part in health["parts"]], [0, 0])
         self.asked("capture")
 
     def test_what_was_recorded_plays_again(self):
@@ -106,6 +115,7 @@ class TwoCameras(DeviceTest):
         gone = "ERR DEVICE right camera: it has gone; look at its plug, then bring up again"
         self.refused("capture", gone)
         self.assertEqual(self.asked("status")["state"], "safe")
+        self.assertEqual(self.first.ask("health")[-1], gone)
         self.refused("bringup", f"ERR DEVICE right camera: right_camera = /dev/video1: {NOT_THERE}")
         self.plug("plug")
         self.assertEqual(self.asked("bringup")["parts"], WORKS)
@@ -236,6 +246,23 @@ class OneLens(DeviceTest):
 
 
 class FullRig(DeviceTest):
+    def test_all_that_is_missing_is_listed(self):
+        lens = self.place("none")
+        self.serve("", "profile=rig", "reset_line=3", f"lens_uart={lens}")
+        answer = self.first.ask_json("bringup")
+        whys = {part["part"]: part["why"] for part in answer["result"]["parts"]}
+        self.assertEqual(whys.pop("bridge's reset line")[:46],
+                         "gpio_chip = /dev/gpiochip0: line 3 of /dev/gpi")
+        missing = {"FPGA bridge": f"i2c = /dev/i2c-1: {NOT_THERE}",
+                   "left camera": f"left_camera = /dev/video0: {NOT_THERE}",
+                   "left lens": f"lens_uart = {lens}: {NOT_THERE}",
+                   "right lens": f"lens_uart = {lens}: {NOT_THERE}"}
+        self.assertEqual(whys, missing)
+        self.assert_said(f"left camera: left_camera = /dev/video0: {NOT_THERE}\n")
+        self.assertIn("- part FPGA bridge, state the device is missing, has gone, or is not the "
+                      f"expected one, why i2c = /dev/i2c-1: {NOT_THERE}",
+                      [line.strip() for line in self.first.ask("bringup")])
+
     def test_what_is_missing_has_its_setting(self):
         self.serve("i2c /dev/i2c-1 0x10\n" + self.cameras(), "profile=rig", "i2c=/dev/i2c-7",
                    "reset_line=3", f"lens_uart={self.place('none')}")

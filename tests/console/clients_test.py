@@ -297,6 +297,11 @@ class Clients(DaemonTest):
         for name in ("link", "../rig.sock", "/etc/passwd", "..", ".", "a/../../x", ".hidden", "no"):
             self.assertFalse(self.first.ask_json(f"fetch {name}")["ok"], name)
         self.assertIn("  - file a b.txt, size 5 bytes", self.first.ask("files"))
+        self.assertEqual(self.first.ask_json("help fetch")["result"]["OFFSET"]["range"],
+                         "0 to 1000000000000000")
+        self.assertEqual(self.first.ask('fetch "a b.txt" -1'), [
+            'ERR RANGE fetch: OFFSET "-1" is too small: expected is a whole number from 0 to '
+            "1000000000000000 bytes"])
 
     def test_calibration(self):
         self.assertEqual(self.first.ask("calibration")[0][:11], "ERR MISSING")
@@ -305,7 +310,13 @@ class Clients(DaemonTest):
             file.write("vergence calibration 99\n")
         answer = self.first.ask("calibration set bad.txt")[0]
         self.assertTrue(answer.startswith("ERR ") and "bad.txt:1" in answer, answer)
-        self.assertEqual(self.first.ask("calibration forget")[0][:11], "ERR MISSING")
+        self.assertEqual(self.first.ask("calibration forget"),
+                         ["ERR MISSING calibration forget: none is kept"])
+        for what in ("show", "forget"):
+            self.assertEqual(self.first.ask(f"calibration {what} x"), [
+                'ERR ARGUMENT calibration: FILE "x" is too much; it goes with "set" alone'])
+        self.assertEqual(self.first.ask("record stop x"), [
+            'ERR ARGUMENT record: NAME "x" is too much; it goes with "start" alone'])
 
 
 class FullDisk(DaemonTest):

@@ -227,6 +227,8 @@ class Remote(DaemonTest):
         until(lambda: screen.lines[-1].rstrip() == "vergence>" and "OK" in screen.lines)
         os.write(master, b"zoom both 3\x01\x1b[C\x1b[C\x1b[C\x1b[C r\t")
         until(lambda: screen.lines[-1].rstrip() == "vergence> zoom right  both 3")
+        os.write(master, b"\x03fetch sess\tfr\t")
+        until(lambda: screen.lines[-1].rstrip() == "vergence> fetch session/frame.bin")
         os.write(master, b"\x03wait 100000\r")
         until(lambda: "waiting" in screen.lines[-1])
         os.write(master, b"\x03")

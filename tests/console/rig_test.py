@@ -46,6 +46,9 @@ class Rig(RigTest):
         self.assertEqual((angles["left"], angles["right"]), (0, 0))
         self.assertEqual(self.first.ask("pan 45"), [
             "ERR RANGE pan: ANGLE 45: this instrument turns from -30 to 30 deg"])
+        self.assertEqual(self.first.ask("pan -91"), [
+            "ERR RANGE pan: ANGLE -91: this instrument turns from -30 to 30 deg"])
+        self.assertIn("rig.pan_most_urad", self.asked("help pan")["ANGLE"]["meaning"])
         self.assertEqual(self.first.ask("pan left 1 2"), [
             'ERR ARGUMENT pan: a second angle is for "both" alone'])
 
@@ -62,6 +65,22 @@ class Rig(RigTest):
         self.assertEqual(self.asked("gain right 2.5"), {"right": 2.5})
         self.assertEqual(self.asked("window 640 480"), {"width": 640, "height": 480})
         self.assertEqual(self.first.ask("window 640"), ["ERR MISSING window: HEIGHT is missing"])
+        self.assertEqual(self.first.ask("exposure 10000001"), [
+            'ERR RANGE exposure: TIME "10000001" is too large: expected is a whole number from 1 to '
+            "10000000 us"])
+        self.assertEqual(self.asked("help exposure")["TIME"]["range"], "1 to 10000000")
+        for window, sentence in (
+                ("5000 5000", "WIDTH 5000: with SKIP 1 the sensors take 16 to 2048 px in steps of 2"),
+                ("640 1538", "HEIGHT 1538: with SKIP 1 the sensors take 16 to 1536 px in steps of 2"),
+                ("17 33 3", "WIDTH 17: with SKIP 3 the sensors take 18 to 2046 px in steps of 6"),
+                ("2046 1530 4", "WIDTH 2046: with SKIP 4 the sensors take 16 to 2048 px in steps of "
+                                "8")):
+            self.assertEqual(self.first.ask(f"window {window}"), [f"ERR RANGE window: {sentence}"])
+        self.assertEqual(self.asked("window 18 36 3"), {"width": 6, "height": 12})
+        self.assertNotIn("trouble", self.asked("health"))
+        self.asked("safe")
+        self.assertEqual(self.first.ask("health")[-1], "ERR NOT_READY health: the instrument is in its "
+                         'safe state; "bringup" again')
 
     def test_a_selftest_leaves_the_cameras_as_they_were(self):
         self.asked("window 320 240")

@@ -71,9 +71,33 @@ class Console(DaemonTest):
         self.typed("\x15calibration \tsh\t", "calibration show")
         self.assertIn("show set forget", [line.strip() for line in self.terminal.screen.lines])
         self.typed("\x15help ver\t", "help version")
+        self.typed("\x15registers left chip_v\t", "registers left chip_version")
+        self.typed("\x15config rig.wid\t", "config rig.width_px")
         bells = self.terminal.screen.bells
+        self.typed("\x15registers bri\tchip_v\t", "registers bridge chip_v")
         self.typed("\x15qqq\t", "qqq")
         self.terminal.wait(lambda t: t.screen.bells > bells)
+
+    def test_completion_of_what_there_is(self):
+        for path in ("one/session.index", "one/frame-1.pgm", "only/x", "o n/x", "rig.txt"):
+            os.makedirs(os.path.dirname(os.path.join(self.files, path)), exist_ok=True)
+            with open(os.path.join(self.files, path), "w", encoding="ascii"):
+                pass
+        self.typed("\x15fetch r\t", "fetch rig.txt")
+        self.typed("\x15fetch one/fr\t", "fetch one/frame-1.pgm")
+        self.typed("\x15fetch onl\t\t", "fetch only/x")
+        self.typed("\x15calibration set r\t", "calibration set rig.txt")
+        self.typed("\x15files onl\t", "files only")
+        self.typed("\x15replay o\t", "replay one")
+        self.typed("\x15reconstruct o\t0", "reconstruct one 0")
+        self.typed("\x15fetch o\t", "fetch on")
+        self.terminal.send("\t")
+        self.terminal.wait(lambda t: any(sorted(line.split()) == ["one/", "only/"]
+                                         for line in t.screen.lines))
+        bells = self.terminal.screen.bells
+        self.typed("\x15fetch ../\t", "fetch ../")
+        self.typed("\x15fetch nowhere/\t", "fetch nowhere/")
+        self.terminal.wait(lambda t: t.screen.bells >= bells + 2)
 
     def test_a_long_line_scrolls(self):
         text = "".join(chr(ord("a") + i % 26) for i in range(300))

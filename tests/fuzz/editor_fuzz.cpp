@@ -35,8 +35,9 @@ void send(void *screen, const char *data, size_t bytes) {
     }
 }
 
-void complete(void *, const char *before, char *words) {
-    const std::string list = *before == '\0' ? "status stop pan" : "left right both";
+void complete(void *, const char *typed, char *words) {
+    const bool first = std::string(typed).find(' ') == std::string::npos;
+    const std::string list = first ? "status stop pan" : "left right both";
     std::copy(list.begin(), list.end() + 1, words);
 }
 

@@ -162,7 +162,7 @@ TEST_CASE("a script that is wrong is refused with the rule and what is wrong wit
     for (int i = 0; i < FAULT_PLAN_RULES + 1; i++) {
         many += "a.b@1=io,";
     }
-    CHECK(refusal(many.c_str()) == "faults: there can be at most 16 rules");
+    CHECK(refusal(many.c_str()) == "there can be at most 16 rules");
 }
 
 TEST_CASE("any text is read or refused") {

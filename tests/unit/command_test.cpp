@@ -21,15 +21,15 @@ int run_nothing(const command_call *) {
 }
 
 const command_argument move_arguments[] = {
-    {"SIDE", COMMAND_CHOICE, nullptr, 0, 0, "left right both", false, "which"},
-    {"ANGLE", COMMAND_NUMBER, "deg", -30.5, 30, nullptr, false, "where to"},
-    {"COUNT", COMMAND_INTEGER, nullptr, 0, 255, nullptr, true, "how often"},
-    {"NOTE", COMMAND_TEXT, nullptr, 1, 8, nullptr, true, "a word"},
+    {"SIDE", COMMAND_CHOICE, nullptr, 0, 0, "left right both", false, "which", nullptr},
+    {"ANGLE", COMMAND_NUMBER, "deg", -30.5, 30, nullptr, false, "where to", nullptr},
+    {"COUNT", COMMAND_INTEGER, nullptr, 0, 255, nullptr, true, "how often", nullptr},
+    {"NOTE", COMMAND_TEXT, nullptr, 1, 8, nullptr, true, "a word", nullptr},
 };
 
 const command_argument expose_arguments[] = {
-    {"SIDE", COMMAND_CHOICE, nullptr, 0, 0, "left right both", true, "which"},
-    {"TIME", COMMAND_INTEGER, "us", 1, 1000, nullptr, true, "how long"},
+    {"SIDE", COMMAND_CHOICE, nullptr, 0, 0, "left right both", true, "which", nullptr},
+    {"TIME", COMMAND_INTEGER, "us", 1, 1000, nullptr, true, "how long", nullptr},
 };
 
 const command table[] = {

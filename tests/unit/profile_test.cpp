@@ -26,8 +26,8 @@ rig_profile named(const char *name) {
 TEST_CASE("the profiles that everybody has are good, and have the parts that their names say") {
     for (const char *name : {"rig", "two-cameras", "two-cameras-lens"}) {
         const rig_profile profile = named(name);
-        const char *what = nullptr;
-        CHECK(rig_profile_check(&profile, &what) == ERROR_OK);
+        rig_profile_flaw flaw{};
+        CHECK(rig_profile_check(&profile, &flaw) == ERROR_OK);
         CHECK(std::string(profile.name) == name);
     }
     CHECK(named("rig").bridge);
@@ -41,11 +41,11 @@ TEST_CASE("the profiles that everybody has are good, and have the parts that the
 
 TEST_CASE("a lens gets the numbers of its controller") {
     rig_profile profile = named("two-cameras");
-    const char *what = nullptr;
+    rig_profile_flaw flaw{};
     for (const auto lenses : {RIG_LENSES_V1LC, RIG_LENSES_V3LC, RIG_LENSES_FIXED}) {
         rig_profile_set_lenses(&profile, lenses);
         CHECK(profile.lenses == lenses);
-        CHECK(rig_profile_check(&profile, &what) == ERROR_OK);
+        CHECK(rig_profile_check(&profile, &flaw) == ERROR_OK);
         const int32_t counts = lenses == RIG_LENSES_V1LC ? LENS_V1LC_MOST - LENS_V1LC_LEAST
                                                          : LENS_V3LC_MOST - LENS_V3LC_LEAST;
         for (int axis = 0; axis < LENS_AXES && lenses != RIG_LENSES_FIXED; axis++) {
@@ -74,9 +74,9 @@ TEST_CASE("each number that makes no sense is named") {
         std::function<void(rig_profile &)> spoil;
     } cases[] = {
         {"rig", "bridge_address", [](rig_profile &p) { p.bridge_address = 0x2D; }},
-        {"rig", "sensor_address", [](rig_profile &p) { p.sensor_address[1] = 0x78; }},
-        {"rig", "sensor_address", [](rig_profile &p) { p.sensor_address[0] = 0x2C; }},
-        {"rig", "sensor_address", [](rig_profile &p) { p.sensor_address[0] = 0x5E; }},
+        {"rig", "sensor_address_right", [](rig_profile &p) { p.sensor_address[1] = 0x78; }},
+        {"rig", "sensor_address_left", [](rig_profile &p) { p.sensor_address[0] = 0x2C; }},
+        {"rig", "sensor_address_right", [](rig_profile &p) { p.sensor_address[0] = 0x5E; }},
         {"rig", "sensor_clock_hz", [](rig_profile &p) { p.sensor_clock_hz = 0; }},
         {"rig", "sensor_clock_hz", [](rig_profile &p) { p.sensor_clock_hz = 48000001; }},
         {"rig", "servo_slew_q4", [](rig_profile &p) { p.servo_slew_q4 = 2048; }},
@@ -85,8 +85,17 @@ TEST_CASE("each number that makes no sense is named") {
         {"rig", "pan_least_urad", [](rig_profile &p) { p.pan_least_urad = p.pan_most_urad; }},
         {"rig", "pan_least_urad", [](rig_profile &p) { p.pan_least_urad = -3000000; }},
         {"rig", "pan_most_urad", [](rig_profile &p) { p.pan_most_urad = 3000000; }},
-        {"rig", "servo", [](rig_profile &p) { p.servo[1].q4_per_rad = 0; }},
-        {"rig", "servo", [](rig_profile &p) { p.servo[0].least_q4 = p.servo[0].centre_q4; }},
+        {"rig", "servo_right_q4_per_rad", [](rig_profile &p) { p.servo[1].q4_per_rad = 0; }},
+        {"rig", "servo_left_least_q4",
+         [](rig_profile &p) { p.servo[0].least_q4 = p.servo[0].centre_q4; }},
+        {"rig", "servo_right_least_q4", [](rig_profile &p) { p.servo[1].least_q4 = 9599; }},
+        {"rig", "servo_right_most_q4", [](rig_profile &p) { p.servo[1].most_q4 = 38401; }},
+        {"rig", "servo_slew_q4", [](rig_profile &p) { p.servo_slew_q4 = 0; }},
+        {"rig", "watchdog_ms",
+         [](rig_profile &p) {
+             p.servos = false;
+             p.watchdog_ms = 0;
+         }},
         {"rig", "width_px", [](rig_profile &p) { p.width_px = 2050; }},
         {"rig", "height_px", [](rig_profile &p) { p.height_px = 1538; }},
         {"two-cameras", "servos", [](rig_profile &p) { p.servos = true; }},
@@ -95,7 +104,7 @@ TEST_CASE("each number that makes no sense is named") {
         {"two-cameras", "height_px", [](rig_profile &p) { p.height_px = 481; }},
         {"two-cameras", "frame_us", [](rig_profile &p) { p.frame_us = 0; }},
         {"two-cameras", "skew_limit_us", [](rig_profile &p) { p.skew_limit_us = 0; }},
-        {"two-cameras-lens", "lens_counts_per_s",
+        {"two-cameras-lens", "lens_counts_per_s_iris",
          [](rig_profile &p) { p.lens_counts_per_s[LENS_IRIS] = 0; }},
         {"two-cameras-lens", "lens_backlash_counts",
          [](rig_profile &p) { p.lens_backlash_counts = -1; }},
@@ -105,8 +114,8 @@ TEST_CASE("each number that makes no sense is named") {
     for (const auto &test : cases) {
         rig_profile profile = named(test.base);
         test.spoil(profile);
-        const char *what = "";
-        CHECK(rig_profile_check(&profile, &what) != ERROR_OK);
-        CHECK(std::string(what) == test.field);
+        rig_profile_flaw flaw{};
+        CHECK(rig_profile_check(&profile, &flaw) != ERROR_OK);
+        CHECK(std::string(flaw.field) == test.field);
     }
 }

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pairs to be measured: those of a session's directory, as daemon/session.md describes it, or a
 folder with left.*, right.* and a calibration."""
+import os
 import pathlib
 import zlib
 
@@ -79,10 +80,14 @@ def pair_of_folder(folder):
     raise Unusable(f"{folder}: holds no calibration ({', '.join(CALIBRATIONS)})")
 
 
+def need_directory(folder):
+    if not os.path.isdir(folder):
+        raise Unusable(f"{folder}: " + ("is no directory" if os.path.exists(folder) else
+                                        "there is no such directory"))
+
+
 def pairs_of(folder):
     folder = pathlib.Path(folder)
-    if not folder.is_dir():
-        raise Unusable(f"{folder}: is no directory")
     pairs = list(pairs_of_session(folder)) if (folder / INDEX).exists() else [pair_of_folder(folder)]
     if not pairs:
         raise Unusable(f"{folder}: holds no pair")

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/server/config_check.h"
+
+#include <string.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/fault_plan.h"
+#include "daemon/serial_device.h"
+#include "daemon/server/config_keys.h"
+#include "rig/command_words.h"
+
+enum { VALUE_BYTES = CONFIG_TEXT_BYTES + 16, RANGE_BYTES = 192, SETTING_BYTES = VALUE_BYTES + 64 };
+
+static const char rig_prefix[] = "rig.";
+
+/// What a check needs.
+struct check {
+    const struct config *config;
+    const int *lines;
+    int *line;
+    struct message *message;
+};
+
+/// The key of this name behind a prefix; there is one.
+static size_t key_of(const char *prefix, const char *name) {
+    size_t count = 0;
+    const struct config_key *keys = config_keys(&count);
+    const size_t bytes = strlen(prefix);
+    size_t i = 0;
+    while (i < count &&
+           (strncmp(keys[i].name, prefix, bytes) != 0 || strcmp(keys[i].name + bytes, name) != 0)) {
+        i++;
+    }
+    INVARIANT(i < count);
+    return i;
+}
+
+/// "rig.width_px 4000".
+static void print_setting(const struct check *self, size_t key, char text[SETTING_BYTES]) {
+    char value[VALUE_BYTES];
+    config_key_print(self->config, key, value, sizeof value);
+    snprintf(text, SETTING_BYTES, "%s %s", config_key_name(key), value);
+}
+
+/// The message begins with this key.
+static void blame(const struct check *self, size_t key) {
+    if (self->lines[key] != 0) {
+        *self->line = self->lines[key];
+    }
+}
+
+// ---- the profile
+
+/// "an even number from 16 to 2048 px", "no".
+static void print_range(const struct rig_profile_flaw *flaw, char text[RANGE_BYTES]) {
+    size_t count = 0;
+    const struct config_key *key = &config_keys(&count)[key_of(rig_prefix, flaw->field)];
+    const char *unit = key->unit != NULL ? key->unit : "";
+    const char *blank = key->unit != NULL ? " " : "";
+    char word[COMMAND_CHOICE_MAX];
+    if (key->choices != NULL) {
+        const bool found = command_words_choice_at(key->choices, flaw->least, word);
+        INVARIANT(found);
+        snprintf(text, RANGE_BYTES, "%s", word);
+    } else if (flaw->least == flaw->most) {
+        snprintf(text, RANGE_BYTES, "%d%s%s", (int)flaw->least, blank, unit);
+    } else {
+        snprintf(text, RANGE_BYTES, "%s from %d to %d%s%s",
+                 flaw->other  ? "another one"
+                 : flaw->even ? "an even number"
+                              : "a number",
+                 (int)flaw->least, (int)flaw->most, blank, unit);
+    }
+}
+
+/// The field, or where no line has set it, a cause that a line has set.
+static int tell_flaw(const struct check *self, const struct rig_profile_flaw *flaw) {
+    const size_t field = key_of(rig_prefix, flaw->field);
+    char range[RANGE_BYTES];
+    char setting[SETTING_BYTES];
+    char causes[RIG_PROFILE_CAUSES * SETTING_BYTES] = "";
+    print_range(flaw, range);
+    for (size_t i = 0; i < RIG_PROFILE_CAUSES && flaw->causes[i] != NULL; i++) {
+        const size_t cause = key_of(rig_prefix, flaw->causes[i]);
+        char other[SETTING_BYTES];
+        print_setting(self, cause, other);
+        if (self->lines[field] == 0 && self->lines[cause] != 0) {
+            blame(self, cause);
+            print_setting(self, field, setting);
+            return message_set(self->message, ERROR_RANGE,
+                               "%s does not go with %s, which must be %s", other, setting, range);
+        }
+        const size_t used = strlen(causes);
+        snprintf(causes + used, sizeof causes - used, "%s%s", i == 0 ? "" : " and ", other);
+    }
+    blame(self, field);
+    print_setting(self, field, setting);
+    return message_set(self->message, ERROR_RANGE, "%s %s%s: it must be %s", setting,
+                       causes[0] != '\0' ? "does not go with " : "is wrong", causes, range);
+}
+
+// ---- what the instrument hangs on
+
+/// What two devices or lines have in common.
+struct place {
+    bool needed;
+    const char *key;
+    bool by_profile;  ///< the profile asks for it
+};
+
+static int check_places(const struct check *self, const struct place *places, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        char value[VALUE_BYTES];
+        const size_t key = key_of("", places[i].key);
+        config_key_print(self->config, key, value, sizeof value);
+        if (places[i].needed && strcmp(value, "none") == 0) {
+            blame(self, key);
+            return message_set(self->message, ERROR_MISSING,
+                               "%s is none, but %s%s needs it with backend = linux", places[i].key,
+                               places[i].by_profile ? "the profile " : "a line of GPIO",
+                               places[i].by_profile ? self->config->profile.name : "");
+        }
+        for (size_t k = 0; k < i && places[i].needed; k++) {
+            char other[VALUE_BYTES];
+            const size_t before = key_of("", places[k].key);
+            config_key_print(self->config, before, other, sizeof other);
+            if (!places[k].needed || strcmp(value, other) != 0) {
+                continue;
+            }
+            // Where a line has set one of them alone, it is the one.
+            const bool swap = self->lines[key] == 0 && self->lines[before] != 0;
+            blame(self, swap ? before : key);
+            return message_set(self->message, ERROR_DUPLICATE,
+                               "%s %s is also %s: each needs one of its own",
+                               places[swap ? k : i].key, value, places[swap ? i : k].key);
+        }
+    }
+    return 0;
+}
+
+static int check_devices(const struct check *self) {
+    const struct config *config = self->config;
+    const struct rig_profile *profile = &config->profile;
+    const bool reset = config->reset_line != CONFIG_NO_LINE;
+    const bool irq = config->irq_line != CONFIG_NO_LINE;
+    const bool power = config->lens_power_line != CONFIG_NO_LINE;
+    const struct place devices[] = {
+        {profile->bridge, "i2c", true},
+        {true, "left_camera", true},
+        {!profile->bridge, "right_camera", true},
+        {profile->lenses != RIG_LENSES_FIXED, "lens_uart", true},
+        {reset || irq || power, "gpio_chip", false},
+        {config->console[0] != '\0' && strcmp(config->console, "stdio") != 0, "console", false},
+        {config->watchdog[0] != '\0', "watchdog", false},
+    };
+    const struct place lines[] = {
+        {reset, "reset_line", false}, {irq, "irq_line", false}, {power, "lens_power_line", false}};
+    const int error = check_places(self, devices, sizeof devices / sizeof devices[0]);
+    return error != 0 ? error : check_places(self, lines, sizeof lines / sizeof lines[0]);
+}
+
+// ---- all
+
+static int check_faults(const struct check *self) {
+    struct fault_plan plan;
+    struct message inner;
+    const int error = fault_plan_parse(&plan, self->config->faults, &inner);
+    if (error == 0) {
+        return 0;
+    }
+    blame(self, key_of("", "faults"));
+    return message_set(self->message, error, "faults: %.900s", inner.text);
+}
+
+static int check_speed(const struct check *self) {
+    const uint32_t baud = self->config->console_baud;
+    if (serial_device_has_speed(baud)) {
+        return 0;
+    }
+    blame(self, key_of("", "console_baud"));
+    return message_set(
+        self->message, ERROR_ARGUMENT,
+        "console_baud %u is no speed of a serial line: there are " SERIAL_DEVICE_SPEEDS,
+        (unsigned)baud);
+}
+
+int config_check_lines(const struct config *config, const int *lines, int *line,
+                       struct message *message) {
+    const struct check self = {config, lines, line, message};
+    struct rig_profile_flaw flaw;
+    int error = rig_profile_check(&config->profile, &flaw);
+    if (error != 0) {
+        return tell_flaw(&self, &flaw);
+    }
+    error = config->backend == CONFIG_BACKEND_LINUX ? check_devices(&self) : 0;
+    error = error != 0 ? error : check_speed(&self);
+    return error != 0 ? error : check_faults(&self);
+}
+
+int config_check(const struct config *config, struct message *message) {
+    const int lines[CONFIG_KEYS_MAX] = {0};
+    int line = 0;
+    return config_check_lines(config, lines, &line, message);
+}

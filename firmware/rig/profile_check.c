@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whether the numbers of a profile make sense together: each has a range, and other fields say
+// whether it counts, or how far it goes.
+#include <stddef.h>
+
+#include "bridge_registers.h"
+#include "core/error.h"
+#include "core/invariant.h"
+#include "device/fpga_bridge.h"
+#include "device/lens_drive.h"
+#include "device/mt9t001.h"
+#include "rig/profile.h"
+
+enum {
+    SENSOR_CLOCK_LEAST_HZ = 1000000,
+    // What I2C keeps for itself lies outside.
+    ADDRESS_LEAST = 0x08,
+    ADDRESS_MOST = 0x77,
+    Q4_PER_RAD_MOST = 1000000,
+    URAD_PER_S_MOST = 100000000,
+    // Less would fire while a transfer is tried again.
+    WATCHDOG_LEAST_MS = 400,
+    // More would leave the servos alone for too long.
+    WATCHDOG_MOST_MS = 1500,
+    LENS_COUNTS_PER_S_MOST = 100000,
+    LENS_COUNTS_MOST = 100,
+    SIZE_LEAST_PX = 16,
+    SIZE_MOST_PX = 16384,
+    FRAME_LEAST_US = 1000,
+    FRAME_MOST_US = 60000000,
+};
+
+/// A field's value, and what it would have to be.
+struct limit {
+    int64_t value;
+    struct rig_profile_flaw range;
+};
+
+static int check_all(const struct limit *limits, size_t count, struct rig_profile_flaw *flaw) {
+    for (size_t i = 0; i < count; i++) {
+        const struct rig_profile_flaw *range = &limits[i].range;
+        const int64_t value = limits[i].value;
+        INVARIANT(range->least <= range->most);
+        if (value < range->least || value > range->most || (range->even && value % 2 != 0)) {
+            *flaw = *range;
+            return ERROR_RANGE;
+        }
+    }
+    return ERROR_OK;
+}
+
+#define CHECK(limits, flaw) check_all(limits, sizeof(limits) / sizeof(limits)[0], flaw)
+
+static int check_frames(const struct rig_profile *profile, struct rig_profile_flaw *flaw) {
+    // Of cameras with a port of their own the system says what they can.
+    const char *cause = profile->bridge ? "bridge" : NULL;
+    const int32_t width_px = profile->bridge ? MT9T001_WIDTH_PX : SIZE_MOST_PX;
+    const int32_t height_px = profile->bridge ? MT9T001_HEIGHT_PX : SIZE_MOST_PX;
+    const struct limit limits[] = {
+        {profile->width_px, {"width_px", SIZE_LEAST_PX, width_px, .causes = {cause}, .even = true}},
+        {profile->height_px,
+         {"height_px", SIZE_LEAST_PX, height_px, .causes = {cause}, .even = true}},
+        {profile->frame_us, {"frame_us", FRAME_LEAST_US, FRAME_MOST_US, .causes = {NULL}}},
+        {profile->skew_limit_us, {"skew_limit_us", 1, FRAME_MOST_US, .causes = {NULL}}},
+    };
+    return CHECK(limits, flaw);
+}
+
+/// Whether a device on I2C has an address of its own.
+static int check_address(uint8_t address, uint8_t taken, const char *field, const char *other,
+                         struct rig_profile_flaw *flaw) {
+    if (address != taken) {
+        return ERROR_OK;
+    }
+    *flaw = (struct rig_profile_flaw){field, ADDRESS_LEAST, ADDRESS_MOST, .causes = {other},
+                                      .other = true};
+    return ERROR_RANGE;
+}
+
+static int check_bridge(const struct rig_profile *profile, struct rig_profile_flaw *flaw) {
+    static const char bridge[] = "bridge_address";
+    static const char left[] = "sensor_address_left", right[] = "sensor_address_right";
+    const uint8_t *address = profile->sensor_address;
+    const struct limit limits[] = {
+        {profile->bridge_address,
+         {bridge, BRIDGE_I2C_ADDRESS, BRIDGE_I2C_ADDRESS, .causes = {"bridge"}}},
+        {address[RIG_LEFT], {left, ADDRESS_LEAST, ADDRESS_MOST, .causes = {"bridge"}}},
+        {address[RIG_RIGHT], {right, ADDRESS_LEAST, ADDRESS_MOST, .causes = {"bridge"}}},
+        {profile->sensor_clock_hz,
+         {"sensor_clock_hz", SENSOR_CLOCK_LEAST_HZ, RIG_PROFILE_SENSOR_CLOCK_HZ,
+          .causes = {"bridge"}}},
+        {profile->watchdog_ms,
+         {"watchdog_ms", WATCHDOG_LEAST_MS, WATCHDOG_MOST_MS, .causes = {"bridge"}}},
+    };
+    int error = CHECK(limits, flaw);
+    if (error == ERROR_OK) {
+        error = check_address(address[RIG_LEFT], profile->bridge_address, left, bridge, flaw);
+    }
+    if (error == ERROR_OK) {
+        error = check_address(address[RIG_RIGHT], profile->bridge_address, right, bridge, flaw);
+    }
+    return error == ERROR_OK
+               ? check_address(address[RIG_RIGHT], address[RIG_LEFT], right, left, flaw)
+               : error;
+}
+
+/// The fields of a servo.
+struct servo_fields {
+    const char *centre, *least, *most, *q4_per_rad, *urad_per_s;
+};
+
+static const struct servo_fields servo_fields[RIG_SIDES] = {
+    {"servo_left_centre_q4", "servo_left_least_q4", "servo_left_most_q4", "servo_left_q4_per_rad",
+     "servo_left_urad_per_s"},
+    {"servo_right_centre_q4", "servo_right_least_q4", "servo_right_most_q4",
+     "servo_right_q4_per_rad", "servo_right_urad_per_s"},
+};
+
+/// Pulses as the bridge sends them: it keeps limits of its own.
+static int check_servo(const struct rig_profile *profile, unsigned side,
+                       struct rig_profile_flaw *flaw) {
+    const struct servo_model *servo = &profile->servo[side];
+    const struct servo_fields *fields = &servo_fields[side];
+    const struct bridge_register *least = fpga_bridge_register(BRIDGE_SERVO0_MIN_Q4);
+    const struct bridge_register *most = fpga_bridge_register(BRIDGE_SERVO0_MAX_Q4);
+    const int32_t centre_q4 = servo->centre_q4;
+    const struct limit first[] = {
+        {centre_q4, {fields->centre, least->min + 1, most->max - 1, .causes = {"servos"}}},
+        {servo->q4_per_rad, {fields->q4_per_rad, 1, Q4_PER_RAD_MOST, .causes = {"servos"}}},
+        {servo->urad_per_s, {fields->urad_per_s, 1, URAD_PER_S_MOST, .causes = {"servos"}}},
+    };
+    const int error = CHECK(first, flaw);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    const int32_t least_most_q4 = least->max < centre_q4 ? least->max : centre_q4 - 1;
+    const int32_t most_least_q4 = most->min > centre_q4 ? most->min : centre_q4 + 1;
+    const struct limit limits[] = {
+        {servo->least_q4,
+         {fields->least, least->min, least_most_q4, .causes = {fields->centre, "servos"}}},
+        {servo->most_q4,
+         {fields->most, most_least_q4, most->max, .causes = {fields->centre, "servos"}}},
+    };
+    return CHECK(limits, flaw);
+}
+
+/// How far both servos turn.
+static int check_pan(const struct rig_profile *profile, struct rig_profile_flaw *flaw) {
+    int32_t least_urad = INT32_MIN, most_urad = INT32_MAX;
+    const struct servo_fields *left_most = NULL, *right_most = NULL;
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        const struct servo_model *servo = &profile->servo[side];
+        const int32_t from_urad = servo_angle_urad(servo, servo->least_q4);
+        const int32_t to_urad = servo_angle_urad(servo, servo->most_q4);
+        if (left_most == NULL || from_urad > least_urad) {
+            least_urad = from_urad;
+            left_most = &servo_fields[side];
+        }
+        if (right_most == NULL || to_urad < most_urad) {
+            most_urad = to_urad;
+            right_most = &servo_fields[side];
+        }
+    }
+    // Least and most of each servo lie on both sides of its middle.
+    INVARIANT(least_urad < 0 && most_urad > 0);
+    const struct limit limits[] = {
+        {profile->pan_most_urad,
+         {"pan_most_urad", least_urad + 1, most_urad,
+          .causes = {right_most->most, right_most->centre, right_most->q4_per_rad}}},
+        {profile->pan_least_urad,
+         {"pan_least_urad", least_urad, profile->pan_most_urad - 1,
+          .causes = {left_most->least, left_most->centre, left_most->q4_per_rad}}},
+    };
+    const int error = CHECK(limits, flaw);
+    if (error != ERROR_OK && profile->pan_least_urad >= profile->pan_most_urad &&
+        flaw->field == limits[1].range.field) {
+        flaw->causes[0] = "pan_most_urad";
+        flaw->causes[1] = NULL;
+    }
+    return error;
+}
+
+static int check_servos(const struct rig_profile *profile, struct rig_profile_flaw *flaw) {
+    const struct bridge_register *slew = fpga_bridge_register(BRIDGE_SERVO0_SLEW_Q4);
+    const struct limit limits[] = {
+        // Without it nothing makes pulses.
+        {!profile->bridge, {"servos", 0, 0, .causes = {"bridge"}}},
+        {profile->servo_slew_q4, {"servo_slew_q4", 1, slew->max, .causes = {"servos"}}},
+    };
+    int error = CHECK(limits, flaw);
+    for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
+        error = check_servo(profile, side, flaw);
+    }
+    return error == ERROR_OK ? check_pan(profile, flaw) : error;
+}
+
+static int check_lenses(const struct rig_profile *profile, struct rig_profile_flaw *flaw) {
+    static const char *const speeds[LENS_AXES] = {
+        [LENS_ZOOM] = "lens_counts_per_s_zoom",
+        [LENS_FOCUS] = "lens_counts_per_s_focus",
+        [LENS_IRIS] = "lens_counts_per_s_iris",
+    };
+    int error = ERROR_OK;
+    for (int axis = 0; axis < LENS_AXES && error == ERROR_OK; axis++) {
+        const struct limit speed[] = {
+            {profile->lens_counts_per_s[axis],
+             {speeds[axis], 1, LENS_COUNTS_PER_S_MOST, .causes = {"lenses"}}}};
+        error = CHECK(speed, flaw);
+    }
+    const struct limit limits[] = {
+        {profile->lens_backlash_counts,
+         {"lens_backlash_counts", 0, LENS_COUNTS_MOST, .causes = {"lenses"}}},
+        {profile->lens_tolerance_counts,
+         {"lens_tolerance_counts", 1, LENS_COUNTS_MOST, .causes = {"lenses"}}},
+    };
+    return error == ERROR_OK ? CHECK(limits, flaw) : error;
+}
+
+int rig_profile_check(const struct rig_profile *profile, struct rig_profile_flaw *flaw) {
+    INVARIANT(profile != NULL && flaw != NULL);
+    const struct limit kinds[] = {
+        {profile->lenses, {"lenses", RIG_LENSES_FIXED, RIG_LENSES_V1LC, .causes = {NULL}}}};
+    int error = check_frames(profile, flaw);
+    if (error == ERROR_OK && profile->bridge) {
+        error = check_bridge(profile, flaw);
+    }
+    if (error == ERROR_OK && profile->servos) {
+        error = check_servos(profile, flaw);
+    }
+    if (error == ERROR_OK) {
+        error = CHECK(kinds, flaw);
+    }
+    return error == ERROR_OK && profile->lenses != RIG_LENSES_FIXED ? check_lenses(profile, flaw)
+                                                                    : error;
+}
