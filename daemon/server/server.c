@@ -216,8 +216,7 @@ static struct connection *free_seat(struct server *self) {
     return NULL;
 }
 
-/// Without a descriptor for it a client cannot even be turned away, and would be there again at
-/// once, for ever: so one is kept for that.
+/// Without a descriptor for it a client could not even be turned away: so one is kept for that.
 static bool turn_away_without_descriptor(struct server *self, int listener) {
     if (errno != EMFILE && errno != ENFILE) {
         return false;

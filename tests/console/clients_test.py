@@ -376,7 +376,7 @@ class NoSocket(unittest.TestCase):
     def refused(self, *settings):
         done = subprocess.run(
             [VERGENCED, "profile=two-cameras", "backend=linux", "left_camera=/dev/none",
-             "right_camera=/dev/none", "store=none", "files=none", "log_level=error", *settings],
+             "right_camera=/dev/none2", "store=none", "files=none", "log_level=error", *settings],
             capture_output=True, text=True, timeout=PATIENCE_S)
         self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
         return done.stderr

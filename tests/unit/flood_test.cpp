@@ -49,7 +49,8 @@ TEST_CASE("more kinds than there is room for: the one that was not seen for long
         flood_ask(&flood, "often", 1, &held);
     }
     for (int i = 0; i < FLOOD_KINDS - 1; i++) {
-        CHECK(flood_ask(&flood, std::string(i + 1, 'x').c_str(), 2, &held) == FLOOD_TELL);
+        CHECK(flood_ask(&flood, std::string(std::size_t(i) + 1, 'x').c_str(), 2, &held) ==
+              FLOOD_TELL);
     }
     CHECK(flood_ask(&flood, "often", 3, &held) == FLOOD_HOLD);
     CHECK(flood_ask(&flood, "new", 4, &held) == FLOOD_TELL);
