@@ -187,14 +187,27 @@ static int open_part(struct fetch *self, struct message *message) {
                              self->part);
 }
 
-int remote_fetch_compare(struct remote *remote, const char *name, const char *local, bool *same,
-                         struct message *message) {
+/// The caller frees it. NULL: no memory, and `message` says so.
+static struct fetch *begin(struct remote *remote, const char *name, const char *local,
+                           struct message *message) {
     struct fetch *self = malloc(sizeof *self);
     if (self == NULL) {
-        return message_set(message, ERROR_MEMORY, "there is no memory");
+        message_set(message, ERROR_MEMORY, "there is no memory");
+        return NULL;
     }
     self->remote = remote;
     self->name = name;
+    self->local = local;
+    self->fd = -1;
+    return self;
+}
+
+int remote_fetch_compare(struct remote *remote, const char *name, const char *local, bool *same,
+                         struct message *message) {
+    struct fetch *self = begin(remote, name, local, message);
+    if (self == NULL) {
+        return ERROR_MEMORY;
+    }
     int error = look_at_local(local, message);
     error = error != 0 ? error : describe(self, message);
     if (error == 0) {
@@ -212,14 +225,10 @@ int remote_fetch_compare(struct remote *remote, const char *name, const char *lo
 
 int remote_fetch(struct remote *remote, const char *name, const char *local, uint64_t *bytes,
                  struct message *message) {
-    struct fetch *self = malloc(sizeof *self);
+    struct fetch *self = begin(remote, name, local, message);
     if (self == NULL) {
-        return message_set(message, ERROR_MEMORY, "there is no memory");
+        return ERROR_MEMORY;
     }
-    self->remote = remote;
-    self->name = name;
-    self->local = local;
-    self->fd = -1;
     int error = describe(self, message);
     error = error != 0 ? error : look_at_local(local, message);
     error = error != 0 ? error : open_part(self, message);
