@@ -129,9 +129,9 @@ static bool is_text_end(char *text, bool sealed, uint32_t crc, bool *ok, bool *d
 }
 
 /// Whether a line says that the daemon turns the client away, which it says as text before it has
-/// heard how the client wants it. On a serial line it is rubbish.
+/// heard how the client wants it. On a serial line it is rubbish, as is one that gives no reason.
 static bool is_turned_away(const struct remote *self, const char *text) {
-    return !self->line.serial && strncmp(text, "ERR ", 4) == 0;
+    return !self->line.serial && strncmp(text, "ERR ", 4) == 0 && text[4] > ' ';
 }
 
 /// One try of remote_ask.

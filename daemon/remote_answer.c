@@ -83,12 +83,12 @@ void remote_show_refusal(struct remote *self, remote_show *show, void *cookie, c
         show(self, cookie, text);
         return;
     }
-    if (sscanf(text, "ERR %31s %n", name, &used) < 1) {
+    if (sscanf(text, "ERR %31s %n", name, &used) < 1 || text[used] == '\0') {
         used = 0;
     }
-#define NUMBER_OF(word, number, says) \
-    if (strcmp(name, #word) == 0) {   \
-        error = (number);             \
+#define NUMBER_OF(word, number, says)               \
+    if (strcmp(name, #word) == 0 && (number) < 0) { \
+        error = (number);                           \
     }
     ERROR_LIST(NUMBER_OF)
 #undef NUMBER_OF
