@@ -56,14 +56,10 @@ static bool is_empty(int root, const char *name, struct session_pairs *pairs) {
 
 /// The directory whose index was written last, of those with a pair.
 static bool find_newest(int root, char *name, struct session_pairs *pairs) {
-    const int fd = openat(root, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    DIR *directory = fd >= 0 ? fdopendir(fd) : NULL;
+    DIR *directory = files_list_below(root, "");
     struct timespec newest = {0, 0};
     bool found = false;
     if (directory == NULL) {
-        if (fd >= 0) {
-            close(fd);
-        }
         return false;
     }
     for (const struct dirent *entry = readdir(directory); entry != NULL;

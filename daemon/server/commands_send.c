@@ -82,12 +82,8 @@ static int take_arguments(struct receipt *self) {
 
 /// Parts that nobody has gone on with for long.
 static void remove_abandoned(int root) {
-    const int fd = openat(root, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    DIR *directory = fd >= 0 ? fdopendir(fd) : NULL;
+    DIR *directory = files_list_below(root, "");
     if (directory == NULL) {
-        if (fd >= 0) {
-            close(fd);
-        }
         return;
     }
     for (const struct dirent *entry = readdir(directory); entry != NULL;

@@ -97,6 +97,17 @@ int files_open_below(int root, const char *name) {
                            : open_below(root, name, O_RDONLY | O_DIRECTORY);
 }
 
+DIR *files_list_below(int root, const char *name) {
+    const int fd = files_open_below(root, name);
+    DIR *directory = fd >= 0 ? fdopendir(fd) : NULL;
+    if (directory == NULL && fd >= 0) {
+        const int number = errno;
+        close(fd);
+        errno = number;
+    }
+    return directory;
+}
+
 int files_open_directory(const struct command_call *call, const char *name) {
     const int error = files_need_directory(call);
     if (error != 0) {

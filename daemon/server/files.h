@@ -4,6 +4,7 @@
 #ifndef VERGENCE_DAEMON_SERVER_FILES_H
 #define VERGENCE_DAEMON_SERVER_FILES_H
 
+#include <dirent.h>
 #include <stddef.h>
 
 #include "rig/command.h"
@@ -19,6 +20,9 @@ int files_open(const struct command_call *call, const char *name);
 
 /// Opens a directory below another one, "" for that itself. The descriptor, or -1 and errno.
 int files_open_below(int root, const char *name);
+
+/// The same, to read its entries. The caller closes it; NULL and errno.
+DIR *files_list_below(int root, const char *name);
 
 /// Opens a directory, "" for all files.
 int files_open_directory(const struct command_call *call, const char *name);

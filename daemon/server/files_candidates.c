@@ -6,7 +6,6 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include "daemon/server/files.h"
 #include "daemon/server/surroundings.h"
@@ -43,17 +42,13 @@ static void add_entries(const struct command_candidates *to, enum kind wanted) {
     }
     memcpy(place, to->begun, bytes);
     place[bytes] = '\0';
-    const int fd = around->files_fd < 0 ? -1 : files_open_below(around->files_fd, place);
-    DIR *directory = fd >= 0 ? fdopendir(fd) : NULL;
+    DIR *directory = around->files_fd < 0 ? NULL : files_list_below(around->files_fd, place);
     if (directory == NULL) {
-        if (fd >= 0) {
-            close(fd);
-        }
         return;
     }
     for (const struct dirent *entry = readdir(directory); entry != NULL;
          entry = readdir(directory)) {
-        const enum kind kind = kind_of(fd, entry->d_name);
+        const enum kind kind = kind_of(dirfd(directory), entry->d_name);
         const bool leads = wanted == KIND_FILE && kind > KIND_FILE;
         if (kind == KIND_OTHER || (!leads && kind < wanted)) {
             continue;

@@ -14,7 +14,6 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/monotonic.h"
-#include "daemon/serial_device.h"
 #include "daemon/server/completion.h"
 #include "daemon/server/listener.h"
 #include "daemon/server/notify.h"
@@ -23,7 +22,6 @@ enum {
     CONSOLE = 0,    ///< its place among the clients
     TICK_MS = 250,  ///< the loop looks at all once in this time, come what may
     FDS_MAX = 2 + SERVER_LISTENERS + 2 * (SERVER_CLIENTS_MAX + 1),
-    CONSOLE_RETRY_US = 1000000,
     STUCK_SIMULATED_S = 150,  ///< a simulated rig renders its frames, which takes what it takes
     NOTIFY_US = 1000000,
 };
@@ -128,42 +126,6 @@ static int open_listeners(struct server *self, struct message *message) {
     return error;
 }
 
-/// Standard input and output as the console: a terminal with line editing when they are one.
-static void open_stdio(struct server *self) {
-    const bool terminal = isatty(STDIN_FILENO) != 0 && isatty(STDOUT_FILENO) != 0;
-    self->stdio = true;
-    if (terminal && tcgetattr(STDIN_FILENO, &self->stdio_settings) == 0) {
-        struct termios raw = self->stdio_settings;
-        cfmakeraw(&raw);
-        self->stdio_raw = tcsetattr(STDIN_FILENO, TCSADRAIN, &raw) == 0;
-    }
-    for (int fd = STDIN_FILENO; fd <= STDOUT_FILENO; fd++) {
-        self->stdio_flags[fd] = fcntl(fd, F_GETFL);
-    }
-    for (int fd = STDIN_FILENO; fd <= STDOUT_FILENO; fd++) {
-        fcntl(fd, F_SETFL, self->stdio_flags[fd] | O_NONBLOCK);
-    }
-    connection_begin(&self->clients[CONSOLE], terminal ? CONNECTION_TERMINAL : CONNECTION_LINES,
-                     STDIN_FILENO, STDOUT_FILENO, "console");
-}
-
-static int open_console(struct server *self, struct message *message) {
-    const char *console = self->config->console;
-    if (console[0] == '\0') {
-        return 0;
-    }
-    if (strcmp(console, "stdio") == 0) {
-        open_stdio(self);
-        return 0;
-    }
-    const int fd = serial_device_open(console, self->config->console_baud, message);
-    if (fd >= 0) {
-        connection_begin(&self->clients[CONSOLE], CONNECTION_TERMINAL, fd, fd, "console");
-        self->clients[CONSOLE].lasting = true;
-    }
-    return fd < 0 ? fd : 0;
-}
-
 int server_open(struct server *self, const struct server_parts *parts, struct message *message) {
     *self = (struct server){.config = parts->config,
                             .logbook = parts->logbook,
@@ -183,7 +145,9 @@ int server_open(struct server *self, const struct server_parts *parts, struct me
     self->rig_crew.has_rig = true;
     self->rig_crew.time_passes = parts->time_passes;
     const int error = open_listeners(self, message);
-    return error != 0 ? error : open_console(self, message);
+    return error != 0
+               ? error
+               : console_open(&self->console, self->config, &self->clients[CONSOLE], message);
 }
 
 int server_start(struct server *self, struct message *message) {
@@ -250,33 +214,15 @@ static void accept_clients(struct server *self, int listener) {
 }
 
 static void close_client(struct server *self, struct connection *client) {
-    if (client == &self->clients[CONSOLE] && self->stdio) {
+    if (console_is_stdio(&self->console, client)) {
         self->stopping = true;
     } else {
         close(client->in_fd);
     }
     output_reset(&client->output, true);
     client->used = false;
-    if (client->lasting && !client->gone) {
-        // The line is still there: the next one who types gets a prompt.
-        self->console_retry_us = 0;
-    } else if (client->lasting) {
-        self->console_retry_us = monotonic_now_us() + CONSOLE_RETRY_US;
-    }
-}
-
-/// A serial console that has gone may come back (an adapter that is plugged in again).
-static void retry_console(struct server *self, uint64_t now_us) {
-    struct message message;
-    struct connection *console = &self->clients[CONSOLE];
-    if (!console->lasting || console->used || now_us < self->console_retry_us || self->stopping) {
-        return;
-    }
-    const int fd = serial_device_open(self->config->console, self->config->console_baud, &message);
-    if (fd >= 0) {
-        connection_begin(console, CONNECTION_TERMINAL, fd, fd, "console");
-    } else {
-        self->console_retry_us = now_us + CONSOLE_RETRY_US;
+    if (client->lasting) {
+        console_left(&self->console, client->gone);
     }
 }
 
@@ -321,7 +267,7 @@ static void serve(struct server *self, struct connection *client, short input, s
     const uint64_t patience_us = (uint64_t)self->config->reader_timeout_s * 1000000;
     const bool stalled = client->stalled_us != 0 && now_us - client->stalled_us > patience_us;
     // Whoever has the daemon's own output may read it when he likes: nobody waits for it.
-    const bool own = client == &self->clients[CONSOLE] && self->stdio;
+    const bool own = console_is_stdio(&self->console, client);
     if (!client->gone && !own && (stalled || output_overrun(&client->output))) {
         if (client->lasting) {
             output_reset(&client->output, false);  // nobody has plugged in a terminal
@@ -435,7 +381,9 @@ static void turn(struct server *self) {
             accept_clients(self, self->listeners[i]);
         }
     }
-    retry_console(self, now_us);
+    if (!self->stopping) {
+        console_retry(&self->console, now_us);
+    }
     notify(self, now_us);
     logbook_flush(self->logbook);
 }
@@ -456,7 +404,7 @@ static void close_clients(struct server *self) {
         struct connection *client = &self->clients[i];
         if (client->used) {
             connection_send(client, monotonic_now_us());
-            if (i != CONSOLE || !self->stdio) {
+            if (!console_is_stdio(&self->console, client)) {
                 close(client->in_fd);
             }
         }
@@ -474,12 +422,7 @@ void server_close(struct server *self) {
     crew_stop(&self->desk_crew);
     close_clients(self);
     reply_close(&self->reply);
-    if (self->stdio_raw) {
-        tcsetattr(STDIN_FILENO, TCSADRAIN, &self->stdio_settings);
-    }
-    for (int fd = STDIN_FILENO; self->stdio && fd <= STDOUT_FILENO; fd++) {
-        fcntl(fd, F_SETFL, self->stdio_flags[fd]);
-    }
+    console_close(&self->console);
     for (int i = 0; i < SERVER_LISTENERS; i++) {
         if (self->listeners[i] >= 0) {
             close(self->listeners[i]);

@@ -7,10 +7,10 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <termios.h>
 
 #include "daemon/server/config.h"
 #include "daemon/server/connection.h"
+#include "daemon/server/console.h"
 #include "daemon/server/crew.h"
 #include "daemon/server/logbook.h"
 #include "hal/watchdog.h"
@@ -34,11 +34,7 @@ struct server {
     int listeners[SERVER_LISTENERS];  ///< -1: none
     int signal_fd, wake_fd;
     int spare_fd;  ///< given up to turn a client away when there is none left
-    bool stdio;    ///< the console is standard input and output
-    bool stdio_raw;
-    int stdio_flags[2];  ///< of standard input and output, before; others share them
-    struct termios stdio_settings;
-    uint64_t console_retry_us;
+    struct console console;
     bool stopping, stuck_told;
     uint64_t notified_us;
     const struct hal_watchdog *watchdog;  ///< NULL: none

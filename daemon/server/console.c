@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/server/console.h"
+
+#include <fcntl.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "core/invariant.h"
+#include "daemon/monotonic.h"
+#include "daemon/serial_device.h"
+
+enum { RETRY_US = 1000000 };
+
+static void open_stdio(struct console *self) {
+    const bool terminal = isatty(STDIN_FILENO) != 0 && isatty(STDOUT_FILENO) != 0;
+    self->stdio = true;
+    if (terminal && tcgetattr(STDIN_FILENO, &self->stdio_settings) == 0) {
+        struct termios raw = self->stdio_settings;
+        cfmakeraw(&raw);
+        self->stdio_raw = tcsetattr(STDIN_FILENO, TCSADRAIN, &raw) == 0;
+    }
+    // Both before one of them changes: they may be the same.
+    for (int fd = STDIN_FILENO; fd <= STDOUT_FILENO; fd++) {
+        self->stdio_flags[fd] = fcntl(fd, F_GETFL);
+    }
+    for (int fd = STDIN_FILENO; fd <= STDOUT_FILENO; fd++) {
+        fcntl(fd, F_SETFL, self->stdio_flags[fd] | O_NONBLOCK);
+    }
+    connection_begin(self->client, terminal ? CONNECTION_TERMINAL : CONNECTION_LINES, STDIN_FILENO,
+                     STDOUT_FILENO, "console");
+}
+
+static int open_serial(struct console *self, struct message *message) {
+    const int fd = serial_device_open(self->config->console, self->config->console_baud, message);
+    if (fd < 0) {
+        return fd;
+    }
+    connection_begin(self->client, CONNECTION_TERMINAL, fd, fd, "console");
+    return 0;
+}
+
+int console_open(struct console *self, const struct config *config, struct connection *client,
+                 struct message *message) {
+    INVARIANT(!client->used);
+    *self = (struct console){.config = config, .client = client};
+    if (config->console[0] == '\0') {
+        return 0;
+    }
+    if (strcmp(config->console, "stdio") == 0) {
+        open_stdio(self);
+        return 0;
+    }
+    const int error = open_serial(self, message);
+    client->lasting = error == 0;
+    return error;
+}
+
+void console_close(struct console *self) {
+    if (self->stdio_raw) {
+        tcsetattr(STDIN_FILENO, TCSADRAIN, &self->stdio_settings);
+    }
+    for (int fd = STDIN_FILENO; self->stdio && fd <= STDOUT_FILENO; fd++) {
+        fcntl(fd, F_SETFL, self->stdio_flags[fd]);
+    }
+}
+
+bool console_is_stdio(const struct console *self, const struct connection *client) {
+    return self->stdio && client == self->client;
+}
+
+void console_left(struct console *self, bool gone) {
+    INVARIANT(!self->stdio);
+    // Where the line is still there the next one who types gets a prompt.
+    self->retry_us = gone ? monotonic_now_us() + RETRY_US : 0;
+}
+
+void console_retry(struct console *self, uint64_t now_us) {
+    struct message message;
+    if (!self->client->lasting || self->client->used || now_us < self->retry_us) {
+        return;
+    }
+    if (open_serial(self, &message) != 0) {
+        self->retry_us = now_us + RETRY_US;
+    }
+}
