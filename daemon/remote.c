@@ -41,6 +41,16 @@ bool remote_quote(const char *word, char *text) {
     return true;
 }
 
+bool remote_files_command(const char *name, const char *after, char *command) {
+    char quoted[2][REMOTE_REQUEST_BYTES] = {"", ""};
+    if (!remote_quote(name, quoted[0]) || (after != NULL && !remote_quote(after, quoted[1]))) {
+        return false;
+    }
+    const int length = snprintf(command, REMOTE_REQUEST_BYTES, "files %s%s%s", quoted[0],
+                                after != NULL ? " " : "", quoted[1]);
+    return length > 0 && length < REMOTE_REQUEST_BYTES;
+}
+
 void remote_progress(struct remote *self, const char *what, uint64_t done, uint64_t total) {
     if (isatty(STDERR_FILENO) == 0) {
         return;

@@ -62,6 +62,10 @@ int remote_call(struct remote *self, const char *command, struct json_value *res
 /// REMOTE_REQUEST_BYTES. False: there is no room for it.
 bool remote_quote(const char *word, char *text);
 
+/// The line `files NAME`, or `files NAME AFTER` where `after` is not NULL. `command` has
+/// REMOTE_REQUEST_BYTES. False: there is no room for it.
+bool remote_files_command(const char *name, const char *after, char *command);
+
 /// How far something is, as a bar on standard error when that is a terminal; `total` 0 wipes it.
 void remote_progress(struct remote *self, const char *what, uint64_t done, uint64_t total);
 

@@ -14,7 +14,7 @@
 
 #define PART_END ".part"
 
-enum { NAME_BYTES = 256, PATH_BYTES = 4096, COMMAND_BYTES = REMOTE_REQUEST_BYTES, GROWTH = 256 };
+enum { NAME_BYTES = 256, PATH_BYTES = 4096, GROWTH = 256 };
 
 struct folder {
     struct remote *remote;
@@ -53,16 +53,13 @@ static int add_file(struct folder *self, struct json_value entry, struct message
 
 /// All names, as many at a time as vergenced lists.
 static int list(struct folder *self, struct message *message) {
-    char command[COMMAND_BYTES];
+    char command[REMOTE_REQUEST_BYTES];
     bool more = true;
     while (more) {
         struct json_value result;
         const size_t before = self->count;
         const char *last = before > 0 ? self->files[before - 1] : NULL;
-        const int length =
-            snprintf(command, sizeof command, "files \"%s\"%s%s%s", self->name,
-                     last != NULL ? " \"" : "", last != NULL ? last : "", last != NULL ? "\"" : "");
-        if (length < 0 || (size_t)length >= sizeof command) {
+        if (!remote_files_command(self->name, last, command)) {
             return message_set(message, ERROR_ARGUMENT, "%s: the name is too long", self->name);
         }
         int error = remote_call(self->remote, command, &result, message);

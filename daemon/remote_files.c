@@ -17,11 +17,11 @@ static const char *base_name(const char *name) {
 
 /// Whether the instrument has a directory of this name.
 static bool is_directory(struct remote *self, const char *name) {
-    char command[COMMAND_LINE_MAX + 16];
+    char command[REMOTE_REQUEST_BYTES];
     struct json_value result;
     struct message unheard;
-    snprintf(command, sizeof command, "files \"%s\"", name);
-    return remote_call(self, command, &result, &unheard) == 0;
+    return remote_files_command(name, NULL, command) &&
+           remote_call(self, command, &result, &unheard) == 0;
 }
 
 int remote_files(struct remote *self, const char *line, remote_show *show, void *cookie, int *error,

@@ -5,6 +5,7 @@ import os
 import pty
 import random
 import select
+import shutil
 import stat
 import subprocess
 import time
@@ -97,8 +98,22 @@ class Remote(DaemonTest):
             self.assertEqual(self.vergence("send", self.path_of("sent"), name).returncode, 0)
             with open(os.path.join(self.files, name), "rb") as file:
                 self.assertEqual(file.read(), name.encode() * 2)
+        self.fetch_a_directory_of_any_name()
         done = self.vergence("fetch", 'x"' * 250, self.path_of("long"))
         self.assertEqual((done.returncode != 0, done.stderr.count("\n")), (True, 1), done.stderr)
+
+    def fetch_a_directory_of_any_name(self):
+        name = 'of "any\\name'
+        os.mkdir(os.path.join(self.files, name))
+        self.addCleanup(shutil.rmtree, os.path.join(self.files, name))
+        # More than are listed at a time: the next list is asked for by the last one's name.
+        files = [f'"{i}\\' for i in range(612)]
+        for file in files:
+            with open(os.path.join(self.files, name, file), "wb"):
+                pass
+        done = self.vergence("fetch", name, self.path_of("of any name"))
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(sorted(os.listdir(self.path_of("of any name"))), sorted(files))
 
     def test_ctrl_c(self):
         process = subprocess.Popen([VERGENCE, "--connect", f"unix:{self.path}", "wait", "100000"],
