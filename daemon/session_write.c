@@ -83,8 +83,8 @@ int session_writer_check(int parent, const char *path, struct message *message) 
 static int begin_directory(struct session_writer *self, int parent, struct message *message) {
     self->made = mkdirat(parent, self->path, DIRECTORY_MODE) == 0;
     if (!self->made && errno != EEXIST) {
-        return message_set(message, file_error_is_full(errno) ? ERROR_FULL : ERROR_ARGUMENT,
-                           "%s: cannot be made: %s", self->path, strerror(errno));
+        return message_set(message, file_error(errno), "%s: cannot be made: %s", self->path,
+                           strerror(errno));
     }
     self->directory = openat(parent, self->path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     // Only a directory without an index may become a session; an index is never written over.
@@ -100,11 +100,10 @@ static int begin_directory(struct session_writer *self, int parent, struct messa
         if (self->made) {
             unlinkat(parent, self->path, AT_REMOVEDIR);
         }
-        return reason == EEXIST
-                   ? name_is_taken(self->path, message)
-                   : message_set(message, file_error_is_full(reason) ? ERROR_FULL : ERROR_ARGUMENT,
-                                 "%s: no session can be begun there: %s", self->path,
-                                 strerror(reason));
+        return reason == EEXIST ? name_is_taken(self->path, message)
+                                : message_set(message, file_error(reason),
+                                              "%s: no session can be begun there: %s", self->path,
+                                              strerror(reason));
     }
     return 0;
 }

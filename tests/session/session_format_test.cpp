@@ -129,7 +129,7 @@ TEST_CASE("equal frames are one file, and a session is never begun twice") {
     CHECK(std::string(trouble.text).find("holds a session already") != std::string::npos);
     CHECK(read_text(path + "/session.index") == before);
     CHECK(session_writer_begin(again.get(), AT_FDCWD, (folder / "none/there").c_str(), "", "", "",
-                               &trouble) == ERROR_ARGUMENT);
+                               &trouble) == ERROR_MISSING);
 }
 
 TEST_CASE("an index that ends anywhere gives the events before; a changed one is refused") {
