@@ -2,6 +2,7 @@
 #include "daemon/remote.h"
 
 #include <inttypes.h>
+#include <poll.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -66,6 +67,26 @@ void remote_progress(struct remote *self, const char *what, uint64_t done, uint6
     fprintf(stderr, "\r%-*.*s [%.*s%*s]", BAR_TEXT, BAR_TEXT, what, full,
             "##############################", BAR_WIDTH - full, "");
     self->bar_shown = true;
+}
+
+bool remote_interrupted(struct remote *self) {
+    struct pollfd extra = {.fd = self->extra_fd, .events = POLLIN};
+    while (!self->interrupted && self->extra_fd >= 0 && poll(&extra, 1, 0) > 0) {
+        self->attend(self);
+        extra.fd = self->extra_fd;
+    }
+    return self->interrupted;
+}
+
+void remote_interrupt(struct remote *self) {
+    if (!self->interrupted) {
+        self->interrupted = true;
+        remote_line_send(&self->line, "\003", 1);
+    }
+}
+
+static int give_up(struct message *message) {
+    return message_set(message, ERROR_CANCELLED, "interrupted");
 }
 
 /// A line `... what done/total`.
@@ -197,6 +218,9 @@ int remote_ask(struct remote *self, const char *command, remote_show *show, void
     int result = 1;
     bool refused = true;
     for (int i = 0; refused && i < SEND_TRIES; i++) {
+        if (remote_interrupted(self)) {
+            return give_up(message);
+        }
         result = ask_once(self, request, show, cookie, &refused);
     }
     if (result == ERROR_CRC) {
@@ -258,6 +282,9 @@ int remote_call(struct remote *self, const char *command, struct json_value *res
         char name[32] = "";
         char text[512] = "";
         struct json_value answer;
+        if (remote_interrupted(self)) {
+            return give_up(message);
+        }
         self->id = (self->id + 1) % 1000000;
         snprintf(prefix, sizeof prefix, "json,id=%" PRId32, self->id);
         if (!make_request(self, command, prefix, true, request)) {
@@ -281,6 +308,9 @@ int remote_call(struct remote *self, const char *command, struct json_value *res
         }
         json_reader_text(json_reader_member(answer, "error"), name, sizeof name);
         json_reader_text(json_reader_member(answer, "message"), text, sizeof text);
+        if (self->interrupted && strcmp(name, error_name(ERROR_CANCELLED)) == 0) {
+            return give_up(message);
+        }
         if (strcmp(name, error_name(ERROR_CRC)) != 0) {
             return message_set(message, ERROR_REFUSED, "%s %s", name, text);
         }

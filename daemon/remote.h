@@ -24,13 +24,20 @@ enum {
 /// A conversation.
 struct remote {
     struct remote_line line;
-    bool json;       ///< answers are shown as they come
-    bool bar_shown;  ///< of progress, on standard error
-    int32_t id;      ///< of the last request that wanted one
+    bool json;         ///< answers are shown as they come
+    bool bar_shown;    ///< of progress, on standard error
+    int32_t id;        ///< of the last request that wanted one
+    bool interrupted;  ///< by Ctrl-C: what runs is given up, and nothing new is begun
     /// What may want attention while an answer is awaited, and who gives it; -1, NULL: none.
     int extra_fd;
     void (*attend)(struct remote *self);
 };
+
+/// Looks for attention without waiting. Whether the user has interrupted.
+bool remote_interrupted(struct remote *self);
+
+/// The user has interrupted: tells the instrument, once.
+void remote_interrupt(struct remote *self);
 
 /// What shows a line of an answer; `text` is its until the end of the call.
 typedef void remote_show(struct remote *self, void *cookie, const char *text);
@@ -48,13 +55,15 @@ int remote_main(int argc, char **argv);
 
 /// Sends a command and gives each line of the answer to `show`; waits for its end as long as it
 /// takes. 0: OK; 1: ERR, which `show` has seen, also that the daemon turns the client away;
-/// ERROR_DEVICE: the line broke, ERROR_CRC: something was damaged on the way, with a message.
+/// ERROR_DEVICE: the line broke, ERROR_CRC: something was damaged on the way, ERROR_CANCELLED: it
+/// was interrupted before it was sent, with a message.
 int remote_ask(struct remote *self, const char *command, remote_show *show, void *cookie,
                struct message *message);
 
 /// Asks for a JSON answer that arrives whole, several times if need be: for commands that may be
 /// repeated. `*result` points into the line until the next call. 0; ERROR_DEVICE; ERROR_TIMEOUT:
-/// nothing sensible came; ERROR_REFUSED: the daemon said ERR; with a message.
+/// nothing sensible came; ERROR_REFUSED: the daemon said ERR; ERROR_CANCELLED: interrupted; with a
+/// message.
 int remote_call(struct remote *self, const char *command, struct json_value *result,
                 struct message *message);
 

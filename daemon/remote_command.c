@@ -11,6 +11,7 @@
 #include "daemon/client.h"
 #include "daemon/options.h"
 #include "daemon/remote.h"
+#include "daemon/remote_script.h"
 #include "rig/command.h"
 #include "rig/command_words.h"
 
@@ -62,19 +63,16 @@ static const struct option_page page = {
     .operands_max = 0,
 };
 
-static bool interrupted;
-
 /// Ctrl-C is the instrument's business first; whoever presses it twice does not want to wait.
 static void attend(struct remote *self) {
     struct signalfd_siginfo information;
     if (read(self->extra_fd, &information, sizeof information) != sizeof information) {
         return;
     }
-    if (interrupted) {
+    if (self->interrupted) {
         _exit(EXIT_INTERRUPTED);
     }
-    interrupted = true;
-    remote_line_send(&self->line, "\003", 1);
+    remote_interrupt(self);
 }
 
 static void watch_signals(struct remote *self) {
@@ -88,15 +86,30 @@ static void watch_signals(struct remote *self) {
 
 static void show(struct remote *self, void *cookie, const char *text) {
     (void)cookie;
+    if (ferror(stdout)) {
+        return;
+    }
     // What failed is for people too, but not among what was asked for.
     FILE *file = !self->json && strncmp(text, "ERR ", 4) == 0 ? stderr : stdout;
     fprintf(file, "%s\n", text);
-    fflush(file);
+    // Nobody reads it any more: nor should anything run for it, such as a watch.
+    if (fflush(file) != 0) {
+        remote_interrupt(self);
+    }
 }
 
 static int fail(const struct message *message, int code) {
     fprintf(stderr, "vergence: %s\n", message->text);
     return code;
+}
+
+/// A line that the instrument never sees: programs count answers.
+static int refuse(struct remote *self, const struct message *message) {
+    if (!self->json) {
+        return fail(message, REMOTE_EXIT_ERR);
+    }
+    remote_show_error(self, show, NULL, ERROR_SYNTAX, message->text);
+    return REMOTE_EXIT_ERR;
 }
 
 /// A line of a script, or the command line's command.
@@ -108,7 +121,7 @@ static int run_line(struct remote *self, const char *line) {
     struct message message;
     if (command_words_split(line, storage, words, &count, &why) != 0) {
         message_set(&message, 0, "%s", why);
-        return fail(&message, REMOTE_EXIT_ERR);
+        return refuse(self, &message);
     }
     if (count == 0) {
         return CLIENT_OK;
@@ -118,33 +131,46 @@ static int run_line(struct remote *self, const char *line) {
                     "\"%.80s\": the client says for itself how it wants its answers; --json is for "
                     "JSON",
                     words[0]);
-        return fail(&message, REMOTE_EXIT_ERR);
+        return refuse(self, &message);
     }
     int error = 0;
     if (remote_files(self, line, show, NULL, &error, &message) != 0) {
         const bool broken = error == ERROR_DEVICE || error == ERROR_TIMEOUT;
-        const int code = broken ? REMOTE_EXIT_LINE : REMOTE_EXIT_ERR;
+        const int code = self->interrupted ? EXIT_INTERRUPTED
+                         : broken          ? REMOTE_EXIT_LINE
+                                           : REMOTE_EXIT_ERR;
         return error == 0 ? CLIENT_OK : self->json ? code : fail(&message, code);
     }
     const int result = remote_ask(self, line, show, NULL, &message);
     if (result < 0) {
-        return fail(&message, result == ERROR_CRC ? REMOTE_EXIT_ERR : REMOTE_EXIT_LINE);
+        return fail(&message, result == ERROR_CRC         ? REMOTE_EXIT_ERR
+                              : result == ERROR_CANCELLED ? EXIT_INTERRUPTED
+                                                          : REMOTE_EXIT_LINE);
     }
-    return result == 0 ? CLIENT_OK : interrupted ? EXIT_INTERRUPTED : REMOTE_EXIT_ERR;
+    return result == 0 ? CLIENT_OK : self->interrupted ? EXIT_INTERRUPTED : REMOTE_EXIT_ERR;
 }
 
 static int run_script(struct remote *self, bool keep_going) {
-    char line[COMMAND_LINE_MAX + 2];
+    static struct remote_script script;
+    struct message message;
     int worst = CLIENT_OK;
-    while (fgets(line, sizeof line, stdin) != NULL) {
-        line[strcspn(line, "\r\n")] = '\0';
-        const int code = run_line(self, line);
+    for (;;) {
+        const enum remote_script_line kind = remote_script_next(&script, self);
+        if (kind == REMOTE_SCRIPT_END) {
+            return self->interrupted ? EXIT_INTERRUPTED : worst;
+        }
+        if (kind == REMOTE_SCRIPT_TOO_LONG) {
+            message_set(&message, 0, "the line is longer than %d characters", COMMAND_LINE_MAX);
+        } else if (kind == REMOTE_SCRIPT_CONTROL) {
+            message_set(&message, 0, "the line holds a control character");
+        }
+        const int code =
+            kind == REMOTE_SCRIPT_LINE ? run_line(self, script.line) : refuse(self, &message);
         worst = code != CLIENT_OK ? code : worst;
         if (code != CLIENT_OK && (!keep_going || code != REMOTE_EXIT_ERR)) {
-            break;
+            return worst;
         }
     }
-    return worst;
 }
 
 /// Joins the words; those with blanks or quotes in quotes.

@@ -12,35 +12,56 @@
 #include "daemon/editor.h"
 #include "daemon/remote.h"
 
-enum { AHEAD_BYTES = 256, CTRL_C = 3 };
+enum { AHEAD_BYTES = 65536, CTRL_C = 3, BELL = 7 };
 
 struct terminal {
     struct remote *remote;
     struct editor editor;
-    char ahead[AHEAD_BYTES];  ///< typed while a command ran
-    size_t ahead_bytes;
-    bool ended;
+    char ahead[AHEAD_BYTES];  ///< typed, and not taken yet
+    size_t ahead_begin, ahead_end;
+    bool deaf;  ///< more was typed ahead than that: all is forgotten, up to the end of a line
+    bool ended, broken;
 };
 
 static struct terminal *terminal_of_attention;
 
-/// Keys while a command runs: Ctrl-C goes to the instrument, others wait.
-static void attend(struct remote *remote) {
-    struct terminal *self = terminal_of_attention;
-    char data[64];
+/// Takes in keys. Ctrl-C forgets what was typed ahead; while a command runs it goes to the
+/// instrument.
+static void listen(struct terminal *self, bool runs) {
+    char data[256];
     const ssize_t bytes = read(STDIN_FILENO, data, sizeof data);
-    self->ended = self->ended || bytes <= 0;
     if (bytes <= 0) {
-        remote->extra_fd = -1;
+        self->ended = true;
+        self->remote->extra_fd = -1;
     }
     for (ssize_t i = 0; i < bytes; i++) {
         if (data[i] == CTRL_C) {
-            remote_line_send(&remote->line, "\003", 1);
-            self->ahead_bytes = 0;
-        } else if (self->ahead_bytes < sizeof self->ahead) {
-            self->ahead[self->ahead_bytes++] = data[i];
+            self->ahead_begin = self->ahead_end = 0;
+            self->deaf = false;
+        }
+        if (data[i] == CTRL_C && runs) {
+            // Once more when that changed nothing.
+            self->remote->interrupted = false;
+            remote_interrupt(self->remote);
+        } else if (self->deaf) {
+            self->deaf = runs || data[i] != '\r';
+        } else {
+            self->ahead[self->ahead_end++] = data[i];
+        }
+        if (self->ahead_end == sizeof self->ahead) {
+            // The rest of a line that was cut must not be taken for one.
+            self->ahead_begin = self->ahead_end = 0;
+            self->deaf = true;
+            fputc(BELL, stdout);
+            fflush(stdout);
         }
     }
+}
+
+/// While a command runs.
+static void attend(struct remote *remote) {
+    INVARIANT(terminal_of_attention->remote == remote);
+    listen(terminal_of_attention, true);
 }
 
 static void show(struct remote *remote, void *cookie, const char *text) {
@@ -85,6 +106,7 @@ static void complete(void *cookie, const char *typed, char *words) {
     command[at++] = '"';
     command[at] = '\0';
     struct message message;
+    self->remote->interrupted = false;
     remote_ask(self->remote, command, keep_words, words, &message);
 }
 
@@ -99,53 +121,48 @@ static bool run_line(struct terminal *self, const char *line) {
         return false;
     }
     int result = 0;
+    self->remote->interrupted = false;
     if (remote_files(self->remote, line, show, NULL, &result, &message) != 0) {
         if (result != 0) {
             printf("vergence: %s\r\n", message.text);
         }
-        return result != ERROR_DEVICE;
+        self->broken = result == ERROR_DEVICE;
+        return !self->broken;
     }
     result = remote_ask(self->remote, line, show, NULL, &message);
     if (result < 0) {
         printf("vergence: %s\r\n", message.text);
     }
-    return result != ERROR_DEVICE;
+    self->broken = result == ERROR_DEVICE;
+    return !self->broken;
 }
 
-/// Feeds what was typed. False: the end.
-static bool feed(struct terminal *self, const char *data, size_t bytes) {
-    for (size_t i = 0; i < bytes; i++) {
-        const enum editor_event event = editor_feed(&self->editor, data[i]);
-        if (event == EDITOR_END) {
-            return false;
-        }
-        if (event == EDITOR_LINE && !run_line(self, self->editor.line)) {
-            return false;
-        }
-        if (event != EDITOR_MORE) {
-            editor_begin(&self->editor);
-        }
+/// Feeds a key. False: the end.
+static bool feed(struct terminal *self, char key) {
+    const enum editor_event event = editor_feed(&self->editor, key);
+    if (event == EDITOR_END || (event == EDITOR_LINE && !run_line(self, self->editor.line))) {
+        return false;
+    }
+    if (event != EDITOR_MORE) {
+        editor_begin(&self->editor);
     }
     return true;
 }
 
 static void converse(struct terminal *self) {
+    bool goes_on = true;
     editor_begin(&self->editor);
-    while (!self->ended) {
-        char data[AHEAD_BYTES];
-        size_t bytes = self->ahead_bytes;
-        memcpy(data, self->ahead, bytes);
-        self->ahead_bytes = 0;
-        if (bytes == 0) {
-            const ssize_t got = read(STDIN_FILENO, data, sizeof data);
-            if (got <= 0) {
-                break;
-            }
-            bytes = (size_t)got;
+    while (goes_on) {
+        if (self->ahead_begin < self->ahead_end) {
+            // Key by key: a command that one of them begins may forget the others.
+            goes_on = feed(self, self->ahead[self->ahead_begin++]);
+            continue;
         }
-        if (!feed(self, data, bytes)) {
+        self->ahead_begin = self->ahead_end = 0;
+        if (self->ended) {
             break;
         }
+        listen(self, false);
     }
     printf("\r\n");
 }
@@ -177,5 +194,5 @@ int remote_terminal(struct remote *remote) {
     converse(self);
     remote->extra_fd = -1;
     tcsetattr(STDIN_FILENO, TCSADRAIN, &settings);
-    return CLIENT_OK;
+    return self->broken ? REMOTE_EXIT_LINE : CLIENT_OK;
 }

@@ -55,6 +55,7 @@ void connection_begin(struct connection *self, enum connection_kind kind, int in
     self->ended = false;
     self->gone = false;
     self->input_bytes = 0;
+    self->refused_bytes = 0;
     self->skipping = false;
     self->stalled_us = 0;
     self->job.watch.on = false;
@@ -76,12 +77,23 @@ bool connection_wants_input(const struct connection *self) {
     return self->used && !self->ended && !self->gone && self->input_bytes < sizeof self->input;
 }
 
-/// Ctrl-C: what runs is cancelled, what was sent ahead is forgotten. What only waits for others' is
+/// What a person has typed ahead is forgotten. A program counts answers: none of its lines is
+/// carried out, and each is answered.
+static void refuse_ahead(struct connection *self) {
+    size_t length = is_edited(self) || self->gone ? 0 : self->input_bytes;
+    while (length > 0 && self->input[length - 1] != '\n' && self->input[length - 1] != '\r') {
+        length--;
+    }
+    self->input_bytes = length;
+    self->refused_bytes = length;
+    self->skipping = self->skipping && length > 0;
+}
+
+/// Ctrl-C: what runs is cancelled, what was sent ahead is not begun. What only waits for others' is
 /// answered here: they may take long.
 static void cancel(struct connection *self) {
     struct job *job = &self->job;
-    self->input_bytes = 0;
-    self->skipping = false;
+    refuse_ahead(self);
     if (!is_busy(self)) {
         return;
     }
@@ -118,8 +130,8 @@ void connection_gone(struct connection *self) {
     }
 }
 
-/// Makes a job of a line and hands it over.
-static void begin_line(struct connection *self, const char *line) {
+/// Makes a job of a line and hands it over; a refused one is only answered.
+static void begin_line(struct connection *self, const char *line, bool refused) {
     struct job *job = &self->job;
     char message[JOB_MESSAGE_BYTES];
     INVARIANT(atomic_load(&job->state) == JOB_FREE);
@@ -139,6 +151,10 @@ static void begin_line(struct connection *self, const char *line) {
     job->command = NULL;
     if (error == 0) {
         error = self->host->parse(self->host->self, command, job, message, sizeof message);
+    }
+    if (error == 0 && job->command != NULL && refused) {
+        error = ERROR_CANCELLED;
+        snprintf(message, sizeof message, "%s", error_text(error));
     }
     if (error != 0) {
         self->host->answer(self->host->self, job, error, message);
@@ -165,6 +181,7 @@ static void forget_input(struct connection *self, size_t bytes) {
     INVARIANT(bytes <= self->input_bytes);
     memmove(self->input, self->input + bytes, self->input_bytes - bytes);
     self->input_bytes -= bytes;
+    self->refused_bytes -= bytes < self->refused_bytes ? bytes : self->refused_bytes;
 }
 
 /// Feeds the editor until it has a line.
@@ -176,7 +193,7 @@ static void step_terminal(struct connection *self) {
             output_put_text(&self->output, "\r\n");
             self->ended = true;
         } else if (event == EDITOR_LINE && !change_side(self, self->editor.line)) {
-            begin_line(self, self->editor.line);
+            begin_line(self, self->editor.line, false);
         }
         if (event != EDITOR_MORE && event != EDITOR_END && !is_busy(self) && is_edited(self)) {
             editor_begin(&self->editor);
@@ -202,13 +219,14 @@ static bool step_lines(struct connection *self) {
     memcpy(line, self->input, fits ? length : 0);
     line[fits ? length : 0] = '\0';
     const bool skipped = self->skipping;
+    const bool refused = self->refused_bytes > 0;
     self->skipping = !whole;
     forget_input(self, whole && length < self->input_bytes ? length + 1 : length);
     if (skipped || change_side(self, line)) {
         return true;
     }
     if (fits) {
-        begin_line(self, line);
+        begin_line(self, line, refused);
     } else {
         self->job.request = (struct request){.json = self->json, .id = REQUEST_ID_NONE};
         self->job.terminal = false;
@@ -228,6 +246,7 @@ static void take_answer(struct connection *self, uint64_t now_us) {
         job->quit = false;
         self->ended = true;
         self->input_bytes = 0;
+        self->refused_bytes = 0;
     }
     if (job->watch.on && !self->gone) {
         // The rounds stay on their beat, and none is made up for.

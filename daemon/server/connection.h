@@ -53,9 +53,10 @@ struct connection {
     bool gone;            ///< nobody is there any more
     char input[CONNECTION_INPUT_BYTES];
     size_t input_bytes;
-    bool skipping;        ///< the rest of a line that was too long
-    uint64_t watch_us;    ///< when the next round of a watch is due
-    uint64_t stalled_us;  ///< since when the client has not read; 0: it reads
+    size_t refused_bytes;  ///< of them, with lines that a Ctrl-C came behind
+    bool skipping;         ///< the rest of a line that was too long
+    uint64_t watch_us;     ///< when the next round of a watch is due
+    uint64_t stalled_us;   ///< since when the client has not read; 0: it reads
     struct editor editor;
 };
 

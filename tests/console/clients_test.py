@@ -129,11 +129,26 @@ class Clients(DaemonTest):
         self.assertEqual(others[0].answer(), ["OK"])
         self.assertEqual(others[1].answer(), ["OK"])
 
+    def test_what_was_sent_ahead_of_ctrl_c_is_answered_and_not_carried_out(self):
+        self.first.send("wait 100000\n")
+        time.sleep(0.3)
+        self.first.send("@json,id=7 record start never\n\n# a comment\nversion\nnosuch\nstat\x03")
+        self.assertEqual(self.first.answer(), ["ERR CANCELLED cancelled"])
+        answer = json.loads(self.first.line())
+        self.assertEqual((answer["id"], answer["ok"], answer["error"]), (7, False, "CANCELLED"))
+        self.assertEqual(self.first.answer(), ["ERR CANCELLED cancelled"])
+        self.assertIn("nosuch", self.first.answer()[0])
+        self.assertEqual(self.first.ask_json("record")["result"]["recording"], "nothing")
+        # Likewise when both arrive at once.
+        for _ in range(20):
+            self.first.send("wait 1000\n\x03")
+            self.assertEqual(self.first.answer(), ["ERR CANCELLED cancelled"])
+
     def test_what_waits_for_others_is_cancelled_at_once(self):
         others = [self.seated() for _ in range(3)]
         self.first.send("wait 100000\n")
         time.sleep(0.3)
-        # What was sent ahead is forgotten; the places of those that went are free at once.
+        # The places of those that went are free at once.
         others[0].send("status\nversion\n")
         others[1].send("@json watch 0.1 status\n")
         time.sleep(0.3)
@@ -143,6 +158,8 @@ class Clients(DaemonTest):
             line = other.line()
             self.assertIn(answer, line)
             self.assertLess(time.monotonic() - begin, 5)
+            if other is others[0]:
+                self.assertEqual(other.answer(), ["ERR CANCELLED cancelled"])
             self.assertEqual(other.ask("@text version")[-1], "OK")
         for _ in range(4):
             gone = self.seated()

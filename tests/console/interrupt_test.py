@@ -1,0 +1,217 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Ctrl-C, pasted text and readers that go away, at the shipped client: it ends at once, nothing
+goes on that was not wanted, and no line becomes another one."""
+import json
+import os
+import pty
+import random
+import select
+import signal
+import subprocess
+import time
+import unittest
+
+from daemon_process import PATIENCE_S, VERGENCE, DaemonTest, Screen
+
+INTERRUPTED = 130
+
+
+class Person:
+    """Somebody at a terminal, with the client in it."""
+
+    def __init__(self, path):
+        self.master, slave = pty.openpty()
+        self.process = subprocess.Popen([VERGENCE, "--connect", f"unix:{path}"], stdin=slave,
+                                        stdout=slave, stderr=slave,
+                                        env={**os.environ, "TERM": "dumb"})
+        os.close(slave)
+        self.screen = Screen()
+        self.until(self.at_prompt)
+
+    def at_prompt(self):
+        return self.screen.lines[-1].rstrip() == "vergence>"
+
+    def type(self, text):
+        data = text.encode()
+        while data:
+            data = data[os.write(self.master, data[:512]):]
+            self.look(0)
+
+    def look(self, timeout_s):
+        while select.select([self.master], [], [], timeout_s)[0]:
+            timeout_s = 0
+            try:
+                self.screen.feed(os.read(self.master, 65536).decode())
+            except OSError:
+                return
+
+    def until(self, condition):
+        end = time.monotonic() + PATIENCE_S
+        while not condition():
+            if time.monotonic() > end:
+                raise AssertionError(self.screen.lines[-8:])
+            self.look(0.1)
+
+    def said(self, line):
+        """How often; a bar that stood there was wiped with blanks."""
+        return sum(said.rstrip() == line for said in self.screen.lines)
+
+    def close(self):
+        self.process.kill()
+        self.process.wait()
+        os.close(self.master)
+
+
+class Interrupt(DaemonTest):
+    def begin(self, *words, **options):
+        process = subprocess.Popen([VERGENCE, "--connect", f"unix:{self.path}", *words],
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                   cwd=self.folder, **options)
+        self.addCleanup(process.stderr.close)
+        self.addCleanup(process.stdout.close)
+        self.addCleanup(process.kill)
+        return process
+
+    def check_interrupted(self, process):
+        try:
+            output, _ = process.communicate(timeout=PATIENCE_S)
+        except subprocess.TimeoutExpired:
+            self.fail("it does not end")
+        self.assertEqual(process.returncode, INTERRUPTED)
+        return output
+
+    def person(self):
+        person = Person(self.path)
+        self.addCleanup(person.close)
+        return person
+
+    def test_a_script(self):
+        script = os.path.join(self.folder, "script")
+        with open(script, "w", encoding="ascii") as file:
+            file.write("version\n" * 200000)
+        seed = int(os.environ.get("VERGENCE_TEST_SEED", random.randrange(1 << 32)))
+        print(f"VERGENCE_TEST_SEED={seed}")
+        chance = random.Random(seed)
+        for words in ([], ["--keep-going"], ["--json"]) * 3:
+            with open(script, encoding="ascii") as file:
+                process = self.begin(*words, stdin=file)
+                process.stdout.readline()
+                # Somebody must read, or it would only stand still.
+                for _ in range(chance.randrange(200)):
+                    process.stdout.readline()
+                process.send_signal(signal.SIGINT)
+                self.check_interrupted(process)
+
+    def test_files(self):
+        content = random.Random(6).randbytes(12 << 20)
+        with open(os.path.join(self.files, "big"), "wb") as file:
+            file.write(content)
+        local = os.path.join(self.folder, "big")
+        for words in (["fetch", "big"], ["send", "big", "back"]):
+            for delay_s in (0.03, 0.06, 0.1):
+                process = self.begin(*words)
+                time.sleep(delay_s)
+                process.send_signal(signal.SIGINT)
+                self.check_interrupted(process)
+            # It goes on from there.
+            done = self.vergence(*words, cwd=self.folder)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            for path in (local, os.path.join(self.files, "back" if "send" in words else "big")):
+                with open(path, "rb") as file:
+                    self.assertEqual(file.read(), content)
+
+    def test_while_it_waits_for_a_line(self):
+        for words in ([], ["--json"]):
+            process = self.begin(*words, stdin=subprocess.PIPE)
+            process.stdin.write("version\n")
+            process.stdin.flush()
+            process.stdout.readline()
+            process.send_signal(signal.SIGINT)
+            self.assertEqual(process.wait(PATIENCE_S), INTERRUPTED)
+            process.stdin.close()
+
+    def test_lines_that_are_none(self):
+        # The tail of a long line, or what follows a zero byte, is no command.
+        script = "# " + "x" * 511 + "log 1\n" + "wait\0 0\n" + "wait 0\n" + "y" * 5000 + "\nwait 0"
+        done = self.vergence("--keep-going", input=script)
+        self.assertEqual((done.returncode, done.stdout), (1, "OK\nOK\n"))
+        self.assertEqual(done.stderr, "vergence: the line is longer than 512 characters\n"
+                         "vergence: the line holds a control character\n"
+                         "vergence: the line is longer than 512 characters\n")
+        done = self.vergence("--keep-going", "--json", input=script + "\n\"x\n@text wait 0\n")
+        answers = [json.loads(line) for line in done.stdout.splitlines()]
+        self.assertEqual(done.stderr, "")
+        self.assertEqual([answer["ok"] for answer in answers],
+                         [False, False, True, False, True, False, False])
+        self.assertEqual({answer["error"] for answer in answers if not answer["ok"]}, {"SYNTAX"})
+        # As long as may be, with the end of a line of another system.
+        done = self.vergence(input="wait 0".ljust(512) + "\r\n")
+        self.assertEqual((done.returncode, done.stdout), (0, "OK\n"), done.stderr)
+
+    def test_a_reader_that_goes_away(self):
+        process = self.begin("watch", "0.1", "version")
+        for _ in range(3):
+            process.stdout.readline()
+        process.stdout.close()
+        self.assertNotEqual(process.wait(PATIENCE_S), 0)
+        self.assertEqual(process.stderr.read(), "")
+
+    def test_a_person_forgets_what_he_pasted(self):
+        person = self.person()
+        person.type("wait 100000\rversion\rlog 1\r")
+        person.until(lambda: "waiting" in person.screen.lines[-1])
+        person.type("\x03")
+        person.until(lambda: person.said("ERR CANCELLED cancelled") and person.at_prompt())
+        time.sleep(0.3)
+        person.look(0)
+        self.assertFalse([line for line in person.screen.lines if "build" in line])
+        # All at once.
+        person.type("version\rlog 1\r\x03")
+        time.sleep(0.3)
+        person.look(0)
+        self.assertFalse([line for line in person.screen.lines if "build" in line])
+        # Completion works on, and so does the next line.
+        person.type("vers\t\r")
+        person.until(lambda: person.said("OK") == 1 and person.at_prompt())
+
+    def test_a_person_pastes_much(self):
+        person = self.person()
+        person.type("".join(f"wait 0 # {i:03}\r" for i in range(300)))
+        person.until(lambda: person.said("OK") == 300 and person.at_prompt())
+        person.type("wait 1\r" + "".join(f"wait 0 # {i:03}\r" for i in range(300)))
+        person.until(lambda: person.said("OK") == 601 and person.at_prompt())
+        self.assertFalse([line for line in person.screen.lines if "ERR" in line])
+        # More than can be kept: nothing of it is taken for something else.
+        person.type("wait 3\r" + 8000 * "bugreport\r")
+        person.until(lambda: person.said("OK") == 602 and person.at_prompt())
+        self.assertGreater(person.screen.bells, 0)
+        person.type("\rwait 0\r")
+        person.until(lambda: person.said("OK") == 603 and person.at_prompt())
+        self.assertFalse([line for line in person.screen.lines if "ERR" in line or ".txt" in line])
+
+    def test_a_person_fetches(self):
+        with open(os.path.join(self.files, "huge"), "wb") as file:
+            file.write(bytes(14 << 20))
+        person = self.person()
+        # The file here would be in the tests' directory.
+        local = os.path.join(self.folder, "huge")
+        for i in range(3):
+            person.type(f"fetch huge {local}\r")
+            person.until(lambda: "huge" in person.screen.lines[-1])
+            time.sleep(0.05 * i)
+            person.type("\x03")
+            person.until(lambda i=i: person.said("vergence: interrupted") == i + 1 and
+                         person.at_prompt())
+        person.type("version\r")
+        person.until(lambda: person.said("OK") == 1 and person.at_prompt())
+
+    def test_a_daemon_that_dies(self):
+        person = self.person()
+        self.end(self.daemon)
+        person.type("version\r")
+        self.assertEqual(person.process.wait(PATIENCE_S), 3)
+        type(self).start()
+
+
+if __name__ == "__main__":
+    unittest.main()
