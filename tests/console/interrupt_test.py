@@ -77,7 +77,8 @@ class Interrupt(DaemonTest):
             output, _ = process.communicate(timeout=PATIENCE_S)
         except subprocess.TimeoutExpired:
             self.fail("it does not end")
-        self.assertEqual(process.returncode, INTERRUPTED)
+        # Before it has begun to look, the signal itself ends it.
+        self.assertIn(process.returncode, (INTERRUPTED, -signal.SIGINT))
         return output
 
     def person(self):
