@@ -82,7 +82,9 @@ static const struct option_page page = {
     .description =
         "Brings nothing up by itself: \"bringup\" does. Ends on SIGTERM, with the "
         "instrument in its safe state; opens its log again on SIGHUP.\n"
-        "KEY=VALUE changes a setting after the file was read.",
+        "KEY=VALUE replaces the file's line with that key, or is one more; what else the file sets "
+        "stays. Here as there a key is set once, \"none\" is the value of what is not wanted, and "
+        "profile stands before the rig. keys, which it sets.",
     .examples =
         "vergenced --check vergenced.conf\n"
         "vergenced \"backend=sim unix:rig.sock\" socket=v.sock console=stdio",
@@ -95,28 +97,6 @@ static const struct option_page page = {
 static int fail(const struct message *message) {
     fprintf(stderr, "vergenced: %s\n", message->text);
     return CLIENT_BAD_INPUT;
-}
-
-/// File, then the settings of the command line.
-static int load_config(struct config *config, const char *path, const char *const *settings,
-                       int count, struct message *message) {
-    config_defaults(config);
-    int error = 0;
-    if (path != NULL || access(usual_config, F_OK) == 0) {
-        error = config_read(config, path != NULL ? path : usual_config, message);
-    }
-    for (int i = 0; error == 0 && i < count; i++) {
-        char key[CONFIG_TEXT_BYTES];
-        const char *equals = strchr(settings[i], '=');
-        if (equals == NULL || (size_t)(equals - settings[i]) >= sizeof key) {
-            return message_set(message, ERROR_ARGUMENT, "\"%s\": expected is KEY=VALUE",
-                               settings[i]);
-        }
-        memcpy(key, settings[i], (size_t)(equals - settings[i]));
-        key[equals - settings[i]] = '\0';
-        error = config_set(config, key, equals + 1, message);
-    }
-    return error != 0 ? error : config_check(config, message);
 }
 
 /// One table of all commands, in the order of their names.
@@ -342,7 +322,10 @@ int main(int argc, char **argv) {
     }
     struct message message;
     const char *path = arguments.check != NULL ? arguments.check : arguments.config;
-    if (load_config(&daemon.config, path, settings, setting_count, &message) != 0) {
+    if (path == NULL && access(usual_config, F_OK) == 0) {
+        path = usual_config;
+    }
+    if (config_load(&daemon.config, path, settings, setting_count, &message) != 0) {
         return fail(&message);
     }
     if (arguments.check != NULL) {

@@ -14,7 +14,7 @@ import time
 import unittest
 import zlib
 
-from daemon_process import PATIENCE_S, VERGENCE, VERGENCED, Client, DaemonTest, sealed
+from daemon_process import PATIENCE_S, VERGENCE, VERGENCED, Client, DaemonTest, replaced, sealed
 
 
 class Clients(DaemonTest):
@@ -272,8 +272,8 @@ class Clients(DaemonTest):
         self.assertEqual(stat.S_IMODE(os.stat(self.path).st_mode), 0o660)
 
     def test_a_second_daemon_does_not_take_the_socket(self):
-        done = subprocess.run([VERGENCED, *self.arguments(), "store=none"], capture_output=True,
-                              text=True, timeout=PATIENCE_S)
+        done = subprocess.run([VERGENCED, *replaced(self.arguments(), "store=none")],
+                              capture_output=True, text=True, timeout=PATIENCE_S)
         self.assertEqual(done.returncode, 3)
         self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
         self.assertEqual(self.first.ask("version")[-1], "OK")
@@ -364,6 +364,23 @@ class LogFile(DaemonTest):
             self.assertIn("signal 15: ending", file.read())
         self.assertFalse(os.path.exists(self.path))
         self.start()
+
+
+class SettingsFile(DaemonTest):
+    """A command line over a file, which undoes nothing in it but what it names."""
+
+    @classmethod
+    def arguments(cls):
+        path = os.path.join(cls.folder, "w.conf")
+        with open(path, "w", encoding="ascii") as file:
+            file.write("profile = two-cameras\nrig.width_px = 640\nrig.height_px = 400\n"
+                       "queue = 3\n")
+        return ["--config", path, *super().arguments(), "profile=rig", "rig.height_px=480"]
+
+    def test_what_is_served(self):
+        settings = self.client().ask("config")
+        for setting in ("profile: rig", "rig.width_px: 640", "rig.height_px: 480", "queue: 3"):
+            self.assertTrue(any(setting in line for line in settings), (setting, settings))
 
 
 class NoSocket(unittest.TestCase):
