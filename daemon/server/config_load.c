@@ -11,6 +11,9 @@
 
 enum { FILE_BYTES_MAX = 65536, LINE_BYTES = 512 };
 
+/// What some editors put in front of UTF-8, where nobody sees it.
+static const char byte_order_mark[] = "\xef\xbb\xbf";
+
 /// Lines of a file or words of a command line, which follow the same rules.
 struct source {
     struct config *config;
@@ -87,6 +90,10 @@ static int set_one(struct source *self, char *setting, int place, struct message
                            "\"%s\": expected is %s", setting,
                            self->file != NULL ? "key = value" : "KEY=VALUE");
     }
+    if (equals == setting) {
+        return message_set(message, ERROR_MISSING, "\"%s\": the name of the key is missing",
+                           setting);
+    }
     *equals = '\0';
     const char *name = stripped(setting);
     const char *value = stripped(equals + 1);
@@ -104,8 +111,10 @@ static int at_line(const char *name, int line, int error, struct message *messag
 
 static int set_lines(struct source *self, const char *text, size_t length,
                      struct message *message) {
+    const size_t mark = sizeof byte_order_mark - 1;
+    const bool marked = length >= mark && memcmp(text, byte_order_mark, mark) == 0;
     int number = 0;
-    for (size_t at = 0; at < length;) {
+    for (size_t at = marked ? mark : 0; at < length;) {
         const char *end = memchr(text + at, '\n', length - at);
         const size_t bytes = end != NULL ? (size_t)(end - text) - at : length - at;
         char line[LINE_BYTES];

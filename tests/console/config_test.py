@@ -61,6 +61,10 @@ class Config(unittest.TestCase):
         # What the system's sockets can have, less the four letters that it has until it listens.
         self.refused("socket = /" + 103 * "x", "FILE:1: socket is too long: at most 103 characters")
         self.refused(600 * "x", "FILE:1: the line is too long, or this is no text file")
+        self.refused("\n = 3 # x\n", 'FILE:2: "= 3": the name of the key is missing')
+        # What marks UTF-8 is skipped where it stands first, and moves no line.
+        self.refused("\ufeffprofile = rig\nclients = 0\n",
+                     "FILE:2: clients 0 is out of range: from 1 to 32")
 
     def test_what_does_not_go_together_is_said_with_its_range(self):
         for text, sentence in (
@@ -120,7 +124,8 @@ class Config(unittest.TestCase):
         for text in ("", "# nothing\n\n", "  clients=2 # two\r\ntcp_port = off\n",
                      "profile = two-cameras\nrig.width_px = 1280\nrig.height_px = 720\n",
                      "backend = sim unix:/run/x.sock\nsocket = none\nlog_level = debug",
-                     "reset_line = 0x11\ngpio_chip = /dev/gpiochip1\n"):
+                     "reset_line = 0x11\ngpio_chip = /dev/gpiochip1\n",
+                     "\ufeffprofile = two-cameras\n", "\ufeff"):
             self.assertEqual(self.check(text), (0, "FILE: good\n"), text)
 
     def test_no_file(self):
@@ -148,6 +153,7 @@ class Config(unittest.TestCase):
                  "rig.lenses must stand before rig.lens_backlash_counts, which it would undo"),
                 (("files=",), "files: the value is missing"),
                 (("socket= ",), "socket: the value is missing"),
+                (("=3",), '"=3": the name of the key is missing'),
                 (("log=" + 600 * "x",), f'"log={36 * "x"}..." is longer than 511 characters'),
                 (("log=" + 300 * "x",), "log is too long: at most 255 characters")):
             with self.subTest(words):
