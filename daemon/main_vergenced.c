@@ -303,7 +303,8 @@ static int serve(struct daemon *self) {
     return code;
 }
 
-int main(int argc, char **argv) {
+/// The exit code; what was printed may still wait in the buffer of standard output.
+static int run(int argc, char **argv) {
     static struct daemon daemon;
     struct arguments arguments = {0};
     const char *settings[SETTINGS_MAX];
@@ -314,11 +315,11 @@ int main(int argc, char **argv) {
     }
     if (arguments.help_config) {
         config_help_print(stdout);
-        return fflush(stdout) == 0 ? CLIENT_OK : CLIENT_FAILED;
+        return CLIENT_OK;
     }
     if (arguments.version) {
         printf("vergenced %s (build %s)\n", client_version(), client_build_id());
-        return fflush(stdout) == 0 ? CLIENT_OK : CLIENT_FAILED;
+        return CLIENT_OK;
     }
     struct message message;
     const char *path = arguments.check != NULL ? arguments.check : arguments.config;
@@ -330,7 +331,11 @@ int main(int argc, char **argv) {
     }
     if (arguments.check != NULL) {
         printf("%s: good\n", arguments.check);
-        return fflush(stdout) == 0 ? CLIENT_OK : CLIENT_FAILED;
+        return CLIENT_OK;
     }
     return serve(&daemon);
+}
+
+int main(int argc, char **argv) {
+    return client_finish_output("vergenced", run(argc, argv));
 }

@@ -185,6 +185,14 @@ class Config(unittest.TestCase):
         self.refused("reset_line = 4\n", "irq_line 4 is also reset_line: each needs one of its own",
                      "irq_line=4")
 
+    def test_an_output_that_cannot_be_written(self):
+        for words in (("--version",), ("--help",), ("--help-config",), ("--check", EXAMPLE)):
+            with self.subTest(words), open("/dev/full", "w", encoding="ascii") as full:
+                done = run(*words, stdout=full)
+                self.assertEqual(
+                    (done.returncode, done.stderr),
+                    (1, "vergenced: writing to standard output failed: No space left on device\n"))
+
 
 if __name__ == "__main__":
     unittest.main()
