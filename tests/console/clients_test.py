@@ -415,8 +415,8 @@ class NoSocket(unittest.TestCase):
         path = os.path.join(self.folder, "regular")
         with open(path, "w", encoding="ascii") as file:
             file.write("x")
-        self.assertEqual(self.refused(f"socket={path}"), f"vergenced: {path}: is there and is no "
-                         "socket; give another path, or remove it\n")
+        self.assertEqual(self.refused(f"socket={path}"), f"vergenced: socket = {path}: is there "
+                         "and is no socket; give another path, or remove it\n")
         with open(path, encoding="ascii") as file:
             self.assertEqual(file.read(), "x")
 
@@ -427,15 +427,22 @@ class NoSocket(unittest.TestCase):
 
     def test_a_path_as_long_as_can_be(self):
         path = os.path.join(self.folder, "none", "").ljust(103, "x")
-        self.assertIn("No such file", self.refused(f"socket={path}"))
+        self.assertEqual(self.refused(f"socket={path}"),
+                         f"vergenced: socket = {path}: No such file or directory\n")
+
+    def test_a_console_that_is_none(self):
+        for path, why in (("/no/such", "No such file or directory"),
+                          ("/dev/null", "is no serial line")):
+            self.assertEqual(self.refused("socket=none", f"console={path}"),
+                             f"vergenced: console = {path}: {why}\n")
 
     def test_a_port_that_is_taken(self):
         with socket.socket() as other:
             other.bind(("127.0.0.1", 0))
             other.listen()
             port = other.getsockname()[1]
-            self.assertIn("Address already in use",
-                          self.refused("socket=none", f"tcp_port={port}"))
+            self.assertEqual(self.refused("socket=none", f"tcp_port={port}"),
+                             f"vergenced: tcp_port = {port}: Address already in use\n")
 
 
 class NoRig(unittest.TestCase):
