@@ -3,6 +3,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -120,16 +121,31 @@ static bool occupy_standard_streams(void) {
     return true;
 }
 
-/// What standard output did not take is a failure of the command: a script that reads it must know.
-static int finish_output(int exit_code) {
-    const bool failed = fflush(stdout) != 0 || ferror(stdout) != 0;
-    if (!failed) {
+/// Why standard output took less than it was given, 0: nobody knows. `number` is what the last
+/// flushing said, 0: nothing was left to flush. What failed before it is asked of the descriptor
+/// once more: errno has had other uses since.
+static int output_trouble(int number) {
+    struct pollfd output = {.fd = STDOUT_FILENO, .events = POLLOUT};
+    if (number == 0 && write(STDOUT_FILENO, "", 0) != 0) {
+        number = errno;
+    }
+    if (number == 0 && poll(&output, 1, 0) > 0 && (output.revents & POLLERR) != 0) {
+        number = EPIPE;  // a pipe takes nothing of no length even when nobody reads it
+    }
+    return number;
+}
+
+int client_finish_output(const char *program, int exit_code) {
+    const int last = fflush(stdout) != 0 ? errno : 0;
+    if (last == 0 && ferror(stdout) == 0) {
         return exit_code;
     }
-    if (errno == EPIPE) {
+    const int number = output_trouble(last);
+    if (number == EPIPE) {
         return CLIENT_CLOSED_PIPE;
     }
-    fprintf(stderr, "vergence: writing to standard output failed: %s\n", strerror(errno));
+    fprintf(stderr, "%s: writing to standard output failed%s%s\n", program, number != 0 ? ": " : "",
+            number != 0 ? strerror(number) : "");
     return exit_code == CLIENT_OK ? CLIENT_FAILED : exit_code;
 }
 
@@ -140,5 +156,5 @@ int client_main(int argc, char **argv, const struct client_command *commands, in
     }
     // A reader that goes away (head, less) must not stop a command half way through its files.
     signal(SIGPIPE, SIG_IGN);
-    return finish_output(dispatch(argc, argv, commands, command_count));
+    return client_finish_output("vergence", dispatch(argc, argv, commands, command_count));
 }

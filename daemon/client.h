@@ -29,6 +29,11 @@ struct client_command {
 /// is flushed and its errors are reported; a closed pipe ends quietly with 141.
 int client_main(int argc, char **argv, const struct client_command *commands, int command_count);
 
+/// The exit code of a program that is about to end with `exit_code`: what standard output did not
+/// take is a failure, which a script that reads it must know, and is told in one line. A closed
+/// pipe is 141 without a line, where the program ignores SIGPIPE.
+int client_finish_output(const char *program, int exit_code);
+
 /// Version and build of this program; static storage. The build id is what `git describe` said
 /// when it was built, "unknown" outside a repository.
 const char *client_version(void);

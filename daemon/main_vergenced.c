@@ -82,7 +82,9 @@ static const struct option_page page = {
     .description =
         "Brings nothing up by itself: \"bringup\" does. Ends on SIGTERM, with the "
         "instrument in its safe state; opens its log again on SIGHUP.\n"
-        "KEY=VALUE changes a setting after the file was read.",
+        "KEY=VALUE replaces the file's line with that key, or is one more; what else the file sets "
+        "stays. Here as there a key is set once, \"none\" is the value of what is not wanted, and "
+        "profile stands before the rig. keys, which it sets.",
     .examples =
         "vergenced --check vergenced.conf\n"
         "vergenced \"backend=sim unix:rig.sock\" socket=v.sock console=stdio",
@@ -95,28 +97,6 @@ static const struct option_page page = {
 static int fail(const struct message *message) {
     fprintf(stderr, "vergenced: %s\n", message->text);
     return CLIENT_BAD_INPUT;
-}
-
-/// File, then the settings of the command line.
-static int load_config(struct config *config, const char *path, const char *const *settings,
-                       int count, struct message *message) {
-    config_defaults(config);
-    int error = 0;
-    if (path != NULL || access(usual_config, F_OK) == 0) {
-        error = config_read(config, path != NULL ? path : usual_config, message);
-    }
-    for (int i = 0; error == 0 && i < count; i++) {
-        char key[CONFIG_TEXT_BYTES];
-        const char *equals = strchr(settings[i], '=');
-        if (equals == NULL || (size_t)(equals - settings[i]) >= sizeof key) {
-            return message_set(message, ERROR_ARGUMENT, "\"%s\": expected is KEY=VALUE",
-                               settings[i]);
-        }
-        memcpy(key, settings[i], (size_t)(equals - settings[i]));
-        key[equals - settings[i]] = '\0';
-        error = config_set(config, key, equals + 1, message);
-    }
-    return error != 0 ? error : config_check(config, message);
 }
 
 /// One table of all commands, in the order of their names.
@@ -323,7 +303,8 @@ static int serve(struct daemon *self) {
     return code;
 }
 
-int main(int argc, char **argv) {
+/// The exit code; what was printed may still wait in the buffer of standard output.
+static int run(int argc, char **argv) {
     static struct daemon daemon;
     struct arguments arguments = {0};
     const char *settings[SETTINGS_MAX];
@@ -334,20 +315,27 @@ int main(int argc, char **argv) {
     }
     if (arguments.help_config) {
         config_help_print(stdout);
-        return fflush(stdout) == 0 ? CLIENT_OK : CLIENT_FAILED;
+        return CLIENT_OK;
     }
     if (arguments.version) {
         printf("vergenced %s (build %s)\n", client_version(), client_build_id());
-        return fflush(stdout) == 0 ? CLIENT_OK : CLIENT_FAILED;
+        return CLIENT_OK;
     }
     struct message message;
     const char *path = arguments.check != NULL ? arguments.check : arguments.config;
-    if (load_config(&daemon.config, path, settings, setting_count, &message) != 0) {
+    if (path == NULL && access(usual_config, F_OK) == 0) {
+        path = usual_config;
+    }
+    if (config_load(&daemon.config, path, settings, setting_count, &message) != 0) {
         return fail(&message);
     }
     if (arguments.check != NULL) {
         printf("%s: good\n", arguments.check);
-        return fflush(stdout) == 0 ? CLIENT_OK : CLIENT_FAILED;
+        return CLIENT_OK;
     }
     return serve(&daemon);
+}
+
+int main(int argc, char **argv) {
+    return client_finish_output("vergenced", run(argc, argv));
 }

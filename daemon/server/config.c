@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/server/config.h"
 
-#include <errno.h>
 #include <string.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/server/config_check.h"
 #include "daemon/server/config_keys.h"
 #include "hal/log.h"
 #include "rig/command_words.h"
-
-enum { FILE_BYTES_MAX = 65536, LINE_BYTES = 512 };
 
 void config_defaults(struct config *config) {
     *config = (struct config){
@@ -205,119 +201,6 @@ int config_set(struct config *config, const char *name, const char *value,
             break;
     }
     return set_number(config, key, value, message);
-}
-
-/// Cuts comment and blanks off both ends of a line.
-static char *trimmed(char *line) {
-    for (char *at = line; *at != '\0'; at++) {
-        if (*at == '#' && (at == line || at[-1] == ' ' || at[-1] == '\t')) {
-            *at = '\0';
-            break;
-        }
-    }
-    line += strspn(line, " \t");
-    size_t length = strlen(line);
-    while (length > 0 && strchr(" \t\r", line[length - 1]) != NULL) {
-        line[--length] = '\0';
-    }
-    return line;
-}
-
-/// One line that is neither empty nor a comment; `lines` says where each key was set before.
-static int parse_line(struct config *config, char *line, int number, int *lines,
-                      struct message *message) {
-    char *equals = strchr(line, '=');
-    if (equals == NULL) {
-        return message_set(message, ERROR_SYNTAX, "\"%s\": expected is key = value", line);
-    }
-    *equals = '\0';
-    char *name = trimmed(line);
-    char *value = trimmed(equals + 1);
-    if (*value == '\0') {
-        return message_set(message, ERROR_MISSING, "%s: the value is missing", name);
-    }
-    size_t count = 0;
-    const struct config_key *keys = config_keys(&count);
-    INVARIANT(count <= CONFIG_KEYS_MAX);
-    for (size_t i = 0; i < count; i++) {
-        if (strcmp(keys[i].name, name) != 0) {
-            continue;
-        }
-        if (lines[i] != 0) {
-            return message_set(message, ERROR_DUPLICATE, "%s was set in line %d already", name,
-                               lines[i]);
-        }
-        const char *sets = keys[i].sets;
-        for (size_t k = 0; sets != NULL && k < count; k++) {
-            if (lines[k] != 0 && strncmp(keys[k].name, sets, strlen(sets)) == 0) {
-                return message_set(message, ERROR_ARGUMENT,
-                                   "%s must stand above %s (line %d), which it would undo", name,
-                                   keys[k].name, lines[k]);
-            }
-        }
-        lines[i] = number;
-    }
-    return config_set(config, name, value, message);
-}
-
-static int at_line(const char *name, int line, int error, struct message *message) {
-    struct message inner = *message;
-    return message_set(message, error, "%s:%d: %.900s", name, line, inner.text);
-}
-
-int config_parse(struct config *config, const char *name, const char *text, size_t length,
-                 struct message *message) {
-    int lines[CONFIG_KEYS_MAX] = {0};
-    int number = 0;
-    for (size_t at = 0; at < length;) {
-        const char *end = memchr(text + at, '\n', length - at);
-        const size_t bytes = end != NULL ? (size_t)(end - text) - at : length - at;
-        char line[LINE_BYTES];
-        number++;
-        if (bytes >= sizeof line || memchr(text + at, '\0', bytes) != NULL) {
-            message_set(message, 0, "the line is too long, or this is no text file");
-            return at_line(name, number, ERROR_SYNTAX, message);
-        }
-        memcpy(line, text + at, bytes);
-        line[bytes] = '\0';
-        at += bytes + 1;
-        char *content = trimmed(line);
-        if (*content == '\0') {
-            continue;
-        }
-        const int error = parse_line(config, content, number, lines, message);
-        if (error != 0) {
-            return at_line(name, number, error, message);
-        }
-    }
-    int line = 0;
-    const int error = config_check_lines(config, lines, &line, message);
-    if (error == 0 || line != 0) {
-        return error == 0 ? 0 : at_line(name, line, error, message);
-    }
-    const struct message inner = *message;
-    return message_set(message, error, "%s: %.900s", name, inner.text);
-}
-
-int config_read(struct config *config, const char *path, struct message *message) {
-    static char text[FILE_BYTES_MAX];
-    FILE *file = fopen(path, "re");
-    if (file == NULL) {
-        return message_set(message, ERROR_IO, "%s: %s", path, strerror(errno));
-    }
-    errno = 0;
-    const size_t length = fread(text, 1, sizeof text, file);
-    const int number = errno;
-    const bool failed = ferror(file) != 0;
-    fclose(file);
-    if (failed) {
-        return message_set(message, ERROR_IO, "%s: %s", path, strerror(number));
-    }
-    if (length == sizeof text) {
-        return message_set(message, ERROR_SYNTAX, "%s: is no file of settings: longer than %d",
-                           path, FILE_BYTES_MAX);
-    }
-    return config_parse(config, path, text, length, message);
 }
 
 size_t config_key_count(void) {

@@ -61,11 +61,16 @@ struct config {
 /// What every key has before a file says otherwise.
 void config_defaults(struct config *config);
 
-/// Reads a file over what is there. 0; ERROR_IO, ERROR_SYNTAX, ERROR_RANGE, ERROR_MISSING,
-/// ERROR_DUPLICATE or ERROR_ARGUMENT with a message that begins with FILE:LINE.
-int config_read(struct config *config, const char *path, struct message *message);
+/// Sets all keys anew from a file (NULL: none is read) and from `count` words KEY=VALUE of a
+/// command line. A word stands for the file's line with its key, or for one more: whatever else the
+/// file sets stays, also what a profile would set. Among themselves the words follow the rules of
+/// lines. 0; ERROR_IO, ERROR_SYNTAX, ERROR_RANGE, ERROR_MISSING, ERROR_DUPLICATE or ERROR_ARGUMENT
+/// with a message, which begins with FILE:LINE where a line is wrong.
+int config_load(struct config *config, const char *path, const char *const *words, int count,
+                struct message *message);
 
-/// Reads the `length` bytes of a file's text; `name` stands for it in messages.
+/// Reads the `length` bytes of a file's text over what is there; `name` stands for it in messages,
+/// which are as of config_load.
 int config_parse(struct config *config, const char *name, const char *text, size_t length,
                  struct message *message);
 

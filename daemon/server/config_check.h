@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Whether settings make sense together, with the line of the one that does not. For config.c
+/// Whether settings make sense together, with the line of the one that does not. For config_load.c
 /// alone; others ask config_check.
 #ifndef VERGENCE_DAEMON_SERVER_CONFIG_CHECK_H
 #define VERGENCE_DAEMON_SERVER_CONFIG_CHECK_H

@@ -31,9 +31,10 @@ static void open_stdio(struct console *self) {
 }
 
 static int open_serial(struct console *self, struct message *message) {
-    const int fd = serial_device_open(self->config->console, self->config->console_baud, message);
+    struct message inner;
+    const int fd = serial_device_open(self->config->console, self->config->console_baud, &inner);
     if (fd < 0) {
-        return fd;
+        return message_set(message, fd, "console = %.900s", inner.text);
     }
     connection_begin(self->client, CONNECTION_TERMINAL, fd, fd, "console");
     return 0;

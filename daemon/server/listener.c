@@ -21,13 +21,13 @@ enum {
     SOCKET_FLAGS = SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK
 };
 
-/// Closes a descriptor that is not good enough.
-static int fail(int fd, struct message *message, const char *what) {
+/// Closes a descriptor that is not good enough. The error's own words.
+static const char *give_up(int fd) {
     const int number = errno;
     if (fd >= 0) {
         close(fd);
     }
-    return message_set(message, ERROR_IO, "%s: %s", what, strerror(number));
+    return strerror(number);
 }
 
 static bool is_served(const struct sockaddr_un *address) {
@@ -69,7 +69,7 @@ int listener_unix(const char *path, int *listener, struct message *message) {
     umask(mask);
     if (bound != 0 || chmod(address.sun_path, 0660) != 0 || listen(fd, BACKLOG) != 0 ||
         rename(address.sun_path, path) != 0) {
-        const int failed = fail(fd, message, path);
+        const int failed = message_set(message, ERROR_IO, "%s: %s", path, give_up(fd));
         unlink(address.sun_path);
         return failed;
     }
@@ -85,7 +85,7 @@ int listener_tcp(uint16_t port, int *listener, struct message *message) {
     if (fd < 0 || setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &one, sizeof one) != 0 ||
         bind(fd, (const struct sockaddr *)&address, sizeof address) != 0 ||
         listen(fd, BACKLOG) != 0) {
-        return fail(fd, message, "TCP on the loopback");
+        return message_set(message, ERROR_IO, "%s", give_up(fd));
     }
     *listener = fd;
     return 0;

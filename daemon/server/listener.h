@@ -22,7 +22,7 @@ enum {
 
 /// A Unix socket that its owner and group may use (mode 0660), in `*fd`, which is the caller's. One
 /// that nobody listens on any more is replaced. 0; ERROR_BUSY when somebody does, ERROR_ARGUMENT
-/// (the path), ERROR_IO, with a message, and `*fd` is left as it was.
+/// (the path), ERROR_IO, with a message that begins with the path, and `*fd` is left as it was.
 int listener_unix(const char *path, int *fd, struct message *message);
 
 /// TCP on 127.0.0.1 alone, in `*fd`, which is the caller's. 0, or ERROR_IO with a message.

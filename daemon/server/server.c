@@ -119,11 +119,16 @@ static void open_crew(struct server *self, struct crew *crew, const struct serve
 
 static int open_listeners(struct server *self, struct message *message) {
     const char *path = self->config->socket;
-    int error = path[0] == '\0' ? 0 : listener_unix(path, &self->listeners[0], message);
-    if (error == 0 && self->config->tcp_port != 0) {
-        error = listener_tcp(self->config->tcp_port, &self->listeners[1], message);
+    const uint16_t port = self->config->tcp_port;
+    struct message inner;
+    int error = path[0] == '\0' ? 0 : listener_unix(path, &self->listeners[0], &inner);
+    if (error != 0) {
+        return message_set(message, error, "socket = %.900s", inner.text);
     }
-    return error;
+    error = port == 0 ? 0 : listener_tcp(port, &self->listeners[1], &inner);
+    return error == 0
+               ? 0
+               : message_set(message, error, "tcp_port = %u: %.900s", (unsigned)port, inner.text);
 }
 
 int server_open(struct server *self, const struct server_parts *parts, struct message *message) {

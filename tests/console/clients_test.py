@@ -14,7 +14,7 @@ import time
 import unittest
 import zlib
 
-from daemon_process import PATIENCE_S, VERGENCE, VERGENCED, Client, DaemonTest, sealed
+from daemon_process import PATIENCE_S, VERGENCE, VERGENCED, Client, DaemonTest, replaced, sealed
 
 
 class Clients(DaemonTest):
@@ -285,12 +285,25 @@ class Clients(DaemonTest):
             lines.append(line)
         self.assertEqual(lines[-2:], ["OK", "OK"])
 
+    def test_what_the_client_says_of_an_output_that_fails(self):
+        read_end, write_end = os.pipe()
+        os.close(read_end)
+        refusal = 'ERR ARGUMENT there is no command "nix"; "help" lists them\n'
+        with os.fdopen(write_end, "wb") as closed, open("/dev/full", "wb") as full:
+            for output, code, told in ((closed, 141, ""),
+                                       (full, 1, "vergence: writing to standard output failed: No "
+                                        "space left on device\n")):
+                done = subprocess.run([VERGENCE, "--connect", f"unix:{self.path}"],
+                                      input="version\nnix\n", stdout=output,
+                                      stderr=subprocess.PIPE, text=True, timeout=PATIENCE_S)
+                self.assertEqual((done.returncode, done.stderr), (code, refusal + told))
+
     def test_the_socket_is_for_owner_and_group(self):
         self.assertEqual(stat.S_IMODE(os.stat(self.path).st_mode), 0o660)
 
     def test_a_second_daemon_does_not_take_the_socket(self):
-        done = subprocess.run([VERGENCED, *self.arguments(), "store=none"], capture_output=True,
-                              text=True, timeout=PATIENCE_S)
+        done = subprocess.run([VERGENCED, *replaced(self.arguments(), "store=none")],
+                              capture_output=True, text=True, timeout=PATIENCE_S)
         self.assertEqual(done.returncode, 3)
         self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
         self.assertEqual(self.first.ask("version")[-1], "OK")
@@ -383,6 +396,23 @@ class LogFile(DaemonTest):
         self.start()
 
 
+class SettingsFile(DaemonTest):
+    """A command line over a file, which undoes nothing in it but what it names."""
+
+    @classmethod
+    def arguments(cls):
+        path = os.path.join(cls.folder, "w.conf")
+        with open(path, "w", encoding="ascii") as file:
+            file.write("profile = two-cameras\nrig.width_px = 640\nrig.height_px = 400\n"
+                       "queue = 3\n")
+        return ["--config", path, *super().arguments(), "profile=rig", "rig.height_px=480"]
+
+    def test_what_is_served(self):
+        settings = self.client().ask("config")
+        for setting in ("profile: rig", "rig.width_px: 640", "rig.height_px: 480", "queue: 3"):
+            self.assertTrue(any(setting in line for line in settings), (setting, settings))
+
+
 class NoSocket(unittest.TestCase):
     """A daemon that nobody could reach does not serve."""
 
@@ -402,8 +432,8 @@ class NoSocket(unittest.TestCase):
         path = os.path.join(self.folder, "regular")
         with open(path, "w", encoding="ascii") as file:
             file.write("x")
-        self.assertEqual(self.refused(f"socket={path}"), f"vergenced: {path}: is there and is no "
-                         "socket; give another path, or remove it\n")
+        self.assertEqual(self.refused(f"socket={path}"), f"vergenced: socket = {path}: is there "
+                         "and is no socket; give another path, or remove it\n")
         with open(path, encoding="ascii") as file:
             self.assertEqual(file.read(), "x")
 
@@ -414,15 +444,22 @@ class NoSocket(unittest.TestCase):
 
     def test_a_path_as_long_as_can_be(self):
         path = os.path.join(self.folder, "none", "").ljust(103, "x")
-        self.assertIn("No such file", self.refused(f"socket={path}"))
+        self.assertEqual(self.refused(f"socket={path}"),
+                         f"vergenced: socket = {path}: No such file or directory\n")
+
+    def test_a_console_that_is_none(self):
+        for path, why in (("/no/such", "No such file or directory"),
+                          ("/dev/null", "is no serial line")):
+            self.assertEqual(self.refused("socket=none", f"console={path}"),
+                             f"vergenced: console = {path}: {why}\n")
 
     def test_a_port_that_is_taken(self):
         with socket.socket() as other:
             other.bind(("127.0.0.1", 0))
             other.listen()
             port = other.getsockname()[1]
-            self.assertIn("Address already in use",
-                          self.refused("socket=none", f"tcp_port={port}"))
+            self.assertEqual(self.refused("socket=none", f"tcp_port={port}"),
+                             f"vergenced: tcp_port = {port}: Address already in use\n")
 
 
 class NoRig(unittest.TestCase):

@@ -9,20 +9,21 @@ VERGENCED = os.environ["VERGENCED"]
 EXAMPLE = os.path.join(os.environ["VERGENCE_SOURCE"], "daemon", "vergenced.conf")
 
 
-def run(*words):
-    return subprocess.run([VERGENCED, *words], capture_output=True, text=True, timeout=60)
+def run(*words, **options):
+    return subprocess.run([VERGENCED, *words], stderr=subprocess.PIPE, text=True, timeout=60,
+                          **{"stdout": subprocess.PIPE, **options})
 
 
 class Config(unittest.TestCase):
-    def check(self, text):
-        with tempfile.NamedTemporaryFile("w", suffix=".conf") as file:
+    def check(self, text, *words):
+        with tempfile.NamedTemporaryFile("w", suffix=".conf", encoding="utf-8") as file:
             file.write(text)
             file.flush()
-            done = run("--check", file.name)
+            done = run("--check", file.name, *words)
             return done.returncode, (done.stdout + done.stderr).replace(file.name, "FILE")
 
-    def refused(self, text, sentence):
-        code, said = self.check(text)
+    def refused(self, text, sentence, *words):
+        code, said = self.check(text, *words)
         self.assertEqual((code, said), (3, f"vergenced: {sentence}\n"))
 
     def test_the_example_is_what_the_program_prints_and_is_good(self):
@@ -60,6 +61,10 @@ class Config(unittest.TestCase):
         # What the system's sockets can have, less the four letters that it has until it listens.
         self.refused("socket = /" + 103 * "x", "FILE:1: socket is too long: at most 103 characters")
         self.refused(600 * "x", "FILE:1: the line is too long, or this is no text file")
+        self.refused("\n = 3 # x\n", 'FILE:2: "= 3": the name of the key is missing')
+        # What marks UTF-8 is skipped where it stands first, and moves no line.
+        self.refused("\ufeffprofile = rig\nclients = 0\n",
+                     "FILE:2: clients 0 is out of range: from 1 to 32")
 
     def test_what_does_not_go_together_is_said_with_its_range(self):
         for text, sentence in (
@@ -119,7 +124,8 @@ class Config(unittest.TestCase):
         for text in ("", "# nothing\n\n", "  clients=2 # two\r\ntcp_port = off\n",
                      "profile = two-cameras\nrig.width_px = 1280\nrig.height_px = 720\n",
                      "backend = sim unix:/run/x.sock\nsocket = none\nlog_level = debug",
-                     "reset_line = 0x11\ngpio_chip = /dev/gpiochip1\n"):
+                     "reset_line = 0x11\ngpio_chip = /dev/gpiochip1\n",
+                     "\ufeffprofile = two-cameras\n", "\ufeff"):
             self.assertEqual(self.check(text), (0, "FILE: good\n"), text)
 
     def test_no_file(self):
@@ -136,6 +142,56 @@ class Config(unittest.TestCase):
         done = run("clients")
         self.assertEqual((done.returncode, done.stderr),
                          (3, 'vergenced: "clients": expected is KEY=VALUE\n'))
+        self.assertEqual(self.check("clients = 3\n", "clients=4"), (0, "FILE: good\n"))
+
+    def test_a_command_line_follows_the_rules_of_a_file(self):
+        for words, sentence in (
+                (("queue=3", "queue=3"), "queue is given twice"),
+                (("rig.width_px=640", "profile=rig"),
+                 "profile must stand before rig.width_px, which it would undo"),
+                (("rig.lens_backlash_counts=5", "rig.lenses=v1lc"),
+                 "rig.lenses must stand before rig.lens_backlash_counts, which it would undo"),
+                (("files=",), "files: the value is missing"),
+                (("socket= ",), "socket: the value is missing"),
+                (("=3",), '"=3": the name of the key is missing'),
+                (("log=" + 600 * "x",), f'"log={36 * "x"}..." is longer than 511 characters'),
+                (("log=" + 300 * "x",), "log is too long: at most 255 characters")):
+            with self.subTest(words):
+                self.refused("", sentence, *words)
+        self.assertEqual(self.check("", "profile=rig", "rig.width_px=640", " socket = none "),
+                         (0, "FILE: good\n"))
+
+    def test_a_profile_of_the_command_line_undoes_nothing_in_the_file(self):
+        # So wide a frame goes with no bridge: who is told so still has the file's.
+        text = "profile = two-cameras\nrig.width_px = 4000\n"
+        self.assertEqual(self.check(text), (0, "FILE: good\n"))
+        self.refused(text, "FILE:2: rig.width_px 4000 does not go with rig.bridge yes: it must be "
+                     "an even number from 16 to 2048 px", "profile=rig")
+        self.assertEqual(self.check(text, "profile=rig", "rig.width_px=640"), (0, "FILE: good\n"))
+        # Nor do lenses; and a line is not wrong only because of what is replaced.
+        text = "rig.lens_backlash_counts = 5\n"
+        self.assertEqual(self.check(text, "rig.lenses=v1lc"), (0, "FILE: good\n"))
+        self.assertEqual(self.check("rig.width_px = 4000\n", "profile=two-cameras"),
+                         (0, "FILE: good\n"))
+
+    def test_file_and_command_line_are_checked_together(self):
+        # A profile of the command line counts for the whole file.
+        text = "right_camera = /dev/video0\n"
+        self.assertEqual(self.check(text), (0, "FILE: good\n"))
+        self.refused(text, "FILE:1: right_camera /dev/video0 is also left_camera: each needs one "
+                     "of its own", "profile=two-cameras")
+        text = "i2c = none\n"
+        self.assertEqual(self.check(text, "profile=two-cameras"), (0, "FILE: good\n"))
+        self.refused("reset_line = 4\n", "irq_line 4 is also reset_line: each needs one of its own",
+                     "irq_line=4")
+
+    def test_an_output_that_cannot_be_written(self):
+        for words in (("--version",), ("--help",), ("--help-config",), ("--check", EXAMPLE)):
+            with self.subTest(words), open("/dev/full", "w", encoding="ascii") as full:
+                done = run(*words, stdout=full)
+                self.assertEqual(
+                    (done.returncode, done.stderr),
+                    (1, "vergenced: writing to standard output failed: No space left on device\n"))
 
 
 if __name__ == "__main__":

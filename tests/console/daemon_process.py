@@ -142,6 +142,13 @@ class Client:
         return json.loads(self.line())
 
 
+def replaced(words, *settings):
+    """The words of a command line with these settings for those of the same keys: none is given
+    twice."""
+    keys = {setting.split("=")[0] for setting in settings}
+    return [*(word for word in words if word.split("=")[0] not in keys), *settings]
+
+
 class DaemonTest(unittest.TestCase):
     """A daemon for each class, with a simulated rig behind it."""
     settings = ()

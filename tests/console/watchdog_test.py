@@ -9,7 +9,7 @@ import tempfile
 import time
 import unittest
 
-from daemon_process import PATIENCE_S, VERGENCED, DaemonTest, Terminal
+from daemon_process import PATIENCE_S, VERGENCED, DaemonTest, Terminal, replaced
 
 STUCK_S = 2
 WIDTH, HEIGHT = 32, 24
@@ -30,7 +30,7 @@ class Watchdog(DaemonTest):
 
     @classmethod
     def arguments(cls):
-        return [f"socket={cls.path}", f"files={cls.files}", *cls.settings]
+        return replaced([f"socket={cls.path}", f"files={cls.files}"], *cls.settings)
 
     def start_with(self, more):
         """A daemon of its own for each test, with another line in the fake kernel's script."""
@@ -133,8 +133,8 @@ class Watchdog(DaemonTest):
         self.assertNotIn("watchdog write 1", self.lines())
 
     def refused(self, *settings):
-        done = subprocess.run([VERGENCED, *self.arguments(), *settings], capture_output=True,
-                              text=True, timeout=PATIENCE_S, check=False,
+        done = subprocess.run([VERGENCED, *replaced(self.arguments(), *settings)],
+                              capture_output=True, text=True, timeout=PATIENCE_S, check=False,
                               env={**os.environ, **self.environment})
         self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
         return done.stderr
