@@ -112,6 +112,11 @@ static int refuse(struct remote *self, const struct message *message) {
     return REMOTE_EXIT_ERR;
 }
 
+/// The exit code of what was interrupted; where nobody reads the output, the client's end says so.
+static int interrupted_code(void) {
+    return ferror(stdout) != 0 ? CLIENT_FAILED : EXIT_INTERRUPTED;
+}
+
 /// A line of a script, or the command line's command.
 static int run_line(struct remote *self, const char *line) {
     char storage[COMMAND_LINE_MAX + 1];
@@ -136,7 +141,7 @@ static int run_line(struct remote *self, const char *line) {
     int error = 0;
     if (remote_files(self, line, show, NULL, &error, &message) != 0) {
         const bool broken = error == ERROR_DEVICE || error == ERROR_TIMEOUT;
-        const int code = self->interrupted ? EXIT_INTERRUPTED
+        const int code = self->interrupted ? interrupted_code()
                          : broken          ? REMOTE_EXIT_LINE
                                            : REMOTE_EXIT_ERR;
         return error == 0 ? CLIENT_OK : self->json ? code : fail(&message, code);
@@ -144,10 +149,10 @@ static int run_line(struct remote *self, const char *line) {
     const int result = remote_ask(self, line, show, NULL, &message);
     if (result < 0) {
         return fail(&message, result == ERROR_CRC         ? REMOTE_EXIT_ERR
-                              : result == ERROR_CANCELLED ? EXIT_INTERRUPTED
+                              : result == ERROR_CANCELLED ? interrupted_code()
                                                           : REMOTE_EXIT_LINE);
     }
-    return result == 0 ? CLIENT_OK : self->interrupted ? EXIT_INTERRUPTED : REMOTE_EXIT_ERR;
+    return result == 0 ? CLIENT_OK : self->interrupted ? interrupted_code() : REMOTE_EXIT_ERR;
 }
 
 static int run_script(struct remote *self, bool keep_going) {
@@ -157,7 +162,7 @@ static int run_script(struct remote *self, bool keep_going) {
     for (;;) {
         const enum remote_script_line kind = remote_script_next(&script, self);
         if (kind == REMOTE_SCRIPT_END) {
-            return self->interrupted ? EXIT_INTERRUPTED : worst;
+            return self->interrupted ? interrupted_code() : worst;
         }
         if (kind == REMOTE_SCRIPT_TOO_LONG) {
             message_set(&message, 0, "the line is longer than %d characters", COMMAND_LINE_MAX);

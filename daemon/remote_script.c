@@ -33,6 +33,9 @@ enum remote_script_line remote_script_next(struct remote_script *self, struct re
     enum remote_script_line kind = REMOTE_SCRIPT_LINE;
     size_t length = 0;
     bool begun = false;
+    if (remote_interrupted(remote)) {
+        return REMOTE_SCRIPT_END;
+    }
     for (;;) {
         if (self->begin == self->end && !read_more(self, remote)) {
             // What an interrupted user was typing is no line.

@@ -154,7 +154,7 @@ class Interrupt(DaemonTest):
         for _ in range(3):
             process.stdout.readline()
         process.stdout.close()
-        self.assertNotEqual(process.wait(PATIENCE_S), 0)
+        self.assertEqual(process.wait(PATIENCE_S), 141)
         self.assertEqual(process.stderr.read(), "")
 
     def test_a_person_forgets_what_he_pasted(self):
