@@ -190,6 +190,17 @@ class Regress(Workshop):
         (self.folder / "left.png").unlink()
         self.refused("left image")
 
+    def test_an_option_is_no_value_of_another(self):
+        self.accept()
+        kept = (self.folder / "regress" / "reference.json").read_bytes()
+        for option in ("--accept", "--out", "--vergence"):
+            for value in ("--json", "--out", "--nonsense", "--"):
+                done = regress(option, value, self.folder)
+                self.assertEqual((done.returncode, done.stdout), (2, ""), (option, value))
+                self.assertEqual(done.stderr, f"tools/regress: {option} wants a value, and {value} "
+                                 "is none; see tools/regress --help\n")
+        self.assertEqual((self.folder / "regress" / "reference.json").read_bytes(), kept)
+
     def test_a_damaged_session_is_refused(self):
         session = self.directory / "session"
         shutil.copytree(SESSIONS[0], session)
