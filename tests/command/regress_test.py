@@ -190,6 +190,18 @@ class Regress(Workshop):
         (self.folder / "left.png").unlink()
         self.refused("left image")
 
+    def test_directories_of_one_name_have_pictures_of_their_own(self):
+        self.accept()
+        folders = [self.directory / name for name in ("p/S", "q/S", "S-2", "r/S")]
+        for folder in folders:
+            shutil.copytree(self.folder, folder)
+        done = regress("--out", self.pictures, "--json", *folders)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        pictures = [report["pairs"][0]["picture"] for report in json.loads(done.stdout)]
+        self.assertEqual([pathlib.Path(picture).name for picture in pictures],
+                         ["S-pair.png", "S-2-pair.png", "S-2-2-pair.png", "S-3-pair.png"])
+        self.assertEqual({str(path) for path in self.pictures.iterdir()}, set(pictures))
+
     def test_an_option_is_no_value_of_another(self):
         self.accept()
         kept = (self.folder / "regress" / "reference.json").read_bytes()
