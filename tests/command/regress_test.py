@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -20,6 +21,7 @@ sys.dont_write_bytecode = True
 
 import reference  # noqa: E402
 from result import NONE, Result, differences  # noqa: E402
+from session import Unusable  # noqa: E402
 
 SESSIONS = sorted(path.parent for path in (SOURCE / "tests" / "sessions").glob("*/session.index"))
 MOST_BYTES = 2_000_000
@@ -164,6 +166,71 @@ class Regress(Workshop):
         packed.unlink()
         self.refused(packed.name)
 
+    def test_accept_replaces_a_damaged_reference_and_nothing_else(self):
+        self.accept("first")
+        where = self.folder / "regress"
+        path = where / "reference.json"
+        (result,), good = reference.load(self.folder)
+        first = good["accepted"][0]
+        others = [self.folder / "victim", where / "notes.txt", where / "pair-12.npz"]
+        names = ["../victim", "notes.txt", "pair-12.npz", str(others[0]), ".", "", "options.json"]
+        for file in others:
+            file.write_text("kept")
+        for text, kept in (
+                (json.dumps({"pairs": [{"file": name} for name in names]}), 0),
+                (json.dumps({**good, "pairs": [{"file": "../victim"}]}), 1),
+                (json.dumps({**good, "accepted": [first, 3, {**first, "date": 3}]}), 1),
+                ('{"accepted":3}', 0), ('{"pairs":[{}]}', 0), ('{"pairs":[3]}', 0),
+                ('{"pairs":{"file":3}}', 0), ("[]", 0), ("no JSON", 0), ("", 0), ("\udcff", 0),
+                ("[" * 100_000, 0), (path.read_text()[:-20], 0)):
+            path.write_text(text, errors="surrogateescape")
+            with self.subTest(text=text[:80]):
+                note = reference.save(self.folder, ["pair"], [result], "anew", "build", "2026-01-01")
+                self.assertNotIn("\n", note)
+                self.assertIn(f"{path}: ", note)
+                self.assertIn(f"{kept or 'none'} of its acceptances", note)
+                told = reference.load(self.folder)[1]
+                self.assertEqual(told["accepted"][:-1], [first] * kept)
+                self.assertEqual(told["accepted"][-1]["reason"], "anew")
+                self.assertEqual([file.read_text() for file in others], ["kept"] * 3)
+                self.assertEqual({file.name for file in where.iterdir()},
+                                 {"notes.txt", "pair-12.npz", "options.json", "reference.json",
+                                  told["pairs"][0]["file"]})
+        path.write_text("no JSON")
+        self.assertRegex(self.accept("told").stderr, "^tools/regress: .*is no JSON.*kept\n$")
+        self.assertEqual(self.accept("whole").stderr, "")
+
+    def test_accept_writes_through_no_link(self):
+        self.accept()
+        where, victim = self.folder / "regress", self.folder / "victim"
+        victim.write_text("kept")
+        (packed,) = where.glob("*.npz")
+        packed.unlink()
+        for name in (packed.name, packed.name + ".part", "reference.json.part",
+                     "pair-00000000.npz"):
+            (where / name).symlink_to(victim)
+        self.accept()
+        self.assertEqual(victim.read_text(), "kept")
+        self.assertEqual({file.name for file in where.iterdir()},
+                         {packed.name, "options.json", "reference.json"})
+        self.assertFalse(packed.is_symlink())
+
+    def test_a_reference_of_another_form_is_refused(self):
+        self.accept()
+        path = self.folder / "regress" / "reference.json"
+        good = json.loads(path.read_text())
+        (pair,) = good["pairs"]
+        for change in ({"accepted": 3}, {"accepted": []}, {"accepted": [{}]}, {"pairs": 3},
+                       {"pairs": [{}]}, {"pairs": [{**pair, "file": "../regress/" + pair["file"]}]},
+                       {"pairs": [{**pair, "figures": {"vertices": "3"}}]}):
+            told = {**good, **change}
+            told["crc32"] = reference.own_crc(told)
+            path.write_text(json.dumps(told))
+            with self.subTest(change=change):
+                with self.assertRaisesRegex(Unusable, "reference.json: is not of the form"):
+                    reference.load(self.folder)
+        self.refused("reference.json", "not of the form")
+
     def test_wrong_options_are_refused(self):
         self.accept()
         for keys, word in (({"tolerance": {"disparity": 1}}, "disparity_px"),
@@ -205,13 +272,25 @@ class Regress(Workshop):
     def test_an_option_is_no_value_of_another(self):
         self.accept()
         kept = (self.folder / "regress" / "reference.json").read_bytes()
-        for option in ("--accept", "--out", "--vergence"):
-            for value in ("--json", "--out", "--nonsense", "--"):
-                done = regress(option, value, self.folder)
-                self.assertEqual((done.returncode, done.stdout), (2, ""), (option, value))
-                self.assertEqual(done.stderr, f"tools/regress: {option} wants a value, and {value} "
-                                 "is none; see tools/regress --help\n")
+        for option, value in (("--accept", "--json"), ("--accept", "--nonsense"), ("--out", "--"),
+                              ("--vergence", "--json")):
+            done = regress(option, value, self.folder)
+            self.assertEqual((done.returncode, done.stdout), (2, ""), (option, value))
+            self.assertEqual(done.stderr, f"tools/regress: {option} wants a value, and {value} "
+                             "is none; see tools/regress --help\n")
         self.assertEqual((self.folder / "regress" / "reference.json").read_bytes(), kept)
+
+    @staticmethod
+    def with_pair(index, number):
+        """The session's index with another number of its pairs, and CRCs that fit."""
+        crc, lines = 0, []
+        for line in index.splitlines():
+            body = line[:-9]
+            if body.startswith(b"pair "):
+                body = re.sub(rb"number=\S+", b"number=" + number, body)
+            lines.append(body + b" %08x\n" % zlib.crc32(body, crc))
+            crc = zlib.crc32(lines[-1], crc)
+        return b"".join(lines)
 
     def test_a_damaged_session_is_refused(self):
         session = self.directory / "session"
@@ -226,6 +305,9 @@ class Regress(Workshop):
         self.assertEqual(regress("--out", self.pictures, session).returncode, 0)
         index.write_bytes(lines[0])
         self.assertIn("holds no pair", regress(session).stderr)
+        # Files of the reference are called by it.
+        index.write_bytes(self.with_pair(good, b"../1"))
+        self.assertIn("pair ../1: is no number", regress(session).stderr)
         index.write_bytes(good)
         frame = next(session.glob("frame-*"))
         for frame in session.glob("frame-*"):

@@ -3,6 +3,7 @@
 folder with left.*, right.* and a calibration."""
 import os
 import pathlib
+import re
 import zlib
 
 INDEX, CRC_DIGITS = "session.index", 8
@@ -59,6 +60,8 @@ def pairs_of_session(folder):
         if kind == "pair":
             if calibration is None:
                 raise Unusable(f"{folder}: pair {keys['number']} has no calibration")
+            if not re.fullmatch("[0-9]+", keys["number"]):  # files of the reference are called by it
+                raise Unusable(f"{folder}: pair {keys['number']}: is no number")
             frames = [checked(folder / f"frame-{keys[side]}.pnm", int(keys[side], 16))
                       for side in ("left_frame", "right_frame")]
             bayer = "grbg" if keys["left_layout"] == "grbg" else "none"
