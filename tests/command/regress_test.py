@@ -5,22 +5,26 @@ import os
 import pathlib
 import re
 import shutil
+import signal
 import subprocess
 import sys
+import time
 import unittest
 import zlib
 
 import cv2
 import numpy
 
+import pairs
 from pairs import VERGENCE, Workshop
 
 SOURCE = pathlib.Path(os.environ["VERGENCE_SOURCE"])
 sys.path.insert(0, str(SOURCE / "tools" / "regress.d"))
 sys.dont_write_bytecode = True
 
+import files  # noqa: E402
 import reference  # noqa: E402
-from result import NONE, Result, differences  # noqa: E402
+from result import NONE  # noqa: E402
 from session import Unusable  # noqa: E402
 
 SESSIONS = sorted(path.parent for path in (SOURCE / "tests" / "sessions").glob("*/session.index"))
@@ -32,7 +36,9 @@ def regress(*arguments):
                            *map(str, arguments)], capture_output=True, text=True, timeout=300)
 
 
-class Regress(Workshop):
+class Recorded(Workshop):
+    """A directory with a pair, its calibration and options in it."""
+
     def setUp(self):
         super().setUp()
         self.folder = self.directory / "recorded"
@@ -47,6 +53,8 @@ class Regress(Workshop):
     def options(self, **keys):
         (self.folder / "regress" / "options.json").write_text(json.dumps(keys))
 
+
+class Regress(Recorded):
     def accept(self, reason="first"):
         done = regress("--accept", reason, self.folder)
         self.assertEqual(done.returncode, 0, done.stderr)
@@ -185,7 +193,7 @@ class Regress(Workshop):
                 ("[" * 100_000, 0), (path.read_text()[:-20], 0)):
             path.write_text(text, errors="surrogateescape")
             with self.subTest(text=text[:80]):
-                note = reference.save(self.folder, ["pair"], [result], "anew", "build", "2026-01-01")
+                note = reference.save(self.folder, ["pair"], [result], "anew", "b", "2026-01-01")
                 self.assertNotIn("\n", note)
                 self.assertIn(f"{path}: ", note)
                 self.assertIn(f"{kept or 'none'} of its acceptances", note)
@@ -315,6 +323,139 @@ class Regress(Workshop):
         done = regress(session)
         self.assertEqual(done.returncode, 3)
         self.assertIn("is not what was recorded", done.stderr)
+
+
+class Ends(Recorded):
+    """What no measurement is the cause of: outputs, programs and signals."""
+
+    def setUp(self):
+        super().setUp()
+        self.work = self.directory / "temporary"
+        self.work.mkdir()
+        self.environment = {**os.environ, "TMPDIR": str(self.work)}
+
+    def start(self, program, *arguments, **streams):
+        streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **streams}
+        return subprocess.Popen([SOURCE / "tools" / "regress", "--vergence", program,
+                                 *map(str, arguments)], text=True, env=self.environment, **streams)
+
+    def ended(self, code, process):
+        """What it said: at most one line, and nothing is left where temporary files go."""
+        output, complaint = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, code, complaint)
+        self.assertLessEqual(complaint.count("\n"), 1, complaint)
+        self.assertNotIn("Errno", complaint)
+        self.assertNotIn(str(self.work), complaint)
+        self.assertEqual(list(self.work.iterdir()), [])
+        return output, complaint
+
+    def program(self, text):
+        path = self.directory / "program"
+        path.write_text("#!/bin/sh\n" + text)
+        path.chmod(0o755)
+        return path
+
+    def test_an_output_that_fails_is_no_difference(self):
+        for arguments in (["--accept", "first", self.folder], ["--json", self.folder], ["--help"]):
+            with open("/dev/full", "w") as full:
+                process = self.start(VERGENCE, "--out", self.out, *arguments, stdout=full)
+            self.assertEqual(self.ended(3, process)[1], "tools/regress: standard output: No space "
+                             "left on device\n")
+        closed = self.start(VERGENCE, "--accept", "closed", self.folder, stdout=None,
+                            preexec_fn=lambda: os.close(1))
+        self.assertEqual(self.ended(3, closed)[1], "tools/regress: standard output: is closed\n")
+        with open("/dev/full", "w") as full:
+            process = self.start(VERGENCE, "--nonsense", stderr=full)
+        process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 2)
+
+    def test_a_pipe_that_closes_ends_quietly(self):
+        for arguments in (["--accept", "first", self.folder], ["--json", self.folder], ["--help"]):
+            read_end, write_end = os.pipe()
+            os.close(read_end)
+            process = self.start(VERGENCE, "--out", self.out, *arguments, stdout=write_end)
+            os.close(write_end)
+            self.assertEqual(self.ended(141, process)[1], "")
+
+    def test_signals_end_it_with_one_line_and_leave_nothing(self):
+        began = self.directory / "began"
+        slow = self.program('mkdir -p "$6"; : >"$6/.part"; : >"' + str(began) + '"; exec sleep 60')
+        for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)):
+            process = self.start(slow, "--accept", "first", self.folder)
+            while not began.exists() and process.poll() is None:
+                time.sleep(0.01)
+            self.assertEqual(len(list(self.work.iterdir())), 1)
+            process.send_signal(number)
+            self.assertEqual(self.ended(code, process), ("", "tools/regress: interrupted\n"))
+            self.assertEqual([file.name for file in (self.folder / "regress").iterdir()],
+                             ["options.json"])
+            began.unlink()
+
+    @staticmethod
+    def catches(process, number):
+        """Whether the process has a handler of this signal."""
+        for line in pathlib.Path(f"/proc/{process.pid}/status").read_text().splitlines():
+            if line.startswith("SigCgt:"):
+                return bool(int(line.split()[1], 16) >> (number - 1) & 1)
+        return False
+
+    def test_an_early_signal_is_told_as_well(self):
+        random = numpy.random.default_rng(pairs.SEED)
+        for delay in random.uniform(0, 1.0, 4):
+            process = self.start(VERGENCE, "--accept", "first", self.folder)
+            # Until then Python starts, and has an answer of its own.
+            while not self.catches(process, signal.SIGHUP):
+                self.assertIsNone(process.poll(), "it never took over")
+                time.sleep(0.001)
+            time.sleep(delay)
+            process.send_signal(signal.SIGINT)
+            output, complaint = process.communicate(timeout=60)
+            self.assertIn((process.returncode, complaint),
+                          [(0, ""), (130, "tools/regress: interrupted\n")], delay)
+            self.assertEqual(list(self.work.iterdir()), [])
+            self.assertEqual(list((self.folder / "regress").glob("*.part")), [])
+
+    def test_a_program_without_a_result_is_named(self):
+        there = 'mkdir "$6"; '
+        for text, words in (("", "result.json"), (there + ': >"$6/result.json"', "result.json"),
+                            (there + 'echo "{}" >"$6/result.json"', "build_id"),
+                            (there + """echo '{"build_id":"b"}' >"$6/result.json\"""", "disparity"),
+                            ("exit 7", "7"), ("echo one >&2; printf 'two\\377\\n' >&2; exit 1",
+                                              "two"), ("kill -9 $$", "9")):
+            program = self.program(text)
+            with self.subTest(text=text):
+                complaint = self.ended(3, self.start(program, "--accept", "x", self.folder))[1]
+                self.assertIn(str(program), complaint)
+                self.assertIn(words, complaint)
+
+    def test_the_system_s_refusals_name_the_file(self):
+        accepted = self.start(VERGENCE, "--accept", "first", self.folder)
+        self.ended(0, accepted)
+        file = self.folder / "calibration.txt"
+        self.assertEqual(self.ended(3, self.start(VERGENCE, "--out", file / "x", self.folder))[1],
+                         f"tools/regress: {file / 'x'}: Not a directory\n")
+        self.assertEqual(self.ended(3, self.start(VERGENCE, "--out", file, self.folder))[1],
+                         f"tools/regress: {file}: Not a directory\n")
+        (self.directory / "taken" / "recorded-pair.png").mkdir(parents=True)
+        taken = self.directory / "taken"
+        self.assertEqual(self.ended(3, self.start(VERGENCE, "--out", taken, self.folder))[1],
+                         f"tools/regress: {taken / 'recorded-pair.png'}: Is a directory\n")
+        self.assertEqual(list(taken.glob("*.part")), [])
+        self.assertEqual(files.said(PermissionError(13, "Permission denied", "/x")),
+                         "/x: Permission denied")
+
+    @unittest.skipIf(os.geteuid() == 0, "the superuser may do everything")
+    def test_what_may_not_be_read_or_written_is_told(self):
+        locked = self.directory / "locked"
+        locked.mkdir(mode=0o500)
+        self.addCleanup(locked.chmod, 0o700)
+        self.ended(0, self.start(VERGENCE, "--accept", "first", self.folder))
+        self.assertRegex(self.ended(3, self.start(VERGENCE, "--out", locked, self.folder))[1],
+                         f"^tools/regress: {locked}/.*: Permission denied\n$")
+        locked.chmod(0)
+        for folder in (locked, locked / "below"):
+            self.assertRegex(self.ended(3, self.start(VERGENCE, folder))[1],
+                             f"^tools/regress: {locked}.*: Permission denied\n$")
 
 
 class Sessions(unittest.TestCase):

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Files that are written whole or not at all, and how errors of the system are told."""
+import errno
 import os
 
 
@@ -9,6 +10,14 @@ def said(error):
         return str(error)
     path = error.filename2 or error.filename
     return f"{os.fsdecode(path)}: {error.strerror}" if path else error.strerror
+
+
+def make_directory(path):
+    """Also where it is there already. A file in its place is told as what it is not."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except FileExistsError as error:
+        raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(path)) from error
 
 
 def write_whole(path, data):

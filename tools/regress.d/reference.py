@@ -6,7 +6,7 @@ import pathlib
 import re
 import zlib
 
-from files import write_whole
+from files import make_directory, write_whole
 from result import TOLERANCES, Result, crc_text
 from session import Unusable
 
@@ -125,7 +125,7 @@ def save(folder, names, results, reason, build, date):
     Returns a line to be told, or None. What is removed is found by its name, not by the old
     reference, which may name any file."""
     where = pathlib.Path(folder) / FOLDER
-    where.mkdir(exist_ok=True)
+    make_directory(where)
     path = where / REFERENCE
     history, note = history_of(path)
     entries, made = [], []
