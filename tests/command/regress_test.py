@@ -3,23 +3,29 @@
 import json
 import os
 import pathlib
+import re
 import shutil
+import signal
 import subprocess
 import sys
+import time
 import unittest
 import zlib
 
 import cv2
 import numpy
 
+import pairs
 from pairs import VERGENCE, Workshop
 
 SOURCE = pathlib.Path(os.environ["VERGENCE_SOURCE"])
 sys.path.insert(0, str(SOURCE / "tools" / "regress.d"))
 sys.dont_write_bytecode = True
 
+import files  # noqa: E402
 import reference  # noqa: E402
-from result import NONE, Result, differences  # noqa: E402
+from result import NONE  # noqa: E402
+from session import Unusable  # noqa: E402
 
 SESSIONS = sorted(path.parent for path in (SOURCE / "tests" / "sessions").glob("*/session.index"))
 MOST_BYTES = 2_000_000
@@ -30,7 +36,9 @@ def regress(*arguments):
                            *map(str, arguments)], capture_output=True, text=True, timeout=300)
 
 
-class Regress(Workshop):
+class Recorded(Workshop):
+    """A directory with a pair, its calibration and options in it."""
+
     def setUp(self):
         super().setUp()
         self.folder = self.directory / "recorded"
@@ -45,6 +53,8 @@ class Regress(Workshop):
     def options(self, **keys):
         (self.folder / "regress" / "options.json").write_text(json.dumps(keys))
 
+
+class Regress(Recorded):
     def accept(self, reason="first"):
         done = regress("--accept", reason, self.folder)
         self.assertEqual(done.returncode, 0, done.stderr)
@@ -164,6 +174,71 @@ class Regress(Workshop):
         packed.unlink()
         self.refused(packed.name)
 
+    def test_accept_replaces_a_damaged_reference_and_nothing_else(self):
+        self.accept("first")
+        where = self.folder / "regress"
+        path = where / "reference.json"
+        (result,), good = reference.load(self.folder)
+        first = good["accepted"][0]
+        others = [self.folder / "victim", where / "notes.txt", where / "pair-12.npz"]
+        names = ["../victim", "notes.txt", "pair-12.npz", str(others[0]), ".", "", "options.json"]
+        for file in others:
+            file.write_text("kept")
+        for text, kept in (
+                (json.dumps({"pairs": [{"file": name} for name in names]}), 0),
+                (json.dumps({**good, "pairs": [{"file": "../victim"}]}), 1),
+                (json.dumps({**good, "accepted": [first, 3, {**first, "date": 3}]}), 1),
+                ('{"accepted":3}', 0), ('{"pairs":[{}]}', 0), ('{"pairs":[3]}', 0),
+                ('{"pairs":{"file":3}}', 0), ("[]", 0), ("no JSON", 0), ("", 0), ("\udcff", 0),
+                ("[" * 100_000, 0), (path.read_text()[:-20], 0)):
+            path.write_text(text, errors="surrogateescape")
+            with self.subTest(text=text[:80]):
+                note = reference.save(self.folder, ["pair"], [result], "anew", "b", "2026-01-01")
+                self.assertNotIn("\n", note)
+                self.assertIn(f"{path}: ", note)
+                self.assertIn(f"{kept or 'none'} of its acceptances", note)
+                told = reference.load(self.folder)[1]
+                self.assertEqual(told["accepted"][:-1], [first] * kept)
+                self.assertEqual(told["accepted"][-1]["reason"], "anew")
+                self.assertEqual([file.read_text() for file in others], ["kept"] * 3)
+                self.assertEqual({file.name for file in where.iterdir()},
+                                 {"notes.txt", "pair-12.npz", "options.json", "reference.json",
+                                  told["pairs"][0]["file"]})
+        path.write_text("no JSON")
+        self.assertRegex(self.accept("told").stderr, "^tools/regress: .*is no JSON.*kept\n$")
+        self.assertEqual(self.accept("whole").stderr, "")
+
+    def test_accept_writes_through_no_link(self):
+        self.accept()
+        where, victim = self.folder / "regress", self.folder / "victim"
+        victim.write_text("kept")
+        (packed,) = where.glob("*.npz")
+        packed.unlink()
+        for name in (packed.name, packed.name + ".part", "reference.json.part",
+                     "pair-00000000.npz"):
+            (where / name).symlink_to(victim)
+        self.accept()
+        self.assertEqual(victim.read_text(), "kept")
+        self.assertEqual({file.name for file in where.iterdir()},
+                         {packed.name, "options.json", "reference.json"})
+        self.assertFalse(packed.is_symlink())
+
+    def test_a_reference_of_another_form_is_refused(self):
+        self.accept()
+        path = self.folder / "regress" / "reference.json"
+        good = json.loads(path.read_text())
+        (pair,) = good["pairs"]
+        for change in ({"accepted": 3}, {"accepted": []}, {"accepted": [{}]}, {"pairs": 3},
+                       {"pairs": [{}]}, {"pairs": [{**pair, "file": "../regress/" + pair["file"]}]},
+                       {"pairs": [{**pair, "figures": {"vertices": "3"}}]}):
+            told = {**good, **change}
+            told["crc32"] = reference.own_crc(told)
+            path.write_text(json.dumps(told))
+            with self.subTest(change=change):
+                with self.assertRaisesRegex(Unusable, "reference.json: is not of the form"):
+                    reference.load(self.folder)
+        self.refused("reference.json", "not of the form")
+
     def test_wrong_options_are_refused(self):
         self.accept()
         for keys, word in (({"tolerance": {"disparity": 1}}, "disparity_px"),
@@ -190,6 +265,41 @@ class Regress(Workshop):
         (self.folder / "left.png").unlink()
         self.refused("left image")
 
+    def test_directories_of_one_name_have_pictures_of_their_own(self):
+        self.accept()
+        folders = [self.directory / name for name in ("p/S", "q/S", "S-2", "r/S")]
+        for folder in folders:
+            shutil.copytree(self.folder, folder)
+        done = regress("--out", self.pictures, "--json", *folders)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        pictures = [report["pairs"][0]["picture"] for report in json.loads(done.stdout)]
+        self.assertEqual([pathlib.Path(picture).name for picture in pictures],
+                         ["S-pair.png", "S-2-pair.png", "S-2-2-pair.png", "S-3-pair.png"])
+        self.assertEqual({str(path) for path in self.pictures.iterdir()}, set(pictures))
+
+    def test_an_option_is_no_value_of_another(self):
+        self.accept()
+        kept = (self.folder / "regress" / "reference.json").read_bytes()
+        for option, value in (("--accept", "--json"), ("--accept", "--nonsense"), ("--out", "--"),
+                              ("--vergence", "--json")):
+            done = regress(option, value, self.folder)
+            self.assertEqual((done.returncode, done.stdout), (2, ""), (option, value))
+            self.assertEqual(done.stderr, f"tools/regress: {option} wants a value, and {value} "
+                             "is none; see tools/regress --help\n")
+        self.assertEqual((self.folder / "regress" / "reference.json").read_bytes(), kept)
+
+    @staticmethod
+    def with_pair(index, number):
+        """The session's index with another number of its pairs, and CRCs that fit."""
+        crc, lines = 0, []
+        for line in index.splitlines():
+            body = line[:-9]
+            if body.startswith(b"pair "):
+                body = re.sub(rb"number=\S+", b"number=" + number, body)
+            lines.append(body + b" %08x\n" % zlib.crc32(body, crc))
+            crc = zlib.crc32(lines[-1], crc)
+        return b"".join(lines)
+
     def test_a_damaged_session_is_refused(self):
         session = self.directory / "session"
         shutil.copytree(SESSIONS[0], session)
@@ -203,6 +313,9 @@ class Regress(Workshop):
         self.assertEqual(regress("--out", self.pictures, session).returncode, 0)
         index.write_bytes(lines[0])
         self.assertIn("holds no pair", regress(session).stderr)
+        # Files of the reference are called by it.
+        index.write_bytes(self.with_pair(good, b"../1"))
+        self.assertIn("pair ../1: is no number", regress(session).stderr)
         index.write_bytes(good)
         frame = next(session.glob("frame-*"))
         for frame in session.glob("frame-*"):
@@ -210,6 +323,139 @@ class Regress(Workshop):
         done = regress(session)
         self.assertEqual(done.returncode, 3)
         self.assertIn("is not what was recorded", done.stderr)
+
+
+class Ends(Recorded):
+    """What no measurement is the cause of: outputs, programs and signals."""
+
+    def setUp(self):
+        super().setUp()
+        self.work = self.directory / "temporary"
+        self.work.mkdir()
+        self.environment = {**os.environ, "TMPDIR": str(self.work)}
+
+    def start(self, program, *arguments, **streams):
+        streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **streams}
+        return subprocess.Popen([SOURCE / "tools" / "regress", "--vergence", program,
+                                 *map(str, arguments)], text=True, env=self.environment, **streams)
+
+    def ended(self, code, process):
+        """What it said: at most one line, and nothing is left where temporary files go."""
+        output, complaint = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, code, complaint)
+        self.assertLessEqual(complaint.count("\n"), 1, complaint)
+        self.assertNotIn("Errno", complaint)
+        self.assertNotIn(str(self.work), complaint)
+        self.assertEqual(list(self.work.iterdir()), [])
+        return output, complaint
+
+    def program(self, text):
+        path = self.directory / "program"
+        path.write_text("#!/bin/sh\n" + text)
+        path.chmod(0o755)
+        return path
+
+    def test_an_output_that_fails_is_no_difference(self):
+        for arguments in (["--accept", "first", self.folder], ["--json", self.folder], ["--help"]):
+            with open("/dev/full", "w") as full:
+                process = self.start(VERGENCE, "--out", self.out, *arguments, stdout=full)
+            self.assertEqual(self.ended(3, process)[1], "tools/regress: standard output: No space "
+                             "left on device\n")
+        closed = self.start(VERGENCE, "--accept", "closed", self.folder, stdout=None,
+                            preexec_fn=lambda: os.close(1))
+        self.assertEqual(self.ended(3, closed)[1], "tools/regress: standard output: is closed\n")
+        with open("/dev/full", "w") as full:
+            process = self.start(VERGENCE, "--nonsense", stderr=full)
+        process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 2)
+
+    def test_a_pipe_that_closes_ends_quietly(self):
+        for arguments in (["--accept", "first", self.folder], ["--json", self.folder], ["--help"]):
+            read_end, write_end = os.pipe()
+            os.close(read_end)
+            process = self.start(VERGENCE, "--out", self.out, *arguments, stdout=write_end)
+            os.close(write_end)
+            self.assertEqual(self.ended(141, process)[1], "")
+
+    def test_signals_end_it_with_one_line_and_leave_nothing(self):
+        began = self.directory / "began"
+        slow = self.program('mkdir -p "$6"; : >"$6/.part"; : >"' + str(began) + '"; exec sleep 60')
+        for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)):
+            process = self.start(slow, "--accept", "first", self.folder)
+            while not began.exists() and process.poll() is None:
+                time.sleep(0.01)
+            self.assertEqual(len(list(self.work.iterdir())), 1)
+            process.send_signal(number)
+            self.assertEqual(self.ended(code, process), ("", "tools/regress: interrupted\n"))
+            self.assertEqual([file.name for file in (self.folder / "regress").iterdir()],
+                             ["options.json"])
+            began.unlink()
+
+    @staticmethod
+    def catches(process, number):
+        """Whether the process has a handler of this signal."""
+        for line in pathlib.Path(f"/proc/{process.pid}/status").read_text().splitlines():
+            if line.startswith("SigCgt:"):
+                return bool(int(line.split()[1], 16) >> (number - 1) & 1)
+        return False
+
+    def test_an_early_signal_is_told_as_well(self):
+        random = numpy.random.default_rng(pairs.SEED)
+        for delay in random.uniform(0, 1.0, 4):
+            process = self.start(VERGENCE, "--accept", "first", self.folder)
+            # Until then Python starts, and has an answer of its own.
+            while not self.catches(process, signal.SIGHUP):
+                self.assertIsNone(process.poll(), "it never took over")
+                time.sleep(0.001)
+            time.sleep(delay)
+            process.send_signal(signal.SIGINT)
+            output, complaint = process.communicate(timeout=60)
+            self.assertIn((process.returncode, complaint),
+                          [(0, ""), (130, "tools/regress: interrupted\n")], delay)
+            self.assertEqual(list(self.work.iterdir()), [])
+            self.assertEqual(list((self.folder / "regress").glob("*.part")), [])
+
+    def test_a_program_without_a_result_is_named(self):
+        there = 'mkdir "$6"; '
+        for text, words in (("", "result.json"), (there + ': >"$6/result.json"', "result.json"),
+                            (there + 'echo "{}" >"$6/result.json"', "build_id"),
+                            (there + """echo '{"build_id":"b"}' >"$6/result.json\"""", "disparity"),
+                            ("exit 7", "7"), ("echo one >&2; printf 'two\\377\\n' >&2; exit 1",
+                                              "two"), ("kill -9 $$", "9")):
+            program = self.program(text)
+            with self.subTest(text=text):
+                complaint = self.ended(3, self.start(program, "--accept", "x", self.folder))[1]
+                self.assertIn(str(program), complaint)
+                self.assertIn(words, complaint)
+
+    def test_the_system_s_refusals_name_the_file(self):
+        accepted = self.start(VERGENCE, "--accept", "first", self.folder)
+        self.ended(0, accepted)
+        file = self.folder / "calibration.txt"
+        self.assertEqual(self.ended(3, self.start(VERGENCE, "--out", file / "x", self.folder))[1],
+                         f"tools/regress: {file / 'x'}: Not a directory\n")
+        self.assertEqual(self.ended(3, self.start(VERGENCE, "--out", file, self.folder))[1],
+                         f"tools/regress: {file}: Not a directory\n")
+        (self.directory / "taken" / "recorded-pair.png").mkdir(parents=True)
+        taken = self.directory / "taken"
+        self.assertEqual(self.ended(3, self.start(VERGENCE, "--out", taken, self.folder))[1],
+                         f"tools/regress: {taken / 'recorded-pair.png'}: Is a directory\n")
+        self.assertEqual(list(taken.glob("*.part")), [])
+        self.assertEqual(files.said(PermissionError(13, "Permission denied", "/x")),
+                         "/x: Permission denied")
+
+    @unittest.skipIf(os.geteuid() == 0, "the superuser may do everything")
+    def test_what_may_not_be_read_or_written_is_told(self):
+        locked = self.directory / "locked"
+        locked.mkdir(mode=0o500)
+        self.addCleanup(locked.chmod, 0o700)
+        self.ended(0, self.start(VERGENCE, "--accept", "first", self.folder))
+        self.assertRegex(self.ended(3, self.start(VERGENCE, "--out", locked, self.folder))[1],
+                         f"^tools/regress: {locked}/.*: Permission denied\n$")
+        locked.chmod(0)
+        for folder in (locked, locked / "below"):
+            self.assertRegex(self.ended(3, self.start(VERGENCE, folder))[1],
+                             f"^tools/regress: {locked}.*: Permission denied\n$")
 
 
 class Sessions(unittest.TestCase):

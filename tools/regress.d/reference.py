@@ -3,12 +3,23 @@
 beside it, and regress/options.json, which people write."""
 import json
 import pathlib
+import re
 import zlib
 
+from files import make_directory, write_whole
 from result import TOLERANCES, Result, crc_text
 from session import Unusable
 
 FOLDER, REFERENCE, OPTIONS = "regress", "reference.json", "options.json"
+PACKED = re.compile(r"pair(-[0-9]+)?-[0-9a-f]{8}\.npz")  # the only files that are removed again
+
+
+class Damaged(Unusable):
+    """What was read is not what was written; `kept` are acceptances that can be read even so."""
+
+    def __init__(self, text, kept=()):
+        super().__init__(text)
+        self.kept = list(kept)
 
 
 def read_json(path):
@@ -16,10 +27,10 @@ def read_json(path):
         value = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise Unusable(f"{path}: cannot be read ({error.strerror})") from error
-    except ValueError as error:
-        raise Unusable(f"{path}: is no JSON ({error})") from error
+    except (ValueError, RecursionError) as error:
+        raise Damaged(f"{path}: is no JSON ({error})") from error
     if not isinstance(value, dict):
-        raise Unusable(f"{path}: must be a JSON object")
+        raise Damaged(f"{path}: must be a JSON object")
     return value
 
 
@@ -47,14 +58,44 @@ def own_crc(reference):
     return f"{zlib.crc32(json.dumps(told, sort_keys=True).encode()):08x}"
 
 
+def list_of(value):
+    return value if isinstance(value, list) else []
+
+
+def has_texts(value, *names):
+    return isinstance(value, dict) and all(isinstance(value.get(name), str) for name in names)
+
+
+def is_acceptance(value):
+    return has_texts(value, "date", "build", "reason")
+
+
+def is_pair(value):
+    """Whether `value` is an entry as `save` makes them: its file is one beside it."""
+    if not has_texts(value, "name", "file", "crc32") or not PACKED.fullmatch(value["file"]):
+        return False
+    figures = value.get("figures")
+    return isinstance(figures, dict) and all(
+        figure is None or isinstance(figure, (int, float)) for figure in figures.values())
+
+
+def read_reference(path):
+    reference = read_json(path)
+    accepted, pairs = list_of(reference.get("accepted")), list_of(reference.get("pairs"))
+    kept = list(filter(is_acceptance, accepted))
+    if reference.get("crc32") != own_crc(reference):
+        raise Damaged(f"{path}: is damaged or was edited (its CRC-32 is another)", kept)
+    if not accepted or kept != accepted or not pairs or not all(map(is_pair, pairs)):
+        raise Damaged(f"{path}: is not of the form that --accept writes", kept)
+    return reference
+
+
 def load(folder):
     """The reference results, and all that reference.json says."""
     path = pathlib.Path(folder) / FOLDER / REFERENCE
     if not path.exists():
         raise Unusable(f"{folder}: has no reference yet; make one with --accept REASON")
-    reference = read_json(path)
-    if reference.get("crc32") != own_crc(reference):
-        raise Unusable(f"{path}: is damaged or was edited (its CRC-32 is another)")
+    reference = read_reference(path)
     results = []
     for entry in reference["pairs"]:
         file = path.parent / entry["file"]
@@ -68,28 +109,45 @@ def load(folder):
     return results, reference
 
 
+def history_of(path):
+    """Acceptances of the reference that is replaced, and what is to be told of it if it is damaged.
+    They are texts for people: those that can be read are worth keeping even then."""
+    if not path.exists():
+        return [], None
+    try:
+        return read_reference(path)["accepted"], None
+    except Damaged as damage:
+        return damage.kept, f"{damage}; {len(damage.kept) or 'none'} of its acceptances can be kept"
+
+
 def save(folder, names, results, reason, build, date):
-    """A new reference in place of what was there. The file that names the others comes last."""
+    """A new reference in place of what was there. The file that names the others comes last.
+    Returns a line to be told, or None. What is removed is found by its name, not by the old
+    reference, which may name any file."""
     where = pathlib.Path(folder) / FOLDER
-    where.mkdir(exist_ok=True)
+    make_directory(where)
     path = where / REFERENCE
-    history, old = [], []
-    if path.exists():
-        before = read_json(path)
-        history = before.get("accepted", [])
-        old = [entry["file"] for entry in before.get("pairs", [])]
-    entries = []
-    for name, result in zip(names, results):
-        data = result.packed()
-        file = f"{name.replace(' ', '-')}-{crc_text(data)}.npz"
-        (where / file).write_bytes(data)
-        entries.append({"name": name, "file": file, "crc32": crc_text(data),
-                        "figures": result.figures})
-    reference = {"accepted": history + [{"date": date, "build": build, "reason": reason}],
-                 "pairs": entries}
-    reference["crc32"] = own_crc(reference)
-    part = where / (REFERENCE + ".part")
-    part.write_text(json.dumps(reference, indent=1) + "\n", encoding="utf-8")
-    part.replace(path)
-    for file in set(old) - {entry["file"] for entry in entries}:
-        (where / file).unlink(missing_ok=True)
+    history, note = history_of(path)
+    entries, made = [], []
+    try:
+        for name, result in zip(names, results):
+            data = result.packed()
+            file = f"{name.replace(' ', '-')}-{crc_text(data)}.npz"
+            if not (where / file).exists():
+                made.append(where / file)
+            write_whole(where / file, data)
+            entries.append({"name": name, "file": file, "crc32": crc_text(data),
+                            "figures": result.figures})
+        reference = {"accepted": history + [{"date": date, "build": build, "reason": reason}],
+                     "pairs": entries}
+        reference["crc32"] = own_crc(reference)
+        write_whole(path, (json.dumps(reference, indent=1) + "\n").encode())
+    except BaseException:
+        for file in made:
+            file.unlink(missing_ok=True)
+        raise
+    for file in where.iterdir():
+        old = file.name not in {entry["file"] for entry in entries}
+        if old and PACKED.fullmatch(file.name.removesuffix(".part")) and not file.is_dir():
+            file.unlink()
+    return note

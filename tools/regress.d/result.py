@@ -30,12 +30,20 @@ TOLERANCES = {
 }
 
 
+def read_image(path, form):
+    """Its bytes and pixels. OpenCV would add lines of its own about a file it cannot open."""
+    data = path.read_bytes()
+    image = cv2.imdecode(np.frombuffer(data, np.uint8), form) if data else None
+    if image is None:
+        raise Unusable(f"{path}: is no image")
+    return data, image
+
+
 def read_reasons(path):
     """Codes of the palette image; OpenCV gives its colours."""
-    data = path.read_bytes()
-    image = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    data, image = read_image(path, cv2.IMREAD_COLOR)
     at = data.find(b"PLTE")
-    if image is None or at < 4:
+    if at < 4:
         raise Unusable(f"{path}: is no image with a palette")
     length = int.from_bytes(data[at - 4:at], "big")
     codes = np.full(image.shape[:2], 255, np.uint8)
@@ -61,7 +69,7 @@ class Result:
 
     @classmethod
     def of_run(cls, folder):
-        disparity = cv2.imread(str(folder / "disparity.pfm"), cv2.IMREAD_UNCHANGED)
+        _, disparity = read_image(folder / "disparity.pfm", cv2.IMREAD_UNCHANGED)
         valid = np.isfinite(disparity)
         steps = np.where(valid, np.round(np.where(valid, disparity, 0) * STEPS_PER_PX), NONE)
         all_points = np.full((*disparity.shape, 3), np.nan, np.float32)
@@ -143,7 +151,8 @@ def coloured(steps, low, high):
 
 def picture(before, now, tolerance):
     """Reference, now and difference side by side. In the difference grey is the same; red to white
-    a disparity that is off, green one more than there was, magenta one less; blue another reason."""
+    a disparity that is off, green one more than there was, magenta one less; blue another
+    reason."""
     known = np.concatenate([r.steps[r.steps != NONE] for r in (before, now)])
     low, high = np.percentile(known, [1, 99]) if known.size else (0, 1)
     panels = [coloured(r.steps, low, high) for r in (before, now)]

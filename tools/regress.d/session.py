@@ -3,6 +3,8 @@
 folder with left.*, right.* and a calibration."""
 import os
 import pathlib
+import re
+import stat
 import zlib
 
 INDEX, CRC_DIGITS = "session.index", 8
@@ -59,6 +61,9 @@ def pairs_of_session(folder):
         if kind == "pair":
             if calibration is None:
                 raise Unusable(f"{folder}: pair {keys['number']} has no calibration")
+            # Files of the reference are called by it.
+            if not re.fullmatch("[0-9]+", keys["number"]):
+                raise Unusable(f"{folder}: pair {keys['number']}: is no number")
             frames = [checked(folder / f"frame-{keys[side]}.pnm", int(keys[side], 16))
                       for side in ("left_frame", "right_frame")]
             bayer = "grbg" if keys["left_layout"] == "grbg" else "none"
@@ -81,14 +86,18 @@ def pair_of_folder(folder):
 
 
 def need_directory(folder):
-    if not os.path.isdir(folder):
-        raise Unusable(f"{folder}: " + ("is no directory" if os.path.exists(folder) else
-                                        "there is no such directory"))
+    try:
+        mode = os.stat(folder).st_mode
+    except FileNotFoundError as error:
+        raise Unusable(f"{folder}: there is no such directory") from error
+    if not stat.S_ISDIR(mode):
+        raise Unusable(f"{folder}: is no directory")
 
 
 def pairs_of(folder):
     folder = pathlib.Path(folder)
-    pairs = list(pairs_of_session(folder)) if (folder / INDEX).exists() else [pair_of_folder(folder)]
+    is_session = (folder / INDEX).exists()
+    pairs = list(pairs_of_session(folder)) if is_session else [pair_of_folder(folder)]
     if not pairs:
         raise Unusable(f"{folder}: holds no pair")
     return pairs
