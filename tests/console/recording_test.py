@@ -26,6 +26,7 @@ class Recording(DaemonTest):
         self.first.ask("record stop")  # the next one begins with none
 
     def begin(self, name):
+        self.first.ask("wait 4")  # a lens that one who was killed has left moving comes to rest
         for command in (f"record start {name}", *LEAD, "capture"):
             self.assertEqual(self.first.ask(command)[-1], "OK", command)
 
