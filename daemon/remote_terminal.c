@@ -95,16 +95,12 @@ static void keep_words(struct remote *remote, void *cookie, const char *text) {
 /// The daemon knows what there is.
 static void complete(void *cookie, const char *typed, char *words) {
     struct terminal *self = cookie;
-    char command[2 * EDITOR_LINE_BYTES + 16] = "complete \"";
-    size_t at = strlen(command);
-    for (; *typed != '\0'; typed++) {
-        if (*typed == '"' || *typed == '\\') {
-            command[at++] = '\\';
-        }
-        command[at++] = *typed;
+    char quoted[REMOTE_REQUEST_BYTES];
+    char command[sizeof quoted + 16];
+    if (!remote_quote(typed, quoted)) {
+        return;  // longer than any request may be
     }
-    command[at++] = '"';
-    command[at] = '\0';
+    snprintf(command, sizeof command, "complete %s", quoted);
     struct message message;
     self->remote->interrupted = false;
     remote_ask(self->remote, command, keep_words, words, &message);
@@ -122,14 +118,9 @@ static bool run_line(struct terminal *self, const char *line) {
     }
     int result = 0;
     self->remote->interrupted = false;
-    if (remote_files(self->remote, line, show, NULL, &result, &message) != 0) {
-        if (result != 0) {
-            printf("vergence: %s\r\n", message.text);
-        }
-        self->broken = result == ERROR_DEVICE;
-        return !self->broken;
+    if (remote_files(self->remote, line, show, NULL, &result, &message) == 0) {
+        result = remote_ask(self->remote, line, show, NULL, &message);
     }
-    result = remote_ask(self->remote, line, show, NULL, &message);
     if (result < 0) {
         printf("vergence: %s\r\n", message.text);
     }

@@ -245,8 +245,7 @@ static void take_answer(struct connection *self, uint64_t now_us) {
     if (job->quit) {
         job->quit = false;
         self->ended = true;
-        self->input_bytes = 0;
-        self->refused_bytes = 0;
+        forget_input(self, self->input_bytes);
     }
     if (job->watch.on && !self->gone) {
         // The rounds stay on their beat, and none is made up for.
