@@ -4,12 +4,10 @@ import json
 import os
 import random
 import resource
-import shutil
 import signal
 import socket
 import stat
 import subprocess
-import tempfile
 import time
 import unittest
 import zlib
@@ -351,128 +349,6 @@ class Clients(DaemonTest):
                 'ERR ARGUMENT calibration: FILE "x" is too much; it goes with "set" alone'])
         self.assertEqual(self.first.ask("record stop x"), [
             'ERR ARGUMENT record: NAME "x" is too much; it goes with "start" alone'])
-
-
-class FullDisk(DaemonTest):
-    settings = ("log=/dev/full",)
-
-    def test_a_log_that_cannot_be_written_stops_nobody(self):
-        client = self.client()
-        self.assertEqual(client.ask("wait 0.1"), ["OK"])
-        self.assertTrue(any("serving" in line for line in client.ask("log")))
-
-
-class Unconfined(DaemonTest):
-    """In the sanitizers' build this is where leaks are found, at the end."""
-    settings = ("confine=no",)
-
-    def test_it_works_and_ends_in_good_order(self):
-        with self.client() as client:
-            for command in ("bringup", "health", "pan 1", "log", "help", "version", "config",
-                            "bugreport", "files", "record start r", "bringup", "record stop",
-                            "window 64 64", "capture", "watch 0.1 version 2", "safe", "fly"):
-                client.ask(command)
-            client.send("wait 100000\n")
-            time.sleep(0.2)
-        self.end(self.daemon)
-        self.assertNotIn("ERROR", self.said())
-        self.start()
-
-
-class LogFile(DaemonTest):
-    @classmethod
-    def arguments(cls):
-        cls.file = os.path.join(cls.folder, "log")
-        return [*super().arguments(), f"log={cls.file}", "console=none", "tcp_port=off"]
-
-    def test_it_is_opened_again_and_the_end_is_told(self):
-        client = self.client()
-        client.ask("version")
-        os.rename(self.file, self.file + ".1")
-        self.daemon.send_signal(signal.SIGHUP)
-        self.wait_for(self.file)
-        with open(self.file + ".1", encoding="utf-8") as file:
-            self.assertIn("serving", file.read())
-        self.end(self.daemon)
-        with open(self.file, encoding="utf-8") as file:
-            self.assertIn("signal 15: ending", file.read())
-        self.assertFalse(os.path.exists(self.path))
-        self.start()
-
-
-class SettingsFile(DaemonTest):
-    """A command line over a file, which undoes nothing in it but what it names."""
-
-    @classmethod
-    def arguments(cls):
-        path = os.path.join(cls.folder, "w.conf")
-        with open(path, "w", encoding="ascii") as file:
-            file.write("profile = two-cameras\nrig.width_px = 640\nrig.height_px = 400\n"
-                       "queue = 3\n")
-        return ["--config", path, *super().arguments(), "profile=rig", "rig.height_px=480"]
-
-    def test_what_is_served(self):
-        settings = self.client().ask("config")
-        for setting in ("profile: rig", "rig.width_px: 640", "rig.height_px: 480", "queue: 3"):
-            self.assertTrue(any(setting in line for line in settings), (setting, settings))
-
-
-class NoSocket(unittest.TestCase):
-    """A daemon that nobody could reach does not serve."""
-
-    def setUp(self):
-        self.folder = tempfile.mkdtemp(prefix="console")
-        self.addCleanup(shutil.rmtree, self.folder)
-
-    def refused(self, *settings):
-        done = subprocess.run(
-            [VERGENCED, "profile=two-cameras", "backend=linux", "left_camera=/dev/none",
-             "right_camera=/dev/none2", "store=none", "files=none", "log_level=error", *settings],
-            capture_output=True, text=True, timeout=PATIENCE_S)
-        self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
-        return done.stderr
-
-    def test_what_is_there_and_is_no_socket(self):
-        path = os.path.join(self.folder, "regular")
-        with open(path, "w", encoding="ascii") as file:
-            file.write("x")
-        self.assertEqual(self.refused(f"socket={path}"), f"vergenced: socket = {path}: is there "
-                         "and is no socket; give another path, or remove it\n")
-        with open(path, encoding="ascii") as file:
-            self.assertEqual(file.read(), "x")
-
-    def test_a_path_too_long(self):
-        path = os.path.join(self.folder, 150 * "x")
-        self.assertEqual(self.refused(f"socket={path}"),
-                         "vergenced: socket is too long: at most 103 characters\n")
-
-    def test_a_path_as_long_as_can_be(self):
-        path = os.path.join(self.folder, "none", "").ljust(103, "x")
-        self.assertEqual(self.refused(f"socket={path}"),
-                         f"vergenced: socket = {path}: No such file or directory\n")
-
-    def test_a_console_that_is_none(self):
-        for path, why in (("/no/such", "No such file or directory"),
-                          ("/dev/null", "is no serial line")):
-            self.assertEqual(self.refused("socket=none", f"console={path}"),
-                             f"vergenced: console = {path}: {why}\n")
-
-    def test_a_port_that_is_taken(self):
-        with socket.socket() as other:
-            other.bind(("127.0.0.1", 0))
-            other.listen()
-            port = other.getsockname()[1]
-            self.assertEqual(self.refused("socket=none", f"tcp_port={port}"),
-                             f"vergenced: tcp_port = {port}: Address already in use\n")
-
-
-class NoRig(unittest.TestCase):
-    def test_no_rig_is_one_line(self):
-        done = subprocess.run(
-            [VERGENCED, "backend=sim unix:/no/such.sock", "socket=none", "store=none",
-             "files=none"], capture_output=True, text=True, timeout=PATIENCE_S)
-        self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
-        self.assertIn("backend = sim unix:/no/such.sock", done.stderr)
 
 
 class NoDescriptors(DaemonTest):
