@@ -289,13 +289,13 @@ class Regress(Recorded):
         self.assertEqual((self.folder / "regress" / "reference.json").read_bytes(), kept)
 
     @staticmethod
-    def with_pair(index, number):
-        """The session's index with another number of its pairs, and CRCs that fit."""
+    def crafted(index, kind, word, by):
+        """The session's index with a word of its events of this kind replaced, and CRCs that fit."""
         crc, lines = 0, []
         for line in index.splitlines():
             body = line[:-9]
-            if body.startswith(b"pair "):
-                body = re.sub(rb"number=\S+", b"number=" + number, body)
+            if body.startswith(kind + b" "):
+                body = re.sub(rb" %s=\S+" % word, by, body)
             lines.append(body + b" %08x\n" % zlib.crc32(body, crc))
             crc = zlib.crc32(lines[-1], crc)
         return b"".join(lines)
@@ -313,11 +313,20 @@ class Regress(Recorded):
         self.assertEqual(regress("--out", self.pictures, session).returncode, 0)
         index.write_bytes(lines[0])
         self.assertIn("holds no pair", regress(session).stderr)
-        # Files of the reference are called by it.
-        index.write_bytes(self.with_pair(good, b"../1"))
-        self.assertIn("pair ../1: is no number", regress(session).stderr)
+        for kind, word, by, why in (
+                # Files of the reference are called by it.
+                (b"pair", b"number", b" number=../1", "pair ../1: is no number"),
+                (b"pair", b"number", b"", "has no number"),
+                (b"pair", b"left_frame", b" left_frame=../../1", "left_frame is ../../1 and not"),
+                (b"pair", b"left_layout", b"", "has no left_layout"),
+                (b"begin", b"version", b" version", "holds version, which is no key"),
+                (b"begin", b"build", b" build=\xe9", "line 1 is no text"),
+                (b"calibration", b"file", b"", "has no file")):
+            index.write_bytes(self.crafted(good, kind, word, by))
+            done = regress(session)
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
+            self.assertIn(why, done.stderr)
         index.write_bytes(good)
-        frame = next(session.glob("frame-*"))
         for frame in session.glob("frame-*"):
             frame.write_bytes(frame.read_bytes()[:-1] + b"\0")
         done = regress(session)

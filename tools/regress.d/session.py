@@ -21,8 +21,29 @@ class Pair:
         self.name, self.left, self.right, self.arguments = name, left, right, arguments
 
 
-def lines_of(path):
-    """The index's events without their CRC; a last line that is not whole counts as none."""
+class Event(dict):
+    """A line of the index: its `kind`, and its keys with their values."""
+
+    def __init__(self, where, words):
+        self.where, (self.kind, *pairs) = where, words
+        for pair in pairs:
+            key, mark, value = pair.partition("=")
+            if not mark:
+                raise Unusable(f"{where} holds {pair}, which is no key with a value")
+            self[key] = value
+
+    def __missing__(self, key):
+        raise Unusable(f"{self.where} has no {key}")
+
+    def crc(self, key):
+        """The digits that name a file, and their value."""
+        if not re.fullmatch("[0-9a-f]{%d}" % CRC_DIGITS, self[key]):
+            raise Unusable(f"{self.where}: {key} is {self[key]} and not {CRC_DIGITS} digits")
+        return self[key], int(self[key], 16)
+
+
+def events_of(path):
+    """The index's lines; a last one that is not whole counts as none."""
     try:
         data = path.read_bytes()
     except OSError as error:
@@ -35,11 +56,17 @@ def lines_of(path):
                 return
             raise Unusable(f"{path}: line {number} is not what was written there")
         crc = zlib.crc32(line + b"\n", crc)
-        yield body.decode("ascii")
+        try:
+            yield Event(f"{path}: line {number}", body.decode("ascii").split(" "))
+        except UnicodeDecodeError as error:
+            raise Unusable(f"{path}: line {number} is no text") from error
 
 
-def checked(path, crc):
-    """The path of a file whose CRC-32 must be this."""
+def checked(folder, event, key, name):
+    """The path of the file that an event names, by `name` with its digits for a star, and whose
+    CRC-32 these must be."""
+    digits, crc = event.crc(key)
+    path = folder / name.replace("*", digits)
     try:
         data = path.read_bytes()
     except OSError as error:
@@ -51,24 +78,22 @@ def checked(path, crc):
 
 def pairs_of_session(folder):
     calibration = None
-    for line in lines_of(folder / INDEX):
-        kind, *words = line.split(" ")
-        keys = dict(word.split("=", 1) for word in words)
-        if kind == "begin" and keys["version"] != "1":
+    for event in events_of(folder / INDEX):
+        if event.kind == "begin" and event["version"] != "1":
             raise Unusable(f"{folder}: was made by a newer version")
-        if kind == "calibration":
-            calibration = checked(folder / f"calibration-{keys['file']}.txt", int(keys["file"], 16))
-        if kind == "pair":
+        if event.kind == "calibration":
+            calibration = checked(folder, event, "file", "calibration-*.txt")
+        if event.kind == "pair":
+            number = event["number"]
             if calibration is None:
-                raise Unusable(f"{folder}: pair {keys['number']} has no calibration")
+                raise Unusable(f"{folder}: pair {number} has no calibration")
             # Files of the reference are called by it.
-            if not re.fullmatch("[0-9]+", keys["number"]):
-                raise Unusable(f"{folder}: pair {keys['number']}: is no number")
-            frames = [checked(folder / f"frame-{keys[side]}.pnm", int(keys[side], 16))
+            if not re.fullmatch("[0-9]+", number):
+                raise Unusable(f"{folder}: pair {number}: is no number")
+            frames = [checked(folder, event, side, "frame-*.pnm")
                       for side in ("left_frame", "right_frame")]
-            bayer = "grbg" if keys["left_layout"] == "grbg" else "none"
-            yield Pair(f"pair {keys['number']}", *frames,
-                       ["--calibration", calibration, "--bayer", bayer])
+            bayer = "grbg" if event["left_layout"] == "grbg" else "none"
+            yield Pair(f"pair {number}", *frames, ["--calibration", calibration, "--bayer", bayer])
 
 
 def pair_of_folder(folder):
