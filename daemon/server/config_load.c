@@ -97,7 +97,9 @@ static int set_one(struct source *self, char *setting, int place, struct message
     *equals = '\0';
     const char *name = stripped(setting);
     const char *value = stripped(equals + 1);
-    if (*value == '\0') {
+    // Behind a blank it would have been cut off as a comment.
+    const bool is_comment = self->file != NULL && *value == '#';
+    if (*value == '\0' || is_comment) {
         return message_set(message, ERROR_MISSING, "%s: the value is missing", name);
     }
     const int error = take_place(self, name, place, message);

@@ -40,6 +40,7 @@ class Config(unittest.TestCase):
                      "two-cameras two-cameras-lens")
         self.refused("socket\n", 'FILE:1: "socket": expected is key = value')
         self.refused("socket =   # none\n", "FILE:1: socket: the value is missing")
+        self.refused("socket =#none\n", "FILE:1: socket: the value is missing")
         self.refused("clients = 0\n", "FILE:1: clients 0 is out of range: from 1 to 32")
         self.refused("clients = many\n",
                      'FILE:1: clients "many" is no whole number: expected is 1 to 32')
