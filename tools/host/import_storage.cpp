@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
@@ -27,6 +28,11 @@ double number_of(const std::string &word) {
     return read.ec == std::errc() && read.ptr == end ? value : std::nan("");
 }
 
+/// Whether this is a whole number from `least` up that an int holds.
+bool is_count(double value, double least) {
+    return value >= least && value <= std::numeric_limits<int>::max() && value == std::floor(value);
+}
+
 /// A matrix's parts as words: the three spellings differ only in how they are nested.
 void set_matrix(const import_file &file, const std::string &rows, const std::string &columns,
                 const std::string &type, const std::vector<double> &data,
@@ -38,7 +44,7 @@ void set_matrix(const import_file &file, const std::string &rows, const std::str
     entry->kind = kind::matrix;
     entry->numbers = data;
     const double product = row_count * column_count * channel_count;
-    if (!(row_count >= 0 && column_count >= 0 && channel_count >= 1) ||
+    if (!is_count(row_count, 0) || !is_count(column_count, 0) || !is_count(channel_count, 1) ||
         product != static_cast<double>(data.size())) {
         fail(file, entry->name + " does not have rows times cols numbers");
     }
