@@ -77,10 +77,17 @@ static size_t room(const struct editor *self) {
     return self->columns >= taken + COLUMNS_LEAST ? self->columns - taken : COLUMNS_LEAST;
 }
 
-/// Scrolls so that the cursor is on the screen.
+/// Scrolls so that the cursor is on the screen, and no room is left free that text could fill.
 static void scroll(struct editor *self) {
     if (self->cursor < self->scrolled) {
         self->scrolled = self->cursor;
+    }
+    while (self->scrolled > 0) {
+        const size_t more = previous_start(self, self->scrolled);
+        if (width_of(self->line + more, self->length - more) >= room(self)) {
+            break;
+        }
+        self->scrolled = more;
     }
     while (width_of(self->line + self->scrolled, self->cursor - self->scrolled) >= room(self)) {
         self->scrolled = next_start(self, self->scrolled);
@@ -90,6 +97,9 @@ static void scroll(struct editor *self) {
 
 static void draw(struct editor *self) {
     scroll(self);
+    if (self->drawn > room(self)) {
+        self->drawn = room(self);  // the window is narrower now: blanks further on would wrap
+    }
     size_t end = self->scrolled;
     size_t width = 0;
     while (end < self->length && width < room(self)) {

@@ -3,63 +3,16 @@
 goes on that was not wanted, and no line becomes another one."""
 import json
 import os
-import pty
 import random
-import select
 import signal
 import subprocess
 import time
 import unittest
 
-from daemon_process import PATIENCE_S, VERGENCE, DaemonTest, Screen
+from daemon_process import PATIENCE_S, VERGENCE, DaemonTest
+from person import Person
 
 INTERRUPTED = 130
-
-
-class Person:
-    """Somebody at a terminal, with the client in it."""
-
-    def __init__(self, path):
-        self.master, slave = pty.openpty()
-        self.process = subprocess.Popen([VERGENCE, "--connect", f"unix:{path}"], stdin=slave,
-                                        stdout=slave, stderr=slave,
-                                        env={**os.environ, "TERM": "dumb"})
-        os.close(slave)
-        self.screen = Screen()
-        self.until(self.at_prompt)
-
-    def at_prompt(self):
-        return self.screen.lines[-1].rstrip() == "vergence>"
-
-    def type(self, text):
-        data = text.encode()
-        while data:
-            data = data[os.write(self.master, data[:512]):]
-            self.look(0)
-
-    def look(self, timeout_s):
-        while select.select([self.master], [], [], timeout_s)[0]:
-            timeout_s = 0
-            try:
-                self.screen.feed(os.read(self.master, 65536).decode())
-            except OSError:
-                return
-
-    def until(self, condition):
-        end = time.monotonic() + PATIENCE_S
-        while not condition():
-            if time.monotonic() > end:
-                raise AssertionError(self.screen.lines[-8:])
-            self.look(0.1)
-
-    def said(self, line):
-        """How often; a bar that stood there was wiped with blanks."""
-        return sum(said.rstrip() == line for said in self.screen.lines)
-
-    def close(self):
-        self.process.kill()
-        self.process.wait()
-        os.close(self.master)
 
 
 class Interrupt(DaemonTest):
@@ -80,11 +33,6 @@ class Interrupt(DaemonTest):
         # Before it has begun to look, the signal itself ends it.
         self.assertIn(process.returncode, (INTERRUPTED, -signal.SIGINT))
         return output
-
-    def person(self):
-        person = Person(self.path)
-        self.addCleanup(person.close)
-        return person
 
     def test_a_script(self):
         script = os.path.join(self.folder, "script")
@@ -158,7 +106,7 @@ class Interrupt(DaemonTest):
         self.assertEqual(process.stderr.read(), "")
 
     def test_a_person_forgets_what_he_pasted(self):
-        person = self.person()
+        person = Person.of(self)
         person.type("wait 100000\rversion\rlog 1\r")
         person.until(lambda: "waiting" in person.screen.lines[-1])
         person.type("\x03")
@@ -176,7 +124,7 @@ class Interrupt(DaemonTest):
         person.until(lambda: person.said("OK") == 1 and person.at_prompt())
 
     def test_a_person_pastes_much(self):
-        person = self.person()
+        person = Person.of(self)
         person.type("".join(f"wait 0 # {i:03}\r" for i in range(300)))
         person.until(lambda: person.said("OK") == 300 and person.at_prompt())
         person.type("wait 1\r" + "".join(f"wait 0 # {i:03}\r" for i in range(300)))
@@ -193,7 +141,7 @@ class Interrupt(DaemonTest):
     def test_a_person_fetches(self):
         with open(os.path.join(self.files, "huge"), "wb") as file:
             file.write(bytes(14 << 20))
-        person = self.person()
+        person = Person.of(self)
         # The file here would be in the tests' directory.
         local = os.path.join(self.folder, "huge")
         for i in range(3):
@@ -207,7 +155,7 @@ class Interrupt(DaemonTest):
         person.until(lambda: person.said("OK") == 1 and person.at_prompt())
 
     def test_a_daemon_that_dies(self):
-        person = self.person()
+        person = Person.of(self)
         self.end(self.daemon)
         person.type("version\r")
         self.assertEqual(person.process.wait(PATIENCE_S), 3)

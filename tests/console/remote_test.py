@@ -2,9 +2,7 @@
 """The shipped client: one command, a script, a person, files over a line that loses bytes."""
 import json
 import os
-import pty
 import random
-import select
 import shutil
 import stat
 import subprocess
@@ -12,7 +10,8 @@ import time
 import unittest
 
 from bad_line import BadLine
-from daemon_process import PATIENCE_S, VERGENCE, DaemonTest, Screen, Terminal
+from daemon_process import PATIENCE_S, VERGENCE, DaemonTest, Terminal
+from person import Person
 
 
 class Remote(DaemonTest):
@@ -224,34 +223,33 @@ class Remote(DaemonTest):
         self.assertFalse(os.path.exists(self.path_of("new")))
 
     def test_a_person(self):
-        master, slave = pty.openpty()
-        process = subprocess.Popen([VERGENCE, "--connect", f"unix:{self.path}"], stdin=slave,
-                                   stdout=slave, stderr=slave, env={**os.environ, "TERM": "dumb"})
-        os.close(slave)
-        screen = Screen()
+        person = Person.of(self)
+        screen = person.screen
+        person.type("vers\t\r")
+        person.until(lambda: person.at_prompt() and "OK" in screen.lines)
+        person.type("zoom both 3\x01\x1b[C\x1b[C\x1b[C\x1b[C r\t")
+        person.until(lambda: screen.lines[-1].rstrip() == "vergence> zoom right  both 3")
+        person.type("\x03fetch sess\tfr\t")
+        person.until(lambda: screen.lines[-1].rstrip() == "vergence> fetch session/frame.bin")
+        person.type("\x03wait 100000\r")
+        person.until(lambda: "waiting" in screen.lines[-1])
+        person.type("\x03")
+        person.until(lambda: person.said("ERR CANCELLED cancelled") and person.at_prompt())
+        person.type("\x04")
+        self.assertEqual(person.process.wait(PATIENCE_S), 0)
 
-        def until(condition):
-            end = time.monotonic() + PATIENCE_S
-            while not condition():
-                self.assertLess(time.monotonic(), end, screen.lines[-5:])
-                if select.select([master], [], [], 0.1)[0]:
-                    screen.feed(os.read(master, 65536).decode())
-
-        until(lambda: screen.lines[-1].rstrip() == "vergence>")
-        os.write(master, b"vers\t\r")
-        until(lambda: screen.lines[-1].rstrip() == "vergence>" and "OK" in screen.lines)
-        os.write(master, b"zoom both 3\x01\x1b[C\x1b[C\x1b[C\x1b[C r\t")
-        until(lambda: screen.lines[-1].rstrip() == "vergence> zoom right  both 3")
-        os.write(master, b"\x03fetch sess\tfr\t")
-        until(lambda: screen.lines[-1].rstrip() == "vergence> fetch session/frame.bin")
-        os.write(master, b"\x03wait 100000\r")
-        until(lambda: "waiting" in screen.lines[-1])
-        os.write(master, b"\x03")
-        until(lambda: any("ERR CANCELLED" in line for line in screen.lines) and
-              screen.lines[-1].rstrip() == "vergence>")
-        os.write(master, b"\x04")
-        self.assertEqual(process.wait(PATIENCE_S), 0)
-        os.close(master)
+    def test_a_window_of_any_width(self):
+        person = Person.of(self)
+        text = "".join(chr(ord("a") + i % 26) for i in range(200))
+        person.type("help " + text)
+        for columns in (0, 132, 40, 500):
+            if columns:
+                person.set_columns(columns)
+                person.type("\x0c")
+            # The last column, and that of the cursor, stay free.
+            shown = ("help " + text)[-((columns or 80) - len("vergence> ") - 2):]
+            person.until(lambda shown=shown: person.screen.lines[-1].rstrip() ==
+                         "vergence> " + shown)
 
     def through(self, lost, changed, seed=None):
         seed = seed or int(os.environ.get("VERGENCE_TEST_SEED", random.randrange(1 << 32)))

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whatever is typed: the terminal gets plain characters alone and shows the line that the editor
-// has, with the cursor where it is.
+// has, with the cursor where it is, in a window that changes its width now and then.
 #include <algorithm>
 #include <string>
 
@@ -9,9 +9,13 @@
 
 namespace {
 
+// In the input it stands for a change of the width, which the next byte says.
+constexpr std::uint8_t new_width = 0x1C;
+constexpr size_t width_least = 16;
+
 // A terminal that counts columns: one for each character, however many bytes it has.
 struct Screen {
-    size_t column = 0;
+    size_t column = 0, columns = EDITOR_COLUMNS;
 
     void put(unsigned char c) {
         if (c == '\r') {
@@ -23,7 +27,7 @@ struct Screen {
             if ((c & 0xC0) != 0x80) {
                 column++;
                 // More would wrap; ^C may, as a new line follows anyway.
-                FUZZ_CHECK(column < EDITOR_COLUMNS || (c == '^' || c == 'C'));
+                FUZZ_CHECK(column < columns || (c == '^' || c == 'C'));
             }
         }
     }
@@ -57,6 +61,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     editor_init(&typed, send, complete, &screen, "> ");
     editor_begin(&typed);
     for (size_t i = 0; i < size; i++) {
+        if (data[i] == new_width && size - i > 2) {
+            typed.columns = screen.columns = width_least + data[i + 1];
+            i += 2;
+        }
         const editor_event event = editor_feed(&typed, static_cast<char>(data[i]));
         FUZZ_CHECK(typed.length < EDITOR_LINE_BYTES && typed.cursor <= typed.length);
         FUZZ_CHECK(typed.line[typed.length] == '\0');
