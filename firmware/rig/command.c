@@ -200,20 +200,29 @@ static int too_many(const struct command *command, const char *word,
     return ERROR_ARGUMENT;
 }
 
-/// "exposure 5000" leaves out the choice of the camera, which may be left out, and means the number
-/// behind it.
-static bool is_left_out(const struct command *command, unsigned place, const char *word) {
+/// Whether the word belongs to the argument behind this one, which may be left out. "exposure 5000"
+/// leaves out the choice of the camera, and means the number behind it; "capture static" a name,
+/// and means what may follow one: nothing does, so this is the last word.
+static bool is_left_out(const struct command *command, unsigned place, const char *word,
+                        bool is_last) {
     const struct command_argument *argument = &command->arguments[place];
-    if (!argument->optional || argument->kind != COMMAND_CHOICE ||
-        place + 1 >= command->argument_count) {
+    if (!argument->optional || place + 1 >= command->argument_count) {
         return false;
     }
-    const enum command_kind behind = argument[1].kind;
+    const struct command_argument *behind = argument + 1;
     double number = 0;
     int64_t integer = 0;
-    return (behind == COMMAND_NUMBER || behind == COMMAND_INTEGER) &&
-           (command_words_number(word, &number) || command_words_integer(word, &integer)) &&
-           command_words_choice(word, argument->choices) < 0;
+    switch (argument->kind) {
+        case COMMAND_CHOICE:
+            return (behind->kind == COMMAND_NUMBER || behind->kind == COMMAND_INTEGER) &&
+                   (command_words_number(word, &number) || command_words_integer(word, &integer)) &&
+                   command_words_choice(word, argument->choices) < 0;
+        case COMMAND_TEXT:
+            return is_last && behind->optional && behind->kind == COMMAND_CHOICE &&
+                   command_words_choice(word, behind->choices) >= 0;
+        default:
+            return false;
+    }
 }
 
 int command_parse(const char *line, const struct command *table, size_t count, char *storage,
@@ -245,7 +254,7 @@ int command_parse(const char *line, const struct command *table, size_t count, c
         const struct place place = {command, &command->arguments[i], &sentence};
         values[i] = (struct command_value){.choice = -1};
         int wrong = 0;
-        if (next < word_count && is_left_out(command, i, words[next])) {
+        if (next < word_count && is_left_out(command, i, words[next], next + 1 == word_count)) {
             continue;
         }
         if (next < word_count) {

@@ -112,7 +112,8 @@ struct command {
 
 /// Takes a line apart and checks it against the table. Words are separated by blanks; a word in
 /// double quotes may hold blanks, and \" and \\ there; a # that begins a word ends the line. A
-/// choice that is optional may be left out in front of a number, too.
+/// choice that is optional may be left out in front of a number, too, and a text that is optional
+/// in front of a choice that ends the line.
 ///
 /// Returns 0, or with a sentence in `message` that says what is wrong and what would be right:
 /// ERROR_SYNTAX (the line cannot be taken apart, or a number is none), ERROR_RANGE, ERROR_MISSING

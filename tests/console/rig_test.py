@@ -175,7 +175,7 @@ class Rig(RigTest):
                       self.first.ask("capture q\"x")[0])
         self.assertEqual(self.asked("status")["pairs"], before, "refused before any frame")
         self.assertEqual(self.first.ask("record"), ["recording: nothing", "OK"])
-        other = self.asked("capture - static")
+        other = self.asked("capture static")
         self.assertRegex(other["session"], "^capture-[0-9]")
         self.assertEqual((answer["pair"], other["pair"]), (1, 1), "of its session")
         last = self.asked("capture")["session"]

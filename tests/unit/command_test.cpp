@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include <cstring>
+#include <iterator>
 #include <random>
 #include <string>
 #include <vector>
@@ -32,11 +33,17 @@ const command_argument expose_arguments[] = {
     {"TIME", COMMAND_INTEGER, "us", 1, 1000, nullptr, true, "how long", nullptr},
 };
 
+const command_argument keep_arguments[] = {
+    {"NAME", COMMAND_TEXT, nullptr, 1, 8, nullptr, true, "as what", nullptr},
+    {"CHECK", COMMAND_CHOICE, nullptr, 0, 0, "still twice", true, "how", nullptr},
+};
+
 const command table[] = {
     {"status", "says", "", nullptr, 0, 0, run_nothing},
     {"move", "moves", "", move_arguments, 4, 0, run_nothing},
     {"pan", "turns", "", nullptr, 0, 0, run_nothing},
     {"expose", "sets", "", expose_arguments, 2, 0, run_nothing},
+    {"keep", "keeps", "", keep_arguments, 2, 0, run_nothing},
 };
 
 struct Parsed {
@@ -53,8 +60,8 @@ Parsed parse(const std::string &line) {
     parsed.values.resize(COMMAND_ARGUMENTS_MAX);
     char message[200] = "";
     parsed.found = nullptr;
-    parsed.error = command_parse(line.c_str(), table, 4, &parsed.storage[0], parsed.values.data(),
-                                 &parsed.found, message, sizeof message);
+    parsed.error = command_parse(line.c_str(), table, std::size(table), &parsed.storage[0],
+                                 parsed.values.data(), &parsed.found, message, sizeof message);
     parsed.message = message;
     return parsed;
 }
@@ -99,6 +106,23 @@ TEST_CASE("an optional choice may be left out in front of a number") {
             "expose: \"left\" is too much; usage: expose [SIDE] [TIME]");
     refused("expose x", ERROR_ARGUMENT,
             "expose: SIDE \"x\" is unknown: expected is left, right or both");
+}
+
+TEST_CASE("an optional text may be left out in front of a choice that ends the line") {
+    const Parsed one = parse("keep twice");
+    REQUIRE(one.error == 0);
+    CHECK_FALSE(one.values[0].given);
+    CHECK(one.values[1].choice == 1);
+    const Parsed both = parse("keep still still");
+    REQUIRE(both.error == 0);
+    CHECK(std::string(both.values[0].text) == "still");
+    CHECK(both.values[1].choice == 0);
+    const Parsed named = parse("keep stilly");
+    REQUIRE(named.error == 0);
+    CHECK(std::string(named.values[0].text) == "stilly");
+    CHECK_FALSE(named.values[1].given);
+    refused("keep still x", ERROR_ARGUMENT,
+            "keep: CHECK \"x\" is unknown: expected is still or twice");
 }
 
 TEST_CASE("nothing is no command") {
@@ -172,8 +196,8 @@ TEST_CASE("a message is one line and fits, whatever was typed") {
     command_value values[COMMAND_ARGUMENTS_MAX];
     const command *found = nullptr;
     const std::string line = "\xc3\xa4" + std::string(300, 'y');
-    CHECK(command_parse(line.c_str(), table, 4, storage.data(), values, &found, message,
-                        sizeof message) == ERROR_ARGUMENT);
+    CHECK(command_parse(line.c_str(), table, std::size(table), storage.data(), values, &found,
+                        message, sizeof message) == ERROR_ARGUMENT);
     CHECK(std::strlen(message) == sizeof message - 1);
 }
 
