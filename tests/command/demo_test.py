@@ -14,9 +14,9 @@ CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.
 RIG = ("cylinder_1x", "cylinder_3x", "mug_1x")
 
 
-def run(tool, *arguments, timeout_s=1800):
+def run(tool, *arguments, **environment):
     return subprocess.run([os.path.join(ROOT, "tools", tool), *arguments], capture_output=True,
-                          text=True, timeout=timeout_s)
+                          text=True, timeout=1800, env={**os.environ, **environment})
 
 
 def load(*parts):
@@ -98,11 +98,22 @@ class Demo(unittest.TestCase):
         self.assertEqual(compiled, [])
 
     def test_wrong_usage(self):
-        for tool in ("demo", "install_packages"):
+        for tool in ("build", "demo", "install_packages"):
             wrong = run(tool, "--no-such-thing")
             self.assertEqual((wrong.returncode, wrong.stdout), (2, ""))
             self.assertEqual(wrong.stderr.count("\n"), 1)
             self.assertEqual(run(tool, "--help").returncode, 0)
+
+    def test_a_build_that_fails_says_where(self):
+        with tempfile.TemporaryDirectory(prefix="vergence-build-") as folder:
+            done = run("build", "some/part", "-DCMAKE_C_COMPILER=/no/such", XDG_CACHE_HOME=folder)
+            self.assertEqual((done.returncode, done.stdout), (1, ""))
+            place = re.search(r"all of its output: (\S+)\n$", done.stderr).group(1)
+            self.assertRegex(place, folder + r"/vergence/some/[0-9]+/part/configure\.log")
+            with open(place, encoding="utf-8") as file:
+                self.assertIn("/no/such", file.read())
+            self.assertEqual(run("build", "--where", "some/part", XDG_CACHE_HOME=folder).stdout,
+                             os.path.dirname(place) + "\n")
 
     def test_packages_have_reasons_and_no_double(self):
         lines = run("install_packages", "test", "--list").stdout.splitlines()

@@ -19,6 +19,8 @@ FLAGS = ["-std=c11", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", "-I",
          os.path.join(ROOT, "firmware")]
 # The objects are the same each time: no need to compile unchanged sources again.
 CACHED = ["ccache"] if shutil.which("ccache") else []
+# As tools/build has it: equal sources of another checkout are found again.
+os.environ.update(CCACHE_BASEDIR=os.path.dirname(ROOT), CCACHE_NOHASHDIR="1", CCACHE_DEPEND="1")
 # The levels of the matcher that need a processor's extensions; empty files elsewhere.
 LEVEL_FLAGS = {"sse41.c": ["-msse4.1"], "avx2.c": ["-mavx2"]}
 
