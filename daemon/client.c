@@ -5,7 +5,6 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
-#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -110,9 +109,7 @@ static int dispatch(int argc, char **argv, const struct client_command *commands
     return command != NULL ? command->run(argc - 1, argv + 1) : CLIENT_USAGE;
 }
 
-/// A closed standard stream would give its number to the next file opened, and a line printed later
-/// would land in that file. Such numbers are taken by a file that cannot be written to.
-static bool occupy_standard_streams(void) {
+bool client_occupy_standard_streams(void) {
     for (int fd = 0; fd <= 2; fd++) {
         if (fcntl(fd, F_GETFD) == -1 && open("/dev/null", O_RDONLY) != fd) {
             return false;
@@ -151,7 +148,7 @@ int client_finish_output(const char *program, int exit_code) {
 
 int client_main(int argc, char **argv, const struct client_command *commands, int command_count) {
     INVARIANT(command_count >= 1 && command_count <= CLIENT_COMMANDS_MAX);
-    if (!occupy_standard_streams()) {
+    if (!client_occupy_standard_streams()) {
         return CLIENT_FAILED;
     }
     // A reader that goes away (head, less) must not stop a command half way through its files.

@@ -4,6 +4,8 @@
 #ifndef VERGENCE_DAEMON_CLIENT_H
 #define VERGENCE_DAEMON_CLIENT_H
 
+#include <stdbool.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -28,6 +30,11 @@ struct client_command {
 /// Runs the command that `argv` names and returns the exit code for the process. Standard output
 /// is flushed and its errors are reported; a closed pipe ends quietly with 141.
 int client_main(int argc, char **argv, const struct client_command *commands, int command_count);
+
+/// A closed standard stream would give its number to the next file opened, and a line printed later
+/// would land in that file, or in a device. This takes such numbers by a file that cannot be
+/// written to. Called before any other file is opened; false when it cannot.
+bool client_occupy_standard_streams(void);
 
 /// The exit code of a program that is about to end with `exit_code`: what standard output did not
 /// take is a failure, which a script that reads it must know, and is told in one line. A closed

@@ -337,5 +337,6 @@ static int run(int argc, char **argv) {
 }
 
 int main(int argc, char **argv) {
-    return client_finish_output("vergenced", run(argc, argv));
+    return client_occupy_standard_streams() ? client_finish_output("vergenced", run(argc, argv))
+                                            : CLIENT_FAILED;
 }

@@ -54,9 +54,10 @@ static void print_indented(const char *text, FILE *file) {
 }
 
 void options_help_print(const struct option_page *page, FILE *file) {
-    fprintf(file, "%s - %s\n\nusage: %s%s%s%s\n\n", page->command, page->summary, page->command,
-            page->operands[0] != '\0' ? " " : "", page->operands,
-            page->option_count > 0 ? " [OPTIONS]" : "");
+    fprintf(
+        file, "%s - %s\n\nusage: %s%s%s%s\n\n", page->command, page->summary, page->command,
+        page->operands[0] != '\0' ? " " : "", page->operands,
+        page->option_count > 0 && strstr(page->operands, "[OPTIONS]") == NULL ? " [OPTIONS]" : "");
     options_help_print_wrapped(file, 0, page->description);
     fputs("\nOptions\n", file);
     for (int i = 0; i < page->option_count; i++) {

@@ -55,6 +55,12 @@ class Remote(DaemonTest):
         done = self.vergence(input="version\nwait 0\n")
         self.assertEqual((done.returncode, done.stdout.count("OK\n")), (0, 2))
 
+    def test_its_usage_is_told_once(self):
+        done = subprocess.run([VERGENCE, "--connect", "unix:/x", "--help"], capture_output=True,
+                              text=True, timeout=PATIENCE_S)
+        self.assertIn("\nusage: vergence --connect WHERE [OPTIONS] [COMMAND [ARGUMENT ...]]\n",
+                      done.stdout)
+
     def test_no_connection(self):
         for where in ("unix:/no/such", "tcp:127.0.0.1:1", "serial:/dev/null", "serial:/no/such"):
             done = self.vergence("version", where=where)
