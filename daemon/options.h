@@ -31,8 +31,10 @@ struct option {
 };
 
 struct option_page {
-    const char *command;      // "vergence reconstruct"
-    const char *operands;     // as help shows them, e.g. "LEFT RIGHT"; "" for none
+    const char *command;  // "vergence reconstruct"
+    // As help shows them, e.g. "LEFT RIGHT"; "" for none. With "[OPTIONS]" among them, options are
+    // told there alone, else behind them.
+    const char *operands;
     const char *summary;      // one line, no full stop
     const char *description;  // paragraphs separated by one line feed; wrapped by the printer
     const char *examples;     // lines without indentation; NULL for none

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
 """tools/demo and tools/install_packages as a newcomer runs them."""
-import glob
 import json
 import os
 import re
@@ -9,7 +8,6 @@ import tempfile
 import unittest
 
 ROOT = os.environ["VERGENCE_SOURCE"]
-CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "vergence")
 
 RIG = ("cylinder_1x", "cylinder_3x", "mug_1x")
 
@@ -91,9 +89,8 @@ class Demo(unittest.TestCase):
         second = run("demo", "--quick", "--out", self.folder.name)
         self.assertEqual(second.returncode, 0, second.stderr)
         self.assertNotRegex(second.stdout + second.stderr, "installing [0-9]|downloading")
-        logs = glob.glob(os.path.join(CACHE, "demo", "*", "build.log"))
-        newest = max(logs, key=os.path.getmtime)
-        with open(newest, encoding="utf-8") as file:
+        build = run("build", "--where", "demo").stdout.rstrip("\n")
+        with open(os.path.join(build, "build.log"), encoding="utf-8") as file:
             compiled = re.findall(r"Building \S+ object", file.read())
         self.assertEqual(compiled, [])
 

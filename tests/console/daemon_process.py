@@ -45,11 +45,12 @@ class Screen:
 
 
 class Terminal:
-    """A pseudo terminal with somebody at it."""
+    """A pseudo terminal with somebody at it; not `raw`, as a program of a PC finds it."""
 
-    def __init__(self):
+    def __init__(self, raw=True):
         self.master, slave = pty.openpty()
-        tty.setraw(slave)
+        if raw:
+            tty.setraw(slave)
         self.slave, self.name = slave, os.ttyname(slave)
         self.screen, self.text = Screen(), ""
 
@@ -83,15 +84,17 @@ class Terminal:
         """Until the last line of the screen is this, and the cursor behind it or within."""
         self.wait(lambda t: t.screen.lines[-1].rstrip() == line.rstrip())
 
+    def at_prompt(self):
+        return self.screen.lines[-1].rstrip() == "vergence>"
+
     def wait_prompt(self):
-        self.wait(lambda t: t.screen.lines[-1].rstrip() == "vergence>")
+        self.wait(Terminal.at_prompt)
 
     def run(self, line):
         """Types a line; what is shown between it and the next prompt."""
         begin = len(self.screen.lines)
         self.send(line + "\r")
-        self.wait(lambda t: len(t.screen.lines) > begin and
-                  t.screen.lines[-1].rstrip() == "vergence>")
+        self.wait(lambda t: len(t.screen.lines) > begin and t.at_prompt())
         return [shown.rstrip() for shown in self.screen.lines[begin:-1]]
 
 
@@ -156,6 +159,7 @@ class DaemonTest(unittest.TestCase):
     has_socket = True
     error_file = None
     environment = {}
+    launcher = ()  # words before the daemon's
 
     @classmethod
     def setUpClass(cls):
@@ -181,8 +185,8 @@ class DaemonTest(unittest.TestCase):
         arguments = cls.arguments()
         # The search for leaks needs a process of its own, which a confined one may not make.
         leaks = {} if "confine=no" in arguments else {"ASAN_OPTIONS": "detect_leaks=0"}
-        cls.daemon = subprocess.Popen([VERGENCED, *arguments], stdin=subprocess.DEVNULL,
-                                      stderr=cls.log,
+        cls.daemon = subprocess.Popen([*cls.launcher, VERGENCED, *arguments],
+                                      stdin=subprocess.DEVNULL, stderr=cls.log,
                                       env={**os.environ, **leaks, **cls.environment})
         cls.addClassCleanup(cls.end, cls.daemon)
         cls.wait_for(cls.path)

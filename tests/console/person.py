@@ -2,27 +2,22 @@
 """Somebody at a PC's terminal."""
 import fcntl
 import os
-import pty
-import select
 import struct
 import subprocess
 import termios
-import time
 
-from daemon_process import PATIENCE_S, VERGENCE, Screen
+from daemon_process import VERGENCE, Terminal
 
 
-class Person:
+class Person(Terminal):
     """Somebody at a terminal, with the client in it."""
 
     def __init__(self, path):
-        self.master, slave = pty.openpty()
-        self.process = subprocess.Popen([VERGENCE, "--connect", f"unix:{path}"], stdin=slave,
-                                        stdout=slave, stderr=slave,
+        super().__init__(raw=False)
+        self.process = subprocess.Popen([VERGENCE, "--connect", f"unix:{path}"], stdin=self.slave,
+                                        stdout=self.slave, stderr=self.slave,
                                         env={**os.environ, "TERM": "dumb"})
-        os.close(slave)
-        self.screen = Screen()
-        self.until(self.at_prompt)
+        self.wait_prompt()
 
     @classmethod
     def of(cls, test):
@@ -35,29 +30,20 @@ class Person:
         """Changes the width of the window, which nobody knows at first."""
         fcntl.ioctl(self.master, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
 
-    def at_prompt(self):
-        return self.screen.lines[-1].rstrip() == "vergence>"
-
     def type(self, text):
+        """What is pasted may be more than the terminal holds before somebody reads."""
         data = text.encode()
         while data:
             data = data[os.write(self.master, data[:512]):]
             self.look(0)
 
     def look(self, timeout_s):
-        while select.select([self.master], [], [], timeout_s)[0]:
+        """Takes in all that is there."""
+        while self.read(timeout_s):
             timeout_s = 0
-            try:
-                self.screen.feed(os.read(self.master, 65536).decode())
-            except OSError:
-                return
 
     def until(self, condition):
-        end = time.monotonic() + PATIENCE_S
-        while not condition():
-            if time.monotonic() > end:
-                raise AssertionError(self.screen.lines[-8:])
-            self.look(0.1)
+        self.wait(lambda _: condition())
 
     def said(self, line):
         """How often; a bar that stood there was wiped with blanks."""
@@ -66,4 +52,4 @@ class Person:
     def close(self):
         self.process.kill()
         self.process.wait()
-        os.close(self.master)
+        super().close()

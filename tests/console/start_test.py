@@ -40,21 +40,14 @@ class Unconfined(DaemonTest):
 
 class ClosedStreams(DaemonTest):
     """Started by something that gives it no standard streams."""
+    launcher = ("sh", "-c", 'exec "$@" <&- >&- 2>&-', "sh")
 
     def test_no_line_of_the_log_goes_into_a_device(self):
-        self.end(self.daemon)
-        process = subprocess.Popen(["sh", "-c", 'exec "$@" <&- >&- 2>&-', "sh", VERGENCED,
-                                    *self.arguments()],
-                                   env={**os.environ, "ASAN_OPTIONS": "detect_leaks=0"})
-        self.addCleanup(self.end, process)
-        self.wait_for(self.path)
-        with self.client() as client:
-            self.assertEqual(client.ask("bringup")[-1], "OK")
-            self.assertTrue(client.ask("fly")[-1].startswith("ERR ARGUMENT"))
+        client = self.client()
+        self.assertEqual(client.ask("bringup")[-1], "OK")
+        self.assertTrue(client.ask("fly")[-1].startswith("ERR ARGUMENT"))
         for number in range(3):
-            self.assertEqual(os.readlink(f"/proc/{process.pid}/fd/{number}"), "/dev/null")
-        self.end(process)
-        self.start()
+            self.assertEqual(os.readlink(f"/proc/{self.daemon.pid}/fd/{number}"), "/dev/null")
 
 
 class LogFile(DaemonTest):

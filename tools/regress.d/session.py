@@ -35,11 +35,11 @@ class Event(dict):
     def __missing__(self, key):
         raise Unusable(f"{self.where} has no {key}")
 
-    def crc(self, key):
-        """The digits that name a file, and their value."""
+    def digits(self, key):
+        """The CRC-32 that names a file, as its name has it."""
         if not re.fullmatch("[0-9a-f]{%d}" % CRC_DIGITS, self[key]):
             raise Unusable(f"{self.where}: {key} is {self[key]} and not {CRC_DIGITS} digits")
-        return self[key], int(self[key], 16)
+        return self[key]
 
 
 def events_of(path):
@@ -65,13 +65,13 @@ def events_of(path):
 def checked(folder, event, key, name):
     """The path of the file that an event names, by `name` with its digits for a star, and whose
     CRC-32 these must be."""
-    digits, crc = event.crc(key)
+    digits = event.digits(key)
     path = folder / name.replace("*", digits)
     try:
         data = path.read_bytes()
     except OSError as error:
         raise Unusable(f"{path}: cannot be read ({error.strerror})") from error
-    if zlib.crc32(data) != crc:
+    if "%08x" % zlib.crc32(data) != digits:
         raise Unusable(f"{path}: is not what was recorded")
     return path
 
