@@ -324,12 +324,12 @@ TEST_CASE("OpenCV: counts of rows and columns are whole numbers that there can b
                      {"\"rows\": 0.5, \"cols\": 2", "1"},
                      {"\"rows\": -1, \"cols\": -1", "1"},
                      {"\"rows\": 1, \"cols\": 1e300", "1"}};
-    for (const auto &[counts, data] : bad) {
+    for (const auto &one : bad) {
         const folder here;
         std::ofstream(here.path + "/pair.json")
-            << "{\"M1\": {\"type_id\": \"opencv-matrix\", " << counts
-            << ", \"dt\": \"d\", \"data\": [" << data << "]}}";
-        INFO(std::string(counts));
+            << "{\"M1\": {\"type_id\": \"opencv-matrix\", " << one.counts
+            << ", \"dt\": \"d\", \"data\": [" << one.data << "]}}";
+        INFO(std::string(one.counts));
         CHECK(holds(refusal(here.path + "/pair.json", {}, ERROR_SYNTAX), "rows times cols"));
     }
 }
