@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "fpga/generated/bridge_registers.h"
 #include "tests/simrig/rig_try.hpp"
 
 using namespace rig_try;
@@ -56,6 +57,27 @@ TEST_CASE("a sensor that is reset or sleeps in the middle of a row begins anew")
         bench.set_window(kLeft, 64, 48, 21, 5);
         const simrig::PpiFrame frame = bench.capture(64, 48);
         CHECK(wrong_pixels(frame, 0) == 0);
+    }
+}
+
+TEST_CASE("a camera whose frame was broken off has its frames passed on when it is chosen again") {
+    Bench bench;
+    bench.wake_sensors();
+    CHECK(bench.write(kBridge, 0x08, 0x0100) == I2cStatus::kOk);
+    for (int i = 0; i < 8; i++) {
+        const auto choose = [&bench](int camera) {
+            bench.set_window(camera == 0 ? kLeft : kRight, 128, 96, 21, 5);
+            CHECK(bench.write(kBridge, BRIDGE_CAM_SELECT, uint16_t(camera)) == I2cStatus::kOk);
+            bench.rig.advance(bench.rig.now_us() + 60 * kMs, 0);
+            CHECK((bench.read(kBridge, BRIDGE_CAM_STATE) & BRIDGE_CAM_STATE_GATE_OPEN_MASK) != 0);
+        };
+        choose(1);
+        bench.rig.arm_frame(128, 96);
+        bench.rig.advance(bench.rig.now_us() + 500.0 + 117 * i, 0);
+        bench.rig.cancel_frame();
+        CHECK(bench.write(kBridge, 0x48, 0x00FF) == I2cStatus::kOk);
+        CHECK(bench.write(kBridge, 0x48, 0x00F3) == I2cStatus::kOk);
+        choose(0);
     }
 }
 

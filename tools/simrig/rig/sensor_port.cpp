@@ -161,6 +161,12 @@ void SensorPort::next_look() {
 // between.
 void SensorPort::burst() {
     constexpr uint64_t kClocks = 16;
+    if (blank_since_ps_ == 0) {
+        // It was reset, or its clock stood, in the middle of a row. A frame that the pins go on
+        // showing would keep the bridge's gate closed for ever.
+        wires_.show(camera_, 0);
+        blank_since_ps_ = wires_.now_ps();
+    }
     wires_.set_clock(camera_, uint32_t(period_ps_));
     // The level may be high or low before; a quarter more ends both alike after 16 rising edges.
     wires_.at(wires_.now_ps() + kClocks * period_ps_ + period_ps_ / 4, [this] {
