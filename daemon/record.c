@@ -366,8 +366,11 @@ void record_command(struct record *self, const char *line) {
 }
 
 void record_command_end(struct record *self, int error) {
-    if (is_on(self) && error == 0) {
-        write_note(self);
+    if (is_on(self)) {
+        if (error == 0) {
+            write_note(self);
+        }
+        record_disk_send(self);  // whoever kills this process takes no ended command with it
     }
     self->note[0] = '\0';
 }

@@ -40,10 +40,18 @@ static void write_text(struct record *self, const char *text, size_t length) {
     self->crc = crc_update(self->crc, text, length);
 }
 
+/// The CRC of what was written so far, without which a player takes none of it.
+static void write_check(struct record *self) {
+    char line[sizeof TRACE_CHECK + SESSION_CRC_DIGITS + 2];
+    const int length = snprintf(line, sizeof line, TRACE_CHECK "%08" PRIx32 "\n", self->crc);
+    write_text(self, line, (size_t)length);
+}
+
 /// Calls on their way to the disk.
 struct lines {
     struct scribe_task task;
     struct record *record;
+    bool checked;  // the check follows
     size_t length;
     char text[];
 };
@@ -52,6 +60,9 @@ static void write_lines(struct scribe_task *task) {
     // The task is its first member.
     struct lines *lines = (struct lines *)task;
     write_text(lines->record, lines->text, lines->length);
+    if (lines->checked) {
+        write_check(lines->record);
+    }
     free(lines);
 }
 
@@ -96,12 +107,9 @@ static void write_command(struct scribe_task *task) {
     free(copy);
 }
 
-/// Puts the CRC behind what was written, once the disk has that.
-static void write_check(void *cookie) {
+static void write_check_and_wait(void *cookie) {
     struct record *self = cookie;
-    char line[sizeof TRACE_CHECK + SESSION_CRC_DIGITS + 2];
-    const int length = snprintf(line, sizeof line, TRACE_CHECK "%08" PRIx32 "\n", self->crc);
-    write_text(self, line, (size_t)length);
+    write_check(self);
     if (record_disk_failed(self) == 0 && fsync(self->log) != 0) {
         give_up(self);
     }
@@ -128,13 +136,14 @@ static void no_memory(struct record *self) {
     }
 }
 
-static void hand_over(struct record *self) {
+static void hand_over(struct record *self, bool checked) {
     struct lines *lines = malloc(sizeof *lines + self->filled);
     if (lines == NULL) {
         no_memory(self);
     } else {
         *lines = (struct lines){.task = {.work = write_lines, .bytes = self->filled},
                                 .record = self,
+                                .checked = checked,
                                 .length = self->filled};
         memcpy(lines->text, self->buffer, self->filled);
         scribe_later(self->scribe, &lines->task);
@@ -145,7 +154,7 @@ static void hand_over(struct record *self) {
 void record_disk_text(struct record *self, const char *text, size_t length) {
     INVARIANT(length <= RECORD_BUFFER_BYTES);
     if (self->filled + length > RECORD_BUFFER_BYTES) {
-        hand_over(self);
+        hand_over(self, false);
     }
     memcpy(self->buffer + self->filled, text, length);
     self->filled += length;
@@ -190,8 +199,14 @@ void record_disk_command(struct record *self, const char *text) {
     scribe_later(self->scribe, &copy->task);
 }
 
+void record_disk_send(struct record *self) {
+    if (self->filled > 0) {
+        hand_over(self, true);
+    }
+}
+
 int record_disk_flush(struct record *self) {
-    hand_over(self);
-    scribe_do(self->scribe, write_check, self);
+    hand_over(self, false);
+    scribe_do(self->scribe, write_check_and_wait, self);
     return record_disk_failed(self);
 }

@@ -23,6 +23,9 @@ bool record_disk_frame(struct record *self, const struct hal_camera_frame *frame
 /// Has a command written into the session's index.
 void record_disk_command(struct record *self, const char *text);
 
+/// Has what was added so far written, with its CRC, and does not wait for that.
+void record_disk_send(struct record *self);
+
 /// Waits until all of it is on the disk, with the CRC behind it. 0, or as record_disk_failed.
 int record_disk_flush(struct record *self);
 

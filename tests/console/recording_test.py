@@ -79,6 +79,21 @@ class Recording(DaemonTest):
             self.assertGreaterEqual(pairs, 1)
             self.play(name, 1)
 
+    def test_killed_before_the_first_pair(self):
+        """The commands that had ended are there."""
+        self.first.ask("wait 4")
+        for command in ("record start early", "bringup", "zoom 500", "pan 2"):
+            self.assertEqual(self.first.ask(command)[-1], "OK", command)
+        self.first.send("focus 300\n")
+        time.sleep(0.1)
+        self.kill()
+        self.restart()
+        played = self.first.ask("replay early")
+        self.assertEqual(played[-1], "OK")
+        self.assertIn("cut_off: yes", played)
+        commands = [line for line in played if line.startswith("commands: ")]
+        self.assertIn(int(commands[0].split()[1]), (3, 4), played)
+
     def test_killed_and_left_its_socket(self):
         self.assertEqual(self.first.ask("bringup")[-1], "OK")
         self.kill()
