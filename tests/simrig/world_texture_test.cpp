@@ -7,9 +7,11 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <set>
 
 #include "tests/simrig/world_try.hpp"
 #include "tools/simrig/world/board.hpp"
+#include "tools/simrig/world/random.hpp"
 
 using namespace world_try;
 
@@ -77,16 +79,108 @@ double strongest_line(const cv::Mat &plane) {
     return strongest;
 }
 
+// The lens's faults, but no noise of the sensor: what differs between two frames is the sampling.
+world::Rig rig_without_noise() {
+    world::Rig rig = world::load_rig(file("rigs/default.yaml"));
+    rig.mains.modulation = 0;
+    world::Sensor &sensor = rig.camera[0].sensor;
+    sensor.read_noise_e = sensor.photon_noise = sensor.prnu = sensor.row_noise_e = 0;
+    return rig;
+}
+
+// Variance of a pixel's own noise, DN^2.
+double noise2_of(double dn) {
+    const double electrons = std::max(dn - 42, 0.0) * 8500 / 981;
+    return (electrons + 64) * (981.0 / 8500) * (981.0 / 8500);
+}
+
+// Whether n places of the first 2^bits points are all different in their highest bits.
+bool are_spread(unsigned bits, std::size_t one, unsigned one_bits, std::size_t other) {
+    std::set<unsigned> cells;
+    for (unsigned n = 0; n < 1u << bits; n++) {
+        const world::RayPoint &point = world::ray_points()[n];
+        const unsigned other_bits = bits - one_bits;
+        cells.insert((point[one] >> (16 - one_bits)) << 8 | point[other] >> (16 - other_bits));
+    }
+    return cells.size() == 1u << bits;
+}
+
 }  // namespace
+
+TEST_CASE("places of rays are spread evenly over the pixel, the pupil, and both together") {
+    constexpr std::size_t kX = 0, kY = 1, kU = 2, kV = 3;
+    for (const unsigned bits : {2u, 4u, 6u}) {
+        CHECK(are_spread(bits, kX, bits / 2, kY));
+        CHECK(are_spread(bits, kU, bits / 2, kV));
+    }
+    for (const unsigned bits : {4u, 6u}) {
+        CHECK(are_spread(bits, kX, bits / 2, kU));
+        CHECK(are_spread(bits, kY, bits / 2, kV));
+    }
+    std::set<unsigned> quarters;
+    for (unsigned n = 0; n < 16; n++) {
+        unsigned quarter = 0;
+        for (const std::uint16_t place : world::ray_points()[n]) {
+            quarter = quarter << 1 | place >> 15;
+        }
+        quarters.insert(quarter);
+    }
+    CHECK(quarters.size() == 16);
+    // Opposite to each other: whatever is XORed to them, the mean stays where it is.
+    for (const std::size_t count : {4u, 16u, 64u}) {
+        for (const unsigned key : {0u, 0x1234u, 0xFFFFu}) {
+            for (std::size_t d = 0; d < 4; d++) {
+                unsigned sum = 0;
+                for (std::size_t n = 0; n < count; n++) {
+                    sum += world::ray_points()[n][d] ^ key;
+                }
+                CHECK(2 * sum == count * 0xFFFF);
+            }
+        }
+    }
+}
+
+TEST_CASE("outlines and ornaments stay as they are from frame to frame") {
+    const world::Scene scene = world::load_scene(file("scenes/cylinder.yaml"));
+    const world::Rig rig = rig_without_noise();
+    // Sharp, and a little out of focus.
+    for (const double focus_mm : {1800.0, 1650.0}) {
+        world::FrameRequest request = request_at(rig, 322);
+        world::Mechanics m = straight(rig, 322, focus_mm, 850);
+        m.pan_rad = rig.camera[0].pan_rad;
+        request.mechanics = [m](double) { return m; };
+        request.exposure_us = 10000;
+        request.window = {768, 576, 512, 384, 1, 1, 1, 1};
+        request.seed = 1;
+        const world::Frame a = world::render(scene, rig, world::Side::kLeft, request);
+        request.seed = 2;
+        const world::Frame b = world::render(scene, rig, world::Side::kLeft, request);
+        int squares = 0, changed = 0;
+        double largest = 0;
+        for (int y = 0; y < a.rows; y += 4) {
+            for (int x = 0; x < a.columns; x += 4) {
+                double difference = 0, noise2 = 0;
+                for (int i = 0; i < 16; i++) {
+                    const auto at = static_cast<std::size_t>((y + i / 4) * a.columns + x + i % 4);
+                    difference += a.pixels[at] - b.pixels[at];
+                    noise2 += 2 * noise2_of(0.5 * (a.pixels[at] + b.pixels[at]));
+                }
+                squares++;
+                changed += difference * difference > noise2 ? 1 : 0;
+                largest = std::max(largest, std::fabs(difference) / std::sqrt(noise2));
+            }
+        }
+        MESSAGE("focused at " << focus_mm << " mm: of " << squares << " squares " << changed
+                              << " differ by more than their noise, one by " << largest);
+        CHECK(changed < squares / 50);
+        CHECK(largest < 4);
+    }
+}
 
 TEST_CASE("other rays change a picture by less than its own noise") {
     for (const char *name : {"cylinder", "level", "figurine"}) {
         const world::Scene scene = world::load_scene(file(std::string("scenes/") + name + ".yaml"));
-        // The lens's faults, but no noise of the sensor: what differs is the sampling.
-        world::Rig rig = world::load_rig(file("rigs/default.yaml"));
-        rig.mains.modulation = 0;
-        world::Sensor &sensor = rig.camera[0].sensor;
-        sensor.read_noise_e = sensor.photon_noise = sensor.prnu = sensor.row_noise_e = 0;
+        const world::Rig rig = rig_without_noise();
         for (const double zoom : {300.0, 850.0}) {
             world::FrameRequest request = request_at(rig, zoom);
             request.window = {900, 640, 240, 240, 1, 1, 1, 1};
@@ -98,11 +192,9 @@ TEST_CASE("other rays change a picture by less than its own noise") {
             double relative = 0;
             for (std::size_t i = 0; i < a.pixels.size(); i++) {
                 const double d = a.pixels[i] - b.pixels[i];
-                const double electrons =
-                    std::max(0.5 * (a.pixels[i] + b.pixels[i]) - 42, 0.0) * 8500 / 981;
-                const double noise2 = (electrons + 64) * (981.0 / 8500) * (981.0 / 8500);
                 sum += d;
-                relative += std::max(0.5 * d * d - 1.0 / 12, 0.0) / noise2;
+                relative += std::max(0.5 * d * d - 1.0 / 12, 0.0) /
+                            noise2_of(0.5 * (a.pixels[i] + b.pixels[i]));
             }
             const double n = static_cast<double>(a.pixels.size());
             MESSAGE(std::string(name)

@@ -9,34 +9,39 @@
 namespace world {
 namespace {
 
-// Sobol's first two dimensions (van der Corput, and the one with Pascal's triangle modulo 2).
-std::array<std::uint16_t, 2> sobol_pair(unsigned index) {
-    unsigned x = 0;
-    unsigned y = 0;
-    unsigned column = 0x8000u;
-    for (unsigned bit = 0; bit < 16; bit++) {
-        if (((index >> bit) & 1u) != 0) {
-            x ^= 0x8000u >> bit;
-            y ^= column;
-        }
-        column ^= column >> 1;
+// A digital net: coordinate d of point n is the XOR of the columns of n's bits. The pixel's two are
+// Sobol's first ones (van der Corput, and the one with Pascal's triangle modulo 2); the pupil's
+// were searched for, so that no place in the pixel goes with the same places in the pupil. All that
+// is known of them is what random.hpp says, and a test counts it.
+constexpr unsigned kBits = 6;
+constexpr unsigned kColumns[4][kBits] = {
+    {0x20, 0x10, 0x08, 0x04, 0x02, 0x01},
+    {0x20, 0x30, 0x28, 0x3C, 0x22, 0x33},
+    {0x20, 0x10, 0x18, 0x3C, 0x32, 0x21},
+    {0x20, 0x30, 0x18, 0x24, 0x32, 0x13},
+};
+
+// Each bit XORed with all above it: two numbers that differ first in one bit then differ in all
+// below it, too. The net remains one. But points that fall into one stratum become pairs that lie
+// opposite to each other, whatever the pixel's own number, and where light has a slope they make no
+// error.
+std::uint16_t mirrored_below(unsigned value) {
+    for (unsigned shift = 1; shift < 16; shift *= 2) {
+        value ^= value >> shift;
     }
-    return {static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
+    return static_cast<std::uint16_t>(value);
 }
 
-// Both pairs are the same sequence; the second one's base-4 digits are turned by the digits before
-// them, so that no place in the pixel always goes with the same place in the pupil.
-std::array<SobolPoint, kMostSamples> make_sobol() {
-    std::array<SobolPoint, kMostSamples> points{};
+std::array<RayPoint, kMostSamples> make_points() {
+    std::array<RayPoint, kMostSamples> points{};
     for (unsigned n = 0; n < kMostSamples; n++) {
-        const unsigned a = n & 3u;
-        const unsigned b = (n >> 2) & 3u;
-        const unsigned c = n >> 4;
-        const unsigned turned =
-            ((a * 3 + 1) & 3u) | (((b + a + 2) & 3u) << 2) | (((c + 2 * b + a + 1) & 3u) << 4);
-        const auto first = sobol_pair(n);
-        const auto second = sobol_pair(turned);
-        points[n] = {first[0], first[1], second[0], second[1]};
+        for (std::size_t d = 0; d < 4; d++) {
+            unsigned value = 0;
+            for (unsigned bit = 0; bit < kBits; bit++) {
+                value ^= ((n >> bit) & 1u) != 0 ? kColumns[d][bit] : 0;
+            }
+            points[n][d] = mirrored_below(value << (16 - kBits));
+        }
     }
     return points;
 }
@@ -67,8 +72,8 @@ std::vector<double> make_quantiles() {
 
 }  // namespace
 
-const std::array<SobolPoint, kMostSamples> &sobol_points() {
-    static const std::array<SobolPoint, kMostSamples> points = make_sobol();
+const std::array<RayPoint, kMostSamples> &ray_points() {
+    static const std::array<RayPoint, kMostSamples> points = make_points();
     return points;
 }
 

@@ -37,12 +37,14 @@ class Random {
     std::uint64_t state_;
 };
 
-/// 64 points for pixel (x, y) and pupil (u, v), 16 bits each: two orders of Sobol's sequence in two
-/// dimensions. Of both pairs every prefix of 4, 16 and 64 has one point in each square of a grid of
-/// 2, 4 and 8, and keeps that when each number is XORed with one of the pixel's own.
+/// 64 points for pixel (x, y) and pupil (u, v), 16 bits each. Of pixel and of pupil every prefix of
+/// 4, 16 and 64 has one point in each square of a grid of 2, 4 and 8; so have 16 and 64 of (x, u)
+/// and of (y, v), which is what the blurred outline of a body asks for; and each quarter of the
+/// pixel has met each quarter of the pupil after 16. All keep that when each number is XORed with
+/// one of the pixel's own.
 constexpr int kMostSamples = 64;
-using SobolPoint = std::array<std::uint16_t, 4>;
-const std::array<SobolPoint, kMostSamples> &sobol_points();
+using RayPoint = std::array<std::uint16_t, 4>;
+const std::array<RayPoint, kMostSamples> &ray_points();
 
 /// Value of the standard normal distribution at a probability (table of its inverse, linear between
 /// 4096 steps of probability with finer tails). `bits`: 32 random bits. Its variance is 1 to 1e-4.

@@ -9,8 +9,8 @@
 namespace world {
 namespace {
 
-// Levels 0, 1, 2 have 4, 16, 64 rays.
-constexpr int kLastLevel = 2;
+// Levels 0, 1, 2 have 4, 16, 64 rays. The filters of 4 are of another shape than pixel and blur.
+constexpr int kFirstLevel = 1, kLastLevel = 2;
 
 // Where one ray runs within pixel and pupil, and the middle of its share of them.
 struct Course {
@@ -76,7 +76,7 @@ double luminance_along(const View &view, const Course &course, int channel, Reme
 }
 
 Course stratified_course(const View &view, const PixelTask &task, int n, int level) {
-    const SobolPoint &point = sobol_points()[static_cast<std::size_t>(n % kMostSamples)];
+    const RayPoint &point = ray_points()[static_cast<std::size_t>(n % kMostSamples)];
     const std::uint64_t key = n < kMostSamples ? task.key : mixed(task.key);
     const unsigned px = (point[0] ^ key) & 0xFFFFu;
     const unsigned py = (point[1] ^ (key >> 16)) & 0xFFFFu;
@@ -141,13 +141,11 @@ double pixel_luminance(const View &view, const PixelTask &task) {
     double square = 0;
     int n = 0;
     double luminance = 0;
-    int next = 0;
-    if (task.starts_smooth && smooth_luminance(view, task, memory, luminance, next)) {
+    if (task.starts_smooth && smooth_luminance(view, task, memory, luminance)) {
         return luminance;
     }
     // Where objects meet, rays that all miss the smaller share must not end the pixel: that would
     // make blurred outlines too sharp. Half of the last level's rays at least, whatever they say.
-    const int first_level = task.view_count > 1 || !task.starts_smooth ? 1 : next;
     const bool edge_may_be_near = task.view_count == 1 && !task.starts_smooth;
     const auto add = [&](int level) {
         const double value =
@@ -156,7 +154,7 @@ double pixel_luminance(const View &view, const PixelTask &task) {
         square += value * value;
         n++;
     };
-    for (int level = first_level; level <= kLastLevel; level++) {
+    for (int level = kFirstLevel; level <= kLastLevel; level++) {
         const int count = 4 << (2 * level);
         while (n < count) {
             // Not of textures: half of the shares are left out then, which no spread tells.

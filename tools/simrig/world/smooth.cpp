@@ -85,30 +85,31 @@ double filtered_along(const Spread &s, int channel) {
     return sum / count;
 }
 
-// Textures with edges: two rays through opposite places of pixel and pupil. Slopes cancel between
-// them, so that their mean is much better than their difference says.
-double filtered_in_two(const Spread &s, const View &view, const PixelTask &task, Vec2 &pair) {
-    const std::uint64_t key = task.key;
-    const PixelView &pixel = task.views[0];
-    const auto share = [key](unsigned shift) {
-        return static_cast<unsigned>(key >> shift) & 0xFFFFu;
-    };
-    const Vec2 offset = {view.pixel_alone->offset(share(0)), view.pixel_alone->offset(share(16))};
-    const Vec2 pupil = disk(centred(share(32)), centred(share(48)));
-    const Segment ray = segment(pixel, offset, pupil);
-    const Segment middle = segment(pixel, {}, {});
-    const Vec2 lens = ray.pupil_mm - middle.pupil_mm;
-    const Vec2 slopes = ray.slopes - middle.slopes;
-    // On the tangent plane.
-    const Vec3 aside =
-        s.object_camera->rotation * Vec3{lens.x + s.z * slopes.x, lens.y + s.z * slopes.y, 0};
-    const Vec3 on_plane = aside - (dot(s.normal, aside) / dot(s.normal, s.direction)) * s.direction;
+// Textures with edges: four rays through places of pixel and pupil that lie opposite to each other.
+// Slopes cancel between them, so that their mean is much better than their differences say. The
+// places are the same for all pixels and frames: whether the differences are small enough must not
+// be a matter of chance, because a ray's filter is of another shape than the pixel, and what it is
+// wrong by would come and go.
+double filtered_in_four(const Spread &s, int channel, double &spread2) {
+    constexpr double kPart = 0.6;  // of the way to the pixel's corner and to the pupil's rim
     const double filter2 = kFiltered * s.filter2;
     const double rms = std::sqrt((filter2 + s.spot_mm * s.spot_mm) / std::max(s.slant, 0.05));
     const double edge = std::sqrt(filter2);
-    pair = {reflected(s, s.middle + kPull * on_plane, rms, edge, task.channel),
-            reflected(s, s.middle - kPull * on_plane, rms, edge, task.channel)};
-    return 0.5 * (pair.x + pair.y);
+    // Beyond the focus the picture of the pupil is turned.
+    const double reach = kPull * kPart * (0.5 * s.pixel_mm + s.blur_mm * std::sqrt(0.5));
+    double sum = 0;
+    spread2 = 0;
+    for (const Vec2 diagonal : {Vec2{reach, reach}, Vec2{reach, -reach}}) {
+        // On the tangent plane.
+        const Vec3 aside = s.object_camera->rotation * Vec3{diagonal.x, diagonal.y, 0};
+        const Vec3 on_plane =
+            aside - (dot(s.normal, aside) / dot(s.normal, s.direction)) * s.direction;
+        const double one = reflected(s, s.middle + on_plane, rms, edge, channel);
+        const double other = reflected(s, s.middle - on_plane, rms, edge, channel);
+        sum += one + other;
+        spread2 += (one - other) * (one - other);
+    }
+    return 0.25 * sum;
 }
 
 bool has_edges(const Material &material) {
@@ -295,7 +296,7 @@ Patch find_patch(const View &view, const PixelView (&views)[5],
 }
 
 bool smooth_luminance(const View &view, const PixelTask &task, Remembered &memory,
-                      double &luminance, int &next) {
+                      double &luminance) {
     Spread s{};
     if (!meet_middle(view, task, memory, s)) {
         luminance = view.scene->ambient.channel[task.channel];
@@ -313,15 +314,13 @@ bool smooth_luminance(const View &view, const PixelTask &task, Remembered &memor
             luminance = lit * reflectance + sheen;
             return true;
         }
-        // The filters of fewer than 16 rays are of another shape than the blur.
-        next = 1;
         return false;
     }
-    Vec2 pair;
-    luminance = lit * filtered_in_two(s, view, task, pair) + sheen;
-    const double k = task.electrons_per_luminance;
-    const double difference = lit * (pair.x - pair.y) * k;
-    return 0.1 * difference * difference <= kErrorPart2 * (luminance * k + task.least_noise_e2);
+    double spread2 = 0;
+    luminance = lit * filtered_in_four(s, task.channel, spread2) + sheen;
+    const double k = lit * task.electrons_per_luminance;
+    return 0.1 * spread2 * k * k <=
+           kErrorPart2 * (luminance * task.electrons_per_luminance + task.least_noise_e2);
 }
 
 }  // namespace world

@@ -8,9 +8,9 @@
 namespace world {
 
 /// The middle ray of such a pixel: its mean luminance, and what it met in `memory`. False: the
-/// texture asks for more rays, from level `next` on.
+/// texture asks for more rays.
 bool smooth_luminance(const View &view, const PixelTask &task, Remembered &memory,
-                      double &luminance, int &next);
+                      double &luminance);
 
 /// `views`: of the block's corners, in the order of BlockLight, and of its middle.
 Patch find_patch(const View &view, const PixelView (&views)[5],
