@@ -17,9 +17,16 @@ static const char *state_name(enum rig_state state) {
     return names[state];
 }
 
+/// Whether what went wrong last did not last: a capture was refused, a lens did not get where it
+/// should, but the instrument is ready, and its part answers.
+static bool trouble_is_over(const struct rig *rig) {
+    return rig->state == RIG_READY && rig->health[rig->trouble.part].error == 0;
+}
+
 static void put_trouble(const struct command_call *call) {
     if (call->rig->trouble.error != 0) {
-        commands_put_text(call, "trouble", call->rig->trouble.text);
+        commands_put_text(call, trouble_is_over(call->rig) ? "last_trouble" : "trouble",
+                          call->rig->trouble.text);
     }
 }
 
@@ -204,6 +211,10 @@ int commands_state_bringup(const struct command_call *call) {
 }
 
 int commands_state_safe(const struct command_call *call) {
+    if (trouble_is_over(call->rig)) {
+        // It would be told as the reason.
+        call->rig->trouble = (struct rig_trouble){.error = ERROR_OK};
+    }
     const int error = rig_safe(call->rig);
     commands_put_text(call, "state", state_name(call->rig->state));
     return error;

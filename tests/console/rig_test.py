@@ -193,6 +193,31 @@ class Rig(RigTest):
             self.assertEqual(self.first.ask("pan 1")[0][:13], "ERR NOT_READY")
 
 
+class Troubles(RigTest):
+    settings = ("rig.skew_limit_us=1000",)
+
+    def test_one_that_is_over_is_no_reason_for_a_safe_state(self):
+        refusal = self.first.ask("capture")[-1]
+        self.assertEqual(refusal[:9], "ERR MOVED")
+        for command in ("status", "health"):
+            told = self.asked(command)
+            self.assertEqual((told["state"], told["last_trouble"]), ("ready", refusal[10:]))
+            self.assertNotIn("trouble", told)
+        self.asked("safe")
+        self.assertEqual(self.first.ask("pan 1"), [
+            "ERR NOT_READY pan: the instrument is in its safe state; \"bringup\" again"])
+        told = self.asked("status")
+        self.assertEqual([key for key in told if "trouble" in key], [])
+
+    def test_one_that_lasts_is_told_as_the_reason(self):
+        self.fault("camera left unplug")
+        self.addCleanup(self.fault, "camera left ok")
+        refusal = self.first.ask("capture")[-1]
+        self.assertEqual(self.asked("status")["trouble"], refusal.split(" ", 2)[2])
+        self.asked("safe")
+        self.assertIn(refusal.split(" ", 2)[2], self.first.ask("pan 1")[-1])
+
+
 class Log(RigTest):
     def test_the_log_tells_what_went_wrong(self):
         """Each once: the answer, and the state that it left."""
