@@ -2,12 +2,37 @@
 #include "daemon/sim/sim_backend.h"
 
 #include <stdio.h>
+#include <string.h>
 
 #include "core/error.h"
 
 enum { BUS_SPEED_HZ = 400000 };
 
+// What the rig that went knew does not hold for the next one.
+static void look_for_rig(void *opaque) {
+    struct sim_backend *self = opaque;
+    if (sim_connection_gone(&self->connection)) {
+        sim_connection_renew(&self->connection, self->where, SIMRIG_ROLE_BOARD);
+        self->camera_state.armed = false;
+        self->gpio_state.outputs = 0;
+        self->gpio_state.edge_count = 0;
+    }
+}
+
+static const char *missing(void *opaque, enum rig_part part) {
+    struct sim_backend *self = opaque;
+    (void)part;
+    return self->connection.socket < 0 ? self->connection.text : NULL;
+}
+
 int sim_backend_open(struct sim_backend *self, const char *where, int patience_ms) {
+    if (strlen(where) >= sizeof self->where) {
+        self->connection = (struct sim_connection){.socket = -1};
+        snprintf(self->connection.text, sizeof self->connection.text, "this place is too long");
+        return ERROR_ARGUMENT;
+    }
+    strcpy(self->where, where);
+    self->opener = (struct rig_opener){look_for_rig, missing, self};
     int error = sim_connection_open(&self->connection, where, SIMRIG_ROLE_BOARD, patience_ms);
     if (error != ERROR_OK) {
         return error;
@@ -40,5 +65,6 @@ struct rig_ports sim_backend_ports(const struct sim_backend *self) {
                               .i2c = &self->i2c,
                               .gpio = &self->gpio,
                               .camera = {&self->camera, &self->camera},
-                              .lens_uart = &self->uart};
+                              .lens_uart = &self->uart,
+                              .opener = &self->opener};
 }

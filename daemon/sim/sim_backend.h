@@ -15,6 +15,8 @@
 extern "C" {
 #endif
 
+enum { SIM_BACKEND_WHERE = 320 };
+
 /// The backends. The caller owns them; they must not be moved while they are open.
 struct sim_backend {
     struct sim_connection connection;
@@ -27,6 +29,8 @@ struct sim_backend {
     struct hal_camera camera;
     struct hal_gpio gpio;
     struct hal_uart uart;
+    struct rig_opener opener;
+    char where[SIM_BACKEND_WHERE];
 };
 
 /// Connects as the board (see sim_connection_open for `where`, `patience_ms` and errors) and
@@ -34,7 +38,8 @@ struct sim_backend {
 int sim_backend_open(struct sim_backend *self, const char *where, int patience_ms);
 void sim_backend_close(struct sim_backend *self);
 
-/// The ports of a rig of the profile "rig"; without a log.
+/// The ports of a rig of the profile "rig"; without a log. Their opener connects anew when the
+/// simulated rig has gone: each bring-up looks for it.
 struct rig_ports sim_backend_ports(const struct sim_backend *self);
 
 #ifdef __cplusplus

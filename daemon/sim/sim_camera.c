@@ -92,7 +92,7 @@ static int fetch(struct sim_camera *self, uint64_t deadline_us, uint16_t *memory
     const size_t values = (size_t)self->format.width_px * self->format.height_px;
     INVARIANT(self->armed && values <= self->capacity);
     uint8_t body[8], head[FRAME_HEAD];
-    sim_bytes_put_u64(body, deadline_us);
+    sim_connection_put_us(self->connection, body, deadline_us);
     struct sim_exchange wait = {.type = SIMRIG_FRAME_WAIT,
                                 .body = body,
                                 .bytes = sizeof body,
@@ -116,16 +116,17 @@ static int fetch(struct sim_camera *self, uint64_t deadline_us, uint16_t *memory
     for (size_t i = 0; i < values; i++) {
         memory[i] = sim_bytes_u16(wait.rest + 2 * i);
     }
-    *frame = (struct hal_camera_frame){.data = memory,
-                                       .width_px = self->format.width_px,
-                                       .height_px = self->format.height_px,
-                                       .stride = self->format.width_px,
-                                       .bits = SENSOR_BITS,
-                                       .layout = HAL_CAMERA_BAYER_GRBG,
-                                       .sequence = sim_bytes_u32(head + 16),
-                                       .faults = faults_of(sim_bytes_u32(head + 24)),
-                                       .begin_us = sim_bytes_u64(head),
-                                       .end_us = sim_bytes_u64(head + 8)};
+    *frame =
+        (struct hal_camera_frame){.data = memory,
+                                  .width_px = self->format.width_px,
+                                  .height_px = self->format.height_px,
+                                  .stride = self->format.width_px,
+                                  .bits = SENSOR_BITS,
+                                  .layout = HAL_CAMERA_BAYER_GRBG,
+                                  .sequence = sim_bytes_u32(head + 16),
+                                  .faults = faults_of(sim_bytes_u32(head + 24)),
+                                  .begin_us = sim_connection_told_us(self->connection, head),
+                                  .end_us = sim_connection_told_us(self->connection, head + 8)};
     return ERROR_OK;
 }
 

@@ -1,16 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/sim/sim_clock.h"
 
-#include "core/error.h"
-#include "daemon/sim/sim_bytes.h"
-
 static uint64_t now_us(void *self) {
     struct sim_connection *connection = self;
-    uint8_t head[8];
-    struct sim_exchange ask = {.type = SIMRIG_TIME, .head = head, .head_bytes = sizeof head};
-    if (sim_connection_demand(connection, &ask) == ERROR_OK) {
-        connection->now_us = sim_bytes_u64(head);
-    }
+    sim_connection_ask_time(connection);  // where it has gone, the newest known remains
     return connection->now_us;
 }
 

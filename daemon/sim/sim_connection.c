@@ -19,6 +19,7 @@ enum {
     HELLO_BYTES = 8,
     REPLY_HELLO_BYTES = 4,
     BUSY_PAUSE_NS = 1000000,
+    RENEW_PATIENCE_MS = 2000,
 };
 
 // More than a day is refused.
@@ -47,7 +48,7 @@ static int give_up(struct sim_connection *self, int error, const char *doing) {
     } else if (error == ERROR_SYNTAX) {
         say(self, "what answers is no simulated rig, or of another version (%s)", doing);
     } else {
-        say(self, "the simulated rig has gone (%s): start it again", doing);
+        say(self, "the simulated rig has gone (%s): start it, then bring up again", doing);
     }
     sim_connection_close(self);
     return ERROR_DEVICE;
@@ -195,6 +196,54 @@ int sim_connection_open(struct sim_connection *self, const char *where, uint16_t
     return greet(self, role);
 }
 
+bool sim_connection_gone(struct sim_connection *self) {
+    if (self->socket >= 0 && sim_socket_has_ended(self->socket)) {
+        give_up(self, ERROR_IO, "at rest");
+    }
+    return self->socket < 0;
+}
+
+uint64_t sim_connection_told_us(const struct sim_connection *self, const uint8_t *bytes) {
+    return sim_bytes_u64(bytes) + self->ahead_us;
+}
+
+void sim_connection_put_us(const struct sim_connection *self, uint8_t *bytes, uint64_t time_us) {
+    sim_bytes_put_u64(bytes, time_us > self->ahead_us ? time_us - self->ahead_us : 0);
+}
+
+int sim_connection_ask_time(struct sim_connection *self) {
+    uint8_t head[8];
+    struct sim_exchange ask = {.type = SIMRIG_TIME, .head = head, .head_bytes = sizeof head};
+    const int error = sim_connection_demand(self, &ask);
+    if (error == ERROR_OK) {
+        self->now_us = sim_connection_told_us(self, head);
+    }
+    return error;
+}
+
+int sim_connection_renew(struct sim_connection *self, const char *where, uint16_t role) {
+    const struct sim_connection before = *self;
+    sim_connection_close(self);
+    const int patience_ms =
+        before.patience_ms < RENEW_PATIENCE_MS ? before.patience_ms : RENEW_PATIENCE_MS;
+    int error = sim_connection_open(self, where, role, patience_ms);
+    if (error == ERROR_OK) {
+        error = sim_connection_ask_time(self);
+    }
+    if (error == ERROR_OK && self->wall != before.wall) {
+        say(self, "the simulated rig at %s keeps another kind of time: start vergenced anew",
+            where);
+        sim_connection_close(self);
+        error = ERROR_REFUSED;
+    }
+    self->patience_ms = before.patience_ms;
+    if (self->now_us < before.now_us) {
+        self->ahead_us = before.now_us - self->now_us;
+        self->now_us = before.now_us;
+    }
+    return error;
+}
+
 int sim_connection_advance(struct sim_connection *self, uint64_t until_us, uint32_t wake,
                            uint32_t *woken) {
     uint32_t woken_by = 0;
@@ -202,7 +251,7 @@ int sim_connection_advance(struct sim_connection *self, uint64_t until_us, uint3
     do {
         const uint64_t most_us = self->now_us + longest_us;
         uint8_t body[12], head[12];
-        sim_bytes_put_u64(body, until_us < most_us ? until_us : most_us);
+        sim_connection_put_us(self, body, until_us < most_us ? until_us : most_us);
         sim_bytes_put_u32(body + 8, wake);
         struct sim_exchange advance = {.type = SIMRIG_ADVANCE,
                                        .body = body,
@@ -215,7 +264,7 @@ int sim_connection_advance(struct sim_connection *self, uint64_t until_us, uint3
             self->now_us = until_us > self->now_us ? until_us : self->now_us;
             break;
         }
-        self->now_us = sim_bytes_u64(head);
+        self->now_us = sim_connection_told_us(self, head);
         woken_by = sim_bytes_u32(head + 8);
     } while (woken_by == 0 && self->now_us < until_us);
     if (woken != NULL) {

@@ -26,6 +26,7 @@ struct sim_connection {
     int patience_ms;
     uint16_t tag;
     uint64_t now_us;                 ///< the newest time that the rig has told
+    uint64_t ahead_us;               ///< so much is `now_us` ahead of the rig's own time
     char text[SIM_CONNECTION_TEXT];  ///< one line: what was wrong last
 };
 
@@ -50,13 +51,29 @@ int sim_connection_open(struct sim_connection *self, const char *where, uint16_t
                         int patience_ms);
 void sim_connection_close(struct sim_connection *self);
 
+/// Whether the rig has gone, as far as that shows without asking it.
+bool sim_connection_gone(struct sim_connection *self);
+
+/// Connects anew after the rig has gone: to the same one or another, whose time goes on from
+/// `now_us`. Otherwise as sim_connection_open, but it waits for 2 s at most; ERROR_REFUSED also for
+/// a rig that keeps another kind of time.
+int sim_connection_renew(struct sim_connection *self, const char *where, uint16_t role);
+
+/// A time that the rig has told (8 bytes of the protocol), and one for it to be told.
+uint64_t sim_connection_told_us(const struct sim_connection *self, const uint8_t *bytes);
+void sim_connection_put_us(const struct sim_connection *self, uint8_t *bytes, uint64_t time_us);
+
 /// Sends the request and takes the reply. 0: whatever its status; the text of a refusal is in
-/// `text`. ERROR_DEVICE: the rig has gone, or does not follow the protocol; from then on always.
+/// `text`. ERROR_DEVICE: the rig has gone, or does not follow the protocol; from then on always,
+/// until sim_connection_renew.
 /// While another client lets time pass it is asked again, within the patience.
 int sim_connection_run(struct sim_connection *self, struct sim_exchange *exchange);
 
 /// The same for a request whose status must be SIMRIG_OK; ERROR_IO when it is another.
 int sim_connection_demand(struct sim_connection *self, struct sim_exchange *exchange);
+
+/// Asks for the time: `now_us` is it then. Errors as above.
+int sim_connection_ask_time(struct sim_connection *self);
 
 /// Lets time pass until `until_us`, or until something of `wake` (SIMRIG_WAKE_*) is there.
 /// `*woken` (may be NULL): what it was. When the rig has gone, its time has come: ERROR_DEVICE.

@@ -118,12 +118,9 @@ static int transfer(void *context, const struct hal_i2c_message *messages, size_
     }
     *begun = sim_i2c_begun(exchange.status, messages, count, whole, sim_bytes_u16(head + 2));
     if (error == ERROR_OK) {
-        uint8_t now[8];
-        struct sim_exchange ask = {.type = SIMRIG_TIME, .head = now, .head_bytes = sizeof now};
-        error = sim_connection_demand(self->connection, &ask);
-        if (error == ERROR_OK) {
-            self->connection->now_us = sim_bytes_u64(now);
-            error = self->connection->now_us > deadline_us ? ERROR_TIMEOUT : ERROR_OK;
+        error = sim_connection_ask_time(self->connection);
+        if (error == ERROR_OK && self->connection->now_us > deadline_us) {
+            error = ERROR_TIMEOUT;
         }
     }
     return error;

@@ -110,6 +110,13 @@ int sim_socket_connect(const char *where, int64_t deadline_ms) {
     return strncmp(where, "tcp:", 4) == 0 ? connect_tcp(where + 4, deadline_ms) : ERROR_ARGUMENT;
 }
 
+bool sim_socket_has_ended(int socket) {
+    INVARIANT(socket >= 0);
+    uint8_t byte = 0;
+    const ssize_t came = recv(socket, &byte, sizeof byte, MSG_PEEK | MSG_DONTWAIT);
+    return came == 0 || (came < 0 && errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR);
+}
+
 int sim_socket_send(int socket, const void *data, size_t bytes, int64_t deadline_ms) {
     INVARIANT(socket >= 0 && (data != NULL || bytes == 0));
     const uint8_t *next = data;

@@ -3,6 +3,7 @@
 #ifndef VERGENCE_DAEMON_SIM_SOCKET_H
 #define VERGENCE_DAEMON_SIM_SOCKET_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -10,6 +11,9 @@
 /// ERROR_ARGUMENT: `where` is neither; ERROR_TIMEOUT; ERROR_IO: `errno` says why, or 0: the host
 /// has no address.
 int sim_socket_connect(const char *where, int64_t deadline_ms);
+
+/// Whether the other end has closed it, or nobody is there any more.
+bool sim_socket_has_ended(int socket);
 
 /// Sends or receives all `bytes`. 0; ERROR_TIMEOUT; ERROR_IO: the other end has gone.
 int sim_socket_send(int socket, const void *data, size_t bytes, int64_t deadline_ms);

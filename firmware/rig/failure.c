@@ -36,14 +36,8 @@ static const char *words_of(int error) {
     }
 }
 
-int failure_of_part(struct rig *self, enum rig_part part, int error, const char *what) {
-    const struct rig_opener *opener = self->ports.opener;
-    const char *missing = opener == NULL ? NULL : opener->missing(opener->self, part);
-    return watch_trouble(self, part, error, missing != NULL ? missing : what, NULL);
-}
-
 int failure_of_bus(struct rig *self, enum rig_part part, int error) {
-    return failure_of_part(self, part, error, words_of(error));
+    return watch_failed(self, part, error, words_of(error));
 }
 
 int failure_of_bridge(struct rig *self, int error) {

@@ -13,10 +13,6 @@ extern "C" {
 /// The part of a side, by that of the left one.
 enum rig_part failure_part(enum rig_part left, unsigned side);
 
-/// Sets `trouble` to a part that does not work: why its device could not be opened, where it could
-/// not, else `what` (as watch_trouble, without numbers). Returns `error`.
-int failure_of_part(struct rig *self, enum rig_part part, int error, const char *what);
-
 /// Sets `trouble` to a failed transfer on I2C: what is wrong with this error, and what to do.
 /// Returns `error`.
 int failure_of_bus(struct rig *self, enum rig_part part, int error);

@@ -62,8 +62,8 @@ static int stop_lenses(struct rig *self) {
         const uint64_t deadline_us = watch_now_us(self) + LENS_STOP_US;
         const int error = watch_used(self, part, lens->operations->stop(lens->self, deadline_us));
         if (error != ERROR_OK && first == ERROR_OK) {
-            first = watch_trouble(self, part, error,
-                                  "it cannot be told to stop; switch its controller off", NULL);
+            first = watch_failed(self, part, error,
+                                 "it cannot be told to stop; switch its controller off");
         }
     }
     return first;
@@ -86,9 +86,8 @@ static int rest_bridge(struct rig *self) {
         if (held == ERROR_OK || held == ERROR_UNSUPPORTED) {
             return ERROR_OK;
         }
-        return watch_trouble(self, RIG_PART_RESET_LINE, held,
-                             "it cannot be driven; look at the chip's name and who may use it",
-                             NULL);
+        return watch_failed(self, RIG_PART_RESET_LINE, held,
+                            "it cannot be driven; look at the chip's name and who may use it");
     }
     const int error =
         watch_used(self, RIG_PART_BRIDGE, fpga_bridge_write(&self->bridge, BRIDGE_CTRL, CTRL_REST));

@@ -54,8 +54,8 @@ static int set_reset(struct rig *self, bool active) {
     watch_used(self, RIG_PART_RESET_LINE, error);
     return error == ERROR_OK
                ? ERROR_OK
-               : failure_of_part(self, RIG_PART_RESET_LINE, error,
-                                 "it cannot be driven; look at the chip's name and who may use it");
+               : watch_failed(self, RIG_PART_RESET_LINE, error,
+                              "it cannot be driven; look at the chip's name and who may use it");
 }
 
 // ---- the bridge
@@ -159,9 +159,9 @@ static int check_interrupt(struct rig *self) {
     }
     watch_used(self, RIG_PART_IRQ_LINE, seen);
     return seen == ERROR_OK ? ERROR_OK
-                            : failure_of_part(self, RIG_PART_IRQ_LINE, seen,
-                                              "it does not follow the bridge; look at the wire and "
-                                              "the line's number");
+                            : watch_failed(self, RIG_PART_IRQ_LINE, seen,
+                                           "it does not follow the bridge; look at the wire and "
+                                           "the line's number");
 }
 
 static int set_servo(struct rig *self, unsigned side) {
@@ -267,11 +267,10 @@ static int open_lens(struct rig *self, unsigned side) {
     if (error == ERROR_OK) {
         return ERROR_OK;
     }
-    return failure_of_part(
-        self, part, error,
-        error == ERROR_TIMEOUT
-            ? "its controller does not answer; look at its supply and serial cable"
-            : "the serial line to its controller cannot be used; look at its name");
+    return watch_failed(self, part, error,
+                        error == ERROR_TIMEOUT
+                            ? "its controller does not answer; look at its supply and serial cable"
+                            : "the serial line to its controller cannot be used; look at its name");
 }
 
 static void bring_up_lenses(struct rig *self, struct finding *finding) {

@@ -54,7 +54,7 @@ static int source_failed(struct rig *self, unsigned side, int error) {
         error == ERROR_UNSUPPORTED ? "it gives no frames of this size; choose another window"
         : error == ERROR_DEVICE    ? "it has gone; look at its plug, then bring up again"
                                 : "the system cannot start its frames; look into the system's log";
-    return failure_of_part(self, part, error, what);
+    return watch_failed(self, part, error, what);
 }
 
 // That the port behind the bridge works says nothing of the camera.

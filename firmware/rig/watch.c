@@ -44,12 +44,12 @@ int watch_feed(struct rig *self) {
     if (error != ERROR_OK) {
         self->state = RIG_SAFE;
         self->lost = true;
-        return watch_trouble(self, RIG_PART_BRIDGE, error,
-                             error == ERROR_RESTARTED
-                                 ? "it has restarted and lost its settings; bring the rig up again"
-                                 : "it does not take the watchdog's sign of life; look at its "
-                                   "supply and I2C lines, then bring the rig up again",
-                             NULL);
+        return watch_failed(
+            self, RIG_PART_BRIDGE, error,
+            error == ERROR_RESTARTED
+                ? "it has restarted and lost its settings; bring the rig up again"
+                : "it does not take the watchdog's sign of life; look at its supply and I2C "
+                  "lines, then bring the rig up again");
     }
     self->fed_us = now_us;
     watch_fed(self);
@@ -131,6 +131,12 @@ static int write_trouble(struct rig_trouble *trouble, enum rig_part part, int er
 int watch_trouble(struct rig *self, enum rig_part part, int error, const char *what,
                   const int32_t *numbers) {
     return write_trouble(&self->trouble, part, error, what, numbers);
+}
+
+int watch_failed(struct rig *self, enum rig_part part, int error, const char *what) {
+    const struct rig_opener *opener = self->ports.opener;
+    const char *missing = opener == NULL ? NULL : opener->missing(opener->self, part);
+    return watch_trouble(self, part, error, missing != NULL ? missing : what, NULL);
 }
 
 int watch_refusal(struct rig *self, enum rig_part part, int error, const char *what,

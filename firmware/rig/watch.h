@@ -39,6 +39,10 @@ int watch_used(struct rig *self, enum rig_part part, int error);
 int watch_trouble(struct rig *self, enum rig_part part, int error, const char *what,
                   const int32_t *numbers);
 
+/// The same for a part that does not work: why its device could not be opened, where it could not,
+/// else `what`, without numbers. Returns `error`.
+int watch_failed(struct rig *self, enum rig_part part, int error, const char *what);
+
 /// As watch_trouble, but into `refusal`.
 int watch_refusal(struct rig *self, enum rig_part part, int error, const char *what,
                   const int32_t *numbers);

@@ -168,15 +168,19 @@ class DaemonTest(unittest.TestCase):
         cls.folder = tempfile.mkdtemp(prefix="console")
         cls.addClassCleanup(shutil.rmtree, cls.folder)
         cls.rig_path = os.path.join(cls.folder, "rig.sock")
+        cls.begin_rig()
+        cls.path = os.path.join(cls.folder, "v.sock")
+        cls.files = os.path.join(cls.folder, "files")
+        cls.daemon = None
+        cls.start()
+
+    @classmethod
+    def begin_rig(cls):
         cls.rig = subprocess.Popen(
             [SIMRIG, "--scene", cls.scene, "--listen", f"unix:{cls.rig_path}"],
             stdout=subprocess.DEVNULL)
         cls.addClassCleanup(cls.end, cls.rig)
         cls.wait_for(cls.rig_path)
-        cls.path = os.path.join(cls.folder, "v.sock")
-        cls.files = os.path.join(cls.folder, "files")
-        cls.daemon = None
-        cls.start()
 
     @classmethod
     def start(cls):

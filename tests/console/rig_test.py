@@ -218,6 +218,38 @@ class Troubles(RigTest):
         self.assertIn(refusal.split(" ", 2)[2], self.first.ask("pan 1")[-1])
 
 
+class RigsThatGo(DaemonTest):
+    """The simulated rig ends, and comes back or does not."""
+
+    def test_it_is_named_and_looked_for_again(self):
+        first = self.client()
+        self.assertEqual(first.ask("bringup")[-1], "OK")
+        self.assertEqual(first.ask("wait 30")[-1], "OK")
+        self.end(self.rig)
+        for command in ("pan 5", "capture", "bringup"):
+            answer = first.ask(command)[-1]
+            self.assertRegex(answer, "^ERR (DEVICE|NOT_READY) .*simulated rig", command)
+        self.assertRegex(answer, "no simulated rig at unix:.*is simrig running there")
+        type(self).begin_rig()
+        self.assertEqual(first.ask("bringup")[-1], "OK")
+        self.assertEqual(first.ask("pan 5")[-1], "OK")
+        self.assertEqual(first.ask("capture again")[-1], "OK")
+        self.assertNotIn("trouble", first.ask_json("status")["result"])
+
+    def test_another_one_at_once(self):
+        """Between two commands: the next one tells it, and a bring-up is enough."""
+        first = self.client()
+        self.assertEqual(first.ask("bringup")[-1], "OK")
+        self.end(self.rig)
+        type(self).begin_rig()
+        self.assertRegex(first.ask("status")[-1], "^ERR DEVICE .*simulated rig has gone")
+        self.assertEqual(first.ask("bringup")[-1], "OK")
+        self.assertEqual(first.ask("capture")[-1], "OK")
+        self.end(self.rig)
+        type(self).begin_rig()
+        self.assertEqual(first.ask("bringup")[-1], "OK")
+
+
 class Log(RigTest):
     def test_the_log_tells_what_went_wrong(self):
         """Each once: the answer, and the state that it left."""
