@@ -100,7 +100,8 @@ bool are_spread(unsigned bits, std::size_t one, unsigned one_bits, std::size_t o
     for (unsigned n = 0; n < 1u << bits; n++) {
         const world::RayPoint &point = world::ray_points()[n];
         const unsigned other_bits = bits - one_bits;
-        cells.insert((point[one] >> (16 - one_bits)) << 8 | point[other] >> (16 - other_bits));
+        cells.insert(unsigned(point[one] >> (16 - one_bits)) << 8 |
+                     unsigned(point[other] >> (16 - other_bits)));
     }
     return cells.size() == 1u << bits;
 }
