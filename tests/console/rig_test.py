@@ -220,11 +220,12 @@ class Troubles(RigTest):
 
 class RigsThatGo(DaemonTest):
     """The simulated rig ends, and comes back or does not."""
+    settings = ("rig.width_px=128", "rig.height_px=96")
 
     def test_it_is_named_and_looked_for_again(self):
         first = self.client()
         self.assertEqual(first.ask("bringup")[-1], "OK")
-        self.assertEqual(first.ask("wait 30")[-1], "OK")
+        self.assertEqual(first.ask("wait 3")[-1], "OK")
         self.end(self.rig)
         for command in ("pan 5", "capture", "bringup"):
             answer = first.ask(command)[-1]
