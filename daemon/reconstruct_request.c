@@ -28,8 +28,8 @@ static const struct option options[] = {
              "replaced. Needed."},
     {.name = "depth", .kind = OPTION_REAL, .offset = FIELD(depth_mm), .value_name = "NEAR:FAR",
      .minimum = 1e-3, .maximum = INFINITY, .count = 2, .separator = ':',
-     .help = "Depths to search, in mm before the left camera; FAR may be inf. Default: what the "
-             "calibration states, else around the point where the cameras' axes meet, else "
+     .help = "Depths to search, in mm before the left camera; FAR may be inf. No point lies outside "
+             "them, but with --keep-all. Default: what the calibration states, else around the point where the cameras' axes meet, else "
              "disparities to a quarter of the width."},
     {.name = "disparity", .kind = OPTION_INT, .offset = FIELD(disparity), .value_name = "MIN:COUNT",
      .minimum = -MATCH_DISPARITY_LIMIT, .maximum = MATCH_DISPARITY_LIMIT, .count = 2, .separator = ':',

@@ -281,8 +281,9 @@ static const struct command_argument reconstruct_arguments[] = {
      .least = 1,
      .most = 1e6,
      .optional = true,
-     .help = "least depth to search, from the left camera; what the calibration says when left "
-             "out"},
+     .help =
+         "least depth to search, from the left camera; no point lies outside NEAR and FAR; what "
+         "the calibration says when left out"},
     {.name = "FAR",
      .kind = COMMAND_NUMBER,
      .unit = "mm",

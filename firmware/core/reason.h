@@ -15,7 +15,8 @@ extern "C" {
     X(NO_TEXTURE, 3, "no texture: nothing to match")                     \
     X(AMBIGUOUS, 4, "ambiguous: another disparity fits as well")         \
     X(SPECKLE, 5, "speckle: a small island apart from its surroundings") \
-    X(OUT_OF_RANGE, 6, "out of range: nothing alike within the searched depths")
+    X(OUT_OF_RANGE, 6,                                                   \
+      "out of range: nothing alike within the depths searched, or outside those asked for")
 
 enum reason {
 #define REASON_ENUM(name, number, text) REASON_##name = (number),

@@ -289,12 +289,22 @@ static int images_stages(struct run *run) {
     return error;
 }
 
+// What is searched is wider than what was asked for: whole disparities, and more of them where
+// few would be judged badly.
+static struct surface_depths depths_asked_for(const struct reconstruct_options *options) {
+    const struct rectify_options *rectify = &options->rectify;
+    return options->keep_all || rectify->disparity_count != 0
+               ? surface_depths_of(0, 0)
+               : surface_depths_of(rectify->depth_near_mm, rectify->depth_far_mm);
+}
+
 static int surface_stages(struct run *run) {
     struct reconstruct_result *result = run->result;
+    const struct surface_depths depths = depths_asked_for(run->options);
     int error = begin_stage(run, RECONSTRUCT_TRIANGULATE);
     if (error == ERROR_OK) {
         error = end_stage(run, RECONSTRUCT_TRIANGULATE,
-                          surface_triangulate(run->parallel, run->arena, result));
+                          surface_triangulate(run->parallel, run->arena, &depths, result));
     }
     if (error == ERROR_OK) {
         error = begin_stage(run, RECONSTRUCT_MESH);
@@ -330,7 +340,7 @@ static int all_stages(struct run *run) {
     }
     error = surface_stages(run);
     count_reasons(run->result);
-    return error;
+    return error == ERROR_OK && run->result->vertex_count == 0 ? ERROR_NO_SURFACE : error;
 }
 
 static bool sizes_match(const struct reconstruct_image *raw, const struct lens *lens) {

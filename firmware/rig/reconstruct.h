@@ -101,7 +101,8 @@ struct reconstruct_result {
     uint32_t (*triangles)[3];
 
     uint32_t reason_count[REASON_COUNT];  // pixels per reason; a valid match whose point cannot be
-                                          // triangulated becomes REASON_OUT_OF_RANGE
+                                          // triangulated, or lies outside depths that the options
+                                          // state, becomes REASON_OUT_OF_RANGE
     uint64_t stage_us[RECONSTRUCT_STAGES];
     size_t match_peak_bytes;  // matching state alone
     size_t arena_peak_bytes;  // everything

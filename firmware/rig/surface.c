@@ -16,6 +16,7 @@ struct rows {
     struct reconstruct_result *result;
     uint32_t *first;  // first vertex of each row, height + 1 values
     uint32_t *kept;   // vertices that could be triangulated, per row
+    struct surface_depths depths;
 };
 
 size_t surface_need_bytes(int width_px, int height_px, size_t valid) {
@@ -27,6 +28,23 @@ size_t surface_need_bytes(int width_px, int height_px, size_t valid) {
            2 * arena_need_bytes(rows, sizeof(uint32_t)) +
            2 * arena_need_bytes(width, sizeof(uint32_t)) +
            2 * arena_need_bytes(width, sizeof(int64_t[3]));
+}
+
+struct surface_depths surface_depths_of(double near_mm, double far_mm) {
+    const double um_per_mm = 1000;
+    struct surface_depths depths = {.near_um = 0, .far_um = INT32_MAX};
+    if (near_mm > 0 && near_mm * um_per_mm < INT32_MAX) {
+        depths.near_um = (int32_t)(near_mm * um_per_mm);
+    }
+    if (far_mm > near_mm && far_mm * um_per_mm < INT32_MAX - 1) {
+        depths.far_um = (int32_t)(far_mm * um_per_mm) + 1;
+    }
+    INVARIANT(depths.near_um <= depths.far_um);
+    return depths;
+}
+
+static bool is_within(const struct surface_depths *depths, const struct triangulate_point *point) {
+    return point->z_um >= depths->near_um && point->z_um <= depths->far_um;
 }
 
 static uint32_t count_valid(const struct image_u8 *reason, int y) {
@@ -51,7 +69,8 @@ static void triangulate_row(void *context, int y) {
             continue;
         }
         if (triangulate_match(rows->plan, x, y, disparity_q8[x], sigma_q8[x],
-                              &result->points[vertex])) {
+                              &result->points[vertex]) &&
+            is_within(&rows->depths, &result->points[vertex])) {
             result->vertex_pixel[vertex] = (uint32_t)y * (uint32_t)width + (uint32_t)x;
             vertex++;
         } else {
@@ -78,7 +97,7 @@ static uint32_t compact(const struct rows *rows, int height) {
 }
 
 int surface_triangulate(const struct parallel *parallel, struct arena *arena,
-                        struct reconstruct_result *result) {
+                        const struct surface_depths *depths, struct reconstruct_result *result) {
     const int height = result->plan.height_px;
     struct triangulate_plan plan;
     const int error = triangulate_plan_make(&result->plan, &result->vertical, &plan);
@@ -92,7 +111,7 @@ int surface_triangulate(const struct parallel *parallel, struct arena *arena,
     result->points = arena_take(arena, valid, sizeof *result->points);
     result->vertex_pixel = arena_take(arena, valid, sizeof *result->vertex_pixel);
     const size_t mark = arena_mark(arena);
-    struct rows rows = {.plan = &plan, .result = result};
+    struct rows rows = {.plan = &plan, .result = result, .depths = *depths};
     rows.first = arena_take(arena, (size_t)height + 1, sizeof *rows.first);
     rows.kept = arena_take(arena, (size_t)height + 1, sizeof *rows.kept);
     if (result->points == NULL || result->vertex_pixel == NULL || rows.first == NULL ||
