@@ -23,6 +23,9 @@
 /// some pixels apart does not.
 static const double sparse_percent = 25;
 
+/// Of the pixels that were taken: in images made larger the same misfit is more of theirs.
+static const double rows_apart_px = 0.5;
+
 static const char interrupted[] = "interrupted; nothing was written";
 
 static bool show_progress(void *self, enum reconstruct_stage stage, int done, int total) {
@@ -167,6 +170,18 @@ static int check_truth(struct reconstruct_job *job) {
     return ERROR_OK;
 }
 
+static void note_assumed_depths(struct reconstruct_job *job) {
+    const struct rectify_plan *plan = &job->result.plan;
+    if (plan->depth_range_assumed) {
+        reconstruct_context_warn(&job->context,
+                                 "no depth range was stated; disparities %d to %d px were searched "
+                                 "(%s say what to search)",
+                                 plan->disparity_min,
+                                 plan->disparity_min + plan->disparity_count - 1,
+                                 job->context.words->search);
+    }
+}
+
 static int prepare(struct reconstruct_job *job) {
     int error = check_readable(job->request->ground_truth_path, &job->message);
     if (error == ERROR_OK) {
@@ -191,6 +206,7 @@ static int prepare(struct reconstruct_job *job) {
         reconstruct_summary_no_plan(error, &job->context, &job->message);
         return error;
     }
+    note_assumed_depths(job);
     return check_truth(job);
 }
 
@@ -256,15 +272,6 @@ static int compute(struct reconstruct_job *job) {
 }
 
 static void note_doubts(struct reconstruct_job *job) {
-    const struct rectify_plan *plan = &job->result.plan;
-    if (plan->depth_range_assumed) {
-        reconstruct_context_warn(&job->context,
-                                 "no depth range was stated; disparities %d to %d px were searched "
-                                 "(%s say what to search)",
-                                 plan->disparity_min,
-                                 plan->disparity_min + plan->disparity_count - 1,
-                                 job->context.words->search);
-    }
     const double density_percent = result_figures_density_percent(&job->result);
     if (density_percent < sparse_percent) {
         reconstruct_context_warn(&job->context,
@@ -274,12 +281,13 @@ static void note_doubts(struct reconstruct_job *job) {
                                  density_percent);
     }
     const struct triangulate_vertical *vertical = &job->result.vertical;
+    const double scale = job->options.rectify.scale;
     if (vertical->samples == 0) {
         reconstruct_context_warn(&job->context,
                                  "too few textured matches to check that the rows of the rectified "
                                  "images correspond");
     }
-    if (vertical->samples > 0 && vertical->median_px > 0.5) {
+    if (vertical->samples > 0 && vertical->median_px > rows_apart_px * (scale > 1 ? scale : 1)) {
         reconstruct_context_warn(&job->context,
                                  "the rows of the rectified images are %.2f px apart (median): the "
                                  "calibration does not fit these images well",

@@ -215,6 +215,20 @@ static void put_figures(const struct surface *self) {
     item_end(call);
 }
 
+/// What was doubtful before the work is a likely cause of its failure.
+static int refuse_with_notes(const struct surface *self, int error) {
+    const struct reconstruct_context *context = &self->job.context;
+    char text[MESSAGE_BYTES];
+    size_t length = (size_t)snprintf(text, sizeof text, "%s", self->job.message.text);
+    const int notes = error == ERROR_NO_SURFACE ? context->warning_count : 0;
+    for (int i = 0; i < notes && length < sizeof text; i++) {
+        length += (size_t)snprintf(text + length, sizeof text - length, "; note: %s",
+                                   context->warnings[i].text);
+    }
+    // The job's buffer is the disk.
+    return surroundings_refuse(self->call, error == ERROR_BUFFER ? ERROR_IO : error, "%s", text);
+}
+
 static int compute(struct surface *self) {
     const struct reconstruct_source source = {read_session, self};
     const struct reconstruct_observer observer = {
@@ -231,9 +245,7 @@ static int compute(struct surface *self) {
     if (error == 0) {
         put_figures(self);
     } else {
-        // The job's buffer is the disk.
-        error = surroundings_refuse(self->call, error == ERROR_BUFFER ? ERROR_IO : error, "%s",
-                                    job->message.text);
+        error = refuse_with_notes(self, error);
     }
     reconstruct_job_end(job);
     return error;

@@ -12,7 +12,7 @@
 #include "daemon/server/request.h"
 #include "rig/command.h"
 
-enum { JOB_MESSAGE_BYTES = 512, JOB_LINE_BYTES = REQUEST_PREFIX_MAX + COMMAND_LINE_MAX + 2 };
+enum { JOB_MESSAGE_BYTES = 1024, JOB_LINE_BYTES = REQUEST_PREFIX_MAX + COMMAND_LINE_MAX + 2 };
 
 /// The client of a job has not been told that it waits.
 #define JOB_NOT_SHOWN UINT32_MAX

@@ -122,6 +122,21 @@ class Reconstruct(pairs.Workshop):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("calibration belong to these images", done.stderr)
 
+    def test_rows_apart_count_in_pixels_that_were_taken(self):
+        # A third of a pixel: no reason for doubt, however large the images are made.
+        matrix = numpy.float64([[1, 0, 0], [0, 1, 0.34]])
+        moved = cv2.warpAffine(self.right, matrix, (pairs.WIDTH, pairs.HEIGHT),
+                               flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REFLECT)
+        right = self.save("moved.png", moved)
+        for scale, shift in ((1, 0.34), (2.5, 0.85)):
+            done = pairs.run("reconstruct", self.left_path, right, "--rectified", "--focal",
+                             pairs.FOCAL_PX, "--baseline", pairs.BASELINE_MM, "--disparity",
+                             f"0:{round(48 * scale)}", "--scale", scale, "--out", self.out)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            result = json.loads((self.out / "result.json").read_text())
+            self.assertAlmostEqual(result["vertical_disparity"]["median_px"], shift, delta=0.1)
+            self.assertNotIn("apart", done.stderr)
+
     def test_every_preset_finds_the_surface(self):
         for preset in ("fast", "standard", "best", "board", "paper"):
             with self.subTest(preset):

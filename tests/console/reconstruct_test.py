@@ -42,10 +42,10 @@ def calibration_of(folder):
         return file.read()
 
 
-def resized(text, size, shift):
+def resized(text, size, shift, sides=("left", "right")):
     """A calibration for frames of another size that begin elsewhere."""
     text = re.sub(r"(\w+_size_px) .*", rf"\1 {size[0]} {size[1]}", text)
-    for side in ("left", "right"):
+    for side in sides:
         x, y = map(float, re.search(rf"{side}_centre_px (\S+) (\S+)", text).groups())
         text = re.sub(rf"{side}_centre_px .*",
                       f"{side}_centre_px {x + shift[0]:.9f} {y + shift[1]:.9f}", text)
@@ -192,6 +192,11 @@ class Reconstruct(Surfaces):
         shutil.rmtree(os.path.join(self.files, "surface-none-1"))
         self.assertEqual((kept["calibration_from"], kept["calibration_cut"]), ("kept", "no"))
         self.assertTrue(any("same part of the sensor" in note for note in kept["notes"]))
+        # Where no surface comes of it, what was said of it is said with the refusal.
+        self.keep(resized(whole, WINDOW, (0, 60), sides=["right"]))
+        error, text = self.refused("reconstruct none 1 1 1600 2300")
+        self.assertEqual(error, "NO_SURFACE")
+        self.assertIn("same part of the sensor", text)
         # One of the whole sensor is cut.
         self.keep(resized(whole, SENSOR, corner))
         cut = self.asked("reconstruct none 1 1 1600 2300")
