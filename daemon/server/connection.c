@@ -184,10 +184,12 @@ static void forget_input(struct connection *self, size_t bytes) {
     self->refused_bytes -= bytes < self->refused_bytes ? bytes : self->refused_bytes;
 }
 
-/// Feeds the editor until it has a line.
+/// Feeds the editor until it has a line, or has shown more than is read at once: one key may show
+/// the whole line anew.
 static void step_terminal(struct connection *self) {
     size_t used = 0;
-    while (used < self->input_bytes && !is_busy(self) && is_edited(self) && !self->ended) {
+    while (used < self->input_bytes && !is_busy(self) && is_edited(self) && !self->ended &&
+           output_length(&self->output) <= BACKLOG_BYTES) {
         const enum editor_event event = editor_feed(&self->editor, self->input[used++]);
         if (event == EDITOR_END) {
             output_put_text(&self->output, "\r\n");

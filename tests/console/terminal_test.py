@@ -2,6 +2,7 @@
 """A person at the serial console: editing keys, history, completion, Ctrl-C, rubbish."""
 import os
 import random
+import signal
 import time
 import unittest
 
@@ -177,6 +178,15 @@ class Console(DaemonTest):
         while self.terminal.read(0.5):
             pass
         self.terminal.wait_prompt()
+        self.assertEqual(self.terminal.run("version")[-1], "OK")
+
+    def test_what_is_shown_is_whole_however_late_it_is_read(self):
+        # Each key in front of a long line shows all of it anew: at once it is more than the daemon
+        # keeps for one who does not read.
+        self.daemon.send_signal(signal.SIGSTOP)
+        self.terminal.send("a" * 200 + "\x01" + "b\x7f" * 1930 + "see\x03\x03")
+        self.daemon.send_signal(signal.SIGCONT)
+        self.terminal.wait(lambda t: "see" in t.text and t.at_prompt())
         self.assertEqual(self.terminal.run("version")[-1], "OK")
 
 
