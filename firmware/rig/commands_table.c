@@ -38,6 +38,10 @@ static const struct command_argument position_arguments[] = {
              "out"},
 };
 
+#define KEPT_HELP                                                                               \
+    "What was taken is shown. \"not set\": nobody has set it since the bring-up, and a camera " \
+    "with a port of its own does as it did before."
+
 static const struct command_argument exposure_arguments[] = {
     SIDE_ARGUMENT,
     {.name = "TIME",
@@ -46,7 +50,8 @@ static const struct command_argument exposure_arguments[] = {
      .least = 1,
      .most = RIG_EXPOSURE_MOST_US,
      .optional = true,
-     .help = "the nearest that the camera can is taken; shown when left out"},
+     .help = "the nearest that the camera has is taken, but a camera with a port of its own "
+             "refuses what is beyond its range; shown when left out"},
 };
 
 static const struct command_argument gain_arguments[] = {
@@ -164,14 +169,14 @@ static const struct command commands[] = {
      .run = commands_aim_iris},
     {.name = "exposure",
      .summary = "set the exposure time, or show it",
-     .help = "What was taken is shown.",
+     .help = KEPT_HELP,
      .arguments = exposure_arguments,
      .argument_count = COUNT(exposure_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_MOVES,
      .run = commands_camera_exposure},
     {.name = "gain",
      .summary = "set the gain, or show it",
-     .help = "What was taken is shown.",
+     .help = KEPT_HELP,
      .arguments = gain_arguments,
      .argument_count = COUNT(gain_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_MOVES,

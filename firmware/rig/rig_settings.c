@@ -106,7 +106,7 @@ static int set_gain(struct rig *self, unsigned side, uint16_t gain_q3) {
     if (!self->profile.bridge) {
         // Such cameras have a scale of their own.
         const int32_t span = MT9T001_GAIN_Q3_MAX - MT9T001_GAIN_Q3_MIN;
-        const int32_t part = (gain_q3 - MT9T001_GAIN_Q3_MIN) * GAIN_PARTS / span;
+        const int32_t part = ((gain_q3 - MT9T001_GAIN_Q3_MIN) * GAIN_PARTS + span / 2) / span;
         int32_t applied = 0;
         const int error = control(self, side, HAL_CAMERA_GAIN_PART, part, &applied);
         if (error == ERROR_OK) {

@@ -41,6 +41,8 @@ class TwoCameras(DeviceTest):
         self.assertEqual(self.first.ask("gain"), ["left: not set", "right: not set", "OK"])
         # Units of 100 us, from 1 to 5000 of them.
         self.assertEqual(self.asked("exposure 5040"), {"left": 5000, "right": 5000})
+        # 256 steps from 1 to 128: what is asked for goes to the nearest.
+        self.assertEqual(self.asked("gain left 1.3"), {"left": 1.5})
         self.assertEqual(self.asked("gain left 2"), {"left": 2})
         self.assertEqual(self.asked("gain right"), {"right": "not set"})
         self.refused("exposure 600000", "ERR RANGE left camera: it takes no exposure of 600000 us; "

@@ -194,7 +194,7 @@ class Rig(RigTest):
 
 
 class Troubles(RigTest):
-    settings = ("rig.skew_limit_us=1000",)
+    settings = ("rig.skew_limit_us=1000", "rig.width_px=128", "rig.height_px=96")
 
     def test_one_that_is_over_is_no_reason_for_a_safe_state(self):
         refusal = self.first.ask("capture")[-1]
