@@ -65,21 +65,35 @@ static void begin_result(struct reply *self) {
     }
 }
 
-/// The path of a key within its groups, for the units.
+static bool has_unit(const struct reply *self, const char *path) {
+    for (size_t at = 0; at < self->units_length;) {
+        const char *name = self->units + at;
+        if (strcmp(name, path) == 0) {
+            return true;
+        }
+        at += strlen(name) + 1;
+        at += strlen(self->units + at) + 1;
+    }
+    return false;
+}
+
+/// Notes the unit under the path of the number within its groups; once for all members of a list,
+/// whose numbers have no names (NULL) where the list is of numbers.
 static void note_unit(struct reply *self, const char *key, const char *unit) {
     const size_t group = self->path_end[self->depth];
-    const size_t name = strlen(key) + 1;
-    const size_t bytes = group + name + strlen(unit) + 1;
-    for (int depth = 1; depth <= self->depth; depth++) {
-        if (self->array[depth]) {
-            return;  // places in a list have no names
-        }
+    // A list's path ends in the dot for its members.
+    const size_t kept = key != NULL || group == 0 ? group : group - 1;
+    const size_t name = key != NULL ? strlen(key) : 0;
+    const size_t bytes = kept + name + 1 + strlen(unit) + 1;
+    if (bytes > sizeof self->units - self->units_length) {
+        return;
     }
-    if (bytes <= sizeof self->units - self->units_length) {
-        char *to = self->units + self->units_length;
-        memcpy(to, self->path, group);
-        memcpy(to + group, key, name);
-        strcpy(to + group + name, unit);
+    char *to = self->units + self->units_length;
+    memcpy(to, self->path, kept);
+    memcpy(to + kept, key != NULL ? key : "", name);
+    to[kept + name] = '\0';
+    if (!has_unit(self, to)) {
+        strcpy(to + kept + name + 1, unit);
         self->units_length += bytes;
     }
 }
@@ -107,7 +121,7 @@ static void put_number(void *cookie, const char *key, double value, int decimals
     begin_result(self);
     if (self->request.json) {
         json_fixed(&self->json, key, value, decimals);
-        if (unit != NULL && key != NULL) {
+        if (unit != NULL) {
             note_unit(self, key, unit);
         }
         return;
@@ -133,6 +147,19 @@ static void put_text(void *cookie, const char *key, const char *value) {
     fputs(self->in_line[self->depth] ? "" : "\n", self->stream);
 }
 
+/// Adds a group or list to the path that ends at `end`; the bytes that this takes.
+static size_t extend_path(struct reply *self, size_t end, const char *key, bool array) {
+    char step[REPLY_PATH_BYTES];
+    const int bytes =
+        snprintf(step, sizeof step, "%s%s.", key != NULL ? key : "", array ? "[]" : "");
+    // A member of a list has its path.
+    if ((key == NULL && !array) || bytes < 0 || end + (size_t)bytes >= sizeof self->path) {
+        return 0;
+    }
+    memcpy(self->path + end, step, (size_t)bytes);
+    return (size_t)bytes;
+}
+
 static void put_begin(void *cookie, const char *key, bool array) {
     struct reply *self = cookie;
     begin_result(self);
@@ -143,18 +170,12 @@ static void put_begin(void *cookie, const char *key, bool array) {
         lead(self, key, true);
     }
     const bool in_list = self->array[self->depth];
-    size_t end = self->path_end[self->depth];
+    const size_t end = self->path_end[self->depth];
     self->depth++;
     self->array[self->depth] = array;
     self->first[self->depth] = true;
     self->in_line[self->depth] = in_list || self->in_line[self->depth - 1];
-    const size_t name = key != NULL ? strlen(key) : 0;
-    if (end + name + 1 < sizeof self->path && name > 0) {
-        memcpy(self->path + end, key, name);
-        self->path[end + name] = '.';
-        end += name + 1;
-    }
-    self->path_end[self->depth] = end;
+    self->path_end[self->depth] = end + extend_path(self, end, key, array);
     if (!self->request.json && !self->in_line[self->depth]) {
         fputc('\n', self->stream);
     }

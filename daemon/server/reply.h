@@ -11,7 +11,8 @@
 /// with "id" first where the request had one, "event" instead of "result" for what comes before the
 /// answer ("progress", "watch"), and "crc" last where the request was sealed: eight digits, the
 /// CRC-32 of the line before `, "crc"`. Units of the result's numbers are in "units" behind it, by
-/// the names of the items, those of groups with dots between.
+/// the names of the items, those of groups with dots between; of a list's members once for all of
+/// them: "parts[].last".
 #ifndef VERGENCE_DAEMON_SERVER_REPLY_H
 #define VERGENCE_DAEMON_SERVER_REPLY_H
 

@@ -329,6 +329,7 @@ class Clients(DaemonTest):
         for name in ("link", "../rig.sock", "/etc/passwd", "..", ".", "a/../../x", ".hidden", "no"):
             self.assertFalse(self.first.ask_json(f"fetch {name}")["ok"], name)
         self.assertIn("  - file a b.txt, size 5 bytes", self.first.ask("files"))
+        self.assertEqual(self.first.ask_json("files")["units"], {"files[].size": "bytes"})
         self.assertEqual(self.first.ask_json("help fetch")["result"]["OFFSET"]["range"],
                          "0 to 1000000000000000")
         self.assertEqual(self.first.ask('fetch "a b.txt" -1'), [

@@ -42,6 +42,9 @@ class Rig(RigTest):
         status = self.first.ask_json("status")
         self.assertAlmostEqual(status["result"]["left"]["pan"], 1, delta=0.01)
         self.assertEqual(status["units"]["left.pan"], "deg")
+        units = self.first.ask_json("health")["units"]
+        self.assertEqual(units, {"parts[].last": "s ago", "watchdog.period": "ms",
+                                 "watchdog.longest_gap": "ms"})
         angles = self.asked("pan 0")
         self.assertEqual((angles["left"], angles["right"]), (0, 0))
         self.assertEqual(self.first.ask("pan 45"), [
