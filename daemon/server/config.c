@@ -65,23 +65,30 @@ static void store(struct config *config, const struct config_key *key, int64_t n
            key->bytes);
 }
 
+/// The least number that a value may be: where there is a word for none, the number that means it
+/// is none of them.
+static double least_number(const struct config_key *key) {
+    return key->none != NULL ? key->least + 1 : key->least;
+}
+
 static int set_number(struct config *config, const struct config_key *key, const char *value,
                       struct message *message) {
     int64_t number = 0;
     const bool none = key->none != NULL && strcmp(value, key->none) == 0;
     const char *unit = key->unit != NULL ? key->unit : "";
     const char *blank = key->unit != NULL ? " " : "";
+    const char *or_word = key->none != NULL ? ", or " : "";
+    const char *word = key->none != NULL ? key->none : "";
     if (none) {
         number = (int64_t)key->least;
     } else if (!command_words_integer(value, &number)) {
-        return message_set(message, ERROR_SYNTAX,
-                           "%s \"%s\" is no whole number: expected is %.0f to %.0f%s%s%s%s",
-                           key->name, value, key->least, key->most, blank, unit,
-                           key->none != NULL ? ", or " : "", key->none != NULL ? key->none : "");
-    }
-    if ((double)number < key->least || (double)number > key->most) {
-        return message_set(message, ERROR_RANGE, "%s %s is out of range: from %.0f to %.0f%s%s",
-                           key->name, value, key->least, key->most, blank, unit);
+        return message_set(
+            message, ERROR_SYNTAX, "%s \"%s\" is no whole number: expected is %.0f to %.0f%s%s%s%s",
+            key->name, value, least_number(key), key->most, blank, unit, or_word, word);
+    } else if ((double)number < least_number(key) || (double)number > key->most) {
+        return message_set(message, ERROR_RANGE, "%s %s is out of range: from %.0f to %.0f%s%s%s%s",
+                           key->name, value, least_number(key), key->most, blank, unit, or_word,
+                           word);
     }
     store(config, key, number);
     return 0;
@@ -284,7 +291,7 @@ void config_help_print(FILE *file) {
             const bool off = key->none != NULL;
             length += (size_t)snprintf(
                 help + length, sizeof help - length, " (%s%s%.0f to %.0f%s%s)",
-                off ? key->none : "", off ? ", " : "", off ? key->least + 1 : key->least, key->most,
+                off ? key->none : "", off ? ", " : "", least_number(key), key->most,
                 key->unit != NULL ? " " : "", key->unit != NULL ? key->unit : "");
         } else if (key->kind == CONFIG_CHOICE || key->kind == CONFIG_LENSES) {
             length += (size_t)snprintf(help + length, sizeof help - length, " (%s)", key->choices);

@@ -185,6 +185,17 @@ static int check_speed(const struct check *self) {
         (unsigned)baud);
 }
 
+/// Somebody must be able to give a command.
+static int check_ways_in(const struct check *self) {
+    const struct config *config = self->config;
+    if (config->socket[0] != '\0' || config->tcp_port != 0 || config->console[0] != '\0') {
+        return 0;
+    }
+    blame(self, key_of("", "socket"));
+    return message_set(self->message, ERROR_MISSING,
+                       "socket, tcp_port and console are none: nobody could give a command");
+}
+
 int config_check_lines(const struct config *config, const int *lines, int *line,
                        struct message *message) {
     const struct check self = {config, lines, line, message};
@@ -194,6 +205,7 @@ int config_check_lines(const struct config *config, const int *lines, int *line,
         return tell_flaw(&self, &flaw);
     }
     error = config->backend == CONFIG_BACKEND_LINUX ? check_devices(&self) : 0;
+    error = error != 0 ? error : check_ways_in(&self);
     error = error != 0 ? error : check_speed(&self);
     return error != 0 ? error : check_faults(&self);
 }

@@ -115,6 +115,12 @@ class Config(unittest.TestCase):
                  "FILE:2: gpio_chip is none, but a line of GPIO needs it with backend = linux"),
                 ("console = /dev/ttyS1\n",
                  "FILE:1: console /dev/ttyS1 is also lens_uart: each needs one of its own"),
+                ("tcp_port = 0\n",
+                 "FILE:1: tcp_port 0 is out of range: from 1 to 65535, or off"),
+                ("irq_line = -1\n",
+                 "FILE:1: irq_line -1 is out of range: from 0 to 1023, or none"),
+                ("clients = 3\nsocket = none\n",
+                 "FILE:2: socket, tcp_port and console are none: nobody could give a command"),
                 ("backend = sim unix\n",
                  'FILE:1: backend "sim unix": expected is linux, sim unix:PATH, sim tcp:HOST:PORT '
                  "or replay DIRECTORY")):
@@ -124,7 +130,8 @@ class Config(unittest.TestCase):
     def test_what_is_right(self):
         for text in ("", "# nothing\n\n", "  clients=2 # two\r\ntcp_port = off\n",
                      "profile = two-cameras\nrig.width_px = 1280\nrig.height_px = 720\n",
-                     "backend = sim unix:/run/x.sock\nsocket = none\nlog_level = debug",
+                     "backend = sim unix:/run/x.sock\nsocket = none\nconsole = stdio\nlog_level = debug",
+                     "socket = none\ntcp_port = 1\n",
                      "reset_line = 0x11\ngpio_chip = /dev/gpiochip1\n",
                      "\ufeffprofile = two-cameras\n", "\ufeff"):
             self.assertEqual(self.check(text), (0, "FILE: good\n"), text)
@@ -159,8 +166,8 @@ class Config(unittest.TestCase):
                 (("log=" + 300 * "x",), "log is too long: at most 255 characters")):
             with self.subTest(words):
                 self.refused("", sentence, *words)
-        self.assertEqual(self.check("", "profile=rig", "rig.width_px=640", " socket = none "),
-                         (0, "FILE: good\n"))
+        self.assertEqual(self.check("", "profile=rig", "rig.width_px=640", " socket = none ",
+                                    "console=stdio"), (0, "FILE: good\n"))
 
     def test_a_profile_of_the_command_line_undoes_nothing_in_the_file(self):
         # So wide a frame goes with no bridge: who is told so still has the file's.

@@ -140,8 +140,9 @@ class NoSocket(unittest.TestCase):
 class NoRig(unittest.TestCase):
     def test_no_rig_is_one_line(self):
         done = subprocess.run(
-            [VERGENCED, "backend=sim unix:/no/such.sock", "socket=none", "store=none",
-             "files=none"], capture_output=True, text=True, timeout=PATIENCE_S)
+            [VERGENCED, "backend=sim unix:/no/such.sock", "socket=none", "console=stdio",
+             "store=none", "files=none"], stdin=subprocess.DEVNULL, capture_output=True,
+            text=True, timeout=PATIENCE_S)
         self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
         self.assertIn("backend = sim unix:/no/such.sock", done.stderr)
 
