@@ -52,6 +52,38 @@ class StartUp(Bench):
             self.assertEqual(done.returncode, 1)
             self.assertIn("standard output", done.stderr)
 
+    def test_the_renderer_helps_as_well(self):
+        render = os.path.join(os.path.dirname(SIMRIG), "simrig-render")
+        for option, word in (("--help", "usage: simrig-render"), ("--version", "simrig-render ")):
+            done = subprocess.run([render, option], capture_output=True, text=True, timeout=60)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            self.assertIn(word, done.stdout)
+            with open("/dev/full", "w", encoding="ascii") as full:
+                done = subprocess.run([render, option], stdout=full, stderr=subprocess.PIPE,
+                                      text=True, timeout=60)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn("standard output", done.stderr)
+        done = subprocess.run([render, "--seed"], capture_output=True, text=True, timeout=60)
+        self.assertEqual((done.returncode, done.stderr), (
+            2, "simrig-render: --seed wants a value; see simrig-render --help\n"))
+
+    def test_closed_streams(self):
+        # What is printed must not go into files and connections that got their numbers.
+        place = os.path.join(self.folder, "closed.sock")
+        log = os.path.join(self.folder, "closed.log")
+        process = subprocess.Popen(
+            ["/bin/sh", "-c", 'exec "$@" <&- >&- 2>&-', "sh", SIMRIG, "--scene", self.scene,
+             "--listen", f"unix:{place}", "--log", log], cwd=self.folder)
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        wait_until(lambda: os.path.exists(place) or process.poll() is not None)
+        client = Client(f"unix:{place}")
+        self.addCleanup(client.close)
+        client.advance(1000)
+        self.assertEqual(client.read(BRIDGE, 0x00), 0x5B1D)
+        for fd in range(3):
+            self.assertEqual(os.readlink(f"/proc/{process.pid}/fd/{fd}"), "/dev/null")
+
     def run_simrig_to(self, output, *arguments):
         return subprocess.run([SIMRIG, *arguments], stdout=output, stderr=subprocess.PIPE,
                               text=True, timeout=60, cwd=self.folder)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // simrig-render: what one camera of a rig sees of a scene, as files to look at.
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -7,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "tools/simrig/streams.hpp"
 #include "tools/simrig/world/document.hpp"
 #include "tools/simrig/world/picture.hpp"
 
@@ -15,13 +17,30 @@ namespace {
 using world::Side;
 
 constexpr const char *kUsage =
-    "usage: simrig-render SCENE RIG --out PREFIX [--camera left|right] [--zoom 300..850]\n"
-    "       [--focus POSITION | --distance MM] [--iris 300..850] [--pan DEGREES]\n"
-    "       [--window COLUMN,ROW,COLUMNS,ROWS] [--skip N] [--bin N] [--exposure US] [--gain G]\n"
-    "       [--seed N] [--threads N] [--brightness FACTOR] [--time]\n"
-    "writes PREFIX.png (a photograph), PREFIX.pgm (the 10-bit mosaic), PREFIX.pfm (true depth, "
-    "mm),\n"
-    "       PREFIX_object.pgm (what is seen where), PREFIX.yaml (the camera)\n";
+    "usage: simrig-render SCENE RIG --out PREFIX [OPTION VALUE]...\n"
+    "\n"
+    "Shows what one camera of a rig sees of a scene. Writes PREFIX.png (a photograph), PREFIX.pgm\n"
+    "(the 10-bit mosaic), PREFIX.pfm (true depth, mm), PREFIX_object.pgm (what is seen where) and\n"
+    "PREFIX.yaml (the camera).\n"
+    "\n"
+    "  --camera left|right   which camera; left\n"
+    "  --zoom POSITION       of the motor, 300 to 850; 300 (1x)\n"
+    "  --focus POSITION      of the motor, 300 to 850; what --distance asks for\n"
+    "  --distance MM         what is sharp, from 300 on; 1800\n"
+    "  --iris POSITION       of the motor, 300 to 850; 850 (open)\n"
+    "  --pan DEGREES         of the pan axis, -180 to 180; the rig's\n"
+    "  --window COLUMN,ROW,COLUMNS,ROWS\n"
+    "                        the part of the sensor; all of it\n"
+    "  --skip N, --bin N     1 to 16 pixels in both directions; 1\n"
+    "  --exposure US         1 to 10000000; 20000\n"
+    "  --gain FACTOR         of all colours, 0.01 to 128; 1\n"
+    "  --brightness FACTOR   of the photograph alone, 0.01 to 100; 1\n"
+    "  --seed N              of the noise; 1\n"
+    "  --threads N           1 to 64; 1\n"
+    "  --time                prints how long it took\n"
+    "  --help, --version     this text, and which version this is\n"
+    "\n"
+    "Exit code: 0 written, 1 something failed, 2 wrong usage.\n";
 
 struct Options {
     std::string scene, rig, out;
@@ -155,18 +174,39 @@ void run(Options &o) {
     world::write_camera_yaml(o.out + ".yaml", truth);
 }
 
+/// The exit code: what cannot be heard has failed.
+int print(const char *text) {
+    if (std::fputs(text, stdout) < 0 || std::fflush(stdout) != 0) {
+        std::fprintf(stderr, "simrig-render: cannot write standard output: %s\n",
+                     std::strerror(errno));
+        return 1;
+    }
+    return 0;
+}
+
 }  // namespace
 
 int main(int count, char **arguments) {
+    if (!occupy_standard_streams()) {
+        return 1;
+    }
+    for (int i = 1; i < count; i++) {
+        if (std::strcmp(arguments[i], "--help") == 0) {
+            return print(kUsage);
+        }
+        if (std::strcmp(arguments[i], "--version") == 0) {
+            return print("simrig-render " SIMRIG_RELEASE "\n");
+        }
+    }
     try {
         Options options = parsed(count, arguments);
         run(options);
+        return print("");
     } catch (const std::invalid_argument &error) {
-        std::fprintf(stderr, "simrig-render: %s\n%s", error.what(), count < 3 ? kUsage : "");
+        std::fprintf(stderr, "simrig-render: %s; see simrig-render --help\n", error.what());
         return 2;
     } catch (const std::exception &error) {
         std::fprintf(stderr, "simrig-render: %s\n", error.what());
         return 1;
     }
-    return 0;
 }

@@ -19,6 +19,7 @@
 #include "tools/simrig/server/pty.hpp"
 #include "tools/simrig/server/server.hpp"
 #include "tools/simrig/server/view.hpp"
+#include "tools/simrig/streams.hpp"
 #include "tools/simrig/wire/file.hpp"
 #include "tools/simrig/world/document.hpp"
 
@@ -269,6 +270,9 @@ int complain(const std::string &what, int code) {
 }  // namespace
 
 int main(int count, char **arguments) {
+    if (!occupy_standard_streams()) {
+        return 1;
+    }
     try {
         const int code = run(parse_options(count, arguments));
         must_be_heard();
