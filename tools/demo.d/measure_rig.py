@@ -32,7 +32,7 @@ PAIRS = {
     "cylinder_3x": ("cylinder", ("zoom both 422", "iris both 500", "exposure both 160000"), 0.5),
     "mug_1x": ("mug", ("zoom both 300", "iris both 800", "exposure both 10000"), 0.7),
 }
-DEPTH_MM = "1600:2300"
+DEPTH_MM = "1600:2600"
 
 
 # Rigs and daemons, to be ended when this is interrupted.
