@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/file_error.h"
 #include "daemon/record_disk.h"
 
 #define FILE_MODE 0666
@@ -326,10 +327,11 @@ void record_init(struct record *self, const struct rig_ports *inner, struct rig_
 
 int record_start(struct record *self, struct session_writer *writer, struct message *message) {
     INVARIANT(self->writer == NULL);
+    // In a directory that was there before, such a file is somebody else's.
     self->log = openat(writer->directory, SESSION_CALLS_NAME,
-                       O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, FILE_MODE);
+                       O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, FILE_MODE);
     if (self->log < 0) {
-        return message_set(message, ERROR_IO, "%s/%s: cannot be written: %s", writer->path,
+        return message_set(message, file_error(errno), "%s/%s: cannot be written: %s", writer->path,
                            SESSION_CALLS_NAME, strerror(errno));
     }
     self->writer = writer;
@@ -355,7 +357,13 @@ int record_start(struct record *self, struct session_writer *writer, struct mess
                  self->camera_operations[RIG_LEFT].control != NULL,
                  self->camera_operations[RIG_RIGHT].control != NULL);
     record_disk_text(self, line, (size_t)length);
-    return record_flush(self, message);
+    const int error = record_flush(self, message);
+    if (error != 0) {
+        struct message again;
+        record_stop(self, &again);
+        unlinkat(writer->directory, SESSION_CALLS_NAME, 0);
+    }
+    return error;
 }
 
 void record_command(struct record *self, const char *line) {

@@ -68,7 +68,8 @@ struct record {
 void record_init(struct record *self, const struct rig_ports *inner, struct rig_ports *outer);
 
 /// From here on all calls go into the session, which must outlive `record_stop`; only the scribe
-/// may write into it until then. 0, ERROR_FULL or ERROR_IO.
+/// may write into it until then. 0, ERROR_FULL, ERROR_REFUSED or ERROR_IO: nothing is recorded, and
+/// the session is as it was.
 int record_start(struct record *self, struct session_writer *writer, struct message *message);
 
 /// Carries a command out as command_run does, and puts `line`, as it was given, into the recording

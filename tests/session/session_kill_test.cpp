@@ -9,7 +9,9 @@
 #include <csignal>
 #include <cstdarg>
 #include <filesystem>
+#include <fstream>
 
+#include "daemon/record.h"
 #include "scratch.hpp"
 #include "session_try.hpp"
 #include "synthetic/seed.hpp"
@@ -115,7 +117,7 @@ struct recording {
 };
 
 /// Records all pairs; tells each that is safe, by its number, to `told`. 0 or the first error.
-int record(const recording &what, const std::string &path, int told) {
+int record_pairs(const recording &what, const std::string &path, int told) {
     auto writer = new_writer();
     message trouble{};
     int first =
@@ -176,7 +178,7 @@ int run(const recording &what, const std::string &path, const fate &fate, std::s
     if (child == 0) {
         calls = 0;
         coming = fate;
-        const int code = record(what, path, ends[1]);
+        const int code = record_pairs(what, path, ends[1]);
         _exit(code == 0 ? 0 : 1);
     }
     __real_close(ends[1]);
@@ -197,7 +199,7 @@ long count_calls(const recording &what) {
     coming = {};
     int ends[2];
     REQUIRE(pipe(ends) == 0);
-    REQUIRE(record(what, folder / "session", ends[1]) == 0);
+    REQUIRE(record_pairs(what, folder / "session", ends[1]) == 0);
     const long count = calls;
     __real_close(ends[0]);
     __real_close(ends[1]);
@@ -238,4 +240,94 @@ TEST_CASE("an error from every call, once and for ever") {
             }
         }
     }
+}
+
+namespace {
+
+std::uint64_t no_time(void *) {
+    return 0;
+}
+
+void no_wait(void *, std::uint64_t) {}
+
+std::ptrdiff_t open_files() {
+    const std::filesystem::directory_iterator all("/proc/self/fd");
+    return std::distance(begin(all), end(all));
+}
+
+/// A recorder of an instrument that has nothing but a clock that stands still.
+struct still_recorder {
+    hal_clock_operations still = {no_time, no_wait};
+    hal_clock clock = {&still, nullptr};
+    rig_ports outer{};
+    std::unique_ptr<record> recorder = std::make_unique<record>();
+
+    still_recorder() {
+        rig_ports inner{};
+        inner.clock = &clock;
+        record_init(recorder.get(), &inner, &outer);
+    }
+};
+
+/// A session and its recording begin, and are taken away if they cannot.
+int begin_recording(record &recorder, session_writer &writer, const std::string &path,
+                    const fate &fate) {
+    message trouble{};
+    coming = {};
+    REQUIRE(session_writer_begin(&writer, AT_FDCWD, path.c_str(), "v1", "rig", "now", &trouble) ==
+            0);
+    calls = 0;
+    coming = fate;
+    const int code = record_start(&recorder, &writer, &trouble);
+    coming = {};
+    if (code != 0) {
+        CHECK(std::string(trouble.text).find("calls.log: cannot be written") != std::string::npos);
+        session_writer_discard(&writer, AT_FDCWD);
+    }
+    return code;
+}
+
+}  // namespace
+
+TEST_CASE("a recording that cannot begin leaves nothing behind, and the next one begins") {
+    const still_recorder still;
+    record *const recorder = still.recorder.get();
+    auto writer = new_writer();
+    message trouble{};
+    const std::ptrdiff_t open_before = open_files();
+    int failures = 0;
+    for (long at = 1;; at++) {
+        const scratch folder;
+        const std::string path = folder / "session";
+        INFO("call ", at);
+        const int code = begin_recording(*recorder, *writer, path, {at, false, ENOSPC, false});
+        if (code == 0) {
+            CHECK(record_stop(recorder, &trouble) == 0);
+            CHECK(session_writer_end(writer.get(), &trouble) == 0);
+            break;
+        }
+        failures++;
+        CHECK(code == ERROR_FULL);
+        CHECK(!std::filesystem::exists(path));
+        CHECK(open_files() == open_before);
+        REQUIRE(begin_recording(*recorder, *writer, path, {}) == 0);
+        CHECK(record_stop(recorder, &trouble) == 0);
+        CHECK(session_writer_end(writer.get(), &trouble) == 0);
+    }
+    CHECK(failures >= 3);  // opening, writing, syncing
+    CHECK(open_files() == open_before);
+}
+
+TEST_CASE("a recording takes no file that is there already") {
+    const still_recorder still;
+    record *const recorder = still.recorder.get();
+    auto writer = new_writer();
+    const scratch folder;
+    const std::string path = folder / "session";
+    std::filesystem::create_directory(path);
+    std::ofstream(path + "/calls.log") << "mine";
+    CHECK(begin_recording(*recorder, *writer, path, {}) == ERROR_IO);
+    std::string kept;
+    std::getline(std::ifstream(path + "/calls.log"), kept);
+    CHECK(kept == "mine");
 }
