@@ -124,7 +124,10 @@ int v4l2_control_set(int fd, enum hal_camera_control control, int32_t value, int
     if (device_file_control(fd, VIDIOC_G_CTRL, &now) < 0) {
         return error_of(errno);
     }
-    *applied = control == HAL_CAMERA_EXPOSURE_US ? now.value * EXPOSURE_UNIT_US
+    // So many units that their time is no number here are as good as none: nobody knows.
+    const int32_t units =
+        now.value > 0 && now.value <= INT32_MAX / EXPOSURE_UNIT_US ? now.value : 0;
+    *applied = control == HAL_CAMERA_EXPOSURE_US ? units * EXPOSURE_UNIT_US
                                                  : scale_down(&range, now.value);
     return ERROR_OK;
 }

@@ -59,7 +59,7 @@ struct hal_camera_counts {
 };
 
 enum hal_camera_control {
-    HAL_CAMERA_EXPOSURE_US,  ///< turns automatic exposure off
+    HAL_CAMERA_EXPOSURE_US,  ///< turns automatic exposure off; applied 0: it is not known
     HAL_CAMERA_GAIN_PART,    ///< 0 .. 1000 of the camera's range; turns automatic gain off
     HAL_CAMERA_FOCUS_PART,   ///< 0 .. 1000 of the camera's range; turns automatic focus off
 };

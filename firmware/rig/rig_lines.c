@@ -52,8 +52,12 @@ static int set_small_window(struct rig *self, unsigned side) {
     return error == ERROR_OK ? ERROR_OK : failure_of_bus(self, RIG_PART_BRIDGE, error);
 }
 
+static bool is_whole(const struct hal_camera_frame *frame) {
+    return frame->faults == 0 && frame->width_px == WIDTH_PX && frame->height_px == HEIGHT_PX;
+}
+
 static void compare(const struct hal_camera_frame *frame, uint16_t sent, struct wrong *wrong) {
-    INVARIANT(frame->width_px == WIDTH_PX && frame->height_px == HEIGHT_PX);
+    INVARIANT(is_whole(frame));
     for (unsigned row = 0; row < HEIGHT_PX; row++) {
         const uint16_t *values = frame->data + (size_t)row * frame->stride;
         for (unsigned column = 0; column < WIDTH_PX; column++) {
@@ -73,7 +77,7 @@ static int send(struct rig *self, unsigned side, uint16_t value, struct wrong *w
         if (error != ERROR_OK) {
             return error;
         }
-        const bool whole = frame.faults == 0;
+        const bool whole = is_whole(&frame);
         if (whole) {
             compare(&frame, value, wrong);
         }

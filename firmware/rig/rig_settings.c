@@ -37,6 +37,11 @@ static int refuse_control(struct rig *self, enum rig_part part, int error,
     return watch_refusal(self, part, error, what, numbers);
 }
 
+// Whether a control can stand like that. What a driver says of its camera is outside data.
+static bool can_be(enum hal_camera_control which, int32_t value) {
+    return value >= 0 && (which == HAL_CAMERA_EXPOSURE_US || value <= GAIN_PARTS);
+}
+
 // A control of a camera with a port of its own.
 static int control(struct rig *self, unsigned side, enum hal_camera_control which, int32_t value,
                    int32_t *applied) {
@@ -55,6 +60,13 @@ static int control(struct rig *self, unsigned side, enum hal_camera_control whic
             self, watch_trouble(self, part, error,
                                 "it does not take a setting; look at its plug, then bring up again",
                                 NULL));
+    }
+    if (!can_be(which, nearest)) {
+        return failure_make_safe(
+            self, watch_trouble(self, part, ERROR_VERIFY,
+                                "it says that a setting of its own is #, which it cannot be; bring "
+                                "up again, or set it by its own program",
+                                &nearest));
     }
     *applied = nearest;
     const uint64_t wait_us = MT9T001_FRAMES_TO_SETTLE * rig_camera_frame_us(self, side);
@@ -110,7 +122,6 @@ static int set_gain(struct rig *self, unsigned side, uint16_t gain_q3) {
         int32_t applied = 0;
         const int error = control(self, side, HAL_CAMERA_GAIN_PART, part, &applied);
         if (error == ERROR_OK) {
-            INVARIANT(applied >= 0 && applied <= GAIN_PARTS);
             self->gain_q3[side] =
                 (uint16_t)(MT9T001_GAIN_Q3_MIN + (applied * span + GAIN_PARTS / 2) / GAIN_PARTS);
         }

@@ -217,6 +217,11 @@ TEST_CASE("controls: automatic off, scaled to the camera's range, and what it to
         CHECK(camera.control(HAL_CAMERA_EXPOSURE_US, value, &applied) == ERROR_RANGE);
         CHECK(applied == (value < 300 ? 300 : 204700));
     }
+    // In units of 100 us its next step is more than we can count in us.
+    video->controls[1] = {V4L2_CID_EXPOSURE_ABSOLUTE, 21000000, 22000000, 900000, 21000000};
+    CHECK(camera.control(HAL_CAMERA_EXPOSURE_US, 2147000000, &applied) == ERROR_OK);
+    CHECK(video->controls[1].value == 21900000);
+    CHECK(applied == 0);
     // The camera has no automatic gain that could be turned off; that does no harm.
     CHECK(camera.control(HAL_CAMERA_GAIN_PART, 1000, &applied) == ERROR_OK);
     CHECK(video->controls[3].value == 255);

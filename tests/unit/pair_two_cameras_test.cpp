@@ -95,9 +95,19 @@ struct Camera {
     static void give_back(void *self, const hal_camera_frame *) { of(self).lent--; }
 };
 
+// Where its controls stand after they were set, whatever was asked for.
+int32_t told_control = 0;
+
+int control(void *, hal_camera_control, int32_t, int32_t *applied) {
+    *applied = told_control;
+    return ERROR_OK;
+}
+
 constexpr hal_clock_operations kClock = {Clock::now, Clock::wait};
 constexpr hal_camera_operations kCamera = {Camera::start,     Camera::stop, Camera::take,
                                            Camera::give_back, nullptr,      nullptr};
+constexpr hal_camera_operations kControlled = {Camera::start,     Camera::stop, Camera::take,
+                                               Camera::give_back, control,      nullptr};
 
 struct TwoCameras {
     Clock time;
@@ -202,4 +212,25 @@ TEST_CASE("what two cameras lack is refused") {
     CHECK(rig_exposure(&two.rig, 3, 10000, &applied_us) == ERROR_UNSUPPORTED);
     ::pair pair{};
     CHECK(two.capture(pair) == ERROR_OK);
+}
+
+TEST_CASE("a camera that tells impossible values of its controls is named") {
+    uint32_t exposure_us = 7;
+    uint16_t gain_q3 = 7;
+    for (const int32_t told : {INT32_MIN, -1, 1001, INT32_MAX}) {
+        CAPTURE(told);
+        TwoCameras two(33333, 10000);
+        two.ports[1].operations = &kControlled;
+        told_control = told;
+        REQUIRE(rig_bringup(&two.rig) == ERROR_OK);
+        CHECK(rig_gain(&two.rig, 1u << RIG_RIGHT, 16, &gain_q3) == ERROR_VERIFY);
+        CHECK(two.rig.state == RIG_SAFE);
+        CHECK(std::string(two.rig.trouble.text) ==
+              "right camera: it says that a setting of its own is " + std::to_string(told) +
+                  ", which it cannot be; bring up again, or set it by its own program");
+        REQUIRE(rig_bringup(&two.rig) == ERROR_OK);
+        CHECK(rig_exposure(&two.rig, 1u << RIG_RIGHT, 1000, &exposure_us) ==
+              (told < 0 ? ERROR_VERIFY : ERROR_OK));
+    }
+    CHECK(gain_q3 == 7);
 }

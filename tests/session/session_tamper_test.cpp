@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+// Recordings in which parts of the instrument answer otherwise than they did: whatever stands
+// there, and whoever wrote it, the play ends with a verdict or one line that says why, and never
+// the program.
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <sstream>
+
+#include "core/crc.h"
+#include "daemon/replay/play.h"
+#include "daemon/trace.h"
+#include "scratch.hpp"
+#include "session_try.hpp"
+#include "synthetic/seed.hpp"
+
+using namespace session_try;
+
+namespace {
+
+constexpr int kRounds = 240;
+
+std::vector<std::string> lines_of(const std::string &path) {
+    std::ifstream file(path, std::ios::binary);
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(file, line);) {
+        lines.push_back(line);
+    }
+    return lines;
+}
+
+/// Each check is made to fit what stands before it now.
+void write_log(const std::string &path, const std::vector<std::string> &lines) {
+    std::ofstream file(path, std::ios::binary | std::ios::trunc);
+    std::uint32_t crc = 0;
+    for (std::string line : lines) {
+        if (line.compare(0, sizeof TRACE_CHECK - 1, TRACE_CHECK) == 0) {
+            char check[sizeof TRACE_CHECK + SESSION_CRC_DIGITS + 1];
+            std::snprintf(check, sizeof check, TRACE_CHECK "%08x", unsigned(crc));
+            line = check;
+        }
+        line += '\n';
+        crc = crc_update(crc, line.data(), line.size());
+        file << line;
+    }
+}
+
+std::string random_number(Random &random) {
+    switch (upto(random, 5)) {
+        case 0:
+            return "0";
+        case 1:
+            return std::to_string(-static_cast<int>(upto(random, 60)));
+        case 2:
+            return std::to_string(upto(random, 70000));
+        case 3:
+            return "-2147483648";
+        case 4:
+            return std::to_string(random());
+        default:
+            return std::to_string(INT32_MAX);
+    }
+}
+
+/// Changes a word of an answer: some digits of it where it is long, else another number.
+std::string tampered(Random &random, const std::string &answer) {
+    std::istringstream stream(answer);
+    std::vector<std::string> words;
+    for (std::string word; stream >> word;) {
+        words.push_back(word);
+    }
+    if (words.empty()) {
+        return random_number(random);
+    }
+    std::string &word = words[upto(random, words.size() - 1)];
+    if (word.size() >= 4 && upto(random, 3) != 0) {
+        for (std::uint64_t n = upto(random, 3) + 1; n > 0; n--) {
+            word[upto(random, word.size() - 1)] = "0123456789abcdef"[upto(random, 15)];
+        }
+    } else {
+        word = random_number(random);
+    }
+    std::string joined;
+    for (const std::string &one : words) {
+        joined += (joined.empty() ? "" : " ") + one;
+    }
+    return joined;
+}
+
+/// The lines with an answer, by what was called: there are few frames among many looks at the
+/// clock.
+std::vector<std::vector<std::size_t>> calls_by_kind(const std::vector<std::string> &lines) {
+    std::map<std::string, std::vector<std::size_t>> kinds;
+    for (std::size_t at = 0; at < lines.size(); at++) {
+        if (lines[at].find(TRACE_EQUALS) != std::string::npos) {
+            const std::size_t first = lines[at].find(' ');
+            kinds[lines[at].substr(0, lines[at].find(' ', first + 1))].push_back(at);
+        }
+    }
+    std::vector<std::vector<std::size_t>> found;
+    for (const auto &kind : kinds) {
+        found.push_back(kind.second);
+    }
+    return found;
+}
+
+void tamper(Random &random, std::vector<std::string> *lines) {
+    const auto kinds = calls_by_kind(*lines);
+    for (std::uint64_t n = upto(random, 2) + 1; n > 0; n--) {
+        const std::vector<std::size_t> &calls = kinds[upto(random, kinds.size() - 1)];
+        std::string &line = (*lines)[calls[upto(random, calls.size() - 1)]];
+        const std::size_t behind = line.find(TRACE_EQUALS) + sizeof TRACE_EQUALS - 1;
+        // Or what another call of the kind got: a frame of another size, registers of another one.
+        const std::string &other = (*lines)[calls[upto(random, calls.size() - 1)]];
+        const std::string theirs = other.substr(other.find(TRACE_EQUALS) + sizeof TRACE_EQUALS - 1);
+        line = line.substr(0, behind) +
+               (upto(random, 2) == 0 ? theirs : tampered(random, line.substr(behind)));
+    }
+}
+
+}  // namespace
+
+TEST_CASE("recordings that were tampered with are played to an end") {
+    const char *const sessions = std::getenv("SESSIONS");
+    REQUIRE(sessions != nullptr);
+    const char *const wanted = std::getenv("VERGENCE_TAMPER_ROUNDS");
+    const int rounds = wanted != nullptr ? std::atoi(wanted) : kRounds;
+    const std::uint64_t seed = synthetic::test_seed();
+    CAPTURE(seed);
+    Random random(seed);
+    const char *const names[] = {"cylinder_1x", "mug_3x", "chessboard_1x"};
+    int departed = 0, same = 0;
+    for (int round = 0; round < rounds; round++) {
+        const std::string source = std::string(sessions) + "/" + names[round % 3];
+        const scratch folder;
+        const std::string copy = folder / "session";
+        std::filesystem::copy(source, copy);
+        std::vector<std::string> lines = lines_of(source + "/calls.log");
+        tamper(random, &lines);
+        write_log(copy + "/calls.log", lines);
+        CAPTURE(round);
+        const play_observer nobody{};
+        play_outcome outcome{};
+        message why{};
+        const int error = play_session(AT_FDCWD, copy.c_str(), &nobody, &outcome, &why);
+        CHECK((error == 0 || why.text[0] != '\0'));
+        CHECK(std::string(why.text).find('\n') == std::string::npos);
+        CHECK(std::string(outcome.departed.text).find('\n') == std::string::npos);
+        departed += error != 0 || !outcome.same;
+        same += error == 0 && outcome.same;
+    }
+    CHECK(departed > rounds / 4);
+    std::cout << departed << " plays departed, " << same << " did not\n";
+}
