@@ -8,6 +8,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "daemon/capture_stamp.h"
 #include "daemon/message.h"
 #include "rig/reconstruct.h"
 
@@ -34,6 +35,7 @@ struct reconstruct_context {
     struct reconstruct_image left, right;       // raw images as the core got them
 
     const char *left_path, *right_path;
+    struct capture_stamp capture;    // of a session's pair; its `session` is NULL for other images
     const char *calibration_path;    // NULL: none was given (--rectified)
     const char *calibration_format;  // e.g. "vergence", "OpenCV", "assumed"; never NULL
     const char *ground_truth_path;   // NULL: none

@@ -221,6 +221,19 @@ static int read_all(struct reconstruct_session *self, const struct session_reade
     return error;
 }
 
+/// The last part of its path: results go to other places, where the rest would mean nothing.
+static void set_label(struct reconstruct_session *self) {
+    const char *end = self->path + strlen(self->path);
+    while (end > self->path && end[-1] == '/') {
+        end--;
+    }
+    const char *begin = end;
+    while (begin > self->path && begin[-1] != '/') {
+        begin--;
+    }
+    snprintf(self->label, sizeof self->label, "%.*s", (int)(end - begin), begin);
+}
+
 static int find_pair(struct reconstruct_session *self, struct session_reader *reader,
                      struct session_pairs *pairs, struct reconstruct_context *context,
                      struct message *message) {
@@ -230,6 +243,8 @@ static int find_pair(struct reconstruct_session *self, struct session_reader *re
     }
     self->event = pairs->pair;
     self->found = pairs->count;
+    set_label(self);
+    context->capture = (struct capture_stamp){self->label, &self->event.pair};
     if (reader->cut) {
         reconstruct_context_warn(context,
                                  "%s was cut off, or is still being written: there may have been "

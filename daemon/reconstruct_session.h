@@ -37,6 +37,7 @@ struct reconstruct_session {
     bool own;                    // the calibration is the session's, and not another one
     bool cut;                    // to the part of the sensor that the frames show
     struct session_event event;  // of the pair
+    char label[RECONSTRUCT_SESSION_NAME_BYTES];  // the session's name in results: no directories
     char name[RIG_SIDES][RECONSTRUCT_SESSION_NAME_BYTES];
     char calibration_name[RECONSTRUCT_SESSION_NAME_BYTES];
 };

@@ -47,6 +47,11 @@ static void print_surface(const struct reconstruct_context *context, FILE *strea
 
 void reconstruct_summary_print(const struct reconstruct_context *context, const char *out_path,
                                FILE *stream) {
+    for (int line = 0; context->capture.session != NULL && line < CAPTURE_STAMP_LINES; line++) {
+        char text[CAPTURE_STAMP_BYTES];
+        capture_stamp_line(&context->capture, line, text);
+        fprintf(stream, "%-12s%s\n", line == 0 ? "capture" : "", text);
+    }
     print_search(context, stream);
     print_surface(context, stream);
     fprintf(stream, "cost        %.2f s, %.0f MB, %d thread%s\n", (double)context->total_us / 1e6,

@@ -13,6 +13,11 @@ static void put_header(const struct reconstruct_context *context, FILE *stream) 
     fprintf(stream, "comment vergence %s build %s\n", context->version, context->build_id);
     fprintf(stream, "comment calibration %s crc %08" PRIx32 "\n", context->calibration->id,
             result->calibration_crc);
+    for (int line = 0; context->capture.session != NULL && line < CAPTURE_STAMP_LINES; line++) {
+        char text[CAPTURE_STAMP_BYTES];
+        capture_stamp_line(&context->capture, line, text);
+        fprintf(stream, "comment %s%s\n", line == 0 ? "capture " : "", text);
+    }
     fprintf(stream, "comment left camera frame: x right, y down, z forward; %s\n",
             context->metric ? "millimetres" : "assumed geometry, lengths mean nothing");
     fprintf(stream, "element vertex %" PRIu32 "\n", result->vertex_count);

@@ -191,6 +191,7 @@ static void put_figures(const struct surface *self) {
     struct result_figures_quantiles spread;
     item_text(call, "session", self->session);
     item_number(call, "pair", self->source.found, 0, NULL);
+    item_number(call, "skew", (double)self->source.event.pair.skew_us, 0, "us");
     item_text(call, "result", self->result);
     item_text(call, "calibration", context->calibration->id);
     item_text(call, "calibration_from", self->source.own ? "session" : "kept");

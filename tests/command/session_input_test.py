@@ -103,6 +103,28 @@ class Reconstruct(Reconstructing):
                               next(session.glob("calibration-*")))
         self.assertTrue(numpy.array_equal(alone, files, equal_nan=True))
 
+    def test_every_result_tells_the_capture(self):
+        """How far apart the frames were is in all that can hold words, under whatever name."""
+        strange = self.directory / "two\nlines"
+        shutil.copytree(RECORDED / "cylinder_1x", strange)
+        skew = next(word[8:] for word in (strange / "session.index").read_text().split()
+                    if word.startswith("skew_us="))
+        out = self.directory / "result"
+        done = run("reconstruct", f"{strange}/", "--scale", "0.5", "--out", out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        told = f"two?lines pair 1: skew {skew} us"
+        self.assertIn(f"capture     {told}\n", done.stdout)
+        for name, words in (("report.html", told), ("mesh.ply", f"comment capture {told}\n"),
+                            ("points.pcd", f"# capture {told}\n"),
+                            ("mesh.glb", f'"skew_us": {skew}'),
+                            ("result.json", f'"skew_us": {skew}')):
+            self.assertIn(words.encode(), (out / name).read_bytes(), name)
+        self.assertIn(f" pair 1, skew {skew} us\n", run("info", out).stdout)
+        # Pictures that are of no session tell of none.
+        self.measured(self.left_path, self.right_path, "--rectified", "--disparity", "0:48")
+        self.assertIn(b'"capture": null', (out / "result.json").read_bytes())
+        self.assertNotIn(b"comment capture", (out / "mesh.ply").read_bytes()[:2000])
+
     def test_which_pair(self):
         session = Session(self.directory / "session")
         images = [cv2.imread(str(path)) for path in (self.left_path, self.right_path)]

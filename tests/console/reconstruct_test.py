@@ -22,6 +22,9 @@ SENSOR = (2048, 1536)
 WINDOW = (672, 400)
 
 
+STAMP = re.compile(rb"^(comment|#) (capture c pair 1: |left: |right: )[^\n]+\n", re.MULTILINE)
+
+
 def sealed_index(lines):
     """An index of these events, each line with its CRC."""
     text = b""
@@ -138,7 +141,9 @@ class Reconstruct(Surfaces):
             capture_output=True, text=True, timeout=PATIENCE_S)
         self.assertEqual(done.returncode, 0, done.stderr)
         for name in FILES - {"result.json"}:
-            self.assertEqual(self.bytes_of(f"surface-c-1/{name}"), self.bytes_of(name, out), name)
+            # But for how the pair was captured, which pictures do not tell.
+            console = STAMP.sub(b"", self.bytes_of(f"surface-c-1/{name}"))
+            self.assertEqual(console, self.bytes_of(name, out), name)
         told = json.loads(done.stdout)
         self.assertEqual(figures["points"], told["counts"]["vertices"])
         self.assertAlmostEqual(figures["depth_median"], told["depth_mm"]["median"], places=2)
@@ -146,6 +151,37 @@ class Reconstruct(Surfaces):
         self.asked("reconstruct c 1 1 1600 2300")
         done = self.vergence("fetch", "surface-c-1/mesh.ply", os.path.join(self.folder, "mesh"))
         self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_every_result_tells_the_capture(self):
+        """Skew, settings and positions of the pair, as the session's index has them."""
+        pair = dict(word.split("=", 1) for line in lines_of(self.session("c"))
+                    if line.startswith("pair ") for word in line.split()[1:])
+        figures = self.asked("reconstruct c 1 0.5 1600 2300")
+        self.assertEqual(figures["skew"], int(pair["skew_us"]))
+        told = json.loads(self.bytes_of("surface-c-1/result.json"))["capture"]
+        self.assertEqual((told["session"], told["pair"], told["skew_us"]),
+                         ("c", 1, int(pair["skew_us"])))
+        self.assertEqual((told["static_checked"], told["changed_percent"]), (False, None))
+        lines = [f"capture c pair 1: skew {pair['skew_us']} us"]
+        for side in ("left", "right"):
+            at = told[side]
+            before, after = ([int(number) for number in pair[f"{side}_{when}"].split(",")]
+                             for when in ("before", "after"))
+            self.assertEqual((at["sequence"], at["begin_us"], at["end_us"], at["exposure_us"],
+                              at["gain"] * 8),
+                             tuple(int(pair[f"{side}_{key}"]) for key in
+                                   ("sequence", "begin_us", "end_us", "exposure_us", "gain_q3")))
+            self.assertEqual([at["pan_us"][0] * 16, at["zoom"][0], at["focus"][0], at["iris"][0]],
+                             before)
+            self.assertEqual([at["pan_us"][1] * 16, at["zoom"][1], at["focus"][1], at["iris"][1]],
+                             after)
+            lines.append(f"{side}: sequence {at['sequence']}, exposure {at['exposure_us']} us, gain "
+                         f"{at['gain']:.3f}, pan {before[0] / 16:.4f} us, zoom {before[1]}, focus "
+                         f"{before[2]}, iris {before[3]}")
+        for name, mark in (("mesh.ply", "comment"), ("points.pcd", "#")):
+            head = self.bytes_of(f"surface-c-1/{name}")[:2000]
+            for line in lines:
+                self.assertIn(f"\n{mark} {line}\n".encode(), head)
 
     def test_which_session_and_pair(self):
         self.assertEqual(self.refused("reconstruct")[0], "MISSING")

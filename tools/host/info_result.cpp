@@ -79,6 +79,7 @@ const line lines_of_reconstruction[] = {
     {"left", "{input/left}"},
     {"right", "{input/right}"},
     {"images", "{input/width_px} x {input/height_px} px, {input/bits} bit {input/layout}"},
+    {"capture", "{capture/session} pair {capture/pair}, skew {capture/skew_us} us"},
     {"calibration", "{calibration/id} ({calibration/format}), crc32 {calibration/crc32}"},
     {"rectified",
      "{plan/width_px} x {plan/height_px} px, focal length {plan/f_px} px, "

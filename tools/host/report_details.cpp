@@ -88,6 +88,20 @@ std::string calibration_table(const reconstruct_context &context, const report_f
     return table("Calibration", rows);
 }
 
+/// Of images that are of no session, nobody knows it.
+std::string capture_table(const reconstruct_context &context) {
+    std::string rows;
+    for (int line = 0; context.capture.session != nullptr && line < CAPTURE_STAMP_LINES; line++) {
+        char text[CAPTURE_STAMP_BYTES];
+        capture_stamp_line(&context.capture, line, text);
+        rows += row(line == 0   ? "pair"
+                    : line == 1 ? "left camera"
+                                : "right camera",
+                    report_text_escape(text));
+    }
+    return rows.empty() ? rows : table("Capture", rows);
+}
+
 std::string bar_row(const char *name, double share, const std::string &value) {
     return report_text_format(
         "<tr><th scope=\"row\">%s</th><td class=\"bar\"><i style=\"width:%.1f%%\"></i></td>"
@@ -118,6 +132,6 @@ std::string cost_table(const reconstruct_context &context, const report_figures 
 
 std::string report_sections_details(const reconstruct_context &context,
                                     const report_figures &figures) {
-    return geometry_table(context, figures) + calibration_table(context, figures) +
-           cost_table(context, figures);
+    return capture_table(context) + geometry_table(context, figures) +
+           calibration_table(context, figures) + cost_table(context, figures);
 }

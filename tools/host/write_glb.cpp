@@ -206,6 +206,7 @@ void print_asset(json *out, const reconstruct_context &context) {
     json_text(out, "calibration_id", context.calibration->id);
     json_text(out, "calibration_crc32", crc);
     json_bool(out, "metric", context.metric);
+    capture_stamp_json(&context.capture, out);
     json_close_object(out);
     json_close_object(out);
     json_open_array(out, "extensionsUsed");
