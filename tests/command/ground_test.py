@@ -110,6 +110,11 @@ class Ground(unittest.TestCase):
             wrong += [f"{path}: {mine}" for mine in (home, here) if mine.count("/") > 2 and mine in text]
         self.assertEqual(wrong, [])
 
+    def test_what_the_demo_leaves_is_none_of_the_tree(self):
+        """tools/demo and then tools/test, as the README has it: results name this machine."""
+        folder = re.search(r"^out=(\S+)$", text_of("tools/demo"), re.MULTILINE)[1]
+        self.assertIn(f"/{folder}/", text_of(".gitignore").splitlines())
+
     def test_the_rules_about_machines_can_fail(self):
         for text in ("cd /" "work/main", '"/' 'home/jane/x"', "https://py" "pi.org/simple",
                      "https://registry" ".npm" "js.org", "/" "root/.cache", "at 192.168" ".1.20"):
