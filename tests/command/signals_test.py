@@ -3,6 +3,7 @@
 import fcntl
 import json
 import os
+import pathlib
 import pty
 import random
 import re
@@ -111,6 +112,19 @@ class Signals(pairs.Workshop):
                 json.loads((self.out / "result.json").read_text())
 
 
+    def await_taken(self, process):
+        """Until the signal that was sent has reached the process, or that has ended."""
+        interrupt = 1 << (signal.SIGINT - 1)
+        end = time.monotonic() + 30
+        while process.poll() is None and time.monotonic() < end:
+            try:
+                status = pathlib.Path(f"/proc/{process.pid}/status").read_text()
+            except OSError:
+                return
+            pending = re.findall(r"^(?:SigPnd|ShdPnd):\s*([0-9a-f]+)", status, re.MULTILINE)
+            if not any(int(mask, 16) & interrupt for mask in pending):
+                return
+
     def test_a_second_interrupt_ends_at_once_and_says_what_is_left(self):
         ended = 0
         whole = self.measure()
@@ -120,7 +134,7 @@ class Signals(pairs.Workshop):
                                        stderr=subprocess.PIPE, text=True)
             time.sleep(part * whole)
             process.send_signal(signal.SIGINT)
-            time.sleep(0.002)
+            self.await_taken(process)  # two that wait are one
             process.send_signal(signal.SIGINT)
             _, complaint = process.communicate(timeout=30)
             if process.returncode == -signal.SIGINT and complaint:
