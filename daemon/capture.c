@@ -21,3 +21,9 @@ const struct command_argument capture_arguments[CAPTURE_ARGUMENTS] = {
 struct pair_options capture_options(const struct command_value *values) {
     return (struct pair_options){.check_static = values[CAPTURE_CHECK].given};
 }
+
+int capture_take(struct rig *rig, const struct pair_options *options, uint16_t *memory,
+                 size_t values, struct pair *pair, struct registers_all *registers) {
+    const int error = pair_capture(rig, options, memory, values, pair);
+    return error != 0 ? error : registers_read_all(rig, registers);
+}

@@ -28,13 +28,14 @@ static int fail(const struct session_writer *self, const char *name, struct mess
                        self->path, name, strerror(reason));
 }
 
-/// Appends a line; the disk has it when this returns 0. What could not be written whole is cut off
-/// again, here or by the next call.
+/// Appends a line; the disk has it when this returns 0, those of registers with the next line of
+/// another kind. What could not be written whole is cut off again, here or by the next call.
 static int append(struct session_writer *self, const char *line, size_t length,
                   struct message *message) {
+    const bool later = self->event.kind == SESSION_REGISTERS;
     if (ftruncate(self->index, self->good_bytes) != 0 ||
         lseek(self->index, self->good_bytes, SEEK_SET) != self->good_bytes ||
-        !write_all(self->index, line, length) || fsync(self->index) != 0) {
+        !write_all(self->index, line, length) || (!later && fsync(self->index) != 0)) {
         const int code = fail(self, SESSION_INDEX_NAME, message);
         // The reader leaves out a line that is not whole, should this fail as well.
         if (ftruncate(self->index, self->good_bytes) == 0) {

@@ -57,7 +57,8 @@ int session_writer_command(struct session_writer *self, const char *text, struct
 int session_writer_setting(struct session_writer *self, const char *key, const char *value,
                            struct message *message);
 
-/// `count` (1 .. SESSION_REGISTERS_MAX) registers of a part, from number `first` on.
+/// `count` (1 .. SESSION_REGISTERS_MAX) registers of a part, from number `first` on. The disk has
+/// them when it has the next event of another kind: a pair, of which they tell.
 int session_writer_registers(struct session_writer *self, const char *part, uint64_t at_us,
                              uint16_t first, const uint16_t *values, uint16_t count,
                              struct message *message);

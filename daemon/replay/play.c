@@ -135,7 +135,9 @@ static int run_capture(const struct command_call *call) {
     }
     struct session_event *again = &self->again;
     again->kind = SESSION_PAIR;
-    const int error = pair_capture(call->rig, &options, memory, values, &again->pair);
+    // What they held stands in the recorded calls, which come again or differ.
+    struct registers_all registers;
+    const int error = capture_take(call->rig, &options, memory, values, &again->pair, &registers);
     self->taken = error == 0;
     for (int side = 0; self->taken && side < RIG_SIDES; side++) {
         again->frame_crc[side] = session_writer_frame_crc(&again->pair.frame[side]);

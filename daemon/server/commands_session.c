@@ -188,18 +188,30 @@ static void put_pair(const struct command_call *call, const struct pair *pair) {
 /// What the scribe is to write into a session, and what became of it.
 struct writing {
     const struct pair *pair;
+    const struct registers_all *registers;
     const char *command;
     int files_fd;
     int error;
     struct message message;
 };
 
+/// A pair, with the registers as they stood with it.
+static int write_with_registers(struct writing *self) {
+    int error = 0;
+    for (size_t i = 0; error == 0 && i < self->registers->count; i++) {
+        const struct registers_run *run = &self->registers->run[i];
+        error = session_writer_registers(&session.writer, rig_part_text(run->part), run->at_us,
+                                         run->first, run->values, run->count, &self->message);
+    }
+    return error != 0 ? error : session_writer_pair(&session.writer, self->pair, &self->message);
+}
+
 /// A session of one pair, or none.
 static void write_whole(void *cookie) {
     struct writing *self = cookie;
     int error = session_writer_command(&session.writer, self->command, &self->message);
     if (error == 0) {
-        error = session_writer_pair(&session.writer, self->pair, &self->message);
+        error = write_with_registers(self);
     }
     if (error == 0) {
         error = session_writer_end(&session.writer, &self->message);
@@ -211,13 +223,15 @@ static void write_whole(void *cookie) {
 
 static void write_pair(void *cookie) {
     struct writing *self = cookie;
-    self->error = session_writer_pair(&session.writer, self->pair, &self->message);
+    self->error = write_with_registers(self);
 }
 
 /// Writes a pair into its session; of a recording all calls that led to it go first.
-static int keep_pair(const struct command_call *call, const struct pair *pair) {
+static int keep_pair(const struct command_call *call, const struct pair *pair,
+                     const struct registers_all *registers) {
     const struct surroundings *around = surroundings_of(call);
-    struct writing writing = {.pair = pair, .command = "capture", .files_fd = around->files_fd};
+    struct writing writing = {
+        .pair = pair, .registers = registers, .command = "capture", .files_fd = around->files_fd};
     if (session.recording) {
         writing.error = record_flush(around->record, &writing.message);
     }
@@ -232,7 +246,8 @@ static int keep_pair(const struct command_call *call, const struct pair *pair) {
 static int take_pair(const struct command_call *call, uint16_t *memory, size_t values,
                      const struct pair_options *options) {
     struct pair pair;
-    int error = pair_capture(call->rig, options, memory, values, &pair);
+    struct registers_all registers;
+    int error = capture_take(call->rig, options, memory, values, &pair, &registers);
     if (error != 0) {
         return error;
     }
@@ -243,7 +258,7 @@ static int take_pair(const struct command_call *call, uint16_t *memory, size_t v
     if (!session.recording) {
         error = begin_session(call, &call->values[CAPTURE_NAME], "capture");
     }
-    error = error != 0 ? error : keep_pair(call, &pair);
+    error = error != 0 ? error : keep_pair(call, &pair, &registers);
     if (error == 0) {
         remember_session();
         put_pair(call, &pair);

@@ -51,8 +51,6 @@ int commands_camera_window(const struct command_call *call);
 int commands_registers_run(const struct command_call *call);
 /// The names of the registers there.
 void commands_registers_candidates(const struct command_candidates *to);
-/// The places of registers, a choice.
-#define COMMANDS_REGISTERS_WHERE "bridge left right"
 
 #ifdef __cplusplus
 }

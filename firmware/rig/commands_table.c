@@ -2,6 +2,7 @@
 // The instrument's own commands. What people read about them stands here and nowhere else.
 #include "core/invariant.h"
 #include "rig/commands.h"
+#include "rig/registers.h"
 #include "rig/rig.h"
 
 #define COUNT(list) ((unsigned)(sizeof(list) / sizeof(list)[0]))
@@ -90,7 +91,7 @@ static const struct command_argument window_arguments[] = {
 static const struct command_argument registers_arguments[] = {
     {.name = "WHERE",
      .kind = COMMAND_CHOICE,
-     .choices = COMMANDS_REGISTERS_WHERE,
+     .choices = REGISTERS_PLACE_NAMES,
      .help = "the FPGA bridge, or the sensor of a camera"},
     {.name = "NAME",
      .kind = COMMAND_TEXT,

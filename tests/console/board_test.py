@@ -28,10 +28,14 @@ FRAME = re.compile(r"camera0 take _ = 0 frame-([0-9a-f]{8})")
 # are wanted.
 COUNTS = re.compile(r"(2c w (?:30|38) 2c r 18 = 0 21) \w{20}(\w{12})\w{4}$")
 
+# When the last frames began, wanted or not, and the bridge's own time.
+TIMES = re.compile(r"(2c w (?:44|4a) 2c r \d+ = 0 \d+) \w+$")
+
 
 def parts_of(call):
     """A call in parts that must be the same, and its times, which may differ by their rounding."""
     call = COUNTS.sub(r"\1 \2", call)
+    call = TIMES.sub(r"\1", call)
     call = re.sub(r"^(camera0 give_back) \d+", r"\1", call)
     # Without frames that nobody wanted, and how often nothing had come yet.
     call = re.sub(r"^(camera0 counts = \d+ \d+) \d+ \d+", r"\1", call)
@@ -104,15 +108,20 @@ class Everything(Board):
         self.assertIn("r1: the same, bit for bit: ", done.stdout + done.stderr)
         calls = self.calls("r1")
         again = self.ask_again(calls, "again")
+        slack_us = ROUNDED_US
         for call, other in zip(calls, again):
-            self.compare(call, other)
+            # Each transfer ends at a whole microsecond here, so that the two rigs drift apart with
+            # every one until both wait for the same time.
+            slack_us += call.startswith("i2c transfer")
+            slack_us = ROUNDED_US if call.startswith("clock wait") else slack_us
+            self.compare(call, other, slack_us)
         self.assertEqual(len(calls), len(again))
         kinds = [" ".join(call.split()[:2]) for call in calls]
         for kind, least in (("i2c transfer", 300), ("uart read", 20), ("camera0 take", 9),
                             ("gpio set", 1), ("gpio get", 2)):
             self.assertGreaterEqual(kinds.count(kind), least, kind)
 
-    def compare(self, call, other):
+    def compare(self, call, other, slack_us):
         (told, times), (expected, expected_times) = parts_of(call), parts_of(other)
         taken = [FRAME.match(part) for part in (told, expected)]
         if all(taken) and taken[0][1] != taken[1][1]:
@@ -128,7 +137,7 @@ class Everything(Board):
             _, _, not_before_us, *_, begin_us, _ = call.split()
             self.assertGreaterEqual(int(begin_us), int(not_before_us))
         for time_us, expected_us in zip(times, expected_times):
-            self.assertLessEqual(abs(time_us - expected_us), ROUNDED_US, f"{call} / {other}")
+            self.assertLessEqual(abs(time_us - expected_us), slack_us, f"{call} / {other}")
 
     def use(self):
         """What the instrument is for."""
@@ -140,6 +149,7 @@ class Everything(Board):
         self.assertEqual(self.asked("window 96 64"), {"width": 96, "height": 64})
         pair = self.asked("capture - static")
         self.assertEqual((pair["left"]["width"], pair["right"]["gain"]), (96, 2))
+        self.asked("wait 0.1")  # all registers were read: see the drift above
         self.assertEqual(self.asked("registers bridge id"), {"id": "0x5B1D"})
         self.assertEqual(self.asked("registers right 0"), {"chip_version": "0x1621"})
         health = self.asked("health")

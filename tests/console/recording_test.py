@@ -66,6 +66,37 @@ class Recording(DaemonTest):
         with open(os.path.join(self.files, name, "session.index"), encoding="utf-8") as file:
             return file.read()
 
+    def test_registers_stand_beside_each_pair(self):
+        """In the index, before the pair: those of the bridge and of both sensors, as they are."""
+        self.first.ask("wait 4")  # as in begin()
+        for command in (*LEAD, "pan both 2", "exposure left 3000", "gain right 2.5",
+                        "capture regs"):
+            self.assertEqual(self.first.ask(command)[-1], "OK", command)
+        lines = self.index("regs").splitlines()
+        kinds = [line.split()[0] for line in lines]
+        self.assertLess(kinds.index("registers"), kinds.index("pair"))
+        self.assertNotIn("registers", kinds[kinds.index("pair"):])
+        found = {}
+        for line in lines:
+            if line.startswith("registers "):
+                event = dict(word.split("=", 1) for word in line.split()[1:-1])
+                first = int(event["first"], 16)
+                for at, value in enumerate(event["values"].split(",")):
+                    found[event["part"].replace("%20", " "), first + at] = int(value, 16)
+        pair = dict(word.split("=", 1) for word in lines[kinds.index("pair")].split()[1:-1])
+        self.assertEqual(found["FPGA bridge", 0x00], 0x5B1D)
+        for side, part, servo in (("left", "left sensor", 0x11), ("right", "right sensor", 0x19)):
+            self.assertEqual(found["FPGA bridge", servo], int(pair[f"{side}_after"].split(",")[0]))
+            told = self.first.ask_json(f"registers {side}")["result"]
+            self.assertEqual(len(told), 23)
+            own = [value for (of, _), value in sorted(found.items()) if of == part]
+            self.assertEqual(own, [int(value, 16) for value in told.values()])
+        self.assertNotEqual(found["left sensor", 0x09], found["right sensor", 0x09])
+        self.assertNotEqual(found["left sensor", 0x2B], found["right sensor", 0x2B])
+        # Of the bridge all that can be read by name: counters have gone on since.
+        told = self.first.ask_json("registers bridge")["result"]
+        self.assertEqual(len(told), len([of for of, _ in found if of == "FPGA bridge"]))
+
     def test_killed_at_any_moment(self):
         for round_ in range(2):
             name = f"killed{round_}"

@@ -127,7 +127,11 @@ int record_pairs(const recording &what, const std::string &path, int told) {
         return first;
     }
     for (int i = 0; i < kPairs; i++) {
-        const int code = session_writer_pair(writer.get(), &what.pairs[i].value, &trouble);
+        const std::uint16_t values[] = {0x5b1d, static_cast<std::uint16_t>(i)};
+        int code = session_writer_registers(writer.get(), "FPGA bridge", 1, 0, values, 2, &trouble);
+        if (code == 0) {
+            code = session_writer_pair(writer.get(), &what.pairs[i].value, &trouble);
+        }
         if (code == 0) {
             const char number = static_cast<char>(i);
             __real_write(told, &number, 1);

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rig/registers.h"
+
+#include "bridge_register_names.h"
+#include "core/error.h"
+#include "core/invariant.h"
+#include "rig/failure.h"
+#include "rig/watch.h"
+
+static const struct registers_entry bridge_entries[] = {
+#define BRIDGE_ENTRY(name, text) {text, (uint8_t)BRIDGE_##name},
+    BRIDGE_REGISTER_NAMES(BRIDGE_ENTRY)
+#undef BRIDGE_ENTRY
+};
+
+/// Those of the MT9T001 whose meaning public drivers agree on.
+static const struct registers_entry sensor_entries[] = {
+    {"chip_version", 0x00}, {"row_start", 0x01},        {"column_start", 0x02},
+    {"row_size", 0x03},     {"column_size", 0x04},      {"hblank", 0x05},
+    {"vblank", 0x06},       {"output_control", 0x07},   {"shutter_high", 0x08},
+    {"shutter", 0x09},      {"pixel_clock", 0x0A},      {"shutter_delay", 0x0C},
+    {"reset", 0x0D},        {"read_mode_1", 0x1E},      {"read_mode_2", 0x20},
+    {"read_mode_3", 0x21},  {"row_address_mode", 0x22}, {"column_address_mode", 0x23},
+    {"green1_gain", 0x2B},  {"blue_gain", 0x2C},        {"red_gain", 0x2D},
+    {"green2_gain", 0x2E},  {"chip_enable", 0xF8},
+};
+
+const struct registers_entry *registers_entries(enum registers_place place, size_t *count) {
+    INVARIANT((unsigned)place < REGISTERS_PLACES && count != NULL);
+    *count = place == REGISTERS_BRIDGE ? sizeof bridge_entries / sizeof bridge_entries[0]
+                                       : sizeof sensor_entries / sizeof sensor_entries[0];
+    return place == REGISTERS_BRIDGE ? bridge_entries : sensor_entries;
+}
+
+bool registers_readable(enum registers_place place, uint8_t index) {
+    if (place != REGISTERS_BRIDGE) {
+        return true;
+    }
+    const struct bridge_register *known = fpga_bridge_register(index);
+    return known != NULL && (known->flags & BRIDGE_READ) != 0;
+}
+
+static struct mt9t001 *sensor_of(struct rig *rig, enum registers_place place) {
+    return &rig->sensor[place == REGISTERS_LEFT ? RIG_LEFT : RIG_RIGHT];
+}
+
+int registers_read(struct rig *rig, enum registers_place place, uint8_t index, uint16_t *value) {
+    INVARIANT(rig->profile.bridge);
+    return place == REGISTERS_BRIDGE ? fpga_bridge_read(&rig->bridge, index, value)
+                                     : mt9t001_read(sensor_of(rig, place), index, value);
+}
+
+/// How many of the entries from the first on can be read, and stand one behind the other.
+static size_t run_of(enum registers_place place, const struct registers_entry *entries,
+                     size_t count) {
+    size_t run = 0;
+    while (run < count && run < REGISTERS_RUN_WORDS &&
+           entries[run].index == entries[0].index + run &&
+           registers_readable(place, entries[run].index)) {
+        run++;
+    }
+    return run;
+}
+
+/// In as few transfers as the device has.
+static int read_run(struct rig *rig, enum registers_place place, struct registers_run *run) {
+    int error = ERROR_OK;
+    for (uint16_t at = 0; at < run->count && error == ERROR_OK;) {
+        const uint8_t index = (uint8_t)(run->first + at);
+        size_t words = 1;
+        if (place == REGISTERS_BRIDGE) {
+            words = run->count - at;
+            words = words < FPGA_BRIDGE_BLOCK_WORDS ? words : FPGA_BRIDGE_BLOCK_WORDS;
+            error = fpga_bridge_read_block(&rig->bridge, index, words, &run->values[at]);
+        } else {
+            error = mt9t001_read(sensor_of(rig, place), index, &run->values[at]);
+        }
+        at = (uint16_t)(at + words);
+    }
+    watch_used(rig, run->part, error);
+    return error == ERROR_OK ? ERROR_OK : failure_of_bus(rig, run->part, error);
+}
+
+static int read_place(struct rig *rig, enum registers_place place, struct registers_all *all) {
+    static const enum rig_part parts[REGISTERS_PLACES] = {RIG_PART_BRIDGE, RIG_PART_LEFT_SENSOR,
+                                                          RIG_PART_RIGHT_SENSOR};
+    size_t count = 0;
+    const struct registers_entry *entries = registers_entries(place, &count);
+    int error = ERROR_OK;
+    for (size_t i = 0; i < count && error == ERROR_OK;) {
+        const size_t length = run_of(place, &entries[i], count - i);
+        if (length > 0) {
+            INVARIANT(all->count < REGISTERS_RUNS_MAX);
+            struct registers_run *run = &all->run[all->count];
+            *run = (struct registers_run){.part = parts[place],
+                                          .at_us = watch_now_us(rig),
+                                          .first = entries[i].index,
+                                          .count = (uint16_t)length};
+            error = read_run(rig, place, run);
+            all->count += error == ERROR_OK;
+        }
+        i += length > 0 ? length : 1;
+    }
+    return error;
+}
+
+int registers_read_all(struct rig *rig, struct registers_all *all) {
+    INVARIANT(rig != NULL && all != NULL);
+    all->count = 0;
+    if (rig->state != RIG_READY) {
+        return ERROR_NOT_READY;
+    }
+    int error = ERROR_OK;
+    for (int place = 0; place < REGISTERS_PLACES && rig->profile.bridge && error == ERROR_OK;
+         place++) {
+        error = read_place(rig, (enum registers_place)place, all);
+    }
+    return error == ERROR_OK ? failure_end(rig, error) : failure_make_safe(rig, error);
+}
