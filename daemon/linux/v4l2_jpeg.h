@@ -16,7 +16,9 @@ extern "C" {
 bool v4l2_jpeg_available(void);
 
 /// Decodes into `values` (3 * width_px * height_px). False when it is no JPEG of this size, or was
-/// damaged; the rows that could not be decoded are undefined or 0 then.
+/// damaged; the rows that could not be decoded are undefined or 0 then. What cameras add or leave
+/// out without harm is no damage: a little padding in front of a marker, anything behind the end,
+/// and the usual Huffman tables.
 bool v4l2_jpeg_decode(const uint8_t *data, size_t bytes, uint16_t width_px, uint16_t height_px,
                       uint16_t *values);
 

@@ -37,8 +37,9 @@ std::vector<uint8_t> random_bytes(size_t count) {
     return bytes;
 }
 
-// A JPEG of a smooth picture; its pixels in `rgb`.
-std::vector<uint8_t> jpeg_of(std::vector<uint8_t> *rgb) {
+// A JPEG of a smooth picture, with a restart marker after so many rows of blocks (0: without); its
+// pixels in `rgb`.
+std::vector<uint8_t> jpeg_of(std::vector<uint8_t> *rgb, unsigned restart_rows = 0) {
     rgb->resize(3 * size_t{kWidth} * kHeight);
     for (size_t i = 0; i < rgb->size(); i++) {
         const size_t x = i / 3 % kWidth, y = i / 3 / kWidth;
@@ -57,6 +58,7 @@ std::vector<uint8_t> jpeg_of(std::vector<uint8_t> *rgb) {
     info.in_color_space = JCS_RGB;
     jpeg_set_defaults(&info);
     jpeg_set_quality(&info, 95, TRUE);
+    info.restart_in_rows = static_cast<int>(restart_rows);
     jpeg_start_compress(&info, TRUE);
     while (info.next_scanline < kHeight) {
         JSAMPROW row = rgb->data() + 3 * size_t{kWidth} * info.next_scanline;
@@ -67,6 +69,56 @@ std::vector<uint8_t> jpeg_of(std::vector<uint8_t> *rgb) {
     std::vector<uint8_t> result(memory, memory + bytes);
     free(memory);
     return result;
+}
+
+using Bytes = std::vector<uint8_t>;
+
+// Where marker 0xFF `code` begins.
+size_t marker_at(const Bytes &jpeg, uint8_t code) {
+    for (size_t i = 0; i + 1 < jpeg.size(); i++) {
+        if (jpeg[i] == 0xFF && jpeg[i + 1] == code) {
+            return i;
+        }
+    }
+    FAIL("no such marker");
+    return 0;
+}
+
+// The JPEG with `count` bytes of `value` in front of a marker.
+Bytes with_extra(Bytes jpeg, uint8_t code, size_t count, uint8_t value) {
+    jpeg.insert(jpeg.begin() + static_cast<long>(marker_at(jpeg, code)), count, value);
+    return jpeg;
+}
+
+// The JPEG without its segments of this marker.
+Bytes without(Bytes jpeg, uint8_t code) {
+    for (size_t i = 2; jpeg[i + 1] != 0xDA;) {
+        const long bytes = 2 + (jpeg[i + 2] << 8 | jpeg[i + 3]);
+        const auto begin = jpeg.begin() + static_cast<long>(i);
+        if (jpeg[i + 1] == code) {
+            jpeg.erase(begin, begin + bytes);
+        } else {
+            i += static_cast<size_t>(bytes);
+        }
+    }
+    return jpeg;
+}
+
+// What a camera's frame of these bytes is told to have, and how far its pixels are from `rgb`.
+struct Shown {
+    uint32_t faults;
+    int worst;
+};
+
+Shown show(fake_video *video, Camera *camera, const Bytes &jpeg, const Bytes &rgb) {
+    use(video, jpeg);
+    hal_camera_frame frame;
+    REQUIRE(camera->look(&frame) == ERROR_OK);
+    Shown shown = {frame.faults, 0};
+    for (size_t i = 0; i < rgb.size(); i++) {
+        shown.worst = std::max(shown.worst, std::abs(rgb[i] - frame.data[i]));
+    }
+    return shown;
 }
 
 }  // namespace
@@ -192,6 +244,73 @@ TEST_CASE("JPEG frames decode; what is damaged says so and never more") {
         const auto most = *std::max_element(frame.data, frame.data + frame.stride * kHeight);
         CHECK(most <= 255);
     }
+}
+
+TEST_CASE("what cameras send beside the pixels does no harm to a JPEG frame") {
+    const Kernel kernel;
+    fake_video *video = fake_video_add(kVideo, V4L2_PIX_FMT_MJPEG, kWidth, kHeight);
+    Bytes rgb, marked_rgb;
+    const Bytes jpeg = jpeg_of(&rgb), marked = jpeg_of(&marked_rgb, 1);
+    REQUIRE(rgb == marked_rgb);
+    Camera camera;
+    REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+    Bytes padded = jpeg, two = jpeg, odd_version = jpeg;
+    padded.insert(padded.end(), 400, 0);
+    two.insert(two.end(), jpeg.begin(), jpeg.begin() + 400);
+    odd_version[marker_at(jpeg, 0xE0) + 9] = 3;
+    const struct {
+        std::string name;
+        Bytes bytes;
+    } frames[] = {{"a byte before the end", with_extra(jpeg, 0xD9, 1, 0x5A)},
+                  {"a word's padding before the end", with_extra(jpeg, 0xD9, 15, 0)},
+                  {"a byte before the tables", with_extra(jpeg, 0xDB, 1, 0)},
+                  {"bytes before a restart", with_extra(marked, 0xD0, 10, 0x5A)},
+                  {"no padding", marked},
+                  {"zeros behind the end", padded},
+                  {"what is left of an older frame behind the end", two},
+                  {"an unknown revision of JFIF", odd_version},
+                  {"no JFIF", without(jpeg, 0xE0)},
+                  {"the usual Huffman tables, not sent", without(jpeg, 0xC4)}};
+    for (const auto &frame : frames) {
+        INFO(frame.name);
+        const Shown shown = show(video, &camera, frame.bytes, rgb);
+        CHECK(shown.faults == 0);
+        CHECK(shown.worst <= 8);
+    }
+}
+
+TEST_CASE("a JPEG frame whose pixels are wrong is told to be damaged") {
+    const Kernel kernel;
+    fake_video *video = fake_video_add(kVideo, V4L2_PIX_FMT_MJPEG, kWidth, kHeight);
+    Bytes rgb;
+    const Bytes jpeg = jpeg_of(&rgb), marked = jpeg_of(&rgb, 1);
+    Camera camera;
+    REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+    const auto damaged = [&](const Bytes &bytes) {
+        return show(video, &camera, bytes, {}).faults == HAL_CAMERA_DAMAGED;
+    };
+    const long scan = static_cast<long>(marker_at(jpeg, 0xDA)) + 14;
+    const long end = static_cast<long>(jpeg.size()) - 2;
+    Bytes no_end = jpeg, hole = jpeg, ones = jpeg, no_restart = marked, other_restart = marked;
+    no_end.resize(jpeg.size() - 2);
+    hole.erase(hole.begin() + scan + (end - scan) / 3, hole.begin() + scan + (end - scan) / 2);
+    // Sixteen ones are no Huffman code.
+    for (long i = 0; i < 6; i++) {
+        ones[static_cast<size_t>(scan + 40 + i)] = i % 2 == 0 ? 0xFF : 0;
+    }
+    const long restart = static_cast<long>(marker_at(marked, 0xD0));
+    no_restart.erase(no_restart.begin() + restart, no_restart.begin() + restart + 2);
+    other_restart[static_cast<size_t>(restart) + 1] = 0xD4;
+    CHECK(damaged(no_end));
+    CHECK(damaged(hole));
+    CHECK(damaged(ones));
+    CHECK(damaged(no_restart));
+    CHECK(damaged(other_restart));
+    // More than padding: the codes went out of step, or a part of another frame was let in.
+    // (The decoder reads a few bytes ahead, which it does not count at the end.)
+    CHECK(damaged(with_extra(marked, 0xD0, 17, 0x5A)));
+    CHECK(damaged(with_extra(jpeg, 0xD9, 17 + 8, 0x5A)));
+    CHECK_FALSE(damaged(jpeg));
 }
 
 TEST_CASE("controls: automatic off, scaled to the camera's range, and what it took") {
