@@ -2,15 +2,87 @@
 #include "daemon/fault_plan.h"
 
 #include <ctype.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
 
-enum { RULE_BYTES = 80, ERROR_NAME_BYTES = 24 };
+enum { RULE_BYTES = 80, ERROR_NAME_BYTES = 24, OPERATIONS_MOST = 4, WHY_BYTES = 256 };
 
 static const char separators[] = ", \t\n";
+
+/// What fault.h wraps, by name.
+static const struct part {
+    const char *name;
+    const char *operations[OPERATIONS_MOST];
+} parts[] = {
+    {"i2c", {"transfer", "lines"}},
+    {"left", {"start", "stop", "take", "control"}},
+    {"right", {"start", "stop", "take", "control"}},
+    {"gpio", {"set", "get", "wait_edge"}},
+    {"uart", {"write", "read", "discard"}},
+    {"store", {"load", "save", "remove"}},
+    {"watchdog", {"feed"}},
+};
+enum { PARTS = sizeof parts / sizeof parts[0] };
+
+static bool fits(const char *pattern, const char *name) {
+    return strcmp(pattern, "*") == 0 || strcmp(pattern, name) == 0;
+}
+
+/// Whether what the patterns mean is there at all.
+static bool is_there(const char *part, const char *operation) {
+    for (int i = 0; i < PARTS; i++) {
+        for (int k = 0; k < OPERATIONS_MOST && parts[i].operations[k] != NULL; k++) {
+            if (fits(part, parts[i].name) && fits(operation, parts[i].operations[k])) {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+/// Appends `name` and a comma, unless the list ends in a text that has it already.
+static void list(char why[WHY_BYTES], const char *name) {
+    char item[FAULT_PLAN_NAME_BYTES + 4];
+    snprintf(item, sizeof item, " %s,", name);
+    if (strstr(why, item) == NULL) {
+        const size_t used = strlen(why);
+        snprintf(why + used, WHY_BYTES - used, "%s", item);
+    }
+}
+
+/// The names of a rule are looked up; NULL, or what is wrong with what there is instead.
+static const char *check_names(const struct fault_plan_rule *rule, char why[WHY_BYTES]) {
+    if (is_there(rule->part, rule->operation)) {
+        return NULL;
+    }
+    const bool wrong_part = !is_there(rule->part, "*");
+    if (wrong_part) {
+        snprintf(why, WHY_BYTES, "there is no part \"%s\", but", rule->part);
+    } else if (strcmp(rule->part, "*") == 0) {
+        snprintf(why, WHY_BYTES, "no part has the operation \"%s\", but", rule->operation);
+    } else {
+        snprintf(why, WHY_BYTES, "%s has no operation \"%s\", but", rule->part, rule->operation);
+    }
+    for (int i = 0; i < PARTS; i++) {
+        if (wrong_part) {
+            list(why, parts[i].name);
+            continue;
+        }
+        for (int k = 0; k < OPERATIONS_MOST && parts[i].operations[k] != NULL; k++) {
+            if (fits(rule->part, parts[i].name)) {
+                list(why, parts[i].operations[k]);
+            }
+        }
+    }
+    // Instead of the last comma.
+    const size_t used = strlen(why) - 1;
+    snprintf(why + used, WHY_BYTES - used, " and *");
+    return why;
+}
 
 /// The code of an error's name in lower case; 0 when there is none.
 static int error_named(const char *name) {
@@ -102,14 +174,15 @@ static const char *parse_turn(const char **at, struct fault_plan_rule *rule) {
     return NULL;
 }
 
-/// NULL, or what is wrong.
-static const char *parse_rule(const char *text, struct fault_plan_rule *rule) {
+/// NULL, or what is wrong; `why` has room for that.
+static const char *parse_rule(const char *text, struct fault_plan_rule *rule, char why[WHY_BYTES]) {
     *rule = (struct fault_plan_rule){.first = 0};
     if (!take_word(&text, ".@%=", rule->part) || *text++ != '.' ||
         !take_word(&text, "@%=", rule->operation) || *text == '=' || *text == '\0') {
         return "a rule is PART.OPERATION@N=ERROR, @N+ or %P instead of @N";
     }
-    const char *wrong = parse_turn(&text, rule);
+    const char *wrong = check_names(rule, why);
+    wrong = wrong != NULL ? wrong : parse_turn(&text, rule);
     if (wrong != NULL) {
         return wrong;
     }
@@ -123,7 +196,8 @@ static const char *parse_seed(const char *text, uint64_t *seed) {
 }
 
 int fault_plan_parse(struct fault_plan *self, const char *script, struct message *message) {
-    struct fault_plan plan = {.random = 1};
+    struct fault_plan plan = {.lock = PTHREAD_MUTEX_INITIALIZER, .random = 1};
+    char why[WHY_BYTES];
     for (const char *at = script + strspn(script, separators); *at != '\0';
          at += strspn(at, separators)) {
         const size_t length = strcspn(at, separators);
@@ -138,7 +212,7 @@ int fault_plan_parse(struct fault_plan *self, const char *script, struct message
                 return message_set(message, ERROR_RANGE, "there can be at most %d rules",
                                    FAULT_PLAN_RULES);
             } else {
-                wrong = parse_rule(text, &plan.rules[plan.count++]);
+                wrong = parse_rule(text, &plan.rules[plan.count++], why);
             }
         }
         if (wrong != NULL) {
@@ -160,8 +234,13 @@ static uint32_t draw(uint64_t *state) {
     return (uint32_t)((z ^ z >> 31) >> 32);
 }
 
-static bool fits(const char *pattern, const char *name) {
-    return strcmp(pattern, "*") == 0 || strcmp(pattern, name) == 0;
+bool fault_plan_names(const struct fault_plan *self, const char *part) {
+    for (int i = 0; i < self->count; i++) {
+        if (strcmp(self->rules[i].part, part) == 0) {
+            return true;
+        }
+    }
+    return false;
 }
 
 static bool is_due(struct fault_plan *self, struct fault_plan_rule *rule) {
@@ -178,8 +257,11 @@ static bool is_due(struct fault_plan *self, struct fault_plan_rule *rule) {
 struct fault_plan_effect fault_plan_next(struct fault_plan *self, const char *part,
                                          const char *operation) {
     INVARIANT(self->count >= 0 && self->count <= FAULT_PLAN_RULES);
+    // Else no rule could mean it.
+    INVARIANT(is_there(part, operation));
     struct fault_plan_effect effect = {.error = 0};
     bool decided = false;
+    pthread_mutex_lock(&self->lock);
     for (int i = 0; i < self->count; i++) {
         struct fault_plan_rule *rule = &self->rules[i];
         if (fits(rule->part, part) && fits(rule->operation, operation) && is_due(self, rule) &&
@@ -189,5 +271,6 @@ struct fault_plan_effect fault_plan_next(struct fault_plan *self, const char *pa
         }
     }
     self->injected += decided;
+    pthread_mutex_unlock(&self->lock);
     return effect;
 }

@@ -8,11 +8,13 @@
 ///     uart.read@4=spoil                it succeeds with wrong bytes (frames: damaged)
 ///     seed=7                           of the probabilities, else 1
 ///
-/// Rules are separated by commas or spaces. Parts are named where they are wrapped (fault.h); "*"
-/// is every part, or every operation of one. Errors are those of core/error.h in lower case.
+/// Rules are separated by commas or spaces. Parts and their operations are those that fault.h
+/// wraps; a camera behind which both sensors are is "left". "*" is every part, or every operation
+/// of one. Errors are those of core/error.h in lower case.
 #ifndef VERGENCE_DAEMON_FAULT_PLAN_H
 #define VERGENCE_DAEMON_FAULT_PLAN_H
 
+#include <pthread.h>
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -40,8 +42,9 @@ struct fault_plan_rule {
     struct fault_plan_effect effect;
 };
 
-/// The caller owns it.
+/// The caller owns it; once it is in use it must not move. Any thread may ask whose turn it is.
 struct fault_plan {
+    pthread_mutex_t lock;  ///< of all below: parts that share a plan belong to several threads
     struct fault_plan_rule rules[FAULT_PLAN_RULES];
     int count;
     uint64_t random;
@@ -49,8 +52,11 @@ struct fault_plan {
 };
 
 /// Reads a script ("": nothing ever fails). ERROR_SYNTAX, ERROR_RANGE; `message` names the rule and
-/// says what is wrong; the plan is untouched then.
+/// says what is wrong, also that there is no such part or operation; the plan is untouched then.
 int fault_plan_parse(struct fault_plan *self, const char *script, struct message *message);
+
+/// Whether a rule is of this part by name, so not as one of all.
+bool fault_plan_names(const struct fault_plan *self, const char *part);
 
 /// What is to happen to this call; the first rule whose turn it is decides, and all that fit count.
 struct fault_plan_effect fault_plan_next(struct fault_plan *self, const char *part,

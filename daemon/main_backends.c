@@ -66,6 +66,7 @@ static int wrap_faults(struct main_backends *self, const char *script, struct ri
         return error;
     }
     static const char *const sides[RIG_SIDES] = {"left", "right"};
+    self->faults_clock = ports->clock;
     struct fault_common common = {.plan = &self->plan, .clock = ports->clock};
     if (ports->i2c != NULL) {
         common.part = "i2c";
@@ -123,6 +124,26 @@ int main_backends_open(struct main_backends *self, const struct config *config,
     record_init(&self->record, &inner, ports);
     ports->log = log;
     return 0;
+}
+
+const struct hal_store *main_backends_store(struct main_backends *self,
+                                            const struct hal_store *real) {
+    if (real == NULL || self->faults_clock == NULL) {
+        return real;
+    }
+    const struct fault_common common = {&self->plan, self->faults_clock, "store"};
+    fault_store_wrap(&self->fault_store, &common, real);
+    return &self->fault_store.hal;
+}
+
+const struct hal_watchdog *main_backends_watchdog(struct main_backends *self,
+                                                  const struct hal_watchdog *real) {
+    if (real == NULL || self->faults_clock == NULL) {
+        return real;
+    }
+    const struct fault_common common = {&self->plan, self->faults_clock, "watchdog"};
+    fault_watchdog_wrap(&self->fault_watchdog, &common, real);
+    return &self->fault_watchdog.hal;
 }
 
 void main_backends_close(struct main_backends *self) {

@@ -30,6 +30,9 @@ struct main_backends {
     struct fault_camera fault_camera[RIG_SIDES];
     struct fault_gpio fault_gpio;
     struct fault_uart fault_uart;
+    struct fault_store fault_store;
+    struct fault_watchdog fault_watchdog;
+    const struct hal_clock *faults_clock;  ///< NULL: the plan has no rule
 
     struct record record;
     bool time_passes;  ///< by itself, and not by the rig's own waits alone
@@ -39,6 +42,12 @@ struct main_backends {
 /// main_backends_close is needed in any case.
 int main_backends_open(struct main_backends *self, const struct config *config,
                        const struct hal_log *log, struct rig_ports *ports, struct message *message);
+/// What is no part of the rig, behind the same faults, once they are open: `real` (NULL: NULL),
+/// which must not move, or what stands in front of it.
+const struct hal_store *main_backends_store(struct main_backends *self,
+                                            const struct hal_store *real);
+const struct hal_watchdog *main_backends_watchdog(struct main_backends *self,
+                                                  const struct hal_watchdog *real);
 void main_backends_close(struct main_backends *self);
 
 #ifdef __cplusplus

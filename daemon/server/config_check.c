@@ -162,12 +162,41 @@ static int check_devices(const struct check *self) {
 
 // ---- all
 
+/// A part that the settings do without: its faults would never be seen.
+static int check_parts(const struct check *self, const struct fault_plan *plan) {
+    const struct config *config = self->config;
+    const struct rig_profile *profile = &config->profile;
+    const bool lines = config->reset_line != CONFIG_NO_LINE || config->irq_line != CONFIG_NO_LINE ||
+                       config->lens_power_line != CONFIG_NO_LINE;
+    const struct {
+        const char *name;
+        bool there;
+        const char *why;
+    } parts[] = {
+        {"i2c", profile->bridge, "rig.bridge no"},
+        {"right", !profile->bridge, "rig.bridge yes, behind which both cameras are \"left\""},
+        {"gpio", config->backend != CONFIG_BACKEND_LINUX || lines, "no line of GPIO"},
+        {"uart", profile->lenses != RIG_LENSES_FIXED, "rig.lenses fixed"},
+        {"store", config->store[0] != '\0', "store none"},
+        {"watchdog", config->watchdog[0] != '\0', "watchdog none"},
+    };
+    for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {
+        if (!parts[i].there && fault_plan_names(plan, parts[i].name)) {
+            blame(self, key_of("", "faults"));
+            return message_set(self->message, ERROR_MISSING,
+                               "faults: there is no part \"%s\" with %s", parts[i].name,
+                               parts[i].why);
+        }
+    }
+    return 0;
+}
+
 static int check_faults(const struct check *self) {
     struct fault_plan plan;
     struct message inner;
     const int error = fault_plan_parse(&plan, self->config->faults, &inner);
     if (error == 0) {
-        return 0;
+        return check_parts(self, &plan);
     }
     blame(self, key_of("", "faults"));
     return message_set(self->message, error, "faults: %.900s", inner.text);

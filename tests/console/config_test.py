@@ -100,8 +100,28 @@ class Config(unittest.TestCase):
                 ("rig.sensor_address_left = 94\n",
                  "FILE:1: rig.sensor_address_left 94 does not go with rig.sensor_address_right "
                  "94, which must be another one from 8 to 119"),
-                ("faults = x.y@z\n",
-                 'FILE:1: faults: fault "x.y@z": a number of calls goes after @'),
+                ("faults = i2c.*@z\n",
+                 'FILE:1: faults: fault "i2c.*@z": a number of calls goes after @'),
+                ("faults = i2c.read@1=io\n",
+                 'FILE:1: faults: fault "i2c.read@1=io": i2c has no operation "read", but transfer, '
+                 "lines and *"),
+                ("faults = stor.save@1=io\n",
+                 'FILE:1: faults: fault "stor.save@1=io": there is no part "stor", but i2c, left, '
+                 "right, gpio, uart, store, watchdog and *"),
+                # Nor is one that the other settings leave out: its faults would never be seen.
+                ("faults = watchdog.feed@1=io\n",
+                 'FILE:1: faults: there is no part "watchdog" with watchdog none'),
+                ("store = none\nfaults = left.take@1=io, store.save@1=full\n",
+                 'FILE:2: faults: there is no part "store" with store none'),
+                ("faults = right.take@1=io\n",
+                 'FILE:1: faults: there is no part "right" with rig.bridge yes, behind which both '
+                 'cameras are "left"'),
+                ("faults = gpio.get@1=io\n",
+                 'FILE:1: faults: there is no part "gpio" with no line of GPIO'),
+                ("profile = two-cameras\nfaults = uart.read@1=io\n",
+                 'FILE:2: faults: there is no part "uart" with rig.lenses fixed'),
+                ("profile = two-cameras\nfaults = i2c.transfer@1=io\n",
+                 'FILE:2: faults: there is no part "i2c" with rig.bridge no'),
                 ("console_baud = 12345\n",
                  "FILE:1: console_baud 12345 is no speed of a serial line: there are 9600, 19200, "
                  "38400, 57600, 115200, 230400, 460800 and 921600 baud"),
@@ -134,6 +154,15 @@ class Config(unittest.TestCase):
                      "socket = none\ntcp_port = 1\n",
                      "reset_line = 0x11\ngpio_chip = /dev/gpiochip1\n",
                      "\ufeffprofile = two-cameras\n", "\ufeff"):
+            self.assertEqual(self.check(text), (0, "FILE: good\n"), text)
+
+    def test_faults_of_what_is_there_are_good(self):
+        for text in ("faults = i2c.transfer@5=i2c_nack,left.take@1=io,uart.*%0.1=io,store.save@1=full",
+                     "faults = *.save@1=full\nstore = none\n",
+                     "watchdog = /dev/watchdog\nfaults = watchdog.feed@1=io",
+                     "reset_line = 4\nfaults = gpio.set@1=io",
+                     "backend = sim unix:x\nfaults = gpio.get@1=io",
+                     "profile = two-cameras\nfaults = right.take@1=spoil"):
             self.assertEqual(self.check(text), (0, "FILE: good\n"), text)
 
     def test_no_file(self):

@@ -103,6 +103,18 @@ class Watchdog(DaemonTest):
         self.assertLessEqual(self.feeds(), at_end + 1)
         self.assertNotIn("watchdog write 1", self.lines())
 
+    def test_a_watchdog_that_cannot_be_fed(self):
+        self.tearDown()
+        type(self).settings += ("faults=watchdog.feed@2+=io",)
+        self.addCleanup(setattr, type(self), "settings", self.settings[:-1])
+        self.start_with("")
+        self.wait_until(lambda: "the watchdog cannot be fed: " in self.said())
+        self.assertEqual(self.client().ask("version")[-1], "OK")
+        self.assertEqual(self.feeds(), 1)
+        # It is told once, however long it lasts.
+        self.end(self.daemon)
+        self.assertEqual(self.said().count("cannot be fed"), 1)
+
     def test_a_slow_disk(self):
         """The bridge's watchdog bites after a second: while a pair goes to a disk that takes
         longer, the rig is looked after all the same."""

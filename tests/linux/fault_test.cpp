@@ -4,9 +4,10 @@
 
 #include <array>
 #include <cstring>
-#include <functional>
+#include <numeric>
 #include <random>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "camera_try.hpp"
@@ -100,7 +101,7 @@ TEST_CASE("whose turn it is") {
     fault_plan ever = plan_of(" i2c.transfer@2+=timeout ,");
     CHECK(errors_of(&ever, "i2c", "transfer", 4) == std::vector<int>{0, t, t, t});
     CHECK(errors_of(&ever, "i2c", "lines", 4) == std::vector<int>{0, 0, 0, 0});
-    CHECK(errors_of(&ever, "uart", "transfer", 4) == std::vector<int>{0, 0, 0, 0});
+    CHECK(errors_of(&ever, "uart", "read", 4) == std::vector<int>{0, 0, 0, 0});
     fault_plan any = plan_of("*.*@2=timeout i2c.*@1=i2c_nack");
     CHECK(errors_of(&any, "i2c", "lines", 1) == std::vector<int>{n});
     CHECK(errors_of(&any, "store", "save", 2) == std::vector<int>{t, 0});
@@ -153,16 +154,63 @@ TEST_CASE("a script that is wrong is refused with the rule and what is wrong wit
     CHECK(refusal("i2c.transfer@1") == "fault \"i2c.transfer@1\": =ERROR is missing");
     CHECK(refusal("seed=x") == "fault \"seed=x\": a seed is a number");
     for (const char *script :
-         {".", "a.", ".b", "a.b", "a.b=io", "a.b@", "a.b@x=io", "a.b@-1=io", "a.b@99999999999=io",
-          "a.b%=io", "a.b%nan=io", "a.b@1=", "a.b@1=io/", "a.b@1=io/later", "a.b@1+x=io",
-          "seed=", "averyverylongpartname.b@1=io", "a.averyverylongoperation@1=io"}) {
+         {".", "i2c.", ".read", "*.*", "*.*=io", "*.*@", "*.*@x=io", "*.*@-1=io",
+          "*.*@99999999999=io", "*.*%=io", "*.*%nan=io", "*.*@1=", "*.*@1=io/", "*.*@1=io/later",
+          "*.*@1+x=io", "seed=", "averyverylongpartname.read@1=io",
+          "i2c.averyverylongoperation@1=io"}) {
         CHECK_FALSE(refusal(script).empty());
     }
     std::string many;
     for (int i = 0; i < FAULT_PLAN_RULES + 1; i++) {
-        many += "a.b@1=io,";
+        many += "*.*@1=io,";
     }
     CHECK(refusal(many.c_str()) == "there can be at most 16 rules");
+}
+
+TEST_CASE("a part or an operation that is not there is refused with those that are") {
+    CHECK(
+        refusal("watchdoc.feed@1=io") ==
+        "fault \"watchdoc.feed@1=io\": there is no part \"watchdoc\", but i2c, left, right, gpio, "
+        "uart, store, watchdog and *");
+    CHECK(refusal("x.*@1=io").find("there is no part \"x\", but i2c, ") != std::string::npos);
+    CHECK(refusal("i2c.take@1=io") ==
+          "fault \"i2c.take@1=io\": i2c has no operation \"take\", but transfer, lines and *");
+    CHECK(refusal("watchdog.period_us@1=io") ==
+          "fault \"watchdog.period_us@1=io\": watchdog has no operation \"period_us\", but feed "
+          "and *");
+    CHECK(
+        refusal("*.sove@1=io") ==
+        "fault \"*.sove@1=io\": no part has the operation \"sove\", but transfer, lines, start, "
+        "stop, take, control, set, get, wait_edge, write, read, discard, load, save, remove, feed "
+        "and *");
+    for (const char *script : {"*.save@1=io", "store.*@1=io", "*.*@1=io", "right.take@1=spoil"}) {
+        plan_of(script);
+    }
+    const fault_plan some = plan_of("store.*@1=io,*.feed@1=io");
+    CHECK(fault_plan_names(&some, "store"));
+    CHECK_FALSE(fault_plan_names(&some, "watchdog"));
+    CHECK_FALSE(fault_plan_names(&some, "*.feed"));
+}
+
+TEST_CASE("threads that share a plan lose no fault") {
+    constexpr int kThreads = 4, kCalls = 20000;
+    fault_plan plan = plan_of("*.*@30000=io,*.*@70000=timeout,uart.*@19999=device,i2c.*%1=crc");
+    std::vector<std::thread> threads;
+    std::array<int, kThreads> seen{};
+    const char *const parts[kThreads][2] = {
+        {"store", "save"}, {"watchdog", "feed"}, {"uart", "read"}, {"left", "take"}};
+    for (size_t i = 0; i < kThreads; i++) {
+        threads.emplace_back([&, i] {
+            for (int call = 0; call < kCalls; call++) {
+                seen[i] += fault_plan_next(&plan, parts[i][0], parts[i][1]).error != 0;
+            }
+        });
+    }
+    for (std::thread &thread : threads) {
+        thread.join();
+    }
+    CHECK(std::accumulate(seen.begin(), seen.end(), 0) == 3);
+    CHECK(plan.injected == 3);
 }
 
 TEST_CASE("any text is read or refused") {
@@ -350,8 +398,8 @@ TEST_CASE("a store and a watchdog") {
     REQUIRE(store_open(&real, place.path.c_str(), &text) == ERROR_OK);
     fault_plan plan = plan_of(
         "store.save@1=full,store.save@2=io/after,store.load@1=crc,store.remove@1=refused,"
-        "dog.feed@2+=device");
-    const fault_common common = common_of(&plan, "store"), on_dog = common_of(&plan, "dog");
+        "watchdog.feed@2+=device");
+    const fault_common common = common_of(&plan, "store"), on_dog = common_of(&plan, "watchdog");
     fault_store wrapped;
     fault_store_wrap(&wrapped, &common, &real.hal);
     const hal_store_operations *records = wrapped.hal.operations;

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The setting "faults": each part fails when its rule says so, and what is answered names it."""
+import glob
+import os
+import shutil
+import unittest
+
+from daemon_process import DaemonTest
+
+SESSIONS = os.path.join(os.environ["VERGENCE_SOURCE"], "tests", "sessions")
+
+
+class FaultsTest(DaemonTest):
+    def works(self, command):
+        answer = self.client().ask_json(command)
+        self.assertTrue(answer["ok"], answer)
+        return answer["result"]
+
+
+class Store(FaultsTest):
+    settings = ("faults=store.save@2=full, store.load@3=io, store.remove@1=device",)
+
+    def test_a_calibration_that_cannot_be_kept_leaves_the_one_before(self):
+        paths = sorted(glob.glob(os.path.join(SESSIONS, "*", "calibration-*.txt")))
+        for name, path in (("old.txt", paths[0]), ("new.txt", paths[-1])):
+            shutil.copyfile(path, os.path.join(self.files, name))
+        old = self.works("calibration set old.txt")
+        self.assertEqual(self.client().ask("calibration set new.txt"), [
+            'ERR FULL calibration: it cannot be kept in the directory "store": there is no room left; '
+            "make room on that disk, then do it again"])
+        self.assertEqual(self.works("calibration show"), old)
+        self.assertEqual(self.works("calibration"), old)
+        self.assertEqual(self.client().ask("calibration show"), [
+            'ERR IO calibration: it cannot be read in the directory "store": the system could not do '
+            "it"])
+        self.assertEqual(self.client().ask("calibration forget"), [
+            'ERR DEVICE calibration: it cannot be removed in the directory "store": the device is '
+            "missing, has gone, or is not the expected one"])
+        self.assertNotEqual(self.works("calibration set new.txt"), old)
+        self.assertEqual(self.client().ask("calibration forget"), ["OK"])
+
+
+class Bus(FaultsTest):
+    settings = ("faults=i2c.transfer@1+=i2c_nack",)
+
+    def test_a_bridge_that_does_not_answer_is_named(self):
+        self.assertEqual(self.client().ask("bringup")[-1],
+                         "ERR I2C_NACK FPGA bridge: it does not answer on I2C; look at its supply "
+                         "and its SCL and SDA")
+
+
+class Camera(FaultsTest):
+    settings = ("faults=left.take@1=device",)
+
+    def test_a_camera_that_has_gone_is_named_and_found_again(self):
+        self.assertEqual(self.client().ask("bringup")[-1],
+                         "ERR DEVICE left camera: it has gone; look at its plug, then bring up "
+                         "again")
+        self.works("bringup")
+
+
+if __name__ == "__main__":
+    unittest.main()
