@@ -2,6 +2,7 @@
 """The daemon as a service: what the service manager is told, and what is installed."""
 import os
 import shutil
+import signal
 import socket
 import subprocess
 import tempfile
@@ -11,7 +12,43 @@ import unittest
 from daemon_process import PATIENCE_S, VERGENCED, DaemonTest
 
 
-class Notify(DaemonTest):
+SERVICE = os.path.join(os.path.dirname(VERGENCED), "vergenced.service")
+
+
+def analyze():
+    """systemd-analyze; a test that cannot do without it fails where it is missing."""
+    found = shutil.which("systemd-analyze")
+    assert found, "systemd-analyze is missing: tools/install_packages test"
+    return found
+
+
+def settings_of(path):
+    """The settings of a unit, each with its values in order."""
+    settings = {}
+    with open(path, encoding="utf-8") as file:
+        for line in file:
+            if "=" in line and line[0] != "#":
+                key, value = line.rstrip().split("=", 1)
+                settings.setdefault(key, []).append(value)
+    return settings
+
+
+def expanded(names):
+    """The system calls of these names and sets; a set may name others."""
+    calls = set()
+    for name in names:
+        if not name.startswith("@"):
+            calls.add(name)
+            continue
+        said = subprocess.run([analyze(), "syscall-filter", name], check=True, text=True,
+                              capture_output=True, timeout=PATIENCE_S).stdout.splitlines()
+        calls |= expanded(line.strip() for line in said[1:] if line.strip()[:1] not in ("", "#"))
+    return calls
+
+
+class Manager(DaemonTest):
+    """A daemon that tells a service manager how it is."""
+
     @classmethod
     def setUpClass(cls):
         cls.manager_folder = tempfile.mkdtemp()
@@ -27,6 +64,8 @@ class Notify(DaemonTest):
         finally:
             del os.environ["NOTIFY_SOCKET"]
 
+
+class Notify(Manager):
     def test_ready_alive_stopping(self):
         said = [self.manager.recv(100).decode()]
         begin = time.monotonic()
@@ -48,6 +87,61 @@ class Notify(DaemonTest):
         self.start()
 
 
+class Filtered(Manager):
+    """Within what the unit leaves of the system; what it does not is death by SIGSYS."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.filter = os.environ.get("VERGENCE_SERVICE_FILTER")
+        assert cls.filter, "libseccomp-dev is missing: tools/install_packages test"
+        unit = settings_of(SERVICE)
+        # Of an allow list, the first word of which is no "~"; a service always has the set @default.
+        names = " ".join(unit["SystemCallFilter"]).split()
+        cls.calls = expanded(["@default", *names])
+        families = [str(int(getattr(socket, name)))
+                    for name in unit["RestrictAddressFamilies"][0].split()]
+        assert unit["MemoryDenyWriteExecute"] == ["yes"] and names[0][0] != "~"
+        cls.rules = ["no-write-execute"] + [f"family {number}" for number in families]
+        with tempfile.NamedTemporaryFile("w", encoding="ascii", delete=False) as file:
+            cls.addClassCleanup(os.unlink, file.name)
+        cls.write(file.name, cls.calls)
+        cls.launcher = (cls.filter, file.name)
+        super().setUpClass()
+
+    @classmethod
+    def write(cls, path, calls):
+        with open(path, "w", encoding="ascii") as file:
+            file.write("\n".join([*cls.rules, *sorted(calls)]))
+
+    def test_it_confines_itself_and_works(self):
+        self.assertEqual(self.manager.recv(100).decode(), "READY=1")
+        client = self.client()
+        for command in ("version", "record start s", "bringup", "status", "selftest", "capture",
+                        "record stop", "files", "health", "log"):
+            self.assertEqual(client.ask(command)[-1], "OK", command)
+        self.assertEqual(client.ask("calibration")[-1][:11], "ERR MISSING")
+        with open(f"/proc/{self.daemon.pid}/status", encoding="ascii") as file:
+            status = {words[0]: words[-1] for words in (line.split() for line in file)}
+        # The service manager's are three here; the daemon's own is one more.
+        self.assertEqual((status["Seccomp:"], status["Seccomp_filters:"],
+                          status["NoNewPrivs:"]), ("2", "4", "1"))
+        client.send("quit\n")
+        self.daemon.send_signal(signal.SIGHUP)  # its log is opened anew
+        self.assertEqual(self.client().ask("version")[-1], "OK")
+        self.end(self.daemon)
+        self.assertEqual(self.daemon.returncode, 0)
+        self.start()
+
+    def test_a_filter_that_lacks_a_call_is_seen(self):
+        narrow = os.path.join(self.folder, "narrow")
+        self.write(narrow, self.calls - {"seccomp"})
+        done = subprocess.run(
+            [self.filter, narrow, VERGENCED, "store=none", "files=none",
+             f"socket={self.folder}/narrow.sock"], stdin=subprocess.DEVNULL, capture_output=True,
+            timeout=PATIENCE_S, check=False)
+        self.assertEqual(done.returncode, -signal.SIGSYS, done.stderr)
+
+
 class Installed(unittest.TestCase):
     def test_the_installed_service_is_whole(self):
         build = os.path.dirname(os.path.dirname(VERGENCED))
@@ -57,9 +151,8 @@ class Installed(unittest.TestCase):
             found = [os.path.join(folder, name) for folder, _, names in os.walk(root)
                      for name in names]
             by_name = {os.path.basename(path): path for path in found}
-            with open(by_name["vergenced.service"], encoding="utf-8") as file:
-                unit = dict(line.rstrip().split("=", 1) for line in file
-                            if "=" in line and line[0] != "#")
+            unit = {key: values[-1] for key, values in
+                    settings_of(by_name["vergenced.service"]).items()}
             words = unit["ExecStart"].split()
             # Everything that the unit names is there.
             self.assertIn(root + words[0], found)
@@ -68,21 +161,21 @@ class Installed(unittest.TestCase):
                                   capture_output=True, text=True, timeout=PATIENCE_S)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertEqual((unit["Type"], unit["User"]), ("notify", "vergence"))
+            # What is not allowed is an error that is told, not a death that nobody understands.
+            self.assertEqual(unit["SystemCallErrorNumber"], "EPERM")
             # What is free is seen in /proc/meminfo alone.
             self.assertEqual(unit.get("ProcSubset", "all"), "all")
             with open(by_name["70-vergence.rules"], encoding="utf-8") as file:
                 self.assertIn(f'GROUP="{unit["Group"]}"', file.read())
-            verify = shutil.which("systemd-analyze")
-            if verify:
-                copy = os.path.join(root, "check.service")
-                with open(by_name["vergenced.service"], encoding="utf-8") as file:
-                    text = file.read().replace(words[0], root + words[0], 1)
-                with open(copy, "w", encoding="utf-8") as file:
-                    file.write(text)
-                done = subprocess.run([verify, "verify", "--man=no", copy], capture_output=True,
-                                      text=True, timeout=PATIENCE_S)
-                complaints = [line for line in done.stderr.splitlines() if "check.service" in line]
-                self.assertEqual(complaints, [])
+            copy = os.path.join(root, "check.service")
+            with open(by_name["vergenced.service"], encoding="utf-8") as file:
+                text = file.read().replace(words[0], root + words[0], 1)
+            with open(copy, "w", encoding="utf-8") as file:
+                file.write(text)
+            done = subprocess.run([analyze(), "verify", "--man=no", copy], capture_output=True,
+                                  text=True, timeout=PATIENCE_S)
+            complaints = [line for line in done.stderr.splitlines() if "check.service" in line]
+            self.assertEqual(complaints, [])
 
 
 if __name__ == "__main__":
