@@ -24,6 +24,7 @@
 #include "daemon/server/notify.h"
 #include "daemon/server/server.h"
 #include "daemon/store.h"
+#include "daemon/sync_directory.h"
 
 enum { SETTINGS_MAX = 64 };
 
@@ -134,11 +135,12 @@ static int open_files(struct daemon *self, struct message *message) {
     if (path[0] == '\0') {
         return 0;
     }
-    if (mkdir(path, 0750) != 0 && errno != EEXIST) {
+    const bool made = mkdir(path, 0750) == 0;
+    if (!made && errno != EEXIST) {
         return message_set(message, ERROR_IO, "files = %s: %s", path, strerror(errno));
     }
     self->files_fd = open(path, O_PATH | O_DIRECTORY | O_CLOEXEC);
-    if (self->files_fd < 0) {
+    if (self->files_fd < 0 || (!sync_directory_at(self->files_fd, "..") && made)) {
         return message_set(message, ERROR_IO, "files = %s: %s", path, strerror(errno));
     }
     return 0;

@@ -13,6 +13,7 @@
 #include "core/invariant.h"
 #include "daemon/file_error.h"
 #include "daemon/record_disk.h"
+#include "daemon/sync_directory.h"
 
 #define FILE_MODE 0666
 
@@ -325,14 +326,30 @@ void record_init(struct record *self, const struct rig_ports *inner, struct rig_
                                    : wrap_camera(self, RIG_RIGHT);
 }
 
-int record_start(struct record *self, struct session_writer *writer, struct message *message) {
-    INVARIANT(self->writer == NULL);
+/// Makes calls.log, which the disk has then, though not what will be in it.
+static int open_log(struct record *self, const struct session_writer *writer,
+                    struct message *message) {
     // In a directory that was there before, such a file is somebody else's.
     self->log = openat(writer->directory, SESSION_CALLS_NAME,
                        O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, FILE_MODE);
-    if (self->log < 0) {
-        return message_set(message, file_error(errno), "%s/%s: cannot be written: %s", writer->path,
-                           SESSION_CALLS_NAME, strerror(errno));
+    if (self->log >= 0 && sync_directory(writer->directory)) {
+        return 0;
+    }
+    const int number = errno;
+    if (self->log >= 0) {
+        close(self->log);
+        self->log = -1;
+        unlinkat(writer->directory, SESSION_CALLS_NAME, 0);
+    }
+    return message_set(message, file_error(number), "%s/%s: cannot be written: %s", writer->path,
+                       SESSION_CALLS_NAME, strerror(number));
+}
+
+int record_start(struct record *self, struct session_writer *writer, struct message *message) {
+    INVARIANT(self->writer == NULL);
+    const int opened = open_log(self, writer, message);
+    if (opened != 0) {
+        return opened;
     }
     self->writer = writer;
     self->ending = false;

@@ -16,6 +16,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/file_error.h"
+#include "daemon/sync_directory.h"
 #include "daemon/write_all.h"
 
 // Records begin with a letter, so no record's file has such a name.
@@ -71,7 +72,7 @@ static int open_file(const struct store *self, const char *name, int flags) {
     return fd;
 }
 
-/// Until the disk has it. Some file systems have no sync of directories; that is no failure.
+/// Until the disk has it. Some file systems have no sync; that is no failure.
 static bool sync_fd(int fd) {
     int result = 0;
     do {
@@ -199,7 +200,7 @@ static int save(void *opaque, const char *name, const void *data, size_t bytes) 
         unlinkat(self->directory_fd, temporary, 0);
         return error;
     }
-    return sync_fd(self->directory_fd) ? ERROR_OK : file_error(errno);
+    return sync_directory(self->directory_fd) ? ERROR_OK : file_error(errno);
 }
 
 static int remove_record(void *opaque, const char *name) {
@@ -208,7 +209,7 @@ static int remove_record(void *opaque, const char *name) {
     if (!is_name(name)) {
         return ERROR_ARGUMENT;
     }
-    if (unlinkat(self->directory_fd, name, 0) != 0 || !sync_fd(self->directory_fd)) {
+    if (unlinkat(self->directory_fd, name, 0) != 0 || !sync_directory(self->directory_fd)) {
         return file_error(errno);
     }
     return ERROR_OK;
@@ -249,9 +250,11 @@ static const char *advice(int error_number) {
     }
 }
 
-/// Makes, opens and locks the directory; its descriptor, or -1 with errno.
+/// Makes, opens and locks the directory; its descriptor, or -1 with errno. One that was there may
+/// have been made just before a kill: its name is synced, too, where that can be done.
 static int open_directory(const char *path) {
-    if (mkdir(path, 0700) != 0 && errno != EEXIST) {
+    const bool made = mkdir(path, 0700) == 0;
+    if (!made && errno != EEXIST) {
         const int error_number = errno;
         // A file system that cannot be written to may hold it all the same.
         if (error_number != EROFS && error_number != EACCES && error_number != EPERM) {
@@ -262,7 +265,7 @@ static int open_directory(const char *path) {
     do {
         fd = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     } while (fd < 0 && errno == EINTR);
-    if (fd >= 0 && flock(fd, LOCK_EX | LOCK_NB) != 0) {
+    if (fd >= 0 && (flock(fd, LOCK_EX | LOCK_NB) != 0 || (!sync_directory_at(fd, "..") && made))) {
         const int error_number = errno;
         close_fd(fd);
         errno = error_number;

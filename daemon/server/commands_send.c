@@ -22,6 +22,7 @@
 #include "daemon/server/files.h"
 #include "daemon/server/item.h"
 #include "daemon/server/surroundings.h"
+#include "daemon/sync_directory.h"
 
 /// Of the hidden files, by which abandoned ones are found.
 #define PART_END ".send"
@@ -165,13 +166,9 @@ static int finish(struct receipt *self) {
         unlinkat(self->root, self->part, 0);
         return files_refuse(self->call, self->name, number);
     }
-    if (renameat(self->root, self->part, self->root, self->name) != 0) {
+    if (renameat(self->root, self->part, self->root, self->name) != 0 ||
+        !sync_directory_at(self->root, ".")) {
         return files_refuse(self->call, self->name, errno);
-    }
-    const int directory = openat(self->root, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (directory >= 0) {
-        fsync(directory);
-        close(directory);
     }
     return answer(self, true);
 }

@@ -12,6 +12,7 @@
 #include "core/invariant.h"
 #include "daemon/file_error.h"
 #include "daemon/server/surroundings.h"
+#include "daemon/sync_directory.h"
 #include "daemon/write_all.h"
 
 int files_refuse(const struct command_call *call, const char *name, int number) {
@@ -134,7 +135,7 @@ int files_write(const struct command_call *call, const char *name, const void *d
     int number = errno;
     const bool closed = close(fd) == 0;
     if (written && closed && renameat(root, part, root, name) == 0) {
-        return 0;
+        return sync_directory_at(root, ".") ? 0 : files_refuse(call, name, errno);
     }
     number = written ? errno : number;
     unlinkat(root, part, 0);

@@ -27,8 +27,9 @@ DIR *files_list_below(int root, const char *name);
 /// Opens a directory, "" for all files.
 int files_open_directory(const struct command_call *call, const char *name);
 
-/// Writes a whole new file in one step: nobody ever sees half of it. 0 or an error with the call's
-/// message; then there is none.
+/// Writes a whole new file in one step: nobody ever sees half of it. 0: the disk has it and its
+/// name; or an error with the call's message: then there is none, or one that a power loss may take
+/// away.
 int files_write(const struct command_call *call, const char *name, const void *data, size_t bytes);
 
 /// What may be typed for a file, with its directories; for a directory; for a recorded session.

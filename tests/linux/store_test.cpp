@@ -135,6 +135,9 @@ TEST_CASE("a save makes sure of the file, then of its name; its calls") {
           "settings mkdir\n"
           "settings open rdonly directory cloexec\n"
           "settings flock\n"
+          ".. open rdonly directory cloexec\n"
+          ".. fsync\n"
+          ".. close\n"
           ". open rdonly noctty directory nofollow cloexec\n"
           ". readdir\n. readdir\n. readdir\n. readdir\n. readdir\n");
     CHECK(store.save("limits", kNew) == ERROR_OK);
@@ -159,6 +162,31 @@ TEST_CASE("a save makes sure of the file, then of its name; its calls") {
     CHECK(record() == "settings unlink limits\nsettings fsync\n");
     CHECK(store.remove("limits") == ERROR_MISSING);
     CHECK(store.load("limits", &data) == ERROR_MISSING);
+}
+
+TEST_CASE("the directory's own name is safe before there is a record in it") {
+    const linux_try::Kernel kernel;
+    const scratch directory;
+    const std::string path = directory / "new";
+    fake_kernel_watch(path.c_str());
+    {
+        const Store store(path);
+        REQUIRE(store.opened == ERROR_OK);
+        CHECK(record().rfind("new mkdir\n"
+                             "new open rdonly directory cloexec\n"
+                             "new flock\n"
+                             ".. open rdonly directory cloexec\n"
+                             ".. fsync\n"
+                             ".. close\n",
+                             0) == 0);
+    }
+    for (const int error : {EINTR, EINVAL, ENOTSUP, EIO, ENOSPC}) {
+        REQUIRE(rmdir(path.c_str()) == 0);
+        fake_kernel_fail(".. fsync", 1, error, 1);
+        const int expected = error == EIO ? ERROR_IO : error == ENOSPC ? ERROR_FULL : ERROR_OK;
+        CHECK(Store(path).opened == expected);
+        CHECK(fake_kernel_failed());
+    }
 }
 
 TEST_CASE("a record is a line of text and then the contents as they are") {
@@ -256,8 +284,9 @@ TEST_CASE("every system call fails in turn: the old or the new record, and the r
                     CHECK(load(place.path, "limits") == "again");
                 }
                 CHECK(nth >= 10);
-                // What may fail: to make the directory that is there, to clean up, to close it.
-                CHECK(succeeded <= 10);
+                // What may fail: to make the directory that is there, or to sync its name once
+                // more, to clean up, to close it.
+                CHECK(succeeded <= 13);
             }
         }
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A recording that is killed at every call of the system, in the middle of every write too, and one
-// that gets an error from every call: the directory can be read, and all that was told to be safe
-// is in it.
+// A recording that is killed at every call of the system, in the middle of every write too, one
+// that loses its power there, and one that gets an error from every call: the directory can be
+// read, and all that was told to be safe is in it.
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -12,6 +12,7 @@
 #include <fstream>
 
 #include "daemon/record.h"
+#include "power_loss.hpp"
 #include "scratch.hpp"
 #include "session_try.hpp"
 #include "synthetic/seed.hpp"
@@ -26,9 +27,11 @@ struct fate {
     bool killed = false;  // else it fails
     int error = 0;
     bool for_ever = false;  // all later calls fail, too
+    bool power = false;     // what is killed loses all that was not synced
 };
 fate coming;
 long calls;
+power_loss disk;
 
 /// Whether this call fails; does not return when the process dies here.
 bool strikes() {
@@ -36,6 +39,10 @@ bool strikes() {
     const bool now =
         coming.at != 0 && (calls == coming.at || (coming.for_ever && calls > coming.at));
     if (now && coming.killed) {
+        if (coming.power) {
+            coming = {};  // what is done now is not the recording's
+            disk.strike();
+        }
         raise(SIGKILL);
     }
     errno = now ? coming.error : errno;
@@ -60,11 +67,23 @@ int __wrap_openat(int directory, const char *path, int flags, ...) {
     va_start(arguments, flags);
     const mode_t mode = (flags & O_CREAT) != 0 ? va_arg(arguments, mode_t) : 0;
     va_end(arguments);
-    return strikes() ? -1 : __real_openat(directory, path, flags, mode);
+    if (strikes()) {
+        return -1;
+    }
+    const bool was_there = faccessat(directory, path, F_OK, 0) == 0;
+    const int file = __real_openat(directory, path, flags, mode);
+    if (file >= 0 && (flags & O_CREAT) != 0) {
+        disk.opened(power_loss::of(file), !was_there);
+    }
+    return file;
 }
 
 int __wrap_mkdirat(int directory, const char *path, mode_t mode) {
-    return strikes() ? -1 : __real_mkdirat(directory, path, mode);
+    const int code = strikes() ? -1 : __real_mkdirat(directory, path, mode);
+    if (code == 0) {
+        disk.made_directory(power_loss::of(directory, path));
+    }
+    return code;
 }
 
 // What is struck has come half of the way.
@@ -76,7 +95,11 @@ ssize_t __wrap_write(int file, const void *data, size_t bytes) {
 }
 
 int __wrap_ftruncate(int file, off_t length) {
-    return strikes() ? -1 : __real_ftruncate(file, length);
+    const int code = strikes() ? -1 : __real_ftruncate(file, length);
+    if (code == 0) {
+        disk.cut(power_loss::of(file), std::uintmax_t(length));
+    }
+    return code;
 }
 
 off_t __wrap_lseek(int file, off_t offset, int whence) {
@@ -84,7 +107,11 @@ off_t __wrap_lseek(int file, off_t offset, int whence) {
 }
 
 int __wrap_fsync(int file) {
-    return strikes() ? -1 : __real_fsync(file);
+    const int code = strikes() ? -1 : __real_fsync(file);
+    if (code == 0) {
+        disk.synced(file);
+    }
+    return code;
 }
 
 int __wrap_close(int file) {
@@ -94,11 +121,19 @@ int __wrap_close(int file) {
 }
 
 int __wrap_renameat(int from, const char *old_path, int to, const char *new_path) {
-    return strikes() ? -1 : __real_renameat(from, old_path, to, new_path);
+    const int code = strikes() ? -1 : __real_renameat(from, old_path, to, new_path);
+    if (code == 0) {
+        disk.renamed(power_loss::of(from, old_path), power_loss::of(to, new_path));
+    }
+    return code;
 }
 
 int __wrap_unlinkat(int directory, const char *path, int flags) {
-    return strikes() ? -1 : __real_unlinkat(directory, path, flags);
+    const int code = strikes() ? -1 : __real_unlinkat(directory, path, flags);
+    if (code == 0) {
+        disk.removed(power_loss::of(directory, path));
+    }
+    return code;
 }
 }
 
@@ -182,6 +217,7 @@ int run(const recording &what, const std::string &path, const fate &fate, std::s
     if (child == 0) {
         calls = 0;
         coming = fate;
+        disk = {};
         const int code = record_pairs(what, path, ends[1]);
         _exit(code == 0 ? 0 : 1);
     }
@@ -220,9 +256,42 @@ TEST_CASE("killed at every call") {
         const scratch folder;
         std::string told;
         INFO("call ", at);
-        REQUIRE(run(what, folder / "session", {at, true, 0, false}, &told) == -1);
+        REQUIRE(run(what, folder / "session", {at, true, 0, false, false}, &told) == -1);
         check_what_is_left(what, folder / "session", told, true);
     }
+}
+
+TEST_CASE("without power at every call") {
+    const recording what;
+    const long count = count_calls(what);
+    for (long at = 1; at <= count; at++) {
+        const scratch folder;
+        std::string told;
+        INFO("call ", at);
+        REQUIRE(run(what, folder / "session", {at, true, 0, false, true}, &told) == -1);
+        check_what_is_left(what, folder / "session", told, true);
+    }
+}
+
+TEST_CASE("a disk without sync of directories will do, but not one that fails to") {
+    const recording what;
+    const long count = count_calls(what);
+    long spared_by_EINVAL = 0, spared_by_EIO = 0;
+    for (const int error : {EINVAL, EIO}) {
+        long &spared = error == EINVAL ? spared_by_EINVAL : spared_by_EIO;
+        for (long at = 1; at <= count; at++) {
+            const scratch folder;
+            std::string told;
+            INFO("call ", at, ", error ", error);
+            coming = {};
+            spared += run(what, folder / "session", {at, false, error, false, false}, &told) == 0;
+        }
+    }
+    // Those of directories: of the session's own for its index and each frame, and of the one
+    // above.
+    CHECK(spared_by_EINVAL == spared_by_EIO + 1 + 2 * kPairs + 1);
+    // What is closed is synced already.
+    CHECK(spared_by_EIO == 3);
 }
 
 TEST_CASE("an error from every call, once and for ever") {
@@ -234,7 +303,8 @@ TEST_CASE("an error from every call, once and for ever") {
                 const scratch folder;
                 std::string told;
                 INFO("call ", at, ", error ", error, ", for ever ", for_ever);
-                const int code = run(what, folder / "session", {at, false, error, for_ever}, &told);
+                const int code =
+                    run(what, folder / "session", {at, false, error, for_ever, false}, &told);
                 REQUIRE(code >= 0);
                 check_what_is_left(what, folder / "session", told, for_ever);
                 // What fails once costs at most the pair that was being written.
