@@ -65,8 +65,10 @@ static int discard(struct sim_connection *self, size_t bytes, int64_t deadline_m
     return error;
 }
 
-static bool has_data(int32_t status) {
-    return status == SIMRIG_OK || (status <= SIMRIG_I2C_NACK_ADDRESS && status >= SIMRIG_I2C_STUCK);
+static bool has_data(const struct sim_exchange *exchange) {
+    return exchange->status == SIMRIG_OK ||
+           (exchange->type == SIMRIG_I2C && exchange->status <= SIMRIG_I2C_NACK_ADDRESS &&
+            exchange->status >= SIMRIG_I2C_STUCK);
 }
 
 // The body of a reply, behind the status.
@@ -88,6 +90,14 @@ static int receive_text(struct sim_connection *self, size_t bytes, int64_t deadl
     const size_t kept = bytes < sizeof self->text - 1 ? bytes : sizeof self->text - 1;
     const int error = sim_socket_receive(self->socket, self->text, kept, deadline_ms);
     self->text[kept] = '\0';
+    // Whatever answers there, what people read is one line and nothing but that.
+    for (size_t i = 0; i < kept; i++) {
+        const unsigned char c = (unsigned char)self->text[i];
+        self->text[i] = c < ' ' || c == 0x7F ? '?' : self->text[i];
+    }
+    if (kept == 0) {
+        say(self, "the simulated rig refuses it and does not say why");
+    }
     return error == ERROR_OK ? discard(self, bytes - kept, deadline_ms) : error;
 }
 
@@ -105,9 +115,8 @@ static int receive(struct sim_connection *self, struct sim_exchange *exchange,
         return ERROR_SYNTAX;
     }
     exchange->status = (int32_t)sim_bytes_u32(head + SIMRIG_HEADER_BYTES);
-    return has_data(exchange->status)
-               ? receive_data(self, exchange, bytes - STATUS_BYTES, deadline_ms)
-               : receive_text(self, bytes - STATUS_BYTES, deadline_ms);
+    return has_data(exchange) ? receive_data(self, exchange, bytes - STATUS_BYTES, deadline_ms)
+                              : receive_text(self, bytes - STATUS_BYTES, deadline_ms);
 }
 
 static int run_once(struct sim_connection *self, struct sim_exchange *exchange,

@@ -49,7 +49,8 @@ static int ask(struct sim_gpio *self, uint32_t *levels) {
         return error;
     }
     const size_t count = sim_bytes_u32(head + 4);
-    if (request.rest_bytes != count * EDGE_BYTES) {
+    // In 32 bits a greater count times its bytes may be few again.
+    if (count > EDGES_MAX || request.rest_bytes != count * EDGE_BYTES) {
         return ERROR_IO;
     }
     for (size_t i = 0; i < count; i++) {

@@ -44,7 +44,7 @@ size_t sim_i2c_begun(int32_t status, const struct hal_i2c_message *messages, siz
         return 0;  // the lines were looked at before START
     }
     if (status == SIMRIG_I2C_NACK_ADDRESS) {
-        return before + 1;
+        return before < all ? before + 1 : all;
     }
     // The address, the bytes that are whole, and the one under way. Where it was lost before that,
     // in a START or an address, less is true.

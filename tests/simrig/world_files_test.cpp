@@ -74,6 +74,8 @@ TEST_CASE("every mistake in a scene is named with its line") {
         {"radius_mm: 30", "radius_mm: -3", ":16: -3 is not between 0.1 and 1000"},
         {"radius_mm: 30", "radius: 3", ":16: 'radius' is not known here"},
         {"ball", "ghost", ":16: part 'ghost' is not known"},
+        {"ball", "\"two\\nlines\"", ":16: part 'two?lines' is not known"},
+        {"ball", "[1, 2]", ":16: a word is wanted here"},
         {"size_mm: [600, 400]", "size_mm: [600]", ":10: 2 numbers are wanted here, not 1"},
         {"material: m", "material: q", ":10: material 'q' is not in this file"},
         {"material: c", "material: m", ":13: this material is not for a solid"},

@@ -4,6 +4,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <cmath>
+#include <fstream>
 #include <sstream>
 
 namespace world {
@@ -18,25 +19,42 @@ std::string number_text(double value) {
     return text.str();
 }
 
+// Of what a file holds, between quotes, anything may be part.
+std::string one_line(std::string text) {
+    for (char &c : text) {
+        const auto byte = static_cast<unsigned char>(c);
+        c = byte < 0x20 || byte == 0x7F ? '?' : c;
+    }
+    return text;
+}
+
 }  // namespace
 
 Entry::Entry(std::string file, const YAML::Node &node)
     : file_(std::move(file)), node_(std::make_shared<const YAML::Node>(node)) {}
 
 Entry Entry::of_file(const std::string &path) {
-    try {
-        return Entry(path, YAML::LoadFile(path));
-    } catch (const YAML::BadFile &) {
+    std::ifstream stream(path, std::ios::binary);
+    if (!stream) {
         throw BadFile(path + ": cannot be read");
+    }
+    std::ostringstream text;
+    text << stream.rdbuf();
+    return of_text(path, text.str());
+}
+
+Entry Entry::of_text(const std::string &name, const std::string &text) {
+    try {
+        return Entry(name, YAML::Load(text));
     } catch (const YAML::ParserException &error) {
-        throw BadFile(path + ":" + std::to_string(error.mark.line + 1) +
-                      ": not YAML: " + error.msg);
+        throw BadFile(name + ":" + std::to_string(error.mark.line + 1) +
+                      ": not YAML: " + one_line(error.msg));
     }
 }
 
 void Entry::fail(const std::string &what) const {
     const int line = node_->Mark().line;
-    throw BadFile(file_ + ":" + std::to_string(line < 0 ? 1 : line + 1) + ": " + what);
+    throw BadFile(file_ + ":" + std::to_string(line < 0 ? 1 : line + 1) + ": " + one_line(what));
 }
 
 bool Entry::has(const std::string &key) const {
@@ -69,7 +87,7 @@ std::string Entry::only_key() const {
     if (!node_->IsMap() || node_->size() != 1) {
         fail("one key with its values is wanted here");
     }
-    return node_->begin()->first.as<std::string>();
+    return Entry(file_, node_->begin()->first).text();
 }
 
 void Entry::allow(const std::set<std::string> &keys) const {

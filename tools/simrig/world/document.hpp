@@ -28,6 +28,8 @@ class Entry {
   public:
     /// The whole file. Throws BadFile when it cannot be read or is not YAML.
     static Entry of_file(const std::string &path);
+    /// The same of a text that is in memory, of a file called `name`.
+    static Entry of_text(const std::string &name, const std::string &text);
 
     /// Throws BadFile at this entry's line.
     [[noreturn]] void fail(const std::string &what) const;

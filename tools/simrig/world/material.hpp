@@ -15,6 +15,13 @@ namespace world {
 
 enum class MaterialKind { kPlaster, kWood, kPainted, kClay, kPlastic, kBoard, kPaper };
 
+/// What is painted on a wall, and how large.
+struct Ornament {
+    std::string name;  ///< empty: nothing
+    Vec2 size_mm;
+    int seed = 0;
+};
+
 struct Material {
     MaterialKind kind = MaterialKind::kClay;
     std::vector<Colour> tones;  ///< one, or one for each tone of the parts
@@ -23,7 +30,8 @@ struct Material {
     double gloss = 0;
     double gloss_blur_rad = 0.1;
     Board board;
-    Raster raster;
+    Ornament ornament;
+    Raster raster;  ///< the ornament, once it is drawn
     NoiseLayer layer[4];
     double plank_mm = 120;
 };
@@ -45,6 +53,9 @@ struct SurfacePlace {
 
 /// Sets the layers of noise that this kind needs; `number` makes two surfaces of a kind differ.
 void prepare(Material &material, int number);
+
+/// Draws the ornament, where there is one.
+void draw_ornament(Material &material);
 
 double reflectance(const Material &material, const SurfacePlace &place, int channel);
 

@@ -54,6 +54,10 @@ struct Hit {
     const Object *object = nullptr;
 };
 
+/// Reads the text of a scene file that is called `name`; its ornaments, its noise and its light
+/// are missing yet. Throws BadFile.
+Scene parse_scene(const std::string &name, const std::string &text);
+
 /// Reads a scene file, draws its ornaments and works out its light. Throws BadFile.
 Scene load_scene(const std::string &path);
 

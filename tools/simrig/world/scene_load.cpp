@@ -81,9 +81,7 @@ Material read_material(const Entry &entry) {
         if (size.x < 20 || size.x > 2000 || size.y < 20 || size.y > 2000) {
             entry.at("ornament_size_mm").fail("an ornament is 20 to 2000 mm wide and high");
         }
-        material.raster =
-            draw_ornament(name, size.x, size.y, material.tones[0],
-                          static_cast<std::uint64_t>(entry.at("ornament_seed").whole(0, 1000000)));
+        material.ornament = {name, size, entry.at("ornament_seed").whole(0, 1000000)};
     }
     return material;
 }
@@ -251,7 +249,6 @@ std::unique_ptr<Object> read_object(const Entry &entry, const Pose &room,
         e.at("material").fail("material '" + material + "' is not in this file");
     }
     object->material = read_material(found->second);
-    prepare(object->material, id);
     object->world_object =
         room * Pose{turn_of(e.vector("turn_deg", {})), e.at("position_mm").vector()};
     object->object_world = inverse(object->world_object);
@@ -269,10 +266,7 @@ std::unique_ptr<Object> read_object(const Entry &entry, const Pose &room,
     return object;
 }
 
-}  // namespace
-
-Scene load_scene(const std::string &path) {
-    const Entry file = Entry::of_file(path);
+Scene read_scene(const Entry &file) {
     file.allow(
         {"room", "lights", "ambient", "floor_ambient", "bounce_lux", "materials", "objects"});
     const Entry frame = file.at("room");
@@ -304,6 +298,21 @@ Scene load_scene(const std::string &path) {
             read_object(object, room, materials, static_cast<int>(scene.objects.size()) + 1);
         name_once(object, scene, read->name);
         scene.objects.push_back(std::move(read));
+    }
+    return scene;
+}
+
+}  // namespace
+
+Scene parse_scene(const std::string &name, const std::string &text) {
+    return read_scene(Entry::of_text(name, text));
+}
+
+Scene load_scene(const std::string &path) {
+    Scene scene = read_scene(Entry::of_file(path));
+    for (const auto &object : scene.objects) {
+        draw_ornament(object->material);
+        prepare(object->material, object->id);
     }
     light_scene(scene);
     return scene;
