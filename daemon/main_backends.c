@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/replay/replay_profile.h"
 
 static int open_sim(struct main_backends *self, const struct config *config,
                     struct rig_ports *ports, struct message *message) {
@@ -21,28 +22,36 @@ static int open_sim(struct main_backends *self, const struct config *config,
     return 0;
 }
 
-static int open_replay(struct main_backends *self, const struct config *config,
-                       struct rig_ports *ports, struct message *message) {
-    char profile[SESSION_NAME_MAX + 1] = "";
-    const int error = replay_open(&self->replay, AT_FDCWD, config->backend_place, profile, message);
+/// Of a recording that is played the instrument is what it was then, whatever the settings say.
+static int take_profile(struct config *config, struct message *message) {
+    int error = replay_profile(AT_FDCWD, config->backend_place, config, message);
+    if (error == 0) {
+        error = config_check(config, message);
+    }
+    if (error == 0) {
+        return 0;
+    }
+    const struct message why = *message;
+    return message_set(message, error, "backend = replay %s: %.900s", config->backend_place,
+                       why.text);
+}
+
+static int open_replay(struct main_backends *self, struct config *config, struct rig_ports *ports,
+                       struct message *message) {
+    int error = replay_open(&self->replay, AT_FDCWD, config->backend_place, NULL, message);
     self->has_replay = error == 0;
+    // Pairs alone play for any profile of two cameras.
+    const bool calls = error == 0 && self->replay.log != NULL;
+    error = calls ? take_profile(config, message) : error;
     if (error != 0) {
         return error;
-    }
-    // Pairs alone play for any profile of two cameras.
-    const bool calls = self->replay.log != NULL;
-    if (calls && profile[0] != '\0' && strcmp(profile, config->profile.name) != 0) {
-        return message_set(message, ERROR_ARGUMENT,
-                           "backend = replay %s: the session is of the profile %s: set profile = "
-                           "%s",
-                           config->backend_place, profile, profile);
     }
     *ports = self->replay.ports;
     const char *lack = rig_ports_lack(&config->profile, ports);
     if (lack != NULL && calls) {
         return message_set(message, ERROR_ARGUMENT,
-                           "backend = replay %s: what was recorded has not %s, which the settings "
-                           "ask for",
+                           "backend = replay %s: what was recorded has not %s, which its profile "
+                           "asks for",
                            config->backend_place, lack);
     }
     if (lack != NULL) {
@@ -97,9 +106,8 @@ static int wrap_faults(struct main_backends *self, const char *script, struct ri
     return 0;
 }
 
-int main_backends_open(struct main_backends *self, const struct config *config,
-                       const struct hal_log *log, struct rig_ports *ports,
-                       struct message *message) {
+int main_backends_open(struct main_backends *self, struct config *config, const struct hal_log *log,
+                       struct rig_ports *ports, struct message *message) {
     struct rig_ports inner = {0};
     int error = 0;
     switch (config->backend) {

@@ -38,10 +38,11 @@ struct main_backends {
     bool time_passes;  ///< by itself, and not by the rig's own waits alone
 };
 
-/// Opens what the settings name. `*ports` are the rig's. 0, or an error with a message;
-/// main_backends_close is needed in any case.
-int main_backends_open(struct main_backends *self, const struct config *config,
-                       const struct hal_log *log, struct rig_ports *ports, struct message *message);
+/// Opens what the settings name. `*ports` are the rig's. Of a recording that is played the profile
+/// in the settings becomes what it was then. 0, or an error with a message; main_backends_close is
+/// needed in any case.
+int main_backends_open(struct main_backends *self, struct config *config, const struct hal_log *log,
+                       struct rig_ports *ports, struct message *message);
 /// What is no part of the rig, behind the same faults, once they are open: `real` (NULL: NULL),
 /// which must not move, or what stands in front of it.
 const struct hal_store *main_backends_store(struct main_backends *self,

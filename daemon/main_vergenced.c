@@ -20,6 +20,7 @@
 #include "daemon/scribe.h"
 #include "daemon/server/commands_daemon.h"
 #include "daemon/server/config.h"
+#include "daemon/server/config_profile.h"
 #include "daemon/server/confine.h"
 #include "daemon/server/notify.h"
 #include "daemon/server/server.h"
@@ -52,6 +53,7 @@ struct arguments {
     const char *config;
     const char *check;
     bool help_config;
+    const char *help_profile;
     bool version;
 };
 
@@ -65,11 +67,19 @@ static const struct option options[] = {
      .kind = OPTION_TEXT,
      .offset = offsetof(struct arguments, check),
      .value_name = "FILE",
-     .help = "Only check a file of settings."},
+     .help =
+         "Only check a file of settings, and the profile's that it names; or a profile's, whose "
+         "name ends in .profile."},
     {.name = "help-config",
      .kind = OPTION_FLAG,
      .offset = offsetof(struct arguments, help_config),
      .help = "Print all settings with their defaults, each explained: a file to begin with."},
+    {.name = "help-profile",
+     .kind = OPTION_TEXT,
+     .offset = offsetof(struct arguments, help_profile),
+     .value_name = "NAME",
+     .help =
+         "Print a built-in profile, each line explained: a file to begin one of your own with."},
     {.name = "version",
      .kind = OPTION_FLAG,
      .offset = offsetof(struct arguments, version),
@@ -306,11 +316,27 @@ static int serve(struct daemon *self) {
     return code;
 }
 
+/// The settings of a file and of words; to be checked alone may also be a profile's file, which
+/// settings of defaults have then. 0, or an error with a message.
+static int load_config(struct config *config, const char *path, bool check,
+                       const char *words[SETTINGS_MAX + 1], int count, struct message *message) {
+    static const char key[] = "profile=";
+    char profile[sizeof key + CONFIG_TEXT_BYTES];
+    if (!check || !config_profile_has_ending(path)) {
+        return config_load(config, path, words, count, message);
+    }
+    if ((size_t)snprintf(profile, sizeof profile, "%s%s", key, path) >= sizeof profile) {
+        return message_set(message, ERROR_RANGE, "%s: the name is too long", path);
+    }
+    words[count] = profile;
+    return config_load(config, NULL, words, count + 1, message);
+}
+
 /// The exit code; what was printed may still wait in the buffer of standard output.
 static int run(int argc, char **argv) {
     static struct daemon daemon;
     struct arguments arguments = {0};
-    const char *settings[SETTINGS_MAX];
+    const char *settings[SETTINGS_MAX + 1];
     int setting_count = 0;
     const int code = options_parse(&page, argc, argv, &arguments, settings, &setting_count);
     if (code != OPTIONS_CONTINUE) {
@@ -320,16 +346,21 @@ static int run(int argc, char **argv) {
         config_help_print(stdout);
         return CLIENT_OK;
     }
+    struct message message;
+    if (arguments.help_profile != NULL) {
+        return config_profile_print(stdout, arguments.help_profile, &message) == 0 ? CLIENT_OK
+                                                                                   : fail(&message);
+    }
     if (arguments.version) {
         printf("vergenced %s (build %s)\n", client_version(), client_build_id());
         return CLIENT_OK;
     }
-    struct message message;
     const char *path = arguments.check != NULL ? arguments.check : arguments.config;
     if (path == NULL && access(usual_config, F_OK) == 0) {
         path = usual_config;
     }
-    if (config_load(&daemon.config, path, settings, setting_count, &message) != 0) {
+    if (load_config(&daemon.config, path, arguments.check != NULL, settings, setting_count,
+                    &message) != 0) {
         return fail(&message);
     }
     if (arguments.check != NULL) {

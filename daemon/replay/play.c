@@ -10,6 +10,7 @@
 #include "core/invariant.h"
 #include "daemon/capture.h"
 #include "daemon/replay/replay.h"
+#include "daemon/replay/replay_profile.h"
 #include "daemon/server/config.h"
 #include "daemon/session_write.h"
 #include "rig/command.h"
@@ -245,23 +246,18 @@ static void compare_pair(struct play *self) {
     self->outcome->pairs++;
 }
 
-static int apply_setting(struct play *self, struct message *message) {
-    char *equals = strstr(self->event.text, " = ");
-    if (equals == NULL || self->up) {
-        return message_set(message, ERROR_SYNTAX, "%s: \"%.200s\" is no setting",
-                           self->session.path, self->event.text);
-    }
-    *equals = '\0';
-    struct message why;
-    const int error = config_set(&self->config, self->event.text, equals + strlen(" = "), &why);
-    return error == 0 ? 0 : message_set(message, error, "%s: %.900s", self->session.path, why.text);
+/// Those before the first command have been taken, by replay_profile.
+static int refuse_late_setting(const struct play *self, struct message *message) {
+    return self->up ? message_set(message, ERROR_SYNTAX, "%s: \"%.200s\" comes after a command",
+                                  self->session.path, self->event.text)
+                    : 0;
 }
 
 /// One event; 0, or an error that ends the play.
 static int play_event(struct play *self, struct message *message) {
     switch (self->event.kind) {
         case SESSION_SETTING:
-            return apply_setting(self, message);
+            return refuse_late_setting(self, message);
         case SESSION_COMMAND:
             run_command(self);
             break;
@@ -302,7 +298,6 @@ static int look_ahead(struct play *self, int parent, const char *path, struct me
 }
 
 static int open_all(struct play *self, int parent, const char *path, struct message *message) {
-    struct message why;
     int error = look_ahead(self, parent, path, message);
     if (error == 0) {
         error = replay_open(&self->replay, parent, path, NULL, message);
@@ -317,11 +312,8 @@ static int open_all(struct play *self, int parent, const char *path, struct mess
     }
     self->calls = self->replay.calls;
     config_defaults(&self->config);
-    error = config_set(&self->config, "profile", self->outcome->profile, &why);
-    if (error != 0) {
-        return message_set(message, error, "%s: %.900s", path, why.text);
-    }
-    return session_reader_open(&self->session, parent, path, NULL, message);
+    error = replay_profile(parent, path, &self->config, message);
+    return error != 0 ? error : session_reader_open(&self->session, parent, path, NULL, message);
 }
 
 static int play_all(struct play *self, struct message *message) {

@@ -306,22 +306,24 @@ static void begin_afresh(struct rig *rig) {
     rig_init(rig, &profile, &ports, &observer);
 }
 
-/// In what the instrument differs from its profile: whoever plays this has no file of settings.
+/// In what the instrument differs from the profile of its name, or which one it is like: whoever
+/// plays this has no file of settings, and none of a profile.
 static int write_settings(const struct command_call *call, struct message *message) {
     const struct config *config = surroundings_of(call)->config;
+    const bool named = strcmp(config->profile.name, config->like) == 0;
     struct config usual;
-    int error = 0;
     config_defaults(&usual);
-    usual.profile = config->profile;
-    if (rig_profile_named(config->profile.name, &usual.profile) != 0) {
-        return message_set(message, ERROR_MISSING, "there is no profile %s", config->profile.name);
+    int error = config_set(&usual, CONFIG_PROFILE_KEY, config->like, message);
+    INVARIANT(error == 0);
+    if (!named) {
+        error = session_writer_setting(&session.writer, CONFIG_PROFILE_KEY, config->like, message);
     }
     for (size_t i = 0; error == 0 && i < config_key_count(); i++) {
         char value[CONFIG_TEXT_BYTES + 16];
         char before[CONFIG_TEXT_BYTES + 16];
         config_key_print(config, i, value, sizeof value);
         config_key_print(&usual, i, before, sizeof before);
-        if (strncmp(config_key_name(i), "rig.", 4) == 0 && strcmp(value, before) != 0) {
+        if (config_key_is_of_rig(i) && strcmp(value, before) != 0) {
             error = session_writer_setting(&session.writer, config_key_name(i), value, message);
             // Some set others, too: what remains to be said shows once they are set.
             error = error != 0 ? error : config_set(&usual, config_key_name(i), value, message);

@@ -9,6 +9,16 @@
 #include "hal/log.h"
 #include "rig/command_words.h"
 
+static int set_built_in(struct config *config, const char *name) {
+    const int error = rig_profile_named(name, &config->base);
+    if (error == 0) {
+        config->profile = config->base;
+        memcpy(config->like, config->base.name, sizeof config->like);
+        config->profile_file[0] = '\0';
+    }
+    return error;
+}
+
 void config_defaults(struct config *config) {
     *config = (struct config){
         .backend = CONFIG_BACKEND_LINUX,
@@ -32,8 +42,15 @@ void config_defaults(struct config *config) {
         .log_level = HAL_LOG_INFO,
         .confine = true,
     };
-    const int error = rig_profile_named("rig", &config->profile);
+    const int error = set_built_in(config, "rig");
     INVARIANT(error == 0);
+}
+
+void config_take_profile(struct config *config, const struct config *from) {
+    config->base = from->base;
+    config->profile = from->base;
+    memcpy(config->like, from->like, sizeof config->like);
+    memcpy(config->profile_file, from->profile_file, sizeof config->profile_file);
 }
 
 static int64_t load(const struct config *config, const struct config_key *key) {
@@ -71,8 +88,8 @@ static double least_number(const struct config_key *key) {
     return key->none != NULL ? key->least + 1 : key->least;
 }
 
-static int set_number(struct config *config, const struct config_key *key, const char *value,
-                      struct message *message) {
+static int set_number(struct config *config, const struct config_key *key, const char *called,
+                      const char *value, struct message *message) {
     int64_t number = 0;
     const bool none = key->none != NULL && strcmp(value, key->none) == 0;
     const char *unit = key->unit != NULL ? key->unit : "";
@@ -82,13 +99,12 @@ static int set_number(struct config *config, const struct config_key *key, const
     if (none) {
         number = (int64_t)key->least;
     } else if (!command_words_integer(value, &number)) {
-        return message_set(
-            message, ERROR_SYNTAX, "%s \"%s\" is no whole number: expected is %.0f to %.0f%s%s%s%s",
-            key->name, value, least_number(key), key->most, blank, unit, or_word, word);
+        return message_set(message, ERROR_SYNTAX,
+                           "%s \"%s\" is no whole number: expected is %.0f to %.0f%s%s%s%s", called,
+                           value, least_number(key), key->most, blank, unit, or_word, word);
     } else if ((double)number < least_number(key) || (double)number > key->most) {
         return message_set(message, ERROR_RANGE, "%s %s is out of range: from %.0f to %.0f%s%s%s%s",
-                           key->name, value, least_number(key), key->most, blank, unit, or_word,
-                           word);
+                           called, value, least_number(key), key->most, blank, unit, or_word, word);
     }
     store(config, key, number);
     return 0;
@@ -144,62 +160,93 @@ static int set_backend(struct config *config, const char *value, struct message 
                        value);
 }
 
-static int set_choice(struct config *config, const struct config_key *key, const char *value,
-                      struct message *message) {
+static int set_choice(struct config *config, const struct config_key *key, const char *called,
+                      const char *value, struct message *message) {
     const int place = command_words_choice(value, key->choices);
     if (place < 0) {
-        return message_set(message, ERROR_ARGUMENT, "%s \"%s\": expected is one of: %s", key->name,
+        return message_set(message, ERROR_ARGUMENT, "%s \"%s\": expected is one of: %s", called,
                            value, key->choices);
     }
     store(config, key, place + (int64_t)key->least);
     return 0;
 }
 
-static const struct config_key *find_key(const char *name, const char **nearest) {
+static int set_name(struct config *config, const struct config_key *key, const char *called,
+                    const char *value, struct message *message) {
+    static const char characters[] =
+        "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_.";
+    const size_t length = strlen(value);
+    if (length >= key->bytes || strspn(value, characters) != length ||
+        strchr("-_.", value[0]) != NULL) {
+        return message_set(
+            message, ERROR_ARGUMENT,
+            "%s \"%s\": expected are 1 to %zu letters, digits, - _ and ., a letter or "
+            "a digit first",
+            called, value, key->bytes - 1);
+    }
+    memcpy((char *)config + key->offset, value, length + 1);
+    return 0;
+}
+
+const char *config_key_called(const struct config_key *key, bool in_profile) {
+    return !in_profile                   ? key->name
+           : key->kind == CONFIG_PROFILE ? CONFIG_LIKE
+                                         : key->name + strlen(CONFIG_RIG);
+}
+
+/// Whether lines of this kind may have the key.
+static bool belongs(const struct config_key *key, bool in_profile) {
+    size_t count = 0;
+    return !in_profile || key->kind == CONFIG_PROFILE ||
+           config_key_is_of_rig((size_t)(key - config_keys(&count)));
+}
+
+const struct config_key *config_key_find(const char *called, bool in_profile,
+                                         const char **nearest) {
     size_t count = 0;
     const struct config_key *keys = config_keys(&count);
     int least = COMMAND_SLIPS_MAX + 1;
     *nearest = NULL;
     for (size_t i = 0; i < count; i++) {
-        if (strcmp(keys[i].name, name) == 0) {
+        if (!belongs(&keys[i], in_profile)) {
+            continue;
+        }
+        const char *name = config_key_called(&keys[i], in_profile);
+        if (strcmp(name, called) == 0) {
             return &keys[i];
         }
-        const int distance = command_words_distance(name, keys[i].name);
+        const int distance = command_words_distance(called, name);
         if (distance < least) {
             least = distance;
-            *nearest = keys[i].name;
+            *nearest = name;
         }
     }
     return NULL;
 }
 
-int config_set(struct config *config, const char *name, const char *value,
-               struct message *message) {
-    const char *nearest = NULL;
+int config_key_set(struct config *config, const struct config_key *key, const char *called,
+                   const char *value, struct message *message) {
     int error = 0;
-    const struct config_key *key = find_key(name, &nearest);
-    if (key == NULL) {
-        return message_set(message, ERROR_ARGUMENT, "there is no key \"%s\"%s%s%s", name,
-                           nearest != NULL ? "; did you mean \"" : "",
-                           nearest != NULL ? nearest : "; see vergenced --help-config",
-                           nearest != NULL ? "\"?" : "");
-    }
     switch (key->kind) {
         case CONFIG_PROFILE:
-            if (rig_profile_named(value, &config->profile) != 0) {
-                return message_set(message, ERROR_ARGUMENT,
-                                   "profile \"%s\": expected is one of: rig two-cameras "
-                                   "two-cameras-lens",
-                                   value);
-            }
-            return 0;
+            error = set_built_in(config, value);
+            return error == 0 ? 0
+                              : message_set(message, ERROR_ARGUMENT,
+                                            "%s \"%s\": expected is one of: rig two-cameras "
+                                            "two-cameras-lens%s",
+                                            called, value,
+                                            strcmp(called, key->name) == 0
+                                                ? ", or the name of a file that ends in .profile"
+                                                : "");
+        case CONFIG_NAME:
+            return set_name(config, key, called, value, message);
         case CONFIG_BACKEND:
             return set_backend(config, value, message);
         case CONFIG_TEXT:
             return set_text(config, key, value, message);
         case CONFIG_LENSES:
         case CONFIG_CHOICE:
-            error = set_choice(config, key, value, message);
+            error = set_choice(config, key, called, value, message);
             if (error == 0 && key->kind == CONFIG_LENSES) {
                 rig_profile_set_lenses(&config->profile, config->profile.lenses);
             }
@@ -207,7 +254,17 @@ int config_set(struct config *config, const char *name, const char *value,
         case CONFIG_NUMBER:
             break;
     }
-    return set_number(config, key, value, message);
+    return set_number(config, key, called, value, message);
+}
+
+int config_set(struct config *config, const char *name, const char *value,
+               struct message *message) {
+    const char *nearest = NULL;
+    const struct config_key *key = config_key_find(name, false, &nearest);
+    if (key == NULL) {
+        return message_set(message, ERROR_ARGUMENT, "there is no key \"%s\"", name);
+    }
+    return config_key_set(config, key, name, value, message);
 }
 
 size_t config_key_count(void) {
@@ -223,6 +280,10 @@ const char *config_key_name(size_t index) {
     return keys[index].name;
 }
 
+bool config_key_is_of_rig(size_t index) {
+    return strncmp(config_key_name(index), CONFIG_RIG, strlen(CONFIG_RIG)) == 0;
+}
+
 void config_key_print(const struct config *config, size_t index, char *text, size_t bytes) {
     static const char *const backends[] = {
         [CONFIG_BACKEND_SIM] = "sim", [CONFIG_BACKEND_LINUX] = "linux", "replay"};
@@ -233,7 +294,11 @@ void config_key_print(const struct config *config, size_t index, char *text, siz
     char word[COMMAND_CHOICE_MAX];
     switch (key->kind) {
         case CONFIG_PROFILE:
-            snprintf(text, bytes, "%s", config->profile.name);
+            snprintf(text, bytes, "%s",
+                     config->profile_file[0] != '\0' ? config->profile_file : config->like);
+            break;
+        case CONFIG_NAME:
+            snprintf(text, bytes, "%s", place);
             break;
         case CONFIG_BACKEND:
             snprintf(text, bytes, "%s%s%s", backends[config->backend],
@@ -258,8 +323,7 @@ void config_key_print(const struct config *config, size_t index, char *text, siz
     }
 }
 
-/// A comment, wrapped.
-static void print_comment(FILE *file, const char *text) {
+void config_comment_print(FILE *file, const char *text) {
     size_t column = 0;
     for (const char *at = text; *at != '\0';) {
         at += strspn(at, " ");
@@ -273,33 +337,46 @@ static void print_comment(FILE *file, const char *text) {
     fputc('\n', file);
 }
 
+void config_key_explain(FILE *file, const struct config *config, const struct config_key *key,
+                        bool in_profile, const char *line_begins) {
+    size_t count = 0;
+    char value[CONFIG_TEXT_BYTES + 16];
+    char help[1024];
+    size_t length = (size_t)snprintf(help, sizeof help, "%s", key->help);
+    if (key->kind == CONFIG_NUMBER) {
+        const bool off = key->none != NULL;
+        length +=
+            (size_t)snprintf(help + length, sizeof help - length, " (%s%s%.0f to %.0f%s%s)",
+                             off ? key->none : "", off ? ", " : "", least_number(key), key->most,
+                             key->unit != NULL ? " " : "", key->unit != NULL ? key->unit : "");
+    } else if (key->kind == CONFIG_CHOICE || key->kind == CONFIG_LENSES) {
+        length += (size_t)snprintf(help + length, sizeof help - length, " (%s)", key->choices);
+    }
+    INVARIANT(length < sizeof help);
+    config_key_print(config, (size_t)(key - config_keys(&count)), value, sizeof value);
+    fputc('\n', file);
+    config_comment_print(file, help);
+    fprintf(file, "%s%s = %s\n", line_begins, config_key_called(key, in_profile), value);
+}
+
 void config_help_print(FILE *file) {
     struct config defaults;
     size_t count = 0;
     const struct config_key *keys = config_keys(&count);
+    bool of_rig = false;
     config_defaults(&defaults);
     fputs("# SPDX-License-Identifier: Apache-2.0\n", file);
-    print_comment(file,
-                  "Settings of vergenced, with their defaults. A line is `key = value`; # begins "
-                  "a comment. Check a file with: vergenced --check FILE");
+    config_comment_print(file,
+                         "Settings of vergenced, with their defaults. A line is `key = value`; # "
+                         "begins a comment. Check a file with: vergenced --check FILE");
     for (size_t i = 0; i < count; i++) {
-        char value[CONFIG_TEXT_BYTES + 16];
-        char help[1024];
-        const struct config_key *key = &keys[i];
-        size_t length = (size_t)snprintf(help, sizeof help, "%s", key->help);
-        if (key->kind == CONFIG_NUMBER) {
-            const bool off = key->none != NULL;
-            length += (size_t)snprintf(
-                help + length, sizeof help - length, " (%s%s%.0f to %.0f%s%s)",
-                off ? key->none : "", off ? ", " : "", least_number(key), key->most,
-                key->unit != NULL ? " " : "", key->unit != NULL ? key->unit : "");
-        } else if (key->kind == CONFIG_CHOICE || key->kind == CONFIG_LENSES) {
-            length += (size_t)snprintf(help + length, sizeof help - length, " (%s)", key->choices);
+        if (config_key_is_of_rig(i) && !of_rig) {
+            fputc('\n', file);
+            config_comment_print(file,
+                                 "The profile has set what follows; the numbers are those of rig. "
+                                 "A line without its # changes one of it.");
+            of_rig = true;
         }
-        INVARIANT(length < sizeof help);
-        config_key_print(&defaults, i, value, sizeof value);
-        fputc('\n', file);
-        print_comment(file, help);
-        fprintf(file, "%s = %s\n", key->name, value);
+        config_key_explain(file, &defaults, &keys[i], false, of_rig ? "#" : "");
     }
 }

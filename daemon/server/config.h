@@ -31,6 +31,9 @@ enum config_backend { CONFIG_BACKEND_SIM, CONFIG_BACKEND_LINUX, CONFIG_BACKEND_R
 /// Texts are "" where there is none.
 struct config {
     struct rig_profile profile;
+    struct rig_profile base;  ///< as `profile` set it, before keys of its own changed it
+    char like[sizeof((struct rig_profile *)0)->name];  ///< the built-in one that it began with
+    char profile_file[CONFIG_TEXT_BYTES];              ///< where `base` stands; "": it is built in
 
     enum config_backend backend;
     char backend_place[CONFIG_TEXT_BYTES];  ///< address of the simulated rig, or directory
@@ -70,22 +73,30 @@ int config_load(struct config *config, const char *path, const char *const *word
                 struct message *message);
 
 /// Reads the `length` bytes of a file's text over what is there; `name` stands for it in messages,
-/// which are as of config_load.
+/// which are as of config_load. Opens no file: `profile` is a built-in one here.
 int config_parse(struct config *config, const char *name, const char *text, size_t length,
                  struct message *message);
 
-/// Sets one key as a line `key = value` of a file does. 0, or an error with a message that does
-/// not say where the line was.
+/// Sets one key as a line `key = value` of a file does, but opens none: `profile` is a built-in one
+/// here. 0, or an error with a message that does not say where the line was.
 int config_set(struct config *config, const char *key, const char *value, struct message *message);
+
+/// Takes over the profile that another one was set to by `profile`, without what its own keys
+/// changed.
+void config_take_profile(struct config *config, const struct config *from);
 
 /// Whether what is set makes sense together: a profile, and the devices that it needs. 0, or an
 /// error with a message that names the key.
 int config_check(const struct config *config, struct message *message);
 
-/// Number of keys; name of one; its value as the file would say it, in `text` (CONFIG_TEXT_BYTES +
-/// 16).
+/// The key whose value is a profile; it sets all of the instrument.
+#define CONFIG_PROFILE_KEY "profile"
+
+/// Number of keys; name of one; whether it is of the instrument, and a profile sets it; its value
+/// as the file would say it, in `text` (CONFIG_TEXT_BYTES + 16).
 size_t config_key_count(void);
 const char *config_key_name(size_t index);
+bool config_key_is_of_rig(size_t index);
 void config_key_print(const struct config *config, size_t index, char *text, size_t bytes);
 
 /// What `--help-config` prints, which is also a file of all defaults, each explained.

@@ -12,14 +12,13 @@
 
 enum { VALUE_BYTES = CONFIG_TEXT_BYTES + 16, RANGE_BYTES = 192, SETTING_BYTES = VALUE_BYTES + 64 };
 
-static const char rig_prefix[] = "rig.";
-
 /// What a check needs.
 struct check {
     const struct config *config;
     const int *lines;
     int *line;
     struct message *message;
+    bool in_profile;  ///< keys are called as a profile's file calls them
 };
 
 /// The key of this name behind a prefix; there is one.
@@ -39,8 +38,10 @@ static size_t key_of(const char *prefix, const char *name) {
 /// "rig.width_px 4000".
 static void print_setting(const struct check *self, size_t key, char text[SETTING_BYTES]) {
     char value[VALUE_BYTES];
+    size_t count = 0;
     config_key_print(self->config, key, value, sizeof value);
-    snprintf(text, SETTING_BYTES, "%s %s", config_key_name(key), value);
+    snprintf(text, SETTING_BYTES, "%s %s",
+             config_key_called(&config_keys(&count)[key], self->in_profile), value);
 }
 
 /// The message begins with this key.
@@ -55,7 +56,7 @@ static void blame(const struct check *self, size_t key) {
 /// "an even number from 16 to 2048 px", "no".
 static void print_range(const struct rig_profile_flaw *flaw, char text[RANGE_BYTES]) {
     size_t count = 0;
-    const struct config_key *key = &config_keys(&count)[key_of(rig_prefix, flaw->field)];
+    const struct config_key *key = &config_keys(&count)[key_of(CONFIG_RIG, flaw->field)];
     const char *unit = key->unit != NULL ? key->unit : "";
     const char *blank = key->unit != NULL ? " " : "";
     char word[COMMAND_CHOICE_MAX];
@@ -76,13 +77,13 @@ static void print_range(const struct rig_profile_flaw *flaw, char text[RANGE_BYT
 
 /// The field, or where no line has set it, a cause that a line has set.
 static int tell_flaw(const struct check *self, const struct rig_profile_flaw *flaw) {
-    const size_t field = key_of(rig_prefix, flaw->field);
+    const size_t field = key_of(CONFIG_RIG, flaw->field);
     char range[RANGE_BYTES];
     char setting[SETTING_BYTES];
     char causes[RIG_PROFILE_CAUSES * SETTING_BYTES] = "";
     print_range(flaw, range);
     for (size_t i = 0; i < RIG_PROFILE_CAUSES && flaw->causes[i] != NULL; i++) {
-        const size_t cause = key_of(rig_prefix, flaw->causes[i]);
+        const size_t cause = key_of(CONFIG_RIG, flaw->causes[i]);
         char other[SETTING_BYTES];
         print_setting(self, cause, other);
         if (self->lines[field] == 0 && self->lines[cause] != 0) {
@@ -225,18 +226,49 @@ static int check_ways_in(const struct check *self) {
                        "socket, tcp_port and console are none: nobody could give a command");
 }
 
+/// Whoever plays a recording finds a built-in profile by its name.
+static int check_name(const struct check *self) {
+    const struct config *config = self->config;
+    const size_t key = key_of(CONFIG_RIG, "name");
+    struct rig_profile other;
+    char setting[SETTING_BYTES];
+    if (strcmp(config->profile.name, config->like) == 0 ||
+        rig_profile_named(config->profile.name, &other) != 0) {
+        return 0;
+    }
+    blame(self, key);
+    print_setting(self, key, setting);
+    return message_set(self->message, ERROR_ARGUMENT,
+                       "%s: that is another profile, and this one is like %s: give it a name of "
+                       "its own",
+                       setting, config->like);
+}
+
+static int check_rig(const struct check *self) {
+    struct rig_profile_flaw flaw;
+    const int error = rig_profile_check(&self->config->profile, &flaw);
+    return error != 0 ? tell_flaw(self, &flaw) : check_name(self);
+}
+
 int config_check_lines(const struct config *config, const int *lines, int *line,
                        struct message *message) {
-    const struct check self = {config, lines, line, message};
-    struct rig_profile_flaw flaw;
-    int error = rig_profile_check(&config->profile, &flaw);
-    if (error != 0) {
-        return tell_flaw(&self, &flaw);
+    const struct check self = {config, lines, line, message, false};
+    int error = check_rig(&self);
+    if (error == 0 && config->backend == CONFIG_BACKEND_LINUX) {
+        error = check_devices(&self);
     }
-    error = config->backend == CONFIG_BACKEND_LINUX ? check_devices(&self) : 0;
     error = error != 0 ? error : check_ways_in(&self);
     error = error != 0 ? error : check_speed(&self);
     return error != 0 ? error : check_faults(&self);
+}
+
+int config_check_profile(const struct config *config, const int *lines, int *line,
+                         struct message *message) {
+    const struct check self = {config, lines, line, message, true};
+    const int error = check_rig(&self);
+    // What is built in is good, so a line has done it.
+    INVARIANT(error == 0 || *line != 0);
+    return error;
 }
 
 int config_check(const struct config *config, struct message *message) {

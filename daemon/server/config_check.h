@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Whether settings make sense together, with the line of the one that does not. For config_load.c
-/// alone; others ask config_check.
+/// Whether settings make sense together, with the line of the one that does not. For the readers of
+/// settings alone; others ask config_check.
 #ifndef VERGENCE_DAEMON_SERVER_CONFIG_CHECK_H
 #define VERGENCE_DAEMON_SERVER_CONFIG_CHECK_H
 
@@ -15,6 +15,11 @@ extern "C" {
 /// line; untouched when there is none.
 int config_check_lines(const struct config *config, const int *lines, int *line,
                        struct message *message);
+
+/// Likewise of a profile's file alone, whose keys the message calls as that does; `*line` is never
+/// 0 after an error.
+int config_check_profile(const struct config *config, const int *lines, int *line,
+                         struct message *message);
 
 #ifdef __cplusplus
 }

@@ -19,10 +19,11 @@
     }
 #define YES(key, field, says) \
     { .name = (key), .kind = CONFIG_CHOICE, AT(field), .choices = "no yes", .help = (says) }
-#define RIG(field, low, high, of, says) NUMBER("rig." #field, profile.field, low, high, of, says)
-#define RIG_YES(field, says) YES("rig." #field, profile.field, says)
+#define RIG(field, low, high, of, says) \
+    NUMBER(CONFIG_RIG #field, profile.field, low, high, of, says)
+#define RIG_YES(field, says) YES(CONFIG_RIG #field, profile.field, says)
 #define SERVO(side, at, field, low, high, of, says) \
-    NUMBER("rig.servo_" side "_" #field, profile.servo[at].field, low, high, of, says)
+    NUMBER(CONFIG_RIG "servo_" side "_" #field, profile.servo[at].field, low, high, of, says)
 #define SERVOS(side, at)                                                                       \
     SERVO(side, at, centre_q4, 0, 65535, "us/16", "pulse in the " side " servo's middle"),     \
         SERVO(side, at, least_q4, 0, 65535, "us/16", "shortest pulse that it may get"),        \
@@ -32,15 +33,20 @@
         SERVO(side, at, settle_us, 0, 10000000, "us", "until it rests after a motion")
 
 static const struct config_key keys[] = {
-    {.name = "profile",
+    {.name = CONFIG_PROFILE_KEY,
      .kind = CONFIG_PROFILE,
-     .sets = "rig.",
-     .help = "which instrument this is: rig (FPGA, two sensors, servos, lenses), two-cameras, "
-             "two-cameras-lens. Sets every rig. key, which may be changed in lines below it"},
+     .sets = CONFIG_RIG,
+     .help =
+         "which instrument this is: rig (FPGA, two sensors, servos, lenses), two-cameras, "
+         "two-cameras-lens, or a file: a name that ends in .profile, or has a / in it; where it "
+         "does not begin with one, seen from the folder of this file. Sets every rig. key, "
+         "which may be changed in lines below it"},
     {.name = "backend",
      .kind = CONFIG_BACKEND,
-     .help = "what the instrument hangs on: linux (the devices below), sim unix:PATH or sim "
-             "tcp:HOST:PORT (a simulated rig), replay DIRECTORY (a recorded session)"},
+     .help =
+         "what the instrument hangs on: linux (the devices below), sim unix:PATH or sim "
+         "tcp:HOST:PORT (a simulated rig), replay DIRECTORY (a recorded session; of a recording "
+         "of all calls the profile is its own)"},
     TEXT("i2c", i2c, "I2C bus of the FPGA bridge and of the sensors behind it"),
     TEXT("left_camera", camera[RIG_LEFT],
          "V4L2 device of the left camera; behind a bridge that of the port for both"),
@@ -95,12 +101,17 @@ static const struct config_key keys[] = {
          "for tests: which calls of which part fail, such as i2c.transfer@5=i2c_nack"),
     YES("confine", confine, "give up, after the start, all system calls that are not needed"),
 
+    {.name = CONFIG_RIG "name",
+     .kind = CONFIG_NAME,
+     AT(profile.name),
+     .help = "what the instrument is called in its status and its sessions: letters, digits, - _ "
+             "and ."},
     // Of parts that the profile lacks the numbers are 0; rig_profile_check looks at the others.
     RIG_YES(bridge, "whether there is an FPGA bridge, and both sensors behind it"),
     RIG(bridge_address, 0, 0x77, NULL, "I2C address of the bridge"),
-    NUMBER("rig.sensor_address_left", profile.sensor_address[RIG_LEFT], 0, 0x77, NULL,
+    NUMBER(CONFIG_RIG "sensor_address_left", profile.sensor_address[RIG_LEFT], 0, 0x77, NULL,
            "I2C address of the left sensor"),
-    NUMBER("rig.sensor_address_right", profile.sensor_address[RIG_RIGHT], 0, 0x77, NULL,
+    NUMBER(CONFIG_RIG "sensor_address_right", profile.sensor_address[RIG_RIGHT], 0, 0x77, NULL,
            "I2C address of the right sensor"),
     RIG(sensor_clock_hz, 0, 48000000, "Hz", "clock that the sensors get"),
     RIG_YES(servos, "whether servos turn the cameras"),
@@ -110,18 +121,18 @@ static const struct config_key keys[] = {
     RIG(watchdog_ms, 0, 1500, "ms", "silence after which the bridge lets the servos rest"),
     RIG(pan_least_urad, -1570796, 1570796, "urad", "farthest turn to the left"),
     RIG(pan_most_urad, -1570796, 1570796, "urad", "farthest turn to the right"),
-    {.name = "rig.lenses",
+    {.name = CONFIG_RIG "lenses",
      .kind = CONFIG_LENSES,
      AT(profile.lenses),
-     .sets = "rig.lens_",
+     .sets = CONFIG_RIG "lens_",
      .choices = "fixed v3lc v1lc",
-     .help = "fixed; two motorized ones on a V3LC; the left one on a V1LC. Sets every rig.lens_ "
-             "key, which may be changed in lines below it"},
-    NUMBER("rig.lens_counts_per_s_zoom", profile.lens_counts_per_s[0], 0, 100000, "counts/s",
+     .help = "fixed; two motorized ones on a V3LC; the left one on a V1LC. Sets the lens_ keys, "
+             "which may be changed in lines below it"},
+    NUMBER(CONFIG_RIG "lens_counts_per_s_zoom", profile.lens_counts_per_s[0], 0, 100000, "counts/s",
            "a slower zoom motor is taken for jammed"),
-    NUMBER("rig.lens_counts_per_s_focus", profile.lens_counts_per_s[1], 0, 100000, "counts/s",
-           "a slower focus motor is taken for jammed"),
-    NUMBER("rig.lens_counts_per_s_iris", profile.lens_counts_per_s[2], 0, 100000, "counts/s",
+    NUMBER(CONFIG_RIG "lens_counts_per_s_focus", profile.lens_counts_per_s[1], 0, 100000,
+           "counts/s", "a slower focus motor is taken for jammed"),
+    NUMBER(CONFIG_RIG "lens_counts_per_s_iris", profile.lens_counts_per_s[2], 0, 100000, "counts/s",
            "a slower iris motor is taken for jammed"),
     RIG(lens_backlash_counts, 0, 100, "counts", "moves end from below, after so far past"),
     RIG(lens_tolerance_counts, 0, 100, "counts", "a move has arrived within this"),

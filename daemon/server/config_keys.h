@@ -14,8 +14,14 @@ extern "C" {
 
 enum { CONFIG_KEYS_MAX = 128 };  ///< more than there are
 
+/// How the keys begin that a profile sets. A profile's file has them without it.
+#define CONFIG_RIG "rig."
+/// The key `profile`, as a profile's file has it.
+#define CONFIG_LIKE "like"
+
 enum config_kind {
-    CONFIG_PROFILE,  ///< a name of rig_profile_named; sets all keys that begin with "rig."
+    CONFIG_PROFILE,  ///< a name of rig_profile_named, or a file; sets all keys of CONFIG_RIG
+    CONFIG_NAME,     ///< of an instrument: up to `bytes` - 1 letters, digits, - _ and .
     CONFIG_BACKEND,  ///< "linux", "sim ADDRESS", "replay DIRECTORY"
     CONFIG_TEXT,     ///< `bytes` of it, CONFIG_TEXT_BYTES at most; "none" is ""
     CONFIG_LENSES,   ///< a word of `choices`, in the order of enum rig_profile_lenses
@@ -38,6 +44,24 @@ struct config_key {
 
 /// All keys, in the order in which people read them; `*count` of them.
 const struct config_key *config_keys(size_t *count);
+
+/// A key as a line calls it: of a profile's file or of settings. Static storage.
+const char *config_key_called(const struct config_key *key, bool in_profile);
+
+/// The key that a line calls so; NULL, and in `*nearest` what may be meant, or NULL.
+const struct config_key *config_key_find(const char *called, bool in_profile, const char **nearest);
+
+/// As config_set, with a name for the key in messages.
+int config_key_set(struct config *config, const struct config_key *key, const char *called,
+                   const char *value, struct message *message);
+
+/// A key with its help, as a comment, and what it is set to; `in_profile` as above, `line_begins`
+/// before the key.
+void config_key_explain(FILE *file, const struct config *config, const struct config_key *key,
+                        bool in_profile, const char *line_begins);
+
+/// A comment, wrapped.
+void config_comment_print(FILE *file, const char *text);
 
 #ifdef __cplusplus
 }

@@ -37,7 +37,7 @@ class Config(unittest.TestCase):
         self.refused("\n# x\nprofil = rig\n",
                      'FILE:3: there is no key "profil"; did you mean "profile"?')
         self.refused("profile = dome\n", 'FILE:1: profile "dome": expected is one of: rig '
-                     "two-cameras two-cameras-lens")
+                     "two-cameras two-cameras-lens, or the name of a file that ends in .profile")
         self.refused("socket\n", 'FILE:1: "socket": expected is key = value')
         self.refused("socket =   # none\n", "FILE:1: socket: the value is missing")
         self.refused("socket =#none\n", "FILE:1: socket: the value is missing")

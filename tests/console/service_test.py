@@ -160,6 +160,15 @@ class Installed(unittest.TestCase):
             done = subprocess.run([root + words[0], "--check", root + words[2]],
                                   capture_output=True, text=True, timeout=PATIENCE_S)
             self.assertEqual(done.returncode, 0, done.stderr)
+            # So are the profiles, beside the settings that may name one.
+            with open(root + words[2], encoding="utf-8") as file:
+                text = file.read()
+            for name in ("rig", "two-cameras", "two-cameras-lens"):
+                with open(root + words[2], "w", encoding="utf-8") as file:
+                    file.write(text.replace("profile = rig", f"profile = profiles/{name}.profile"))
+                done = subprocess.run([root + words[0], "--check", root + words[2]],
+                                      capture_output=True, text=True, timeout=PATIENCE_S)
+                self.assertEqual(done.returncode, 0, done.stderr)
             self.assertEqual((unit["Type"], unit["User"]), ("notify", "vergence"))
             # What is not allowed is an error that is told, not a death that nobody understands.
             self.assertEqual(unit["SystemCallErrorNumber"], "EPERM")

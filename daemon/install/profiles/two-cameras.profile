@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: Apache-2.0
+# A profile of vergenced: which cameras, FPGA, servos and lenses an instrument has. For one of
+# your own copy this, change what differs and leave out what does not, give it a name of its own,
+# and name the file in the settings: profile = FILE. Check it with: vergenced --check FILE
+
+# the built-in profile that it begins with (rig two-cameras two-cameras-lens)
+like = two-cameras
+
+# what the instrument is called in its status and its sessions: letters, digits, - _ and .
+name = two-cameras
+
+# whether there is an FPGA bridge, and both sensors behind it (no yes)
+bridge = no
+
+# I2C address of the bridge (0 to 119)
+bridge_address = 0
+
+# I2C address of the left sensor (0 to 119)
+sensor_address_left = 0
+
+# I2C address of the right sensor (0 to 119)
+sensor_address_right = 0
+
+# clock that the sensors get (0 to 48000000 Hz)
+sensor_clock_hz = 0
+
+# whether servos turn the cameras (no yes)
+servos = no
+
+# pulse in the left servo's middle (0 to 65535 us/16)
+servo_left_centre_q4 = 0
+
+# shortest pulse that it may get (0 to 65535 us/16)
+servo_left_least_q4 = 0
+
+# longest pulse that it may get (0 to 65535 us/16)
+servo_left_most_q4 = 0
+
+# how far a pulse turns it (0 to 1000000 us/16 a radian)
+servo_left_q4_per_rad = 0
+
+# its speed at the lowest supply (0 to 100000000 urad/s)
+servo_left_urad_per_s = 0
+
+# until it rests after a motion (0 to 10000000 us)
+servo_left_settle_us = 0
+
+# pulse in the right servo's middle (0 to 65535 us/16)
+servo_right_centre_q4 = 0
+
+# shortest pulse that it may get (0 to 65535 us/16)
+servo_right_least_q4 = 0
+
+# longest pulse that it may get (0 to 65535 us/16)
+servo_right_most_q4 = 0
+
+# how far a pulse turns it (0 to 1000000 us/16 a radian)
+servo_right_q4_per_rad = 0
+
+# its speed at the lowest supply (0 to 100000000 urad/s)
+servo_right_urad_per_s = 0
+
+# until it rests after a motion (0 to 10000000 us)
+servo_right_settle_us = 0
+
+# greatest change from pulse to pulse (0 to 2047 us/16 a pulse)
+servo_slew_q4 = 0
+
+# silence after which the bridge lets the servos rest (0 to 1500 ms)
+watchdog_ms = 0
+
+# farthest turn to the left (-1570796 to 1570796 urad)
+pan_least_urad = 0
+
+# farthest turn to the right (-1570796 to 1570796 urad)
+pan_most_urad = 0
+
+# fixed; two motorized ones on a V3LC; the left one on a V1LC. Sets the lens_ keys, which may be
+# changed in lines below it (fixed v3lc v1lc)
+lenses = fixed
+
+# a slower zoom motor is taken for jammed (0 to 100000 counts/s)
+lens_counts_per_s_zoom = 0
+
+# a slower focus motor is taken for jammed (0 to 100000 counts/s)
+lens_counts_per_s_focus = 0
+
+# a slower iris motor is taken for jammed (0 to 100000 counts/s)
+lens_counts_per_s_iris = 0
+
+# moves end from below, after so far past (0 to 100 counts)
+lens_backlash_counts = 0
+
+# a move has arrived within this (0 to 100 counts)
+lens_tolerance_counts = 0
+
+# width of full frames (16 to 16384 px)
+width_px = 640
+
+# height of full frames (16 to 16384 px)
+height_px = 480
+
+# longest time between frames where no sensor tells (1000 to 60000000 us)
+frame_us = 200000
+
+# longest time between the frames of a pair (1 to 60000000 us)
+skew_limit_us = 50000

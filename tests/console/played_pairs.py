@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A daemon with two cameras that give the frames of a recorded session, so that no rig is needed; and
+the index of a session, read and written."""
+import os
+import re
+import shutil
+import tempfile
+import zlib
+
+from daemon_process import DaemonTest
+
+SESSION = os.path.join(os.environ["VERGENCE_SOURCE"], "tests", "sessions", "cylinder_1x")
+
+
+def sealed(lines):
+    """An index of these events, each line with its CRC."""
+    text = b""
+    for line in lines:
+        text += line.encode() + b" "
+        text += b"%08x\n" % zlib.crc32(text[:-1])
+    return text
+
+
+def lines_of(folder):
+    with open(os.path.join(folder, "session.index"), encoding="ascii") as file:
+        return [line.rsplit(" ", 1)[0] for line in file.read().splitlines()]
+
+
+def write_index(folder, lines):
+    with open(os.path.join(folder, "session.index"), "wb") as file:
+        file.write(sealed(lines))
+
+
+class PlayedPairs(DaemonTest):
+    """A daemon with two cameras that play recorded pairs, over and over the same scene."""
+    settings = ("profile=two-cameras", "rig.width_px=672", "rig.height_px=400",
+                "rig.skew_limit_us=5000000")
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp(prefix="console")
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        cls.path = os.path.join(cls.folder, "v.sock")
+        cls.files = os.path.join(cls.folder, "files")
+        cls.pairs = os.path.join(cls.folder, "pairs")
+        cls.make_pairs()
+        cls.start()
+
+    @classmethod
+    def make_pairs(cls):
+        """Many pairs alone, of two cameras, with the frames of the recorded session."""
+        shutil.copytree(SESSION, cls.pairs, ignore=shutil.ignore_patterns("regress", "calls.log"))
+        lines = lines_of(cls.pairs)
+        pair = next(line for line in lines if line.startswith("pair "))
+        pair = re.sub(r"_(before|after)=\S+", r"_\1=0,none,none,none", pair)
+        pair = re.sub(r" (left|right)_window=\S+", "", pair)
+        pairs = []
+        for i in range(40):
+            for side, begin_us in (("left", 20000 * i), ("right", 20000 * i + 1000)):
+                pair = re.sub(rf"{side}_begin_us=\d+ {side}_end_us=\d+",
+                              f"{side}_begin_us={begin_us} {side}_end_us={begin_us + 9855}", pair)
+            pairs.append(pair)
+        begin = lines[0].replace("profile=rig", "profile=two-cameras")
+        write_index(cls.pairs, [begin, *pairs, "end"])
+
+    @classmethod
+    def arguments(cls):
+        return [f"backend=replay {cls.pairs}", f"socket={cls.path}", f"files={cls.files}",
+                "store=none", *cls.settings]
+
+    @classmethod
+    def record(cls, name, commands, stop=True):
+        done = cls.vergence("--keep-going", input="\n".join(
+            [f"record start {name}", *commands, *(["record stop"] if stop else [])]) + "\n")
+        assert done.returncode == 0, done.stderr
+
+    def setUp(self):
+        self.first = self.client()

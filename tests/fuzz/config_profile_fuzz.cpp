@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// Any profile's file is taken or refused with its line; what was taken is a profile that makes
+// sense, and printed key by key and read again, it is the same.
+#include <cstring>
+#include <string>
+
+#include "daemon/server/config.h"
+#include "daemon/server/config_profile.h"
+#include "fuzz_check.hpp"
+
+namespace {
+
+std::string printed(const config &settings) {
+    std::string text = std::string("like = ") + settings.like + "\n";
+    for (size_t i = 0; i < config_key_count(); i++) {
+        char value[CONFIG_TEXT_BYTES + 16];
+        config_key_print(&settings, i, value, sizeof value);
+        if (config_key_is_of_rig(i)) {
+            text +=
+                std::string(config_key_name(i)).substr(std::strlen("rig.")) + " = " + value + "\n";
+        }
+    }
+    return text;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {
+    config settings;
+    message said;
+    config_defaults(&settings);
+    said.text[0] = '\0';
+    const int error =
+        config_profile_parse(&settings, "FILE", reinterpret_cast<const char *>(data), size, &said);
+    FUZZ_CHECK(error <= 0);
+    if (error != 0) {
+        FUZZ_CHECK(std::strncmp(said.text, "FILE:", 5) == 0);
+        return 0;
+    }
+    rig_profile_flaw flaw;
+    FUZZ_CHECK(rig_profile_check(&settings.profile, &flaw) == 0);
+    const std::string text = printed(settings);
+    config again;
+    config_defaults(&again);
+    FUZZ_CHECK(config_profile_parse(&again, "FILE", text.data(), text.size(), &said) == 0);
+    FUZZ_CHECK(printed(again) == text);
+    return 0;
+}
