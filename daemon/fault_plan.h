@@ -59,6 +59,7 @@ int fault_plan_parse(struct fault_plan *self, const char *script, struct message
 bool fault_plan_names(const struct fault_plan *self, const char *part);
 
 /// What is to happen to this call; the first rule whose turn it is decides, and all that fit count.
+/// Any thread.
 struct fault_plan_effect fault_plan_next(struct fault_plan *self, const char *part,
                                          const char *operation);
 

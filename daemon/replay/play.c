@@ -11,6 +11,7 @@
 #include "daemon/capture.h"
 #include "daemon/replay/replay.h"
 #include "daemon/replay/replay_profile.h"
+#include "daemon/reply_none.h"
 #include "daemon/server/config.h"
 #include "daemon/session_write.h"
 #include "rig/command.h"
@@ -37,23 +38,6 @@ struct play {
     char line[2][SESSION_LINE_MAX + 1];
     char why[COMMAND_MESSAGE_BYTES];  ///< of the last command that failed
 };
-
-// ---- an answer that nobody reads
-
-static void no_number(void *self, const char *key, double value, int decimals, const char *unit) {
-    (void)self, (void)key, (void)value, (void)decimals, (void)unit;
-}
-static void no_text(void *self, const char *key, const char *value) {
-    (void)self, (void)key, (void)value;
-}
-static void no_begin(void *self, const char *key, bool array) {
-    (void)self, (void)key, (void)array;
-}
-static void no_end(void *self) {
-    (void)self;
-}
-
-static const struct command_reply_operations no_reply = {no_number, no_text, no_begin, no_end};
 
 // ---- who watches
 
@@ -197,7 +181,6 @@ static void run_command(struct play *self) {
     struct command_value values[COMMAND_ARGUMENTS_MAX];
     const struct command *command = NULL;
     char *const why = self->why;
-    const struct command_reply reply = {&no_reply, NULL};
     if (!self->up) {
         bring_rig(self);
     }
@@ -217,7 +200,7 @@ static void run_command(struct play *self) {
     }
     const struct command_call call = {.rig = &self->rig,
                                       .values = values,
-                                      .reply = &reply,
+                                      .reply = reply_none(),
                                       .message = why,
                                       .message_bytes = COMMAND_MESSAGE_BYTES,
                                       .surroundings = self};

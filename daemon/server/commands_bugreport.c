@@ -19,8 +19,8 @@
 #include "daemon/server/surroundings.h"
 
 static const char *const sections[] = {
-    "version", "system",           "config",         "status",          "health",  "calibration",
-    "files",   "registers bridge", "registers left", "registers right", "log 256",
+    "version",  "system", "config",           "status",         "health",          "calibration",
+    "settings", "files",  "registers bridge", "registers left", "registers right", "log 256",
 };
 
 enum { SECTIONS = sizeof sections / sizeof sections[0], MESSAGE_LINE_BYTES = 512 };

@@ -252,8 +252,10 @@ static const struct command commands[] = {
      .flags = COMMAND_NO_RIG,
      .run = run_version},
     {.name = "config",
-     .summary = "show the settings",
-     .help = "They come from the daemon's file of settings; see vergenced --help-config.",
+     .summary = "show the settings of the daemon",
+     .help =
+         "They come from its file of settings; see vergenced --help-config. What the instrument "
+         "is set to is kept by \"settings\".",
      .arguments = config_arguments,
      .argument_count = 1,
      .flags = COMMAND_NO_RIG,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The daemon's own commands, as tables: help, version, config, log, watch, quit; calibration;
-/// files, fetch; send; bugreport; reconstruct; capture, record; system.
+/// settings; files, fetch; send; bugreport; reconstruct; capture, record; system.
 #ifndef VERGENCE_DAEMON_SERVER_COMMANDS_DAEMON_H
 #define VERGENCE_DAEMON_SERVER_COMMANDS_DAEMON_H
 
@@ -20,7 +20,14 @@ const struct command *commands_bugreport_table(size_t *count);
 const struct command *commands_send_table(size_t *count);
 const struct command *commands_reconstruct_table(size_t *count);
 const struct command *commands_session_table(size_t *count);
+const struct command *commands_settings_table(size_t *count);
 const struct command *commands_system_table(size_t *count);
+
+/// Once `bringup` has worked: sets the cameras as the kept settings say, if the daemon's settings
+/// want that, and tells in the answer whether it did. 0, also when the instrument was left as it
+/// is; else the error, with the call's message, of an instrument that is not ready any more, or
+/// ERROR_CANCELLED.
+int commands_settings_after_bringup(const struct command_call *call);
 
 /// The session that a pair went into last. False: there was none yet. Any thread.
 bool commands_session_last(char *name, size_t bytes);

@@ -52,6 +52,7 @@ struct config {
     uint32_t reader_timeout_s;
 
     char files[CONFIG_TEXT_BYTES], store[CONFIG_TEXT_BYTES];
+    bool restore;
     char log_file[CONFIG_TEXT_BYTES];
     int log_level;                     ///< enum hal_log_level
     char watchdog[CONFIG_TEXT_BYTES];  ///< device

@@ -90,6 +90,9 @@ static const struct config_key keys[] = {
 
     TEXT("files", files, "directory of sessions and results, which clients can fetch"),
     TEXT("store", store, "directory of what outlives a restart: settings, the calibration"),
+    YES("restore", restore,
+        "whether bringup sets exposure, gain and window as \"settings save\" has kept them; the "
+        "command \"settings restore\" does, and moves the axes, too"),
     TEXT("log", log_file, "file of the log; none: standard error"),
     {.name = "log_level",
      .kind = CONFIG_CHOICE,

@@ -15,6 +15,7 @@
 #include "daemon/scribe.h"
 #include "daemon/server/commands_daemon.h"
 #include "daemon/server/logbook.h"
+#include "rig/commands.h"
 
 enum { IDLE_US = 50000, PROGRESS_US = 100000, WAIT_TOLD_US = 500000 };
 
@@ -175,6 +176,9 @@ static void run(struct crew *self, struct job *job) {
     if (!atomic_load(&self->stopping) && !atomic_load(&job->cancelled)) {
         self->cancel_recorded = false;
         error = record_run(self->surroundings.record, job->command, &call, job->line);
+        if (error == 0 && strcmp(job->command->name, COMMANDS_BRINGUP) == 0) {
+            error = commands_settings_after_bringup(&call);
+        }
     }
     if (error == ERROR_CANCELLED && message[0] == '\0') {
         strcpy(message, error_text(error));

@@ -30,6 +30,9 @@ void commands_put_text(const struct command_call *call, const char *key, const c
 void commands_put_begin(const struct command_call *call, const char *key, bool array);
 void commands_put_end(const struct command_call *call);
 
+/// The command that brings the instrument up.
+#define COMMANDS_BRINGUP "bringup"
+
 int commands_state_status(const struct command_call *call);
 int commands_state_health(const struct command_call *call);
 int commands_state_bringup(const struct command_call *call);

@@ -29,7 +29,9 @@ static int show_pan(const struct command_call *call, unsigned sides) {
 static int angle_of(const struct command_call *call, const struct command_value *value,
                     int32_t *angle_urad) {
     const struct rig_profile *profile = &call->rig->profile;
-    const double urad = value->number * urad_per_degree;
+    const double exact_urad = value->number * urad_per_degree;
+    // To the nearest first: a limit's own angle, with so many digits as it takes, lies within.
+    const int64_t urad = (int64_t)(exact_urad < 0 ? exact_urad - 0.5 : exact_urad + 0.5);
     if (urad < profile->pan_least_urad || urad > profile->pan_most_urad) {
         struct command_text sentence = commands_sentence(call);
         command_text_add(&sentence, "pan: ANGLE ");
@@ -43,7 +45,7 @@ static int angle_of(const struct command_call *call, const struct command_value 
         command_text_add(&sentence, " deg");
         return ERROR_RANGE;
     }
-    *angle_urad = (int32_t)(urad < 0 ? urad - 0.5 : urad + 0.5);
+    *angle_urad = (int32_t)urad;
     return 0;
 }
 

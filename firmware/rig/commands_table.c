@@ -127,7 +127,7 @@ static const struct command commands[] = {
              "camera's frame would be, and must arrive bit for bit.",
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG,
      .run = commands_selftest_run},
-    {.name = "bringup",
+    {.name = COMMANDS_BRINGUP,
      .summary = "find and set up every part; again after a failure",
      .help = "Servos stay where they are until the first pan. When a part is missing the others "
              "are looked at all the same, and the instrument stays in its safe state.",

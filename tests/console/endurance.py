@@ -93,6 +93,7 @@ class Endurance:
         self.desk.socket.settimeout(COMMAND_S)
         self.client = self.new_client()
         self.bringup()
+        self.must("settings save")
 
     @staticmethod
     def await_path(path, process):
@@ -172,7 +173,7 @@ class Endurance:
             f"window {16 * pick.randrange(1, 9)} {16 * pick.randrange(1, 7)}", "capture x",
             "capture x static", "status", "health", "registers bridge", "registers left",
             "selftest", "log 20", "help", "config", "files", "bugreport", "safe",
-            "record start r", "record stop"))
+            "record start r", "record stop", "settings save", "settings restore"))
         if command.startswith("capture"):
             shutil.rmtree(os.path.join(self.files, "x"), ignore_errors=True)
             if self.ask("record")["result"]["recording"] != "nothing":

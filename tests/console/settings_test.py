@@ -1,0 +1,329 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the instrument is set to outlives the daemon: saved, restored, forgotten; damaged, of another
+instrument, and with a store that fails."""
+import os
+import subprocess
+import unittest
+import zlib
+
+from daemon_process import PATIENCE_S, SIMRIG, VERGENCED, DaemonTest, replaced
+from fake_devices import DeviceTest, LensController
+from played_pairs import lines_of
+
+
+class Kept(unittest.TestCase):
+    """What both instruments need."""
+
+    def ok(self, client, *commands):
+        for command in commands:
+            answer = client.ask_json(command)
+            self.assertTrue(answer["ok"], (command, answer))
+        return answer["result"]
+
+    def refused(self, client, command, error):
+        answer = client.ask_json(command)
+        self.assertEqual(answer["error"], error, answer)
+        self.assertNotIn("\n", answer["message"])
+        return answer["message"]
+
+    @classmethod
+    def again(cls, *settings):
+        """Another daemon, with another command line for these settings."""
+        cls.end(cls.daemon)
+        cls.settings = tuple(replaced(cls.settings, *settings))
+        cls.start()
+
+
+@unittest.skipUnless(SIMRIG, "the simulated rig needs -DVERGENCE_FPGA=ON")
+class Rig(Kept, DaemonTest):
+    """The whole rig: cameras, servos and lenses."""
+
+    @classmethod
+    def arguments(cls):
+        cls.store = os.path.join(cls.folder, "store")
+        return replaced(super().arguments(), f"store={cls.store}")
+
+    def status(self, client):
+        """Without what is measured, and how many pairs there were."""
+        status = self.ok(client, "status")
+        for side in ("left", "right"):
+            for axis in ("zoom", "focus", "iris"):
+                del status[side][axis]
+        del status["pairs"]
+        return status
+
+    def test_saved_and_restored(self):
+        first = self.client()
+        self.assertIn('"settings save" keeps', self.refused(first, "settings", "MISSING"))
+        self.assertIn("bringup", self.refused(first, "settings save", "NOT_READY"))
+        usual = self.ok(first, "bringup", "status")
+        kept = self.ok(first, "window 640 480 2", "exposure left 7000", "exposure right 9000",
+                       "gain left 2.5", "gain right 4", "pan both 3.97 -3.5", "zoom both 420",
+                       "focus left 500", "focus right 505", "settings save")
+        self.assertEqual(kept["profile"], "rig")
+        self.assertEqual(kept["window"], {"width": 640, "height": 480, "skip": 2})
+        self.assertEqual((kept["left"]["zoom"], kept["right"]["focus"]), (420, 505))
+        self.assertNotIn("iris", kept["left"])  # nobody has moved it
+        before = self.status(first)
+        self.again()
+        client = self.client()
+        self.assertEqual(self.ok(client, "settings"), kept)
+        self.refused(client, "settings restore", "NOT_READY")
+        self.ok(client, "bringup")
+        self.assertNotEqual(self.status(client), before)
+        self.assertEqual(self.ok(client, "status")["window"], usual["window"])
+        self.assertEqual(self.ok(client, "settings restore"), kept)
+        self.assertEqual(self.status(client), before)
+        lenses = self.ok(client, "zoom"), self.ok(client, "focus")
+        for lens, side, target in ((lenses[0], "left", 420), (lenses[0], "right", 420),
+                                   (lenses[1], "left", 500), (lenses[1], "right", 505)):
+            self.assertAlmostEqual(lens[side]["position"], target, delta=5)
+        # What was restored is what is kept, to the last digit.
+        self.assertEqual(self.ok(client, "settings save"), kept)
+
+        # A recording holds what was done, and needs no store.
+        self.ok(client, "record start restored", "bringup", "settings restore", "settings",
+                "settings save", "capture", "record stop")
+        commands = [line[len("command text="):].replace("%20", " ")
+                    for line in lines_of(os.path.join(self.files, "restored"))
+                    if line.startswith("command ")]
+        self.assertEqual(commands, [
+            "bringup", "window 640 480 2", commands[2], "gain left 2.500", commands[4],
+            "gain right 4.000", commands[6], "zoom both 420", "focus left 500", "focus right 505",
+            "capture"])
+        self.assertEqual([commands[i].rsplit(" ", 1)[0] for i in (2, 4)],
+                         ["exposure left", "exposure right"])
+        self.assertRegex(commands[6], r"^pan both 3\.9\d{5} -3\.[45]\d{5}$")
+        self.ok(client, "settings forget", "replay restored")
+        self.assertIn("none are kept", self.refused(client, "settings forget", "MISSING"))
+
+        # Beyond what it can do, and of another profile: none of it is given.
+        self.ok(client, "pan both 29", "settings save")
+        self.again("rig.pan_most_urad=300000")
+        client = self.client()
+        self.ok(client, "bringup", "exposure 5000")
+        before = self.status(client)
+        self.assertIn("left camera does not turn to",
+                      self.refused(client, "settings restore", "RANGE"))
+        self.assertEqual(self.status(client), before)
+        # At a limit that has no end in degrees.
+        self.ok(client, "pan both 17.188734", "settings save", "pan both 0", "settings restore")
+        self.assertAlmostEqual(self.ok(client, "pan")["left"], 17.189, delta=0.01)
+        self.again("rig.pan_most_urad=523599", "rig.name=other")
+        client = self.client()
+        self.ok(client, "bringup")
+        self.assertIn("they are of the profile rig, and this is other",
+                      self.refused(client, "settings restore", "ARGUMENT"))
+
+
+class CameraTest(Kept, DeviceTest):
+    """Two webcams on a fake kernel."""
+    profile = "two-cameras"
+
+    def begin(self, *settings):
+        """A daemon with the same store as the one before."""
+        if self.daemon is not None:
+            self.end(self.daemon)
+        type(self).store = self.place("store")
+        self.serve(self.cameras(),
+                   *replaced([f"profile={self.profile}", f"store={self.store}"], *settings))
+        return self.first
+
+    @classmethod
+    def arguments(cls):
+        return replaced(super().arguments(), *cls.settings)
+
+    def record(self):
+        return self.place("store/settings")
+
+    def text(self):
+        with open(self.record(), encoding="ascii") as file:
+            return file.read()
+
+    def commands_of(self, session):
+        return [line[len("command text="):].replace("%20", " ")
+                for line in lines_of(os.path.join(self.files, session))
+                if line.startswith("command ")]
+
+
+
+class Cameras(CameraTest):
+    """They have no axes."""
+
+    def test_what_a_record_is(self):
+        client = self.begin()
+        kept = self.ok(client, "bringup", "exposure left 7000", "gain left 1.5", "settings save")
+        self.assertEqual(kept, {"profile": "two-cameras",
+                                "window": {"width": 640, "height": 480, "skip": 1},
+                                "left": {"exposure": 7000, "gain": 1.5}, "right": {}})
+        self.assertEqual(self.text().split("\n", 1)[1],
+                         "vergence settings 1\nprofile two-cameras\nwindow 640 480 1\n"
+                         "left_exposure_us 7000\nleft_gain_q3 12\n")
+        self.assertEqual(client.ask("settings"), [
+            "profile: two-cameras", "window:", "  width: 640 px", "  height: 480 px", "  skip: 1",
+            "left:", "  exposure: 7000 us", "  gain: 1.500", "right:", "OK"])
+        self.assertEqual(client.ask_json('complete "settings "')["result"]["words"],
+                         "show save restore forget")
+        self.refused(client, "settings keep", "ARGUMENT")
+
+    def test_restored_by_bringup(self):
+        client = self.begin("restore=yes")
+        self.assertEqual(self.ok(client, "bringup")["settings"], "none are kept")
+        self.ok(client, "exposure left 7000", "exposure right 8000", "gain right 2",
+                "settings save", "exposure 3000")
+        client = self.begin()
+        self.assertNotIn("settings", self.ok(client, "bringup"))
+        self.assertEqual(self.ok(client, "status")["left"], {})
+        client = self.begin("restore=yes")
+        self.assertEqual(self.ok(client, "bringup")["settings"], "restored")
+        status = self.ok(client, "status")
+        self.assertEqual((status["left"], status["right"]),
+                         ({"exposure": 7000}, {"exposure": 8000, "gain": 2}))
+        # It is part of what is recorded, as commands of its own, and plays without the store.
+        self.ok(client, "record start brought", "bringup", "capture", "record stop")
+        commands = ["bringup", "exposure left 7000", "exposure right 8000", "gain right 2.000",
+                    "capture"]
+        self.assertEqual(self.commands_of("brought"), commands)
+        self.ok(client, "replay brought")
+        # A daemon that plays it restores nothing by itself.
+        done = subprocess.run(
+            [VERGENCED, f"backend=replay {os.path.join(self.files, 'brought')}", "socket=none",
+             "console=stdio", "restore=yes", f"files={self.place('more')}",
+             f"store={self.place('other')}"], text=True, capture_output=True,
+            input="\n".join(commands) + "\n", timeout=PATIENCE_S)
+        self.assertEqual([line for line in done.stdout.splitlines() if line[:3] in ("OK", "ERR")],
+                         5 * ["OK"], done.stdout + done.stderr)
+        # What is damaged is told, and no failure of the instrument.
+        with open(self.record(), "r+b") as file:
+            file.seek(-2, os.SEEK_END)
+            file.write(b"9")
+        answer = self.ok(client, "bringup")
+        self.assertEqual(answer["state"], "ready")
+        self.assertIn("is damaged and is not used", answer["settings"])
+        self.assertEqual(self.ok(client, "status")["left"], {})
+        self.assertTrue(any("warning: settings: what the store" in line
+                            for line in client.ask("log")))
+
+    def test_a_camera_that_fails_while_it_is_set(self):
+        client = self.begin()
+        self.ok(client, "bringup", "exposure 7000", "settings save")
+        self.end(self.daemon)
+        self.serve(self.cameras() + "fail 1 0 ENODEV video1 ioctl S_CTRL\n",
+                   f"profile={self.profile}", f"store={self.store}", "restore=yes")
+        message = self.refused(self.first, "bringup", "DEVICE")
+        self.assertIn('settings: "exposure right 7000" failed: right camera', message)
+        self.assertEqual(self.ok(self.first, "status")["state"], "safe")
+
+    def test_damaged(self):
+        client = self.begin()
+        self.ok(client, "bringup", "exposure 7000", "settings save", "exposure 3000")
+        with open(self.record(), "rb") as file:
+            good = file.read()
+        for bad in (good[:-1], good + b"x", good.replace(b"7000", b"7001"), b"", b"\0" * 5000):
+            with open(self.record(), "wb") as file:
+                file.write(bad)
+            for command in ("settings", "settings restore"):
+                said = self.refused(client, command, "CRC")
+                self.assertEqual(said, f"settings: what the store {self.store} keeps is damaged "
+                                 'and is not used: its checksum is wrong; "settings forget", or '
+                                 '"settings save" anew')
+            self.assertEqual(self.ok(client, "status")["left"], {"exposure": 3000})
+        self.ok(client, "settings save", "settings", "settings forget")
+        self.refused(client, "settings", "MISSING")
+
+    def test_a_store_that_fails(self):
+        for error, name, said in (("full", "FULL", "there is no room left"),
+                                  ("io", "IO", "the system could not do it"),
+                                  ("refused", "REFUSED", "it may not be read or written")):
+            client = self.begin(
+                f"faults=store.save@2={error},store.load@3={error},store.remove@1={error}")
+            kept = self.ok(client, "bringup", "exposure 7000", "settings save")
+            old = self.text()
+            self.ok(client, "exposure 4000")
+            message = self.refused(client, "settings save", name)
+            self.assertIn(f"settings: they cannot be kept in the store {self.store}: {said}",
+                          message)
+            self.assertEqual(self.text(), old)
+            self.assertEqual(self.ok(client, "settings"), kept)
+            self.ok(client, "settings restore")
+            self.assertIn(f"cannot be read in the store {self.store}: {said}",
+                          self.refused(client, "settings restore", name))
+            self.assertIn(f"cannot be removed in the store {self.store}: {said}",
+                          self.refused(client, "settings forget", name))
+            self.assertEqual(self.text(), old)
+            self.assertEqual(self.ok(client, "status")["left"], {"exposure": 7000})
+
+    def test_another_profile(self):
+        client = self.begin()
+        self.ok(client, "bringup", "exposure 7000", "settings save")
+        client = self.begin("rig.name=other", "restore=yes")
+        said = ("settings: what is kept is not for this instrument: they are of the profile "
+                'two-cameras, and this is other; set it as wanted, then "settings save"')
+        self.assertEqual(self.ok(client, "bringup")["settings"], said)
+        self.assertEqual(self.refused(client, "settings restore", "ARGUMENT"), said)
+        self.assertEqual(self.ok(client, "status")["left"], {})
+
+    def test_without_a_store(self):
+        client = self.begin("store=none", "restore=yes")
+        self.assertNotIn("settings", self.ok(client, "bringup"))
+        for command in ("settings", "settings save", "settings restore", "settings forget"):
+            self.assertEqual(self.refused(client, command, "UNSUPPORTED"),
+                             'settings: nothing is kept: the setting "store" is none')
+
+
+class OneLens(CameraTest):
+    """Likewise with one motorized lens, which takes its time."""
+    profile = "two-cameras-lens"
+
+    def setUp(self):
+        super().setUp()
+        self.lens = LensController(self.place("tty"), counts_per_s=20)
+        self.addCleanup(self.lens.pull_out)
+
+    def begin(self, *settings):
+        return super().begin("rig.lenses=v1lc", f"lens_uart={self.lens.path}", *settings)
+
+    def test_axes_move_again_and_can_be_broken_off(self):
+        client = self.begin()
+        kept = self.ok(client, "bringup", "focus left 100", "zoom left 80", "settings save")
+        self.assertEqual((kept["left"], kept["right"]), ({"zoom": 80, "focus": 100}, {}))
+        self.ok(client, "focus left 60", "zoom left 50")
+        client = self.begin("restore=yes")
+        self.assertEqual(self.ok(client, "bringup")["settings"], "restored")
+        self.assertAlmostEqual(self.ok(client, "zoom")["left"]["position"], 50, delta=2)  # as it was
+        client.send("@progress settings restore\n")
+        seen = client.line()
+        while not seen.startswith("... zoom"):
+            self.assertEqual(seen[:4], "... ")
+            seen = client.line()
+        client.send("\x03")
+        while seen[:4] == "... ":
+            seen = client.line()
+        self.assertEqual(seen[:13], "ERR CANCELLED")
+        self.assertEqual(self.ok(client, "status")["state"], "ready")
+        self.ok(client, "settings restore")
+        self.assertAlmostEqual(self.ok(client, "zoom")["left"]["position"], 80, delta=2)
+        self.assertAlmostEqual(self.ok(client, "focus")["left"]["position"], 100, delta=2)
+        # A position that this lens does not have, of a record that is whole.
+        text = self.text().split("\n", 1)[1].replace("left_zoom 80", "left_zoom 300")
+        self.write(text)
+        self.assertIn("the zoom of its left lens goes from 44 to 180, not to 300",
+                      self.refused(client, "settings restore", "RANGE"))
+        self.write(text.replace("left_zoom 300", "left_zoom 80") + "right_iris 90\n")
+        self.assertIn("its right lens has no motor for the iris",
+                      self.refused(client, "settings restore", "NOT_CONNECTED"))
+        self.write(text.replace("left_zoom 300", "left_zoom 080"))
+        self.assertIn("is damaged and is not used: the lines are not those",
+                      self.refused(client, "settings restore", "SYNTAX"))
+        self.assertAlmostEqual(self.ok(client, "zoom")["left"]["position"], 80, delta=2)
+
+    def write(self, text):
+        """A record that is whole, as the store makes it."""
+        data = text.encode()
+        crc = zlib.crc32(b"settings\0" + data)
+        with open(self.record(), "wb") as file:
+            file.write(b"vergence record 1: %9d bytes follow, crc32 %08x\n" % (len(data), crc) + data)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kept settings: their text, what of it an instrument takes, and the commands that set it so again.
+#include "daemon/server/kept_settings.h"
+
+#include <doctest/doctest.h>
+
+#include <cstdlib>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "device/mt9t001.h"
+#include "rig/command.h"
+#include "synthetic/seed.hpp"
+
+namespace {
+
+// A rig that is up, as far as this looks at it.
+rig made(const char *profile) {
+    rig made{};
+    REQUIRE(rig_profile_named(profile, &made.profile) == ERROR_OK);
+    made.state = RIG_READY;
+    made.format = {640, 480};
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        made.sensor[side].window = mt9t001_full_window();
+        for (int axis = 0; axis < LENS_AXES; axis++) {
+            made.lens_commanded[side][axis] = INT32_MIN;
+        }
+    }
+    return made;
+}
+
+std::string printed(const kept_settings &kept) {
+    char text[KEPT_SETTINGS_BYTES];
+    return std::string(text, kept_settings_print(&kept, text));
+}
+
+int parse(const std::string &text, kept_settings &kept) {
+    message why{};
+    return kept_settings_parse(text.data(), text.size(), &kept, &why);
+}
+
+std::vector<std::string> commands(const kept_settings &kept, const rig &rig) {
+    char lines[KEPT_SETTINGS_LINES][KEPT_SETTINGS_LINE_BYTES];
+    size_t of_cameras = 0;
+    const size_t count = kept_settings_commands(&kept, &rig, lines, &of_cameras);
+    return {lines, lines + count};
+}
+
+}  // namespace
+
+TEST_CASE("what is in force, as text and back") {
+    rig up = made("rig");
+    up.sensor[RIG_LEFT].window.width_px = 1024;
+    up.sensor[RIG_LEFT].window.height_px = 768;
+    up.sensor[RIG_LEFT].window.skip = 2;
+    up.exposure_us[RIG_LEFT] = 7001;
+    up.gain_q3[RIG_RIGHT] = 20;
+    up.pan_q4[RIG_LEFT] = 24654;
+    up.lens_commanded[RIG_RIGHT][LENS_IRIS] = 400;
+    kept_settings kept{}, read{};
+    kept_settings_take(&up, &kept);
+    const std::string text = printed(kept);
+    CHECK(text ==
+          "vergence settings 1\nprofile rig\nwindow 1024 768 2\nleft_exposure_us 7001\n"
+          "left_pan_urad 69265\nright_gain_q3 20\nright_iris 400\n");
+    REQUIRE(parse(text, read) == ERROR_OK);
+    CHECK(printed(read) == text);
+    CHECK(commands(read, up) == std::vector<std::string>{"exposure left 7001", "gain right 2.500",
+                                                         "pan left 3.968592", "iris right 400"});
+}
+
+TEST_CASE("what beyond its limits cannot be asked for again is kept as the limit") {
+    rig up = made("rig");
+    up.exposure_us[RIG_LEFT] = RIG_EXPOSURE_MOST_US + 1200;  // rounded to rows
+    up.pan_q4[RIG_RIGHT] = up.profile.servo[RIG_RIGHT].least_q4;
+    kept_settings kept{};
+    kept_settings_take(&up, &kept);
+    CHECK(kept.values[RIG_LEFT][KEPT_EXPOSURE_US] == RIG_EXPOSURE_MOST_US);
+    CHECK(kept.values[RIG_RIGHT][KEPT_PAN_URAD] == up.profile.pan_least_urad);
+}
+
+TEST_CASE("any other text is refused") {
+    kept_settings kept{};
+    const std::string good = "vergence settings 1\nprofile x\nwindow 640 480 1\nleft_zoom 40\n";
+    REQUIRE(parse(good, kept) == ERROR_OK);
+    for (size_t i = 0; i < good.size(); i++) {
+        CAPTURE(i);
+        // Only a whole line less is a text, too.
+        CHECK((parse(good.substr(0, i), kept) == ERROR_OK) == (i > 20 && good[i - 1] == '\n'));
+        for (const char other : {'\0', '\n', ' ', '\x80'}) {
+            std::string bad = good;
+            bad[i] = other;
+            CHECK((bad == good || parse(bad, kept) != ERROR_OK));
+        }
+    }
+    const std::string head = "vergence settings 1\nprofile x\n";
+    for (const char *line : {"window 8 480 1",
+                             "window 640 480 9",
+                             "window 640 480",
+                             "window 640 480 1 1",
+                             "left_exposure_us 0",
+                             "left_exposure_us 10000001",
+                             "left_gain_q3 7",
+                             "left_gain_q3 1025",
+                             "left_pan_urad 1570797",
+                             "left_pan_urad --1",
+                             "left_zoom -1",
+                             "left_zoom 65536",
+                             "left_zoom 99999999999999999999",
+                             "left_zoom 007",
+                             "left_zoom 7 ",
+                             "left_speed 7",
+                             "up_zoom 7",
+                             "profile y",
+                             "profile",
+                             " ",
+                             "left_zoom 7\nleft_zoom 7",
+                             "right_zoom 7\nleft_zoom 7"}) {
+        CAPTURE(line);
+        CHECK(parse(head + line + "\n", kept) == ERROR_SYNTAX);
+    }
+}
+
+TEST_CASE("an instrument that cannot be set so takes none of it") {
+    rig up = made("rig"), plain = made("two-cameras");
+    kept_settings kept{};
+    message why{};
+    const auto checked = [&](rig &rig, const std::string &lines) {
+        const std::string text =
+            std::string("vergence settings 1\nprofile ") + rig.profile.name + "\n" + lines;
+        REQUIRE(parse(text, kept) == ERROR_OK);
+        why.text[0] = '\0';
+        const int error = kept_settings_check(&kept, &rig, &why);
+        CHECK((error == ERROR_OK) == (why.text[0] == '\0'));
+        return error;
+    };
+    CHECK(checked(up, "window 2048 1536 1\nleft_pan_urad 523599\n") == ERROR_OK);
+    CHECK(checked(up, "window 2050 1536 1\n") == ERROR_RANGE);
+    CHECK(checked(up, "window 642 480 2\n") == ERROR_RANGE);
+    CHECK(checked(up, "left_pan_urad 523600\n") == ERROR_RANGE);
+    CHECK(checked(up, "right_zoom 400\n") == ERROR_NOT_CONNECTED);  // none was found
+    CHECK(checked(plain, "window 4000 3000 1\nleft_exposure_us 9\n") == ERROR_OK);
+    CHECK(checked(plain, "window 640 480 2\n") == ERROR_RANGE);
+    CHECK(checked(plain, "right_pan_urad 0\n") == ERROR_NOT_CONNECTED);
+    REQUIRE(parse("vergence settings 1\nprofile rig\n", kept) == ERROR_OK);
+    CHECK(kept_settings_check(&kept, &plain, &why) == ERROR_ARGUMENT);
+}
+
+TEST_CASE("the commands are those of the table, and mean the same numbers again") {
+    size_t count = 0;
+    const command *table = command_rig_table(&count);
+    const rig up = made("rig");
+    const uint64_t seed = synthetic::test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    std::mt19937_64 random(seed);
+    const auto draw = [&](int32_t least, int32_t most) {
+        return std::uniform_int_distribution<int32_t>(least, most)(random);
+    };
+    for (int round = 0; round < 2000; round++) {
+        kept_settings kept{};
+        kept.width_px = 640;
+        kept.height_px = 480;
+        kept.skip = 1;
+        for (auto &side : kept.values) {
+            side[KEPT_EXPOSURE_US] = draw(1, RIG_EXPOSURE_MOST_US);
+            side[KEPT_GAIN_Q3] = draw(8, 1024);
+            side[KEPT_PAN_URAD] = draw(-1570796, 1570796);
+            side[KEPT_ZOOM] = draw(0, 65535);
+            side[KEPT_FOCUS] = draw(0, 1) != 0 ? INT32_MIN : draw(0, 65535);
+            side[KEPT_IRIS] = 7;
+        }
+        for (const std::string &line : commands(kept, up)) {
+            CAPTURE(line);
+            char storage[COMMAND_LINE_MAX + 1], said[256];
+            command_value values[COMMAND_ARGUMENTS_MAX];
+            const command *found = nullptr;
+            REQUIRE(command_parse(line.c_str(), table, count, storage, values, &found, said,
+                                  sizeof said) == ERROR_OK);
+            const unsigned side = values[0].choice == 1 ? RIG_RIGHT : RIG_LEFT;
+            const std::string name = found->name;
+            const auto &kept_of = kept.values[side];
+            if (name == "gain") {
+                CHECK(values[1].number * 8 == kept_of[KEPT_GAIN_Q3]);
+            } else if (name == "exposure") {
+                CHECK(values[1].integer == kept_of[KEPT_EXPOSURE_US]);
+            } else if (name == "pan") {
+                for (unsigned i = 0; i < RIG_SIDES; i++) {
+                    const double urad = values[1 + i].number * 1e6 * 3.14159265358979323846 / 180;
+                    CHECK(std::abs(urad - kept.values[i][KEPT_PAN_URAD]) < 0.1);
+                }
+            } else if (name == "zoom") {
+                CHECK(values[1].integer == kept_of[KEPT_ZOOM]);
+            }
+        }
+    }
+}
