@@ -19,6 +19,7 @@ static const struct {
     [HAL_GPIO_BRIDGE_RESET] = {"the bridge's reset", false},
     [HAL_GPIO_BRIDGE_IRQ] = {"the bridge's interrupt", true},
     [HAL_GPIO_LENS_POWER] = {"the lenses' power", false},
+    [HAL_GPIO_TRIGGER] = {"the cameras' trigger", false},
 };
 
 /// The chip may be a USB device.

@@ -15,6 +15,7 @@ enum hal_gpio_line {
     HAL_GPIO_BRIDGE_RESET,  ///< output
     HAL_GPIO_BRIDGE_IRQ,    ///< input with edges
     HAL_GPIO_LENS_POWER,    ///< output
+    HAL_GPIO_TRIGGER,       ///< output: cameras begin to expose when it goes active
     HAL_GPIO_LINES
 };
 

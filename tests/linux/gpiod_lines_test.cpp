@@ -27,6 +27,7 @@ struct Lines {
         places[HAL_GPIO_BRIDGE_RESET] = {kChip, 3, active_low, false};
         places[HAL_GPIO_BRIDGE_IRQ] = {kChip, 5, active_low, false};
         places[HAL_GPIO_LENS_POWER] = {lens_power ? kChip : nullptr, 7, false, true};
+        places[HAL_GPIO_TRIGGER] = {kChip, 6, !active_low, false};
         opened = gpiod_lines_open(&lines, places, &text);
     }
     Lines(const Lines &) = delete;
@@ -62,6 +63,12 @@ TEST_CASE("outputs: first level, set, get, whatever active means on the wire") {
             CHECK(std::string(chip->consumer[3]) == "vergence");
             CHECK(chip->wire[3] == active_low);
             CHECK(chip->wire[7]);
+            CHECK(chip->is_output[6]);
+            CHECK(chip->wire[6] == !active_low);  // at rest, until somebody pulses it
+            for (const bool active : {true, false}) {
+                CHECK(lines.set(HAL_GPIO_TRIGGER, active) == ERROR_OK);
+                CHECK(chip->wire[6] == (active == active_low));
+            }
             record();
             for (const bool active : {true, false, true}) {
                 bool read = !active;
@@ -75,6 +82,7 @@ TEST_CASE("outputs: first level, set, get, whatever active means on the wire") {
         CHECK_FALSE(chip->requested[3]);
         CHECK_FALSE(chip->requested[5]);
         CHECK_FALSE(chip->requested[7]);
+        CHECK_FALSE(chip->requested[6]);
     }
 }
 
@@ -138,6 +146,9 @@ TEST_CASE("every error of a call is the right one of the interface; signals are 
         fake_gpio_edge(chip, 5, kStart_us);
         bool active = false;
         uint64_t time_us = 0;
+        fake_kernel_fail("SET_VALUES", 1, pair.system, 1);
+        CHECK(lines.set(HAL_GPIO_TRIGGER, true) == pair.ours);
+        CHECK(lines.set(HAL_GPIO_TRIGGER, true) == ERROR_OK);
         fake_kernel_fail("SET_VALUES", 1, pair.system, 1);
         CHECK(lines.set(HAL_GPIO_BRIDGE_RESET, true) == pair.ours);
         CHECK(lines.set(HAL_GPIO_BRIDGE_RESET, true) == ERROR_OK);
