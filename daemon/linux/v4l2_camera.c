@@ -164,7 +164,8 @@ static int next_filled(struct v4l2_camera *self, uint64_t deadline_us, int *trie
     for (;;) {
         int error = ERROR_IO;
         if (self->stream.on) {
-            const uint64_t lost_us = self->alive_us + self->patience_us;
+            const uint64_t lost_us =
+                self->triggered ? UINT64_MAX : self->alive_us + self->patience_us;
             error = v4l2_stream_next(&self->stream, lost_us < deadline_us ? lost_us : deadline_us,
                                      filled);
             if (error == ERROR_TIMEOUT && lost_us < deadline_us) {

@@ -33,7 +33,10 @@ struct v4l2_camera {
     char path[64];
     const struct hal_log *log;  ///< NULL: none
     uint32_t frame_us;          ///< longest time from frame to frame
-    bool gone;                  ///< it was pulled out: the next start opens it again
+    /// Frames come when somebody lets them: that none comes does not mean that the stream broke.
+    /// The caller's to set, after v4l2_camera_init.
+    bool triggered;
+    bool gone;  ///< it was pulled out: the next start opens it again
     bool started;
     /// Why it does not start, without the device's name; "": it did, or it has no such frames.
     struct message refused;

@@ -6,11 +6,12 @@
 #include "rig/failure.h"
 #include "rig/pair_change.h"
 #include "rig/rig_camera.h"
+#include "rig/trigger.h"
 #include "rig/watch.h"
 
 enum {
     FRAME_ATTEMPTS = 2,
-    PAIR_ATTEMPTS = 3,  // of cameras that run freely
+    PAIR_ATTEMPTS = 3,  // of cameras with ports of their own, whose frames are too far apart
     // Squares of noise beyond five sigmas are one in a million; a thing that moves covers more.
     CHANGE_LIMIT_PERMILLE = 2,
     US_PER_MS = 1000,
@@ -75,7 +76,38 @@ static struct pair_window window_of(const struct rig *rig, unsigned side) {
     return (struct pair_window){window->column_px, window->row_px, window->skip};
 }
 
-// A whole frame of a camera, in `memory` (`values` long), with its circumstances but the stands.
+// Copies a frame that was lent into `memory` (`values` long), with its circumstances but the
+// stands, when it is whole, and gives it back.
+static int keep_frame(struct rig *rig, unsigned side, const struct hal_camera_frame *frame,
+                      uint16_t *memory, size_t values, struct pair_frame *out) {
+    int error = is_as_asked(rig, side, frame);
+    const size_t needed =
+        (size_t)frame->width_px * frame->height_px * values_of_pixel(frame->layout);
+    if (error == ERROR_OK && needed > values) {
+        error = ERROR_MEMORY;
+    }
+    if (error == ERROR_OK && frame->faults == 0) {
+        copy_frame(frame, memory);
+        *out = (struct pair_frame){
+            .data = memory,
+            .width_px = frame->width_px,
+            .height_px = frame->height_px,
+            .window = window_of(rig, side),
+            .stride = frame->width_px * values_of_pixel(frame->layout),
+            .bits = frame->bits,
+            .layout = frame->layout,
+            .sequence = frame->sequence,
+            .begin_us = frame->begin_us,
+            .end_us = frame->end_us,
+            .exposure_us = rig->exposure_us[side],
+            .gain_q3 = rig->gain_q3[side],
+        };
+    }
+    rig_camera_give_back(rig, side, frame);
+    return error;
+}
+
+// A whole frame of a camera.
 static int take_frame(struct rig *rig, unsigned side, uint64_t not_before_us, uint16_t *memory,
                       size_t values, struct pair_frame *out) {
     struct hal_camera_frame frame = {.faults = 0};
@@ -84,32 +116,8 @@ static int take_frame(struct rig *rig, unsigned side, uint64_t not_before_us, ui
         if (error != ERROR_OK) {
             return error;
         }
-        error = is_as_asked(rig, side, &frame);
-        const size_t needed =
-            (size_t)frame.width_px * frame.height_px * values_of_pixel(frame.layout);
-        if (error == ERROR_OK && needed > values) {
-            error = ERROR_MEMORY;
-        }
-        const bool whole = error == ERROR_OK && frame.faults == 0;
-        if (whole) {
-            copy_frame(&frame, memory);
-            *out = (struct pair_frame){
-                .data = memory,
-                .width_px = frame.width_px,
-                .height_px = frame.height_px,
-                .window = window_of(rig, side),
-                .stride = frame.width_px * values_of_pixel(frame.layout),
-                .bits = frame.bits,
-                .layout = frame.layout,
-                .sequence = frame.sequence,
-                .begin_us = frame.begin_us,
-                .end_us = frame.end_us,
-                .exposure_us = rig->exposure_us[side],
-                .gain_q3 = rig->gain_q3[side],
-            };
-        }
-        rig_camera_give_back(rig, side, &frame);
-        if (whole || error != ERROR_OK) {
+        error = keep_frame(rig, side, &frame, memory, values, out);
+        if (frame.faults == 0 || error != ERROR_OK) {
             return error;
         }
     }
@@ -167,20 +175,67 @@ static int take_nearest(struct rig *rig, const struct pair_options *options, uin
                       memory + values, values, right);
 }
 
+static bool are_apart(const struct rig *rig, const struct pair_frame frames[RIG_SIDES]) {
+    const int64_t skew_us = skew_of(frames);
+    return (skew_us < 0 ? -skew_us : skew_us) > rig->profile.skew_limit_us;
+}
+
+// One pulse, and both frames of it. `faults`: of each frame.
+static int take_pulse(struct rig *rig, uint16_t *memory, size_t values,
+                      struct pair_frame frames[RIG_SIDES], uint32_t faults[RIG_SIDES]) {
+    int error = trigger_fire(rig);
+    for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
+        struct hal_camera_frame frame;
+        error = trigger_take(rig, side, &frame);
+        if (error == ERROR_OK) {
+            faults[side] = frame.faults;
+            error = keep_frame(rig, side, &frame, memory + side * values, values, &frames[side]);
+        }
+    }
+    return error;
+}
+
+// Cameras that wait for the trigger line: both begin with the same pulse. A frame that is missing
+// or torn is none, and of the other camera's then neither.
+static int take_triggered(struct rig *rig, const struct pair_options *options, uint16_t *memory,
+                          size_t values, struct pair_frame frames[RIG_SIDES]) {
+    int missed = 0, damaged = 0, apart = 0;
+    for (;;) {
+        uint32_t faults[RIG_SIDES] = {0, 0};
+        const int error = take_pulse(rig, memory, values, frames, faults);
+        missed += error == ERROR_TIMEOUT;
+        if (error != ERROR_OK && (error != ERROR_TIMEOUT || missed == TRIGGER_ATTEMPTS)) {
+            return error;
+        }
+        const bool whole = faults[RIG_LEFT] == 0 && faults[RIG_RIGHT] == 0;
+        damaged = whole ? 0 : damaged + 1;
+        if (damaged == FRAME_ATTEMPTS) {
+            const unsigned side = faults[RIG_LEFT] != 0 ? RIG_LEFT : RIG_RIGHT;
+            return torn(rig, side, faults[side]);
+        }
+        if (error == ERROR_OK && whole) {
+            apart++;
+            if (apart == PAIR_ATTEMPTS || !are_apart(rig, frames)) {
+                tell(rig, options, 1);
+                return ERROR_OK;
+            }
+        }
+    }
+}
+
 static int take_both(struct rig *rig, const struct pair_options *options, uint16_t *memory,
                      size_t values, struct pair_frame frames[RIG_SIDES]) {
     if (rig->profile.bridge) {
         return take_in_turn(rig, options, memory, values, frames);
     }
+    if (rig->profile.trigger) {
+        return take_triggered(rig, options, memory, values, frames);
+    }
     // A frame may have been lost, and cameras of different speeds meet at times only.
     for (int attempt = 1;; attempt++) {
         const int error = take_nearest(rig, options, memory, values, frames);
-        if (error != ERROR_OK || attempt == PAIR_ATTEMPTS) {
+        if (error != ERROR_OK || attempt == PAIR_ATTEMPTS || !are_apart(rig, frames)) {
             return error;
-        }
-        const int64_t skew_us = skew_of(frames);
-        if ((skew_us < 0 ? -skew_us : skew_us) <= rig->profile.skew_limit_us) {
-            return ERROR_OK;
         }
     }
 }

@@ -31,6 +31,7 @@ enum {
     // In turn through one port; and both at once, where less than a frame lies between.
     SKEW_IN_TURN_US = 1000000,
     SKEW_AT_ONCE_US = 50000,
+    TRIGGER_US = 1000,
 };
 
 static struct rig_profile two_cameras(void) {
@@ -39,7 +40,8 @@ static struct rig_profile two_cameras(void) {
                                 .width_px = WEBCAM_WIDTH_PX,
                                 .height_px = WEBCAM_HEIGHT_PX,
                                 .frame_us = WEBCAM_FRAME_US,
-                                .skew_limit_us = SKEW_AT_ONCE_US};
+                                .skew_limit_us = SKEW_AT_ONCE_US,
+                                .trigger_us = TRIGGER_US};
 }
 
 void rig_profile_set_lenses(struct rig_profile *profile, enum rig_profile_lenses lenses) {

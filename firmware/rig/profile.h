@@ -48,6 +48,9 @@ struct rig_profile {
     uint16_t width_px, height_px;  ///< full frames
     uint32_t frame_us;             ///< longest time from frame to frame where no sensor tells
     uint32_t skew_limit_us;        ///< of the two frames of a pair
+
+    bool trigger;         ///< cameras with ports of their own that expose when a line goes active
+    uint32_t trigger_us;  ///< how long it is active for a pair
 };
 
 /// The profiles that everybody has: "rig", "two-cameras", "two-cameras-lens". ERROR_MISSING.

@@ -28,6 +28,9 @@ enum {
     SIZE_MOST_PX = 16384,
     FRAME_LEAST_US = 1000,
     FRAME_MOST_US = 60000000,
+    // What the inputs of such cameras see for sure.
+    TRIGGER_LEAST_US = 100,
+    TRIGGER_MOST_US = 1000000,
 };
 
 /// A field's value, and what it would have to be.
@@ -216,6 +219,16 @@ static int check_lenses(const struct rig_profile *profile, struct rig_profile_fl
     return error == ERROR_OK ? CHECK(limits, flaw) : error;
 }
 
+static int check_trigger(const struct rig_profile *profile, struct rig_profile_flaw *flaw) {
+    const struct limit limits[] = {
+        // The sensors behind it run freely.
+        {profile->bridge, {"trigger", 0, 0, .causes = {"bridge"}}},
+        {profile->trigger_us,
+         {"trigger_us", TRIGGER_LEAST_US, TRIGGER_MOST_US, .causes = {"trigger"}}},
+    };
+    return CHECK(limits, flaw);
+}
+
 int rig_profile_check(const struct rig_profile *profile, struct rig_profile_flaw *flaw) {
     INVARIANT(profile != NULL && flaw != NULL);
     const struct limit kinds[] = {
@@ -223,6 +236,9 @@ int rig_profile_check(const struct rig_profile *profile, struct rig_profile_flaw
     int error = check_frames(profile, flaw);
     if (error == ERROR_OK && profile->bridge) {
         error = check_bridge(profile, flaw);
+    }
+    if (error == ERROR_OK && profile->trigger) {
+        error = check_trigger(profile, flaw);
     }
     if (error == ERROR_OK && profile->servos) {
         error = check_servos(profile, flaw);

@@ -5,6 +5,7 @@
 #include "core/invariant.h"
 #include "rig/failure.h"
 #include "rig/rig_camera.h"
+#include "rig/trigger.h"
 #include "rig/watch.h"
 
 enum {
@@ -21,6 +22,9 @@ const char *rig_ports_lack(const struct rig_profile *profile, const struct rig_p
     }
     if (profile->bridge && ports->i2c == NULL) {
         return "an I2C bus";
+    }
+    if (profile->trigger && ports->gpio == NULL) {
+        return "a trigger line";
     }
     return profile->lenses != RIG_LENSES_FIXED && ports->lens_uart == NULL
                ? "a line to the lens controller"
@@ -44,10 +48,6 @@ void rig_init(struct rig *self, const struct rig_profile *profile, const struct 
 }
 
 // ---- safe
-
-static void keep_first(int *first, int error) {
-    *first = *first == ERROR_OK ? error : *first;
-}
 
 // Motors that can be stopped are; others end by themselves where they were sent, which is within
 // their range.
@@ -80,6 +80,9 @@ static int hold_bridge(struct rig *self) {
 // One transfer ends pulses and frames. Where it fails the bridge is held in reset, and where it
 // has no such line its watchdog does it: nobody feeds it any more.
 static int rest_bridge(struct rig *self) {
+    if (!self->profile.bridge) {
+        return ERROR_OK;
+    }
     if (self->bridge.bus.bus == NULL) {
         // Never opened, so nothing of ours runs there; of an earlier program's, something may.
         const int held = hold_bridge(self);
@@ -98,24 +101,23 @@ static int rest_bridge(struct rig *self) {
     return failure_of_bus(self, RIG_PART_BRIDGE, error);
 }
 
+static int rest_trigger(struct rig *self) {
+    return self->profile.trigger ? trigger_rest(self) : ERROR_OK;
+}
+
 int rig_safe(struct rig *self) {
+    static int (*const steps[])(struct rig *) = {rest_bridge, rest_trigger, stop_lenses,
+                                                 rig_camera_stop};
     int first = ERROR_OK;
     struct rig_trouble trouble = self->trouble;
     self->lost = false;
-    if (self->profile.bridge) {
-        keep_first(&first, rest_bridge(self));
-        trouble = first != ERROR_OK ? self->trouble : trouble;
+    for (size_t i = 0; i < sizeof steps / sizeof steps[0]; i++) {
+        const int error = steps[i](self);
+        if (first == ERROR_OK && error != ERROR_OK) {
+            first = error;
+            trouble = self->trouble;
+        }
     }
-    const int stopped = stop_lenses(self);
-    if (first == ERROR_OK && stopped != ERROR_OK) {
-        trouble = self->trouble;
-    }
-    keep_first(&first, stopped);
-    const int ended = rig_camera_stop(self);
-    if (first == ERROR_OK && ended != ERROR_OK) {
-        trouble = self->trouble;
-    }
-    keep_first(&first, ended);
     self->trouble = trouble;
     self->state = self->state == RIG_DOWN ? RIG_DOWN : RIG_SAFE;
     return first;
@@ -199,6 +201,17 @@ static int check_source(struct rig *self, unsigned side) {
     return error;
 }
 
+// A frame of each of two that wait for a pulse.
+static void check_triggered(struct rig *self, struct rig_trouble *first) {
+    struct rig_trouble found[RIG_SIDES];
+    const int error = trigger_look(self, found);
+    note(self, first, error);
+    for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
+        self->trouble = found[side];
+        note(self, first, found[side].error);
+    }
+}
+
 static int check_lens(struct rig *self, unsigned side) {
     int32_t positions[LENS_AXES];
     return self->lens[side].operations != NULL ? rig_lens_read(self, side, positions) : ERROR_OK;
@@ -212,10 +225,13 @@ int rig_check(struct rig *self) {
     const bool bridge = self->profile.bridge;
     const int of_bridge = bridge ? check_bridge(self) : ERROR_OK;
     note(self, &first, of_bridge);
+    if (self->profile.trigger) {
+        check_triggered(self, &first);
+    }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        if (!bridge) {
+        if (!bridge && !self->profile.trigger) {
             note(self, &first, check_source(self, side));
-        } else if (of_bridge == ERROR_OK) {
+        } else if (bridge && of_bridge == ERROR_OK) {
             note(self, &first, check_camera(self, side));
         }
         if (self->profile.servos && of_bridge == ERROR_OK) {

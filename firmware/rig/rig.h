@@ -35,19 +35,20 @@ extern "C" {
 
 /// The parts, for messages, health and faults.
 // X(name, text)
-#define RIG_PART_LIST(X)                 \
-    X(NONE, "none")                      \
-    X(BRIDGE, "FPGA bridge")             \
-    X(LEFT_SENSOR, "left sensor")        \
-    X(RIGHT_SENSOR, "right sensor")      \
-    X(LEFT_CAMERA, "left camera")        \
-    X(RIGHT_CAMERA, "right camera")      \
-    X(LEFT_SERVO, "left servo")          \
-    X(RIGHT_SERVO, "right servo")        \
-    X(LEFT_LENS, "left lens")            \
-    X(RIGHT_LENS, "right lens")          \
-    X(RESET_LINE, "bridge's reset line") \
-    X(IRQ_LINE, "bridge's interrupt line")
+#define RIG_PART_LIST(X)                   \
+    X(NONE, "none")                        \
+    X(BRIDGE, "FPGA bridge")               \
+    X(LEFT_SENSOR, "left sensor")          \
+    X(RIGHT_SENSOR, "right sensor")        \
+    X(LEFT_CAMERA, "left camera")          \
+    X(RIGHT_CAMERA, "right camera")        \
+    X(LEFT_SERVO, "left servo")            \
+    X(RIGHT_SERVO, "right servo")          \
+    X(LEFT_LENS, "left lens")              \
+    X(RIGHT_LENS, "right lens")            \
+    X(RESET_LINE, "bridge's reset line")   \
+    X(IRQ_LINE, "bridge's interrupt line") \
+    X(TRIGGER_LINE, "trigger line")
 
 enum rig_part {
 #define RIG_PART_ENUM(name, text) RIG_PART_##name,
@@ -140,6 +141,8 @@ struct rig {
     bool lost;                       ///< the bridge takes no feeds, and nothing was made safe yet
     bool streaming[RIG_SIDES];       ///< the source of that side gives frames
     uint64_t started_us[RIG_SIDES];  ///< when its stream was
+    uint64_t triggered_us;           ///< when the trigger line went active last
+    bool owed[RIG_SIDES];            ///< the frame of that pulse was not taken yet
     struct hal_camera_format format;
     uint32_t pairs;   ///< taken since the bring-up
     uint64_t fed_us;  ///< the bridge's watchdog, last

@@ -7,6 +7,7 @@
 #include "rig/rig.h"
 #include "rig/rig_camera.h"
 #include "rig/rig_lines.h"
+#include "rig/trigger.h"
 #include "rig/watch.h"
 
 enum {
@@ -341,10 +342,30 @@ static int start_source(struct rig *self, unsigned side, const struct hal_camera
                          size_px);
 }
 
+// Cameras that wait for the trigger line: each gives a frame with it, and none without it.
+static void bring_up_triggered(struct rig *self, struct finding *finding) {
+    struct rig_trouble found[RIG_SIDES];
+    if (!note(self, finding, trigger_rest(self)) ||
+        !note(self, finding, trigger_look(self, found))) {
+        return;
+    }
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        self->trouble = found[side];
+        note(self, finding, found[side].error);
+    }
+    if (finding->first.error == ERROR_OK) {
+        note(self, finding, trigger_check_quiet(self));
+    }
+}
+
 static void bring_up_sources(struct rig *self, struct finding *finding) {
     const struct hal_camera_format format = {self->profile.width_px, self->profile.height_px};
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         note(self, finding, start_source(self, side, &format));
+    }
+    if (self->profile.trigger) {
+        bring_up_triggered(self, finding);
+        return;
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         struct hal_camera_frame frame;
@@ -367,6 +388,7 @@ static void forget(struct rig *self) {
         self->pan_q4[side] = 0;
         self->pan_rest_us[side] = 0;
         self->settled_us[side] = 0;
+        self->owed[side] = false;
         self->exposure_us[side] = 0;
         self->gain_q3[side] = 0;
         for (unsigned axis = 0; axis < LENS_AXES; axis++) {

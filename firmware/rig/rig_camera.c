@@ -4,6 +4,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "rig/failure.h"
+#include "rig/trigger.h"
 #include "rig/watch.h"
 
 enum {
@@ -74,6 +75,7 @@ int rig_camera_start_side(struct rig *self, unsigned side, const struct hal_came
     }
     self->streaming[side] = true;
     self->started_us[side] = watch_now_us(self);
+    self->owed[side] = false;
     self->format = *format;
     return ERROR_OK;
 }
@@ -210,6 +212,9 @@ static int wait_for_frame(struct rig *self, unsigned side, uint64_t not_before_u
 int rig_camera_take(struct rig *self, unsigned side, uint64_t not_before_us,
                     struct hal_camera_frame *frame) {
     INVARIANT(side < RIG_SIDES && self->ports.camera[side] != NULL);
+    if (self->profile.trigger) {
+        return trigger_take_one(self, side, frame);
+    }
     if (!self->profile.bridge) {
         return wait_for_frame(self, side, not_before_us, frame);
     }

@@ -29,7 +29,7 @@ void rig_camera_unsettle(struct rig *self, unsigned side, uint64_t before_us);
 
 /// Waits for a whole frame that began at `not_before_us` or later, with all settings in force, and
 /// lends it. What the bridge found wrong with it is in its `faults` too. Chooses the camera behind
-/// the bridge when that is needed.
+/// the bridge when that is needed, and pulses the trigger line where there is one.
 int rig_camera_take(struct rig *self, unsigned side, uint64_t not_before_us,
                     struct hal_camera_frame *frame);
 void rig_camera_give_back(struct rig *self, unsigned side, const struct hal_camera_frame *frame);

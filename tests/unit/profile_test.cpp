@@ -104,6 +104,17 @@ TEST_CASE("each number that makes no sense is named") {
         {"two-cameras", "height_px", [](rig_profile &p) { p.height_px = 481; }},
         {"two-cameras", "frame_us", [](rig_profile &p) { p.frame_us = 0; }},
         {"two-cameras", "skew_limit_us", [](rig_profile &p) { p.skew_limit_us = 0; }},
+        {"rig", "trigger", [](rig_profile &p) { p.trigger = true; }},
+        {"two-cameras", "trigger_us",
+         [](rig_profile &p) {
+             p.trigger = true;
+             p.trigger_us = 99;
+         }},
+        {"two-cameras-lens", "trigger_us",
+         [](rig_profile &p) {
+             p.trigger = true;
+             p.trigger_us = 1000001;
+         }},
         {"two-cameras-lens", "lens_counts_per_s_iris",
          [](rig_profile &p) { p.lens_counts_per_s[LENS_IRIS] = 0; }},
         {"two-cameras-lens", "lens_backlash_counts",

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rig/trigger.h"
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "rig/failure.h"
+#include "rig/rig_camera.h"
+#include "rig/watch.h"
+
+enum {
+    // A frame is waited for so many times as long as the longest lasts, and this more: with all
+    // attempts below two seconds, where frames take 200 ms.
+    PATIENCE_FRAMES = 2,
+    PATIENCE_US = 100000,
+    HELD_MOST = 32,  // more frames than a driver has room for
+};
+
+static enum rig_part camera_of(unsigned side) {
+    return failure_part(RIG_PART_LEFT_CAMERA, side);
+}
+
+static int set_line(struct rig *self, bool active) {
+    const struct hal_gpio *gpio = self->ports.gpio;
+    INVARIANT(self->profile.trigger && gpio != NULL);
+    const int error = watch_used(self, RIG_PART_TRIGGER_LINE,
+                                 gpio->operations->set(gpio->self, HAL_GPIO_TRIGGER, active));
+    if (error == ERROR_OK) {
+        return ERROR_OK;
+    }
+    return watch_failed(self, RIG_PART_TRIGGER_LINE, error,
+                        error == ERROR_UNSUPPORTED
+                            ? "there is none here; set trigger_line, or rig.trigger = no"
+                            : "it cannot be driven; look at the chip's name and who may use it");
+}
+
+int trigger_rest(struct rig *self) {
+    return set_line(self, false);
+}
+
+static int failed(struct rig *self, unsigned side, int error) {
+    watch_used(self, camera_of(side), error);
+    return watch_failed(self, camera_of(side), error,
+                        error == ERROR_DEVICE
+                            ? "it has gone; look at its plug, then bring up again"
+                            : "the system gives none of its frames; look into the system's log");
+}
+
+// Until when a frame of the last pulse is waited for.
+static uint64_t deadline_of(const struct rig *self) {
+    return self->triggered_us + self->profile.trigger_us +
+           (uint64_t)PATIENCE_FRAMES * self->profile.frame_us + PATIENCE_US;
+}
+
+// Waits for a frame that was not whole by `after_us`, in steps so that the observer is asked; looks
+// at least once. ERROR_TIMEOUT is not told.
+static int wait(struct rig *self, unsigned side, uint64_t after_us, uint64_t deadline_us,
+                struct hal_camera_frame *frame) {
+    const struct hal_camera *camera = self->ports.camera[side];
+    for (;;) {
+        int error = watch_look(self);
+        if (error != ERROR_OK) {
+            return error;
+        }
+        const uint64_t step_us = watch_now_us(self) + WATCH_STEP_US;
+        error = camera->operations->take(camera->self, 0,
+                                         step_us < deadline_us ? step_us : deadline_us, frame);
+        if (error == ERROR_OK && frame->end_us > after_us) {
+            return ERROR_OK;
+        }
+        if (error == ERROR_OK) {
+            rig_camera_give_back(self, side, frame);
+        } else if (error != ERROR_TIMEOUT) {
+            return failed(self, side, error);
+        }
+        if (watch_now_us(self) >= deadline_us) {
+            return ERROR_TIMEOUT;
+        }
+    }
+}
+
+// A driver loses what comes when its buffers are full, and a camera has to read out its last frame
+// before it takes a pulse.
+static int drop_held(struct rig *self, unsigned side) {
+    uint64_t deadline_us = self->owed[side] ? deadline_of(self) : 0;
+    int error = ERROR_OK;
+    for (int held = 0; error == ERROR_OK && held < HELD_MOST; held++) {
+        struct hal_camera_frame frame;
+        error = wait(self, side, 0, deadline_us, &frame);
+        if (error == ERROR_OK) {
+            deadline_us = frame.end_us > self->triggered_us ? 0 : deadline_us;
+            rig_camera_give_back(self, side, &frame);
+        }
+    }
+    self->owed[side] = false;
+    return error == ERROR_TIMEOUT ? ERROR_OK : error;
+}
+
+static int drop_all(struct rig *self) {
+    int error = ERROR_OK;
+    for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
+        error = self->streaming[side] ? drop_held(self, side) : ERROR_OK;
+    }
+    return error;
+}
+
+int trigger_fire(struct rig *self) {
+    int error = ERROR_OK;
+    for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
+        error = watch_until(self, self->settled_us[side]);
+    }
+    error = error == ERROR_OK ? drop_all(self) : error;
+    if (error != ERROR_OK) {
+        return error;
+    }
+    self->triggered_us = watch_now_us(self);
+    error = set_line(self, true);
+    if (error == ERROR_OK) {
+        self->owed[RIG_LEFT] = self->owed[RIG_RIGHT] = true;
+        error = watch_until(self, self->triggered_us + self->profile.trigger_us);
+    }
+    const struct rig_trouble trouble = self->trouble;
+    const int rested = trigger_rest(self);
+    if (error == ERROR_OK) {
+        return rested;
+    }
+    self->trouble = trouble;
+    return error;
+}
+
+int trigger_take(struct rig *self, unsigned side, struct hal_camera_frame *frame) {
+    const int error = wait(self, side, self->triggered_us, deadline_of(self), frame);
+    if (error == ERROR_OK) {
+        self->owed[side] = false;
+        return watch_used(self, camera_of(side), error);
+    }
+    if (error != ERROR_TIMEOUT) {
+        return error;
+    }
+    watch_used(self, camera_of(side), error);
+    return watch_trouble(self, camera_of(side), error,
+                         "no frame came after the trigger line's pulse; set it to external "
+                         "trigger, look at its wire and at trigger_line",
+                         NULL);
+}
+
+int trigger_take_one(struct rig *self, unsigned side, struct hal_camera_frame *frame) {
+    int error = ERROR_TIMEOUT;
+    for (int attempt = 0; attempt < TRIGGER_ATTEMPTS && error == ERROR_TIMEOUT; attempt++) {
+        error = trigger_fire(self);
+        if (error != ERROR_OK) {
+            return error;
+        }
+        error = trigger_take(self, side, frame);
+    }
+    return error;
+}
+
+int trigger_look(struct rig *self, struct rig_trouble found[RIG_SIDES]) {
+    struct rig_trouble troubles[RIG_SIDES] = {{.error = ERROR_OK}, {.error = ERROR_OK}};
+    bool missed = true;
+    for (int attempt = 0; attempt < TRIGGER_ATTEMPTS && missed; attempt++) {
+        const int error = trigger_fire(self);
+        if (error != ERROR_OK) {
+            return error;
+        }
+        missed = false;
+        for (unsigned side = 0; side < RIG_SIDES; side++) {
+            struct hal_camera_frame frame;
+            const int taken =
+                self->streaming[side] ? trigger_take(self, side, &frame) : ERROR_UNSUPPORTED;
+            if (taken == ERROR_CANCELLED) {
+                return taken;
+            }
+            troubles[side] = (struct rig_trouble){.error = ERROR_OK};
+            if (taken == ERROR_OK) {
+                rig_camera_give_back(self, side, &frame);
+            } else if (self->streaming[side]) {
+                troubles[side] = self->trouble;
+            }
+            missed = missed || troubles[side].error == ERROR_TIMEOUT;
+        }
+    }
+    found[RIG_LEFT] = troubles[RIG_LEFT];
+    found[RIG_RIGHT] = troubles[RIG_RIGHT];
+    return ERROR_OK;
+}
+
+int trigger_check_quiet(struct rig *self) {
+    int error = drop_all(self);
+    const uint64_t begin_us = watch_now_us(self);
+    const uint64_t end_us = begin_us + (uint64_t)PATIENCE_FRAMES * self->profile.frame_us;
+    for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
+        struct hal_camera_frame frame;
+        error = wait(self, side, begin_us, end_us, &frame);
+        if (error == ERROR_OK) {
+            rig_camera_give_back(self, side, &frame);
+            watch_used(self, camera_of(side), ERROR_VERIFY);
+            return watch_trouble(self, camera_of(side), ERROR_VERIFY,
+                                 "it sends frames without the trigger line's pulse; set it to "
+                                 "external trigger, or rig.trigger = no",
+                                 NULL);
+        }
+        error = error == ERROR_TIMEOUT ? ERROR_OK : error;
+    }
+    return error;
+}
