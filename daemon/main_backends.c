@@ -57,8 +57,8 @@ static int open_replay(struct main_backends *self, struct config *config, struct
     if (lack != NULL) {
         return message_set(message, ERROR_ARGUMENT,
                            "backend = replay %s: it holds pairs but no recorded calls, so it plays "
-                           "as two cameras alone: set profile = two-cameras, and rig.width_px and "
-                           "rig.height_px to those of its frames",
+                           "as two cameras alone: set profile = two-cameras, rig.trigger = no, and "
+                           "rig.width_px and rig.height_px to those of its frames",
                            config->backend_place);
     }
     return 0;

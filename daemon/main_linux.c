@@ -119,6 +119,7 @@ static const char *missing(void *opaque, enum rig_part part) {
             break;
         case RIG_PART_RESET_LINE:
         case RIG_PART_IRQ_LINE:
+        case RIG_PART_TRIGGER_LINE:
             device = MAIN_LINUX_GPIO;
             break;
         default:
@@ -146,6 +147,7 @@ static bool find_places(struct main_linux *self) {
         [HAL_GPIO_BRIDGE_RESET] = {config->reset_line, config->reset_active_low},
         [HAL_GPIO_BRIDGE_IRQ] = {config->irq_line, config->irq_active_low},
         [HAL_GPIO_LENS_POWER] = {config->lens_power_line, config->lens_power_active_low},
+        [HAL_GPIO_TRIGGER] = {config->trigger_line, config->trigger_active_low},
     };
     bool any = false;
     for (int i = 0; i < HAL_GPIO_LINES; i++) {
@@ -175,6 +177,7 @@ void main_linux_open(struct main_linux *self, const struct config *config,
     gpiod_lines_init(&self->lines);
     for (int side = 0; side < RIG_SIDES; side++) {
         v4l2_camera_init(&self->camera[side], config->camera[side], profile->frame_us, log);
+        self->camera[side].triggered = profile->trigger;
     }
     ports->clock = &monotonic_clock;
     ports->i2c = profile->bridge ? &self->i2c.hal : NULL;

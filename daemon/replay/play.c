@@ -295,6 +295,7 @@ static int open_all(struct play *self, int parent, const char *path, struct mess
     }
     self->calls = self->replay.calls;
     config_defaults(&self->config);
+    self->config.backend = CONFIG_BACKEND_REPLAY;  // it needs no devices
     error = replay_profile(parent, path, &self->config, message);
     return error != 0 ? error : session_reader_open(&self->session, parent, path, NULL, message);
 }

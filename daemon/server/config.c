@@ -29,6 +29,7 @@ void config_defaults(struct config *config) {
         .reset_line = CONFIG_NO_LINE,
         .irq_line = CONFIG_NO_LINE,
         .lens_power_line = CONFIG_NO_LINE,
+        .trigger_line = CONFIG_NO_LINE,
         .reset_active_low = true,
         .socket = "/run/vergence/vergenced.sock",
         .console_baud = 115200,

@@ -41,8 +41,8 @@ struct config {
     char camera[RIG_SIDES][CONFIG_TEXT_BYTES];
     char lens_uart[CONFIG_TEXT_BYTES];
     char gpio_chip[CONFIG_TEXT_BYTES];
-    int32_t reset_line, irq_line, lens_power_line;  ///< of that chip; CONFIG_NO_LINE
-    bool reset_active_low, irq_active_low, lens_power_active_low;
+    int32_t reset_line, irq_line, lens_power_line, trigger_line;  ///< of that chip; CONFIG_NO_LINE
+    bool reset_active_low, irq_active_low, lens_power_active_low, trigger_active_low;
 
     char socket[LISTENER_PATH_BYTES];
     uint16_t tcp_port;                ///< 0: none

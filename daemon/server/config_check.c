@@ -107,7 +107,7 @@ static int tell_flaw(const struct check *self, const struct rig_profile_flaw *fl
 struct place {
     bool needed;
     const char *key;
-    bool by_profile;  ///< the profile asks for it
+    enum { BY_LINE, BY_PROFILE, BY_TRIGGER } by;  ///< who asks for it
 };
 
 static int check_places(const struct check *self, const struct place *places, size_t count) {
@@ -116,11 +116,14 @@ static int check_places(const struct check *self, const struct place *places, si
         const size_t key = key_of("", places[i].key);
         config_key_print(self->config, key, value, sizeof value);
         if (places[i].needed && strcmp(value, "none") == 0) {
-            blame(self, key);
+            // Where no line says "none", what asks for it is the one.
+            const bool by_trigger = places[i].by == BY_TRIGGER && self->lines[key] == 0;
+            blame(self, by_trigger ? key_of(CONFIG_RIG, "trigger") : key);
+            static const char *const who[] = {"a line of GPIO", "the profile ", "rig.trigger yes"};
             return message_set(self->message, ERROR_MISSING,
                                "%s is none, but %s%s needs it with backend = linux", places[i].key,
-                               places[i].by_profile ? "the profile " : "a line of GPIO",
-                               places[i].by_profile ? self->config->profile.name : "");
+                               who[places[i].by],
+                               places[i].by == BY_PROFILE ? self->config->profile.name : "");
         }
         for (size_t k = 0; k < i && places[i].needed; k++) {
             char other[VALUE_BYTES];
@@ -146,17 +149,20 @@ static int check_devices(const struct check *self) {
     const bool reset = config->reset_line != CONFIG_NO_LINE;
     const bool irq = config->irq_line != CONFIG_NO_LINE;
     const bool power = config->lens_power_line != CONFIG_NO_LINE;
+    const bool trigger = config->trigger_line != CONFIG_NO_LINE;
     const struct place devices[] = {
-        {profile->bridge, "i2c", true},
-        {true, "left_camera", true},
-        {!profile->bridge, "right_camera", true},
-        {profile->lenses != RIG_LENSES_FIXED, "lens_uart", true},
-        {reset || irq || power, "gpio_chip", false},
-        {config->console[0] != '\0' && strcmp(config->console, "stdio") != 0, "console", false},
-        {config->watchdog[0] != '\0', "watchdog", false},
+        {profile->bridge, "i2c", BY_PROFILE},
+        {true, "left_camera", BY_PROFILE},
+        {!profile->bridge, "right_camera", BY_PROFILE},
+        {profile->lenses != RIG_LENSES_FIXED, "lens_uart", BY_PROFILE},
+        {reset || irq || power || trigger, "gpio_chip", BY_LINE},
+        {config->console[0] != '\0' && strcmp(config->console, "stdio") != 0, "console", BY_LINE},
+        {config->watchdog[0] != '\0', "watchdog", BY_LINE},
     };
-    const struct place lines[] = {
-        {reset, "reset_line", false}, {irq, "irq_line", false}, {power, "lens_power_line", false}};
+    const struct place lines[] = {{reset, "reset_line", BY_LINE},
+                                  {irq, "irq_line", BY_LINE},
+                                  {power, "lens_power_line", BY_LINE},
+                                  {trigger || profile->trigger, "trigger_line", BY_TRIGGER}};
     const int error = check_places(self, devices, sizeof devices / sizeof devices[0]);
     return error != 0 ? error : check_places(self, lines, sizeof lines / sizeof lines[0]);
 }
@@ -168,7 +174,8 @@ static int check_parts(const struct check *self, const struct fault_plan *plan) 
     const struct config *config = self->config;
     const struct rig_profile *profile = &config->profile;
     const bool lines = config->reset_line != CONFIG_NO_LINE || config->irq_line != CONFIG_NO_LINE ||
-                       config->lens_power_line != CONFIG_NO_LINE;
+                       config->lens_power_line != CONFIG_NO_LINE ||
+                       config->trigger_line != CONFIG_NO_LINE;
     const struct {
         const char *name;
         bool there;

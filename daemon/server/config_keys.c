@@ -59,6 +59,8 @@ static const struct config_key keys[] = {
     YES("irq_active_low", irq_active_low, "whether that line is active when it is low"),
     LINE("lens_power_line", lens_power_line, "its line that switches the lens controller"),
     YES("lens_power_active_low", lens_power_active_low, "whether low switches it on"),
+    LINE("trigger_line", trigger_line, "its line to the trigger inputs of both cameras"),
+    YES("trigger_active_low", trigger_active_low, "whether low triggers them"),
 
     TEXT("socket", socket, "Unix socket for clients, for the daemon's user and group"),
     {.name = "tcp_port",
@@ -143,6 +145,10 @@ static const struct config_key keys[] = {
     RIG(height_px, 16, 16384, "px", "height of full frames"),
     RIG(frame_us, 1000, 60000000, "us", "longest time between frames where no sensor tells"),
     RIG(skew_limit_us, 1, 60000000, "us", "longest time between the frames of a pair"),
+    RIG_YES(trigger,
+            "whether both cameras, on ports of their own and set to external trigger, take each "
+            "pair with a pulse of trigger_line; those behind a bridge run freely"),
+    RIG(trigger_us, 0, 1000000, "us", "length of that pulse, 100 at least"),
 };
 
 const struct config_key *config_keys(size_t *count) {

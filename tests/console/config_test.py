@@ -133,6 +133,15 @@ class Config(unittest.TestCase):
                  "FILE:2: irq_line 4 is also reset_line: each needs one of its own"),
                 ("irq_line = 4\ngpio_chip = none\n",
                  "FILE:2: gpio_chip is none, but a line of GPIO needs it with backend = linux"),
+                ("profile = two-cameras\nrig.trigger = yes\n",
+                 "FILE:2: trigger_line is none, but rig.trigger yes needs it with backend = linux"),
+                ("rig.trigger = yes\ntrigger_line = 4\n",
+                 "FILE:1: rig.trigger yes does not go with rig.bridge yes: it must be no"),
+                ("trigger_line = 4\nreset_line = 4\n",
+                 "FILE:1: trigger_line 4 is also reset_line: each needs one of its own"),
+                ("profile = two-cameras\nrig.trigger = yes\ntrigger_line = 4\nrig.trigger_us = 99\n",
+                 "FILE:4: rig.trigger_us 99 does not go with rig.trigger yes: it must be a number "
+                 "from 100 to 1000000 us"),
                 ("console = /dev/ttyS1\n",
                  "FILE:1: console /dev/ttyS1 is also lens_uart: each needs one of its own"),
                 ("tcp_port = 0\n",
@@ -153,6 +162,7 @@ class Config(unittest.TestCase):
                      "backend = sim unix:/run/x.sock\nsocket = none\nconsole = stdio\nlog_level = debug",
                      "socket = none\ntcp_port = 1\n",
                      "reset_line = 0x11\ngpio_chip = /dev/gpiochip1\n",
+                     "profile = two-cameras\nrig.trigger = yes\ntrigger_line = 4\n",
                      "\ufeffprofile = two-cameras\n", "\ufeff"):
             self.assertEqual(self.check(text), (0, "FILE: good\n"), text)
 
@@ -161,6 +171,7 @@ class Config(unittest.TestCase):
                      "faults = *.save@1=full\nstore = none\n",
                      "watchdog = /dev/watchdog\nfaults = watchdog.feed@1=io",
                      "reset_line = 4\nfaults = gpio.set@1=io",
+                     "profile = two-cameras\ntrigger_line = 4\nfaults = gpio.set@1=io",
                      "backend = sim unix:x\nfaults = gpio.get@1=io",
                      "profile = two-cameras\nfaults = right.take@1=spoil"):
             self.assertEqual(self.check(text), (0, "FILE: good\n"), text)

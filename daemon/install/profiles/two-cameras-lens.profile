@@ -105,3 +105,10 @@ frame_us = 200000
 
 # longest time between the frames of a pair (1 to 60000000 us)
 skew_limit_us = 50000
+
+# whether both cameras, on ports of their own and set to external trigger, take each pair with a
+# pulse of trigger_line; those behind a bridge run freely (no yes)
+trigger = no
+
+# length of that pulse, 100 at least (0 to 1000000 us)
+trigger_us = 1000
