@@ -143,8 +143,45 @@ static void set_video(const char *line, const char *rest) {
         video->damage_every = value;
     } else if (strcmp(key, "lose_every") == 0) {
         video->lose_every = value;
+    } else if (strcmp(key, "readout_us") == 0) {
+        video->readout_us = value;
     } else {
         stop(line);
+    }
+}
+
+/// Which wires of the chip go to the trigger inputs of which cameras.
+static struct {
+    unsigned wire;
+    struct fake_video *camera;
+} inputs[VIDEOS];
+static unsigned input_count;
+
+/// Inputs see the wire go high.
+static void drive_inputs(struct fake_gpio *chip, unsigned wire) {
+    for (unsigned i = 0; i < input_count; i++) {
+        if (inputs[i].wire == wire && chip->wire[wire]) {
+            fake_video_pulse(inputs[i].camera);
+        }
+    }
+}
+
+static void add_trigger(const char *line, const char *rest, struct fake_gpio *chip) {
+    char path[WORD_BYTES];
+    unsigned wire = 0;
+    const int words = sscanf(rest, "%255s %u", path, &wire);
+    const struct fake_device *device = words < 1 ? NULL : fake_file_device_at(path);
+    if (device == NULL || input_count == VIDEOS ||
+        (words == 2 && (chip == NULL || wire >= FAKE_GPIO_LINES))) {
+        stop(line);
+        return;
+    }
+    struct fake_video *camera = device->state;
+    camera->triggered = true;
+    if (words == 2) {
+        inputs[input_count].wire = wire;
+        inputs[input_count++].camera = camera;
+        chip->drive = drive_inputs;
     }
 }
 
@@ -180,6 +217,7 @@ static void add_rig(const char *line, const char *rest) {
 }
 
 static void follow(const char *line) {
+    static struct fake_gpio *chip;
     char word[WORD_BYTES] = "";
     int at = 0;
     if (sscanf(line, "%255s %n", word, &at) != 1 || word[0] == '#') {
@@ -195,7 +233,9 @@ static void follow(const char *line) {
     } else if (strcmp(word, "i2c") == 0) {
         add_i2c(line, rest);
     } else if (strcmp(word, "gpio") == 0) {
-        fake_gpio_add(rest);
+        chip = fake_gpio_add(rest);
+    } else if (strcmp(word, "trigger") == 0) {
+        add_trigger(line, rest, chip);
     } else if (strcmp(word, "rig") == 0) {
         add_rig(line, rest);
     } else if (strcmp(word, "watchdog") == 0) {

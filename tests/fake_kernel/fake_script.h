@@ -6,8 +6,10 @@
 ///     video PATH FORMAT PICTURE FRAME_US [WIDTHxHEIGHT]
 ///                          a camera that shows PICTURE (fake_picture.h); FORMAT: GREY, YUYV,
 ///                          SGRBG10 or MJPEG, the last with a size
-///     set PATH KEY VALUE   of a camera: first_us, phase_us, damage_every, lose_every, as in
-///                          fake_video.h
+///     set PATH KEY VALUE   of a camera: first_us, phase_us, damage_every, lose_every,
+///                          readout_us, as in fake_video.h
+///     trigger PATH [LINE]  the camera gives a frame when that line of the chip goes high, else
+///                          none; without LINE its input hangs on nothing
 ///     plug PATH FILE       the device is connected while FILE is there; files that are open when
 ///                          it goes stay dead
 ///     i2c PATH ADDRESS     a bus with one device of 256 registers

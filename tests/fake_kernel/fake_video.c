@@ -77,6 +77,10 @@ void fake_video_fill(struct fake_video *self, const struct fake_video_frame *fra
     done->timestamp.tv_usec = (suseconds_t)(stamp_us % 1000000);
 }
 
+static uint32_t readout_us(const struct fake_video *self) {
+    return self->triggered && self->readout_us != 0 ? self->readout_us : self->frame_us;
+}
+
 /// The frame that ends at `end_us` goes into the first buffer that waits, if one does.
 static void deliver(struct fake_video *self, uint64_t end_us) {
     const uint32_t sequence = self->sequence++;
@@ -94,7 +98,7 @@ static void deliver(struct fake_video *self, uint64_t end_us) {
         .data = data,
         .bytes = bytes,
         .sequence = sequence,
-        .begin_us = end_us - self->frame_us,
+        .begin_us = end_us - readout_us(self),
         .end_us = end_us,
         .damaged = self->damage_every != 0 && (sequence + 1) % self->damage_every == 0};
     fake_video_fill(self, &frame);
@@ -113,7 +117,15 @@ static void catch_up(struct fake_video *self, uint64_t now_us) {
             return;
         }
         deliver(self, self->next_us);
-        self->next_us += self->frame_us;
+        self->next_us = self->triggered ? UINT64_MAX : self->next_us + self->frame_us;
+    }
+}
+
+void fake_video_pulse(struct fake_video *self) {
+    const uint64_t now_us = fake_kernel_now_us();
+    catch_up(self, now_us);
+    if (self->on && self->triggered && self->next_us == UINT64_MAX) {
+        self->next_us = now_us + readout_us(self);
     }
 }
 
@@ -234,6 +246,7 @@ static int stream(struct fake_video *self, bool on) {
             self->next_us += self->frame_us - self->next_us % self->frame_us;
             self->next_us += (uint32_t)self->phase_us;
         }
+        self->next_us = self->triggered ? UINT64_MAX : self->next_us;
     }
     if (!on) {
         self->queued_count = self->done_count = 0;

@@ -41,6 +41,8 @@ struct fake_video {
     uint32_t lose_every;          ///< 0: none; n: every n-th frame is missing, with its number
     int32_t phase_us;             ///< -1: frames end at any time; else so long after whole frame
                                   ///< times of the clock: two cameras that run freely
+    bool triggered;               ///< frames come after fake_video_pulse alone, one each
+    uint32_t readout_us;          ///< from a pulse to the end of its frame; 0: frame_us
     uint32_t frames_until_still;  ///< 0: runs for ever; n: no more frames after n of a stream
     /// Fills a frame; `bytes` are the room, and become what is filled. NULL: every byte is
     /// x + y + the frame's number.
@@ -82,6 +84,9 @@ struct fake_video_frame {
 
 /// Puts a frame into the first buffer that waits, which must be there.
 void fake_video_fill(struct fake_video *self, const struct fake_video_frame *frame);
+/// The input of a camera that is triggered goes active. One that is not streaming, or is busy with
+/// its last frame, does not see it.
+void fake_video_pulse(struct fake_video *self);
 /// Forgets all cameras.
 void fake_video_forget(void);
 
