@@ -45,6 +45,8 @@ struct lens_drive_operations {
     int (*stop)(void *self, uint64_t deadline_us);
     /// Reads all axes at once, LENS_AXES of them; those that it lacks read 0.
     int (*read)(void *self, uint64_t deadline_us, struct lens_reading *readings);
+    /// When the controller sent anything last, whether or not it made sense; 0: never.
+    uint64_t (*heard)(const void *self);
 };
 
 /// A lens with motors. The driver owns what `self` points to, which must outlive all users.

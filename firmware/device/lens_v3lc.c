@@ -74,7 +74,7 @@ static int ask(struct lens_v3lc *self, unsigned number, bool again, uint64_t dea
         return error;
     }
     lens->first_us = lens->unanswered == 0 && !again ? time_us : lens->first_us;
-    lens->last_us = self->heard_us = time_us;
+    lens->last_us = self->quiet_us = time_us;
     lens->unanswered = (uint8_t)(lens->unanswered + (lens->unanswered < UNANSWERED_MOST ? 1 : 0));
     self->waiting = true;
     self->spoilt = false;
@@ -144,7 +144,7 @@ static int listen(struct lens_v3lc *self, uint64_t until_us) {
         return error == ERROR_TIMEOUT ? ERROR_OK : error;
     }
     INVARIANT(count <= sizeof bytes);
-    self->heard_us = now_us(self);
+    self->quiet_us = self->heard_us = now_us(self);
     for (size_t i = 0; i < count; i++) {
         switch (lens_v3lc_answer_take(&self->answer, self->single, bytes[i])) {
             case LENS_V3LC_ANSWER:
@@ -163,8 +163,8 @@ static int listen(struct lens_v3lc *self, uint64_t until_us) {
 // When the questions to a lens have had their time: the line was quiet for the patience. A line
 // that is never quiet is not listened to for ever.
 static uint64_t patience_ends_us(const struct lens_v3lc *self, const struct lens_v3lc_lens *lens) {
-    const uint64_t heard_us = self->heard_us > lens->last_us ? self->heard_us : lens->last_us;
-    const uint64_t quiet_us = heard_us + self->patience_us;
+    const uint64_t since_us = self->quiet_us > lens->last_us ? self->quiet_us : lens->last_us;
+    const uint64_t quiet_us = since_us + self->patience_us;
     const uint64_t most_us = lens->last_us + LENS_V3LC_PATIENCE_MOST_US;
     return quiet_us < most_us ? quiet_us : most_us;
 }
@@ -275,6 +275,11 @@ static int stop(void *self, uint64_t deadline_us) {
     return ERROR_UNSUPPORTED;
 }
 
+static uint64_t heard(const void *self) {
+    const struct lens_v3lc_lens *lens = self;
+    return lens->controller->heard_us;
+}
+
 void lens_v3lc_init(struct lens_v3lc *self, const struct hal_uart *uart,
                     const struct hal_clock *clock, bool single) {
     INVARIANT(uart != NULL && clock != NULL);
@@ -291,7 +296,7 @@ void lens_v3lc_init(struct lens_v3lc *self, const struct hal_uart *uart,
 }
 
 struct lens_drive lens_v3lc_lens(struct lens_v3lc *self, unsigned number) {
-    static const struct lens_drive_operations operations = {open, limits, go, stop, read};
+    static const struct lens_drive_operations operations = {open, limits, go, stop, read, heard};
     INVARIANT(number < LENS_V3LC_LENSES && (number == 0 || !self->single));
     return (struct lens_drive){.operations = &operations, .self = &self->lenses[number]};
 }

@@ -63,7 +63,8 @@ struct lens_v3lc {
     bool spoilt;   ///< its answer came and made no sense
     bool broken;   ///< the next line to the controller begins with the end of one cut short
     uint32_t patience_us;
-    uint64_t heard_us;  ///< the last byte
+    uint64_t quiet_us;  ///< nobody has sent since: the last byte of either side
+    uint64_t heard_us;  ///< its last byte; 0: none came
     struct lens_v3lc_answer answer;
     int16_t believed[LENS_V3LC_VALUES];  ///< of the last answer that was
     struct lens_v3lc_counts counts;

@@ -79,7 +79,7 @@ uint64_t lens_move_jam_us(const struct rig_profile *profile, enum lens_axis axis
 uint64_t lens_move_limit_us(const struct rig_profile *profile, enum lens_axis axis,
                             int32_t distance_counts) {
     const int32_t beside = run_up(profile) + 2 * LENS_MOVE_TRIM_COUNTS;
-    return (uint64_t)RIG_SIDES * LENS_READ_MEDIAN * LENS_READ_SILENCE_US + LENS_MOVE_REST_US +
+    return (uint64_t)RIG_SIDES * LENS_READ_MEDIAN * LENS_READ_NONSENSE_US + LENS_MOVE_REST_US +
            LEGS_PER_APPROACH * leg_us(profile, axis, distance_counts + run_up(profile)) +
            (uint64_t)LENS_MOVE_TRIMS * LEGS_PER_APPROACH * leg_us(profile, axis, beside);
 }
@@ -322,8 +322,9 @@ static int look_at(struct rig *self, struct mover *mover, uint64_t deadline_us) 
             return error;
         }
         const uint64_t now_us = watch_now_us(self);
-        if (now_us - begin_us >= LENS_READ_SILENCE_US) {
-            return lens_read_silent(self, mover->side);
+        error = lens_read_patience(self, mover->side, begin_us, now_us);
+        if (error != ERROR_OK) {
+            return error;
         }
         if (now_us >= deadline_us) {
             return not_there(self, mover);

@@ -74,12 +74,21 @@ int lens_read_try(struct rig *self, unsigned side, uint64_t since_us,
     return readings[0].time_us >= since_us ? ERROR_OK : ERROR_TIMEOUT;
 }
 
-int lens_read_silent(struct rig *self, unsigned side) {
+int lens_read_patience(struct rig *self, unsigned side, uint64_t since_us, uint64_t now_us) {
+    const struct lens_drive *lens = &self->lens[side];
+    const uint64_t heard_us = lens->operations->heard(lens->self);
+    const bool silent =
+        now_us - (heard_us > since_us ? heard_us : since_us) >= LENS_READ_SILENCE_US;
+    if (!silent && now_us - since_us < LENS_READ_NONSENSE_US) {
+        return ERROR_OK;
+    }
     watch_used(self, lens_read_part(side), ERROR_TIMEOUT);
-    return watch_trouble(self, lens_read_part(side), ERROR_TIMEOUT,
-                         "no answer that makes sense for # s; look at the controller's supply and "
-                         "serial line",
-                         (const int32_t[]){LENS_READ_SILENCE_US / 1000000});
+    return watch_trouble(
+        self, lens_read_part(side), ERROR_TIMEOUT,
+        silent ? "no answer for # ms; look at the controller's supply and serial line"
+               : "no answer that makes sense for # ms; look at the controller's supply and serial "
+                 "line",
+        (const int32_t[]){(silent ? LENS_READ_SILENCE_US : LENS_READ_NONSENSE_US) / 1000});
 }
 
 // A reading from now on.
@@ -90,10 +99,8 @@ static int read_now(struct rig *self, unsigned side, struct lens_reading reading
         if (error != ERROR_TIMEOUT) {
             return error;
         }
-        if (watch_now_us(self) - since_us >= LENS_READ_SILENCE_US) {
-            return lens_read_silent(self, side);
-        }
-        error = watch_look(self);
+        error = lens_read_patience(self, side, since_us, watch_now_us(self));
+        error = error == ERROR_OK ? watch_look(self) : error;
         if (error != ERROR_OK) {
             return error;
         }

@@ -10,8 +10,12 @@ extern "C" {
 #endif
 
 enum {
-    /// Without a reading for so long the controller is taken for dead (us).
-    LENS_READ_SILENCE_US = 3000000,
+    /// A controller that has sent nothing at all for so long is taken for dead (us): the rig is
+    /// safe
+    /// two seconds after its line fell silent.
+    LENS_READ_SILENCE_US = 1700000,
+    /// And one that sends, but no reading (us): on a bad line one question of several is answered.
+    LENS_READ_NONSENSE_US = 3000000,
     LENS_READ_MEDIAN = 3,
 };
 
@@ -24,8 +28,9 @@ int lens_read_ready(struct rig *self, unsigned sides, enum lens_axis axis);
 int lens_read_try(struct rig *self, unsigned side, uint64_t since_us,
                   struct lens_reading readings[LENS_AXES]);
 
-/// Tells in `trouble` that no reading has come for LENS_READ_SILENCE_US; ERROR_TIMEOUT.
-int lens_read_silent(struct rig *self, unsigned side);
+/// After a try that brought no reading: 0 when one that is wanted since `since_us` may still come
+/// at `now_us`; ERROR_TIMEOUT, told in `trouble`, when the controller is silent or makes no sense.
+int lens_read_patience(struct rig *self, unsigned side, uint64_t since_us, uint64_t now_us);
 
 /// The part for messages.
 enum rig_part lens_read_part(unsigned side);

@@ -16,6 +16,8 @@ enum {
     SENSORS = 3,      // both, as bits
     LENS_PATIENCE_US = 1700000,
     LENS_ANSWER_US = 100000,
+    // For the other lens on the line of one that did not answer: three times what an answer takes.
+    LENS_OTHER_US = 180000,
     US_PER_MS = 1000,
     SWITCH_LIMIT_MS = 120,
     // Ten periods of mains light at 50 Hz: no flicker in the first pictures.
@@ -242,11 +244,11 @@ static int open_sensor(struct rig *self, unsigned side) {
 // ---- lenses
 
 // Its questions may take long to be given up: in steps.
-static int open_lens(struct rig *self, unsigned side) {
+static int open_lens(struct rig *self, unsigned side, uint64_t patience_us) {
     const struct lens_drive *lens = &self->lens[side];
     struct lens_reading readings[LENS_AXES];
     const enum rig_part part = failure_part(RIG_PART_LEFT_LENS, side);
-    const uint64_t deadline_us = watch_now_us(self) + LENS_PATIENCE_US;
+    const uint64_t deadline_us = watch_now_us(self) + patience_us;
     bool heard = true;
     int error = ERROR_TIMEOUT;
     while (error == ERROR_TIMEOUT && watch_now_us(self) < deadline_us) {
@@ -254,7 +256,8 @@ static int open_lens(struct rig *self, unsigned side) {
         if (error != ERROR_OK) {
             return error;
         }
-        const uint64_t until_us = watch_now_us(self) + LENS_ANSWER_US;
+        const uint64_t step_us = watch_now_us(self) + LENS_ANSWER_US;
+        const uint64_t until_us = step_us < deadline_us ? step_us : deadline_us;
         if (heard) {
             error = lens->operations->open(lens->self, until_us, &self->lens_abilities[side]);
             heard = error != ERROR_TIMEOUT;
@@ -280,13 +283,16 @@ static void bring_up_lenses(struct rig *self, struct finding *finding) {
         return;
     }
     lens_v3lc_init(&self->v3lc, self->ports.lens_uart, self->ports.clock, single);
+    uint64_t patience_us = LENS_PATIENCE_US;
     for (unsigned side = 0; side < (single ? 1u : (unsigned)RIG_SIDES); side++) {
         if (finding->first.error == ERROR_CANCELLED) {
             return;
         }
         self->lens[side] = lens_v3lc_lens(&self->v3lc, side);
-        if (!note(self, finding, open_lens(self, side))) {
+        if (!note(self, finding, open_lens(self, side, patience_us))) {
             self->lens[side].operations = NULL;
+            patience_us =
+                LENS_OTHER_US;  // one controller has both, and one silence is told in time
         }
     }
 }
@@ -370,7 +376,7 @@ static void bring_up_sources(struct rig *self, struct finding *finding) {
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         struct hal_camera_frame frame;
         if (self->streaming[side] && finding->first.error != ERROR_CANCELLED &&
-            note(self, finding, rig_camera_take(self, side, watch_now_us(self), &frame))) {
+            note(self, finding, rig_camera_take_first(self, side, &frame))) {
             rig_camera_give_back(self, side, &frame);
         }
     }

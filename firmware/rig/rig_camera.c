@@ -183,19 +183,13 @@ static int read_counts(struct rig *self, unsigned side, struct fpga_bridge_camer
                : error;
 }
 
-// A frame, waited for in steps so that the observer is asked and the watchdog fed.
-static int wait_for_frame(struct rig *self, unsigned side, uint64_t not_before_us,
-                          struct hal_camera_frame *frame) {
+// A frame, waited for in steps so that the observer is asked and the watchdog fed; at least one.
+static int wait_until(struct rig *self, unsigned side, uint64_t begin_us, uint64_t deadline_us,
+                      struct hal_camera_frame *frame) {
     const struct hal_camera *camera = self->ports.camera[side];
-    const uint64_t begin_us = later(not_before_us, self->settled_us[side]);
-    uint64_t now_us = watch_now_us(self);
-    uint64_t deadline_us =
-        later(begin_us, now_us) + PATIENCE_FRAMES * rig_camera_frame_us(self, side) + PATIENCE_US;
-    if (!self->profile.bridge) {
-        deadline_us = later(deadline_us, self->started_us[side] + FIRST_FRAME_US);
-    }
     int error = ERROR_TIMEOUT;
-    while (error == ERROR_TIMEOUT && now_us < deadline_us) {
+    uint64_t now_us = 0;
+    do {
         error = watch_look(self);
         if (error != ERROR_OK) {
             return error;
@@ -204,9 +198,27 @@ static int wait_for_frame(struct rig *self, unsigned side, uint64_t not_before_u
         error = camera->operations->take(camera->self, begin_us,
                                          sooner(now_us + WATCH_STEP_US, deadline_us), frame);
         now_us = watch_now_us(self);
-    }
+    } while (error == ERROR_TIMEOUT && now_us < deadline_us);
     watch_used(self, failure_part(RIG_PART_LEFT_CAMERA, side), error);
     return error == ERROR_OK ? ERROR_OK : no_frame(self, side, error);
+}
+
+static int wait_for_frame(struct rig *self, unsigned side, uint64_t not_before_us,
+                          struct hal_camera_frame *frame) {
+    const uint64_t begin_us = later(not_before_us, self->settled_us[side]);
+    const uint64_t now_us = watch_now_us(self);
+    uint64_t deadline_us =
+        later(begin_us, now_us) + PATIENCE_FRAMES * rig_camera_frame_us(self, side) + PATIENCE_US;
+    if (!self->profile.bridge) {
+        deadline_us = later(deadline_us, self->started_us[side] + FIRST_FRAME_US);
+    }
+    return wait_until(self, side, begin_us, deadline_us, frame);
+}
+
+int rig_camera_take_first(struct rig *self, unsigned side, struct hal_camera_frame *frame) {
+    INVARIANT(side < RIG_SIDES && self->streaming[side] && !self->profile.bridge);
+    const uint64_t started_us = self->started_us[side];
+    return wait_until(self, side, started_us, started_us + FIRST_FRAME_US, frame);
 }
 
 int rig_camera_take(struct rig *self, unsigned side, uint64_t not_before_us,

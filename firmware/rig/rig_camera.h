@@ -32,6 +32,9 @@ void rig_camera_unsettle(struct rig *self, unsigned side, uint64_t before_us);
 /// the bridge when that is needed, and pulses the trigger line where there is one.
 int rig_camera_take(struct rig *self, unsigned side, uint64_t not_before_us,
                     struct hal_camera_frame *frame);
+/// The same for the first frame of a camera with a port of its own that runs freely: as long after
+/// its start as webcams take, however long somebody waited for the other one.
+int rig_camera_take_first(struct rig *self, unsigned side, struct hal_camera_frame *frame);
 void rig_camera_give_back(struct rig *self, unsigned side, const struct hal_camera_frame *frame);
 
 #ifdef __cplusplus

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Two webcams, with and without a lens, through the confined daemon on a fake kernel."""
 import glob
+import json
 import os
+import shutil
 import subprocess
 import time
 import unittest
@@ -127,6 +129,26 @@ class TwoCameras(DeviceTest):
         self.plug("plug")
         self.assertEqual(self.asked("bringup")["parts"], WORKS)
         self.asked("capture")
+
+    def test_a_camera_that_goes_while_a_surface_is_computed(self):
+        self.plug("plug")
+        self.serve(self.cameras() + f"plug /dev/video1 {self.place('plug')}\n", self.profile)
+        self.asked("bringup")
+        shutil.copytree(os.path.join(os.environ["VERGENCE_SOURCE"], "tests", "sessions",
+                                     "cylinder_1x"), os.path.join(self.files, "cylinder"))
+        other = self.client()
+        other.send("@json,progress reconstruct cylinder 1 1\n")
+        event = json.loads(other.line())
+        self.assertEqual(event["event"], "progress")
+        self.plug("plug", False)
+        began = time.monotonic()
+        self.refused("capture", "ERR DEVICE right camera: it has gone; look at its plug, then bring "
+                     "up again")
+        self.assertLess(time.monotonic() - began, 2)
+        self.assertEqual(self.asked("status")["state"], "safe")
+        while "event" in event:
+            event = json.loads(other.line())
+        self.assertTrue(event["ok"], event)
 
     def test_what_is_missing_is_told_and_found_later(self):
         plugs = "".join(f"plug /dev/video{side} {self.place(f'plug{side}')}\n" for side in (0, 1))

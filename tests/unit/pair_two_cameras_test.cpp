@@ -38,10 +38,25 @@ struct Camera {
     uint64_t lose_every = 0;  // n: of n frames one never comes
     uint64_t next = 0;        // frame that has not ended yet, as far as was looked
     std::deque<uint64_t> waiting{};
+    unsigned calls = 0, fails_from = UINT32_MAX, fails_to = 0;  // of start, stop and take, from 0
+    int fails_with = ERROR_OK;
+    uint64_t failed_us = 0;  // when the first of them did
     std::vector<uint16_t> values = std::vector<uint16_t>(size_t(3) * kWidth * kHeight, level);
 
     static Camera &of(void *self) { return *static_cast<Camera *>(self); }
+    // 0, or what this call is to return without being made.
+    int fault() {
+        const unsigned call = calls++;
+        if (call < fails_from || call > fails_to) {
+            return ERROR_OK;
+        }
+        failed_us = failed_us == 0 ? clock.time_us : failed_us;
+        return fails_with;
+    }
     static int start(void *self, const hal_camera_format *format) {
+        if (const int error = of(self).fault(); error != ERROR_OK) {
+            return error;
+        }
         if (of(self).gone) {
             return ERROR_DEVICE;
         }
@@ -53,7 +68,7 @@ struct Camera {
     static int stop(void *self) {
         CHECK(of(self).lent == 0);
         of(self).started = false;
-        return ERROR_OK;
+        return of(self).fault();
     }
     uint64_t end_us(uint64_t number) const { return phase_us + number * period_us + period_us / 2; }
     void catch_up() {
@@ -67,6 +82,10 @@ struct Camera {
                     hal_camera_frame *frame) {
         Camera &me = of(self);
         REQUIRE(me.started);
+        if (const int error = me.fault(); error != ERROR_OK) {
+            Clock::wait(&me.clock, error == ERROR_TIMEOUT ? deadline_us : 0);
+            return error;
+        }
         if (me.gone) {
             return ERROR_DEVICE;
         }
@@ -233,4 +252,56 @@ TEST_CASE("a camera that tells impossible values of its controls is named") {
               (told < 0 ? ERROR_VERIFY : ERROR_OK));
     }
     CHECK(gain_q3 == 7);
+}
+
+// A bring-up and a pair with these calls of one or both cameras failing. The calls of each.
+static unsigned run_with(unsigned sides, unsigned from, unsigned to, int error) {
+    constexpr uint64_t kLimitUs = 2000000;
+    TwoCameras two(33333, 10000);
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        Camera &camera = side == RIG_LEFT ? two.left : two.right;
+        if ((sides >> side & 1) != 0) {
+            camera.fails_from = from;
+            camera.fails_to = to;
+            camera.fails_with = error;
+        }
+    }
+    ::pair pair{};
+    int result = rig_bringup(&two.rig);
+    result = result == ERROR_OK ? two.capture(pair) : result;
+    const uint64_t first_us = two.left.failed_us == 0 ? two.right.failed_us
+                              : two.right.failed_us == 0
+                                  ? two.left.failed_us
+                                  : std::min(two.left.failed_us, two.right.failed_us);
+    if (result != ERROR_OK) {
+        const std::string text = two.rig.trouble.text;
+        CAPTURE(text);
+        CHECK(two.time.time_us - first_us < kLimitUs);
+        const rig_part part = two.rig.trouble.part;
+        CHECK((part == RIG_PART_LEFT_CAMERA || part == RIG_PART_RIGHT_CAMERA));
+        CHECK((sides >> (part - RIG_PART_LEFT_CAMERA) & 1) == 1);
+        CHECK(text.rfind(rig_part_text(part), 0) == 0);
+        CHECK(two.rig.state == RIG_SAFE);
+        CHECK(!two.left.started);
+        CHECK(!two.right.started);
+    }
+    CHECK((result != ERROR_OK || to != UINT32_MAX || first_us == 0));
+    CHECK(two.left.lent + two.right.lent == 0);
+    return std::max(two.left.calls, two.right.calls);
+}
+
+TEST_CASE("every call of a camera or of both fails, once and for ever: told in time, and safe") {
+    const unsigned calls = run_with(0, UINT32_MAX, 0, ERROR_OK);
+    REQUIRE(calls > 4);
+    for (const int error : {ERROR_TIMEOUT, ERROR_DEVICE, ERROR_IO}) {
+        for (unsigned sides = 1; sides < 4; sides++) {
+            for (unsigned call = 0; call < calls; call++) {
+                CAPTURE(error);
+                CAPTURE(sides);
+                CAPTURE(call);
+                run_with(sides, call, call, error);
+                run_with(sides, call, UINT32_MAX, error);
+            }
+        }
+    }
 }

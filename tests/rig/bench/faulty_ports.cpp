@@ -11,9 +11,19 @@ FaultyPorts &of(void *self) {
     return *static_cast<FaultyPorts *>(self);
 }
 
+// What is to fail with a time-out takes the time.
+int next_until(void *self, Port port, uint64_t deadline_us) {
+    const int error = of(self).next(port);
+    if (error == ERROR_TIMEOUT) {
+        const hal_clock *clock = of(self).behind().clock;
+        clock->operations->wait_until_us(clock->self, deadline_us);
+    }
+    return error;
+}
+
 int transfer(void *self, const hal_i2c_message *messages, size_t count, uint64_t deadline_us,
              size_t *begun) {
-    const int error = of(self).next(Port::kI2c);
+    const int error = next_until(self, Port::kI2c, deadline_us);
     if (error != ERROR_OK) {
         // Nothing of it reached the bus: an address that was not acknowledged.
         *begun = 1;
@@ -55,11 +65,7 @@ int stop(void *self) {
 }
 
 int take(void *self, uint64_t not_before_us, uint64_t deadline_us, hal_camera_frame *frame) {
-    const int error = of(self).next(Port::kCamera);
-    if (error == ERROR_TIMEOUT) {
-        const hal_clock *clock = of(self).behind().clock;
-        clock->operations->wait_until_us(clock->self, deadline_us);
-    }
+    const int error = next_until(self, Port::kCamera, deadline_us);
     const hal_camera *camera = of(self).behind().camera[0];
     return error != ERROR_OK
                ? error
@@ -77,14 +83,14 @@ void counts(void *self, hal_camera_counts *out) {
 }
 
 int write_bytes(void *self, const void *data, size_t bytes, uint64_t deadline_us) {
-    const int error = of(self).next(Port::kUart);
+    const int error = next_until(self, Port::kUart, deadline_us);
     const hal_uart *uart = of(self).behind().lens_uart;
     return error != ERROR_OK ? error
                              : uart->operations->write(uart->self, data, bytes, deadline_us);
 }
 
 int read_bytes(void *self, void *data, size_t capacity, uint64_t deadline_us, size_t *bytes) {
-    const int error = of(self).next(Port::kUart);
+    const int error = next_until(self, Port::kUart, deadline_us);
     const hal_uart *uart = of(self).behind().lens_uart;
     return error != ERROR_OK
                ? error
