@@ -100,7 +100,9 @@ int read_bytes(void *self, void *data, size_t capacity, uint64_t deadline_us, si
 int discard(void *self) {
     const int error = of(self).next(Port::kUart);
     const hal_uart *uart = of(self).behind().lens_uart;
-    return error != ERROR_OK ? error : uart->operations->discard(uart->self);
+    // It has no deadline, and so no time-out.
+    return error != ERROR_OK && error != ERROR_TIMEOUT ? error
+                                                       : uart->operations->discard(uart->self);
 }
 
 constexpr hal_i2c_operations kI2cOperations = {transfer, nullptr};
