@@ -45,7 +45,7 @@ void load_families(const std::vector<unsigned> &families) {
         }
         if (!allowed) {
             demand(seccomp_rule_add(filter, SCMP_ACT_ERRNO(EAFNOSUPPORT), SCMP_SYS(socket), 1,
-                                    SCMP_A0(SCMP_CMP_EQ, family)),
+                                    SCMP_A0(SCMP_CMP_EQ, family, 0)),
                    "socket");
         }
     }
