@@ -165,7 +165,8 @@ void rig_init(struct rig *self, const struct rig_profile *profile, const struct 
 /// first.
 int rig_bringup(struct rig *self);
 
-/// Motors stop, streams end, servos get no more pulses. Goes on when a part fails. The first error.
+/// Motors stop, streams end, servos get no more pulses, the trigger line rests. Goes on when a part
+/// fails. The first error.
 int rig_safe(struct rig *self);
 
 /// To be called at least every 100 ms while nothing else runs: feeds the bridge's watchdog, notices
