@@ -10,12 +10,11 @@
 #include <sys/signalfd.h>
 #include <unistd.h>
 
-#include "core/crc.h"
 #include "core/error.h"
-#include "core/invariant.h"
+#include "daemon/monotonic.h"
+#include "daemon/remote_seal.h"
 
 enum {
-    SEND_TRIES = 4,    ///< of a line that the daemon found damaged
     CALL_TRIES = 12,   ///< of a request that may be repeated
     SILENT_TRIES = 3,  ///< of them in a row that nothing answers: nobody is there
     CALL_SERIAL_MS = 3000,
@@ -89,8 +88,7 @@ static int give_up(struct message *message) {
     return message_set(message, ERROR_CANCELLED, "interrupted");
 }
 
-/// A line `... what done/total`.
-static bool show_progress(struct remote *self, const char *text) {
+bool remote_show_progress(struct remote *self, const char *text) {
     if (strncmp(text, "... ", 4) != 0) {
         return false;
     }
@@ -104,27 +102,25 @@ static bool show_progress(struct remote *self, const char *text) {
     return true;
 }
 
-/// Writes the request with what stands before the command.
-static bool make_request(const struct remote *self, const char *command, const char *prefix,
-                         bool sealed, char *request) {
-    char seal[16] = "";
-    if (sealed) {
-        snprintf(seal, sizeof seal, "%scrc=%08" PRIX32, prefix[0] != '\0' ? "," : "",
-                 crc_update(0, command, strlen(command)));
-    }
-    const bool at = prefix[0] != '\0' || sealed;
-    const int length = snprintf(request, REMOTE_REQUEST_BYTES, "%s%s%s%s%s\n", at ? "@" : "",
-                                prefix, seal, at ? " " : "", command);
-    INVARIANT(self->line.fd >= 0);
-    return length > 0 && length < REMOTE_REQUEST_BYTES;
+int32_t remote_next_id(const struct remote *self) {
+    return (self->id + 1) % REMOTE_IDS;
 }
 
-/// The next line of an answer; attends to the user meanwhile.
-static int receive(struct remote *self, int limit_ms, char **text) {
+int remote_receive(struct remote *self, int limit_ms, char **text) {
+    struct remote_line *line = &self->line;
+    uint64_t since_us = monotonic_now_us();
     for (;;) {
         bool extra = false;
-        const int error = remote_line_receive(&self->line, limit_ms, self->extra_fd, &extra, text);
-        if (error != ERROR_CANCELLED) {
+        const uint64_t now_us = monotonic_now_us();
+        // On a serial line what comes, or a sign of life, is worth waiting for more.
+        since_us = line->serial && line->heard_us > since_us ? line->heard_us : since_us;
+        const int64_t left_ms = limit_ms - (int64_t)((now_us - since_us) / MONOTONIC_US_IN_MS);
+        if (limit_ms >= 0 && left_ms <= 0) {
+            return ERROR_TIMEOUT;
+        }
+        const int wait_ms = limit_ms >= 0 ? (int)left_ms : limit_ms;
+        const int error = remote_line_receive(line, wait_ms, self->extra_fd, &extra, text);
+        if (error != ERROR_CANCELLED && error != ERROR_TIMEOUT) {
             return error;
         }
         if (extra && self->attend != NULL) {
@@ -141,22 +137,10 @@ static bool is_json_end(const char *text, bool *ok) {
     return value.text != NULL;
 }
 
-/// Whether a line of text ends the answer. Takes the seal off and compares it.
-static bool is_text_end(char *text, bool sealed, uint32_t crc, bool *ok, bool *damaged) {
+/// Whether a line of text ends the answer.
+static bool is_text_end(const char *text, bool *ok) {
     *ok = strncmp(text, "OK", 2) == 0 && (text[2] == '\0' || text[2] == ' ');
-    if (!*ok && strncmp(text, "ERR ", 4) != 0) {
-        return false;
-    }
-    if (sealed) {
-        char *seal = strrchr(text, '#');
-        *damaged = seal == NULL || seal == text || seal[-1] != ' ' || strlen(seal) != 9;
-        if (!*damaged) {
-            seal[-1] = '\0';
-            crc = crc_update(crc, text, strlen(text));
-            *damaged = strtoul(seal + 1, NULL, 16) != crc;
-        }
-    }
-    return true;
+    return *ok || strncmp(text, "ERR ", 4) == 0;
 }
 
 /// Whether a line says that the daemon turns the client away, which it says as text before it has
@@ -165,83 +149,58 @@ static bool is_turned_away(const struct remote *self, const char *text) {
     return !self->line.serial && strncmp(text, "ERR ", 4) == 0 && text[4] > ' ';
 }
 
-/// One try of remote_ask.
-static int ask_once(struct remote *self, const char *request, remote_show *show, void *cookie,
-                    bool *refused) {
-    const bool sealed = self->line.serial && !self->json;
-    uint32_t crc = 0;
-    *refused = false;
+/// remote_ask over a socket, which loses nothing.
+static int ask_socket(struct remote *self, const char *command, remote_show *show, void *cookie,
+                      struct message *message) {
+    char request[REMOTE_REQUEST_BYTES];
+    const int length =
+        snprintf(request, sizeof request, "@%sprogress %s\n", self->json ? "json," : "", command);
+    if (length < 0 || (size_t)length >= sizeof request) {
+        return message_set(message, ERROR_SYNTAX, "the command is too long");
+    }
+    if (remote_interrupted(self)) {
+        return give_up(message);
+    }
     // A daemon that hangs up says why: that has come, and is read when nothing can be sent.
-    const bool sent = remote_line_send(&self->line, request, strlen(request));
+    const bool sent = remote_line_send(&self->line, request, (size_t)length);
     for (;;) {
         char *text = NULL;
         bool ok = false;
-        bool damaged = false;
-        const int error = receive(self, sent ? REMOTE_FOREVER_MS : LAST_WORDS_MS, &text);
-        if (error != 0) {
+        if (remote_receive(self, sent ? REMOTE_FOREVER_MS : LAST_WORDS_MS, &text) != 0) {
             remote_progress(self, "", 0, 0);
-            return sent ? error : ERROR_DEVICE;
+            return message_set(message, ERROR_DEVICE, "the connection broke");
         }
         if (self->json && is_turned_away(self, text)) {
             remote_show_refusal(self, show, cookie, text);
             return 1;
         }
-        if (!self->json && show_progress(self, text)) {
+        if (self->json && json_reader_parse(text, strlen(text)).text == NULL) {
+            return message_set(message, ERROR_VERSION, "vergenced does not answer as it should");
+        }
+        if (!self->json && remote_show_progress(self, text)) {
             continue;
         }
-        const bool end =
-            self->json ? is_json_end(text, &ok) : is_text_end(text, sealed, crc, &ok, &damaged);
-        // Not carried out, for it did not arrive as it was sent.
-        *refused = end && !self->json && strncmp(text, "ERR CRC ", 8) == 0;
-        if (*refused && self->line.serial) {
-            return 1;
-        }
+        const bool end = self->json ? is_json_end(text, &ok) : is_text_end(text, &ok);
         remote_progress(self, "", 0, 0);
         show(self, cookie, text);
         if (end) {
-            return damaged ? ERROR_CRC : ok ? 0 : 1;
+            return ok ? 0 : 1;
         }
-        // Rounds of a watch have an empty line between them.
-        crc = text[0] == '\0' ? 0 : crc_update(crc, text, strlen(text));
-        crc = text[0] == '\0' ? 0 : crc_update(crc, "\n", 1);
     }
 }
 
 int remote_ask(struct remote *self, const char *command, remote_show *show, void *cookie,
                struct message *message) {
-    char request[REMOTE_REQUEST_BYTES];
-    const bool sealed = self->line.serial && !self->json;
-    const char *prefix = self->json ? "json,progress" : "progress";
-    if (!make_request(self, command, prefix, sealed, request)) {
-        return message_set(message, ERROR_SYNTAX, "the command is too long");
-    }
-    int result = 1;
-    bool refused = true;
-    for (int i = 0; refused && i < SEND_TRIES; i++) {
-        if (remote_interrupted(self)) {
-            return give_up(message);
-        }
-        result = ask_once(self, request, show, cookie, &refused);
-    }
-    if (result == ERROR_CRC) {
-        message_set(message, 0, "the answer was damaged on its way; the command was carried out");
-    } else if (refused) {
-        result = message_set(message, ERROR_CRC, "the line damages what is sent");
-    } else if (result < 0) {
-        message_set(message, 0, "the connection broke");
-    }
-    return result;
+    return (self->line.serial ? remote_ask_sealed : ask_socket)(self, command, show, cookie,
+                                                                message);
 }
 
-/// Whether a sealed line of JSON is as it was sent.
-static bool is_whole(const char *text) {
-    static const char mark[] = ", \"crc\": \"";
-    const char *seal = NULL;
-    for (const char *at = strstr(text, mark); at != NULL; at = strstr(at + 1, mark)) {
-        seal = at;
-    }
-    return seal != NULL && strlen(seal) == sizeof mark - 1 + 8 + 2 &&
-           strtoul(seal + sizeof mark - 1, NULL, 16) == crc_update(0, text, (size_t)(seal - text));
+/// Whether an answer that arrived whole says that the question did not.
+static bool is_refused(struct json_value answer) {
+    char name[32] = "";
+    return json_reader_member(answer, "id").text == NULL &&
+           json_reader_text(json_reader_member(answer, "error"), name, sizeof name) &&
+           strcmp(name, error_name(ERROR_CRC)) == 0;
 }
 
 /// Waits for the answer with the id of the last request. ERROR_CRC: what came is damaged;
@@ -251,7 +210,7 @@ static int take_answer(struct remote *self, int limit_ms, struct json_value *ans
     for (;;) {
         char *text = NULL;
         int64_t id = -1;
-        const int error = receive(self, limit_ms, &text);
+        const int error = remote_receive(self, limit_ms, &text);
         if (error != 0) {
             return error;
         }
@@ -259,13 +218,13 @@ static int take_answer(struct remote *self, int limit_ms, struct json_value *ans
             return message_set(message, ERROR_REFUSED, "%s", text + strlen("ERR "));
         }
         *answer = json_reader_parse(text, strlen(text));
-        const bool whole = answer->text != NULL && is_whole(text);
+        const bool whole = answer->text != NULL && remote_seal_fits_json(text);
         // Anything else is rubbish, or the answer to an earlier try.
         if (whole && json_reader_integer(json_reader_member(*answer, "id"), &id) &&
             id == self->id) {
             return 0;
         }
-        if (!whole && self->line.serial) {
+        if ((!whole && self->line.serial) || (whole && is_refused(*answer))) {
             return ERROR_CRC;  // not worth waiting for more
         }
     }
@@ -285,9 +244,9 @@ int remote_call(struct remote *self, const char *command, struct json_value *res
         if (remote_interrupted(self)) {
             return give_up(message);
         }
-        self->id = (self->id + 1) % 1000000;
+        self->id = remote_next_id(self);
         snprintf(prefix, sizeof prefix, "json,id=%" PRId32, self->id);
-        if (!make_request(self, command, prefix, true, request)) {
+        if (!remote_seal_request(prefix, command, request)) {
             return message_set(message, ERROR_SYNTAX, "the command is too long");
         }
         const bool sent = remote_line_send(&self->line, request, strlen(request));
@@ -311,9 +270,7 @@ int remote_call(struct remote *self, const char *command, struct json_value *res
         if (self->interrupted && strcmp(name, error_name(ERROR_CANCELLED)) == 0) {
             return give_up(message);
         }
-        if (strcmp(name, error_name(ERROR_CRC)) != 0) {
-            return message_set(message, ERROR_REFUSED, "%s %s", name, text);
-        }
+        return message_set(message, ERROR_REFUSED, "%s %s", name, text);
     }
     return message_set(message, ERROR_TIMEOUT, "no answer comes through the line undamaged");
 }

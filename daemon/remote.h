@@ -15,6 +15,7 @@ extern "C" {
 #endif
 
 enum {
+    REMOTE_IDS = 1000000,
     REMOTE_REQUEST_BYTES = 640,
     REMOTE_WRITTEN_BYTES = 4096 + 64,
     REMOTE_EXIT_ERR = 1,
@@ -26,7 +27,7 @@ struct remote {
     struct remote_line line;
     bool json;         ///< answers are shown as they come
     bool bar_shown;    ///< of progress, on standard error
-    int32_t id;        ///< of the last request that wanted one
+    int32_t id;        ///< of the last request that wanted one, 0 .. 999999
     bool interrupted;  ///< by Ctrl-C: what runs is given up, and nothing new is begun
     /// What may want attention while an answer is awaited, and who gives it; -1, NULL: none.
     int extra_fd;
@@ -38,6 +39,14 @@ bool remote_interrupted(struct remote *self);
 
 /// The user has interrupted: tells the instrument, once.
 void remote_interrupt(struct remote *self);
+
+/// The id of the next request.
+int32_t remote_next_id(const struct remote *self);
+
+/// The next line of an answer, until the next call; attends to the user meanwhile. 0;
+/// ERROR_TIMEOUT: none has come for `limit_ms` (REMOTE_FOREVER_MS: never), on a serial line nothing
+/// at all; ERROR_DEVICE.
+int remote_receive(struct remote *self, int limit_ms, char **text);
 
 /// What shows a line of an answer; `text` is its until the end of the call.
 typedef void remote_show(struct remote *self, void *cookie, const char *text);
@@ -54,11 +63,17 @@ struct remote_written {
 int remote_main(int argc, char **argv);
 
 /// Sends a command and gives each line of the answer to `show`; waits for its end as long as it
-/// takes. 0: OK; 1: ERR, which `show` has seen, also that the daemon turns the client away;
-/// ERROR_DEVICE: the line broke, ERROR_CRC: something was damaged on the way, ERROR_CANCELLED: it
-/// was interrupted before it was sent, with a message.
+/// takes. 0: OK; 1: ERR, which `show` has seen, also that the daemon turns the client away; with a
+/// message ERROR_DEVICE: the line broke, ERROR_TIMEOUT: nothing sensible comes through a serial
+/// line, ERROR_CRC: rounds of a watch were damaged there, ERROR_CANCELLED: it was interrupted,
+/// ERROR_SYNTAX: it is too long, ERROR_VERSION: no vergenced answers, ERROR_MEMORY.
 int remote_ask(struct remote *self, const char *command, remote_show *show, void *cookie,
                struct message *message);
+
+/// The same over a serial line: nothing is shown that has not arrived as it was sent, and nothing
+/// is carried out twice.
+int remote_ask_sealed(struct remote *self, const char *command, remote_show *show, void *cookie,
+                      struct message *message);
 
 /// Asks for a JSON answer that arrives whole, several times if need be: for commands that may be
 /// repeated. `*result` points into the line until the next call. 0; ERROR_DEVICE; ERROR_TIMEOUT:
@@ -74,6 +89,9 @@ bool remote_quote(const char *word, char *text);
 /// The line `files NAME`, or `files NAME AFTER` where `after` is not NULL. `command` has
 /// REMOTE_REQUEST_BYTES. False: there is no room for it.
 bool remote_files_command(const char *name, const char *after, char *command);
+
+/// Shows a line `... what done/total` of an answer in text. False: it is none.
+bool remote_show_progress(struct remote *self, const char *text);
 
 /// How far something is, as a bar on standard error when that is a terminal; `total` 0 wipes it.
 void remote_progress(struct remote *self, const char *what, uint64_t done, uint64_t total);

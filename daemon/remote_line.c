@@ -25,6 +25,7 @@ enum {
     HELLO_MS = 1500,
     HELLO_TRIES = 4,
     QUIET_MS = 100,
+    SIGN_OF_LIFE = 0x16,
     SEND_MS = 10000
 };
 
@@ -119,7 +120,7 @@ static int open_serial(const char *place, struct message *message) {
 
 /// Ctrl-C ends whatever somebody has typed there; then the console learns who is here.
 static bool greet(struct remote_line *self) {
-    static const char hello[] = "\003\r@program\r";
+    static const char hello[] = "\003\r@sealed\r";
     for (int i = 0; i < HELLO_TRIES; i++) {
         char *text = NULL;
         bool extra = false;
@@ -215,6 +216,20 @@ static char *take_line(struct remote_line *self) {
     return begin;
 }
 
+/// Takes in what was read behind what is there.
+static void take_in(struct remote_line *self, size_t bytes) {
+    const size_t end = self->filled + bytes;
+    size_t kept = self->filled;
+    for (size_t at = self->filled; at < end; at++) {
+        if (!self->serial || self->data[at] != SIGN_OF_LIFE) {
+            self->data[kept++] = self->data[at];
+        }
+    }
+    self->heard_us = monotonic_now_us();
+    self->heard_bytes += kept - self->filled;
+    self->filled = kept;
+}
+
 /// Reads what is there. ERROR_DEVICE at the end.
 static int fill(struct remote_line *self) {
     if (self->used > 0) {
@@ -230,7 +245,7 @@ static int fill(struct remote_line *self) {
     const ssize_t bytes =
         read(self->fd, self->data + self->filled, REMOTE_LINE_BYTES - self->filled);
     if (bytes > 0) {
-        self->filled += (size_t)bytes;
+        take_in(self, (size_t)bytes);
         return 0;
     }
     return bytes == 0 || (errno != EAGAIN && errno != EINTR) ? ERROR_DEVICE : 0;

@@ -21,11 +21,14 @@ struct remote_line {
     bool serial;
     char *data;  ///< REMOTE_LINE_BYTES of it
     size_t used, filled;
-    bool skipping;  ///< the rest of a line that was too long
+    bool skipping;         ///< the rest of a line that was too long
+    uint64_t heard_us;     ///< monotonic: when something came last, also a sign of life alone
+    uint64_t heard_bytes;  ///< all that ever came, without signs of life
 };
 
 /// Opens `where`: unix:PATH, tcp:HOST:PORT, serial:DEVICE or serial:DEVICE:BAUD (115200). On a
-/// serial line the console is told that a program is here. 0, or an error with a message:
+/// serial line the console is told that a program is here, which seals what it sends, and the signs
+/// of life that it gives are no part of any line (daemon/README.md). 0, or an error with a message:
 /// ERROR_ARGUMENT when `where` makes no sense.
 int remote_line_open(struct remote_line *self, const char *where, struct message *message);
 /// Tells a serial console that the program has gone.

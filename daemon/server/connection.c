@@ -8,8 +8,14 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/server/connection_input.h"
 
-enum { CTRL_C = 3, SEND_BYTES = 4096, BACKLOG_BYTES = OUTPUT_BYTES / 4 };
+enum {
+    CTRL_C = 3,
+    SEND_BYTES = 4096,
+    BACKLOG_BYTES = OUTPUT_BYTES / 4,
+    LIFE_US = 500000  ///< between two signs of life
+};
 
 static const char prompt[] = "vergence> ";
 
@@ -23,21 +29,21 @@ static void complete(void *cookie, const char *typed, char *words) {
     self->host->complete(self->host->self, typed, words);
 }
 
-bool connection_init(struct connection *self, const struct connection_host *host, int wake_fd) {
+bool connection_init(struct connection *self, const struct connection_host *host, int wake_fd,
+                     bool terminal) {
     memset(self, 0, sizeof *self);
     self->host = host;
     self->in_fd = -1;
     self->out_fd = -1;
     self->job.output = &self->output;
-    return output_open(&self->output, wake_fd);
+    return output_open(&self->output, wake_fd) && (!terminal || output_open_kept(&self->output));
 }
 
 void connection_destroy(struct connection *self) {
     output_close(&self->output);
 }
 
-/// A person types there now.
-static bool is_edited(const struct connection *self) {
+bool connection_is_edited(const struct connection *self) {
     return self->kind == CONNECTION_TERMINAL && !self->program;
 }
 
@@ -47,6 +53,8 @@ void connection_begin(struct connection *self, enum connection_kind kind, int in
     self->used = true;
     self->kind = kind;
     self->program = false;
+    self->sealed = false;
+    self->once_id = REQUEST_ID_NONE;
     self->in_fd = in_fd;
     self->out_fd = out_fd;
     snprintf(self->name, sizeof self->name, "%s", name);
@@ -56,7 +64,11 @@ void connection_begin(struct connection *self, enum connection_kind kind, int in
     self->gone = false;
     self->input_bytes = 0;
     self->refused_bytes = 0;
+    self->ctrl_c_ahead = false;
     self->skipping = false;
+    self->overflowed = false;
+    self->dropping = false;
+    self->dropped_lines = 0;
     self->stalled_us = 0;
     self->job.watch.on = false;
     self->job.quit = false;
@@ -68,66 +80,56 @@ void connection_begin(struct connection *self, enum connection_kind kind, int in
     }
 }
 
-/// Whether a command is under way, or a watch.
-static bool is_busy(const struct connection *self) {
+bool connection_is_busy(const struct connection *self) {
     return atomic_load(&self->job.state) != JOB_FREE || self->job.watch.on;
 }
 
-bool connection_wants_input(const struct connection *self) {
-    return self->used && !self->ended && !self->gone && self->input_bytes < sizeof self->input;
-}
-
-/// What a person has typed ahead is forgotten. A program counts answers: none of its lines is
-/// carried out, and each is answered.
-static void refuse_ahead(struct connection *self) {
-    size_t length = is_edited(self) || self->gone ? 0 : self->input_bytes;
-    while (length > 0 && self->input[length - 1] != '\n' && self->input[length - 1] != '\r') {
-        length--;
+/// The next prompt of a person; not yet while what he pasted is still coming and is dropped.
+static void begin_editing(struct connection *self) {
+    if (connection_is_edited(self) && !self->ended && !self->overflowed) {
+        editor_begin(&self->editor);
     }
-    self->input_bytes = length;
-    self->refused_bytes = length;
-    self->skipping = self->skipping && length > 0;
 }
 
-/// Ctrl-C: what runs is cancelled, what was sent ahead is not begun. What only waits for others' is
-/// answered here: they may take long.
-static void cancel(struct connection *self) {
-    struct job *job = &self->job;
-    refuse_ahead(self);
-    if (!is_busy(self)) {
+/// Tells a person that what he typed is not wanted.
+static void step_overflow(struct connection *self) {
+    if (!self->overflowed || connection_input_is_overflowing(self)) {
         return;
     }
-    atomic_store(&job->cancelled, true);
-    if (atomic_load(&job->state) == JOB_WAITING && self->host->withdraw(self->host->self, job)) {
-        job->watch.on = false;
-        self->host->answer(self->host->self, job, ERROR_CANCELLED, error_text(ERROR_CANCELLED));
-        atomic_store(&job->state, JOB_DONE);
-    }
-}
-
-void connection_receive(struct connection *self, const char *data, size_t bytes, bool end) {
-    for (size_t i = 0; i < bytes; i++) {
-        if (data[i] == CTRL_C && (is_busy(self) || !is_edited(self))) {
-            if (is_edited(self)) {
-                output_put_text(&self->output, "^C\r\n");
-            }
-            cancel(self);
-        } else if (self->input_bytes < sizeof self->input) {
-            // A person who types ahead further than this has lost the thread anyway.
-            self->input[self->input_bytes++] = data[i];
-        }
-    }
-    self->ended = self->ended || end;
+    output_put_text(&self->output, self->dropping
+                                       ? "vergence: too much was typed ahead: all of it is "
+                                         "forgotten, up to the next Enter\r\n"
+                                       : "vergence: too much was typed ahead: all of it is "
+                                         "forgotten\r\n");
+    connection_input_end_overflow(self);
+    begin_editing(self);
 }
 
 void connection_gone(struct connection *self) {
     self->gone = true;
     self->ended = true;
     output_reset(&self->output, true);
-    cancel(self);
+    connection_input_cancel(self);
     if (atomic_load(&self->job.state) == JOB_FREE) {
         self->job.watch.on = false;
     }
+}
+
+/// What a line that is well-formed may not be. 0, or an error with a message.
+static int look_at_request(const struct connection *self, const struct request *request,
+                           char *message, size_t message_bytes) {
+    if (self->sealed && !request->sealed) {
+        snprintf(message, message_bytes,
+                 "a program has this line, and seals what it sends: \"@terminal\" ends that");
+        return ERROR_CRC;
+    }
+    if (request->once && !self->sealed) {
+        snprintf(
+            message, message_bytes,
+            "the console has begun anew since \"@sealed\": it does not know what it did before");
+        return ERROR_RESTARTED;
+    }
+    return 0;
 }
 
 /// Makes a job of a line and hands it over; a refused one is only answered.
@@ -135,12 +137,19 @@ static void begin_line(struct connection *self, const char *line, bool refused) 
     struct job *job = &self->job;
     char message[JOB_MESSAGE_BYTES];
     INVARIANT(atomic_load(&job->state) == JOB_FREE);
-    job->terminal = is_edited(self);
+    job->terminal = connection_is_edited(self);
     job->request = (struct request){.json = self->json, .progress = self->progress};
     job->round = false;
     atomic_store(&job->cancelled, false);
     int error = request_parse(line, &job->request, message, sizeof message);
+    error = error != 0 ? error : look_at_request(self, &job->request, message, sizeof message);
     const char *command = job->request.command;
+    job->request.once = job->request.once && error == 0;
+    if (job->request.once && job->request.id == self->once_id) {
+        output_repeat(&self->output);
+        return;
+    }
+    self->once_id = job->request.once ? job->request.id : self->once_id;
     if (error == 0 && line[0] == '@' && command[strspn(command, " \t")] == '\0') {
         self->json = job->request.json;
         self->progress = job->request.progress;
@@ -166,49 +175,62 @@ static void begin_line(struct connection *self, const char *line, bool refused) 
 
 /// A terminal's lines that are none for the commands: who is at its other end.
 static bool change_side(struct connection *self, const char *line) {
-    const bool program = strcmp(line, "@program") == 0;
+    const bool sealed = strcmp(line, "@sealed") == 0;
+    const bool program = sealed || strcmp(line, "@program") == 0;
     if (self->kind != CONNECTION_TERMINAL || (!program && strcmp(line, "@terminal") != 0)) {
         return false;
     }
+    const bool returns = self->program && !program;
     self->program = program;
+    self->sealed = sealed;
+    self->once_id = REQUEST_ID_NONE;
     self->json = false;
     self->progress = false;
     output_put_text(&self->output, "OK\r\n");
+    if (returns) {
+        editor_begin(&self->editor);
+    }
     return true;
-}
-
-static void forget_input(struct connection *self, size_t bytes) {
-    INVARIANT(bytes <= self->input_bytes);
-    memmove(self->input, self->input + bytes, self->input_bytes - bytes);
-    self->input_bytes -= bytes;
-    self->refused_bytes -= bytes < self->refused_bytes ? bytes : self->refused_bytes;
 }
 
 /// Feeds the editor until it has a line, or has shown more than is read at once: one key may show
 /// the whole line anew.
 static void step_terminal(struct connection *self) {
     size_t used = 0;
-    while (used < self->input_bytes && !is_busy(self) && is_edited(self) && !self->ended &&
-           output_length(&self->output) <= BACKLOG_BYTES) {
-        const enum editor_event event = editor_feed(&self->editor, self->input[used++]);
+    while (used < self->input_bytes && !connection_is_busy(self) && connection_is_edited(self) &&
+           !self->ended && output_length(&self->output) <= BACKLOG_BYTES) {
+        const char key = self->input[used++];
+        if (self->skipping && key != CTRL_C) {
+            self->skipping = !connection_input_is_line_end(key);
+            continue;
+        }
+        self->skipping = false;
+        const enum editor_event event = editor_feed(&self->editor, key);
         if (event == EDITOR_END) {
             output_put_text(&self->output, "\r\n");
             self->ended = true;
         } else if (event == EDITOR_LINE && !change_side(self, self->editor.line)) {
             begin_line(self, self->editor.line, false);
         }
-        if (event != EDITOR_MORE && event != EDITOR_END && !is_busy(self) && is_edited(self)) {
+        if (event != EDITOR_MORE && event != EDITOR_END && !connection_is_busy(self) &&
+            connection_is_edited(self)) {
             editor_begin(&self->editor);
         }
     }
-    forget_input(self, used);
+    connection_input_forget(self, used);
+}
+
+/// Answers a line of a program that nobody looks at.
+static void answer_unread(struct connection *self, int error, const char *message) {
+    self->job.request = (struct request){.json = self->json, .id = REQUEST_ID_NONE};
+    self->job.terminal = false;
+    self->host->answer(self->host->self, &self->job, error, message);
 }
 
 /// Takes the next whole line of a program; false: there is none.
 static bool step_lines(struct connection *self) {
     size_t length = 0;
-    while (length < self->input_bytes && self->input[length] != '\n' &&
-           self->input[length] != '\r') {
+    while (length < self->input_bytes && !connection_input_is_line_end(self->input[length])) {
         length++;
     }
     // The last line may lack its end.
@@ -221,21 +243,34 @@ static bool step_lines(struct connection *self) {
     memcpy(line, self->input, fits ? length : 0);
     line[fits ? length : 0] = '\0';
     const bool skipped = self->skipping;
-    const bool refused = self->refused_bytes > 0;
+    const bool refused = self->refused_bytes > 0 || self->ctrl_c_ahead;
     self->skipping = !whole;
-    forget_input(self, whole && length < self->input_bytes ? length + 1 : length);
-    if (skipped || change_side(self, line)) {
+    connection_input_forget(self, whole && length < self->input_bytes ? length + 1 : length);
+    const bool empty = line[strspn(line, " \t")] == '\0' && fits;
+    if (skipped || empty || change_side(self, line)) {
         return true;
     }
     if (fits) {
         begin_line(self, line, refused);
     } else {
-        self->job.request = (struct request){.json = self->json, .id = REQUEST_ID_NONE};
-        self->job.terminal = false;
-        self->host->answer(self->host->self, &self->job, ERROR_SYNTAX,
-                           length < sizeof line ? "the line holds a control character"
-                                                : "the line is longer than 512 characters");
+        answer_unread(self, ERROR_SYNTAX,
+                      length < sizeof line ? "the line holds a control character"
+                                           : "the line is longer than 512 characters");
     }
+    return true;
+}
+
+/// Answers the next line that was dropped, when those before it are answered; false: there is none.
+static bool step_dropped(struct connection *self) {
+    if (!self->overflowed || self->input_bytes > 0) {
+        return false;
+    }
+    if (self->dropped_lines == 0) {
+        connection_input_end_overflow(self);
+        return false;
+    }
+    self->dropped_lines--;
+    answer_unread(self, ERROR_BUSY, "too much was sent ahead: the line was not carried out");
     return true;
 }
 
@@ -247,7 +282,7 @@ static void take_answer(struct connection *self, uint64_t now_us) {
     if (job->quit) {
         job->quit = false;
         self->ended = true;
-        forget_input(self, self->input_bytes);
+        connection_input_forget(self, self->input_bytes);
     }
     if (job->watch.on && !self->gone) {
         // The rounds stay on their beat, and none is made up for.
@@ -256,9 +291,7 @@ static void take_answer(struct connection *self, uint64_t now_us) {
         return;
     }
     job->watch.on = false;
-    if (is_edited(self) && !self->ended) {
-        editor_begin(&self->editor);
-    }
+    begin_editing(self);
 }
 
 /// The next round of a watch, or its end.
@@ -282,9 +315,17 @@ static void step_watch(struct connection *self, uint64_t now_us) {
     // Answered already: cancelled, or too much else waits.
     if (atomic_load(&job->state) == JOB_FREE) {
         job->watch.on = false;
-        if (is_edited(self) && !self->ended) {
-            editor_begin(&self->editor);
-        }
+        begin_editing(self);
+    }
+}
+
+/// Who seals his lines waits for a sign of life: an answer may have been lost on its way.
+static void show_life(struct connection *self, uint64_t now_us) {
+    static const char idle[] = {CONNECTION_IDLE};
+    if (self->sealed && connection_is_busy(self) && now_us - self->life_us >= LIFE_US &&
+        output_length(&self->output) == 0) {
+        self->life_us = now_us;
+        output_put(&self->output, idle, sizeof idle);
     }
 }
 
@@ -292,6 +333,7 @@ void connection_step(struct connection *self, uint64_t now_us) {
     if (atomic_load(&self->job.state) == JOB_DONE) {
         take_answer(self, now_us);
     }
+    show_life(self, now_us);
     // Who does not read his answers gets no more of them.
     if (self->gone || atomic_load(&self->job.state) != JOB_FREE ||
         output_length(&self->output) > BACKLOG_BYTES) {
@@ -301,11 +343,15 @@ void connection_step(struct connection *self, uint64_t now_us) {
         step_watch(self, now_us);
         return;
     }
-    if (is_edited(self)) {
+    if (connection_is_edited(self)) {
+        step_overflow(self);
         step_terminal(self);
     }
-    while (!is_edited(self) && !is_busy(self) && self->input_bytes > 0 &&
+    while (!connection_is_edited(self) && !connection_is_busy(self) && self->input_bytes > 0 &&
            output_length(&self->output) <= BACKLOG_BYTES && step_lines(self)) {
+    }
+    while (!connection_is_edited(self) && !connection_is_busy(self) &&
+           output_length(&self->output) <= BACKLOG_BYTES && step_dropped(self)) {
     }
 }
 
@@ -340,9 +386,10 @@ void connection_send(struct connection *self, uint64_t now_us) {
 }
 
 bool connection_over(struct connection *self) {
-    if (!self->used || is_busy(self)) {
+    if (!self->used || connection_is_busy(self)) {
         return false;
     }
-    return self->gone || (self->ended && (self->input_bytes == 0 || is_edited(self)) &&
+    const bool read = self->input_bytes == 0 && !self->overflowed;
+    return self->gone || (self->ended && (read || connection_is_edited(self)) &&
                           output_length(&self->output) == 0);
 }

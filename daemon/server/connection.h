@@ -15,11 +15,17 @@
 extern "C" {
 #endif
 
-enum { CONNECTION_INPUT_BYTES = 4096, CONNECTION_NAME_BYTES = 64 };
+enum {
+    CONNECTION_INPUT_BYTES = 16384,
+    CONNECTION_NAME_BYTES = 64,
+    CONNECTION_IDLE = 0x16  ///< SYN: a command of a sealed line is under way
+};
 
 enum connection_kind {
-    CONNECTION_LINES,     ///< lines in, answers out
-    CONNECTION_TERMINAL,  ///< prompt, echo, line editing; `@program` makes it lines for a program
+    CONNECTION_LINES,  ///< lines in, answers out
+    /// Prompt, echo, line editing; `@program` makes it lines for a program, `@sealed` lines that
+    /// are carried out with their CRC alone.
+    CONNECTION_TERMINAL,
 };
 
 /// What the connection needs of the server; `self` is the server.
@@ -43,6 +49,7 @@ struct connection {
     bool lasting;  ///< a terminal of the daemon's own: comes back after its end
     enum connection_kind kind;
     bool program;  ///< a terminal whose other end is a program
+    bool sealed;   ///< which seals its lines
     int in_fd, out_fd;
     char name[CONNECTION_NAME_BYTES];
     const struct connection_host *host;
@@ -51,26 +58,35 @@ struct connection {
     bool json, progress;  ///< asked for all lines to come
     bool ended;           ///< no more input: to be closed when all is answered
     bool gone;            ///< nobody is there any more
+    int32_t once_id;      ///< of the last command that is carried out once; REQUEST_ID_NONE
     char input[CONNECTION_INPUT_BYTES];
     size_t input_bytes;
     size_t refused_bytes;  ///< of them, with lines that a Ctrl-C came behind
+    bool ctrl_c_ahead;     ///< one comes, behind more lines than there is room for
+    uint64_t looked_us;    ///< when that was last looked for
+    uint64_t heard_us;     ///< when something came last
     bool skipping;         ///< the rest of a line that was too long
-    uint64_t watch_us;     ///< when the next round of a watch is due
-    uint64_t stalled_us;   ///< since when the client has not read; 0: it reads
+    bool overflowed;       ///< a terminal's: what has come behind the input since then was dropped
+    bool dropping;         ///< up to the middle of a line
+    size_t dropped_lines;
+    uint64_t watch_us;    ///< when the next round of a watch is due
+    uint64_t life_us;     ///< when a sign of life was last given
+    uint64_t stalled_us;  ///< since when the client has not read; 0: it reads
     struct editor editor;
 };
 
-/// Allocates the output. False: no memory.
-bool connection_init(struct connection *self, const struct connection_host *host, int wake_fd);
+/// Allocates the output; of a `terminal` also what keeps an answer. False: no memory.
+bool connection_init(struct connection *self, const struct connection_host *host, int wake_fd,
+                     bool terminal);
 void connection_destroy(struct connection *self);
 
 /// A client has come.
 void connection_begin(struct connection *self, enum connection_kind kind, int in_fd, int out_fd,
                       const char *name);
-/// Whether it wants to read: not when it has more than it can use.
-bool connection_wants_input(const struct connection *self);
-/// Bytes have come, or (`end`) no more will.
-void connection_receive(struct connection *self, const char *data, size_t bytes, bool end);
+/// Whether a person types there now.
+bool connection_is_edited(const struct connection *self);
+/// Whether a command is under way, or a watch.
+bool connection_is_busy(const struct connection *self);
 /// Nobody is there any more: what runs or waits is cancelled.
 void connection_gone(struct connection *self);
 /// Does what is due: takes an answer that is finished, begins the next line or round.

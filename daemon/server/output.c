@@ -16,7 +16,9 @@ bool output_open(struct output *self, int wake_fd) {
 
 void output_close(struct output *self) {
     free(self->data);
+    free(self->kept);
     self->data = NULL;
+    self->kept = NULL;
     pthread_mutex_destroy(&self->lock);
 }
 
@@ -60,6 +62,27 @@ void output_put(struct output *self, const void *data, size_t bytes) {
 
 void output_put_text(struct output *self, const char *text) {
     output_put(self, text, strlen(text));
+}
+
+bool output_open_kept(struct output *self) {
+    self->kept = malloc(OUTPUT_BYTES);
+    return self->kept != NULL;
+}
+
+void output_keep_begin(struct output *self) {
+    self->kept_bytes = 0;
+}
+
+void output_keep(struct output *self, const char *data, size_t bytes) {
+    if (self->kept != NULL && bytes <= OUTPUT_BYTES - self->kept_bytes) {
+        memcpy(self->kept + self->kept_bytes, data, bytes);
+        self->kept_bytes += bytes;
+    }
+}
+
+void output_repeat(struct output *self) {
+    INVARIANT(self->kept_bytes <= OUTPUT_BYTES);
+    output_put(self, self->kept, self->kept_bytes);
 }
 
 size_t output_peek(struct output *self, void *data, size_t capacity) {

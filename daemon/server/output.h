@@ -24,6 +24,8 @@ struct output {
     bool closed;   ///< nobody reads any more: what comes is forgotten
     bool overrun;  ///< something was lost
     int wake_fd;   ///< an eventfd that tells the event loop
+    char *kept;    ///< OUTPUT_BYTES of an answer that may be asked for again; NULL: none may
+    size_t kept_bytes;
 };
 
 /// Allocates the memory. False: there is none.
@@ -35,6 +37,14 @@ void output_reset(struct output *self, bool closed);
 
 void output_put(struct output *self, const void *data, size_t bytes);
 void output_put_text(struct output *self, const char *text);
+
+/// From here on answers can be kept. False: there is no memory.
+bool output_open_kept(struct output *self);
+/// Forgets what was kept; keeps more of an answer, unless there is too much of it; puts all of it
+/// once more. Only one thread may use them at a time.
+void output_keep_begin(struct output *self);
+void output_keep(struct output *self, const char *data, size_t bytes);
+void output_repeat(struct output *self);
 
 /// Copies up to `capacity` bytes from the front without taking them; their number.
 size_t output_peek(struct output *self, void *data, size_t capacity);

@@ -15,6 +15,9 @@ enum { BAR_WIDTH = 24, BAR_TEXT = 44 };  // of the bar, and of what stands befor
 static ssize_t send_bytes(void *cookie, const char *data, size_t bytes) {
     struct reply *self = cookie;
     self->crc = crc_update(self->crc, data, bytes);
+    if (self->keeps) {
+        output_keep(self->output, data, bytes);
+    }
     if (!self->terminal) {
         output_put(self->output, data, bytes);
         return (ssize_t)bytes;
@@ -59,6 +62,10 @@ static void begin_result(struct reply *self) {
     wipe_bar(self);
     fflush(self->stream);
     self->crc = 0;
+    self->keeps = self->request.once;
+    if (self->keeps) {
+        output_keep_begin(self->output);
+    }
     if (self->request.json) {
         begin_json(self, NULL);
         json_open_object(&self->json, "result");
@@ -220,6 +227,7 @@ void reply_begin(struct reply *self, struct output *output, const struct request
     self->request = *request;
     self->terminal = terminal;
     self->begun = false;
+    self->keeps = false;
     self->bar_shown = false;
     self->depth = 0;
     self->array[0] = false;
@@ -228,6 +236,16 @@ void reply_begin(struct reply *self, struct output *output, const struct request
     self->path_end[0] = 0;
     self->units_length = 0;
     self->crc = 0;
+}
+
+static void seal(struct reply *self) {
+    if (self->request.sealed) {
+        fflush(self->stream);
+        const uint32_t crc = self->crc;
+        fprintf(self->stream, ", \"crc\": \"%08" PRIX32 "\"", crc);
+    }
+    json_close_object(&self->json);
+    json_end(&self->json);
 }
 
 void reply_progress(struct reply *self, const char *what, uint32_t done, uint32_t total) {
@@ -239,8 +257,7 @@ void reply_progress(struct reply *self, const char *what, uint32_t done, uint32_
         json_text(&self->json, "what", what);
         json_integer(&self->json, "done", done);
         json_integer(&self->json, "total", total);
-        json_close_object(&self->json);
-        json_end(&self->json);
+        seal(self);
     } else if (!self->request.json && !self->terminal && self->request.progress) {
         fprintf(self->stream, "... %s %" PRIu32 "/%" PRIu32 "\n", what, done, total);
     } else if (!self->request.json && self->terminal) {
@@ -279,21 +296,15 @@ static void close_groups(struct reply *self) {
 
 static void seal_text(struct reply *self) {
     if (self->request.sealed) {
+        fputs(" #", self->stream);
+        if (self->request.id != REQUEST_ID_NONE) {
+            fprintf(self->stream, "%" PRId32 ",", self->request.id);
+        }
         fflush(self->stream);
         const uint32_t crc = self->crc;
-        fprintf(self->stream, " #%08" PRIX32, crc);
+        fprintf(self->stream, "%08" PRIX32, crc);
     }
     fputc('\n', self->stream);
-}
-
-static void seal(struct reply *self) {
-    if (self->request.sealed) {
-        fflush(self->stream);
-        const uint32_t crc = self->crc;
-        fprintf(self->stream, ", \"crc\": \"%08" PRIX32 "\"", crc);
-    }
-    json_close_object(&self->json);
-    json_end(&self->json);
 }
 
 void reply_end(struct reply *self, int error, const char *message) {
@@ -320,7 +331,7 @@ void reply_end_round(struct reply *self) {
         json_text(&self->json, "event", "watch");
         seal(self);
     } else {
-        fputc('\n', self->stream);
+        seal_text(self);
     }
     fflush(self->stream);
 }

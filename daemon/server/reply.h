@@ -2,9 +2,10 @@
 /// Answers as text for people or as JSON for programs.
 ///
 /// Text: `key: value unit` a line, what belongs together indented; then `OK`, or `ERR NAME text`
-/// with a name of core/error.h, and where the request was sealed a blank, #, and eight digits: the
-/// CRC-32 of the answer before them. Where progress was asked for, lines `... what done/total`
-/// come first. JSON, one object a line:
+/// with a name of core/error.h, or between the rounds of a watch an empty line. Where the request
+/// was sealed a blank, #, its id and a comma if it had one, and eight digits follow: the CRC-32 of
+/// the answer, or of the round, before them. Where progress was asked for, lines
+/// `... what done/total` come first, and have no seal. JSON, one object a line:
 ///
 ///   {"result": {...}, "ok": true, "error": "OK", "code": 0, "message": ""}
 ///
@@ -39,6 +40,7 @@ struct reply {
     bool terminal;  ///< lines end in CR LF; progress is a bar
     struct json json;
     bool begun;      ///< the result
+    bool keeps;      ///< what is written is to be had again
     bool bar_shown;  ///< a bar is to be wiped
     uint32_t crc;    ///< of the line so far
     int depth;

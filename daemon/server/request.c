@@ -34,8 +34,8 @@ static bool parse_id(const char *text, int32_t *id) {
     return true;
 }
 
-/// One word of the prefix; false: there is no such word.
-static bool take_word(const char *word, struct request *request, uint32_t *crc) {
+/// One word of the prefix but crc; false: there is no such word.
+static bool take_word(const char *word, struct request *request) {
     if (strcmp(word, "json") == 0) {
         request->json = true;
     } else if (strcmp(word, "text") == 0) {
@@ -44,17 +44,19 @@ static bool take_word(const char *word, struct request *request, uint32_t *crc) 
         request->progress = true;
     } else if (strncmp(word, "id=", 3) == 0) {
         return parse_id(word + 3, &request->id);
-    } else if (strncmp(word, "crc=", 4) == 0) {
-        request->sealed = parse_hex8(word + 4, crc);
-        return request->sealed;
+    } else if (strcmp(word, "once") == 0) {
+        request->once = true;
     } else {
         return false;
     }
     return true;
 }
 
-static int refuse(const char *why, const char *word, char *message, size_t bytes, int error) {
+/// What is not carried out is not repeated either.
+static int refuse(struct request *request, const char *why, const char *word, char *message,
+                  size_t bytes, int error) {
     struct command_text sentence = command_text_begin(message, bytes);
+    request->once = false;
     command_text_add(&sentence, why);
     if (word != NULL) {
         command_text_add(&sentence, " \"");
@@ -67,6 +69,7 @@ static int refuse(const char *why, const char *word, char *message, size_t bytes
 int request_parse(const char *line, struct request *request, char *message, size_t message_bytes) {
     request->id = REQUEST_ID_NONE;
     request->sealed = false;
+    request->once = false;
     request->command = line;
     message[0] = '\0';
     if (*line != '@') {
@@ -77,6 +80,7 @@ int request_parse(const char *line, struct request *request, char *message, size
     request->command = at + prefix + (at[prefix] != '\0');
     const char *const end = at + prefix;
     uint32_t crc = 0;
+    uint32_t right_crc = 0;
     while (at <= end) {
         size_t bytes = (size_t)(end - at);
         const char *comma = memchr(at, ',', bytes);
@@ -84,16 +88,28 @@ int request_parse(const char *line, struct request *request, char *message, size
         char word[WORD_MAX] = "";
         const bool fits = bytes < sizeof word;
         memcpy(word, at, fits ? bytes : sizeof word - 1);
-        if (!fits || !take_word(word, request, &crc)) {
-            return refuse("what stands behind @ must be json, text, progress, id=N or crc=HEX, not",
-                          word, message, message_bytes, ERROR_SYNTAX);
+        if (fits && comma == NULL && strncmp(word, "crc=", 4) == 0 && parse_hex8(word + 4, &crc)) {
+            request->sealed = true;
+            right_crc = crc_update(0, line, (size_t)(at - line));
+        } else if (!fits || !take_word(word, request)) {
+            return refuse(
+                request,
+                "what stands behind @ must be json, text, progress, once, id=N, or at the "
+                "end crc=HEX, not",
+                word, message, message_bytes, ERROR_SYNTAX);
         }
         at += bytes + 1;
     }
     INVARIANT(request->command >= line);
-    if (request->sealed && crc != crc_update(0, request->command, strlen(request->command))) {
-        return refuse("the line was damaged on its way: send it again", NULL, message,
+    right_crc = crc_update(right_crc, request->command, strlen(request->command));
+    if (request->sealed && crc != right_crc) {
+        request->id = REQUEST_ID_NONE;  // it may have been another one
+        return refuse(request, "the line was damaged on its way: send it again", NULL, message,
                       message_bytes, ERROR_CRC);
+    }
+    if (request->once && (!request->sealed || request->id == REQUEST_ID_NONE)) {
+        return refuse(request, "once needs id=N and crc=HEX", NULL, message, message_bytes,
+                      ERROR_SYNTAX);
     }
     return 0;
 }

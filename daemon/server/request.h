@@ -5,9 +5,11 @@
 ///   json      one JSON object on a line (text: items, then OK or ERR code text)
 ///   text      the other way round, where a connection has asked for JSON
 ///   progress  long commands tell how far they are, in lines of their own
-///   id=N      the answer carries the number (0 .. 999999999); only with json
-///   crc=H     CRC-32 of the rest of the line, behind the blank; another one is refused, and the
-///             answer carries its own CRC; see reply.h
+///   id=N      the answer carries the number (0 .. 999999999): in JSON, and where it is sealed
+///   once      with id and crc, on a line that began with `@sealed`: the same number again means
+///             that the answer was lost on its way, which is repeated; nothing is carried out again
+///   crc=H     the last word: CRC-32 of the line without it and the blank behind it. A line with
+///             another one is refused, and the answer carries its own CRC; see reply.h
 ///
 /// `@json` alone holds for all lines that follow, and so does `@text`.
 #ifndef VERGENCE_DAEMON_SERVER_REQUEST_H
@@ -24,8 +26,8 @@ extern "C" {
 enum { REQUEST_PREFIX_MAX = 64, REQUEST_ID_NONE = -1 };
 
 struct request {
-    bool json, progress, sealed;
-    int32_t id;           ///< REQUEST_ID_NONE: it has none
+    bool json, progress, sealed, once;
+    int32_t id;           ///< REQUEST_ID_NONE: it has none, or it may be a damaged one
     const char *command;  ///< the rest of the line
 };
 

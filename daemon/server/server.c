@@ -9,12 +9,14 @@
 #include <string.h>
 #include <sys/eventfd.h>
 #include <sys/signalfd.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/monotonic.h"
 #include "daemon/server/completion.h"
+#include "daemon/server/connection_input.h"
 #include "daemon/server/listener.h"
 #include "daemon/server/notify.h"
 
@@ -24,6 +26,8 @@ enum {
     FDS_MAX = 2 + SERVER_LISTENERS + 2 * (SERVER_CLIENTS_MAX + 1),
     STUCK_SIMULATED_S = 150,  ///< a simulated rig renders its frames, which takes what it takes
     NOTIFY_US = 1000000,
+    LOOK_BYTES = 256 * 1024,  ///< more than a socket holds
+    LOOK_US = 200000,
 };
 
 static void answer(void *cookie, struct job *job, int error, const char *message) {
@@ -88,7 +92,7 @@ static bool open_clients(struct server *self) {
     self->client_count = self->config->clients + 1;
     INVARIANT(self->client_count <= SERVER_CLIENTS_MAX + 1);
     for (size_t i = 0; i < self->client_count; i++) {
-        if (!connection_init(&self->clients[i], &self->host, self->wake_fd)) {
+        if (!connection_init(&self->clients[i], &self->host, self->wake_fd, i == CONSOLE)) {
             return false;
         }
     }
@@ -233,15 +237,25 @@ static void close_client(struct server *self, struct connection *client) {
 
 static void receive(struct connection *client) {
     char data[CONNECTION_INPUT_BYTES];
-    const size_t room = sizeof client->input - client->input_bytes;
-    INVARIANT(room > 0);
+    const size_t room = connection_input_room(client);
+    INVARIANT(room > 0 && room <= sizeof data);
     const ssize_t bytes = read(client->in_fd, data, room);
     if (bytes > 0) {
-        connection_receive(client, data, (size_t)bytes, false);
+        connection_input_receive(client, data, (size_t)bytes, false);
     } else if (bytes == 0) {
-        connection_receive(client, NULL, 0, true);
+        connection_input_receive(client, NULL, 0, true);
     } else if (errno != EAGAIN && errno != EINTR) {
         connection_gone(client);
+    }
+}
+
+/// Behind what a client has sent ahead, which it is welcome to, a Ctrl-C may be on its way. Of a
+/// pipe that cannot be seen.
+static void look_ahead(struct connection *client) {
+    char data[LOOK_BYTES];
+    const ssize_t bytes = recv(client->in_fd, data, sizeof data, MSG_PEEK | MSG_DONTWAIT);
+    if (bytes > 0) {
+        connection_input_look_ahead(client, data, (size_t)bytes);
     }
 }
 
@@ -251,14 +265,18 @@ static void serve(struct server *self, struct connection *client, short input, s
     if (!client->used) {
         return;
     }
-    if ((input & POLLIN) != 0 && connection_wants_input(client)) {
+    if (connection_input_is_deaf(client) && now_us - client->looked_us >= LOOK_US) {
+        client->looked_us = now_us;
+        look_ahead(client);
+    }
+    if ((input & POLLIN) != 0 && connection_input_room(client) > 0) {
         receive(client);
     } else if ((input & (POLLHUP | POLLERR | POLLNVAL)) != 0 && (input & POLLIN) == 0) {
         // Both directions are shut; of a pipe in front of another output only this one.
         if (client->in_fd == client->out_fd) {
             connection_gone(client);
         } else {
-            connection_receive(client, NULL, 0, true);
+            connection_input_receive(client, NULL, 0, true);
         }
     }
     if ((output & (POLLERR | POLLNVAL)) != 0) {
@@ -306,7 +324,7 @@ static nfds_t gather(struct server *self, struct pollfd *fds, int at[][2]) {
         // A peer that has gone for good is seen without asking for input.
         if (client->in_fd == client->out_fd || !client->ended) {
             at[i][0] = (int)count;
-            const short events = connection_wants_input(client) ? POLLIN : 0;
+            const short events = connection_input_room(client) > 0 ? POLLIN : 0;
             fds[count++] = (struct pollfd){.fd = client->in_fd, .events = events};
         }
         if (output_length(&client->output) > 0) {

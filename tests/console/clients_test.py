@@ -86,7 +86,22 @@ class Clients(DaemonTest):
         while not lines[-1].startswith("OK"):
             lines.append(self.first.line())
         text = "\n".join(lines)
-        self.assertEqual(text[-9:], f"#{zlib.crc32(text[:-10].encode()):08X}")
+        self.assertEqual(text[-8:], f"{zlib.crc32(text[:-8].encode()):08X}")
+        self.assertEqual(text[-10:-8], " #")
+        # The number of the request is part of what is sealed.
+        self.first.send(sealed("wait 0", "text,id=7"))
+        line = self.first.line()
+        self.assertEqual(line[:-8], "OK #7,")
+        self.assertEqual(line[-8:], f"{zlib.crc32(b'OK #7,'):08X}")
+        # So is all that stands behind @, and crc is its last word.
+        self.first.send(sealed("version", "json,id=8").replace("id=8", "id=9"))
+        answer = json.loads(self.first.line())
+        self.assertEqual((answer["error"], "id" in answer, "crc" in answer), ("CRC", False, True))
+        line = sealed("version", "text").replace("@text,", "@").replace(" ", ",text ", 1)
+        self.first.send(line)
+        self.assertEqual(self.first.line()[:10], "ERR SYNTAX")
+        self.first.send(sealed("version", "text,id=1,once"))
+        self.assertEqual(self.first.line()[:13], "ERR RESTARTED")
 
     def test_watch(self):
         lines = self.first.ask("watch 0.1 version 3")

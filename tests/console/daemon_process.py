@@ -243,4 +243,4 @@ class DaemonTest(unittest.TestCase):
 
 def sealed(command, words="json,id=1"):
     """A request with its CRC."""
-    return f"@{words},crc={zlib.crc32(command.encode()):08X} {command}\n"
+    return f"@{words},crc={zlib.crc32(f'@{words},{command}'.encode()):08X} {command}\n"

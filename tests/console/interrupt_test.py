@@ -154,6 +154,32 @@ class Interrupt(DaemonTest):
         person.type("version\r")
         person.until(lambda: person.said("OK") == 1 and person.at_prompt())
 
+    def test_ctrl_c_behind_more_than_is_kept(self):
+        """A program is told of each line that it was not carried out."""
+        other = self.client()
+        self.assertEqual(other.ask("wait 0"), ["OK"])
+        for ahead, pieces in ((625, 1), (5000, 1), (200, 200)):
+            client = self.client()
+            # Longer than any one piece, so that many are more than is kept.
+            line = "version".ljust(100 if pieces > 1 else 7) + "\n"
+            client.send("wait 100000\n")
+            for _ in range(pieces):
+                client.send(line * (ahead // pieces))
+            client.send("\x03")
+            for _ in range(ahead + 1):
+                self.assertEqual(client.answer(), ["ERR CANCELLED cancelled"])
+            self.assertEqual(client.ask("version")[-1], "OK")
+            client.send("wait 100000\n" + line * ahead)
+            client.socket.close()
+            self.assertEqual(other.ask("wait 0"), ["OK"])
+
+    def test_what_is_sent_ahead_waits_for_its_turn(self):
+        client = self.client()
+        client.send("wait 1\n" + 5000 * "wait 0\n" + "version\n")
+        for _ in range(5001):
+            self.assertEqual(client.answer(), ["OK"])
+        self.assertEqual(client.answer()[0][:7], "version")
+
     def test_a_daemon_that_dies(self):
         person = Person.of(self)
         self.end(self.daemon)

@@ -143,6 +143,68 @@ class Console(DaemonTest):
         self.assertEqual([line.strip() for line in self.terminal.screen.lines[-4:-1]],
                          ["state: down", "profile: rig", "OK"])
 
+    def waiting(self):
+        """Another client, whose command is under way until it is cancelled."""
+        other = self.client()
+        other.send("@progress wait 100000\n")
+        other.line()
+        return other
+
+    def since(self, begin):
+        return [line.strip() for line in self.terminal.screen.lines[begin:]]
+
+    def test_ctrl_c_behind_more_than_is_kept(self):
+        for noise in ("version\r" * 5000, "x" * 30000, "x" * 30000 + "\r" * 20000):
+            self.terminal.text = ""
+            begin = len(self.terminal.screen.lines)
+            self.terminal.send("wait 100000\r" + noise)
+            self.terminal.send("\x03")
+            self.terminal.wait(lambda t, begin=begin: t.at_prompt() and
+                               "ERR CANCELLED cancelled" in self.since(begin))
+            self.assertNotIn("build", self.terminal.text)
+        self.assertEqual(self.terminal.run("wait 0"), ["OK"])
+
+    def test_more_is_typed_ahead_than_is_kept(self):
+        told = "vergence: too much was typed ahead: all of it is forgotten"
+        for end, more in (("\r", ""), ("ver", ", up to the next Enter")):
+            self.terminal.text = ""
+            begin = len(self.terminal.screen.lines)
+            other = self.waiting()
+            self.terminal.send("status\r" + "version\r" * 5000 + end)
+            bells = self.terminal.screen.bells
+            self.terminal.wait(lambda t, bells=bells: t.screen.bells > bells)
+            other.send("\x03")
+            self.terminal.wait(lambda t, begin=begin, more=more: t.at_prompt() and
+                               told + more in self.since(begin))
+            if more:
+                self.terminal.send("sion\r")  # the rest of a line is none
+            self.assertEqual(self.terminal.run("wait 0"), ["OK"])
+            self.assertNotIn("build", self.terminal.text)
+            self.assertNotIn("ERR", self.terminal.text)
+
+    def test_a_program_sends_more_ahead_than_is_kept(self):
+        """Each line is answered, whether it was carried out or not."""
+        self.terminal.send("@program\r")
+        self.terminal.wait(lambda t: "OK\r\n" in t.text)
+        self.terminal.text = ""
+        other = self.waiting()
+        self.terminal.send("status\n" + "wait 0\n" * 5000 + "version")
+        while self.terminal.read(1):
+            pass  # it is all there
+        other.send("\x03")
+        self.terminal.wait(lambda t: t.text.count("OK\n") + t.text.count("ERR BUSY") == 5002)
+        self.assertIn("ERR BUSY too much was sent ahead: the line was not carried out\n",
+                      self.terminal.text)
+        carried_out = self.terminal.text.count("OK\n")
+        self.assertGreater(carried_out, 1000)
+        self.assertNotIn("build", self.terminal.text)
+        self.terminal.send("\nversion\n@terminal\n")
+        self.terminal.wait(Terminal.at_prompt)
+        # Nothing is left in the editor, such as "@program".
+        self.assertEqual(self.terminal.run(""), [])
+        self.assertEqual(self.terminal.run("wait 0"), ["OK"])
+        self.assertEqual(self.terminal.text.count("build"), 1)
+
     def test_type_ahead(self):
         begin = len(self.terminal.screen.lines)
         self.terminal.send("wait 1\rversion\r")

@@ -23,9 +23,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     FUZZ_CHECK(taken.id >= REQUEST_ID_NONE && taken.id <= 999999999);
     if (error == 0 && taken.sealed) {
         char crc[16];
-        std::snprintf(crc, sizeof crc, "%08X",
-                      unsigned(crc_update(0, taken.command, std::strlen(taken.command))));
         std::string prefix(text, taken.command);
+        const std::string rest = prefix.substr(0, prefix.rfind("crc=")) + taken.command;
+        std::snprintf(crc, sizeof crc, "%08X", unsigned(crc_update(0, rest.data(), rest.size())));
         for (char &c : prefix) {
             c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
         }

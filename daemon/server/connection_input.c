@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/server/connection_input.h"
+
+#include <string.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/monotonic.h"
+
+enum {
+    CTRL_C = 3,
+    BELL = 7,
+    PATIENCE_US = 1000000,  ///< with a command that may be a long one
+    QUIET_US = 300000       ///< after which what was pasted is over
+};
+
+size_t connection_input_room(const struct connection *self) {
+    if (!self->used || self->ended || self->gone) {
+        return 0;
+    }
+    // Short commands make room soon: what was pasted may wait for them.
+    const bool listens = self->kind == CONNECTION_TERMINAL && connection_is_busy(self) &&
+                         (self->overflowed || monotonic_now_us() - self->heard_us > PATIENCE_US);
+    return self->overflowed || (listens && self->input_bytes == sizeof self->input)
+               ? sizeof self->input
+               : sizeof self->input - self->input_bytes;
+}
+
+bool connection_input_is_overflowing(const struct connection *self) {
+    return self->overflowed && monotonic_now_us() - self->heard_us <= QUIET_US;
+}
+
+bool connection_input_is_deaf(const struct connection *self) {
+    return self->used && !self->ended && !self->gone && connection_is_busy(self) &&
+           connection_input_room(self) == 0;
+}
+
+bool connection_input_is_line_end(char byte) {
+    return byte == '\n' || byte == '\r';
+}
+
+/// What a person has typed ahead is forgotten. A program counts answers: none of its lines is
+/// carried out, and each is answered.
+static void refuse_ahead(struct connection *self) {
+    size_t length = connection_is_edited(self) || self->gone ? 0 : self->input_bytes;
+    while (length > 0 && !connection_input_is_line_end(self->input[length - 1])) {
+        length--;
+    }
+    self->input_bytes = length;
+    self->refused_bytes = length;
+    self->skipping = self->skipping && length > 0;
+    self->dropped_lines -= self->dropping && self->dropped_lines > 0;
+    self->dropping = false;
+    if (connection_is_edited(self)) {
+        self->overflowed = false;
+        self->dropped_lines = 0;
+    }
+}
+
+/// What only waits for others' is answered here: they may take long.
+static void cancel_job(struct connection *self) {
+    struct job *job = &self->job;
+    if (!connection_is_busy(self)) {
+        return;
+    }
+    atomic_store(&job->cancelled, true);
+    if (atomic_load(&job->state) == JOB_WAITING && self->host->withdraw(self->host->self, job)) {
+        job->watch.on = false;
+        self->host->answer(self->host->self, job, ERROR_CANCELLED, error_text(ERROR_CANCELLED));
+        atomic_store(&job->state, JOB_DONE);
+    }
+}
+
+/// Ctrl-C: what runs is cancelled, what was sent ahead is not begun.
+void connection_input_cancel(struct connection *self) {
+    self->ctrl_c_ahead = false;
+    refuse_ahead(self);
+    cancel_job(self);
+}
+
+/// A line is dropped whole, and counts once.
+static void drop(struct connection *self, char byte) {
+    self->dropped_lines += !connection_input_is_line_end(byte) && !self->dropping;
+    self->dropping = !connection_input_is_line_end(byte);
+}
+
+/// There is no room for more: from here on all is dropped, also the line that it cuts, or all that
+/// a person has typed ahead: what follows may be meant for what stands before it.
+static void overflow(struct connection *self) {
+    size_t length = connection_is_edited(self) ? 0 : self->input_bytes;
+    while (length > 0 && !connection_input_is_line_end(self->input[length - 1])) {
+        length--;
+    }
+    self->overflowed = true;
+    self->dropping = self->skipping && length == 0;  // that line has been answered
+    for (size_t i = length; i < self->input_bytes; i++) {
+        drop(self, self->input[i]);
+    }
+    self->input_bytes = length;
+    self->refused_bytes = self->refused_bytes < length ? self->refused_bytes : length;
+    if (connection_is_edited(self)) {
+        const char bell = BELL;
+        output_put(&self->output, &bell, 1);
+    }
+}
+
+void connection_input_receive(struct connection *self, const char *data, size_t bytes, bool end) {
+    for (size_t i = 0; i < bytes; i++) {
+        if (data[i] == CTRL_C && (connection_is_busy(self) || !connection_is_edited(self))) {
+            if (connection_is_edited(self)) {
+                output_put_text(&self->output, "^C\r\n");
+            }
+            connection_input_cancel(self);
+            continue;
+        }
+        if (!self->overflowed && self->input_bytes == sizeof self->input) {
+            overflow(self);
+        }
+        if (self->overflowed) {
+            drop(self, data[i]);
+        } else {
+            self->input[self->input_bytes++] = data[i];
+        }
+    }
+    self->heard_us = monotonic_now_us();
+    self->ended = self->ended || end;
+}
+
+void connection_input_look_ahead(struct connection *self, const char *data, size_t bytes) {
+    if (!self->ctrl_c_ahead && memchr(data, CTRL_C, bytes) != NULL) {
+        self->ctrl_c_ahead = true;
+        cancel_job(self);
+    }
+}
+
+void connection_input_end_overflow(struct connection *self) {
+    self->overflowed = false;
+    self->skipping = self->dropping;
+    self->dropping = false;
+    self->dropped_lines = 0;
+}
+
+void connection_input_forget(struct connection *self, size_t bytes) {
+    INVARIANT(bytes <= self->input_bytes);
+    memmove(self->input, self->input + bytes, self->input_bytes - bytes);
+    self->input_bytes -= bytes;
+    self->refused_bytes -= bytes < self->refused_bytes ? bytes : self->refused_bytes;
+}

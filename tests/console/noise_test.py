@@ -1,0 +1,229 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The shipped client over a serial line that loses and changes bytes: every command is answered as
+over a good one or fails with one line, soon; what was carried out was asked for, and once."""
+import json
+import os
+import random
+import subprocess
+import time
+import unittest
+from urllib.parse import unquote
+
+from bad_line import BadLine
+from daemon_process import PATIENCE_S, VERGENCE, DaemonTest, Terminal, sealed
+
+CLEAN, FAINT, NOISY, LOUD = 0, 0.0001, 0.001, 0.002
+SOON_S = 60  # each of the tries has its deadline, and there are not many
+
+
+class Lines:
+    """A program at a serial line."""
+
+    def __init__(self, line):
+        self.slave, self.left = line.slave, b""
+
+    def ask(self, text):
+        """The line that it is answered with."""
+        os.write(self.slave, text.encode() + b"\n")
+        return self.line()
+
+    def line(self):
+        while b"\n" not in self.left:
+            self.left += os.read(self.slave, 4096).replace(b"\x16", b"")
+        line, self.left = self.left.split(b"\n", 1)
+        return line.decode().strip()
+
+
+class Noise(DaemonTest):
+    @classmethod
+    def setUpClass(cls):
+        cls.console = Terminal()
+        cls.addClassCleanup(cls.console.close)
+        cls.settings = (f"console={cls.console.name}",)
+        super().setUpClass()
+        cls.console.wait_prompt()
+        cls.content = random.Random(5).randbytes(30000)
+        with open(os.path.join(cls.files, "frame.bin"), "wb") as file:
+            file.write(cls.content)
+
+    def setUp(self):
+        seed = int(os.environ.get("VERGENCE_TEST_SEED", random.randrange(1 << 32)))
+        print(f"VERGENCE_TEST_SEED={seed}")
+        self.line = BadLine(self.console, seed, 0, 0)
+        self.addCleanup(self.line.close)
+        self.first = self.client()
+
+    def spoil(self, rate):
+        self.line.lost = self.line.changed = rate
+
+    def begin(self, *words, **options):
+        process = subprocess.Popen([VERGENCE, "--connect", f"serial:{self.line.name}", *words],
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                   **options)
+        self.addCleanup(process.stderr.close)
+        self.addCleanup(process.stdout.close)
+        self.addCleanup(process.kill)
+        return process
+
+    def ask(self, *words, **options):
+        """Exit code, what was answered, and what was told."""
+        begin = time.monotonic()
+        process = self.begin(*words, **options)
+        output, told = process.communicate(timeout=3 * PATIENCE_S)
+        self.assertLess(time.monotonic() - begin, SOON_S, (words, output, told))
+        return process.returncode, output, told
+
+    def check_failed(self, words, code, output, told):
+        """No connection, in one line; with --json as an answer."""
+        self.assertEqual(code, 3, (words, output, told))
+        if "--json" in words:
+            answer = json.loads(output.splitlines()[-1])
+            self.assertEqual((answer["ok"], told), (False, ""))
+        else:
+            self.assertEqual((output, told.count("\n")), ("", 1))
+
+    def recorded(self, name):
+        """The waits that a recording tells."""
+        with open(os.path.join(self.files, name, "session.index"), encoding="ascii") as file:
+            return [unquote(line.split()[1].removeprefix("text=")) for line in file
+                    if line.startswith("command text=wait")]
+
+    def test_answers_are_right(self):
+        wanted = {}
+        for words in (("version",), ("status",), ("help", "pan"), ("gain",), ("fly",)):
+            for form in ((), ("--json",)):
+                wanted[form + words] = self.ask(*form, *words)
+                over_socket = self.vergence(*form, *words)
+                self.assertEqual(wanted[form + words], (
+                    over_socket.returncode, over_socket.stdout, over_socket.stderr))
+        for rate in (NOISY, LOUD):
+            good = 0
+            self.spoil(rate)
+            for words, answer in wanted.items():
+                got = self.ask(*words)
+                if got == answer:
+                    good += 1
+                else:
+                    self.check_failed(words, *got)
+            print(f"rate {rate}: {good} of {len(wanted)} answered")
+            self.assertGreater(good, 0)
+
+    def test_what_is_carried_out_was_asked_for_and_once(self):
+        self.assertEqual(self.first.ask("bringup")[-1], "OK")
+        self.assertEqual(self.first.ask("record start noise")[-1], "OK")
+        done, asked = [], []
+        self.spoil(LOUD)
+        for i in range(12):
+            command = f"wait 0.{i + 100}"
+            words = ("--json",) * (i % 2) + tuple(command.split())
+            asked.append(command)
+            code, output, told = self.ask(*words)
+            if code == 0:
+                self.assertEqual(told, "")
+                last = output.splitlines()[-1]
+                self.assertTrue(last == "OK" or json.loads(last)["ok"], output)
+                done.append(command)
+            else:
+                self.check_failed(words, code, output, told)
+        self.spoil(CLEAN)
+        self.assertEqual(self.ask("wait", "0")[0], 0)
+        self.assertEqual(self.first.ask("record stop")[-1], "OK")
+        carried_out = self.recorded("noise")[:-1]
+        print(f"{len(done)} of {len(asked)} answered")
+        self.assertEqual(len(set(carried_out)), len(carried_out))
+        self.assertEqual(carried_out, [command for command in asked if command in carried_out])
+        self.assertEqual([command for command in done if command not in carried_out], [])
+        self.assertGreater(len(done), 0)
+
+    def test_rounds_of_a_watch(self):
+        """Those that come are right, and it is told that some are not there."""
+        for form in ((), ("--json",)):
+            one = self.ask(*form, "watch", "0.1", "status", "1")[1].removesuffix("OK\n")
+            for rate in (CLEAN, NOISY):
+                self.spoil(rate)
+                code, output, told = self.ask(*form, "watch", "0.1", "status", "20")
+                self.spoil(CLEAN)
+                lines = output.splitlines()
+                whole = code == 0
+                if form:
+                    self.assertEqual((json.loads(lines[-1])["ok"], told), (whole, ""))
+                    rounds = [json.loads(line) for line in lines[:-1]]
+                    wanted = {"event": "watch", "result": {"state": "down", "profile": "rig"}}
+                    self.assertEqual([line for line in rounds if line != wanted], [])
+                else:
+                    rounds = output.removesuffix("OK\n").split("\n\n")
+                    self.assertEqual({line.strip() for line in rounds}, {one.strip()})
+                    self.assertEqual(told.count("\n"), 0 if whole else 1)
+                if whole:
+                    self.assertEqual(len(rounds), 20 - len(form), output)
+                else:
+                    self.assertIn("rounds of the watch may be missing", output + told)
+
+    def test_a_command_that_takes_long(self):
+        """It is waited for as long as there are signs of life, and asked for once more when what
+        was lost is its end."""
+        self.first.send("wait 100000\n")
+        process = self.begin("status")
+        with self.assertRaises(subprocess.TimeoutExpired):
+            process.wait(12)  # longer than any silence is put up with
+        self.first.send("\x03")
+        self.assertEqual(self.first.answer()[-1], "ERR CANCELLED cancelled")
+        output, told = process.communicate(timeout=PATIENCE_S)
+        self.assertEqual((process.returncode, output, told),
+                         (0, "state: down\nprofile: rig\nOK\n", ""))
+
+    def test_a_line_that_falls_silent(self):
+        for form, more in (((), 0), (("--json",), 40), ((), 120)):
+            process = self.begin(*form, "wait", "100000")
+            carried = self.line.carried
+            while self.line.carried < carried + 60:
+                time.sleep(0.01)
+            self.line.limit = self.line.carried + more
+            begin = time.monotonic()
+            output, told = process.communicate(timeout=PATIENCE_S)
+            self.assertLess(time.monotonic() - begin, 20)
+            self.check_failed(form, process.returncode, output, told)
+            self.line.limit = None
+
+    def test_what_is_carried_out_over_a_sealed_line(self):
+        """As lines, whatever the client does."""
+        line = Lines(self.line)
+        # Behind what others have left: the echo and the answer to a word that is no command.
+        answer = line.ask("\x03\rlisten")
+        while not answer.startswith("ERR"):
+            answer = line.line()
+        answer = line.ask("@sealed")
+        while answer != "OK":
+            answer = line.line()  # of the prompt
+        self.assertEqual(line.ask("wait 0")[:7], "ERR CRC")
+        self.assertEqual(line.ask("@json wait 0")[:7], '{"resul')
+        self.assertEqual(line.ask(sealed("wait 0", "text"))[:4], "OK #")
+        self.assertEqual(line.ask(sealed("wait 0", "text,once"))[:10], "ERR SYNTAX")
+        self.assertEqual(line.ask(sealed("wait 0", "text,id=4"))[:6], "OK #4,")
+        # The same again is another question, but with "once".
+        self.assertEqual(self.first.ask("bringup")[-1], "OK")
+        self.assertEqual(self.first.ask("record start sealed")[-1], "OK")
+        for words in ("text,id=5", "text,id=6,once", "json,id=7,once"):
+            answers = {line.ask(sealed("wait 0.5", words)) for _ in range(3)}
+            self.assertEqual(len(answers), 1, answers)
+        damaged = sealed("wait 0.6", "text,id=8,once").replace("0.6", "0.7")
+        self.assertEqual(line.ask(damaged)[:7], "ERR CRC")
+        self.assertEqual(line.ask(sealed("wait 0.6", "text,id=8,once"))[:6], "OK #8,")
+        self.assertEqual(self.first.ask("record stop")[-1], "OK")
+        self.assertEqual(self.recorded("sealed"), ["wait 0.5"] * 5 + ["wait 0.6"])
+        self.assertEqual(line.ask("@terminal"), "OK")
+
+    def test_files(self):
+        self.spoil(FAINT)
+        there = os.path.join(self.folder, "noisy")
+        for _ in range(20):
+            code, output, told = self.ask("fetch", "frame.bin", there)
+            if code == 0:
+                break
+            self.check_failed(("fetch",), code, output, told)
+        with open(there, "rb") as file:
+            self.assertEqual(file.read(), self.content)
+
+
+if __name__ == "__main__":
+    unittest.main()
