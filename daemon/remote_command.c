@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/client.h"
+#include "daemon/monotonic.h"
 #include "daemon/options.h"
 #include "daemon/remote.h"
 #include "daemon/remote_script.h"
@@ -32,7 +33,7 @@ static const struct option options[] = {
     {.name = "json",
      .kind = OPTION_FLAG,
      .offset = offsetof(struct arguments, json),
-     .help = "Answers in JSON, one object a line, for programs."},
+     .help = "Answers in JSON, one object a line, for programs; also what fails here."},
     {.name = "keep-going",
      .kind = OPTION_FLAG,
      .offset = offsetof(struct arguments, keep_going),
@@ -98,18 +99,19 @@ static void show(struct remote *self, void *cookie, const char *text) {
     }
 }
 
-static int fail(const struct message *message, int code) {
-    fprintf(stderr, "vergence: %s\n", message->text);
+/// What the instrument did not answer: programs count answers, and get one.
+static int fail(struct remote *self, int error, const struct message *message, int code) {
+    if (self->json) {
+        remote_show_error(self, show, NULL, error, message->text);
+    } else {
+        fprintf(stderr, "vergence: %s\n", message->text);
+    }
     return code;
 }
 
-/// A line that the instrument never sees: programs count answers.
+/// A line that the instrument never sees.
 static int refuse(struct remote *self, const struct message *message) {
-    if (!self->json) {
-        return fail(message, REMOTE_EXIT_ERR);
-    }
-    remote_show_error(self, show, NULL, ERROR_SYNTAX, message->text);
-    return REMOTE_EXIT_ERR;
+    return fail(self, ERROR_SYNTAX, message, REMOTE_EXIT_ERR);
 }
 
 /// The exit code of what was interrupted; where nobody reads the output, the client's end says so.
@@ -144,13 +146,16 @@ static int run_line(struct remote *self, const char *line) {
         const int code = self->interrupted ? interrupted_code()
                          : broken          ? REMOTE_EXIT_LINE
                                            : REMOTE_EXIT_ERR;
-        return error == 0 ? CLIENT_OK : self->json ? code : fail(&message, code);
+        // As JSON it has been shown.
+        return error == 0 ? CLIENT_OK : self->json ? code : fail(self, error, &message, code);
     }
     const int result = remote_ask(self, line, show, NULL, &message);
     if (result < 0) {
-        return fail(&message, result == ERROR_CRC         ? REMOTE_EXIT_ERR
-                              : result == ERROR_CANCELLED ? interrupted_code()
-                                                          : REMOTE_EXIT_LINE);
+        const bool own = result == ERROR_CRC || result == ERROR_SYNTAX || result == ERROR_MEMORY;
+        return fail(self, result, &message,
+                    result == ERROR_CANCELLED ? interrupted_code()
+                    : own                     ? REMOTE_EXIT_ERR
+                                              : REMOTE_EXIT_LINE);
     }
     return result == 0 ? CLIENT_OK : self->interrupted ? interrupted_code() : REMOTE_EXIT_ERR;
 }
@@ -222,15 +227,18 @@ int remote_main(int argc, char **argv) {
     if (code != OPTIONS_CONTINUE) {
         return code;
     }
+    // Answers to another program may still come: its numbers were others.
+    const int32_t id = (int32_t)(monotonic_now_us() % REMOTE_IDS);
+    struct remote remote = {.json = arguments.json, .id = id, .extra_fd = -1};
     if (!join(argv + first, count, line, sizeof line)) {
         message_set(&message, 0, "the command is longer than %d characters", COMMAND_LINE_MAX);
-        return fail(&message, CLIENT_USAGE);
+        return fail(&remote, ERROR_SYNTAX, &message, CLIENT_USAGE);
     }
-    struct remote remote = {.json = arguments.json, .extra_fd = -1};
     int result = CLIENT_OK;
     const int error = remote_line_open(&remote.line, arguments.connect, &message);
     if (error != 0) {
-        result = fail(&message, error == ERROR_ARGUMENT ? CLIENT_USAGE : REMOTE_EXIT_LINE);
+        result = fail(&remote, error, &message,
+                      error == ERROR_ARGUMENT ? CLIENT_USAGE : REMOTE_EXIT_LINE);
     } else if (count == 0 && isatty(STDIN_FILENO) != 0 && !arguments.json) {
         result = remote_terminal(&remote);
     } else {

@@ -4,6 +4,7 @@ import json
 import os
 import random
 import shutil
+import socket
 import stat
 import subprocess
 import time
@@ -85,6 +86,51 @@ class Remote(DaemonTest):
             self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1),
                              done.stderr)
             self.assertIn(why, done.stderr)
+
+    def test_what_fails_is_json_too(self):
+        """Whatever a program meets, it gets one object on standard output, and no text elsewhere."""
+        nowhere = "unix:/no/such"
+        for where, words, code, error in (
+                (nowhere, ["version"], 3, "IO"),
+                (nowhere, ["fetch", "x"], 3, "IO"),
+                ("tcp:127.0.0.1:1", ["version"], 3, "IO"),
+                ("serial:/dev/null", ["version"], 3, None),
+                ("serial:/no/such", ["version"], 3, None),
+                ("carrier:pigeon", ["version"], 2, "ARGUMENT"),
+                ("tcp:127.0.0.1:0", ["version"], 2, "ARGUMENT"),
+                (None, ["help", 600 * "x"], 2, "SYNTAX"),
+                (None, ["help", '"x'], 1, "ARGUMENT"),
+                (None, ['"x'], 1, "SYNTAX"),
+                (None, ["@text", "version"], 1, "SYNTAX")):
+            done = self.vergence("--json", *words, where=where)
+            self.assertEqual((done.returncode, done.stderr), (code, ""), (where, words))
+            answer = json.loads(done.stdout)
+            self.assertEqual((answer["ok"], answer["result"]), (False, {}))
+            self.assertLess(answer["code"], 0)
+            self.assertNotEqual(answer["message"], "")
+            self.assertIn(answer["error"], (error or answer["error"],))
+
+    def test_a_connection_that_breaks(self):
+        path = self.path_of("breaks.sock")
+        for said in (b"", b'{"result": {', b"what?\n", b"\xff\x00\n", b'{"ok": tr'):
+            for words in (["version"], ["--json", "version"], ["--json", "fetch", "x"]):
+                with socket.socket(socket.AF_UNIX) as server:
+                    server.bind(path)
+                    server.listen()
+                    process = subprocess.Popen(
+                        [VERGENCE, "--connect", f"unix:{path}", *words], stdout=subprocess.PIPE,
+                        stderr=subprocess.PIPE)
+                    with server.accept()[0] as peer:
+                        peer.recv(1)
+                        peer.sendall(said)
+                        peer.shutdown(socket.SHUT_WR)
+                        output, told = process.communicate(timeout=PATIENCE_S)
+                os.remove(path)
+                self.assertEqual(process.returncode, 3, (said, words, output, told))
+                if "--json" in words:
+                    self.assertEqual((json.loads(output)["ok"], told), (False, b""))
+                else:
+                    self.assertEqual(told.count(b"\n"), 1)
 
     def test_a_name_of_any_characters(self):
         names = ('q"x', "a\\b", 'two "words"', "c\\\"d", "#e")
