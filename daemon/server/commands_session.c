@@ -111,17 +111,13 @@ static void look_for_name(void *cookie) {
 /// to be put into it.
 static int check_name(const struct command_call *call, const struct command_value *name) {
     struct beginning beginning = {.call = call, .name = name};
-    const struct surroundings *around = surroundings_of(call);
-    if (around->files_fd < 0) {
-        return surroundings_refuse(call, ERROR_UNSUPPORTED,
-                                   "there is no place for it: the setting \"files\" is none");
+    int error = files_need_directory(call);
+    if (error != 0 || !is_name(name)) {
+        return error;
     }
-    if (!is_name(name)) {
-        return 0;
-    }
-    const int error = files_check_new(call, name->text);
+    error = files_check_new(call, name->text);
     if (error == 0) {
-        scribe_do(around->scribe, look_for_name, &beginning);
+        scribe_do(surroundings_of(call)->scribe, look_for_name, &beginning);
     }
     return error != 0 ? error : beginning.error;
 }

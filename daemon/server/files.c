@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/file_error.h"
+#include "daemon/server/config.h"
 #include "daemon/server/surroundings.h"
 #include "daemon/sync_directory.h"
 #include "daemon/write_all.h"
@@ -48,11 +49,20 @@ static int open_below(int root, const char *name, int flags) {
 }
 
 int files_need_directory(const struct command_call *call) {
-    if (surroundings_of(call)->files_fd >= 0) {
+    const struct surroundings *around = surroundings_of(call);
+    struct stat about;
+    if (around->files_fd < 0) {
+        return surroundings_refuse(call, ERROR_UNSUPPORTED,
+                                   "there is no place for files: the setting \"files\" is none");
+    }
+    if (fstat(around->files_fd, &about) == 0 && about.st_nlink > 0) {
         return 0;
     }
-    return surroundings_refuse(call, ERROR_UNSUPPORTED,
-                               "there are no files: the setting \"files\" is none");
+    // One of the same name is another one.
+    return surroundings_refuse(call, ERROR_DEVICE,
+                               "the directory of files, %s, was taken away while the daemon runs: "
+                               "start it again, which makes a new one",
+                               around->config->files);
 }
 
 int files_check_plain(const struct command_call *call, const char *name) {

@@ -37,8 +37,8 @@ void files_candidates_file(const struct command_candidates *to);
 void files_candidates_directory(const struct command_candidates *to);
 void files_candidates_session(const struct command_candidates *to);
 
-/// ERROR_UNSUPPORTED when there is no place for files. Else 0, and `files_fd` of the call's
-/// surroundings is one.
+/// ERROR_UNSUPPORTED when there is no place for files, ERROR_DEVICE when somebody has taken it
+/// away. Else 0, and `files_fd` of the call's surroundings is one.
 int files_need_directory(const struct command_call *call);
 
 /// Refuses what is no plain name of a file or a session: one with / or that begins with a dot.

@@ -97,6 +97,26 @@ class Recording(DaemonTest):
         told = self.first.ask_json("registers bridge")["result"]
         self.assertEqual(len(told), len([of for of, _ in found if of == "FPGA bridge"]))
 
+    def test_a_directory_of_files_that_is_taken_away(self):
+        """It is told, also in the log, until the daemon is started again."""
+        for command in LEAD:
+            self.assertEqual(self.first.ask(command)[-1], "OK", command)
+        shutil.rmtree(self.files)
+        os.mkdir(self.files)
+        for command in ("capture z", "capture", "record start z", "files", "bugreport",
+                        "reconstruct z"):
+            self.assertEqual(self.first.ask(command)[-1],
+                             f"ERR DEVICE the directory of files, {self.files}, was taken away "
+                             "while the daemon runs: start it again, which makes a new one",
+                             command)
+        self.assertIn("error: capture: ERR DEVICE the directory of files",
+                      "\n".join(self.first.ask("log")))
+        self.assertEqual(os.listdir(self.files), [])
+        self.end(self.daemon)
+        self.restart()
+        for command in (*LEAD, "capture z"):
+            self.assertEqual(self.first.ask(command)[-1], "OK", command)
+
     def test_killed_at_any_moment(self):
         for round_ in range(2):
             name = f"killed{round_}"
