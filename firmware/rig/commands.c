@@ -47,7 +47,8 @@ int commands_not_ready(const struct command_call *call, const char *name) {
         return ERROR_NOT_READY;
     }
     command_text_add(&sentence, ": the instrument is in its safe state");
-    if (rig->trouble.error != 0) {
+    // A cancelled command left it so without a word: it was somebody's wish.
+    if (rig->trouble.error != 0 && rig->trouble.text[0] != '\0') {
         command_text_add(&sentence, " (");
         command_text_add(&sentence, rig->trouble.text);
         command_text_add(&sentence, ")");

@@ -118,6 +118,18 @@ class Rig(RigTest):
         self.assertTrue(self.first.ask_json("bringup")["ok"])
         self.assertAlmostEqual(self.asked("zoom left 400")["left"]["position"], 400, delta=6)
 
+    def test_what_is_refused_after_a_cancelled_bringup(self):
+        self.addCleanup(self.asked, "bringup")
+        for patience_s in (0.02, 0.05, 0.1, 0.2, 0.4):
+            self.first.send("bringup\n")
+            time.sleep(patience_s)
+            self.first.send("\x03")
+            self.first.answer()
+            if self.asked("status")["state"] == "safe":
+                break  # else it had not begun yet, or had ended
+        self.assertEqual(self.first.ask("zoom both 500")[-1],
+                         "ERR NOT_READY zoom: the instrument is in its safe state; \"bringup\" again")
+
     def frames_of(self, session):
         """The files of a session's frames, whose names are the CRC of what is in them."""
         pattern = os.path.join(self.files, session, "frame-*")
