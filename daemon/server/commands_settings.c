@@ -116,7 +116,9 @@ static int load(const struct command_call *call, struct kept_settings *kept) {
         INVARIANT(errand.length <= sizeof errand.text);
         error = kept_settings_parse(errand.text, errand.length, kept, &why);
     }
-    if (error == ERROR_CRC || error == ERROR_BUFFER || error == ERROR_SYNTAX) {
+    // Longer than any that was saved.
+    error = error == ERROR_BUFFER ? ERROR_CRC : error;
+    if (error == ERROR_CRC || error == ERROR_SYNTAX) {
         return surroundings_refuse(call, error,
                                    "settings: what the store %s keeps is damaged and is not used: "
                                    "%s; \"settings forget\", or \"settings save\" anew",

@@ -219,7 +219,8 @@ class Cameras(CameraTest):
         self.ok(client, "bringup", "exposure 7000", "settings save", "exposure 3000")
         with open(self.record(), "rb") as file:
             good = file.read()
-        for bad in (good[:-1], good + b"x", good.replace(b"7000", b"7001"), b"", b"\0" * 5000):
+        for bad in (good[:-1], good + b"x", good.replace(b"7000", b"7001"), b"", b"\0" * 5000,
+                    b"x" * 60000):
             with open(self.record(), "wb") as file:
                 file.write(bad)
             for command in ("settings", "settings restore"):
