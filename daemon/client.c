@@ -153,5 +153,6 @@ int client_main(int argc, char **argv, const struct client_command *commands, in
     }
     // A reader that goes away (head, less) must not stop a command half way through its files.
     signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN);  // a limit of size is a full disk, and told like one
     return client_finish_output("vergence", dispatch(argc, argv, commands, command_count));
 }

@@ -14,6 +14,7 @@
 #include "core/invariant.h"
 #include "daemon/base64.h"
 #include "daemon/remote.h"
+#include "daemon/write_all.h"
 
 enum {
     BLOCK_SERIAL = 1536,
@@ -100,7 +101,8 @@ static int fetch_block(struct fetch *self, uint64_t offset, size_t *got, struct 
                            self->name);
     }
     INVARIANT((size_t)bytes <= sizeof self->data);
-    if (pwrite(self->fd, self->data, (size_t)bytes, (off_t)offset) != bytes) {
+    if (lseek(self->fd, (off_t)offset, SEEK_SET) < 0 ||
+        !write_all(self->fd, self->data, (size_t)bytes)) {
         return message_set(message, ERROR_IO, "%s: %s", self->part, strerror(errno));
     }
     *got = (size_t)bytes;
@@ -137,6 +139,13 @@ static bool is_right(struct fetch *self) {
     return at == self->size && crc == self->crc;
 }
 
+/// Leaves the first `bytes` of what is there.
+static int cut(struct fetch *self, uint64_t bytes, struct message *message) {
+    return ftruncate(self->fd, (off_t)bytes) == 0
+               ? 0
+               : message_set(message, ERROR_IO, "%s: %s", self->part, strerror(errno));
+}
+
 /// Goes on with what an earlier try has left; from the beginning when that belongs to another file.
 static int fetch_into_part(struct fetch *self, struct message *message) {
     struct stat about;
@@ -144,12 +153,11 @@ static int fetch_into_part(struct fetch *self, struct message *message) {
     if (fstat(self->fd, &about) == 0 && (uint64_t)about.st_size <= self->size) {
         have = (uint64_t)about.st_size;
     }
-    if (ftruncate(self->fd, (off_t)have) != 0) {
-        return message_set(message, ERROR_IO, "%s: %s", self->part, strerror(errno));
-    }
-    int error = fetch_rest(self, have, message);
+    int error = cut(self, have, message);
+    error = error != 0 ? error : fetch_rest(self, have, message);
     if (error == 0 && have > 0 && !is_right(self)) {
-        error = ftruncate(self->fd, 0) == 0 ? fetch_rest(self, 0, message) : ERROR_IO;
+        error = cut(self, 0, message);
+        error = error != 0 ? error : fetch_rest(self, 0, message);
     }
     if (error == 0 && !is_right(self)) {
         return message_set(message, ERROR_CRC, "%s: has changed while it was fetched: try again",

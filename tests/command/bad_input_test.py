@@ -3,7 +3,6 @@
 import os
 import resource
 import shutil
-import signal
 import subprocess
 import unittest
 import zlib
@@ -359,7 +358,6 @@ class Output(UnprivilegedWorkshop):
     def limited(megabytes):
         """A write beyond this size of a file fails, as on a full disk, with another errno."""
         def limit():
-            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
             resource.setrlimit(resource.RLIMIT_FSIZE, (int(megabytes * 2 ** 20),) * 2)
         return limit
 

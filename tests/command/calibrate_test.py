@@ -140,7 +140,6 @@ class Output(Workshop):
         self.good()
 
         def limit():
-            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
             resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))
         self.assert_refused(self.run_on(preexec_fn=limit), 1, "File too large", f"{self.out}/")
         self.assert_refused(self.run_on(out=self.pictures / "left01.png" / "x"), 1, "directory")

@@ -3,6 +3,7 @@
 import json
 import os
 import random
+import resource
 import shutil
 import socket
 import stat
@@ -225,6 +226,32 @@ class Remote(DaemonTest):
         for path in (pipe, other + ".part"):
             self.assertTrue(stat.S_ISFIFO(os.lstat(path).st_mode))
         self.assertFalse(os.path.exists(pipe + ".part"))
+
+    def test_a_disk_that_takes_no_more_is_told_and_what_it_took_is_kept(self):
+        def limit():
+            resource.setrlimit(resource.RLIMIT_FSIZE, (60000, 60000))
+
+        os.mkdir(self.path_of("full"))
+        file, folder = self.path_of("full/frame.bin"), self.path_of("full/session")
+        for name, there, part in (("session/frame.bin", file, file),
+                                  ("session", folder, f"{folder}/frame.bin")):
+            # The first try meets the end within a block, the others before their first byte.
+            for words in ((), (), ("--json",)):
+                done = self.vergence(*words, "fetch", name, there, preexec_fn=limit)
+                why = f"{part}.part: File too large"
+                self.assertEqual(done.returncode, 1, (words, done))
+                if words:
+                    answer = json.loads(done.stdout)
+                    self.assertEqual((answer["ok"], answer["error"], answer["message"]),
+                                     (False, "IO", why))
+                    self.assertEqual(done.stderr, "")
+                else:
+                    self.assertEqual((done.stdout, done.stderr), ("", f"vergence: {why}\n"))
+                self.assertEqual(os.path.getsize(part + ".part"), 60000)
+            done = self.vergence("fetch", name, there)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            with open(part, "rb") as whole:
+                self.assertEqual(whole.read(), self.content)
 
     def test_fetch_a_directory(self):
         there, here = os.path.join(self.files, "c1"), self.path_of("c1")
