@@ -8,7 +8,7 @@ import zlib
 
 from files import make_directory, write_whole
 from result import TOLERANCES, Result, crc_text
-from session import Unusable
+from session import Unusable, read_regular
 
 FOLDER, REFERENCE, OPTIONS = "regress", "reference.json", "options.json"
 PACKED = re.compile(r"pair(-[0-9]+)?-[0-9a-f]{8}\.npz")  # the only files that are removed again
@@ -24,9 +24,7 @@ class Damaged(Unusable):
 
 def read_json(path):
     try:
-        value = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise Unusable(f"{path}: cannot be read ({error.strerror})") from error
+        value = json.loads(read_regular(path).decode("utf-8"))
     except (ValueError, RecursionError) as error:
         raise Damaged(f"{path}: is no JSON ({error})") from error
     if not isinstance(value, dict):
@@ -99,10 +97,7 @@ def load(folder):
     results = []
     for entry in reference["pairs"]:
         file = path.parent / entry["file"]
-        try:
-            data = file.read_bytes()
-        except OSError as error:
-            raise Unusable(f"{file}: cannot be read ({error.strerror})") from error
+        data = read_regular(file)
         if crc_text(data) != entry["crc32"]:
             raise Unusable(f"{file}: is damaged (its CRC-32 is another)")
         results.append(Result.of_packed(data, entry["figures"]))

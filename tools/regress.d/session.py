@@ -16,6 +16,23 @@ class Unusable(Exception):
     """A directory or file that cannot be used; the text names it."""
 
 
+def at_once(path, flags):
+    return os.open(path, flags | os.O_NONBLOCK | os.O_NOCTTY)
+
+
+def read_regular(path):
+    """All bytes of a file. What is none, such as a pipe, is refused and not waited for."""
+    try:
+        with open(path, "rb", opener=at_once) as file:
+            if stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                return file.read()
+    except IsADirectoryError:
+        pass
+    except OSError as error:
+        raise Unusable(f"{path}: cannot be read ({error.strerror})") from error
+    raise Unusable(f"{path}: is no regular file")
+
+
 class Pair:
     def __init__(self, name, left, right, arguments):
         self.name, self.left, self.right, self.arguments = name, left, right, arguments
@@ -44,11 +61,7 @@ class Event(dict):
 
 def events_of(path):
     """The index's lines; a last one that is not whole counts as none."""
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise Unusable(f"{path}: cannot be read ({error.strerror})") from error
-    crc, lines = 0, data.split(b"\n")
+    crc, lines = 0, read_regular(path).split(b"\n")
     for number, line in enumerate(lines[:-1], 1):
         body, told = line[:-CRC_DIGITS - 1], line[-CRC_DIGITS - 1:]
         if told != b" %08x" % zlib.crc32(body, crc):
@@ -67,11 +80,7 @@ def checked(folder, event, key, name):
     CRC-32 these must be."""
     digits = event.digits(key)
     path = folder / name.replace("*", digits)
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise Unusable(f"{path}: cannot be read ({error.strerror})") from error
-    if "%08x" % zlib.crc32(data) != digits:
+    if "%08x" % zlib.crc32(read_regular(path)) != digits:
         raise Unusable(f"{path}: is not what was recorded")
     return path
 
@@ -96,17 +105,23 @@ def pairs_of_session(folder):
             yield Pair(f"pair {number}", *frames, ["--calibration", calibration, "--bayer", bayer])
 
 
+def need_regular(path):
+    if not path.is_file():
+        raise Unusable(f"{path}: is no regular file")
+    return path
+
+
 def pair_of_folder(folder):
     def only(stem):
-        found = [folder / (stem + end) for end in IMAGES if (folder / (stem + end)).is_file()]
+        found = [folder / (stem + end) for end in IMAGES if (folder / (stem + end)).exists()]
         if len(found) != 1:
             raise Unusable(f"{folder}: holds neither a session ({INDEX}) nor exactly one {stem} "
                            "image")
-        return found[0]
+        return need_regular(found[0])
     left, right = only("left"), only("right")
     for name in CALIBRATIONS:
-        if (folder / name).is_file():
-            return Pair("pair", left, right, ["--calibration", folder / name])
+        if (folder / name).exists():
+            return Pair("pair", left, right, ["--calibration", need_regular(folder / name)])
     raise Unusable(f"{folder}: holds no calibration ({', '.join(CALIBRATIONS)})")
 
 
