@@ -148,13 +148,14 @@ class Regress(Recorded):
         self.assertEqual(len(list((self.folder / "regress").glob("*.npz"))), 1)
 
     def test_what_is_no_directory_is_refused(self):
-        nowhere, file = self.directory / "nosuch", self.folder / "calibration.txt"
-        for options in ((), ("--accept", "first")):
-            for path, sentence in ((nowhere, "there is no such directory"),
-                                   (file, "is no directory")):
+        for path, sentence in ((self.directory / "nosuch", "there is no such directory"),
+                               (self.folder / "calibration.txt", "is no directory")):
+            why = f"{path}: {sentence}"
+            told = [{"directory": str(path), "error": why}]
+            for options in ((), ("--accept", "first"), ("--json",), ("--json", "--accept", "x")):
                 done = regress(*options, path)
-                self.assertEqual((done.returncode, done.stdout, done.stderr),
-                                 (3, "", f"tools/regress: {path}: {sentence}\n"))
+                self.assertEqual((done.returncode, done.stderr), (3, f"tools/regress: {why}\n"))
+                self.assertEqual(json.loads(done.stdout or "[]"), told * ("--json" in options))
 
     def test_what_is_no_file_is_not_waited_for(self):
         self.accept()
