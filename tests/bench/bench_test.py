@@ -245,10 +245,15 @@ class Scaling(Bench):
 class Wrapper(unittest.TestCase):
     def test_usage(self):
         tool = os.path.join(ROOT, "tools", "bench")
-        for words in ((), ("nonsense",)):
+        for words, why in (((), "it is not said what to measure"),
+                           (("nonsense",), "there is nothing to measure called nonsense"),
+                           (("--nonsense",), "unknown option --nonsense"),
+                           (("--version", "stereo"), "unknown option --version"),
+                           (("stereo", "--rounds"), "--rounds wants a value"),
+                           (("scaling", "--plot"), "--plot wants a file")):
             done = run(tool, *words)
-            self.assertEqual((done.returncode, done.stdout), (2, ""))
-            self.assertIn("usage: tools/bench stereo", done.stderr)
+            self.assertEqual((done.returncode, done.stdout, done.stderr),
+                             (2, "", f"tools/bench: {why}; see tools/bench --help\n"))
         for words in (("--help",), ("stereo", "--help"), ("scaling", "-h")):
             done = run(tool, *words)
             self.assertEqual((done.returncode, done.stderr), (0, ""))
