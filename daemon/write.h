@@ -3,6 +3,8 @@
 #ifndef VERGENCE_DAEMON_WRITE_H
 #define VERGENCE_DAEMON_WRITE_H
 
+#include <stdio.h>
+
 #include "daemon/reconstruct_context.h"
 
 #ifdef __cplusplus
@@ -29,6 +31,10 @@ int write_reasons(const struct reconstruct_context *context, const char *path,
 /// result.json: all figures.
 int write_result(const struct reconstruct_context *context, const char *path,
                  struct message *message);
+
+/// What a result was made of, as comment lines that begin with `mark`: build, calibration, and the
+/// capture of a session's pair. The stream's error indicator says whether all was written.
+void write_stamps(const struct reconstruct_context *context, const char *mark, FILE *stream);
 
 #ifdef __cplusplus
 }

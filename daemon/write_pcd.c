@@ -6,19 +6,6 @@
 
 enum { POINT_BYTES = 5 * 4 };
 
-/// What the library reads over.
-static void put_stamps(const struct reconstruct_context *context, FILE *stream) {
-    fputs("# .PCD v0.7 - Point Cloud Data file format\n", stream);
-    fprintf(stream, "# vergence %s build %s\n", context->version, context->build_id);
-    fprintf(stream, "# calibration %s crc %08" PRIx32 "\n", context->calibration->id,
-            context->result->calibration_crc);
-    for (int line = 0; context->capture.session != NULL && line < CAPTURE_STAMP_LINES; line++) {
-        char text[CAPTURE_STAMP_BYTES];
-        capture_stamp_line(&context->capture, line, text);
-        fprintf(stream, "# %s%s\n", line == 0 ? "capture " : "", text);
-    }
-}
-
 int write_pcd(const struct reconstruct_context *context, const char *path,
               struct message *message) {
     const struct reconstruct_result *result = context->result;
@@ -26,7 +13,8 @@ int write_pcd(const struct reconstruct_context *context, const char *path,
     struct output_file file;
     output_file_open(&file, path);
     if (file.stream != NULL) {
-        put_stamps(context, file.stream);
+        fputs("# .PCD v0.7 - Point Cloud Data file format\n", file.stream);
+        write_stamps(context, "#", file.stream);
         fprintf(file.stream,
                 "VERSION 0.7\n"
                 "FIELDS x y z rgb sigma\nSIZE 4 4 4 4 4\nTYPE F F F F F\nCOUNT 1 1 1 1 1\n"

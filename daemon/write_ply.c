@@ -10,14 +10,7 @@ enum { VERTEX_BYTES = 6 * 4 + 3 + 2 * 4, FACE_BYTES = 1 + 3 * 4 };
 static void put_header(const struct reconstruct_context *context, FILE *stream) {
     const struct reconstruct_result *result = context->result;
     fputs("ply\nformat binary_little_endian 1.0\n", stream);
-    fprintf(stream, "comment vergence %s build %s\n", context->version, context->build_id);
-    fprintf(stream, "comment calibration %s crc %08" PRIx32 "\n", context->calibration->id,
-            result->calibration_crc);
-    for (int line = 0; context->capture.session != NULL && line < CAPTURE_STAMP_LINES; line++) {
-        char text[CAPTURE_STAMP_BYTES];
-        capture_stamp_line(&context->capture, line, text);
-        fprintf(stream, "comment %s%s\n", line == 0 ? "capture " : "", text);
-    }
+    write_stamps(context, "comment", stream);
     fprintf(stream, "comment left camera frame: x right, y down, z forward; %s\n",
             context->metric ? "millimetres" : "assumed geometry, lengths mean nothing");
     fprintf(stream, "element vertex %" PRIu32 "\n", result->vertex_count);

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <inttypes.h>
+#include <stdio.h>
+
+#include "daemon/write.h"
+
+void write_stamps(const struct reconstruct_context *context, const char *mark, FILE *stream) {
+    fprintf(stream, "%s vergence %s build %s\n", mark, context->version, context->build_id);
+    fprintf(stream, "%s calibration %s crc %08" PRIx32 "\n", mark, context->calibration->id,
+            context->result->calibration_crc);
+    for (int line = 0; context->capture.session != NULL && line < CAPTURE_STAMP_LINES; line++) {
+        char text[CAPTURE_STAMP_BYTES];
+        capture_stamp_line(&context->capture, line, text);
+        fprintf(stream, "%s %s%s\n", mark, line == 0 ? "capture " : "", text);
+    }
+}
