@@ -41,6 +41,17 @@ static bool is_served(const struct sockaddr_un *address) {
     return served;
 }
 
+/// What is there already and is no socket is somebody's, and stays.
+static bool is_no_socket(const char *path, struct message *message) {
+    struct stat there;
+    if (lstat(path, &there) != 0 || S_ISSOCK(there.st_mode)) {
+        return false;
+    }
+    (void)message_set(message, ERROR_ARGUMENT,
+                      "%s: is there and is no socket; give another path, or remove it", path);
+    return true;
+}
+
 int listener_unix(const char *path, int *listener, struct message *message) {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     if (strlen(path) >= LISTENER_PATH_BYTES) {
@@ -48,19 +59,17 @@ int listener_unix(const char *path, int *listener, struct message *message) {
                            path, LISTENER_PATH_BYTES - 1);
     }
     memcpy(address.sun_path, path, strlen(path) + 1);
-    struct stat there;
-    if (lstat(path, &there) == 0) {
-        if (!S_ISSOCK(there.st_mode)) {
-            return message_set(message, ERROR_ARGUMENT,
-                               "%s: is there and is no socket; give another path, or remove it",
-                               path);
-        }
-        if (is_served(&address)) {
-            return message_set(message, ERROR_BUSY, "%s: another vergenced listens there", path);
-        }
+    if (is_no_socket(path, message)) {
+        return ERROR_ARGUMENT;
+    }
+    if (is_served(&address)) {
+        return message_set(message, ERROR_BUSY, "%s: another vergenced listens there", path);
     }
     // It gets its name when it listens: who sees the name can connect.
     memcpy(address.sun_path + strlen(path), LISTENER_BESIDE, sizeof LISTENER_BESIDE);
+    if (is_no_socket(address.sun_path, message)) {
+        return ERROR_ARGUMENT;
+    }
     unlink(address.sun_path);
     const int fd = socket(AF_UNIX, SOCKET_FLAGS, 0);
     // Nobody else may come in between bind and chmod.

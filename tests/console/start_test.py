@@ -104,13 +104,15 @@ class NoSocket(unittest.TestCase):
         return done.stderr
 
     def test_what_is_there_and_is_no_socket(self):
-        path = os.path.join(self.folder, "regular")
-        with open(path, "w", encoding="ascii") as file:
-            file.write("x")
-        self.assertEqual(self.refused(f"socket={path}"), f"vergenced: socket = {path}: is there "
-                         "and is no socket; give another path, or remove it\n")
-        with open(path, encoding="ascii") as file:
-            self.assertEqual(file.read(), "x")
+        for name in ("regular", "s.new"):
+            path = os.path.join(self.folder, name)
+            with open(path, "w", encoding="ascii") as file:
+                file.write("x")
+            where = path.removesuffix(".new")
+            self.assertEqual(self.refused(f"socket={where}"), f"vergenced: socket = {path}: is "
+                             "there and is no socket; give another path, or remove it\n")
+            with open(path, encoding="ascii") as file:
+                self.assertEqual(file.read(), "x")
 
     def test_a_path_too_long(self):
         path = os.path.join(self.folder, 150 * "x")

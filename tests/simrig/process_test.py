@@ -2,14 +2,16 @@
 """The real process, spoken to over its socket: buses, lines, frames, bytes, time."""
 import os
 import select
+import socket
 import struct
+import subprocess
 import time
 import unittest
 
 from simrig_client import (BOARD, BRIDGE, CONTROLLER, DEADLINE, LEFT, NACK_ADDRESS, NO_FRAME_ARMED,
                            NOT_ALLOWED, OK, RIGHT, Bench, FRAME_CANCEL, FRAME_WAIT, GPIO_SET,
-                           SERIAL_READ, SERIAL_WRITE, TRUTH, WAKE_FRAME, WAKE_GPIO, WAKE_SERIAL,
-                           Refused)
+                           SERIAL_READ, SERIAL_WRITE, SIMRIG, TRUTH, WAKE_FRAME, WAKE_GPIO,
+                           WAKE_SERIAL, Refused, wait_until)
 
 
 class VirtualTime(Bench):
@@ -279,6 +281,22 @@ class Tcp(Bench):
         self.assertRegex(running.where, r"^tcp:127\.0\.0\.1:\d+$")
         self.assertEqual(running.client().advance(1000)[1], 0)
         self.assertEqual(running.stop(), 0)
+
+
+class SlowMachine(Bench):
+    def test_who_sees_the_socket_can_connect(self):
+        path = self.folder / "s.sock"
+        environment = {**os.environ, "LD_PRELOAD": os.environ["SLOW_LISTEN_LIBRARY"],
+                       "ASAN_OPTIONS": "verify_asan_link_order=0"}
+        process = subprocess.Popen(
+            [SIMRIG, "--scene", self.scene, "--listen", f"unix:{path}"],
+            stdout=subprocess.DEVNULL, env=environment)
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        wait_until(path.exists)
+        with socket.socket(socket.AF_UNIX) as client:
+            client.connect(str(path))
+        self.assertEqual([name for name in os.listdir(self.folder) if "sock" in name], ["s.sock"])
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <stdexcept>
 
@@ -19,8 +20,23 @@ namespace {
 
 constexpr int kWaiting = 64;  // who waits to be let in
 
+// A socket gets its name when it listens; until then this stands behind the name.
+const std::string kBeside = ".new";
+
 std::string because(const std::string &what) {
     return what + ": " + std::strerror(errno);
+}
+
+// What is there and is no socket is somebody's, and stays.
+bool is_socket(const std::string &path) {
+    struct stat found {};
+    if (lstat(path.c_str(), &found) != 0) {
+        return false;
+    }
+    if (!S_ISSOCK(found.st_mode)) {
+        throw std::runtime_error(path + " is there already and is not a socket");
+    }
+    return true;
 }
 
 }  // namespace
@@ -32,9 +48,6 @@ Listener::Listener(const std::string &where) {
         listen_tcp(where.substr(4));
     } else {
         throw std::runtime_error("'" + where + "' is neither unix:PATH nor tcp:PORT");
-    }
-    if (listen(socket_, kWaiting) != 0) {
-        throw std::runtime_error(because("cannot listen on " + where));
     }
 }
 
@@ -51,9 +64,9 @@ Listener::~Listener() {
 void Listener::listen_unix(const std::string &path) {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
-    if (path.empty() || path.size() >= sizeof address.sun_path) {
-        throw std::runtime_error("the path of a socket has 1 to " +
-                                 std::to_string(sizeof address.sun_path - 1) +
+    const size_t longest = sizeof address.sun_path - 1 - kBeside.size();
+    if (path.empty() || path.size() > longest) {
+        throw std::runtime_error("the path of a socket has 1 to " + std::to_string(longest) +
                                  " characters: " + path);
     }
     std::memcpy(address.sun_path, path.c_str(), path.size());
@@ -62,24 +75,27 @@ void Listener::listen_unix(const std::string &path) {
     if (socket_ < 0) {
         throw std::runtime_error(because("cannot make a socket"));
     }
-    struct stat found {};
-    if (lstat(path.c_str(), &found) == 0) {
-        if (!S_ISSOCK(found.st_mode)) {
-            throw std::runtime_error(path + " is there already and is not a socket");
-        }
+    if (is_socket(path)) {
         if (connect(socket_, generic, sizeof address) == 0) {
             throw std::runtime_error(path + " is in use by another simrig");
         }
-        unlink(path.c_str());
         close(socket_);
         socket_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
     }
+    // Who sees the name can connect.
+    const std::string beside = path + kBeside;
+    std::memcpy(address.sun_path, beside.c_str(), beside.size());
+    if (is_socket(beside)) {
+        unlink(beside.c_str());
+    }
     // Whoever can connect can make simrig read and write files: nobody but its user.
     const mode_t others = umask(S_IRWXG | S_IRWXO);
-    const int made = bind(socket_, generic, sizeof address);
+    const bool made = bind(socket_, generic, sizeof address) == 0 &&
+                      listen(socket_, kWaiting) == 0 && rename(beside.c_str(), path.c_str()) == 0;
     const int reason = errno;
     umask(others);
-    if (made != 0) {
+    if (!made) {
+        unlink(beside.c_str());
         errno = reason;
         throw std::runtime_error(because("cannot make the socket " + path));
     }
@@ -105,7 +121,8 @@ void Listener::listen_tcp(const std::string &port) {
     address.sin_family = AF_INET;
     address.sin_port = htons(uint16_t(number));
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    if (bind(socket_, reinterpret_cast<const sockaddr *>(&address), sizeof address) != 0) {
+    if (bind(socket_, reinterpret_cast<const sockaddr *>(&address), sizeof address) != 0 ||
+        listen(socket_, kWaiting) != 0) {
         throw std::runtime_error(because("cannot use port " + port));
     }
     socklen_t size = sizeof address;
