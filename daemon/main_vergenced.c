@@ -25,7 +25,7 @@
 #include "daemon/server/notify.h"
 #include "daemon/server/server.h"
 #include "daemon/store.h"
-#include "daemon/sync_directory.h"
+#include "daemon/sync_file.h"
 
 enum { SETTINGS_MAX = 64 };
 

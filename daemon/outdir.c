@@ -15,6 +15,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/file_error.h"
+#include "daemon/sync_file.h"
 
 #define WORK_PREFIX ".vergence-"
 enum {
@@ -218,8 +219,7 @@ static bool sync_path(const char *path) {
     if (fd < 0) {
         return false;
     }
-    // Some file systems know no fsync of directories; that is no failure of ours.
-    const bool good = fsync(fd) == 0 || errno == EINVAL || errno == ENOTSUP;
+    const bool good = sync_file(fd);
     const int error_number = errno;
     close(fd);
     errno = error_number;

@@ -13,7 +13,7 @@
 #include "core/invariant.h"
 #include "daemon/file_error.h"
 #include "daemon/record_disk.h"
-#include "daemon/sync_directory.h"
+#include "daemon/sync_file.h"
 
 #define FILE_MODE 0666
 
@@ -332,7 +332,7 @@ static int open_log(struct record *self, const struct session_writer *writer,
     // In a directory that was there before, such a file is somebody else's.
     self->log = openat(writer->directory, SESSION_CALLS_NAME,
                        O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, FILE_MODE);
-    if (self->log >= 0 && sync_directory(writer->directory)) {
+    if (self->log >= 0 && sync_file(writer->directory)) {
         return 0;
     }
     const int number = errno;

@@ -14,7 +14,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/file_error.h"
-#include "daemon/sync_directory.h"
+#include "daemon/sync_file.h"
 #include "daemon/write_all.h"
 
 #define PART_NAME ".part"
@@ -135,7 +135,7 @@ int session_writer_begin(struct session_writer *self, int parent, const char *pa
     int appended = append_event(self, message);
     // The index is in the session's directory, and that in the one above.
     if (appended == 0 &&
-        !(sync_directory(self->directory) && sync_directory_at(self->directory, ".."))) {
+        !(sync_file(self->directory) && sync_directory_at(self->directory, ".."))) {
         appended = fail(self, SESSION_INDEX_NAME, message);
     }
     if (appended != 0) {
@@ -157,7 +157,7 @@ static int finish_part(struct session_writer *self, int part, bool written, cons
     int reason = errno;
     safe = close(part) == 0 && safe;
     if (safe && renameat(self->directory, PART_NAME, self->directory, name) == 0 &&
-        sync_directory(self->directory)) {
+        sync_file(self->directory)) {
         return 0;
     }
     reason = safe ? errno : reason;

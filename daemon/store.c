@@ -16,7 +16,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/file_error.h"
-#include "daemon/sync_directory.h"
+#include "daemon/sync_file.h"
 #include "daemon/write_all.h"
 
 // Records begin with a letter, so no record's file has such a name.
@@ -70,15 +70,6 @@ static int open_file(const struct store *self, const char *name, int flags) {
         fd = openat(self->directory_fd, name, flags | O_CLOEXEC | O_NOFOLLOW | O_NOCTTY, 0600);
     } while (fd < 0 && errno == EINTR);
     return fd;
-}
-
-/// Until the disk has it. Some file systems have no sync; that is no failure.
-static bool sync_fd(int fd) {
-    int result = 0;
-    do {
-        result = fsync(fd);
-    } while (result != 0 && errno == EINTR);
-    return result == 0 || errno == EINVAL || errno == ENOTSUP;
 }
 
 /// Closes once, whatever happens: Linux frees the descriptor in any case.
@@ -172,7 +163,7 @@ static bool write_temporary(const struct store *self, const char *temporary, con
         return false;
     }
     const bool written =
-        write_all(fd, header, HEADER_BYTES) && write_all(fd, data, bytes) && sync_fd(fd);
+        write_all(fd, header, HEADER_BYTES) && write_all(fd, data, bytes) && sync_file(fd);
     const int error_number = errno;
     const bool closed = close_fd(fd);
     if (!written) {
@@ -200,7 +191,7 @@ static int save(void *opaque, const char *name, const void *data, size_t bytes) 
         unlinkat(self->directory_fd, temporary, 0);
         return error;
     }
-    return sync_directory(self->directory_fd) ? ERROR_OK : file_error(errno);
+    return sync_file(self->directory_fd) ? ERROR_OK : file_error(errno);
 }
 
 static int remove_record(void *opaque, const char *name) {
@@ -209,7 +200,7 @@ static int remove_record(void *opaque, const char *name) {
     if (!is_name(name)) {
         return ERROR_ARGUMENT;
     }
-    if (unlinkat(self->directory_fd, name, 0) != 0 || !sync_directory(self->directory_fd)) {
+    if (unlinkat(self->directory_fd, name, 0) != 0 || !sync_file(self->directory_fd)) {
         return file_error(errno);
     }
     return ERROR_OK;

@@ -22,7 +22,7 @@
 #include "daemon/server/files.h"
 #include "daemon/server/item.h"
 #include "daemon/server/surroundings.h"
-#include "daemon/sync_directory.h"
+#include "daemon/sync_file.h"
 
 /// Of the hidden files, by which abandoned ones are found.
 #define PART_END ".send"

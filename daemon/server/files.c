@@ -13,7 +13,7 @@
 #include "daemon/file_error.h"
 #include "daemon/server/config.h"
 #include "daemon/server/surroundings.h"
-#include "daemon/sync_directory.h"
+#include "daemon/sync_file.h"
 #include "daemon/write_all.h"
 
 int files_refuse(const struct command_call *call, const char *name, int number) {
