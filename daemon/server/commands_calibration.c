@@ -49,9 +49,7 @@ static int parse(const struct command_call *call, const char *name, const char *
 }
 
 static int refuse_store(const struct command_call *call, const char *what, int error) {
-    return surroundings_refuse(call, error,
-                               "calibration: it cannot be %s in the directory \"store\": %s", what,
-                               error_text(error));
+    return surroundings_refuse_store(call, error, "calibration: it", what);
 }
 
 static int run_show(const struct command_call *call) {

@@ -92,17 +92,10 @@ static int do_errand(const struct command_call *call, struct errand *errand, int
     return errand->error;
 }
 
-/// The store as people know it, and what became of it there.
 static int refuse_store(const struct command_call *call, const char *what, int error) {
-    const char *why = error == ERROR_REFUSED
-                          ? "it may not be read or written; see who owns it, and whether its disk "
-                            "is read-only"
-                          : error_text(error);
-    return surroundings_refuse(call, error, "settings: they cannot be %s in the store %s: %s", what,
-                               surroundings_of(call)->config->store, why);
+    return surroundings_refuse_store(call, error, "settings: they", what);
 }
 
-/// The kept record, of whatever instrument.
 static int load(const struct command_call *call, struct kept_settings *kept) {
     struct errand errand;
     struct message why = {.text = "its checksum is wrong"};

@@ -69,6 +69,11 @@ static inline const struct surroundings *surroundings_of(const struct command_ca
 int surroundings_refuse(const struct command_call *call, int error, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
+/// The same for what the store did not do: `subject` ("settings: they") cannot be `done` ("kept",
+/// "read", "removed") there, and why. Returns `error`.
+int surroundings_refuse_store(const struct command_call *call, int error, const char *subject,
+                              const char *done);
+
 #ifdef __cplusplus
 }
 #endif

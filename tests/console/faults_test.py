@@ -25,16 +25,17 @@ class Store(FaultsTest):
         for name, path in (("old.txt", paths[0]), ("new.txt", paths[-1])):
             shutil.copyfile(path, os.path.join(self.files, name))
         old = self.works("calibration set old.txt")
+        store = os.path.join(self.folder, "store")
         self.assertEqual(self.client().ask("calibration set new.txt"), [
-            'ERR FULL calibration: it cannot be kept in the directory "store": there is no room left; '
+            f"ERR FULL calibration: it cannot be kept in the store {store}: there is no room left; "
             "make room on that disk, then do it again"])
         self.assertEqual(self.works("calibration show"), old)
         self.assertEqual(self.works("calibration"), old)
         self.assertEqual(self.client().ask("calibration show"), [
-            'ERR IO calibration: it cannot be read in the directory "store": the system could not do '
-            "it"])
+            f"ERR IO calibration: it cannot be read in the store {store}: its disk has failed, or the "
+            "directory was taken away; mend it and start the daemon again"])
         self.assertEqual(self.client().ask("calibration forget"), [
-            'ERR DEVICE calibration: it cannot be removed in the directory "store": the device is '
+            f"ERR DEVICE calibration: it cannot be removed in the store {store}: the device is "
             "missing, has gone, or is not the expected one"])
         self.assertNotEqual(self.works("calibration set new.txt"), old)
         self.assertEqual(self.client().ask("calibration forget"), ["OK"])

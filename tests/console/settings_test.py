@@ -2,6 +2,7 @@
 """What the instrument is set to outlives the daemon: saved, restored, forgotten; damaged, of another
 instrument, and with a store that fails."""
 import os
+import shutil
 import subprocess
 import unittest
 import zlib
@@ -234,7 +235,7 @@ class Cameras(CameraTest):
 
     def test_a_store_that_fails(self):
         for error, name, said in (("full", "FULL", "there is no room left"),
-                                  ("io", "IO", "the system could not do it"),
+                                  ("io", "IO", "its disk has failed, or the directory was taken away"),
                                   ("refused", "REFUSED", "it may not be read or written")):
             client = self.begin(
                 f"faults=store.save@2={error},store.load@3={error},store.remove@1={error}")
@@ -253,6 +254,16 @@ class Cameras(CameraTest):
                           self.refused(client, "settings forget", name))
             self.assertEqual(self.text(), old)
             self.assertEqual(self.ok(client, "status")["left"], {"exposure": 7000})
+
+    def test_a_store_that_was_taken_away(self):
+        client = self.begin()
+        self.ok(client, "bringup", "exposure 7000")
+        shutil.rmtree(self.store)
+        self.assertEqual(self.refused(client, "settings save", "IO"),
+                         f"settings: they cannot be kept in the store {self.store}: its disk has "
+                         "failed, or the directory was taken away; mend it and start the daemon "
+                         "again")
+        self.begin()
 
     def test_another_profile(self):
         client = self.begin()
