@@ -146,13 +146,22 @@ class Output(Workshop):
 
     def test_a_full_disk_leaves_nothing(self):
         self.good()
-        for call, when in (("write", 2), ("fsync", 2), ("rename", 1), ("mkdir", 1)):
+        calls = [("write", 2), ("fsync", 2), ("rename", 1), ("mkdir", 1)]
+        with open(VERGENCE, "rb") as program:
+            if b"__asan_init" in program.read():
+                # A sanitizer finds out by writing what memory is there, and ends when it can't.
+                del calls[0]
+        # Its search for leaks is a tracer itself.
+        environment = {**os.environ, "ASAN_OPTIONS":
+                       os.environ.get("ASAN_OPTIONS", "") + ":detect_leaks=0"}
+        for call, when in calls:
             with self.subTest(call=call):
                 trace = ["strace", "-f", "-qq", "-o", "/dev/null", "-e", f"trace={call}", "-e",
                          f"inject={call}:error=ENOSPC:when={when}"]
                 done = subprocess.run(
                     [*trace, VERGENCE, "calibrate", str(self.pictures), *map(str, boards.OPTIONS),
-                     "--out", str(self.out)], capture_output=True, text=True, timeout=300)
+                     "--out", str(self.out)], capture_output=True, text=True, timeout=300,
+                    env=environment)
                 self.assert_refused(done, 1, "No space left")
 
     def test_ctrl_c(self):
