@@ -36,6 +36,31 @@ static int take_profile(struct config *config, struct message *message) {
                        why.text);
 }
 
+void main_backends_tell_departure(struct main_backends *self) {
+    const char *why = self->replay.trouble.text;
+    if (self->has_replay && why[0] != '\0' && !self->departure_told) {
+        self->departure_told = true;
+        self->log->operations->write(self->log->self, HAL_LOG_WARNING, why);
+    }
+}
+
+static void open_nothing(void *opaque) {
+    (void)opaque;
+}
+
+/// After the first call that was not recorded all parts fail, and none of them is to blame.
+static const char *why_played_part_fails(void *opaque, enum rig_part part) {
+    struct main_backends *self = opaque;
+    (void)part;
+    main_backends_tell_departure(self);
+    return self->replay.ran_out
+               ? "the recording that is played ends here; to play it anew start the daemon again"
+           : self->replay.trouble.text[0] != '\0'
+               ? "what is played was recorded otherwise (\"log\" tells how); start the daemon "
+                 "again, and give the recorded commands in their order"
+               : NULL;
+}
+
 static int open_replay(struct main_backends *self, struct config *config, struct rig_ports *ports,
                        struct message *message) {
     int error = replay_open(&self->replay, AT_FDCWD, config->backend_place, NULL, message);
@@ -47,6 +72,8 @@ static int open_replay(struct main_backends *self, struct config *config, struct
         return error;
     }
     *ports = self->replay.ports;
+    self->replay_opener = (struct rig_opener){open_nothing, why_played_part_fails, self};
+    ports->opener = &self->replay_opener;
     const char *lack = rig_ports_lack(&config->profile, ports);
     if (lack != NULL && calls) {
         return message_set(message, ERROR_ARGUMENT,
@@ -110,6 +137,7 @@ int main_backends_open(struct main_backends *self, struct config *config, const 
                        struct rig_ports *ports, struct message *message) {
     struct rig_ports inner = {0};
     int error = 0;
+    self->log = log;
     switch (config->backend) {
         case CONFIG_BACKEND_SIM:
             error = open_sim(self, config, &inner, message);

@@ -24,6 +24,9 @@ struct main_backends {
     struct replay replay;
     struct main_linux devices;
     bool has_sim, has_replay;
+    struct rig_opener replay_opener;  ///< opens nothing, but knows why a played part fails
+    const struct hal_log *log;
+    bool departure_told;  ///< why the play ended is in the log
 
     struct fault_plan plan;
     struct fault_i2c fault_i2c;
@@ -49,6 +52,8 @@ const struct hal_store *main_backends_store(struct main_backends *self,
                                             const struct hal_store *real);
 const struct hal_watchdog *main_backends_watchdog(struct main_backends *self,
                                                   const struct hal_watchdog *real);
+/// Puts into the log why the play of a recording ended, if it did, once.
+void main_backends_tell_departure(struct main_backends *self);
 void main_backends_close(struct main_backends *self);
 
 #ifdef __cplusplus

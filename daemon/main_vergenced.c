@@ -95,7 +95,9 @@ static const struct option_page page = {
         "instrument in its safe state; opens its log again on SIGHUP.\n"
         "KEY=VALUE replaces the file's line with that key, or is one more; what else the file sets "
         "stays. Here as there a key is set once, \"none\" is the value of what is not wanted, and "
-        "profile stands before the rig. keys, which it sets.",
+        "profile stands before the rig. keys, which it sets.\n"
+        "Exit codes: 0 ended in good order, or the file is good; 1 standard output cannot be "
+        "written; 2 an option is wrong; 3 a setting is wrong, or what it names cannot be used.",
     .examples =
         "vergenced --check vergenced.conf\n"
         "vergenced \"backend=sim unix:rig.sock\" socket=v.sock console=stdio",
@@ -301,9 +303,7 @@ static int serve(struct daemon *self) {
     close_watchdog(self);
     commands_session_end(&self->backends.record, &self->log);
     scribe_stop(&self->scribe);
-    if (self->backends.has_replay && self->backends.replay.trouble.text[0] != '\0') {
-        logbook_print(&self->logbook, HAL_LOG_WARNING, "%s", self->backends.replay.trouble.text);
-    }
+    main_backends_tell_departure(&self->backends);
     main_backends_close(&self->backends);
     if (self->store_open) {
         store_close(&self->store);

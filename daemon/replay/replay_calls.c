@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/replay/replay_calls.h"
 
+#include <errno.h>
 #include <inttypes.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -132,6 +133,12 @@ static bool take_number(const char **text, int64_t *value) {
     return taken;
 }
 
+/// The same for a moment, in microseconds of the clock; of 2^63 of them a sum fits as well.
+static bool take_time(const char **text, int64_t *time_us) {
+    errno = 0;
+    return take_number(text, time_us) && errno == 0 && *time_us >= 0;
+}
+
 static int wrong_answer(struct replay *self) {
     stop_playing(self, "is no answer to '%.300s'", self->text);
     return ERROR_IO;
@@ -160,10 +167,13 @@ static uint64_t clock_now_us(void *context) {
     char asked[TRACE_LINE_MAX + 1];
     trace_clock_now(asked);
     const char *answer = answer_to(self, asked);
-    if (answer != NULL) {
+    int64_t told_us = 0;
+    if (answer != NULL && !take_time(&answer, &told_us)) {
+        wrong_answer(self);
+    }
+    if (!self->ended) {
         // A recording that was tampered with must not turn time back, on which all relies.
-        const uint64_t told_us = strtoull(answer, NULL, 10);
-        self->now_us = told_us > self->now_us ? told_us : self->now_us;
+        self->now_us = (uint64_t)told_us > self->now_us ? (uint64_t)told_us : self->now_us;
     } else {
         self->now_us += WAIT_OVER_US;
     }
@@ -299,9 +309,11 @@ static int gpio_wait_edge(void *context, enum hal_gpio_line line, uint64_t deadl
     trace_gpio_wait(asked, line, deadline_us);
     const char *rest;
     const int code = code_of(self, asked, &rest);
-    if (code == 0) {
-        *time_us = strtoull(rest, NULL, 10);
+    int64_t told_us = 0;
+    if (code == 0 && !take_time(&rest, &told_us)) {
+        return wrong_answer(self);
     }
+    *time_us = code == 0 ? (uint64_t)told_us : *time_us;
     return code;
 }
 
@@ -371,10 +383,14 @@ static int camera_control(void *context, enum hal_camera_control control, int32_
     const char *rest;
     const int code = code_of(camera->replay, asked, &rest);
     int64_t value_applied;
-    if (code == 0 && take_number(&rest, &value_applied)) {
-        *applied = (int32_t)value_applied;
+    if (code != 0) {
+        return code;
     }
-    return code;
+    if (!take_number(&rest, &value_applied)) {
+        return wrong_answer(camera->replay);
+    }
+    *applied = (int32_t)value_applied;
+    return 0;
 }
 
 static void camera_counts(void *context, struct hal_camera_counts *counts) {

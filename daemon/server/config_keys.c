@@ -46,7 +46,8 @@ static const struct config_key keys[] = {
      .help =
          "what the instrument hangs on: linux (the devices below), sim unix:PATH or sim "
          "tcp:HOST:PORT (a simulated rig), replay DIRECTORY (a recorded session; of a recording "
-         "of all calls the profile is its own)"},
+         "of all calls the profile is its own, and its commands alone, in their order, are "
+         "answered)"},
     TEXT("i2c", i2c, "I2C bus of the FPGA bridge and of the sensors behind it"),
     TEXT("left_camera", camera[RIG_LEFT],
          "V4L2 device of the left camera; behind a bridge that of the port for both"),

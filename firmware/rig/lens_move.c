@@ -90,8 +90,8 @@ static int send(struct rig *self, const struct mover *mover) {
     const int error = lens->operations->go(lens->self, mover->axis, mover->command, deadline_us);
     if (error != ERROR_OK) {
         watch_used(self, lens_read_part(mover->side), error);
-        return watch_trouble(self, lens_read_part(mover->side), error,
-                             "the command to move cannot be sent; look at the serial line", NULL);
+        return watch_failed(self, lens_read_part(mover->side), error,
+                            "the command to move cannot be sent; look at the serial line");
     }
     self->lens_commanded[mover->side][mover->axis] = mover->target;
     return ERROR_OK;

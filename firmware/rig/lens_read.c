@@ -66,10 +66,9 @@ int lens_read_try(struct rig *self, unsigned side, uint64_t since_us,
     }
     watch_used(self, lens_read_part(side), error);
     if (error != ERROR_OK) {
-        return watch_trouble(self, lens_read_part(side), error,
-                             "its controller's serial line does not work; look at adapter and "
-                             "cable",
-                             NULL);
+        return watch_failed(self, lens_read_part(side), error,
+                            "its controller's serial line does not work; look at adapter and "
+                            "cable");
     }
     return readings[0].time_us >= since_us ? ERROR_OK : ERROR_TIMEOUT;
 }

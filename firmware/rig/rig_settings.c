@@ -57,9 +57,9 @@ static int control(struct rig *self, unsigned side, enum hal_camera_control whic
     watch_used(self, part, error);
     if (error != ERROR_OK) {
         return failure_make_safe(
-            self, watch_trouble(self, part, error,
-                                "it does not take a setting; look at its plug, then bring up again",
-                                NULL));
+            self,
+            watch_failed(self, part, error,
+                         "it does not take a setting; look at its plug, then bring up again"));
     }
     if (!can_be(which, nearest)) {
         return failure_make_safe(

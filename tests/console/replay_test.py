@@ -158,6 +158,43 @@ class Replay(PlayedPairs):
         self.played("time")
         self.assertEqual(self.first.ask("version")[-1], "OK")
 
+    def test_answers_that_are_no_numbers(self):
+        for name, call, answers in (("clock", "clock now = ", ("x1", "", "-5", 24 * "9")),
+                                    ("control", "camera0 control 0 7000 = ", ("0", "0 x"))):
+            for number, bad in enumerate(answers):
+                folder = self.copy(f"{name}-{number}")
+                lines = calls_of(folder)
+                place = [i for i, line in enumerate(lines) if line.startswith(call)][-1]
+                lines[place] = call + bad
+                write_calls(folder, lines)
+                answer = self.played(f"{name}-{number}")
+                self.assertEqual(answer["error"], "VERIFY", (bad, answer))
+                self.assertIn(f"line {place + 1}: is no answer to '{call[:-3]}'",
+                              answer["message"])
+
+    def other_commands(self, name, commands):
+        """What a daemon that plays this says to these."""
+        done = subprocess.run(
+            [VERGENCED, f"backend=replay {os.path.join(self.files, name)}", "socket=none",
+             "console=stdio", f"files={self.files}", "store=none", *self.settings],
+            input=commands, text=True, capture_output=True, timeout=PATIENCE_S)
+        return done.stdout, done.stderr
+
+    def test_other_commands_than_the_recorded_ones(self):
+        """No part is to blame, and at once it is told where they part."""
+        said, logged = self.other_commands("whole", "bringup\nexposure 6000\nhealth\nlog\n")
+        self.assertRegex(said, "\nERR IO left camera: what is played was recorded otherwise "
+                         r'\("log" tells how\); start the daemon again, and give the recorded '
+                         "commands in their order\n")
+        self.assertIn("why what is played was recorded otherwise", said)
+        for text in (said, logged):
+            self.assertEqual(text.count("the recorded call is "), 1, text)
+        self.record("short", ["bringup"])
+        said, logged = self.other_commands("short", "bringup\nexposure 6000\nlog\n")
+        self.assertRegex(said, "\nERR IO left camera: the recording that is played ends here; to "
+                         "play it anew start the daemon again\n")
+        self.assertEqual(logged.count("the recording ends here, but "), 1, logged)
+
     def test_a_call_that_differs(self):
         folder = self.copy("call")
         lines = calls_of(folder)
