@@ -69,7 +69,7 @@ class Docs(Bench):
                                       (["nosuch"], 3, "still_life"),
                                       (["plane", "--zoom", "12"], 2, "zoom"),
                                       (["plane", "--pty"], 2, "--wall"),
-                                      (["plane", "--listen", "x"], 1, "unix:PATH"),
+                                      (["plane", "--listen", "x"], 2, "unix:PATH"),
                                       (["--replay", "nosuch"], 3, "nosuch"),
                                       (["plane", "--view", "/dev/null/x"], 1, "/dev/null/x")):
             done = run(*arguments)

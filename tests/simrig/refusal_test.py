@@ -91,11 +91,15 @@ class StartUp(Bench):
     def test_where_to_listen(self):
         (self.folder / "s.sock.new").write_text("x")
         for where, word in (("here", "neither unix:PATH nor tcp:PORT"), ("tcp:x", "'x'"),
-                            ("tcp:70000", "70000"), ("tcp:-1", "-1"), ("unix:", "1 to 103"),
-                            ("unix:" + "x" * 200, "1 to 103"), ("unix:no/such", "no/such"),
+                            ("tcp:70000", "70000"), ("tcp:-1", "-1"), ("tcp:", "''"),
+                            ("unix:", "1 to 103"), ("unix:" + "x" * 200, "1 to 103")):
+            self.refuse(2, ["--scene", "none.yaml", "--listen", where], word)
+        for where, word in (("unix:no/such", "no/such"),
                             ("unix:scene.yaml", "scene.yaml is there already and is not a socket"),
                             ("unix:s.sock", "s.sock.new is there already and is not a socket")):
             self.refuse(1, ["--scene", self.scene, "--listen", where], word)
+        for option in (("--zoom", "3"), ("--focus", "900")):
+            self.refuse(2, ["--scene", "none.yaml", "--listen", "unix:s", *option], "--view")
         self.assertEqual(self.scene.read_text(), SCENE)
         self.assertEqual((self.folder / "s.sock.new").read_text(), "x")
 

@@ -23,6 +23,10 @@ constexpr int kWaiting = 64;  // who waits to be let in
 // A socket gets its name when it listens; until then this stands behind the name.
 const std::string kBeside = ".new";
 
+const std::string kUnix = "unix:", kTcp = "tcp:";
+const size_t kLongestPath = sizeof sockaddr_un::sun_path - 1 - kBeside.size();
+constexpr size_t kPortDigits = 5;
+
 std::string because(const std::string &what) {
     return what + ": " + std::strerror(errno);
 }
@@ -41,13 +45,35 @@ bool is_socket(const std::string &path) {
 
 }  // namespace
 
+std::string Listener::wrong_place(const std::string &where) {
+    if (where.compare(0, kUnix.size(), kUnix) == 0) {
+        const size_t bytes = where.size() - kUnix.size();
+        if (bytes == 0 || bytes > kLongestPath) {
+            return "the path of a socket has 1 to " + std::to_string(kLongestPath) +
+                   " characters: " + where.substr(kUnix.size());
+        }
+        return "";
+    }
+    if (where.compare(0, kTcp.size(), kTcp) != 0) {
+        return "'" + where + "' is neither unix:PATH nor tcp:PORT";
+    }
+    const std::string port = where.substr(kTcp.size());
+    const bool digits = !port.empty() && port.size() <= kPortDigits &&
+                        port.find_first_not_of("0123456789") == std::string::npos;
+    return digits && std::stoul(port) <= UINT16_MAX
+               ? ""
+               : "'" + port + "' is not a port from 0 to 65535";
+}
+
 Listener::Listener(const std::string &where) {
-    if (where.compare(0, 5, "unix:") == 0) {
-        listen_unix(where.substr(5));
-    } else if (where.compare(0, 4, "tcp:") == 0) {
-        listen_tcp(where.substr(4));
+    const std::string wrong = wrong_place(where);
+    if (!wrong.empty()) {
+        throw std::runtime_error(wrong);
+    }
+    if (where.compare(0, kUnix.size(), kUnix) == 0) {
+        listen_unix(where.substr(kUnix.size()));
     } else {
-        throw std::runtime_error("'" + where + "' is neither unix:PATH nor tcp:PORT");
+        listen_tcp(uint16_t(std::stoul(where.substr(kTcp.size()))));
     }
 }
 
@@ -64,11 +90,6 @@ Listener::~Listener() {
 void Listener::listen_unix(const std::string &path) {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
-    const size_t longest = sizeof address.sun_path - 1 - kBeside.size();
-    if (path.empty() || path.size() > longest) {
-        throw std::runtime_error("the path of a socket has 1 to " + std::to_string(longest) +
-                                 " characters: " + path);
-    }
     std::memcpy(address.sun_path, path.c_str(), path.size());
     socket_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
     const auto *generic = reinterpret_cast<const sockaddr *>(&address);
@@ -103,27 +124,17 @@ void Listener::listen_unix(const std::string &path) {
     name_ = "unix:" + path;
 }
 
-void Listener::listen_tcp(const std::string &port) {
-    size_t used = 0;
-    unsigned long number = 65536;
-    try {
-        number = std::stoul(port, &used);
-    } catch (const std::logic_error &) {
-        used = 0;
-    }
-    if (used == 0 || used != port.size() || number > 65535) {
-        throw std::runtime_error("'" + port + "' is not a port from 0 to 65535");
-    }
+void Listener::listen_tcp(uint16_t port) {
     socket_ = ::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
     const int on = 1;
     setsockopt(socket_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
     sockaddr_in address{};
     address.sin_family = AF_INET;
-    address.sin_port = htons(uint16_t(number));
+    address.sin_port = htons(port);
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     if (bind(socket_, reinterpret_cast<const sockaddr *>(&address), sizeof address) != 0 ||
         listen(socket_, kWaiting) != 0) {
-        throw std::runtime_error(because("cannot use port " + port));
+        throw std::runtime_error(because("cannot use port " + std::to_string(port)));
     }
     socklen_t size = sizeof address;
     getsockname(socket_, reinterpret_cast<sockaddr *>(&address), &size);

@@ -3,6 +3,7 @@
 #ifndef VERGENCE_SIMRIG_SERVER_LISTENER_HPP
 #define VERGENCE_SIMRIG_SERVER_LISTENER_HPP
 
+#include <cstdint>
 #include <string>
 
 namespace simrig {
@@ -12,6 +13,8 @@ namespace simrig {
 class Listener {
   public:
     explicit Listener(const std::string &where);
+    /// Why that is no place to listen at all, in one line; empty: it is one.
+    static std::string wrong_place(const std::string &where);
     ~Listener();
     Listener(const Listener &) = delete;
     Listener &operator=(const Listener &) = delete;
@@ -21,7 +24,7 @@ class Listener {
 
   private:
     void listen_unix(const std::string &path);
-    void listen_tcp(const std::string &port);
+    void listen_tcp(uint16_t port);
 
     int socket_ = -1;
     std::string name_, path_;

@@ -4,6 +4,7 @@
 #include <map>
 #include <sstream>
 
+#include "tools/simrig/server/listener.hpp"
 #include "tools/simrig/wire/log.hpp"
 
 namespace simrig {
@@ -113,7 +114,23 @@ void set_option(Options &options, const std::string &name, const std::string &va
     }
 }
 
+void check_view(const Options &options) {
+    const Options usual;
+    if (options.view.empty() &&
+        (options.zoom != usual.zoom || options.focus_mm != usual.focus_mm)) {
+        throw WrongUsage(
+            "--zoom and --focus go with --view; the lenses of a rig that serves are "
+            "its clients' to move");
+    }
+}
+
 void check(const Options &options) {
+    check_view(options);
+    const std::string wrong_place =
+        options.listen.empty() ? "" : Listener::wrong_place(options.listen);
+    if (!wrong_place.empty()) {
+        throw WrongUsage("--listen: " + wrong_place);
+    }
     if (options.pty && !options.wall) {
         throw WrongUsage("a pseudo terminal needs --wall: its other end lives in the clock's time");
     }
