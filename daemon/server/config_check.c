@@ -233,6 +233,18 @@ static int check_ways_in(const struct check *self) {
                        "socket, tcp_port and console are none: nobody could give a command");
 }
 
+/// What is to be restored is kept in the store.
+static int check_store(const struct check *self) {
+    const struct config *config = self->config;
+    if (!config->restore || config->store[0] != '\0') {
+        return 0;
+    }
+    const size_t restore = key_of("", "restore");
+    blame(self, self->lines[restore] != 0 ? restore : key_of("", "store"));
+    return message_set(self->message, ERROR_MISSING,
+                       "restore yes needs a store, which is none: there is nothing to restore");
+}
+
 /// Whoever plays a recording finds a built-in profile by its name.
 static int check_name(const struct check *self) {
     const struct config *config = self->config;
@@ -266,6 +278,7 @@ int config_check_lines(const struct config *config, const int *lines, int *line,
     }
     error = error != 0 ? error : check_ways_in(&self);
     error = error != 0 ? error : check_speed(&self);
+    error = error != 0 ? error : check_store(&self);
     return error != 0 ? error : check_faults(&self);
 }
 

@@ -95,7 +95,7 @@ static void add_wanted(const struct place *place) {
     }
 }
 
-/// "pan: ANGLE "x" is no number: ..."
+/// "pan: ANGLE "x" is no decimal number: ..."
 static int refuse(const struct place *place, int error, const char *word, const char *what) {
     INVARIANT(error < 0);
     command_text_add(place->sentence, place->command->name);
@@ -121,7 +121,7 @@ static int take_number(const struct place *place, const char *word, struct comma
         value->number = (double)value->integer;
     } else {
         if (!command_words_number(word, &value->number)) {
-            return refuse(place, ERROR_SYNTAX, word, " is no number");
+            return refuse(place, ERROR_SYNTAX, word, " is no decimal number");
         }
         value->integer = (int64_t)value->number;
     }

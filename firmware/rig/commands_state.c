@@ -24,7 +24,8 @@ static bool trouble_is_over(const struct rig *rig) {
 }
 
 static void put_trouble(const struct command_call *call) {
-    if (call->rig->trouble.error != 0) {
+    // A cancelled command leaves none in words: it was somebody's wish.
+    if (call->rig->trouble.error != 0 && call->rig->trouble.text[0] != '\0') {
         commands_put_text(call, trouble_is_over(call->rig) ? "last_trouble" : "trouble",
                           call->rig->trouble.text);
     }

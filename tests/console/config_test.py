@@ -150,6 +150,8 @@ class Config(unittest.TestCase):
                  "FILE:1: irq_line -1 is out of range: from 0 to 1023, or none"),
                 ("clients = 3\nsocket = none\n",
                  "FILE:2: socket, tcp_port and console are none: nobody could give a command"),
+                ("store = none\nrestore = yes\n",
+                 "FILE:2: restore yes needs a store, which is none: there is nothing to restore"),
                 ("backend = sim unix\n",
                  'FILE:1: backend "sim unix": expected is linux, sim unix:PATH, sim tcp:HOST:PORT '
                  "or replay DIRECTORY")):

@@ -125,6 +125,7 @@ class Rig(RigTest):
             time.sleep(patience_s)
             self.first.send("\x03")
             self.first.answer()
+            self.assertNotEqual(self.asked("status").get("trouble"), "")  # a wish, and no trouble
             if self.asked("status")["state"] == "safe":
                 break  # else it had not begun yet, or had ended
         self.assertEqual(self.first.ask("zoom both 500")[-1],

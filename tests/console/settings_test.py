@@ -276,7 +276,7 @@ class Cameras(CameraTest):
         self.assertEqual(self.ok(client, "status")["left"], {})
 
     def test_without_a_store(self):
-        client = self.begin("store=none", "restore=yes")
+        client = self.begin("store=none")
         self.assertNotIn("settings", self.ok(client, "bringup"))
         for command in ("settings", "settings save", "settings restore", "settings forget"):
             self.assertEqual(self.refused(client, command, "UNSUPPORTED"),

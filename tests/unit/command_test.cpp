@@ -167,7 +167,7 @@ TEST_CASE("refusals name argument, range and unit") {
     for (const char *word : {"x", "1e3", "0x10", "1.", ".", "-", "--1", "nan", "inf", "1,5"}) {
         refused(std::string("move left ") + word, ERROR_SYNTAX,
                 std::string("move: ANGLE \"") + word +
-                    "\" is no number: expected is a number from -30.5 to 30 deg");
+                    "\" is no decimal number: expected is a number from -30.5 to 30 deg");
     }
     refused("move left 1 2.5", ERROR_SYNTAX,
             "move: COUNT \"2.5\" is no whole number: expected is a whole number from 0 to 255");
