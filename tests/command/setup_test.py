@@ -154,7 +154,7 @@ class WrongWords(Machine):
 
     def setUp(self):
         super().setUp()
-        for name in ("dirname", "nproc"):
+        for name in ("dirname", "nproc", "cksum", "cut"):
             (self.programs / name).symlink_to(shutil.which(name))
         (self.programs / "python3").symlink_to(sys.executable)
 
@@ -194,9 +194,34 @@ class WrongWords(Machine):
                              "--only [ is no regular expression")
             self.wrong_usage("campaign", [campaign, "--only"], "--only needs a regular expression")
             self.goes_on("campaign", [campaign, "--only", right])
-        # Python is among what is installed.
+        # Python is among what is installed, and complains later.
         (self.programs / "python3").unlink()
         self.goes_on("campaign", ["proof", "--only", "nope"])
+
+    def test_an_option_without_its_value(self):
+        for words in (["--out"], ["--out", ""], ["--quick", "--out"], ["--out", "--quick"]):
+            self.wrong_usage("demo", words, "--out needs a directory")
+        self.wrong_usage("demo", ["more"], "unknown argument more")
+        for words in (["--jobs"], ["--jobs", ""], ["--jobs", "many"], ["--jobs", "0"]):
+            self.wrong_usage("test", words, "--jobs needs a number")
+            self.wrong_usage("build", words, "--jobs needs a number")
+        for words in (["--only"], ["--only", ""]):
+            self.wrong_usage("test", words, "--only needs a regular expression")
+        self.wrong_usage("test", ["more"], "unknown option more")
+        self.goes_on("test", ["--quick", "--jobs", "3", "--only", "nope"])
+
+    def test_a_demo_that_cannot_leave_its_results_does_not_begin(self):
+        file = self.folder / "file"
+        file.touch()
+        # The system's refusal of the superuser in /proc is another than that of others.
+        never = "Permission denied" if os.geteuid() else "No such file or directory"
+        for place, why in (("/proc", never), ("/proc/x", never), (file, "File exists"),
+                           (file / "below", "Not a directory")):
+            self.refused(1, "demo", ["--out", str(place)], f"{place}: no results can be written "
+                         f"there ({why}); name another directory with --out")
+        results = self.folder / "results" / "deep"
+        self.goes_on("demo", ["--quick", "--out", str(results)])
+        self.assertEqual(list(results.iterdir()), [])
 
 
 
