@@ -136,6 +136,21 @@ def kept():
         return json.load(file)
 
 
+def wrong(text):
+    """Ends as tools/campaign does, whose words these were."""
+    print(f"tools/campaign: {text}; see tools/campaign --help", file=sys.stderr)
+    sys.exit(2)
+
+
+def choose(only):
+    """The steps whose name matches; there are some."""
+    try:
+        chosen = [name for name in [*SEARCHES, *TOOLS] if re.search(only, name)]
+    except re.error:
+        wrong(f"--only {only} is no regular expression")
+    return chosen or wrong(f"no step matches {only}")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
@@ -146,10 +161,12 @@ def main():
                         "no result is kept")
     parser.add_argument("--write", help="write the table of the last result of each step there "
                         "(fpga/CAMPAIGN.md)")
+    parser.add_argument("--list", action="store_true", help="only print the steps' names")
     options = parser.parse_args()
-    chosen = [name for name in [*SEARCHES, *TOOLS] if re.search(options.only, name)]
-    if not chosen:
-        parser.error(f"no step matches {options.only}")
+    chosen = choose(options.only)
+    if options.list:
+        print("\n".join(chosen))
+        return 0
     os.makedirs(FOLDER, exist_ok=True)
     programs = build(options.jobs) if set(chosen) & set(SEARCHES) else None
     wrong = 0

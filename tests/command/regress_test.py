@@ -7,7 +7,6 @@ import re
 import shutil
 import signal
 import subprocess
-import sys
 import time
 import unittest
 import zlib
@@ -16,55 +15,19 @@ import cv2
 import numpy
 
 import pairs
-from pairs import VERGENCE, Workshop
+from pairs import VERGENCE
+from regress_workshop import SOURCE, Recorded, regress
 
-SOURCE = pathlib.Path(os.environ["VERGENCE_SOURCE"])
-sys.path.insert(0, str(SOURCE / "tools" / "regress.d"))
-sys.dont_write_bytecode = True
-
-import files  # noqa: E402
-import reference  # noqa: E402
-from result import NONE  # noqa: E402
-from session import Unusable  # noqa: E402
+import files
+import reference
+from result import NONE
+from session import Unusable
 
 SESSIONS = sorted(path.parent for path in (SOURCE / "tests" / "sessions").glob("*/session.index"))
 MOST_BYTES = 2_000_000
 
 
-def regress(*arguments, timeout=300):
-    return subprocess.run([SOURCE / "tools" / "regress", "--vergence", VERGENCE,
-                           *map(str, arguments)], capture_output=True, text=True, timeout=timeout)
-
-
-class Recorded(Workshop):
-    """A directory with a pair, its calibration and options in it."""
-
-    def setUp(self):
-        super().setUp()
-        self.folder = self.directory / "recorded"
-        self.folder.mkdir()
-        shutil.copy(self.left_path, self.folder / "left.png")
-        shutil.copy(self.right_path, self.folder / "right.png")
-        shutil.copy(self.calibration_text(), self.folder / "calibration.txt")
-        (self.folder / "regress").mkdir()
-        self.pictures = self.directory / "pictures"
-        self.options(arguments=["--disparity", "0:48"])
-
-    def options(self, **keys):
-        (self.folder / "regress" / "options.json").write_text(json.dumps(keys))
-
-
 class Regress(Recorded):
-    def accept(self, reason="first"):
-        done = regress("--accept", reason, self.folder)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        return done
-
-    def compare(self, code, *arguments):
-        done = regress("--out", self.pictures, *arguments, self.folder)
-        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
-        return done
-
     def change_reference(self, change):
         """Alters the kept result, and makes the files fit again."""
         (result,), told = reference.load(self.folder)
@@ -72,13 +35,6 @@ class Regress(Recorded):
         accepted = told["accepted"][0]
         reference.save(self.folder, ["pair"], [result], accepted["reason"], accepted["build"],
                        accepted["date"])
-
-    def refused(self, *words):
-        done = self.compare(3)
-        self.assertEqual(done.stdout, "")
-        self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
-        for word in words:
-            self.assertIn(word, done.stderr)
 
     def test_nothing_changed(self):
         self.accept("because it is the first")
@@ -255,31 +211,6 @@ class Regress(Recorded):
                     reference.load(self.folder)
         self.refused("reference.json", "not of the form")
 
-    def test_wrong_options_are_refused(self):
-        self.accept()
-        for keys, word in (({"tolerance": {"disparity": 1}}, "disparity_px"),
-                           ({"tolerance": {"disparity_px": -1}}, "disparity_px"),
-                           ({"tolerance": {"disparity_px": "1"}}, "disparity_px"),
-                           ({"arguments": "--scale 2"}, "arguments"), ({"more": 1}, "more"),
-                           ({"arguments": ["--nonsense"]}, "--nonsense")):
-            self.options(**keys)
-            self.refused("options.json" if word != "--nonsense" else "left.png", word)
-
-    def test_bad_directories_and_words(self):
-        for arguments, code, word in (([], 2, "no directory"), (["--accept"], 2, "--accept"),
-                                      (["--accept", " ", "x"], 2, "--accept"),
-                                      (["--nonsense", "x"], 2, "--nonsense")):
-            done = regress(*arguments)
-            self.assertEqual((done.returncode, done.stdout), (code, ""), arguments)
-            self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
-            self.assertIn(word, done.stderr)
-        self.assertIn("disparity_off_percent", regress("--help").stdout)
-        self.accept()
-        (self.folder / "calibration.txt").unlink()
-        self.refused("no calibration")
-        (self.folder / "left.png").unlink()
-        self.refused("left image")
-
     def test_directories_of_one_name_have_pictures_of_their_own(self):
         self.accept()
         folders = [self.directory / name for name in ("p/S", "q/S", "S-2", "r/S")]
@@ -291,17 +222,6 @@ class Regress(Recorded):
         self.assertEqual([pathlib.Path(picture).name for picture in pictures],
                          ["S-pair.png", "S-2-pair.png", "S-2-2-pair.png", "S-3-pair.png"])
         self.assertEqual({str(path) for path in self.pictures.iterdir()}, set(pictures))
-
-    def test_an_option_is_no_value_of_another(self):
-        self.accept()
-        kept = (self.folder / "regress" / "reference.json").read_bytes()
-        for option, value in (("--accept", "--json"), ("--accept", "--nonsense"), ("--out", "--"),
-                              ("--vergence", "--json")):
-            done = regress(option, value, self.folder)
-            self.assertEqual((done.returncode, done.stdout), (2, ""), (option, value))
-            self.assertEqual(done.stderr, f"tools/regress: {option} wants a value, and {value} "
-                             "is none; see tools/regress --help\n")
-        self.assertEqual((self.folder / "regress" / "reference.json").read_bytes(), kept)
 
     @staticmethod
     def crafted(index, kind, word, by):

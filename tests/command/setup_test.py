@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""tools/install_packages and tools/opencv_samples on machines that lack something.
+"""tools/install_packages and tools/opencv_samples on machines that lack something, and what wrong
+words the tools refuse before anything is installed.
 
 The machine is played by small programs that stand before the real ones in PATH and write down how
 they were called.
@@ -8,6 +9,7 @@ import os
 import pathlib
 import shutil
 import subprocess
+import sys
 import tempfile
 import unittest
 
@@ -16,10 +18,13 @@ ROOT = os.environ["VERGENCE_SOURCE"]
 REAL = ("bash", "env", "sort", "comm", "sed", "mkdir", "mktemp", "rm", "mv", "cat", "tail", "touch")
 PICTURES = ("aloeL.jpg", "aloeR.jpg", "aloeGT.png", "left01.jpg", "right01.jpg")
 INSIDE = "usr/share/doc/opencv-doc/examples/data"
+# Which options each campaign has.
+CAMPAIGNS = {"fuzz": "runs seed jobs only", "calibration": "runs seed", "proof": "jobs only",
+             "rig": "runs seed jobs", "endurance": "hours seed", "fpga": "jobs only seed write"}
 WRITE_DOWN = 'echo "$(basename "$0") $*" >>"$CALLS"\n'
 
 
-class Setup(unittest.TestCase):
+class Machine(unittest.TestCase):
     def setUp(self):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="vergence-setup-"))
         self.addCleanup(shutil.rmtree, self.folder)
@@ -47,6 +52,8 @@ class Setup(unittest.TestCase):
     def called(self):
         return self.calls.read_text().splitlines()
 
+
+class Setup(Machine):
     def installed(self, *missing):
         """Plays a machine where all packages but these are installed."""
         words = " ".join(missing)
@@ -140,6 +147,82 @@ class Setup(unittest.TestCase):
         self.assertIn("Unable to locate", done.stderr)
         self.assertIn("apt-get update", done.stderr)
         self.assertEqual([p for p in self.folder.rglob("unpack.*")], [])
+
+
+class WrongWords(Machine):
+    """Here nothing is installed and nothing can be: whoever comes so far fails with another line."""
+
+    def setUp(self):
+        super().setUp()
+        for name in ("dirname", "nproc", "cksum", "cut"):
+            (self.programs / name).symlink_to(shutil.which(name))
+        (self.programs / "python3").symlink_to(sys.executable)
+
+    def refused(self, code, tool, words, why):
+        done = self.run_tool(tool, *words)
+        self.assertEqual((done.returncode, done.stdout, done.stderr),
+                         (code, "", f"tools/{tool}: {why}\n"), words)
+
+    def wrong_usage(self, tool, words, why):
+        self.refused(2, tool, words, f"{why}; see tools/{tool} --help")
+
+    def goes_on(self, tool, words):
+        """Whether the words were right: the next that is done is to install."""
+        done = self.run_tool(tool, *words)
+        self.assertRegex(done.stderr, "^tools/install_packages: no apt-get here", words)
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1), words)
+
+    def test_a_campaign_takes_no_option_of_another(self):
+        right = {"runs": "3", "hours": "3", "seed": "3", "jobs": "3", "only": ".", "write": "file"}
+        for campaign, taken in CAMPAIGNS.items():
+            for option, value in right.items():
+                words = [campaign, f"--{option}", value]
+                if option in taken.split():
+                    self.goes_on("campaign", words)
+                else:
+                    self.wrong_usage("campaign", words, f"--{option} is not for {campaign}")
+            for word in ("--nonsense", "--run", "more", ""):
+                self.wrong_usage("campaign", [campaign, word], f"unknown option {word}")
+
+    def test_a_campaign_that_would_do_nothing_installs_nothing(self):
+        for campaign, what, right in (("fuzz", "harness", "^pfm$"), ("fpga", "step", "^lint$"),
+                                      ("proof", "function", "^match_")):
+            for only in ("nope", "-nope"):
+                self.wrong_usage("campaign", [campaign, "--only", only],
+                                 f"no {what} matches {only}")
+            self.wrong_usage("campaign", [campaign, "--only", "["],
+                             "--only [ is no regular expression")
+            self.wrong_usage("campaign", [campaign, "--only"], "--only needs a regular expression")
+            self.goes_on("campaign", [campaign, "--only", right])
+        # Python is among what is installed, and complains later.
+        (self.programs / "python3").unlink()
+        self.goes_on("campaign", ["proof", "--only", "nope"])
+
+    def test_an_option_without_its_value(self):
+        for words in (["--out"], ["--out", ""], ["--quick", "--out"], ["--out", "--quick"]):
+            self.wrong_usage("demo", words, "--out needs a directory")
+        self.wrong_usage("demo", ["more"], "unknown argument more")
+        for words in (["--jobs"], ["--jobs", ""], ["--jobs", "many"], ["--jobs", "0"]):
+            self.wrong_usage("test", words, "--jobs needs a number")
+            self.wrong_usage("build", words, "--jobs needs a number")
+        for words in (["--only"], ["--only", ""]):
+            self.wrong_usage("test", words, "--only needs a regular expression")
+        self.wrong_usage("test", ["more"], "unknown option more")
+        self.goes_on("test", ["--quick", "--jobs", "3", "--only", "nope"])
+
+    def test_a_demo_that_cannot_leave_its_results_does_not_begin(self):
+        file = self.folder / "file"
+        file.touch()
+        # The system's refusal of the superuser in /proc is another than that of others.
+        never = "Permission denied" if os.geteuid() else "No such file or directory"
+        for place, why in (("/proc", never), ("/proc/x", never), (file, "File exists"),
+                           (file / "below", "Not a directory")):
+            self.refused(1, "demo", ["--out", str(place)], f"{place}: no results can be written "
+                         f"there ({why}); name another directory with --out")
+        results = self.folder / "results" / "deep"
+        self.goes_on("demo", ["--quick", "--out", str(results)])
+        self.assertEqual(list(results.iterdir()), [])
+
 
 
 if __name__ == "__main__":

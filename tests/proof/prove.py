@@ -208,18 +208,36 @@ def check_mutants(folder, jobs, only):
     return sum(map(bool, results))
 
 
+def wrong(text):
+    """Ends as tools/campaign does, whose words these were."""
+    print(f"tools/campaign: {text}; see tools/campaign --help", file=sys.stderr)
+    sys.exit(2)
+
+
+def choose(only):
+    """The functions whose name matches; there are some."""
+    try:
+        chosen = [name for claim in claims.CLAIMS for name in claim.functions
+                  if re.search(only, name)]
+    except re.error:
+        wrong(f"--only {only} is no regular expression")
+    return chosen or wrong(f"no function matches {only}")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="provers at a time")
     parser.add_argument("--only", default=".", help="only the functions whose name matches")
     parser.add_argument("--read", action="store_true", help="only read the contracts, prove nothing")
+    parser.add_argument("--list", action="store_true", help="only print the functions' names")
     arguments = parser.parse_args()
+    chosen = choose(arguments.only)
+    if arguments.list:
+        print("\n".join(chosen))
+        return 0
     missing = [package for command, package in PACKAGES.items() if not shutil.which(command)]
     if missing:
         sys.exit(f"prove.py: to install: {' '.join(missing)}")
-    if not any(re.search(arguments.only, name)
-               for claim in claims.CLAIMS for name in claim.functions):
-        parser.error(f"no function matches {arguments.only}")
     check_trusted()
     print(f"{check_facts()} trials of {len(list(facts()))} facts about bits: none fails", flush=True)
     with tempfile.TemporaryDirectory() as folder:

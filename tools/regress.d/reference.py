@@ -11,6 +11,11 @@ from result import TOLERANCES, Result, crc_text
 from session import Unusable, read_regular
 
 FOLDER, REFERENCE, OPTIONS = "regress", "reference.json", "options.json"
+# What of vergence reconstruct's options a directory may set: those that say how to measure, and none
+# that names a file. Directories are exchanged between people, and must not write where they want.
+MEASURES = ("--depth", "--disparity", "--region", "--scale", "--rectified", "--focal", "--baseline",
+            "--unit", "--first-camera", "--bayer", "--bits", "--raw", "--preset", "--no-refine",
+            "--keep-all", "--speckle")
 PACKED = re.compile(r"pair(-[0-9]+)?-[0-9a-f]{8}\.npz")  # the only files that are removed again
 
 
@@ -32,6 +37,18 @@ def read_json(path):
     return value
 
 
+def check_arguments(path, arguments):
+    """Whether an option or a value comes next does not matter: neither may look like an option that
+    says something else. Negative numbers are values."""
+    if not isinstance(arguments, list) or not all(
+            isinstance(word, str) and word.isprintable() for word in arguments):
+        raise Unusable(f"{path}: arguments must be a list of printable texts")
+    for word in arguments:
+        name = word.partition("=")[0]
+        if re.match("-[^0-9.]", word) and name not in MEASURES:
+            raise Unusable(f"{path}: {name} does not say how to measure; see tools/regress --help")
+
+
 def read_options(folder):
     """Arguments of vergence reconstruct, and tolerances: 0 where none is given."""
     path = pathlib.Path(folder) / FOLDER / OPTIONS
@@ -41,8 +58,7 @@ def read_options(folder):
     arguments = options.get("arguments", [])
     if unknown:
         raise Unusable(f"{path}: unknown key {sorted(unknown)[0]}; there are arguments, tolerance")
-    if not isinstance(arguments, list) or not all(isinstance(a, str) for a in arguments):
-        raise Unusable(f"{path}: arguments must be a list of texts")
+    check_arguments(path, arguments)
     if not isinstance(tolerance, dict) or set(tolerance) - set(TOLERANCES):
         raise Unusable(f"{path}: tolerance may have {', '.join(TOLERANCES)}")
     for name, value in tolerance.items():
