@@ -59,14 +59,21 @@ struct remote_written {
     uint64_t bytes;
 };
 
+/// Finds out that vergenced is at the other end of a socket, which its event loop answers at once,
+/// whatever its threads do (a serial line is asked when it is opened). A peer that says nothing is
+/// told on standard error, and waited for. 0; 1: the daemon turns the client away, which `show` has
+/// seen; or with a message ERROR_DEVICE: the connection broke, ERROR_VERSION: what answers is no
+/// vergenced, ERROR_CANCELLED: the user has interrupted.
+int remote_greet(struct remote *self, remote_show *show, void *cookie, struct message *message);
+
 /// The command line `vergence --connect ...`; the process's exit code.
 int remote_main(int argc, char **argv);
 
 /// Sends a command and gives each line of the answer to `show`; waits for its end as long as it
-/// takes. 0: OK; 1: ERR, which `show` has seen, also that the daemon turns the client away; with a
-/// message ERROR_DEVICE: the line broke, ERROR_TIMEOUT: nothing sensible comes through a serial
-/// line, ERROR_CRC: rounds of a watch were damaged there, ERROR_CANCELLED: it was interrupted,
-/// ERROR_SYNTAX: it is too long, ERROR_VERSION: no vergenced answers, ERROR_MEMORY.
+/// takes. 0: OK; 1: ERR, which `show` has seen; with a message ERROR_DEVICE: the line broke,
+/// ERROR_TIMEOUT: nothing sensible comes through a serial line, ERROR_CRC: rounds of a watch were
+/// damaged there, ERROR_CANCELLED: it was interrupted, ERROR_SYNTAX: it is too long, ERROR_VERSION:
+/// no vergenced answers, ERROR_MEMORY.
 int remote_ask(struct remote *self, const char *command, remote_show *show, void *cookie,
                struct message *message);
 

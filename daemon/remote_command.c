@@ -64,27 +64,6 @@ static const struct option_page page = {
     .operands_max = 0,
 };
 
-/// Ctrl-C is the instrument's business first; whoever presses it twice does not want to wait.
-static void attend(struct remote *self) {
-    struct signalfd_siginfo information;
-    if (read(self->extra_fd, &information, sizeof information) != sizeof information) {
-        return;
-    }
-    if (self->interrupted) {
-        _exit(EXIT_INTERRUPTED);
-    }
-    remote_interrupt(self);
-}
-
-static void watch_signals(struct remote *self) {
-    sigset_t taken;
-    sigemptyset(&taken);
-    sigaddset(&taken, SIGINT);
-    sigprocmask(SIG_BLOCK, &taken, NULL);
-    self->extra_fd = signalfd(-1, &taken, SFD_CLOEXEC | SFD_NONBLOCK);
-    self->attend = attend;
-}
-
 static void show(struct remote *self, void *cookie, const char *text) {
     (void)cookie;
     if (ferror(stdout)) {
@@ -107,6 +86,42 @@ static int fail(struct remote *self, int error, const struct message *message, i
         fprintf(stderr, "vergence: %s\n", message->text);
     }
     return code;
+}
+
+/// Ctrl-C is the instrument's business first; whoever presses it twice does not want to wait.
+static void attend(struct remote *self) {
+    struct signalfd_siginfo information;
+    struct message message;
+    if (read(self->extra_fd, &information, sizeof information) != sizeof information) {
+        return;
+    }
+    if (self->interrupted) {
+        remote_progress(self, "", 0, 0);
+        message_set(&message, 0,
+                    "interrupted twice: ended before vergenced said that the command was given up");
+        _exit(fail(self, ERROR_CANCELLED, &message, EXIT_INTERRUPTED));
+    }
+    remote_interrupt(self);
+}
+
+static void watch_signals(struct remote *self) {
+    sigset_t taken;
+    sigemptyset(&taken);
+    sigaddset(&taken, SIGINT);
+    sigprocmask(SIG_BLOCK, &taken, NULL);
+    self->extra_fd = signalfd(-1, &taken, SFD_CLOEXEC | SFD_NONBLOCK);
+    self->attend = attend;
+}
+
+/// Leaves Ctrl-C to a terminal.
+static void unwatch_signals(struct remote *self) {
+    sigset_t taken;
+    close(self->extra_fd);
+    self->extra_fd = -1;
+    self->attend = NULL;
+    sigemptyset(&taken);
+    sigaddset(&taken, SIGINT);
+    sigprocmask(SIG_UNBLOCK, &taken, NULL);
 }
 
 /// A line that the instrument never sees.
@@ -216,6 +231,26 @@ static int first_word(int argc, char **argv) {
     return at < argc ? at : argc;
 }
 
+/// Talks with what is at the other end of the line, first to see that it is vergenced; `line` is
+/// the command of the command line, NULL: there is none.
+static int converse(struct remote *self, const char *line, bool keep_going) {
+    struct message message;
+    watch_signals(self);
+    const int error = remote_greet(self, show, NULL, &message);
+    if (error < 0) {
+        return fail(self, error, &message,
+                    error == ERROR_CANCELLED ? interrupted_code() : REMOTE_EXIT_LINE);
+    }
+    if (error != 0) {
+        return REMOTE_EXIT_ERR;
+    }
+    if (line == NULL && isatty(STDIN_FILENO) != 0 && !self->json) {
+        unwatch_signals(self);
+        return remote_terminal(self);
+    }
+    return line != NULL ? run_line(self, line) : run_script(self, keep_going);
+}
+
 int remote_main(int argc, char **argv) {
     struct arguments arguments = {0};
     const int first = first_word(argc, argv);
@@ -239,11 +274,8 @@ int remote_main(int argc, char **argv) {
     if (error != 0) {
         result = fail(&remote, error, &message,
                       error == ERROR_ARGUMENT ? CLIENT_USAGE : REMOTE_EXIT_LINE);
-    } else if (count == 0 && isatty(STDIN_FILENO) != 0 && !arguments.json) {
-        result = remote_terminal(&remote);
     } else {
-        watch_signals(&remote);
-        result = count > 0 ? run_line(&remote, line) : run_script(&remote, arguments.keep_going);
+        result = converse(&remote, count > 0 ? line : NULL, arguments.keep_going);
     }
     remote_line_close(&remote.line);
     return result;

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The shipped client before anything is asked: what is at the other end, what its script is read
+from, and what its command line says."""
+import json
+import os
+import select
+import signal
+import socket
+import subprocess
+import unittest
+
+from daemon_process import PATIENCE_S, VERGENCE, DaemonTest, Terminal
+
+INTERRUPTED = 130
+SILENT = b"vergence: vergenced does not answer yet; Ctrl-C ends this\n"
+NO_ANSWER = "vergenced does not answer as it should"
+
+
+class Peers(DaemonTest):
+    def begin(self, *words, where=None, **options):
+        process = subprocess.Popen([VERGENCE, "--connect", where or f"unix:{self.path}", *words],
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, **options)
+        self.addCleanup(process.stdout.close)
+        self.addCleanup(process.stderr.close)
+        self.addCleanup(process.kill)
+        return process
+
+    def stop_daemon(self):
+        self.daemon.send_signal(signal.SIGSTOP)
+        self.addCleanup(self.daemon.send_signal, signal.SIGCONT)
+
+    def wait_line(self, file):
+        """The next line, as it comes: the end of the process is not waited for."""
+        self.assertTrue(select.select([file], [], [], PATIENCE_S)[0], "nothing is told")
+        return file.readline()
+
+    def test_a_daemon_that_stands_still_is_told_once_and_waited_for(self):
+        for words in (["wait", "0"], ["--json", "wait", "0"], ["fetch", "none"], []):
+            self.daemon.send_signal(signal.SIGSTOP)
+            try:
+                process = self.begin(*words, stdin=subprocess.DEVNULL)
+                self.assertEqual(self.wait_line(process.stderr), SILENT)
+            finally:
+                self.daemon.send_signal(signal.SIGCONT)
+            output, told = process.communicate(timeout=PATIENCE_S)
+            self.assertEqual((process.returncode, told.count(b"\n")),
+                             (1, 1) if "fetch" in words else (0, 0), (words, told))
+            self.assertEqual(output.count(b"\n"), "wait" in words)
+
+    def test_ctrl_c_at_a_daemon_that_stands_still(self):
+        for words in (["status"], ["--json", "status"], []):
+            self.daemon.send_signal(signal.SIGSTOP)
+            try:
+                process = self.begin(*words, stdin=subprocess.DEVNULL)
+                self.wait_line(process.stderr)
+                process.send_signal(signal.SIGINT)
+                output, told = process.communicate(timeout=PATIENCE_S)
+            finally:
+                self.daemon.send_signal(signal.SIGCONT)
+            self.assertEqual(process.returncode, INTERRUPTED, (output, told))
+            if "--json" in words:
+                self.assertEqual((json.loads(output)["error"], told), ("CANCELLED", b""))
+            else:
+                self.assertEqual((output, told), (b"", b"vergence: interrupted\n"))
+
+    def test_a_person_at_a_daemon_that_stands_still(self):
+        terminal = Terminal(raw=False)
+        self.addCleanup(terminal.close)
+        self.stop_daemon()
+        process = self.begin(stdin=terminal.slave)
+        self.assertEqual(self.wait_line(process.stderr), SILENT)
+        process.send_signal(signal.SIGINT)
+        _, told = process.communicate(timeout=PATIENCE_S)
+        self.assertEqual((process.returncode, told), (INTERRUPTED, b"vergence: interrupted\n"))
+
+    def test_a_long_command_is_waited_for_in_silence(self):
+        """A watch says nothing between its rounds, and nobody is told that this is wrong."""
+        done = self.vergence("watch", "6", "version", "2")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+    def fake(self, *said):
+        """A process in front of a peer that says these one after the other, each when something was
+        asked, and then nothing more."""
+        path = os.path.join(self.folder, "fake.sock")
+        server = socket.socket(socket.AF_UNIX)
+        self.addCleanup(server.close)
+        server.bind(path)
+        self.addCleanup(os.remove, path)
+        server.listen()
+
+        def begin(*words):
+            process = self.begin(*words, where=f"unix:{path}")
+            peer = server.accept()[0]
+            self.addCleanup(peer.close)
+            peer.settimeout(PATIENCE_S)
+            for text in said:
+                peer.recv(4096)
+                peer.sendall(text)
+            return process, peer
+
+        return begin
+
+    def test_the_second_ctrl_c_says_what_it_does(self):
+        begin = self.fake(b"OK\n")
+        for words in (["status"], ["--json", "status"]):
+            process, peer = begin(*words)
+            self.assertIn(b"status\n", peer.recv(4096))
+            process.send_signal(signal.SIGINT)
+            self.assertEqual(peer.recv(4096), b"\x03")
+            process.send_signal(signal.SIGINT)
+            output, told = process.communicate(timeout=PATIENCE_S)
+            why = "interrupted twice: ended before vergenced said that the command was given up"
+            self.assertEqual(process.returncode, INTERRUPTED)
+            if "--json" in words:
+                answer = json.loads(output)
+                self.assertEqual((answer["ok"], answer["error"], answer["message"], told),
+                                 (False, "CANCELLED", why, b""))
+            else:
+                self.assertEqual((output, told.decode()), (b"", f"vergence: {why}\n"))
+
+    def test_who_is_no_vergenced(self):
+        begin = self.fake(b"SSH-2.0-OpenSSH_9.6\r\n")
+        for words in (["status"], ["--json", "status"], ["fetch", "x"], []):
+            process, _ = begin(*words)
+            output, told = process.communicate(timeout=PATIENCE_S)
+            self.assertEqual(process.returncode, 3, (output, told))
+            if "--json" in words:
+                answer = json.loads(output)
+                self.assertEqual((answer["error"], answer["message"], told),
+                                 ("VERSION", NO_ANSWER, b""))
+            else:
+                self.assertEqual((output, told.decode()), (b"", f"vergence: {NO_ANSWER}\n"))
+
+
+if __name__ == "__main__":
+    unittest.main()
