@@ -111,7 +111,8 @@ static int dispatch(int argc, char **argv, const struct client_command *commands
 
 bool client_occupy_standard_streams(void) {
     for (int fd = 0; fd <= 2; fd++) {
-        if (fcntl(fd, F_GETFD) == -1 && open("/dev/null", O_RDONLY) != fd) {
+        const int other_way = fd == STDIN_FILENO ? O_WRONLY : O_RDONLY;
+        if (fcntl(fd, F_GETFD) == -1 && open("/dev/null", other_way) != fd) {
             return false;
         }
     }

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/client.h"
+#include "daemon/file_error.h"
 #include "daemon/monotonic.h"
 #include "daemon/options.h"
 #include "daemon/remote.h"
@@ -45,14 +46,16 @@ static const struct option_page page = {
     .operands = "--connect WHERE [OPTIONS] [COMMAND [ARGUMENT ...]]",
     .summary = "asks the vergenced of an instrument",
     .description =
-        "Without a command: line by line from standard input; at a terminal with line editing, "
-        "history and completion. Ctrl-C cancels what runs. \"help\" lists the commands.\n"
+        "Without a command: line by line from standard input, up to its end or \"quit\"; at a "
+        "terminal with line editing, history and completion. Ctrl-C cancels what runs; of a "
+        "command or a script a second one does not wait for that. \"help\" lists the "
+        "commands.\n"
         "\"fetch NAME [FILE]\" brings a file of the instrument here, or all files of a session "
         "into "
         "a directory, \"send FILE [NAME]\" takes one there; when the line breaks, the same command "
         "later goes on from there.\n"
-        "Exit code: 0 OK; 1 ERR; 2 the command line makes no sense; 3 no connection; 130 "
-        "cancelled by Ctrl-C.",
+        "Exit code: 0 OK; 1 ERR, or a file or script here failed; 2 the command line makes no "
+        "sense; 3 no connection, or no vergenced there; 130 cancelled by Ctrl-C.",
     .examples =
         "vergence --connect unix:/run/vergence/vergenced.sock status\n"
         "vergence --connect serial:/dev/ttyUSB0 bugreport\n"
@@ -172,6 +175,7 @@ static int run_line(struct remote *self, const char *line) {
                     : own                     ? REMOTE_EXIT_ERR
                                               : REMOTE_EXIT_LINE);
     }
+    self->over = result == 0 && strcmp(words[0], "quit") == 0;
     return result == 0 ? CLIENT_OK : self->interrupted ? interrupted_code() : REMOTE_EXIT_ERR;
 }
 
@@ -184,6 +188,11 @@ static int run_script(struct remote *self, bool keep_going) {
         if (kind == REMOTE_SCRIPT_END) {
             return self->interrupted ? interrupted_code() : worst;
         }
+        if (kind == REMOTE_SCRIPT_BROKEN) {
+            message_set(&message, 0, "standard input cannot be read: %s",
+                        strerror(script.errno_of_read));
+            return fail(self, file_error(script.errno_of_read), &message, REMOTE_EXIT_ERR);
+        }
         if (kind == REMOTE_SCRIPT_TOO_LONG) {
             message_set(&message, 0, "the line is longer than %d characters", COMMAND_LINE_MAX);
         } else if (kind == REMOTE_SCRIPT_CONTROL) {
@@ -192,7 +201,7 @@ static int run_script(struct remote *self, bool keep_going) {
         const int code =
             kind == REMOTE_SCRIPT_LINE ? run_line(self, script.line) : refuse(self, &message);
         worst = code != CLIENT_OK ? code : worst;
-        if (code != CLIENT_OK && (!keep_going || code != REMOTE_EXIT_ERR)) {
+        if (self->over || (code != CLIENT_OK && (!keep_going || code != REMOTE_EXIT_ERR))) {
             return worst;
         }
     }

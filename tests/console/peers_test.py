@@ -131,6 +131,49 @@ class Peers(DaemonTest):
             else:
                 self.assertEqual((output, told.decode()), (b"", f"vergence: {NO_ANSWER}\n"))
 
+    def test_a_script_that_cannot_be_read(self):
+        directory = os.open(self.folder, os.O_RDONLY)
+        self.addCleanup(os.close, directory)
+        closed = ("sh", "-c", 'exec "$@" <&-', "sh")
+        connect = [VERGENCE, "--connect", f"unix:{self.path}"]
+        for launcher, why, error in (((), "Is a directory", "IO"),
+                                     (closed, "Bad file descriptor", "IO")):
+            for words in ([], ["--json"]):
+                done = subprocess.run([*launcher, *connect, *words], stdin=directory, text=True,
+                                      capture_output=True, timeout=PATIENCE_S)
+                why_all = f"standard input cannot be read: {why}"
+                self.assertEqual(done.returncode, 1, done)
+                if words:
+                    answer = json.loads(done.stdout)
+                    self.assertEqual((answer["ok"], answer["error"], answer["message"]),
+                                     (False, error, why_all))
+                    self.assertEqual(done.stderr, "")
+                else:
+                    self.assertEqual((done.stdout, done.stderr), ("", f"vergence: {why_all}\n"))
+
+    def test_a_script_that_breaks_off(self):
+        """What stands before the break is carried out, a line that it cut is not."""
+        for words in ([], ["--keep-going"]):
+            here, there = socket.socketpair()
+            with there:
+                there.sendall(b"x")  # left unread, the other end's close is an error
+                here.sendall(b"wait 0\nversi")
+                here.close()
+                done = self.vergence(*words, stdin=there)
+            self.assertEqual((done.returncode, done.stdout, done.stderr),
+                             (1, "OK\n", "vergence: standard input cannot be read: Connection "
+                              "reset by peer\n"))
+
+    def test_quit_ends_a_script(self):
+        for script in ("quit\nstatus\n", " quit # now\nfly\n", "quit"):
+            done = self.vergence(input=script)
+            self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "OK\n", ""))
+        done = self.vergence("--json", input="quit\nstatus\n")
+        self.assertEqual((done.returncode, done.stdout.count("\n"), done.stderr), (0, 1, ""))
+        done = self.vergence("--keep-going", input="fly\nquit 3\nwait 0\nquit\nstatus\n")
+        self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")),
+                         (1, "OK\nOK\n", 2))
+
 
 if __name__ == "__main__":
     unittest.main()
