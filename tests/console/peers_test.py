@@ -174,6 +174,32 @@ class Peers(DaemonTest):
         self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")),
                          (1, "OK\nOK\n", 2))
 
+    def test_a_directory_as_completion_leaves_it(self):
+        there = os.path.join(self.files, "taken")
+        os.makedirs(os.path.join(there, "deep"))
+        for name in ("a", "deep/b"):
+            with open(os.path.join(there, name), "w", encoding="ascii") as file:
+                file.write(name)
+        for typed, written in (("taken/deep/", "deep"), ("taken/deep//", "deep")):
+            done = self.vergence("fetch", typed, cwd=self.folder)
+            self.assertEqual((done.returncode, done.stdout, done.stderr),
+                             (0, f"written: {written}, 1 files, 6 bytes\nOK\n", ""))
+            with open(os.path.join(self.folder, written, "b"), encoding="ascii") as file:
+                self.assertEqual(file.read(), "deep/b")
+
+    def test_candidates_come_in_the_order_of_files(self):
+        there = os.path.join(self.files, "many")
+        os.makedirs(there)
+        names = [f"f{i * 7919 % 1000:03}" for i in range(60)]
+        for name in names:
+            with open(os.path.join(there, name), "w", encoding="ascii"):
+                pass
+        client = self.client()
+        listed = [entry["file"] for entry in client.ask_json("files many")["result"]["files"]]
+        words = client.ask_json('complete "fetch many/"')["result"]["words"].split()
+        self.assertEqual(listed, sorted(names))
+        self.assertEqual(words, [f"many/{name}" for name in listed])
+
 
 if __name__ == "__main__":
     unittest.main()
