@@ -88,6 +88,15 @@ static int run_help(int argc, char **argv, const struct client_command *commands
     return command->run(2, help_argv);
 }
 
+static bool connects_later(int argc, char **argv) {
+    for (int i = 2; i < argc; i++) {
+        if (strcmp(argv[i], "--connect") == 0 || strncmp(argv[i], "--connect=", 10) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
 static int dispatch(int argc, char **argv, const struct client_command *commands,
                     int command_count) {
     if (argc < 2) {
@@ -104,6 +113,13 @@ static int dispatch(int argc, char **argv, const struct client_command *commands
     }
     if (strncmp(argv[1], "--connect", 9) == 0) {
         return remote_main(argc, argv);
+    }
+    if (argv[1][0] == '-' && connects_later(argc, argv)) {
+        fprintf(stderr,
+                "vergence: \"--connect WHERE\" comes first: \"%.40s\" goes between WHERE and the "
+                "command\n",
+                argv[1]);
+        return CLIENT_USAGE;
     }
     const struct client_command *command = find_command(argv[1], commands, command_count);
     return command != NULL ? command->run(argc - 1, argv + 1) : CLIENT_USAGE;

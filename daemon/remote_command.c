@@ -231,6 +231,19 @@ static bool join(char *const *words, int count, char *line, size_t bytes) {
     return true;
 }
 
+/// The first flag of the client's own that stands among the words of a command; NULL: none does.
+static const char *misplaced(char *const *words, int count) {
+    for (int i = 1; i < count; i++) {
+        for (int j = 0; j < page.option_count; j++) {
+            if (options[j].kind == OPTION_FLAG && strncmp(words[i], "--", 2) == 0 &&
+                strcmp(words[i] + 2, options[j].name) == 0) {
+                return words[i];
+            }
+        }
+    }
+    return NULL;
+}
+
 /// Where the command begins: what follows is its own, also when it looks like an option (-3).
 static int first_word(int argc, char **argv) {
     int at = 1;
@@ -274,6 +287,11 @@ int remote_main(int argc, char **argv) {
     // Answers to another program may still come: its numbers were others.
     const int32_t id = (int32_t)(monotonic_now_us() % REMOTE_IDS);
     struct remote remote = {.json = arguments.json, .id = id, .extra_fd = -1};
+    const char *option = misplaced(argv + first, count);
+    if (option != NULL) {
+        message_set(&message, 0, "\"%s\" goes between WHERE and the command", option);
+        return fail(&remote, ERROR_ARGUMENT, &message, CLIENT_USAGE);
+    }
     if (!join(argv + first, count, line, sizeof line)) {
         message_set(&message, 0, "the command is longer than %d characters", COMMAND_LINE_MAX);
         return fail(&remote, ERROR_SYNTAX, &message, CLIENT_USAGE);

@@ -174,6 +174,26 @@ class Peers(DaemonTest):
         self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")),
                          (1, "OK\nOK\n", 2))
 
+    def test_options_in_the_wrong_place(self):
+        for words, why in (
+                (["--json", "--connect", "unix:/x", "version"],
+                 '"--connect WHERE" comes first: "--json" goes between WHERE and the command'),
+                (["--keep-going", "--connect=unix:/x"],
+                 '"--connect WHERE" comes first: "--keep-going" goes between WHERE and the '
+                 "command"),
+                (["--connect", "unix:/x", "pan", "--json"],
+                 '"--json" goes between WHERE and the command'),
+                (["--connect", "unix:/x", "pan", "left", "--keep-going"],
+                 '"--keep-going" goes between WHERE and the command'),
+                (["--connect", "unix:", "status"], "unix:: expected is unix:PATH")):
+            done = subprocess.run([VERGENCE, *words], capture_output=True, text=True,
+                                  timeout=PATIENCE_S, stdin=subprocess.DEVNULL)
+            self.assertEqual((done.returncode, done.stdout, done.stderr),
+                             (2, "", f"vergence: {why}\n"))
+        # A whole line as one word is the daemon's alone.
+        done = self.vergence("help --json")
+        self.assertEqual((done.returncode, done.stderr[:4]), (1, "ERR "))
+
     def test_a_directory_as_completion_leaves_it(self):
         there = os.path.join(self.files, "taken")
         os.makedirs(os.path.join(there, "deep"))
