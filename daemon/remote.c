@@ -270,6 +270,7 @@ int remote_call(struct remote *self, const char *command, struct json_value *res
     const int patience_ms = self->line.serial ? CALL_SERIAL_MS : CALL_SOCKET_MS;
     int error = ERROR_TIMEOUT;
     int silent = 0;
+    self->refused = false;
     for (int i = 0; i < CALL_TRIES && silent < SILENT_TRIES; i++) {
         char request[REMOTE_REQUEST_BYTES];
         char prefix[32];
@@ -302,6 +303,7 @@ int remote_call(struct remote *self, const char *command, struct json_value *res
         if (self->interrupted && strcmp(name, error_name(ERROR_CANCELLED)) == 0) {
             return give_up(message);
         }
+        self->refused = true;
         return message_set(message, ERROR_REFUSED, "%s %s", name, text);
     }
     return message_set(message, ERROR_TIMEOUT, "no answer comes through the line undamaged");

@@ -29,6 +29,7 @@ struct remote {
     bool bar_shown;    ///< of progress, on standard error
     int32_t id;        ///< of the last request that wanted one, 0 .. 999999
     bool interrupted;  ///< by Ctrl-C: what runs is given up, and nothing new is begun
+    bool refused;      ///< by the instrument, which said ERR to the last remote_call
     bool over;         ///< the instrument has obeyed a "quit": nothing more can be asked
     /// What may want attention while an answer is awaited, and who gives it; -1, NULL: none.
     int extra_fd;

@@ -56,6 +56,7 @@ int remote_files(struct remote *self, const char *line, remote_show *show, void 
     const char *name = fetch ? without_end(words[1], plain) : words[1];
     const char *other = count == 3 ? words[2] : base_name(name);
     struct remote_written written = {.name = other};
+    self->refused = false;
     *error = fetch ? remote_fetch(self, name, other, &written.bytes, message)
                    : remote_send(self, name, other, &written.bytes, message);
     if (fetch && *error == ERROR_REFUSED && is_directory(self, name)) {
@@ -63,7 +64,7 @@ int remote_files(struct remote *self, const char *line, remote_show *show, void 
     }
     if (*error == 0) {
         remote_show_written(self, show, cookie, &written);
-    } else if (self->json && *error == ERROR_REFUSED) {
+    } else if (self->json && *error == ERROR_REFUSED && self->refused) {
         char refusal[MESSAGE_BYTES + 8];
         snprintf(refusal, sizeof refusal, "ERR %s", message->text);  // the daemon's
         remote_show_refusal(self, show, cookie, refusal);

@@ -194,6 +194,20 @@ class Peers(DaemonTest):
         done = self.vergence("help --json")
         self.assertEqual((done.returncode, done.stderr[:4]), (1, "ERR "))
 
+    def test_a_file_that_cannot_be_sent(self):
+        """The kinds of errors are the same for a file that is missing here or there."""
+        path = os.path.join(self.folder, "IO loop")
+        os.symlink(path, path)
+        self.addCleanup(os.remove, path)
+        for name, error, why in (("none here", "MISSING", "No such file or directory"),
+                                 ("IO loop", "REFUSED", "Too many levels of symbolic links")):
+            done = self.vergence("--json", "send", name, cwd=self.folder)
+            answer = json.loads(done.stdout)
+            self.assertEqual((done.returncode, answer["error"], answer["message"]),
+                             (1, error, f"{name}: {why}"))
+            done = self.vergence("send", name, cwd=self.folder)
+            self.assertEqual((done.returncode, done.stderr), (1, f"vergence: {name}: {why}\n"))
+
     def test_a_directory_as_completion_leaves_it(self):
         there = os.path.join(self.files, "taken")
         os.makedirs(os.path.join(there, "deep"))
