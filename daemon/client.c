@@ -88,6 +88,15 @@ static int run_help(int argc, char **argv, const struct client_command *commands
     return command->run(2, help_argv);
 }
 
+static bool connects_later(int argc, char **argv) {
+    for (int i = 2; i < argc; i++) {
+        if (strcmp(argv[i], "--connect") == 0 || strncmp(argv[i], "--connect=", 10) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
 static int dispatch(int argc, char **argv, const struct client_command *commands,
                     int command_count) {
     if (argc < 2) {
@@ -105,13 +114,21 @@ static int dispatch(int argc, char **argv, const struct client_command *commands
     if (strncmp(argv[1], "--connect", 9) == 0) {
         return remote_main(argc, argv);
     }
+    if (argv[1][0] == '-' && connects_later(argc, argv)) {
+        fprintf(stderr,
+                "vergence: \"--connect WHERE\" comes first: \"%.40s\" goes between WHERE and the "
+                "command\n",
+                argv[1]);
+        return CLIENT_USAGE;
+    }
     const struct client_command *command = find_command(argv[1], commands, command_count);
     return command != NULL ? command->run(argc - 1, argv + 1) : CLIENT_USAGE;
 }
 
 bool client_occupy_standard_streams(void) {
     for (int fd = 0; fd <= 2; fd++) {
-        if (fcntl(fd, F_GETFD) == -1 && open("/dev/null", O_RDONLY) != fd) {
+        const int other_way = fd == STDIN_FILENO ? O_WRONLY : O_RDONLY;
+        if (fcntl(fd, F_GETFD) == -1 && open("/dev/null", other_way) != fd) {
             return false;
         }
     }

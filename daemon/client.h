@@ -33,7 +33,8 @@ int client_main(int argc, char **argv, const struct client_command *commands, in
 
 /// A closed standard stream would give its number to the next file opened, and a line printed later
 /// would land in that file, or in a device. This takes such numbers by a file that cannot be
-/// written to. Called before any other file is opened; false when it cannot.
+/// written to, or not be read as standard input. Called before any other file is opened; false when
+/// it cannot.
 bool client_occupy_standard_streams(void);
 
 /// The exit code of a program that is about to end with `exit_code`: what standard output did not

@@ -19,7 +19,7 @@ enum {
     SILENT_TRIES = 3,  ///< of them in a row that nothing answers: nobody is there
     CALL_SERIAL_MS = 3000,
     CALL_SOCKET_MS = 60000,
-    LAST_WORDS_MS = 1000,  ///< of a daemon that has hung up
+    GREET_MS = 5000,  ///< after which a silent peer is told
     BAR_WIDTH = 30,
     BAR_TEXT = 44,
 };
@@ -144,9 +144,54 @@ static bool is_text_end(const char *text, bool *ok) {
 }
 
 /// Whether a line says that the daemon turns the client away, which it says as text before it has
-/// heard how the client wants it. On a serial line it is rubbish, as is one that gives no reason.
-static bool is_turned_away(const struct remote *self, const char *text) {
-    return !self->line.serial && strncmp(text, "ERR ", 4) == 0 && text[4] > ' ';
+/// heard how the client wants it. One that gives no reason is rubbish.
+static bool is_turned_away(const char *text) {
+    return strncmp(text, "ERR ", 4) == 0 && text[4] > ' ';
+}
+
+/// Waits for the answer to the greeting as long as it takes. 0, ERROR_DEVICE or ERROR_CANCELLED.
+static int await_greeting(struct remote *self, char **text) {
+    int limit_ms = GREET_MS;
+    for (;;) {
+        bool extra = false;
+        const int error = remote_line_receive(&self->line, limit_ms, self->extra_fd, &extra, text);
+        if (extra) {
+            self->attend(self);
+        }
+        if (self->interrupted) {
+            return ERROR_CANCELLED;
+        }
+        if (error == ERROR_TIMEOUT) {
+            fputs("vergence: vergenced does not answer yet; Ctrl-C ends this\n", stderr);
+            limit_ms = REMOTE_FOREVER_MS;
+        } else if (error != ERROR_CANCELLED) {
+            return error;
+        }
+    }
+}
+
+int remote_greet(struct remote *self, remote_show *show, void *cookie, struct message *message) {
+    static const char hello[] = "@text\n";  // as it is anyway
+    char *text = NULL;
+    if (self->line.serial) {
+        return 0;
+    }
+    // A daemon that has hung up said why: that has come, also when nothing can be sent any more.
+    remote_line_send(&self->line, hello, sizeof hello - 1);
+    const int error = await_greeting(self, &text);
+    if (error == ERROR_CANCELLED) {
+        return give_up(message);
+    }
+    if (error != 0) {
+        return message_set(message, ERROR_DEVICE, "the connection broke");
+    }
+    if (is_turned_away(text)) {
+        remote_show_refusal(self, show, cookie, text);
+        return 1;
+    }
+    return strcmp(text, "OK") == 0
+               ? 0
+               : message_set(message, ERROR_VERSION, "vergenced does not answer as it should");
 }
 
 /// remote_ask over a socket, which loses nothing.
@@ -161,18 +206,13 @@ static int ask_socket(struct remote *self, const char *command, remote_show *sho
     if (remote_interrupted(self)) {
         return give_up(message);
     }
-    // A daemon that hangs up says why: that has come, and is read when nothing can be sent.
     const bool sent = remote_line_send(&self->line, request, (size_t)length);
     for (;;) {
         char *text = NULL;
         bool ok = false;
-        if (remote_receive(self, sent ? REMOTE_FOREVER_MS : LAST_WORDS_MS, &text) != 0) {
+        if (!sent || remote_receive(self, REMOTE_FOREVER_MS, &text) != 0) {
             remote_progress(self, "", 0, 0);
             return message_set(message, ERROR_DEVICE, "the connection broke");
-        }
-        if (self->json && is_turned_away(self, text)) {
-            remote_show_refusal(self, show, cookie, text);
-            return 1;
         }
         if (self->json && json_reader_parse(text, strlen(text)).text == NULL) {
             return message_set(message, ERROR_VERSION, "vergenced does not answer as it should");
@@ -203,19 +243,14 @@ static bool is_refused(struct json_value answer) {
            strcmp(name, error_name(ERROR_CRC)) == 0;
 }
 
-/// Waits for the answer with the id of the last request. ERROR_CRC: what came is damaged;
-/// ERROR_REFUSED, with a message: the daemon turns the client away.
-static int take_answer(struct remote *self, int limit_ms, struct json_value *answer,
-                       struct message *message) {
+/// Waits for the answer with the id of the last request. ERROR_CRC: what came is damaged.
+static int take_answer(struct remote *self, int limit_ms, struct json_value *answer) {
     for (;;) {
         char *text = NULL;
         int64_t id = -1;
         const int error = remote_receive(self, limit_ms, &text);
         if (error != 0) {
             return error;
-        }
-        if (is_turned_away(self, text)) {
-            return message_set(message, ERROR_REFUSED, "%s", text + strlen("ERR "));
         }
         *answer = json_reader_parse(text, strlen(text));
         const bool whole = answer->text != NULL && remote_seal_fits_json(text);
@@ -235,6 +270,7 @@ int remote_call(struct remote *self, const char *command, struct json_value *res
     const int patience_ms = self->line.serial ? CALL_SERIAL_MS : CALL_SOCKET_MS;
     int error = ERROR_TIMEOUT;
     int silent = 0;
+    self->refused = false;
     for (int i = 0; i < CALL_TRIES && silent < SILENT_TRIES; i++) {
         char request[REMOTE_REQUEST_BYTES];
         char prefix[32];
@@ -250,11 +286,8 @@ int remote_call(struct remote *self, const char *command, struct json_value *res
             return message_set(message, ERROR_SYNTAX, "the command is too long");
         }
         const bool sent = remote_line_send(&self->line, request, strlen(request));
-        error = take_answer(self, sent ? patience_ms : LAST_WORDS_MS, &answer, message);
-        if (error == ERROR_REFUSED) {
-            return error;
-        }
-        if (error == ERROR_DEVICE || !sent) {
+        error = sent ? take_answer(self, patience_ms, &answer) : ERROR_DEVICE;
+        if (error == ERROR_DEVICE) {
             return message_set(message, ERROR_DEVICE, "the connection broke");
         }
         silent = error == ERROR_TIMEOUT ? silent + 1 : 0;
@@ -270,6 +303,7 @@ int remote_call(struct remote *self, const char *command, struct json_value *res
         if (self->interrupted && strcmp(name, error_name(ERROR_CANCELLED)) == 0) {
             return give_up(message);
         }
+        self->refused = true;
         return message_set(message, ERROR_REFUSED, "%s %s", name, text);
     }
     return message_set(message, ERROR_TIMEOUT, "no answer comes through the line undamaged");

@@ -29,6 +29,8 @@ struct remote {
     bool bar_shown;    ///< of progress, on standard error
     int32_t id;        ///< of the last request that wanted one, 0 .. 999999
     bool interrupted;  ///< by Ctrl-C: what runs is given up, and nothing new is begun
+    bool refused;      ///< by the instrument, which said ERR to the last remote_call
+    bool over;         ///< the instrument has obeyed a "quit": nothing more can be asked
     /// What may want attention while an answer is awaited, and who gives it; -1, NULL: none.
     int extra_fd;
     void (*attend)(struct remote *self);
@@ -59,14 +61,21 @@ struct remote_written {
     uint64_t bytes;
 };
 
+/// Finds out that vergenced is at the other end of a socket, which its event loop answers at once,
+/// whatever its threads do (a serial line is asked when it is opened). A peer that says nothing is
+/// told on standard error, and waited for. 0; 1: the daemon turns the client away, which `show` has
+/// seen; or with a message ERROR_DEVICE: the connection broke, ERROR_VERSION: what answers is no
+/// vergenced, ERROR_CANCELLED: the user has interrupted.
+int remote_greet(struct remote *self, remote_show *show, void *cookie, struct message *message);
+
 /// The command line `vergence --connect ...`; the process's exit code.
 int remote_main(int argc, char **argv);
 
 /// Sends a command and gives each line of the answer to `show`; waits for its end as long as it
-/// takes. 0: OK; 1: ERR, which `show` has seen, also that the daemon turns the client away; with a
-/// message ERROR_DEVICE: the line broke, ERROR_TIMEOUT: nothing sensible comes through a serial
-/// line, ERROR_CRC: rounds of a watch were damaged there, ERROR_CANCELLED: it was interrupted,
-/// ERROR_SYNTAX: it is too long, ERROR_VERSION: no vergenced answers, ERROR_MEMORY.
+/// takes. 0: OK; 1: ERR, which `show` has seen; with a message ERROR_DEVICE: the line broke,
+/// ERROR_TIMEOUT: nothing sensible comes through a serial line, ERROR_CRC: rounds of a watch were
+/// damaged there, ERROR_CANCELLED: it was interrupted, ERROR_SYNTAX: it is too long, ERROR_VERSION:
+/// no vergenced answers, ERROR_MEMORY.
 int remote_ask(struct remote *self, const char *command, remote_show *show, void *cookie,
                struct message *message);
 

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/client.h"
+#include "daemon/file_error.h"
 #include "daemon/monotonic.h"
 #include "daemon/options.h"
 #include "daemon/remote.h"
@@ -45,14 +46,16 @@ static const struct option_page page = {
     .operands = "--connect WHERE [OPTIONS] [COMMAND [ARGUMENT ...]]",
     .summary = "asks the vergenced of an instrument",
     .description =
-        "Without a command: line by line from standard input; at a terminal with line editing, "
-        "history and completion. Ctrl-C cancels what runs. \"help\" lists the commands.\n"
+        "Without a command: line by line from standard input, up to its end or \"quit\"; at a "
+        "terminal with line editing, history and completion. Ctrl-C cancels what runs; of a "
+        "command or a script a second one does not wait for that. \"help\" lists the "
+        "commands.\n"
         "\"fetch NAME [FILE]\" brings a file of the instrument here, or all files of a session "
         "into "
         "a directory, \"send FILE [NAME]\" takes one there; when the line breaks, the same command "
         "later goes on from there.\n"
-        "Exit code: 0 OK; 1 ERR; 2 the command line makes no sense; 3 no connection; 130 "
-        "cancelled by Ctrl-C.",
+        "Exit code: 0 OK; 1 ERR, or a file or script here failed; 2 the command line makes no "
+        "sense; 3 no connection, or no vergenced there; 130 cancelled by Ctrl-C.",
     .examples =
         "vergence --connect unix:/run/vergence/vergenced.sock status\n"
         "vergence --connect serial:/dev/ttyUSB0 bugreport\n"
@@ -63,27 +66,6 @@ static const struct option_page page = {
     .operands_min = 0,
     .operands_max = 0,
 };
-
-/// Ctrl-C is the instrument's business first; whoever presses it twice does not want to wait.
-static void attend(struct remote *self) {
-    struct signalfd_siginfo information;
-    if (read(self->extra_fd, &information, sizeof information) != sizeof information) {
-        return;
-    }
-    if (self->interrupted) {
-        _exit(EXIT_INTERRUPTED);
-    }
-    remote_interrupt(self);
-}
-
-static void watch_signals(struct remote *self) {
-    sigset_t taken;
-    sigemptyset(&taken);
-    sigaddset(&taken, SIGINT);
-    sigprocmask(SIG_BLOCK, &taken, NULL);
-    self->extra_fd = signalfd(-1, &taken, SFD_CLOEXEC | SFD_NONBLOCK);
-    self->attend = attend;
-}
 
 static void show(struct remote *self, void *cookie, const char *text) {
     (void)cookie;
@@ -107,6 +89,42 @@ static int fail(struct remote *self, int error, const struct message *message, i
         fprintf(stderr, "vergence: %s\n", message->text);
     }
     return code;
+}
+
+/// Ctrl-C is the instrument's business first; whoever presses it twice does not want to wait.
+static void attend(struct remote *self) {
+    struct signalfd_siginfo information;
+    struct message message;
+    if (read(self->extra_fd, &information, sizeof information) != sizeof information) {
+        return;
+    }
+    if (self->interrupted) {
+        remote_progress(self, "", 0, 0);
+        message_set(&message, 0,
+                    "interrupted twice: ended before vergenced said that the command was given up");
+        _exit(fail(self, ERROR_CANCELLED, &message, EXIT_INTERRUPTED));
+    }
+    remote_interrupt(self);
+}
+
+static void watch_signals(struct remote *self) {
+    sigset_t taken;
+    sigemptyset(&taken);
+    sigaddset(&taken, SIGINT);
+    sigprocmask(SIG_BLOCK, &taken, NULL);
+    self->extra_fd = signalfd(-1, &taken, SFD_CLOEXEC | SFD_NONBLOCK);
+    self->attend = attend;
+}
+
+/// Leaves Ctrl-C to a terminal.
+static void unwatch_signals(struct remote *self) {
+    sigset_t taken;
+    close(self->extra_fd);
+    self->extra_fd = -1;
+    self->attend = NULL;
+    sigemptyset(&taken);
+    sigaddset(&taken, SIGINT);
+    sigprocmask(SIG_UNBLOCK, &taken, NULL);
 }
 
 /// A line that the instrument never sees.
@@ -157,6 +175,7 @@ static int run_line(struct remote *self, const char *line) {
                     : own                     ? REMOTE_EXIT_ERR
                                               : REMOTE_EXIT_LINE);
     }
+    self->over = result == 0 && strcmp(words[0], "quit") == 0;
     return result == 0 ? CLIENT_OK : self->interrupted ? interrupted_code() : REMOTE_EXIT_ERR;
 }
 
@@ -169,6 +188,11 @@ static int run_script(struct remote *self, bool keep_going) {
         if (kind == REMOTE_SCRIPT_END) {
             return self->interrupted ? interrupted_code() : worst;
         }
+        if (kind == REMOTE_SCRIPT_BROKEN) {
+            message_set(&message, 0, "standard input cannot be read: %s",
+                        strerror(script.errno_of_read));
+            return fail(self, file_error(script.errno_of_read), &message, REMOTE_EXIT_ERR);
+        }
         if (kind == REMOTE_SCRIPT_TOO_LONG) {
             message_set(&message, 0, "the line is longer than %d characters", COMMAND_LINE_MAX);
         } else if (kind == REMOTE_SCRIPT_CONTROL) {
@@ -177,7 +201,7 @@ static int run_script(struct remote *self, bool keep_going) {
         const int code =
             kind == REMOTE_SCRIPT_LINE ? run_line(self, script.line) : refuse(self, &message);
         worst = code != CLIENT_OK ? code : worst;
-        if (code != CLIENT_OK && (!keep_going || code != REMOTE_EXIT_ERR)) {
+        if (self->over || (code != CLIENT_OK && (!keep_going || code != REMOTE_EXIT_ERR))) {
             return worst;
         }
     }
@@ -207,6 +231,19 @@ static bool join(char *const *words, int count, char *line, size_t bytes) {
     return true;
 }
 
+/// The first flag of the client's own that stands among the words of a command; NULL: none does.
+static const char *misplaced(char *const *words, int count) {
+    for (int i = 1; i < count; i++) {
+        for (int j = 0; j < page.option_count; j++) {
+            if (options[j].kind == OPTION_FLAG && strncmp(words[i], "--", 2) == 0 &&
+                strcmp(words[i] + 2, options[j].name) == 0) {
+                return words[i];
+            }
+        }
+    }
+    return NULL;
+}
+
 /// Where the command begins: what follows is its own, also when it looks like an option (-3).
 static int first_word(int argc, char **argv) {
     int at = 1;
@@ -214,6 +251,26 @@ static int first_word(int argc, char **argv) {
         at += strcmp(argv[at], "--connect") == 0 ? 2 : 1;
     }
     return at < argc ? at : argc;
+}
+
+/// Talks with what is at the other end of the line, first to see that it is vergenced; `line` is
+/// the command of the command line, NULL: there is none.
+static int converse(struct remote *self, const char *line, bool keep_going) {
+    struct message message;
+    watch_signals(self);
+    const int error = remote_greet(self, show, NULL, &message);
+    if (error < 0) {
+        return fail(self, error, &message,
+                    error == ERROR_CANCELLED ? interrupted_code() : REMOTE_EXIT_LINE);
+    }
+    if (error != 0) {
+        return REMOTE_EXIT_ERR;
+    }
+    if (line == NULL && isatty(STDIN_FILENO) != 0 && !self->json) {
+        unwatch_signals(self);
+        return remote_terminal(self);
+    }
+    return line != NULL ? run_line(self, line) : run_script(self, keep_going);
 }
 
 int remote_main(int argc, char **argv) {
@@ -230,6 +287,11 @@ int remote_main(int argc, char **argv) {
     // Answers to another program may still come: its numbers were others.
     const int32_t id = (int32_t)(monotonic_now_us() % REMOTE_IDS);
     struct remote remote = {.json = arguments.json, .id = id, .extra_fd = -1};
+    const char *option = misplaced(argv + first, count);
+    if (option != NULL) {
+        message_set(&message, 0, "\"%s\" goes between WHERE and the command", option);
+        return fail(&remote, ERROR_ARGUMENT, &message, CLIENT_USAGE);
+    }
     if (!join(argv + first, count, line, sizeof line)) {
         message_set(&message, 0, "the command is longer than %d characters", COMMAND_LINE_MAX);
         return fail(&remote, ERROR_SYNTAX, &message, CLIENT_USAGE);
@@ -239,11 +301,8 @@ int remote_main(int argc, char **argv) {
     if (error != 0) {
         result = fail(&remote, error, &message,
                       error == ERROR_ARGUMENT ? CLIENT_USAGE : REMOTE_EXIT_LINE);
-    } else if (count == 0 && isatty(STDIN_FILENO) != 0 && !arguments.json) {
-        result = remote_terminal(&remote);
     } else {
-        watch_signals(&remote);
-        result = count > 0 ? run_line(&remote, line) : run_script(&remote, arguments.keep_going);
+        result = converse(&remote, count > 0 ? line : NULL, arguments.keep_going);
     }
     remote_line_close(&remote.line);
     return result;

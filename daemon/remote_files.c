@@ -15,6 +15,17 @@ static const char *base_name(const char *name) {
     return slash != NULL ? slash + 1 : name;
 }
 
+/// A name without the slashes at its end, which completion leaves behind that of a directory.
+static const char *without_end(const char *name, char *text) {
+    size_t length = strlen(name);
+    while (length > 1 && name[length - 1] == '/') {
+        length--;
+    }
+    memcpy(text, name, length);
+    text[length] = '\0';
+    return text;
+}
+
 /// Whether the instrument has a directory of this name.
 static bool is_directory(struct remote *self, const char *name) {
     char command[REMOTE_REQUEST_BYTES];
@@ -41,16 +52,19 @@ int remote_files(struct remote *self, const char *line, remote_show *show, void 
         (fetch && count == 3 && words[2][strspn(words[2], "0123456789")] == '\0')) {
         return 0;
     }
-    const char *other = count == 3 ? words[2] : base_name(words[1]);
+    char plain[COMMAND_LINE_MAX + 1];
+    const char *name = fetch ? without_end(words[1], plain) : words[1];
+    const char *other = count == 3 ? words[2] : base_name(name);
     struct remote_written written = {.name = other};
-    *error = fetch ? remote_fetch(self, words[1], other, &written.bytes, message)
-                   : remote_send(self, words[1], other, &written.bytes, message);
-    if (fetch && *error == ERROR_REFUSED && is_directory(self, words[1])) {
-        *error = remote_fetch_directory(self, words[1], other, &written, message);
+    self->refused = false;
+    *error = fetch ? remote_fetch(self, name, other, &written.bytes, message)
+                   : remote_send(self, name, other, &written.bytes, message);
+    if (fetch && *error == ERROR_REFUSED && is_directory(self, name)) {
+        *error = remote_fetch_directory(self, name, other, &written, message);
     }
     if (*error == 0) {
         remote_show_written(self, show, cookie, &written);
-    } else if (self->json && *error == ERROR_REFUSED) {
+    } else if (self->json && *error == ERROR_REFUSED && self->refused) {
         char refusal[MESSAGE_BYTES + 8];
         snprintf(refusal, sizeof refusal, "ERR %s", message->text);  // the daemon's
         remote_show_refusal(self, show, cookie, refusal);

@@ -31,6 +31,9 @@ enum {
 
 static int open_unix(const char *path, struct message *message) {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
+    if (path[0] == '\0') {
+        return message_set(message, ERROR_ARGUMENT, "unix:: expected is unix:PATH");
+    }
     if (strlen(path) >= sizeof address.sun_path) {
         return message_set(message, ERROR_ARGUMENT, "unix:%s: the path is too long", path);
     }

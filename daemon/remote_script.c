@@ -7,7 +7,7 @@
 
 #include "core/invariant.h"
 
-/// Reads more. False: there is none, or the user has interrupted.
+/// Reads more. False: there is none, or it cannot be read, or the user has interrupted.
 static bool read_more(struct remote_script *self, struct remote *remote) {
     INVARIANT(self->begin == self->end);
     for (;;) {
@@ -23,6 +23,7 @@ static bool read_more(struct remote_script *self, struct remote *remote) {
         if (bytes < 0 && (errno == EINTR || errno == EAGAIN)) {
             continue;
         }
+        self->errno_of_read = bytes < 0 ? errno : 0;
         self->begin = 0;
         self->end = bytes > 0 ? (size_t)bytes : 0;
         return bytes > 0;
@@ -38,8 +39,10 @@ enum remote_script_line remote_script_next(struct remote_script *self, struct re
     }
     for (;;) {
         if (self->begin == self->end && !read_more(self, remote)) {
-            // What an interrupted user was typing is no line.
-            kind = begun && !remote->interrupted ? kind : REMOTE_SCRIPT_END;
+            // What an interrupted user was typing is no line, nor what was cut by an error.
+            kind = self->errno_of_read != 0        ? REMOTE_SCRIPT_BROKEN
+                   : begun && !remote->interrupted ? kind
+                                                   : REMOTE_SCRIPT_END;
             break;
         }
         const char next = self->data[self->begin++];

@@ -17,6 +17,7 @@ enum remote_script_line {
     REMOTE_SCRIPT_LINE,
     REMOTE_SCRIPT_TOO_LONG,  ///< longer than a command may be; none of it is in the text
     REMOTE_SCRIPT_CONTROL,   ///< it holds a zero byte; nor is that
+    REMOTE_SCRIPT_BROKEN,    ///< it cannot be read on: `errno_of_read` says why; nor is that
     REMOTE_SCRIPT_END
 };
 
@@ -24,6 +25,7 @@ enum remote_script_line {
 struct remote_script {
     char data[4096];
     size_t begin, end;  ///< of what was read and not taken yet
+    int errno_of_read;  ///< 0: all went well so far
     char line[COMMAND_LINE_MAX + 1];
 };
 

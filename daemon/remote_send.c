@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/base64.h"
+#include "daemon/file_error.h"
 #include "daemon/remote.h"
 
 /// A command has at most 512 characters, so blocks are small on any line.
@@ -112,7 +113,7 @@ int remote_send(struct remote *remote, const char *local, const char *name, uint
     struct send self = {.remote = remote, .local = local, .name = name};
     self.fd = open(local, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
     if (self.fd < 0) {
-        return message_set(message, ERROR_IO, "%s: %s", local, strerror(errno));
+        return message_set(message, file_error(errno), "%s: %s", local, strerror(errno));
     }
     int error = describe(&self, message);
     bool resumed = error == 0;

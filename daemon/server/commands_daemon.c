@@ -277,7 +277,8 @@ static const struct command commands[] = {
      .run = run_watch},
     {.name = "quit",
      .summary = "end this connection",
-     .help = "On a serial console the next one begins at once; on standard input the daemon ends.",
+     .help = "On a serial console the next one begins at once; on standard input the daemon ends. "
+             "Lines behind it are not carried out.",
      .flags = COMMAND_NO_RIG,
      .run = run_quit},
 };

@@ -38,10 +38,6 @@ static void put_entry(const struct command_call *call, int directory, const char
     }
 }
 
-static int by_name(const struct dirent **a, const struct dirent **b) {
-    return strcmp((*a)->d_name, (*b)->d_name);
-}
-
 static int run_files(const struct command_call *call) {
     const char *after = call->values[1].given ? call->values[1].text : "";
     struct dirent **entries = NULL;
@@ -49,7 +45,7 @@ static int run_files(const struct command_call *call) {
     if (fd < 0) {
         return fd;
     }
-    const int count = scandirat(fd, ".", &entries, NULL, by_name);
+    const int count = files_list_sorted(fd, &entries);
     if (count < 0) {
         const int number = errno;
         close(fd);

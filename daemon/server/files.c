@@ -119,6 +119,14 @@ DIR *files_list_below(int root, const char *name) {
     return directory;
 }
 
+static int by_name(const struct dirent **a, const struct dirent **b) {
+    return strcmp((*a)->d_name, (*b)->d_name);
+}
+
+int files_list_sorted(int directory, struct dirent ***entries) {
+    return scandirat(directory, ".", entries, NULL, by_name);
+}
+
 int files_open_directory(const struct command_call *call, const char *name) {
     const int error = files_need_directory(call);
     if (error != 0) {

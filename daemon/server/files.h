@@ -24,6 +24,10 @@ int files_open_below(int root, const char *name);
 /// The same, to read its entries. The caller closes it; NULL and errno.
 DIR *files_list_below(int root, const char *name);
 
+/// What a directory holds, in the order of the names. How many; or -1 with errno. The caller frees
+/// each of `*entries`, and it.
+int files_list_sorted(int directory, struct dirent ***entries);
+
 /// Opens a directory, "" for all files.
 int files_open_directory(const struct command_call *call, const char *name);
 

@@ -4,8 +4,10 @@
 #include <fcntl.h>
 #include <stdbool.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "daemon/server/files.h"
 #include "daemon/server/surroundings.h"
@@ -30,8 +32,8 @@ static enum kind kind_of(int directory, const char *name) {
                                                                        : KIND_DIRECTORY;
 }
 
-/// The entries of the directory that the word begins with: those wanted, and where they are files,
-/// the directories that lead to some.
+/// The entries of the directory that the word begins with, in the order of `files`: those wanted,
+/// and where they are files, the directories that lead to some.
 static void add_entries(const struct command_candidates *to, enum kind wanted) {
     const struct surroundings *around = to->surroundings;
     const char *slash = strrchr(to->begun, '/');
@@ -42,23 +44,25 @@ static void add_entries(const struct command_candidates *to, enum kind wanted) {
     }
     memcpy(place, to->begun, bytes);
     place[bytes] = '\0';
-    DIR *directory = around->files_fd < 0 ? NULL : files_list_below(around->files_fd, place);
-    if (directory == NULL) {
-        return;
-    }
-    for (const struct dirent *entry = readdir(directory); entry != NULL;
-         entry = readdir(directory)) {
-        const enum kind kind = kind_of(dirfd(directory), entry->d_name);
+    const int directory = around->files_fd < 0 ? -1 : files_open_below(around->files_fd, place);
+    struct dirent **entries = NULL;
+    const int count = directory < 0 ? 0 : files_list_sorted(directory, &entries);
+    for (int i = 0; i < count; i++) {
+        const char *entry = entries[i]->d_name;
+        const enum kind kind = kind_of(directory, entry);
         const bool leads = wanted == KIND_FILE && kind > KIND_FILE;
-        if (kind == KIND_OTHER || (!leads && kind < wanted)) {
-            continue;
+        if (kind != KIND_OTHER && (leads || kind >= wanted)) {
+            char name[NAME_BYTES];
+            snprintf(name, sizeof name, "%s%s%s%s", place, slash != NULL ? "/" : "", entry,
+                     leads ? "/" : "");
+            to->add(to->self, name);
         }
-        char name[NAME_BYTES];
-        snprintf(name, sizeof name, "%s%s%s%s", place, slash != NULL ? "/" : "", entry->d_name,
-                 leads ? "/" : "");
-        to->add(to->self, name);
+        free(entries[i]);
     }
-    closedir(directory);
+    free(entries);
+    if (directory >= 0) {
+        close(directory);
+    }
 }
 
 void files_candidates_file(const struct command_candidates *to) {

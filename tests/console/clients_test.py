@@ -238,7 +238,7 @@ class Clients(DaemonTest):
                               "message": "too many clients: try again later"})
             done = self.vergence("fetch", "x", os.path.join(self.folder, "x"))
             self.assertEqual((done.returncode, done.stdout, done.stderr),
-                             (1, "", "vergence: BUSY too many clients: try again later\n"))
+                             (1, "", "ERR BUSY too many clients: try again later\n"))
 
     def test_half_closed(self):
         self.first.send("version\nwait 1\nversion")

@@ -1,0 +1,239 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The shipped client before anything is asked: what is at the other end, what its script is read
+from, and what its command line says."""
+import json
+import os
+import select
+import signal
+import socket
+import subprocess
+import unittest
+
+from daemon_process import PATIENCE_S, VERGENCE, DaemonTest, Terminal
+
+INTERRUPTED = 130
+SILENT = b"vergence: vergenced does not answer yet; Ctrl-C ends this\n"
+NO_ANSWER = "vergenced does not answer as it should"
+
+
+class Peers(DaemonTest):
+    def begin(self, *words, where=None, **options):
+        process = subprocess.Popen([VERGENCE, "--connect", where or f"unix:{self.path}", *words],
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, **options)
+        self.addCleanup(process.stdout.close)
+        self.addCleanup(process.stderr.close)
+        self.addCleanup(process.kill)
+        return process
+
+    def stop_daemon(self):
+        self.daemon.send_signal(signal.SIGSTOP)
+        self.addCleanup(self.daemon.send_signal, signal.SIGCONT)
+
+    def wait_line(self, file):
+        """The next line, as it comes: the end of the process is not waited for."""
+        self.assertTrue(select.select([file], [], [], PATIENCE_S)[0], "nothing is told")
+        return file.readline()
+
+    def test_a_daemon_that_stands_still_is_told_once_and_waited_for(self):
+        for words in (["wait", "0"], ["--json", "wait", "0"], ["fetch", "none"], []):
+            self.daemon.send_signal(signal.SIGSTOP)
+            try:
+                process = self.begin(*words, stdin=subprocess.DEVNULL)
+                self.assertEqual(self.wait_line(process.stderr), SILENT)
+            finally:
+                self.daemon.send_signal(signal.SIGCONT)
+            output, told = process.communicate(timeout=PATIENCE_S)
+            self.assertEqual((process.returncode, told.count(b"\n")),
+                             (1, 1) if "fetch" in words else (0, 0), (words, told))
+            self.assertEqual(output.count(b"\n"), "wait" in words)
+
+    def test_ctrl_c_at_a_daemon_that_stands_still(self):
+        for words in (["status"], ["--json", "status"], []):
+            self.daemon.send_signal(signal.SIGSTOP)
+            try:
+                process = self.begin(*words, stdin=subprocess.DEVNULL)
+                self.wait_line(process.stderr)
+                process.send_signal(signal.SIGINT)
+                output, told = process.communicate(timeout=PATIENCE_S)
+            finally:
+                self.daemon.send_signal(signal.SIGCONT)
+            self.assertEqual(process.returncode, INTERRUPTED, (output, told))
+            if "--json" in words:
+                self.assertEqual((json.loads(output)["error"], told), ("CANCELLED", b""))
+            else:
+                self.assertEqual((output, told), (b"", b"vergence: interrupted\n"))
+
+    def test_a_person_at_a_daemon_that_stands_still(self):
+        terminal = Terminal(raw=False)
+        self.addCleanup(terminal.close)
+        self.stop_daemon()
+        process = self.begin(stdin=terminal.slave)
+        self.assertEqual(self.wait_line(process.stderr), SILENT)
+        process.send_signal(signal.SIGINT)
+        _, told = process.communicate(timeout=PATIENCE_S)
+        self.assertEqual((process.returncode, told), (INTERRUPTED, b"vergence: interrupted\n"))
+
+    def test_a_long_command_is_waited_for_in_silence(self):
+        """A watch says nothing between its rounds, and nobody is told that this is wrong."""
+        done = self.vergence("watch", "6", "version", "2")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+    def fake(self, *said):
+        """A process in front of a peer that says these one after the other, each when something was
+        asked, and then nothing more."""
+        path = os.path.join(self.folder, "fake.sock")
+        server = socket.socket(socket.AF_UNIX)
+        self.addCleanup(server.close)
+        server.bind(path)
+        self.addCleanup(os.remove, path)
+        server.listen()
+
+        def begin(*words):
+            process = self.begin(*words, where=f"unix:{path}")
+            peer = server.accept()[0]
+            self.addCleanup(peer.close)
+            peer.settimeout(PATIENCE_S)
+            for text in said:
+                peer.recv(4096)
+                peer.sendall(text)
+            return process, peer
+
+        return begin
+
+    def test_the_second_ctrl_c_says_what_it_does(self):
+        begin = self.fake(b"OK\n")
+        for words in (["status"], ["--json", "status"]):
+            process, peer = begin(*words)
+            self.assertIn(b"status\n", peer.recv(4096))
+            process.send_signal(signal.SIGINT)
+            self.assertEqual(peer.recv(4096), b"\x03")
+            process.send_signal(signal.SIGINT)
+            output, told = process.communicate(timeout=PATIENCE_S)
+            why = "interrupted twice: ended before vergenced said that the command was given up"
+            self.assertEqual(process.returncode, INTERRUPTED)
+            if "--json" in words:
+                answer = json.loads(output)
+                self.assertEqual((answer["ok"], answer["error"], answer["message"], told),
+                                 (False, "CANCELLED", why, b""))
+            else:
+                self.assertEqual((output, told.decode()), (b"", f"vergence: {why}\n"))
+
+    def test_who_is_no_vergenced(self):
+        begin = self.fake(b"SSH-2.0-OpenSSH_9.6\r\n")
+        for words in (["status"], ["--json", "status"], ["fetch", "x"], []):
+            process, _ = begin(*words)
+            output, told = process.communicate(timeout=PATIENCE_S)
+            self.assertEqual(process.returncode, 3, (output, told))
+            if "--json" in words:
+                answer = json.loads(output)
+                self.assertEqual((answer["error"], answer["message"], told),
+                                 ("VERSION", NO_ANSWER, b""))
+            else:
+                self.assertEqual((output, told.decode()), (b"", f"vergence: {NO_ANSWER}\n"))
+
+    def test_a_script_that_cannot_be_read(self):
+        directory = os.open(self.folder, os.O_RDONLY)
+        self.addCleanup(os.close, directory)
+        closed = ("sh", "-c", 'exec "$@" <&-', "sh")
+        connect = [VERGENCE, "--connect", f"unix:{self.path}"]
+        for launcher, why, error in (((), "Is a directory", "IO"),
+                                     (closed, "Bad file descriptor", "IO")):
+            for words in ([], ["--json"]):
+                done = subprocess.run([*launcher, *connect, *words], stdin=directory, text=True,
+                                      capture_output=True, timeout=PATIENCE_S)
+                why_all = f"standard input cannot be read: {why}"
+                self.assertEqual(done.returncode, 1, done)
+                if words:
+                    answer = json.loads(done.stdout)
+                    self.assertEqual((answer["ok"], answer["error"], answer["message"]),
+                                     (False, error, why_all))
+                    self.assertEqual(done.stderr, "")
+                else:
+                    self.assertEqual((done.stdout, done.stderr), ("", f"vergence: {why_all}\n"))
+
+    def test_a_script_that_breaks_off(self):
+        """What stands before the break is carried out, a line that it cut is not."""
+        for words in ([], ["--keep-going"]):
+            here, there = socket.socketpair()
+            with there:
+                there.sendall(b"x")  # left unread, the other end's close is an error
+                here.sendall(b"wait 0\nversi")
+                here.close()
+                done = self.vergence(*words, stdin=there)
+            self.assertEqual((done.returncode, done.stdout, done.stderr),
+                             (1, "OK\n", "vergence: standard input cannot be read: Connection "
+                              "reset by peer\n"))
+
+    def test_quit_ends_a_script(self):
+        for script in ("quit\nstatus\n", " quit # now\nfly\n", "quit"):
+            done = self.vergence(input=script)
+            self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "OK\n", ""))
+        done = self.vergence("--json", input="quit\nstatus\n")
+        self.assertEqual((done.returncode, done.stdout.count("\n"), done.stderr), (0, 1, ""))
+        done = self.vergence("--keep-going", input="fly\nquit 3\nwait 0\nquit\nstatus\n")
+        self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")),
+                         (1, "OK\nOK\n", 2))
+
+    def test_options_in_the_wrong_place(self):
+        for words, why in (
+                (["--json", "--connect", "unix:/x", "version"],
+                 '"--connect WHERE" comes first: "--json" goes between WHERE and the command'),
+                (["--keep-going", "--connect=unix:/x"],
+                 '"--connect WHERE" comes first: "--keep-going" goes between WHERE and the '
+                 "command"),
+                (["--connect", "unix:/x", "pan", "--json"],
+                 '"--json" goes between WHERE and the command'),
+                (["--connect", "unix:/x", "pan", "left", "--keep-going"],
+                 '"--keep-going" goes between WHERE and the command'),
+                (["--connect", "unix:", "status"], "unix:: expected is unix:PATH")):
+            done = subprocess.run([VERGENCE, *words], capture_output=True, text=True,
+                                  timeout=PATIENCE_S, stdin=subprocess.DEVNULL)
+            self.assertEqual((done.returncode, done.stdout, done.stderr),
+                             (2, "", f"vergence: {why}\n"))
+        # A whole line as one word is the daemon's alone.
+        done = self.vergence("help --json")
+        self.assertEqual((done.returncode, done.stderr[:4]), (1, "ERR "))
+
+    def test_a_file_that_cannot_be_sent(self):
+        """The kinds of errors are the same for a file that is missing here or there."""
+        path = os.path.join(self.folder, "IO loop")
+        os.symlink(path, path)
+        self.addCleanup(os.remove, path)
+        for name, error, why in (("none here", "MISSING", "No such file or directory"),
+                                 ("IO loop", "REFUSED", "Too many levels of symbolic links")):
+            done = self.vergence("--json", "send", name, cwd=self.folder)
+            answer = json.loads(done.stdout)
+            self.assertEqual((done.returncode, answer["error"], answer["message"]),
+                             (1, error, f"{name}: {why}"))
+            done = self.vergence("send", name, cwd=self.folder)
+            self.assertEqual((done.returncode, done.stderr), (1, f"vergence: {name}: {why}\n"))
+
+    def test_a_directory_as_completion_leaves_it(self):
+        there = os.path.join(self.files, "taken")
+        os.makedirs(os.path.join(there, "deep"))
+        for name in ("a", "deep/b"):
+            with open(os.path.join(there, name), "w", encoding="ascii") as file:
+                file.write(name)
+        for typed, written in (("taken/deep/", "deep"), ("taken/deep//", "deep")):
+            done = self.vergence("fetch", typed, cwd=self.folder)
+            self.assertEqual((done.returncode, done.stdout, done.stderr),
+                             (0, f"written: {written}, 1 files, 6 bytes\nOK\n", ""))
+            with open(os.path.join(self.folder, written, "b"), encoding="ascii") as file:
+                self.assertEqual(file.read(), "deep/b")
+
+    def test_candidates_come_in_the_order_of_files(self):
+        there = os.path.join(self.files, "many")
+        os.makedirs(there)
+        names = [f"f{i * 7919 % 1000:03}" for i in range(60)]
+        for name in names:
+            with open(os.path.join(there, name), "w", encoding="ascii"):
+                pass
+        client = self.client()
+        listed = [entry["file"] for entry in client.ask_json("files many")["result"]["files"]]
+        words = client.ask_json('complete "fetch many/"')["result"]["words"].split()
+        self.assertEqual(listed, sorted(names))
+        self.assertEqual(words, [f"many/{name}" for name in listed])
+
+
+if __name__ == "__main__":
+    unittest.main()
