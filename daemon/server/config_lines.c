@@ -8,7 +8,6 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/server/config_keys.h"
-#include "daemon/server/config_profile.h"
 
 enum { FILE_BYTES_MAX = 65536, LINE_BYTES = 512 };
 
@@ -92,8 +91,10 @@ static int set_key(struct config_lines *self, const char *called, const char *va
     if (error != 0) {
         return error;
     }
-    return key->kind == CONFIG_PROFILE && self->opens_files && config_profile_is_file(value)
-               ? config_profile_load(self->config, self->file, value, message)
+    const struct config_lines_profiles *profiles =
+        key->kind == CONFIG_PROFILE ? self->profiles : NULL;
+    return profiles != NULL && profiles->is_file(value)
+               ? profiles->load(self->config, self->file, value, message)
                : config_key_set(self->config, key, called, value, message);
 }
 

@@ -14,12 +14,20 @@
 extern "C" {
 #endif
 
+/// How the value of `profile` may be a file of its own, which is read, too.
+struct config_lines_profiles {
+    bool (*is_file)(const char *value);
+    /// Sets what the file `name`, as seen from `beside`, says. 0, or an error with a message.
+    int (*load)(struct config *config, const char *beside, const char *name,
+                struct message *message);
+};
+
 /// What is read, and how far that is.
 struct config_lines {
     struct config *config;
     const char *file;  ///< its name in messages; NULL: a command line
     bool in_profile;   ///< a profile's file: `like`, and the keys of CONFIG_RIG without that
-    bool opens_files;  ///< the profile may be a file of its own, which is read, too
+    const struct config_lines_profiles *profiles;  ///< NULL: only built-in ones are known
     int places[CONFIG_KEYS_MAX];  ///< for each key the line or word that set it, from 1; 0: none
 };
 

@@ -10,6 +10,7 @@
 #include "daemon/server/config_check.h"
 #include "daemon/server/config_keys.h"
 #include "daemon/server/config_lines.h"
+#include "daemon/server/config_profile.h"
 
 /// Everything once more, in the order of the table, where a key that sets others stands before
 /// them: so a word with such a key undoes no line.
@@ -79,9 +80,11 @@ static int read_lines(struct config_lines *self, struct message *message) {
 
 int config_load(struct config *config, const char *path, const char *const *words, int count,
                 struct message *message) {
+    static const struct config_lines_profiles profiles = {config_profile_is_file,
+                                                          config_profile_load};
     struct config by_lines, by_words;
-    struct config_lines lines = {.config = &by_lines, .file = path, .opens_files = true};
-    struct config_lines given = {.config = &by_words, .opens_files = true};
+    struct config_lines lines = {.config = &by_lines, .file = path, .profiles = &profiles};
+    struct config_lines given = {.config = &by_words, .profiles = &profiles};
     config_defaults(&by_lines);
     config_defaults(&by_words);
     int error = path != NULL ? read_lines(&lines, message) : 0;
