@@ -36,7 +36,8 @@ struct lens_reading {
 
 /// What a driver implements; `self` is that of `struct lens_drive`. No call waits for a motor.
 struct lens_drive_operations {
-    /// Finds the controller and says what it can do.
+    /// Finds the controller and says what it can do. After ERROR_TIMEOUT the next call goes on with
+    /// the same question: an answer may come later than a call may take.
     int (*open)(void *self, uint64_t deadline_us, struct lens_abilities *abilities);
     int (*limits)(void *self, enum lens_axis axis, struct lens_limits *limits);
     /// Starts a move.

@@ -232,8 +232,10 @@ static int open(void *self, uint64_t deadline_us, struct lens_abilities *abiliti
     struct lens_reading readings[LENS_AXES];
     // The public code of the V1LC begins with T255; what it does is not known.
     static const char greeting[] = {'\n', 'T', '2', '5', '5', '\n'};
-    int error = controller->uart->operations->write(controller->uart->self, greeting,
-                                                    sizeof greeting, deadline_us);
+    const bool goes_on = controller->waiting && controller->lens == lens->number;
+    int error = goes_on ? ERROR_OK
+                        : controller->uart->operations->write(controller->uart->self, greeting,
+                                                              sizeof greeting, deadline_us);
     if (error == ERROR_OK) {
         error = read(self, deadline_us, readings);
     }

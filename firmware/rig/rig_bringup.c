@@ -4,6 +4,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "rig/failure.h"
+#include "rig/lens_read.h"
 #include "rig/rig.h"
 #include "rig/rig_camera.h"
 #include "rig/rig_lines.h"
@@ -14,8 +15,7 @@ enum {
     RESET_US = 1000,  // of the bridge; it clears its branches for 0.1 ms afterwards
     CLOCK_US = 2000,  // of a sensor, before its reset ends
     SENSORS = 3,      // both, as bits
-    LENS_PATIENCE_US = 1700000,
-    LENS_ANSWER_US = 100000,
+    LENS_STEP_US = 100000,
     // For the other lens on the line of one that did not answer: three times what an answer takes.
     LENS_OTHER_US = 180000,
     US_PER_MS = 1000,
@@ -243,29 +243,32 @@ static int open_sensor(struct rig *self, unsigned side) {
 
 // ---- lenses
 
+// When a lens that was first asked at `since_us` is given up. A controller that sends something may
+// still be at answers to questions of before, of somebody else or on a slow line.
+static uint64_t lens_ends_us(const struct lens_drive *lens, uint64_t since_us,
+                             uint64_t patience_us) {
+    const uint64_t heard_us = lens->operations->heard(lens->self);
+    const uint64_t silent_us = (heard_us > since_us ? heard_us : since_us) + patience_us;
+    const uint64_t most_us = since_us + patience_us + LENS_READ_NONSENSE_US - LENS_READ_SILENCE_US;
+    return silent_us < most_us ? silent_us : most_us;
+}
+
 // Its questions may take long to be given up: in steps.
 static int open_lens(struct rig *self, unsigned side, uint64_t patience_us) {
     const struct lens_drive *lens = &self->lens[side];
-    struct lens_reading readings[LENS_AXES];
     const enum rig_part part = failure_part(RIG_PART_LEFT_LENS, side);
-    const uint64_t deadline_us = watch_now_us(self) + patience_us;
-    bool heard = true;
+    const uint64_t since_us = watch_now_us(self);
+    uint64_t deadline_us = since_us + patience_us;
     int error = ERROR_TIMEOUT;
     while (error == ERROR_TIMEOUT && watch_now_us(self) < deadline_us) {
         error = watch_look(self);
         if (error != ERROR_OK) {
             return error;
         }
-        const uint64_t step_us = watch_now_us(self) + LENS_ANSWER_US;
+        const uint64_t step_us = watch_now_us(self) + LENS_STEP_US;
         const uint64_t until_us = step_us < deadline_us ? step_us : deadline_us;
-        if (heard) {
-            error = lens->operations->open(lens->self, until_us, &self->lens_abilities[side]);
-            heard = error != ERROR_TIMEOUT;
-        } else {
-            error = lens->operations->read(lens->self, until_us, readings);
-            heard = error == ERROR_OK;
-            error = heard ? ERROR_TIMEOUT : error;  // once more, to learn what it can
-        }
+        error = lens->operations->open(lens->self, until_us, &self->lens_abilities[side]);
+        deadline_us = lens_ends_us(lens, since_us, patience_us);
     }
     watch_used(self, part, error);
     if (error == ERROR_OK) {
@@ -283,7 +286,7 @@ static void bring_up_lenses(struct rig *self, struct finding *finding) {
         return;
     }
     lens_v3lc_init(&self->v3lc, self->ports.lens_uart, self->ports.clock, single);
-    uint64_t patience_us = LENS_PATIENCE_US;
+    uint64_t patience_us = LENS_READ_SILENCE_US;
     for (unsigned side = 0; side < (single ? 1u : (unsigned)RIG_SIDES); side++) {
         if (finding->first.error == ERROR_CANCELLED) {
             return;

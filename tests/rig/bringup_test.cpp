@@ -122,6 +122,16 @@ TEST_CASE("a part that fails is named in one line, and the rest is still looked 
     CHECK(rig_bringup(&bench.rig) == ERROR_OK);
 }
 
+TEST_CASE("a lens controller that answers late is found, since it is heard") {
+    RigBench bench;
+    for (const char *late_ms : {"200", "500", "800", "1100", "1400"}) {
+        CAPTURE(std::string(late_ms));
+        bench.control(std::string("fault serial late ") + late_ms);
+        const int error = rig_bringup(&bench.rig);
+        CHECK_MESSAGE(error == ERROR_OK, bench.rig.trouble.text);
+    }
+}
+
 TEST_CASE("a bring-up can be cancelled at any time, and the next one works") {
     RigBench bench;
     for (int last : {0, 1, 2, 5, 8, 9, 10, 11}) {
