@@ -134,10 +134,14 @@ static int64_t skew_of(const struct pair_frame frames[RIG_SIDES]) {
     return (int64_t)(frames[RIG_RIGHT].begin_us - frames[RIG_LEFT].begin_us);
 }
 
-// Behind one port: the right camera after the left one.
+// Behind one port: the right camera after the left one, whose frame is not to end long before the
+// right one's settings are in force; a long exposure of before would else lie between the two.
 static int take_in_turn(struct rig *rig, const struct pair_options *options, uint16_t *memory,
                         size_t values, struct pair_frame frames[RIG_SIDES]) {
-    int error = take_frame(rig, RIG_LEFT, watch_now_us(rig), memory, values, &frames[RIG_LEFT]);
+    const uint64_t settled_us = rig->settled_us[RIG_RIGHT];
+    const uint64_t frame_us = rig_camera_frame_us(rig, RIG_LEFT), now_us = watch_now_us(rig);
+    const uint64_t begin_us = settled_us > now_us + frame_us ? settled_us - frame_us : now_us;
+    int error = take_frame(rig, RIG_LEFT, begin_us, memory, values, &frames[RIG_LEFT]);
     if (error != ERROR_OK) {
         return error;
     }

@@ -113,6 +113,17 @@ TEST_CASE("exposure and gain are in force in the first pair after them") {
     CHECK(pair.frame[RIG_RIGHT].gain_q3 == 8);
 }
 
+TEST_CASE("the left camera waits for a right one that still shows what it was set to before") {
+    RigBench bench;
+    REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
+    uint32_t applied_us = 0;
+    ::pair pair{};
+    REQUIRE(rig_exposure(&bench.rig, 1u << RIG_RIGHT, 5000000, &applied_us) == ERROR_OK);
+    REQUIRE(rig_exposure(&bench.rig, kBoth, 10000, &applied_us) == ERROR_OK);
+    REQUIRE_MESSAGE(bench.capture(pair) == ERROR_OK, bench.rig.trouble.text);
+    CHECK(pair.skew_us < 100000);
+}
+
 TEST_CASE("another window is in force in the first pair after it") {
     RigBench bench;
     REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
