@@ -12,6 +12,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "daemon/screen.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -20,7 +22,7 @@ enum {
     EDITOR_LINE_BYTES = 600,
     EDITOR_HISTORY = 64,
     EDITOR_WORDS_BYTES = 4096,
-    EDITOR_COLUMNS = 80,  ///< where nobody knows better
+    EDITOR_COLUMNS = SCREEN_COLUMNS,
 };
 
 enum editor_event {

@@ -7,8 +7,14 @@
 
 #include "core/invariant.h"
 #include "daemon/monotonic.h"
+#include "daemon/screen.h"
 
-enum { BAR_CELLS = 40, REDRAW_US = 100000 };
+enum {
+    BAR_CELLS = 40,
+    BAR_CELLS_LEAST = 4,
+    BAR_FRAME = 24,  // what stands around the cells, and the longest name of a stage
+    REDRAW_US = 100000,
+};
 
 void progress_begin(struct progress *progress, bool quiet) {
     *progress = (struct progress){.shown = !quiet && isatty(STDERR_FILENO) == 1};
@@ -22,6 +28,15 @@ void progress_expect(struct progress *progress, const double *work, int stages) 
         INVARIANT(work[i] >= 0);
         progress->before[i + 1] = progress->before[i] + work[i];
     }
+}
+
+// As many as fit: a bar that reached the last column would go on in the next line, and be seen
+// again and again.
+static int cells_of_window(void) {
+    const size_t columns = screen_columns(STDERR_FILENO);
+    return columns > BAR_CELLS + BAR_FRAME         ? BAR_CELLS
+           : columns > BAR_CELLS_LEAST + BAR_FRAME ? (int)columns - 1 - BAR_FRAME
+                                                   : BAR_CELLS_LEAST;
 }
 
 // Share of the whole run, and never less than before.
@@ -48,20 +63,20 @@ void progress_show(struct progress *progress, int stage, const char *name, int d
     }
     progress->stage = name;
     progress->last_us = now_us;
-    progress->drawn = true;
-    const int filled = (int)(BAR_CELLS * progress->done);
+    progress->cells = cells_of_window();
+    const int filled = (int)(progress->cells * progress->done);
     char bar[BAR_CELLS + 1];
     memset(bar, '.', BAR_CELLS);
     memset(bar, '#', (size_t)filled);
-    bar[BAR_CELLS] = '\0';
+    bar[progress->cells] = '\0';
     fprintf(stderr, "\r%-12s [%s] %3d %%", name, bar, (int)(100 * progress->done));
     fflush(stderr);
 }
 
 void progress_end(struct progress *progress) {
-    if (progress->drawn) {
-        fprintf(stderr, "\r%*s\r", BAR_CELLS + 24, "");
+    if (progress->cells > 0) {
+        fprintf(stderr, "\r%*s\r", progress->cells + BAR_FRAME, "");
         fflush(stderr);
-        progress->drawn = false;
+        progress->cells = 0;
     }
 }

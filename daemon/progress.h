@@ -15,7 +15,7 @@ enum { PROGRESS_STAGES_MAX = 16 };
 
 struct progress {
     bool shown;         // standard error is a terminal and nobody asked for quiet
-    bool drawn;         // there is a bar to be wiped
+    int cells;          // of the bar that is to be wiped; 0: none
     const char *stage;  // drawn last
     uint64_t last_us;   // when it was drawn last
     double before[PROGRESS_STAGES_MAX + 1];  // work of the stages before each, and of all

@@ -13,6 +13,7 @@
 #include "core/error.h"
 #include "daemon/monotonic.h"
 #include "daemon/remote_seal.h"
+#include "daemon/screen.h"
 
 enum {
     CALL_TRIES = 12,   ///< of a request that may be repeated
@@ -22,6 +23,8 @@ enum {
     GREET_MS = 5000,  ///< after which a silent peer is told
     BAR_WIDTH = 30,
     BAR_TEXT = 44,
+    BAR_TEXT_LEAST = 10,  ///< in a narrow window, where the bar is shorter as well
+    BAR_FRAME = 3,        ///< blank and brackets around the bar
 };
 
 bool remote_quote(const char *word, char *text) {
@@ -51,21 +54,30 @@ bool remote_files_command(const char *name, const char *after, char *command) {
     return length > 0 && length < REMOTE_REQUEST_BYTES;
 }
 
+static int between(int least, int value, int most) {
+    return value < least ? least : value > most ? most : value;
+}
+
 void remote_progress(struct remote *self, const char *what, uint64_t done, uint64_t total) {
     if (isatty(STDERR_FILENO) == 0) {
         return;
     }
     if (total == 0) {
-        if (self->bar_shown) {
-            fprintf(stderr, "\r%*s\r", BAR_TEXT + BAR_WIDTH + 3, "");
+        if (self->bar_columns > 0) {
+            fprintf(stderr, "\r%*s\r", self->bar_columns, "");
         }
-        self->bar_shown = false;
+        self->bar_columns = 0;
         return;
     }
-    const int full = (int)((done < total ? done : total) * BAR_WIDTH / total);
-    fprintf(stderr, "\r%-*.*s [%.*s%*s]", BAR_TEXT, BAR_TEXT, what, full,
-            "##############################", BAR_WIDTH - full, "");
-    self->bar_shown = true;
+    // One that reached the last column would go on in the next line, and be seen again and again.
+    const size_t columns = screen_columns(STDERR_FILENO);
+    const int room = columns < SCREEN_COLUMNS ? (int)columns - 1 - BAR_FRAME : SCREEN_COLUMNS;
+    const int text = between(BAR_TEXT_LEAST, room - BAR_WIDTH, BAR_TEXT);
+    const int width = between(1, room - text, BAR_WIDTH);
+    const int full = (int)((done < total ? done : total) * (uint64_t)width / total);
+    fprintf(stderr, "\r%-*.*s [%.*s%*s]", text, text, what, full, "##############################",
+            width - full, "");
+    self->bar_columns = text + BAR_FRAME + width;
 }
 
 bool remote_interrupted(struct remote *self) {

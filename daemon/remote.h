@@ -26,7 +26,7 @@ enum {
 struct remote {
     struct remote_line line;
     bool json;         ///< answers are shown as they come
-    bool bar_shown;    ///< of progress, on standard error
+    int bar_columns;   ///< of the progress that is shown on standard error; 0: none
     int32_t id;        ///< of the last request that wanted one, 0 .. 999999
     bool interrupted;  ///< by Ctrl-C: what runs is given up, and nothing new is begun
     bool refused;      ///< by the instrument, which said ERR to the last remote_call

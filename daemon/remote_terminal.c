@@ -3,7 +3,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/ioctl.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -12,6 +11,7 @@
 #include "daemon/client.h"
 #include "daemon/editor.h"
 #include "daemon/remote.h"
+#include "daemon/screen.h"
 
 enum { AHEAD_BYTES = 65536, CTRL_C = 3, BELL = 7 };
 
@@ -129,16 +129,9 @@ static bool run_line(struct terminal *self, const char *line) {
     return !self->broken;
 }
 
-/// How wide the window is now; EDITOR_COLUMNS where the terminal does not know.
-static size_t columns_of_screen(void) {
-    struct winsize size;
-    const bool known = ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
-    return known ? size.ws_col : EDITOR_COLUMNS;
-}
-
 /// Feeds a key. False: the end.
 static bool feed(struct terminal *self, char key) {
-    self->editor.columns = columns_of_screen();
+    self->editor.columns = screen_columns(STDOUT_FILENO);
     const enum editor_event event = editor_feed(&self->editor, key);
     if (event == EDITOR_END || (event == EDITOR_LINE && !run_line(self, self->editor.line))) {
         return false;

@@ -1,9 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """vergence reconstruct on pairs whose surface is known."""
+import fcntl
 import json
 import os
 import pathlib
+import pty
 import re
+import struct
+import subprocess
+import termios
 import unittest
 
 import cv2
@@ -184,6 +189,20 @@ class Reconstruct(pairs.Workshop):
 
     def test_no_progress_bar_without_a_terminal(self):
         self.assertNotIn("\r", self.reconstruct().stderr)
+
+    def test_a_progress_bar_is_no_wider_than_the_window(self):
+        for columns in (132, 50):
+            master, slave = pty.openpty()
+            self.addCleanup(os.close, master)
+            fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+            subprocess.run([pairs.VERGENCE, "reconstruct", self.left_path, self.right_path,
+                            *map(str, RECTIFIED), "--out", self.out],
+                           stdout=subprocess.DEVNULL, stderr=slave, check=True, timeout=60)
+            os.close(slave)
+            shown = os.read(master, 65536).decode().split("\r")
+            bars = [text for text in shown if "%" in text or text.isspace() and text != "\n"]
+            self.assertGreater(len(bars), 2, shown)
+            self.assertEqual(max(len(bar) for bar in bars), min(columns - 1, 64), shown)
 
     def test_larger_than_the_maximum_is_shrunk_by_scale(self):
         big_left = self.save("bl.png", cv2.resize(self.left, (4800, 320),

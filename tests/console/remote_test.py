@@ -3,6 +3,7 @@
 import json
 import os
 import random
+import re
 import resource
 import shutil
 import socket
@@ -330,6 +331,22 @@ class Remote(DaemonTest):
             shown = ("help " + text)[-((columns or 80) - len("vergence> ") - 2):]
             person.until(lambda shown=shown: person.screen.lines[-1].rstrip() ==
                          "vergence> " + shown)
+
+    def test_a_bar_in_a_window_of_any_width(self):
+        person = Person.of(self)
+        for columns in (132, 60, 20):
+            person.set_columns(columns)
+            begin = len(person.text)
+            person.type("wait 100000\r")
+            person.until(lambda begin=begin: person.text.count("waiting", begin) > 1)
+            person.type("\x03")
+            person.until(lambda begin=begin: "CANCELLED" in person.text[begin:] and
+                         person.at_prompt())
+            bars = re.findall("waiting[^\r\n]*]", person.text[begin:])
+            self.assertEqual({len(bar) for bar in bars}, {min(columns - 1, 77)}, bars)
+            # What wipes it is no longer either.
+            blanks = re.findall("\r( +)\r", person.text[begin:])
+            self.assertEqual({len(blank) for blank in blanks}, {min(columns - 1, 77)})
 
     def through(self, lost, changed, seed=None):
         seed = seed or int(os.environ.get("VERGENCE_TEST_SEED", random.randrange(1 << 32)))
