@@ -3,6 +3,7 @@
 
 #include "core/invariant.h"
 #include "daemon/monotonic.h"
+#include "daemon/thread.h"
 
 enum { LOOK_US = 50000 };
 
@@ -43,7 +44,7 @@ bool scribe_start(struct scribe *self) {
     pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
     self->started = pthread_cond_init(&self->news, NULL) == 0 &&
                     pthread_cond_init(&self->moved, &attributes) == 0 &&
-                    pthread_create(&self->thread, NULL, run, self) == 0;
+                    thread_start(&self->thread, run, self);
     pthread_condattr_destroy(&attributes);
     return self->started;
 }

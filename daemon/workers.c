@@ -9,6 +9,7 @@
 #include <stdlib.h>
 
 #include "core/invariant.h"
+#include "daemon/thread.h"
 
 // A run is published as one word: its number in the upper half, the parts not yet taken in the
 // lower. Taking a part is one compare-and-swap of that word, so a thread that comes late to a run
@@ -191,7 +192,7 @@ struct workers *workers_create(int threads) {
     while (workers->started < wanted - 1 && enough) {
         const int i = workers->started;
         workers->worker[i] = (struct worker){workers, i + 1};
-        enough = pthread_create(&workers->threads[i], NULL, thread_main, &workers->worker[i]) == 0;
+        enough = thread_start(&workers->threads[i], thread_main, &workers->worker[i]);
         workers->started += enough ? 1 : 0;
     }
     workers->parallel = (struct parallel){.run = run,

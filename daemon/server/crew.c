@@ -15,6 +15,7 @@
 #include "daemon/scribe.h"
 #include "daemon/server/commands_daemon.h"
 #include "daemon/server/logbook.h"
+#include "daemon/thread.h"
 #include "rig/commands.h"
 
 enum { IDLE_US = 50000, PROGRESS_US = 100000, WAIT_TOLD_US = 500000 };
@@ -291,8 +292,8 @@ bool crew_start(struct crew *self, size_t capacity) {
         return false;
     }
     pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
-    self->started = pthread_cond_init(&self->news, &attributes) == 0 &&
-                    pthread_create(&self->thread, NULL, work, self) == 0;
+    self->started =
+        pthread_cond_init(&self->news, &attributes) == 0 && thread_start(&self->thread, work, self);
     pthread_condattr_destroy(&attributes);
     return self->started;
 }

@@ -21,6 +21,14 @@ SIMRIG = os.environ.get("SIMRIG", "")
 PATIENCE_S = 60
 
 
+def small_stack(kib):
+    """A launcher of programs whose stack may not grow further, and whose C library makes threads
+    with such stacks; a sanitizer's frames are several times as large."""
+    with open(VERGENCED, "rb") as program:
+        limit_kib = 8 * kib if b"__asan_init" in program.read() else kib
+    return ("sh", "-c", f'ulimit -s {limit_kib}; exec "$@"', "sh")
+
+
 class Screen:
     """The last line of a terminal that knows nothing but characters, CR, LF, BEL and BS."""
 

@@ -13,7 +13,7 @@ import time
 import unittest
 import zlib
 
-from daemon_process import PATIENCE_S, VERGENCE, DaemonTest
+from daemon_process import PATIENCE_S, VERGENCE, DaemonTest, small_stack
 from fake_devices import preloaded
 
 SESSION = os.path.join(os.environ["VERGENCE_SOURCE"], "tests", "sessions", "cylinder_1x")
@@ -321,6 +321,15 @@ class Reconstruct(Surfaces):
         self.assertEqual(error, "FULL", text)
         self.assertRegex(text, "^writing .*/surface-f-1/.* failed: File too large; make room ")
         self.asked("reconstruct f 1 0.5")
+
+
+class SmallStack(Surfaces):
+    """Where a program's own stack may not grow as usual."""
+    launcher = small_stack(128)
+
+    def test_the_work_has_room(self):
+        self.session("s")
+        self.assertGreater(self.asked("reconstruct s 1 0.5")["points"], 0)
 
 
 class BrokenStore(Surfaces):

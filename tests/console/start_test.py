@@ -9,7 +9,7 @@ import tempfile
 import time
 import unittest
 
-from daemon_process import PATIENCE_S, VERGENCED, DaemonTest
+from daemon_process import PATIENCE_S, VERGENCED, DaemonTest, small_stack
 
 
 class FullDisk(DaemonTest):
@@ -36,6 +36,17 @@ class Unconfined(DaemonTest):
         self.end(self.daemon)
         self.assertNotIn("ERROR", self.said())
         self.start()
+
+
+class SmallStack(DaemonTest):
+    """Where a program's own stack may not grow as usual."""
+    launcher = small_stack(192)
+
+    def test_everything_has_room(self):
+        client = self.client()
+        for command in ("bringup", "window 64 48", "capture p", "bugreport", "record start r",
+                        "bringup", "record stop", "replay r", "selftest"):
+            self.assertEqual(client.ask(command)[-1], "OK", command)
 
 
 class ClosedStreams(DaemonTest):
