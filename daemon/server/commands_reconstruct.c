@@ -309,10 +309,12 @@ static const struct command_argument reconstruct_arguments[] = {
 static const struct command commands[] = {
     {.name = "reconstruct",
      .summary = "measure a surface from a recorded pair",
-     .help = "Into the directory surface-SESSION-PAIR: mesh.ply, points.pcd, disparity.pfm, "
-             "reasons.pgm, result.json. It is there when all of it is written. The calibration is "
-             "the session's, else the kept one; one of the whole sensor is cut to the frames' "
-             "window. Less SCALE costs less memory and time.",
+     .help =
+         "Into the directory surface-SESSION-PAIR: mesh.ply, points.pcd, disparity.pfm, "
+         "reasons.pgm, result.json. It is there when all of it is written. The calibration is "
+         "the session's, else the kept one; one of the whole sensor is cut to the frames' "
+         "window. depth_near and depth_far: 1 % of the points are nearer, and 1 % farther. Less "
+         "SCALE costs less memory and time.",
      .arguments = reconstruct_arguments,
      .argument_count = 5,
      .flags = COMMAND_NO_RIG | COMMAND_LONG,

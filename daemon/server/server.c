@@ -145,7 +145,10 @@ int server_open(struct server *self, const struct server_parts *parts, struct me
                             .signal_fd = -1,
                             .wake_fd = -1,
                             .spare_fd = -1};
-    if (!open_signals(self) || !open_clients(self)) {
+    if (!open_signals(self)) {
+        return message_set(message, ERROR_IO, "cannot wait for signals: %s", strerror(errno));
+    }
+    if (!open_clients(self)) {
         return message_set(message, ERROR_MEMORY, "no memory for %u clients",
                            (unsigned)parts->config->clients);
     }

@@ -13,6 +13,8 @@ import time
 import unittest
 import zlib
 
+import numpy
+
 from daemon_process import PATIENCE_S, VERGENCE, DaemonTest, small_stack
 from fake_devices import preloaded
 
@@ -296,6 +298,19 @@ class Reconstruct(Surfaces):
         self.assertLess(time.monotonic() - begin, 10)
         self.assertLess(asked_s, 5)
         self.nothing_is_left()
+
+    def test_depths_are_what_help_says(self):
+        """One in a hundred points is nearer than depth_near, and one farther than depth_far."""
+        said = self.first.ask_json("help reconstruct")["result"]["more"]
+        self.assertIn("depth_near and depth_far: 1 % of the points are nearer, and 1 %", said)
+        self.session("d")
+        figures = self.asked("reconstruct d 1 0.5 1600 2300")
+        with open(os.path.join(self.files, "surface-d-1", "points.pcd"), "rb") as file:
+            data = file.read().split(b"DATA binary\n", 1)[1]
+        points = numpy.frombuffer(data, numpy.float32).reshape(figures["points"], 5)
+        expected = numpy.percentile(points[:, 2], (1, 50, 99))
+        for name, depth_mm in zip(("near", "median", "far"), expected):
+            self.assertAlmostEqual(figures[f"depth_{name}"], depth_mm, delta=0.5)
 
     def limited(self, what, limit, command):
         """A command refused by a limit of the system; without it it works."""

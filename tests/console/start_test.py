@@ -106,9 +106,9 @@ class NoSocket(unittest.TestCase):
         self.folder = tempfile.mkdtemp(prefix="console")
         self.addCleanup(shutil.rmtree, self.folder)
 
-    def refused(self, *settings):
+    def refused(self, *settings, launcher=()):
         done = subprocess.run(
-            [VERGENCED, "profile=two-cameras", "backend=linux", "left_camera=/dev/none",
+            [*launcher, VERGENCED, "profile=two-cameras", "backend=linux", "left_camera=/dev/none",
              "right_camera=/dev/none2", "store=none", "files=none", "log_level=error", *settings],
             capture_output=True, text=True, timeout=PATIENCE_S)
         self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
@@ -124,6 +124,11 @@ class NoSocket(unittest.TestCase):
                              "there and is no socket; give another path, or remove it\n")
             with open(path, encoding="ascii") as file:
                 self.assertEqual(file.read(), "x")
+
+    def test_no_descriptors(self):
+        few = ("sh", "-c", 'ulimit -n 4; exec "$@"', "sh")
+        self.assertEqual(self.refused("tcp_port=1", launcher=few),
+                         "vergenced: cannot wait for signals: Too many open files\n")
 
     def test_a_path_too_long(self):
         path = os.path.join(self.folder, 150 * "x")
