@@ -194,6 +194,7 @@ static int trim(struct rig *self, struct mover *mover) {
     const bool again =
         mover->rested != INT32_MIN && distance(mover->rested, mover->middle) <= tolerance;
     if (at_end && again) {
+        self->lens_rest_us[mover->side] = mover->mark_us;
         mover->phase = ARRIVED;
         return ERROR_OK;
     }
@@ -248,6 +249,7 @@ static int judge(struct rig *self, struct mover *mover) {
             return go_on_up(self, mover);
         }
         follow_drift(self, mover);
+        self->lens_rest_us[mover->side] = now_us;
         mover->phase = ARRIVED;
         return ERROR_OK;
     }
@@ -338,6 +340,7 @@ static int look_at(struct rig *self, struct mover *mover, uint64_t deadline_us) 
 static bool read_resting(struct rig *self, const struct mover *mover, uint64_t deadline_us,
                          int32_t *position) {
     const uint64_t since_us = watch_now_us(self);
+    self->lens_rest_us[mover->side] = since_us;  // not before, as far as is known
     struct lens_reading readings[LENS_AXES];
     int error = ERROR_TIMEOUT;
     while (error == ERROR_TIMEOUT && watch_now_us(self) + WATCH_STEP_US < deadline_us) {

@@ -135,6 +135,7 @@ struct rig {
     int32_t lens_trim[RIG_SIDES][LENS_AXES];       ///< added to commands: see rig/lens_move.h
     uint16_t pan_q4[RIG_SIDES];                    ///< asked for
     uint64_t pan_rest_us[RIG_SIDES];               ///< when the horn rests
+    uint64_t lens_rest_us[RIG_SIDES];              ///< when the lens was seen to have arrived last
     uint32_t exposure_us[RIG_SIDES];
     uint16_t gain_q3[RIG_SIDES];
     uint64_t settled_us[RIG_SIDES];  ///< frames that begin then or later have what was set

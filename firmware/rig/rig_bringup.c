@@ -396,6 +396,7 @@ static void forget(struct rig *self) {
         self->sensor[side] = (struct mt9t001){.bus = NULL};
         self->pan_q4[side] = 0;
         self->pan_rest_us[side] = 0;
+        self->lens_rest_us[side] = 0;
         self->settled_us[side] = 0;
         self->owed[side] = false;
         self->exposure_us[side] = 0;

@@ -203,9 +203,16 @@ static int wait_until(struct rig *self, unsigned side, uint64_t begin_us, uint64
     return error == ERROR_OK ? ERROR_OK : no_frame(self, side, error);
 }
 
+// From when on frames that begin were exposed by a camera at rest: rows are exposed before they
+// come.
+static uint64_t still_us(const struct rig *self, unsigned side) {
+    return later(self->pan_rest_us[side], self->lens_rest_us[side]) + self->exposure_us[side];
+}
+
 static int wait_for_frame(struct rig *self, unsigned side, uint64_t not_before_us,
                           struct hal_camera_frame *frame) {
-    const uint64_t begin_us = later(not_before_us, self->settled_us[side]);
+    const uint64_t begin_us =
+        later(later(not_before_us, self->settled_us[side]), still_us(self, side));
     const uint64_t now_us = watch_now_us(self);
     uint64_t deadline_us =
         later(begin_us, now_us) + PATIENCE_FRAMES * rig_camera_frame_us(self, side) + PATIENCE_US;

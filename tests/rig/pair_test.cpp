@@ -144,6 +144,29 @@ TEST_CASE("another window is in force in the first pair after it") {
     CHECK(bench.rig.state == RIG_READY);
 }
 
+TEST_CASE("no frame was exposed while its camera turned or its lens moved") {
+    RigBench bench;
+    REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
+    uint32_t applied_us = 0;
+    REQUIRE(rig_exposure(&bench.rig, kBoth, 1000000, &applied_us) == ERROR_OK);
+    bench.rig.profile.skew_limit_us = 3000000;
+    constexpr uint64_t kReading_us = 200000;  // the last ones of a lens that has arrived
+    ::pair pair{};
+    for (int i = 0; i < 6; i++) {
+        CAPTURE(i);
+        REQUIRE(bench.idle_ms(4000 + uint64_t(i) * 170) == ERROR_OK);
+        const bool turns = i % 2 == 0;
+        const int error = turns ? rig_pan_both(&bench.rig, 20000 * (i + 1), -20000 * (i + 1))
+                                : rig_lens_go(&bench.rig, kBoth, LENS_ZOOM, 320 + 10 * i);
+        REQUIRE_MESSAGE(error == ERROR_OK, bench.rig.trouble.text);
+        const uint64_t rested_us = bench.now_us() - (turns ? 0 : kReading_us);
+        REQUIRE_MESSAGE(bench.capture(pair) == ERROR_OK, bench.rig.trouble.text);
+        for (const pair_frame &frame : pair.frame) {
+            CHECK(frame.begin_us >= rested_us + frame.exposure_us);
+        }
+    }
+}
+
 TEST_CASE("a lens that moves meanwhile makes it no pair") {
     RigBench bench;
     REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
