@@ -28,15 +28,27 @@ static void tell(const struct v4l2_camera *self, enum hal_log_level level, const
     }
 }
 
+/// Longest time from frame to frame; one that is exposed for longer takes longer.
 static uint32_t frame_time_us(const struct v4l2_camera *self) {
-    return self->stream.frame_us > self->frame_us ? self->stream.frame_us : self->frame_us;
+    const uint32_t told_us =
+        self->stream.frame_us > self->frame_us ? self->stream.frame_us : self->frame_us;
+    return told_us > self->exposure_us ? told_us : self->exposure_us;
+}
+
+/// How long the next frame may take, behind one.
+static uint32_t usual_patience_us(const struct v4l2_camera *self) {
+    const uint64_t patience_us = (uint64_t)MISSED_FRAMES * frame_time_us(self);
+    return patience_us < MISSED_US    ? MISSED_US
+           : patience_us > UINT32_MAX ? UINT32_MAX
+                                      : (uint32_t)patience_us;
 }
 
 /// The stream has just been turned on: numbers begin anew, and the first frame may take long.
 static void begin_waiting(struct v4l2_camera *self) {
     self->has_sequence = false;
     self->alive_us = monotonic_now_us();
-    self->patience_us = FIRST_FRAME_US;
+    const uint32_t usual_us = usual_patience_us(self);
+    self->patience_us = usual_us > FIRST_FRAME_US ? usual_us : FIRST_FRAME_US;
 }
 
 static bool make_slots(struct v4l2_camera *self, size_t values) {
@@ -61,6 +73,7 @@ static bool make_slots(struct v4l2_camera *self, size_t values) {
 /// A camera that was pulled out and put back is another file of the same name.
 static int open_again(struct v4l2_camera *self, struct message *message) {
     v4l2_stream_close(&self->stream);
+    self->exposure_us = 0;
     const int error = v4l2_stream_open(&self->stream, self->path, message);
     self->gone = error != ERROR_OK;
     return error;
@@ -271,8 +284,7 @@ static int take_one(struct v4l2_camera *self, uint64_t not_before_us, uint64_t d
         }
         const uint64_t now_us = monotonic_now_us();
         self->alive_us = now_us;
-        const uint64_t patience_us = (uint64_t)MISSED_FRAMES * frame_time_us(self);
-        self->patience_us = patience_us > MISSED_US ? (uint32_t)patience_us : MISSED_US;
+        self->patience_us = usual_patience_us(self);
         number(self, filled.sequence);
         struct hal_camera_frame got = {.data = NULL};
         set_times(self, &filled, now_us, &got);
@@ -314,9 +326,17 @@ static void give_back(void *opaque, const struct hal_camera_frame *frame) {
 }
 
 static int control(void *opaque, enum hal_camera_control which, int32_t value, int32_t *applied) {
-    const struct v4l2_camera *self = opaque;
-    return self->stream.fd < 0 ? ERROR_DEVICE
-                               : v4l2_control_set(self->stream.fd, which, value, applied);
+    struct v4l2_camera *self = opaque;
+    if (self->stream.fd < 0) {
+        return ERROR_DEVICE;
+    }
+    const int error = v4l2_control_set(self->stream.fd, which, value, applied);
+    if (error == ERROR_OK && which == HAL_CAMERA_EXPOSURE_US) {
+        self->exposure_us = *applied > 0 ? (uint32_t)*applied : 0;
+        const uint32_t usual_us = usual_patience_us(self);
+        self->patience_us = usual_us > self->patience_us ? usual_us : self->patience_us;
+    }
+    return error;
 }
 
 static void counts(void *opaque, struct hal_camera_counts *into) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// hal_camera on a Linux video device: a webcam, or the parallel port behind the camera select.
 ///
-/// A stream that breaks (an error of the driver, no frame for three frame times, a buffer that
-/// cannot be) is stopped, its buffers are released, and it is started again: at most 3 times a
+/// A stream that breaks (an error of the driver, no frame for three times what one takes, a buffer
+/// that cannot be) is stopped, its buffers are released, and it is started again: at most 3 times a
 /// call, with growing pauses, within the call's deadline. Each is counted and told to the log.
 ///
 /// A camera that was pulled out says ERROR_DEVICE until `start` finds it under its path again.
@@ -33,6 +33,7 @@ struct v4l2_camera {
     char path[64];
     const struct hal_log *log;  ///< NULL: none
     uint32_t frame_us;          ///< longest time from frame to frame
+    uint32_t exposure_us;       ///< as it was set last; 0: nobody has, or it is not known
     /// Frames come when somebody lets them: that none comes does not mean that the stream broke.
     /// The caller's to set, after v4l2_camera_init.
     bool triggered;

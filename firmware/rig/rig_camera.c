@@ -35,7 +35,7 @@ static bool has_source(const struct rig *self, unsigned side) {
 uint64_t rig_camera_frame_us(const struct rig *self, unsigned side) {
     const struct mt9t001 *sensor = &self->sensor[side];
     if (sensor->bus == NULL) {
-        return self->profile.frame_us;
+        return later(self->profile.frame_us, self->exposure_us[side]);
     }
     struct mt9t001_timing timing;
     const int error =

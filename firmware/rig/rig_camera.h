@@ -13,7 +13,8 @@
 extern "C" {
 #endif
 
-/// From frame to frame, as the camera is set; at most that where no sensor tells.
+/// From frame to frame, as the camera is set; where no sensor tells at most that: what the profile
+/// says, or the exposure that was set, where that is longer.
 uint64_t rig_camera_frame_us(const struct rig *self, unsigned side);
 
 /// Frames of this size from now on, from both cameras. Behind the bridge the sensors are not told.

@@ -45,10 +45,10 @@ static int failed(struct rig *self, unsigned side, int error) {
                             : "the system gives none of its frames; look into the system's log");
 }
 
-// Until when a frame of the last pulse is waited for.
-static uint64_t deadline_of(const struct rig *self) {
+// Until when a camera's frame of the last pulse is waited for.
+static uint64_t deadline_of(const struct rig *self, unsigned side) {
     return self->triggered_us + self->profile.trigger_us +
-           (uint64_t)PATIENCE_FRAMES * self->profile.frame_us + PATIENCE_US;
+           PATIENCE_FRAMES * rig_camera_frame_us(self, side) + PATIENCE_US;
 }
 
 // Waits for a frame that was not whole by `after_us`, in steps so that the observer is asked; looks
@@ -81,7 +81,7 @@ static int wait(struct rig *self, unsigned side, uint64_t after_us, uint64_t dea
 // A driver loses what comes when its buffers are full, and a camera has to read out its last frame
 // before it takes a pulse.
 static int drop_held(struct rig *self, unsigned side) {
-    uint64_t deadline_us = self->owed[side] ? deadline_of(self) : 0;
+    uint64_t deadline_us = self->owed[side] ? deadline_of(self, side) : 0;
     int error = ERROR_OK;
     for (int held = 0; error == ERROR_OK && held < HELD_MOST; held++) {
         struct hal_camera_frame frame;
@@ -128,7 +128,7 @@ int trigger_fire(struct rig *self) {
 }
 
 int trigger_take(struct rig *self, unsigned side, struct hal_camera_frame *frame) {
-    const int error = wait(self, side, self->triggered_us, deadline_of(self), frame);
+    const int error = wait(self, side, self->triggered_us, deadline_of(self, side), frame);
     if (error == ERROR_OK) {
         self->owed[side] = false;
         return watch_used(self, camera_of(side), error);

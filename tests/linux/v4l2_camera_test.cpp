@@ -261,6 +261,30 @@ TEST_CASE("a stream that stands still is started again, and that is counted and 
           "4 camera /dev/video0: no frame came for 100 ms; the stream is started again");
 }
 
+TEST_CASE("a stream whose frames are exposed for long does not stand still") {
+    const Kernel kernel;
+    fake_video *video = grey_camera();
+    video->controls[0] = {V4L2_CID_EXPOSURE_ABSOLUTE, 1, 20000, 1, 100};
+    Camera camera;
+    REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+    constexpr int32_t kExposure_us = 1500000;
+    int32_t applied_us = 0;
+    REQUIRE(camera.control(HAL_CAMERA_EXPOSURE_US, kExposure_us, &applied_us) == ERROR_OK);
+    REQUIRE(applied_us == kExposure_us);
+    video->frame_us = kExposure_us;
+    hal_camera_frame frame;
+    for (int i = 0; i < 4; i++) {
+        REQUIRE(camera.look(&frame, 0, 4 * kExposure_us) == ERROR_OK);
+    }
+    CHECK(camera.counts().restarts == 0);
+    CHECK(camera.log.lines.empty());
+    // One that stands still is found all the same.
+    video->frames_until_still = 1;
+    CHECK(camera.look(&frame, 0, 20 * uint64_t(kExposure_us)) == ERROR_OK);
+    CHECK(camera.look(&frame, 0, 20 * uint64_t(kExposure_us)) == ERROR_OK);
+    CHECK(camera.counts().restarts > 0);
+}
+
 TEST_CASE("a stream that breaks once is made anew; the call succeeds") {
     for (const int error : {EIO, EPIPE, EINVAL, ENOMEM, ETIMEDOUT, EPROTO}) {
         for (const char *call : {"DQBUF", "poll", " QBUF"}) {

@@ -233,6 +233,31 @@ TEST_CASE("what two cameras lack is refused") {
     CHECK(two.capture(pair) == ERROR_OK);
 }
 
+TEST_CASE("frames that are exposed for longer than the profile's frame time are waited for") {
+    TwoCameras two(33333, 0);
+    for (hal_camera &port : two.ports) {
+        port.operations = &kControlled;
+    }
+    REQUIRE(rig_bringup(&two.rig) == ERROR_OK);
+    constexpr uint32_t kExposureUs = 1500000;
+    REQUIRE(kExposureUs > 4 * two.rig.profile.frame_us);
+    told_control = kExposureUs;
+    uint32_t applied_us = 0;
+    REQUIRE(rig_exposure(&two.rig, 3, kExposureUs, &applied_us) == ERROR_OK);
+    // Now they are as slow as that makes them.
+    for (Camera *camera : {&two.left, &two.right}) {
+        camera->period_us = kExposureUs;
+        camera->waiting.clear();
+        camera->next = two.time.time_us / kExposureUs + 1;
+    }
+    ::pair pair{};
+    const int error = two.capture(pair);
+    const std::string text = two.rig.trouble.text;
+    CAPTURE(text);
+    CHECK(error == ERROR_OK);
+    CHECK(two.rig.state == RIG_READY);
+}
+
 TEST_CASE("a camera that tells impossible values of its controls is named") {
     uint32_t exposure_us = 7;
     uint16_t gain_q3 = 7;
