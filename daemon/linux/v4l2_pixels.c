@@ -27,6 +27,12 @@ size_t v4l2_pixels_row_values(const struct v4l2_pixels *format, uint16_t width_p
     return (size_t)width_px * (format->layout == HAL_CAMERA_RGB ? 3 : 1);
 }
 
+size_t v4l2_pixels_row_bytes(const struct v4l2_pixels *format, uint32_t width_px) {
+    const size_t pixels =
+        format->fourcc == V4L2_PIX_FMT_YUYV ? (size_t)width_px + width_px % 2 : width_px;
+    return pixels * format->bytes_per_pixel;
+}
+
 static void row_of_words(const uint8_t *from, uint16_t *to, size_t values, unsigned bits) {
     const unsigned mask = (1U << bits) - 1;
     for (size_t i = 0; i < values; i++) {
@@ -92,7 +98,7 @@ uint32_t v4l2_pixels_convert(const struct v4l2_pixels *format,
                    ? 0
                    : HAL_CAMERA_DAMAGED;
     }
-    const size_t row_bytes = (size_t)source->width_px * format->bytes_per_pixel;
+    const size_t row_bytes = v4l2_pixels_row_bytes(format, source->width_px);
     INVARIANT(source->bytes_per_line >= row_bytes);
     uint32_t faults = 0;
     for (size_t y = 0; y < source->height_px; y++) {

@@ -42,6 +42,10 @@ const struct v4l2_pixels *v4l2_pixels_format(unsigned index);
 /// Values in one row: of RGB three a pixel.
 size_t v4l2_pixels_row_values(const struct v4l2_pixels *format, uint16_t width_px);
 
+/// Bytes of a row that are read; 0 where it is compressed. YUYV has its colours for two pixels at a
+/// time, also at the end of an odd row.
+size_t v4l2_pixels_row_bytes(const struct v4l2_pixels *format, uint32_t width_px);
+
 /// Fills `values` (height_px rows of `v4l2_pixels_row_values`, without gaps) and returns faults as
 /// in hal_camera_frame: HAL_CAMERA_SHORT when bytes are missing (rows that are not whole are 0),
 /// HAL_CAMERA_DAMAGED when it did not decode.

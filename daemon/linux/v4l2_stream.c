@@ -81,7 +81,7 @@ void v4l2_stream_close(struct v4l2_stream *self) {
 /// Whether rows of this length fit what the driver says.
 static bool is_layout_possible(const struct v4l2_pixels *format,
                                const struct v4l2_pix_format *pix) {
-    const uint64_t row = (uint64_t)pix->width * format->bytes_per_pixel;
+    const uint64_t row = v4l2_pixels_row_bytes(format, pix->width);
     return pix->sizeimage > 0 &&
            (format->bytes_per_pixel == 0 ||
             (pix->bytesperline >= row &&
@@ -160,7 +160,7 @@ static int map_buffer(struct v4l2_stream *self, unsigned index) {
         return fail(self, "QUERYBUF");
     }
     const struct v4l2_pixels_source *layout = &self->layout;
-    const size_t row = (size_t)layout->width_px * self->format->bytes_per_pixel;
+    const size_t row = v4l2_pixels_row_bytes(self->format, layout->width_px);
     const size_t least = (size_t)layout->bytes_per_line * (layout->height_px - 1U) + row;
     if (self->format->bytes_per_pixel != 0 && buffer.length < least) {
         return message_set(&self->trouble, ERROR_IO,

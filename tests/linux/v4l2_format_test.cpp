@@ -210,6 +210,29 @@ TEST_CASE("YUYV becomes red, green and blue as BT.601 says, to half a step") {
     }
 }
 
+TEST_CASE("YUYV of an odd width needs the whole of its last pair of pixels") {
+    const v4l2_pixels *format = nullptr;
+    for (unsigned i = 0; (format = v4l2_pixels_format(i))->fourcc != V4L2_PIX_FMT_YUYV;) {
+        i++;
+    }
+    constexpr uint16_t kOdd = 5, kRows = 2;
+    constexpr size_t kWhole = 12;  // three pairs
+    const std::vector<uint8_t> bytes(kRows * kWhole, 128);
+    uint16_t values[3 * kOdd * kRows];
+    v4l2_pixels_source source = {bytes.data(), bytes.size(), kWhole, kOdd, kRows, true};
+    CHECK(v4l2_pixels_convert(format, &source, values) == 0);
+    CHECK(values[3 * kOdd * kRows - 1] == 128);
+    source.bytes -= 2;
+    CHECK(v4l2_pixels_convert(format, &source, values) == HAL_CAMERA_SHORT);
+    CHECK(values[3 * kOdd * kRows - 1] == 0);
+    // A driver that promises no more is refused before anything is read.
+    const Kernel kernel;
+    fake_video *video = fake_video_add(kVideo, V4L2_PIX_FMT_YUYV, kOdd, kRows);
+    video->formats[0].bytes_per_line = 2 * kOdd;
+    Camera camera;
+    CHECK(camera.start(kOdd, kRows) == ERROR_UNSUPPORTED);
+}
+
 TEST_CASE("JPEG frames decode; what is damaged says so and never more") {
     REQUIRE(v4l2_jpeg_available());
     const Kernel kernel;
