@@ -20,7 +20,7 @@ enum {
     LENS_OTHER_US = 180000,
     US_PER_MS = 1000,
     SWITCH_LIMIT_MS = 120,
-    // Ten periods of mains light at 50 Hz: no flicker in the first pictures.
+    // Whole periods of the light of 50 Hz mains: no flicker in the first pictures.
     EXPOSURE_US = 20000,
 };
 
