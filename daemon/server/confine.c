@@ -127,6 +127,8 @@ static const int allowed[] = {
     SCMP_SYS(accept),
     SCMP_SYS(accept4),
     SCMP_SYS(connect),
+    SCMP_SYS(send),  // of their own on 32 bits of ARM, whose C library calls them
+    SCMP_SYS(recv),
     SCMP_SYS(sendto),
     SCMP_SYS(recvfrom),
     SCMP_SYS(sendmsg),

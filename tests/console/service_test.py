@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The daemon as a service: what the service manager is told, and what is installed."""
+import glob
 import os
+import re
 import shutil
 import signal
 import socket
@@ -140,6 +142,24 @@ class Filtered(Manager):
              f"socket={self.folder}/narrow.sock"], stdin=subprocess.DEVNULL, capture_output=True,
             timeout=PATIENCE_S, check=False)
         self.assertEqual(done.returncode, -signal.SIGSYS, done.stderr)
+
+
+class Names(unittest.TestCase):
+    """What a processor has as a call of its own another one makes with a call that does more: this
+    one never sees what 32 bits of ARM need."""
+
+    def test_every_call_of_sockets_is_allowed_by_its_own_name(self):
+        daemon = os.path.join(os.environ["VERGENCE_SOURCE"], "daemon")
+        with open(os.path.join(daemon, "server", "confine.c"), encoding="utf-8") as file:
+            allowed = set(re.findall(r"SCMP_SYS\((\w+)\)", file.read()))
+        made = set()
+        for folder in ("server", "sim"):
+            for path in sorted(glob.glob(os.path.join(daemon, folder, "*.c"))):
+                with open(path, encoding="utf-8") as file:
+                    made |= set(re.findall(r"\b(send|sendto|recv|recvfrom|accept4|connect|shutdown)\(",
+                                           file.read()))
+        self.assertLessEqual({"send", "recv", "accept4"}, made)
+        self.assertEqual(made - allowed, set())
 
 
 class Installed(unittest.TestCase):
