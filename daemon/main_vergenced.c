@@ -158,12 +158,25 @@ static int open_files(struct daemon *self, struct message *message) {
     return 0;
 }
 
+static bool are_same(int left_fd, int right_fd) {
+    struct stat left, right;
+    return fstat(left_fd, &left) == 0 && fstat(right_fd, &right) == 0 &&
+           left.st_dev == right.st_dev && left.st_ino == right.st_ino;
+}
+
 static int open_store(struct daemon *self, struct message *message) {
-    if (self->config.store[0] == '\0') {
+    const char *path = self->config.store;
+    if (path[0] == '\0') {
         return 0;
     }
-    const int error = store_open(&self->store, self->config.store, message);
+    const int error = store_open(&self->store, path, message);
     self->store_open = error == 0;
+    if (error == 0 && self->files_fd >= 0 && are_same(self->files_fd, self->store.directory_fd)) {
+        return message_set(message, ERROR_ARGUMENT,
+                           "store = %s: is the directory of files as well, which clients may "
+                           "replace; give it one of its own",
+                           path);
+    }
     return error;
 }
 
@@ -332,29 +345,45 @@ static int load_config(struct config *config, const char *path, bool check,
     return config_load(config, NULL, words, count + 1, message);
 }
 
+/// What is printed instead of serving, if anything is. The exit code, or OPTIONS_CONTINUE.
+static int print_page(const struct arguments *arguments, const char *const *settings, int count) {
+    const char *option = arguments->help_config            ? "--help-config"
+                         : arguments->help_profile != NULL ? "--help-profile"
+                         : arguments->version              ? "--version"
+                                                           : NULL;
+    if (option == NULL) {
+        return OPTIONS_CONTINUE;
+    }
+    if (count > 0) {
+        fprintf(stderr, "vergenced: %s takes no settings: %s\n", option, settings[0]);
+        return CLIENT_USAGE;
+    }
+    if (arguments->help_config) {
+        config_help_print(stdout);
+        return CLIENT_OK;
+    }
+    struct message message;
+    if (arguments->help_profile != NULL) {
+        return config_profile_print(stdout, arguments->help_profile, &message) == 0
+                   ? CLIENT_OK
+                   : fail(&message);
+    }
+    printf("vergenced %s (build %s)\n", client_version(), client_build_id());
+    return CLIENT_OK;
+}
+
 /// The exit code; what was printed may still wait in the buffer of standard output.
 static int run(int argc, char **argv) {
     static struct daemon daemon;
     struct arguments arguments = {0};
     const char *settings[SETTINGS_MAX + 1];
     int setting_count = 0;
-    const int code = options_parse(&page, argc, argv, &arguments, settings, &setting_count);
+    int code = options_parse(&page, argc, argv, &arguments, settings, &setting_count);
+    code = code == OPTIONS_CONTINUE ? print_page(&arguments, settings, setting_count) : code;
     if (code != OPTIONS_CONTINUE) {
         return code;
     }
-    if (arguments.help_config) {
-        config_help_print(stdout);
-        return CLIENT_OK;
-    }
     struct message message;
-    if (arguments.help_profile != NULL) {
-        return config_profile_print(stdout, arguments.help_profile, &message) == 0 ? CLIENT_OK
-                                                                                   : fail(&message);
-    }
-    if (arguments.version) {
-        printf("vergenced %s (build %s)\n", client_version(), client_build_id());
-        return CLIENT_OK;
-    }
     const char *path = arguments.check != NULL ? arguments.check : arguments.config;
     if (path == NULL && access(usual_config, F_OK) == 0) {
         path = usual_config;

@@ -136,7 +136,8 @@ int session_reader_open(struct session_reader *self, int parent, const char *pat
     const int links = parent == AT_FDCWD ? 0 : O_NOFOLLOW;
     self->directory = openat(parent, path, O_RDONLY | O_DIRECTORY | O_CLOEXEC | links);
     if (self->directory < 0) {
-        return message_set(message, ERROR_ARGUMENT, "%s: is no session: %s", path, strerror(errno));
+        const int code = errno == ENOENT ? ERROR_MISSING : ERROR_ARGUMENT;
+        return message_set(message, code, "%s: is no session: %s", path, strerror(errno));
     }
     int code = load_index(self, message);
     if (code != 0) {

@@ -29,9 +29,9 @@ struct session_reader {
 };
 
 /// Opens the session `path`, as openat(2) understands it with the descriptor `parent`, and reads
-/// its first event, which says what made it. ERROR_ARGUMENT (no such directory, or no session in
-/// it), ERROR_VERSION, ERROR_MEMORY, and those of the next function. `begin` may be NULL. On
-/// success the caller closes the reader.
+/// its first event, which says what made it. ERROR_MISSING (no such directory), ERROR_ARGUMENT (no
+/// session in it), ERROR_VERSION, ERROR_MEMORY, and those of the next function. `begin` may be
+/// NULL. On success the caller closes the reader.
 int session_reader_open(struct session_reader *self, int parent, const char *path,
                         struct session_event *begin, struct message *message);
 

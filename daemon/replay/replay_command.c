@@ -88,8 +88,9 @@ static void print_outcome(const char *path, const struct play_outcome *outcome,
     if (arguments->json) {
         print_json(path, outcome);
     } else if (!arguments->quiet && outcome->same) {
-        printf("%s: the same, bit for bit: %u commands, %u calls, %u pairs%s\n", path,
+        printf("%s: the same, bit for bit: %u commands, %u calls, %u pair%s%s\n", path,
                (unsigned)outcome->commands, (unsigned)outcome->calls, (unsigned)outcome->pairs,
+               outcome->pairs == 1 ? "" : "s",
                outcome->cut ? "; the recording was cut off there" : "");
     }
     if (!outcome->same) {

@@ -178,6 +178,12 @@ class Config(unittest.TestCase):
                      "profile = two-cameras\nfaults = right.take@1=spoil"):
             self.assertEqual(self.check(text), (0, "FILE: good\n"), text)
 
+    def test_pages_take_no_settings(self):
+        for page in (["--help-config"], ["--help-profile", "rig"], ["--version"]):
+            done = run(*page, "i2c=none")
+            self.assertEqual((done.returncode, done.stdout, done.stderr),
+                             (2, "", f"vergenced: {page[0]} takes no settings: i2c=none\n"))
+
     def test_no_file(self):
         done = run("--check", "no/such.conf")
         self.assertEqual((done.returncode, done.stderr),

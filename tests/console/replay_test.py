@@ -78,7 +78,12 @@ class Replay(PlayedPairs):
         self.assertGreater(result["calls"], 40)
         done = subprocess.run([VERGENCE, "replay", self.recorded], capture_output=True, text=True,
                               timeout=PATIENCE_S)
-        self.assertIn("the same, bit for bit: 8 commands", done.stdout)
+        self.assertRegex(done.stdout, "the same, bit for bit: 8 commands, [0-9]+ calls, 2 pairs$")
+
+    def test_what_is_not_there_is_missing(self):
+        with self.client() as client:
+            for command in ("replay", "reconstruct"):
+                self.assertRegex(client.ask(f"{command} nope")[-1], "^ERR MISSING nope: ")
 
     def test_the_sessions_of_the_project_play(self):
         sessions = glob.glob(os.path.join(os.path.dirname(SESSION), "*", "session.index"))
@@ -90,6 +95,9 @@ class Replay(PlayedPairs):
             told = json.loads(done.stdout)
             self.assertEqual((told["same"], told["cut_off"], told["pairs"]), (True, False, 1))
             self.assertGreaterEqual(told["commands"], 8)
+        done = subprocess.run([VERGENCE, "replay", os.path.dirname(sessions[0])],
+                              capture_output=True, text=True, timeout=PATIENCE_S)
+        self.assertRegex(done.stdout, ", 1 pair$")
 
     def test_all_commands_are_noted(self):
         self.record("noted", ["bringup", "gain", "watch 0.1 \"exposure left\" 2",
@@ -239,6 +247,7 @@ class Replay(PlayedPairs):
         shutil.copytree(SESSION, silent)
         write_index(silent, [line for line in lines_of(silent) if not line.startswith("command ")])
         self.assertIn("no commands", self.played("silent")["message"])
+        os.mkdir(os.path.join(self.files, "nothing"))
         self.assertEqual(self.played("nothing")["error"], "ARGUMENT")
         folder = self.copy("empty")
         os.unlink(os.path.join(folder, "calls.log"))

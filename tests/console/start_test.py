@@ -106,10 +106,10 @@ class NoSocket(unittest.TestCase):
         self.folder = tempfile.mkdtemp(prefix="console")
         self.addCleanup(shutil.rmtree, self.folder)
 
-    def refused(self, *settings, launcher=()):
+    def refused(self, *settings, launcher=(), directories=("store=none", "files=none")):
         done = subprocess.run(
             [*launcher, VERGENCED, "profile=two-cameras", "backend=linux", "left_camera=/dev/none",
-             "right_camera=/dev/none2", "store=none", "files=none", "log_level=error", *settings],
+             "right_camera=/dev/none2", "log_level=error", *directories, *settings],
             capture_output=True, text=True, timeout=PATIENCE_S)
         self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
         return done.stderr
@@ -129,6 +129,14 @@ class NoSocket(unittest.TestCase):
         few = ("sh", "-c", 'ulimit -n 4; exec "$@"', "sh")
         self.assertEqual(self.refused("tcp_port=1", launcher=few),
                          "vergenced: cannot wait for signals: Too many open files\n")
+
+    def test_one_directory_for_both(self):
+        # "send" could replace what the store keeps, and a save what was sent.
+        path = os.path.join(self.folder, "both")
+        both = (f"files={path}", f"store={path}/../both/")
+        self.assertEqual(self.refused(directories=both),
+                         f"vergenced: store = {path}/../both/: is the directory of files as well, "
+                         "which clients may replace; give it one of its own\n")
 
     def test_a_path_too_long(self):
         path = os.path.join(self.folder, 150 * "x")
