@@ -105,8 +105,7 @@ int fpga_bridge_bus_run(struct fpga_bridge_bus *self, const struct fpga_bridge_j
             ++*count_of(&self->counts, error);
         }
         doubted = doubtful;
-        const bool bus_failed =
-            error == ERROR_I2C_ARBITRATION || error == ERROR_TIMEOUT || error == ERROR_I2C_STUCK;
+        const bool bus_failed = i2c_recovery_is_due(error);
         const bool again = bus_failed || error == ERROR_I2C_NACK || error == ERROR_VERIFY ||
                            error == ERROR_REFUSED;
         if (bus_failed) {

@@ -79,10 +79,10 @@ void fpga_bridge_bus_init(struct fpga_bridge_bus *self, const struct hal_i2c *bu
                           const struct hal_clock *clock);
 
 /// Runs a transfer, up to FPGA_BRIDGE_ATTEMPTS times. 0; ERROR_I2C_NACK, ERROR_I2C_ARBITRATION,
-/// ERROR_TIMEOUT or ERROR_I2C_STUCK of the last attempt; ERROR_REFUSED: the bridge did not
-/// acknowledge the refusable byte; ERROR_VERIFY: the word did not read back, or the bridge may have
-/// left the transfer; or another error of the backend, at once. After an error the bus is free as
-/// far as that is possible.
+/// ERROR_TIMEOUT, ERROR_I2C_STUCK or ERROR_IO of the last attempt; ERROR_REFUSED: the bridge did
+/// not acknowledge the refusable byte; ERROR_VERIFY: the word did not read back, or the bridge may
+/// have left the transfer; or another error of the backend, at once. After an error the bus is free
+/// as far as that is possible.
 int fpga_bridge_bus_run(struct fpga_bridge_bus *self, const struct fpga_bridge_job *job);
 
 #ifdef __cplusplus

@@ -116,6 +116,11 @@ static int end_transfers(const struct lines *lines) {
     return high == BOTH ? ERROR_OK : ERROR_I2C_STUCK;
 }
 
+bool i2c_recovery_is_due(int error) {
+    return error == ERROR_I2C_ARBITRATION || error == ERROR_TIMEOUT || error == ERROR_I2C_STUCK ||
+           error == ERROR_IO;
+}
+
 int i2c_recovery_run(const struct hal_i2c *bus, const struct hal_clock *clock, uint32_t quiet_us) {
     INVARIANT(bus != NULL && clock != NULL && quiet_us > 0);
     const struct lines lines = {bus, clock};

@@ -29,6 +29,7 @@
 #ifndef VERGENCE_DEVICE_I2C_RECOVERY_H
 #define VERGENCE_DEVICE_I2C_RECOVERY_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "hal/clock.h"
@@ -37,6 +38,11 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/// Whether a transfer with this error may have been broken off anywhere, and devices may still be
+/// in it: the bus is to be recovered before the next one. ERROR_IO is among them, since that is all
+/// that some adapters say of a transfer that was lost.
+bool i2c_recovery_is_due(int error);
 
 /// Recovers the bus. `quiet_us` (> 0): a silence after which no device that stores is in a
 /// transfer. 0: both wires are high (or cannot be seen), all devices wait for START.

@@ -119,7 +119,7 @@ static int run(struct mt9t001 *self, const struct hal_i2c_message *messages, siz
             continue;
         }
         self->counts.failures++;
-        if (error == ERROR_I2C_ARBITRATION || error == ERROR_TIMEOUT || error == ERROR_I2C_STUCK) {
+        if (i2c_recovery_is_due(error)) {
             const int stuck = i2c_recovery_run(self->bus, self->clock, QUIET_US);
             if (stuck != ERROR_OK) {
                 return stuck;

@@ -5,7 +5,7 @@
 /// least two of them agree; the first has two mistakes (the shift of the binning field, the swapped
 /// address modes of rows and columns) that are not repeated here. Every write is read back.
 ///
-/// Errors: those of hal/i2c.h, the transfer having been tried again where that is harmless;
+/// Errors: those of hal/i2c.h, the transfer having been tried again where that can help;
 /// ERROR_DEVICE: something else answers; ERROR_VERIFY: a register does not hold what was written;
 /// ERROR_RANGE: a value outside the sensor's range (nothing was sent).
 #ifndef VERGENCE_DEVICE_MT9T001_H

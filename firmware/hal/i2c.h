@@ -13,6 +13,9 @@
 /// - ERROR_I2C_ARBITRATION: SDA was low where the master let it go (EAGAIN; LOSTARB)
 /// - ERROR_TIMEOUT: `deadline_us` passed, for example because SCL was held (ETIMEDOUT; a timer)
 /// - ERROR_I2C_STUCK: a line was low before START, or did not come up at STOP (EBUSY; BUSBUSY)
+/// - ERROR_IO: the transfer failed, and the system says no more (EIO, EPROTO and all others): with
+///   some adapters that is a transfer lost or corrupted once, so it is worth another try
+/// - ERROR_DEVICE: the adapter has gone (ENODEV, ESHUTDOWN)
 ///
 /// After lost arbitration a backend sends no more clocks, although the standard (UM10204, 3.1.8)
 /// allows them up to the end of the byte: they could complete a word that the device takes.

@@ -24,6 +24,17 @@ int next_until(void *self, Port port, uint64_t deadline_us) {
 int transfer(void *self, const hal_i2c_message *messages, size_t count, uint64_t deadline_us,
              size_t *begun) {
     const int error = next_until(self, Port::kI2c, deadline_us);
+    if (error == ERROR_IO) {
+        // A system that says no more does not tell either how far the transfer came.
+        *begun = 0;
+        for (size_t i = 0; i < count; i++) {
+            *begun += 1 + size_t(messages[i].bytes);
+        }
+        if (count == 1 && !messages[0].read) {
+            of(self).fail_once_only();
+        }
+        return error;
+    }
     if (error != ERROR_OK) {
         // Nothing of it reached the bus: an address that was not acknowledged.
         *begun = 1;
@@ -128,6 +139,7 @@ FaultyPorts::FaultyPorts(const rig_ports &behind)
 void FaultyPorts::fail(const Fault &fault) {
     fault_ = fault;
     failed_us_ = 0;
+    failed_once_only_ = false;
     for (uint64_t &calls : calls_) {
         calls = 0;
     }

@@ -33,9 +33,13 @@ class FaultyPorts {
     uint64_t calls(Port port) const { return calls_[int(port)]; }
     /// When the first call failed, of the clock behind; 0: none did.
     uint64_t failed_us() const { return failed_us_; }
+    /// A transfer that failed may have been taken, and is not to be taken twice: a word that is not
+    /// read back.
+    bool failed_once_only() const { return failed_once_only_; }
 
     /// 0, or what a call of this port is to return without being made.
     int next(Port port);
+    void fail_once_only() { failed_once_only_ = true; }
     const rig_ports &behind() const { return behind_; }
 
   private:
@@ -47,6 +51,7 @@ class FaultyPorts {
     Fault fault_;
     uint64_t calls_[kPorts] = {};
     uint64_t failed_us_ = 0;
+    bool failed_once_only_ = false;
 };
 
 }  // namespace rig_bench
