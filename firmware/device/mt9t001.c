@@ -173,16 +173,19 @@ static int change_to(struct mt9t001 *self, const struct mt9t001 *wanted) {
     settings_of(wanted, after);
     int error = write(self, OUTPUT_CONTROL, CONTROL_RUN | CONTROL_FREEZE);
     if (error == ERROR_OK) {
-        error = write_settings(self, after, before);
+        error = write_settings(self, after, self->half_written ? NULL : before);
     }
     if (error != ERROR_OK) {
-        // Frozen and half written: back to what it was. That this may fail too changes nothing.
+        // Frozen and half written: back to what it was. Where that fails too, the next change does
+        // not believe what the registers should be.
         const int back = write_settings(self, before, NULL);
+        self->half_written = back != ERROR_OK;
         if (back == ERROR_OK) {
             write(self, OUTPUT_CONTROL, CONTROL_RUN);
         }
         return error;
     }
+    self->half_written = false;
     error = write(self, OUTPUT_CONTROL, CONTROL_RUN);
     // Behind the last write nobody knows which settings are in force; these are in the registers.
     self->window = wanted->window;

@@ -66,6 +66,7 @@ struct mt9t001 {
     struct mt9t001_window window;
     uint32_t shutter_rows;
     uint16_t gain_q3;
+    bool half_written;  ///< a change and its taking back failed: the next change writes everything
     struct mt9t001_counts counts;
 };
 
@@ -83,7 +84,7 @@ int mt9t001_centred_window(uint16_t width_px, uint16_t height_px, uint8_t skip, 
 
 /// Sets window, blanking and exposure in one moment (between two frames). The exposure's time stays
 /// what it was, as nearly as whole rows allow. After an error the sensor has the old window, as far
-/// as it can still be reached; mt9t001_check tells.
+/// as it can still be reached; mt9t001_check tells, and the next change of anything sets it right.
 int mt9t001_set_window(struct mt9t001 *self, const struct mt9t001_window *window);
 /// Exposure in whole rows, at least one; a long one makes frames longer.
 int mt9t001_set_shutter(struct mt9t001 *self, uint32_t rows);

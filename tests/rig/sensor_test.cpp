@@ -120,3 +120,28 @@ TEST_CASE("a transfer that the adapter lost once is made good, of sensor and bri
     CHECK(bench.faulty.calls(rig_bench::Port::kI2c) == 8);
     bench.faulty.fail({});
 }
+
+TEST_CASE("after a change whose taking back failed too, the next one writes all") {
+    RigBench bench;
+    REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
+    mt9t001 &sensor = bench.rig.sensor[RIG_LEFT];
+    mt9t001_window window{};
+    REQUIRE(mt9t001_centred_window(640, 480, 1, 1, &window) == ERROR_OK);
+    for (uint64_t first = 1; first < 5; first++) {
+        CAPTURE(first);
+        // The bus goes in the middle of a change, and comes back.
+        bench.faulty.fail({rig_bench::Port::kI2c, first, true, ERROR_DEVICE});
+        CHECK(mt9t001_set_window(&sensor, &window) == ERROR_DEVICE);
+        bench.faulty.fail({});
+        const uint32_t rows = sensor.shutter_rows + 1;
+        REQUIRE(mt9t001_set_shutter(&sensor, rows) == ERROR_OK);
+        CHECK(sensor.shutter_rows == rows);
+        CHECK(mt9t001_check(&sensor) == ERROR_OK);
+        // Then differences are enough again: frozen, one word, let go.
+        REQUIRE(mt9t001_set_shutter(&sensor, rows - 1) == ERROR_OK);
+        CHECK(bench.faulty.calls(rig_bench::Port::kI2c) > 3);
+        bench.faulty.fail({});
+        REQUIRE(mt9t001_set_shutter(&sensor, rows) == ERROR_OK);
+        CHECK(bench.faulty.calls(rig_bench::Port::kI2c) == 3);
+    }
+}
