@@ -15,7 +15,7 @@ enum {
     PICTURE_SEED = 0x155,
     PICTURE_BITS = 10,
     PICTURE_LIMIT_US = 500000,
-    SETTLE_US = 100000,  ///< a change of the source ends within it: BRIDGE_SWITCH_TIMEOUT_MS
+    SETTLE_US = RIG_CAMERA_SWITCH_LIMIT_MS * 1000,  ///< a change of the source ends within it
 };
 
 /// Pixels that differ from the pseudo-random sequence of `prbs` in fpga/registers.rdl, and which

@@ -19,7 +19,6 @@ enum {
     // For the other lens on the line of one that did not answer: three times what an answer takes.
     LENS_OTHER_US = 180000,
     US_PER_MS = 1000,
-    SWITCH_LIMIT_MS = 120,
     // Whole periods of the light of 50 Hz mains: no flicker in the first pictures.
     EXPOSURE_US = 20000,
 };
@@ -117,7 +116,7 @@ static int set_bridge(struct rig *self) {
             bridge, BRIDGE_PPI_MODE_EDGE0_MASK | BRIDGE_PPI_MODE_EDGE1_MASK);
     }
     if (error == ERROR_OK) {
-        error = fpga_bridge_camera_switch_limit(bridge, SWITCH_LIMIT_MS);
+        error = fpga_bridge_camera_switch_limit(bridge, RIG_CAMERA_SWITCH_LIMIT_MS);
     }
     if (error == ERROR_OK) {
         error = fpga_bridge_sensor_route(bridge, true, BRIDGE_BRANCH_CTRL_BYPASS_IS_NONE);

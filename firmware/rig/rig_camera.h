@@ -13,6 +13,9 @@
 extern "C" {
 #endif
 
+/// After so long the bridge goes over to another source even where no frame of the old one ends.
+enum { RIG_CAMERA_SWITCH_LIMIT_MS = 120 };
+
 /// From frame to frame, as the camera is set; where no sensor tells at most that: what the profile
 /// says, or the exposure that was set, where that is longer.
 uint64_t rig_camera_frame_us(const struct rig *self, unsigned side);
