@@ -331,7 +331,8 @@ static int control(void *opaque, enum hal_camera_control which, int32_t value, i
         return ERROR_DEVICE;
     }
     const int error = v4l2_control_set(self->stream.fd, which, value, applied);
-    if (error == ERROR_OK && which == HAL_CAMERA_EXPOSURE_US) {
+    if (error == ERROR_OK &&
+        (which == HAL_CAMERA_EXPOSURE_US || which == HAL_CAMERA_EXPOSURE_FOUND_US)) {
         self->exposure_us = *applied > 0 ? (uint32_t)*applied : 0;
         const uint32_t usual_us = usual_patience_us(self);
         self->patience_us = usual_us > self->patience_us ? usual_us : self->patience_us;

@@ -33,7 +33,7 @@ struct v4l2_camera {
     char path[64];
     const struct hal_log *log;  ///< NULL: none
     uint32_t frame_us;          ///< longest time from frame to frame
-    uint32_t exposure_us;       ///< as it was set last; 0: nobody has, or it is not known
+    uint32_t exposure_us;       ///< as it was set or found last; 0: it is not known
     /// Frames come when somebody lets them: that none comes does not mean that the stream broke.
     /// The caller's to set, after v4l2_camera_init.
     bool triggered;

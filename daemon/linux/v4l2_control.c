@@ -94,8 +94,36 @@ static void tell_nearest(enum hal_camera_control control, const struct v4l2_quer
     }
 }
 
+/// So many units that their time is no number here are as good as none: nobody knows.
+static int32_t exposure_us_of(int32_t units) {
+    return units > 0 && units <= INT32_MAX / EXPOSURE_UNIT_US ? units * EXPOSURE_UNIT_US : 0;
+}
+
+/// The exposure in force, where the camera does not choose it by itself.
+static int find_exposure(int fd, int32_t *exposure_us) {
+    struct v4l2_control mode = {.id = V4L2_CID_EXPOSURE_AUTO};
+    int error = device_file_control(fd, VIDIOC_G_CTRL, &mode) < 0 ? error_of(errno) : ERROR_OK;
+    if (error == ERROR_OK && mode.value != V4L2_EXPOSURE_MANUAL &&
+        mode.value != V4L2_EXPOSURE_SHUTTER_PRIORITY) {
+        *exposure_us = 0;
+        return ERROR_OK;
+    }
+    struct v4l2_control now = {.id = V4L2_CID_EXPOSURE_ABSOLUTE};
+    if (error == ERROR_OK || error == ERROR_UNSUPPORTED) {
+        error = device_file_control(fd, VIDIOC_G_CTRL, &now) < 0 ? error_of(errno) : ERROR_OK;
+    }
+    if (error == ERROR_OK) {
+        *exposure_us = exposure_us_of(now.value);
+    }
+    return error;
+}
+
 int v4l2_control_set(int fd, enum hal_camera_control control, int32_t value, int32_t *applied) {
-    INVARIANT(fd >= 0 && (size_t)control < sizeof controls / sizeof controls[0]);
+    INVARIANT(fd >= 0);
+    if (control == HAL_CAMERA_EXPOSURE_FOUND_US) {
+        return find_exposure(fd, applied);
+    }
+    INVARIANT((size_t)control < sizeof controls / sizeof controls[0]);
     const struct control *entry = &controls[control];
     struct v4l2_queryctrl range = {.id = entry->id};
     if (device_file_control(fd, VIDIOC_QUERYCTRL, &range) < 0) {
@@ -124,10 +152,7 @@ int v4l2_control_set(int fd, enum hal_camera_control control, int32_t value, int
     if (device_file_control(fd, VIDIOC_G_CTRL, &now) < 0) {
         return error_of(errno);
     }
-    // So many units that their time is no number here are as good as none: nobody knows.
-    const int32_t units =
-        now.value > 0 && now.value <= INT32_MAX / EXPOSURE_UNIT_US ? now.value : 0;
-    *applied = control == HAL_CAMERA_EXPOSURE_US ? units * EXPOSURE_UNIT_US
+    *applied = control == HAL_CAMERA_EXPOSURE_US ? exposure_us_of(now.value)
                                                  : scale_down(&range, now.value);
     return ERROR_OK;
 }

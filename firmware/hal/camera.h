@@ -62,6 +62,9 @@ enum hal_camera_control {
     HAL_CAMERA_EXPOSURE_US,  ///< turns automatic exposure off; applied 0: it is not known
     HAL_CAMERA_GAIN_PART,    ///< 0 .. 1000 of the camera's range; turns automatic gain off
     HAL_CAMERA_FOCUS_PART,   ///< 0 .. 1000 of the camera's range; turns automatic focus off
+    /// Changes nothing, whatever the value: applied is the exposure in force, which another program
+    /// may have set; 0: the camera chooses it by itself, or it is not known.
+    HAL_CAMERA_EXPOSURE_FOUND_US,
 };
 
 /// What a backend implements; `self` is that of `struct hal_camera`.

@@ -136,7 +136,9 @@ struct rig {
     uint16_t pan_q4[RIG_SIDES];                    ///< asked for
     uint64_t pan_rest_us[RIG_SIDES];               ///< when the horn rests
     uint64_t lens_rest_us[RIG_SIDES];              ///< when the lens was seen to have arrived last
-    uint32_t exposure_us[RIG_SIDES];
+    uint32_t exposure_us[RIG_SIDES];  ///< as it was set; 0: nobody has, or it is not known
+    uint32_t
+        found_exposure_us[RIG_SIDES];  ///< that a camera still had at the bring-up; 0: as above
     uint16_t gain_q3[RIG_SIDES];
     uint64_t settled_us[RIG_SIDES];  ///< frames that begin then or later have what was set
     bool lost;                       ///< the bridge takes no feeds, and nothing was made safe yet

@@ -340,6 +340,9 @@ static void bring_up_bridge(struct rig *self, struct finding *finding) {
 
 static int start_source(struct rig *self, unsigned side, const struct hal_camera_format *format) {
     const int error = rig_camera_start_side(self, side, format);
+    if (error == ERROR_OK) {
+        rig_camera_find_exposure(self, side);
+    }
     if (error != ERROR_UNSUPPORTED) {
         return error;
     }
@@ -399,6 +402,7 @@ static void forget(struct rig *self) {
         self->settled_us[side] = 0;
         self->owed[side] = false;
         self->exposure_us[side] = 0;
+        self->found_exposure_us[side] = 0;
         self->gain_q3[side] = 0;
         for (unsigned axis = 0; axis < LENS_AXES; axis++) {
             self->lens_commanded[side][axis] = INT32_MIN;

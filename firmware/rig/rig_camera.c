@@ -14,6 +14,8 @@ enum {
     PATIENCE_US = 250000,
     // Webcams take up to this from their start to the first frame.
     FIRST_FRAME_US = 1700000,
+    // And so many exposures: the one under way at the start, which may be lost, and the frame's.
+    FIRST_EXPOSURES = 2,
     SWITCH_LOOK_US = 5000,
     SWITCH_PATIENCE_US = 600000,  // two times the longest limit of the bridge, and frames
     COUNT_FULL = 255,             // where the bridge's counts of errors stop
@@ -32,10 +34,15 @@ static bool has_source(const struct rig *self, unsigned side) {
     return !self->profile.bridge || side == RIG_LEFT;
 }
 
+// 0: not known.
+static uint32_t exposure_us(const struct rig *self, unsigned side) {
+    return self->exposure_us[side] != 0 ? self->exposure_us[side] : self->found_exposure_us[side];
+}
+
 uint64_t rig_camera_frame_us(const struct rig *self, unsigned side) {
     const struct mt9t001 *sensor = &self->sensor[side];
     if (sensor->bus == NULL) {
-        return later(self->profile.frame_us, self->exposure_us[side]);
+        return later(self->profile.frame_us, exposure_us(self, side));
     }
     struct mt9t001_timing timing;
     const int error =
@@ -78,6 +85,20 @@ int rig_camera_start_side(struct rig *self, unsigned side, const struct hal_came
     self->owed[side] = false;
     self->format = *format;
     return ERROR_OK;
+}
+
+void rig_camera_find_exposure(struct rig *self, unsigned side) {
+    const struct hal_camera *camera = self->ports.camera[side];
+    INVARIANT(camera != NULL && !self->profile.bridge);
+    int32_t found_us = 0;
+    const int error =
+        camera->operations->control == NULL
+            ? ERROR_UNSUPPORTED
+            : camera->operations->control(camera->self, HAL_CAMERA_EXPOSURE_FOUND_US, 0, &found_us);
+    // What a driver says of its camera is outside data.
+    const int32_t most_us = RIG_EXPOSURE_MOST_US;
+    const int32_t usable_us = error != ERROR_OK || found_us < 0 ? 0 : found_us;
+    self->found_exposure_us[side] = (uint32_t)(usable_us < most_us ? usable_us : most_us);
 }
 
 int rig_camera_start(struct rig *self, const struct hal_camera_format *format) {
@@ -206,7 +227,7 @@ static int wait_until(struct rig *self, unsigned side, uint64_t begin_us, uint64
 // From when on frames that begin were exposed by a camera at rest: rows are exposed before they
 // come.
 static uint64_t still_us(const struct rig *self, unsigned side) {
-    return later(self->pan_rest_us[side], self->lens_rest_us[side]) + self->exposure_us[side];
+    return later(self->pan_rest_us[side], self->lens_rest_us[side]) + exposure_us(self, side);
 }
 
 static int wait_for_frame(struct rig *self, unsigned side, uint64_t not_before_us,
@@ -225,7 +246,9 @@ static int wait_for_frame(struct rig *self, unsigned side, uint64_t not_before_u
 int rig_camera_take_first(struct rig *self, unsigned side, struct hal_camera_frame *frame) {
     INVARIANT(side < RIG_SIDES && self->streaming[side] && !self->profile.bridge);
     const uint64_t started_us = self->started_us[side];
-    return wait_until(self, side, started_us, started_us + FIRST_FRAME_US, frame);
+    const uint64_t deadline_us =
+        started_us + FIRST_FRAME_US + FIRST_EXPOSURES * (uint64_t)exposure_us(self, side);
+    return wait_until(self, side, started_us, deadline_us, frame);
 }
 
 int rig_camera_take(struct rig *self, unsigned side, uint64_t not_before_us,

@@ -81,6 +81,7 @@ static int set_exposure(struct rig *self, unsigned side, uint32_t exposure_us) {
             control(self, side, HAL_CAMERA_EXPOSURE_US, (int32_t)exposure_us, &applied);
         if (error == ERROR_OK) {
             self->exposure_us[side] = (uint32_t)applied;
+            self->found_exposure_us[side] = 0;
         }
         return error;
     }

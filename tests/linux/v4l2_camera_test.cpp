@@ -264,12 +264,18 @@ TEST_CASE("a stream that stands still is started again, and that is counted and 
 TEST_CASE("a stream whose frames are exposed for long does not stand still") {
     const Kernel kernel;
     fake_video *video = grey_camera();
-    video->controls[0] = {V4L2_CID_EXPOSURE_ABSOLUTE, 1, 20000, 1, 100};
+    constexpr int32_t kExposure_us = 1500000;
+    bool found = false;
+    SUBCASE("set") {}
+    SUBCASE("from before") {
+        found = true;
+    }
+    video->controls[0] = {V4L2_CID_EXPOSURE_ABSOLUTE, 1, 20000, 1, found ? 15000 : 100};
     Camera camera;
     REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
-    constexpr int32_t kExposure_us = 1500000;
     int32_t applied_us = 0;
-    REQUIRE(camera.control(HAL_CAMERA_EXPOSURE_US, kExposure_us, &applied_us) == ERROR_OK);
+    REQUIRE(camera.control(found ? HAL_CAMERA_EXPOSURE_FOUND_US : HAL_CAMERA_EXPOSURE_US,
+                           found ? 0 : kExposure_us, &applied_us) == ERROR_OK);
     REQUIRE(applied_us == kExposure_us);
     video->frame_us = kExposure_us;
     hal_camera_frame frame;

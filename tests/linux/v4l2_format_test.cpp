@@ -383,6 +383,33 @@ TEST_CASE("controls: automatic off, scaled to the camera's range, and what it to
     CHECK(applied == 39);
 }
 
+TEST_CASE("an exposure that a camera still has is told, unless it changes by itself") {
+    const Kernel kernel;
+    fake_video *video = fake_video_add(kVideo, V4L2_PIX_FMT_GREY, kWidth, kHeight);
+    video->controls[0] = {V4L2_CID_EXPOSURE_ABSOLUTE, 1, 100000, 1, 50000};
+    Camera camera;
+    record();
+    int32_t applied = 7;
+    CHECK(camera.control(HAL_CAMERA_EXPOSURE_FOUND_US, 0, &applied) == ERROR_OK);
+    CHECK(applied == 5000000);
+    CHECK(record() ==
+          "video0 ioctl G_CTRL 0x9a0901\n"
+          "video0 ioctl G_CTRL 0x9a0902\n");
+    video->controls[1] = {V4L2_CID_EXPOSURE_AUTO, 0, 3, 1, V4L2_EXPOSURE_MANUAL};
+    for (const int32_t mode : {V4L2_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL,
+                               V4L2_EXPOSURE_SHUTTER_PRIORITY, V4L2_EXPOSURE_APERTURE_PRIORITY}) {
+        video->controls[1].value = mode;
+        const bool fixed = mode == V4L2_EXPOSURE_MANUAL || mode == V4L2_EXPOSURE_SHUTTER_PRIORITY;
+        CHECK(camera.control(HAL_CAMERA_EXPOSURE_FOUND_US, 0, &applied) == ERROR_OK);
+        CHECK(applied == (fixed ? 5000000 : 0));
+        CHECK(video->controls[1].value == mode);
+    }
+    CHECK(video->controls[0].value == 50000);
+    video->controls[0].id = 0;
+    video->controls[1].value = V4L2_EXPOSURE_MANUAL;
+    CHECK(camera.control(HAL_CAMERA_EXPOSURE_FOUND_US, 0, &applied) == ERROR_UNSUPPORTED);
+}
+
 TEST_CASE("every call of a control fails in turn") {
     const struct {
         int system, ours;

@@ -258,6 +258,39 @@ TEST_CASE("frames that are exposed for longer than the profile's frame time are 
     CHECK(two.rig.state == RIG_READY);
 }
 
+TEST_CASE("a long exposure that a camera still has from before is waited for") {
+    constexpr int32_t kExposureUs = 5000000;
+    TwoCameras two(kExposureUs, 10000);
+    two.ports[RIG_LEFT].operations = two.ports[RIG_RIGHT].operations = &kControlled;
+    told_control = kExposureUs;
+    const int error = rig_bringup(&two.rig);
+    INFO(two.rig.trouble.text);
+    REQUIRE(error == ERROR_OK);
+    CHECK(two.rig.exposure_us[RIG_LEFT] == 0);  // nobody has set one
+    ::pair pair{};
+    CHECK(two.capture(pair) == ERROR_OK);
+    // One that has failed is told after what the exposure explains, and not later.
+    two.right.fails_from = two.right.calls + 2;  // stop and start
+    two.right.fails_to = UINT32_MAX;
+    two.right.fails_with = ERROR_TIMEOUT;
+    const uint64_t begin_us = two.time.time_us;
+    CHECK(rig_bringup(&two.rig) == ERROR_TIMEOUT);
+    CHECK(two.rig.trouble.part == RIG_PART_RIGHT_CAMERA);
+    CHECK(two.time.time_us - begin_us <= 2 * uint64_t(kExposureUs) + 2000000);
+    CHECK(two.rig.state == RIG_SAFE);
+    // What cannot be is not believed.
+    for (const int32_t value : {INT32_MIN, -1, 0, INT32_MAX}) {
+        told_control = value;
+        two.right.calls = 0;
+        two.right.fails_from = 1;
+        const uint64_t again_us = two.time.time_us;
+        CHECK(rig_bringup(&two.rig) == ERROR_TIMEOUT);
+        CHECK(two.time.time_us - again_us <=
+              (value > 0 ? 2 * uint64_t(RIG_EXPOSURE_MOST_US) : 0) + 2000000 + kExposureUs);
+    }
+    told_control = 0;
+}
+
 TEST_CASE("a camera that tells impossible values of its controls is named") {
     uint32_t exposure_us = 7;
     uint16_t gain_q3 = 7;
