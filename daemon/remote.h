@@ -106,8 +106,8 @@ bool remote_show_progress(struct remote *self, const char *text);
 void remote_progress(struct remote *self, const char *what, uint64_t done, uint64_t total);
 
 /// Fetches a file of the instrument into `local`, going on where an earlier try was broken off
-/// (local.part holds it). What is there under that name and is no file is refused. 0 and the file's
-/// length in `*bytes`, or an error with a message.
+/// (local.part holds it). What is there under that name and is no file is refused. 0, once the disk
+/// has the file and its name, and the file's length in `*bytes`, or an error with a message.
 int remote_fetch(struct remote *self, const char *name, const char *local, uint64_t *bytes,
                  struct message *message);
 

@@ -3,14 +3,17 @@
 // earlier try has brought is compared and kept; what is there and is another's is left alone.
 #include <dirent.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/remote.h"
+#include "daemon/sync_file.h"
 
 #define PART_END ".part"
 
@@ -92,7 +95,7 @@ static bool is_ours(const struct folder *self, const char *name) {
 }
 
 /// The directory here: new, or one that an earlier try has begun.
-static int open_local(const struct folder *self, struct message *message) {
+static int make_local(const struct folder *self, struct message *message) {
     if (mkdir(self->local, 0777) == 0) {
         return 0;
     }
@@ -117,6 +120,21 @@ static int open_local(const struct folder *self, struct message *message) {
     }
     closedir(directory);
     return error;
+}
+
+static int open_local(const struct folder *self, struct message *message) {
+    const int error = make_local(self, message);
+    if (error != 0) {
+        return error;
+    }
+    const int fd = open(self->local, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    // Its name is to be on the disk, too, where that can be seen to.
+    const bool synced = fd >= 0 && (sync_directory_at(fd, "..") || errno == EACCES);
+    const int number = errno;
+    if (fd >= 0) {
+        close(fd);
+    }
+    return synced ? 0 : message_set(message, ERROR_IO, "%s: %s", self->local, strerror(number));
 }
 
 /// Names of a file there and here.

@@ -14,6 +14,7 @@
 #include "core/invariant.h"
 #include "daemon/base64.h"
 #include "daemon/remote.h"
+#include "daemon/sync_file.h"
 #include "daemon/write_all.h"
 
 enum {
@@ -195,6 +196,31 @@ static int open_part(struct fetch *self, struct message *message) {
                              self->part);
 }
 
+/// The directory that a local name is in. `parent` has PATH_BYTES, of which `path` leaves some.
+static void parent_of(const char *path, char *parent) {
+    const char *slash = strrchr(path, '/');
+    const size_t length = slash == NULL ? 0 : (size_t)(slash - path) + 1;
+    INVARIANT(length + 1 < PATH_BYTES);
+    memcpy(parent, path, length);
+    strcpy(parent + length, ".");
+}
+
+/// Gives the whole file its name, so that a power loss leaves no name without its bytes, and takes
+/// neither once this was told.
+static int give_name(const struct fetch *self, struct message *message) {
+    char parent[PATH_BYTES];
+    if (!sync_file(self->fd)) {
+        return message_set(message, ERROR_IO, "%s: %s", self->part, strerror(errno));
+    }
+    parent_of(self->local, parent);
+    // A directory that may be written to but not read cannot be synced.
+    if (rename(self->part, self->local) != 0 ||
+        (!sync_directory_at(AT_FDCWD, parent) && errno != EACCES)) {
+        return message_set(message, ERROR_IO, "%s: %s", self->local, strerror(errno));
+    }
+    return 0;
+}
+
 /// The caller frees it. NULL: no memory, and `message` says so.
 static struct fetch *begin(struct remote *remote, const char *name, const char *local,
                            struct message *message) {
@@ -241,11 +267,9 @@ int remote_fetch(struct remote *remote, const char *name, const char *local, uin
     error = error != 0 ? error : look_at_local(local, message);
     error = error != 0 ? error : open_part(self, message);
     error = error != 0 ? error : fetch_into_part(self, message);
-    if (self->fd >= 0 && close(self->fd) != 0 && error == 0) {
-        error = message_set(message, ERROR_IO, "%s: %s", self->part, strerror(errno));
-    }
-    if (error == 0 && rename(self->part, local) != 0) {
-        error = message_set(message, ERROR_IO, "%s: %s", local, strerror(errno));
+    error = error != 0 ? error : give_name(self, message);
+    if (self->fd >= 0) {
+        close(self->fd);
     }
     *bytes = error == 0 ? self->size : 0;
     free(self);

@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the daemon has told to be there is there after a power loss: names are synced with their
-directories, in the order of the calls that a fake kernel notes."""
+"""What the daemon or its client has told to be there is there after a power loss: names are synced
+with their directories, in the order of the calls that a fake kernel notes."""
 import os
 import unittest
 
-from fake_devices import HEIGHT, WIDTH, DeviceTest
+from fake_devices import HEIGHT, WIDTH, DeviceTest, preloaded
 
 
-class Durable(DeviceTest):
+class Calls(DeviceTest):
+    """What the fake kernel of one program notes."""
+
     def setUp(self):
         super().setUp()
         self.record, self.read = self.place("record"), 0
-        self.serve(f"{self.cameras()}watch {self.files}\nrecord {self.record}\n",
-                   "profile=two-cameras", f"rig.width_px={WIDTH}", f"rig.height_px={HEIGHT}")
 
     def calls(self):
         """Those since the last asking, without what cameras do."""
@@ -28,6 +28,13 @@ class Durable(DeviceTest):
         for line in wanted:
             self.assertIn(line, calls[at:], calls)
             at = calls.index(line, at) + 1
+
+
+class Durable(Calls):
+    def setUp(self):
+        super().setUp()
+        self.serve(f"{self.cameras()}watch {self.files}\nrecord {self.record}\n",
+                   "profile=two-cameras", f"rig.width_px={WIDTH}", f"rig.height_px={HEIGHT}")
 
     def test_names_are_synced_before_they_are_told(self):
         self.in_order("files mkdir", ".. fsync")
@@ -50,6 +57,48 @@ class Durable(DeviceTest):
                      "ERR IO r/session.index: cannot be written: Input/output error")
         self.asked("record start r")
         self.asked("bugreport")
+
+
+class Fetched(Calls):
+    """The client's files."""
+
+    def setUp(self):
+        super().setUp()
+        self.here = self.place("here")
+        os.mkdir(self.here)
+        self.serve(self.cameras(), "profile=two-cameras", f"rig.width_px={WIDTH}",
+                   f"rig.height_px={HEIGHT}")
+        os.mkdir(os.path.join(self.files, "s"))
+        for name in ("one", "s/two"):
+            with open(os.path.join(self.files, name), "wb") as file:
+                file.write(bytes(100000))
+
+    def fetch(self, *words, more=""):
+        """Fetches with the fake kernel under the client."""
+        with open(self.place("client"), "w", encoding="ascii") as file:
+            file.write(f"watch {self.here}\nrecord {self.record}\n{more}")
+        return self.vergence("fetch", *words, cwd=self.here, env=preloaded(self.place("client")))
+
+    def test_a_fetched_file_is_synced_before_it_has_its_name(self):
+        done = self.fetch("one", f"{self.here}/one")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.in_order("one.part write 49152", "one.part fsync", "one.part rename one", ". fsync")
+        # A path that is relative has a directory, too; the fake kernel sees whole ones alone.
+        done = self.fetch("one", "again")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        done = self.fetch("s", f"{self.here}/s")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.in_order("s mkdir", ".. fsync", "two.part fsync", "two.part rename two", ". fsync")
+
+    def test_what_cannot_be_synced_is_told_and_kept(self):
+        for call, left in (("one.part fsync", "one.part"), (". fsync", "one")):
+            done = self.fetch("one", f"{self.here}/one", more=f"fail 1 1 EIO {call}\n")
+            self.assertEqual((done.returncode, done.stdout, done.stderr),
+                             (1, "", f"vergence: {self.here}/{left}: Input/output error\n"))
+            self.assertEqual(os.listdir(self.here), [left])
+        done = self.fetch("s", f"{self.here}/s", more="fail 1 1 EIO .. fsync\n")
+        self.assertEqual((done.returncode, done.stdout, done.stderr),
+                         (1, "", f"vergence: {self.here}/s: Input/output error\n"))
 
 
 if __name__ == "__main__":

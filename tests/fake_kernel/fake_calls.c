@@ -292,6 +292,16 @@ int renameat(int from_directory, const char *from, int to_directory, const char 
                : (int)syscall(SYS_renameat2, from_directory, from, to_directory, to, 0);
 }
 
+int rename(const char *from, const char *to) {
+    char name[64], other[64];
+    if (fake_kernel_watches(from, name, sizeof name) &&
+        fake_kernel_watches(to, other, sizeof other) &&
+        fake_kernel_step(name, "rename", other) == FAKE_FAIL) {
+        return -1;
+    }
+    return (int)syscall(SYS_renameat2, AT_FDCWD, from, AT_FDCWD, to, 0);
+}
+
 int unlinkat(int directory, const char *path, int flags) {
     return step_on(directory, "unlink", path) < 0
                ? -1
