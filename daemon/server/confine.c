@@ -10,12 +10,14 @@
 
 #ifdef VERGENCE_SECCOMP
 
+#include <linux/i2c-dev.h>
 #include <sched.h>
 #include <seccomp.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 
 /// What remains allowed. No new programs, no other processes, no tracing, no mounting, no change of
-/// user; sockets alone of the families below.
+/// user; sockets alone of the families below, and of devices what `requests` has.
 static const int allowed[] = {
     // Memory and threads. The threads of a reconstruction begin later and end with it: clone is
     // allowed for threads alone, below. A pool made before the confinement would hold its stacks
@@ -71,7 +73,6 @@ static const int allowed[] = {
     SCMP_SYS(_llseek),
     SCMP_SYS(fcntl),
     SCMP_SYS(fcntl64),
-    SCMP_SYS(ioctl),
     SCMP_SYS(dup),
     SCMP_SYS(fstat),
     SCMP_SYS(fstat64),
@@ -140,6 +141,47 @@ static const int allowed[] = {
     SCMP_SYS(getpeername),
 };
 
+// Whole requests, their letter and number, their letter and one direction, or their letter. Not
+// the upper half of a register: the kernel does not look at it, so nothing may hide there.
+enum { LETTER = _IOC_TYPEMASK << _IOC_TYPESHIFT, NUMBER = _IOC_NRMASK << _IOC_NRSHIFT };
+#define WHOLE UINT32_MAX
+
+/// What devices may be asked. Of terminals their settings and their owner: no words put into one
+/// as if somebody had typed them (TIOCSTI, TIOCLINUX).
+static const struct {
+    uint32_t mask, request;
+} requests[] = {
+    {WHOLE, TCGETS},
+    {WHOLE, TCSETS},
+    {WHOLE, TCSETSW},
+    {WHOLE, TCSETSF},
+    // The same with any speed, which newer C libraries use.
+    {LETTER | NUMBER, _IOC(0U, 'T', 0x2A, 0)},
+    {LETTER | NUMBER, _IOC(0U, 'T', 0x2B, 0)},
+    {LETTER | NUMBER, _IOC(0U, 'T', 0x2C, 0)},
+    {LETTER | NUMBER, _IOC(0U, 'T', 0x2D, 0)},
+    {WHOLE, TCFLSH},
+    {WHOLE, TIOCEXCL},
+    {WHOLE, TIOCNXCL},
+    {WHOLE, I2C_RDWR},
+    {WHOLE, I2C_FUNCS},
+    {WHOLE, I2C_TIMEOUT},
+    {WHOLE, I2C_RETRIES},
+    // Cameras; those of consoles have the letter, too, but no direction.
+    {LETTER | _IOC(_IOC_READ, 0, 0, 0), _IOC(_IOC_READ, 'V', 0, 0)},
+    {LETTER | _IOC(_IOC_WRITE, 0, 0, 0), _IOC(_IOC_WRITE, 'V', 0, 0)},
+    {LETTER, _IOC(0U, 'W', 0, 0)},   // watchdogs
+    {LETTER, _IOC(0U, 0xB4, 0, 0)},  // lines of a gpiochip
+};
+
+/// A call with an argument that has these bits under the mask.
+static int allow_masked(scmp_filter_ctx filter, int call, unsigned argument, scmp_datum_t mask,
+                        scmp_datum_t bits) {
+    const struct scmp_arg_cmp same = {
+        .arg = argument, .op = SCMP_CMP_MASKED_EQ, .datum_a = mask, .datum_b = bits};
+    return seccomp_rule_add_array(filter, SCMP_ACT_ALLOW, call, 1, &same);
+}
+
 static int add_rules(scmp_filter_ctx filter) {
     int error = 0;
     for (size_t i = 0; error == 0 && i < sizeof allowed / sizeof allowed[0]; i++) {
@@ -153,8 +195,10 @@ static int add_rules(scmp_filter_ctx filter) {
         error = seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3), 0);
     }
     if (error == 0) {
-        error = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(clone), 1,
-                                 SCMP_A0(SCMP_CMP_MASKED_EQ, CLONE_THREAD, CLONE_THREAD));
+        error = allow_masked(filter, SCMP_SYS(clone), 0, CLONE_THREAD, CLONE_THREAD);
+    }
+    for (size_t i = 0; error == 0 && i < sizeof requests / sizeof requests[0]; i++) {
+        error = allow_masked(filter, SCMP_SYS(ioctl), 1, requests[i].mask, requests[i].request);
     }
     static const unsigned families[] = {AF_UNIX, AF_INET};
     for (size_t i = 0; error == 0 && i < sizeof families / sizeof families[0]; i++) {
