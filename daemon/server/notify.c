@@ -1,15 +1,42 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/server/notify.h"
 
+#include <errno.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
 #include <sys/un.h>
+#include <unistd.h>
 
 static int notify_fd = -1;
 static struct sockaddr_un notify_address = {.sun_family = AF_UNIX};
 static socklen_t notify_bytes;
+
+enum { PERIOD_MOST_US = 1000000, PERIOD_LEAST_US = 10000 };
+
+/// A variable of the environment that is a number; 0: it is none.
+static uint64_t number_in(const char *name) {
+    const char *text = getenv(name);
+    if (text == NULL || text[0] < '0' || text[0] > '9') {
+        return 0;
+    }
+    char *end = NULL;
+    errno = 0;
+    const unsigned long long number = strtoull(text, &end, 10);
+    return *end == '\0' && errno == 0 ? number : 0;
+}
+
+uint64_t notify_period_us(void) {
+    const uint64_t limit_us = number_in("WATCHDOG_USEC");
+    const bool ours =
+        getenv("WATCHDOG_PID") == NULL || number_in("WATCHDOG_PID") == (uint64_t)getpid();
+    if (limit_us == 0 || !ours || limit_us / 2 > PERIOD_MOST_US) {
+        return PERIOD_MOST_US;
+    }
+    return limit_us / 2 > PERIOD_LEAST_US ? limit_us / 2 : PERIOD_LEAST_US;
+}
 
 void notify_open(void) {
     const char *path = getenv("NOTIFY_SOCKET");

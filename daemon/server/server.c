@@ -25,7 +25,6 @@ enum {
     TICK_MS = 250,  ///< the loop looks at all once in this time, come what may
     FDS_MAX = 2 + SERVER_LISTENERS + 2 * (SERVER_CLIENTS_MAX + 1),
     STUCK_SIMULATED_S = 150,  ///< a simulated rig renders its frames, which takes what it takes
-    NOTIFY_US = 1000000,
     LOOK_BYTES = 256 * 1024,  ///< more than a socket holds
     LOOK_US = 200000,
 };
@@ -141,6 +140,7 @@ int server_open(struct server *self, const struct server_parts *parts, struct me
                             .table = parts->table,
                             .table_count = parts->table_count,
                             .watchdog = parts->watchdog,
+                            .notify_us = notify_period_us(),
                             .listeners = {-1, -1},
                             .signal_fd = -1,
                             .wake_fd = -1,
@@ -342,6 +342,9 @@ static nfds_t gather(struct server *self, struct pollfd *fds, int at[][2]) {
 /// Until when nothing is due, in ms from now.
 static int patience_ms(const struct server *self, uint64_t now_us) {
     uint64_t due_us = now_us + (uint64_t)TICK_MS * 1000;
+    // One that is overdue waits for the thread of the instrument, and the loop need not run for it.
+    const uint64_t notify_us = self->notified_us + self->notify_us;
+    due_us = notify_us > now_us && notify_us < due_us ? notify_us : due_us;
     for (size_t i = 0; i < self->client_count; i++) {
         const uint64_t client_us = connection_due_us(&self->clients[i]);
         due_us = client_us < due_us ? client_us : due_us;
@@ -373,7 +376,7 @@ static void notify(struct server *self, uint64_t now_us) {
                       "the thread of the instrument has been stuck for %u s", limit_s);
     }
     self->stuck_told = !alive;
-    if (alive && now_us - self->notified_us >= NOTIFY_US) {
+    if (alive && now_us - self->notified_us >= self->notify_us) {
         self->notified_us = now_us;
         notify_send("WATCHDOG=1");
         feed(self);

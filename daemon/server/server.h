@@ -36,6 +36,7 @@ struct server {
     int spare_fd;  ///< given up to turn a client away when there is none left
     struct console console;
     bool stopping, stuck_told;
+    uint64_t notify_us;  ///< between two signs of life
     uint64_t notified_us;
     const struct hal_watchdog *watchdog;  ///< NULL: none
     bool watchdog_told;                   ///< that it cannot be fed

@@ -89,6 +89,46 @@ class Notify(Manager):
         self.start()
 
 
+class Hasty(Manager):
+    """A manager that wants signs of life more often than the daemon gives them by itself."""
+    period_us = 500000
+
+    @classmethod
+    def setUpClass(cls):
+        cls.environment = {"WATCHDOG_USEC": str(cls.period_us)}
+        super().setUpClass()
+
+    def test_it_is_fed_twice_a_period(self):
+        self.assertEqual(self.manager.recv(100).decode(), "READY=1")
+        self.assertEqual(self.manager.recv(100).decode(), "WATCHDOG=1")
+        begin = time.monotonic()
+        feeds = 10
+        for _ in range(feeds):
+            self.assertEqual(self.manager.recv(100).decode(), "WATCHDOG=1")
+        # As fast as a busy machine lets it; that of a second takes ten.
+        self.assertLess(time.monotonic() - begin, 2 * feeds * self.period_us / 2 / 1e6)
+
+    def test_what_another_process_is_to_feed_is_not_ours(self):
+        for pid, fast in (("1", False), (None, True)):
+            with self.subTest(pid=pid):
+                self.end(self.daemon)
+                cls = type(self)
+                cls.environment = {"WATCHDOG_USEC": str(self.period_us)}
+                cls.environment |= {"WATCHDOG_PID": pid} if pid else {}
+                os.environ["NOTIFY_SOCKET"] = os.path.join(self.manager_folder, "notify")
+                try:
+                    self.start()
+                finally:
+                    del os.environ["NOTIFY_SOCKET"]
+                while self.manager.recv(100).decode() != "READY=1":
+                    pass
+                self.manager.recv(100)
+                begin = time.monotonic()
+                for _ in range(3):
+                    self.manager.recv(100)
+                self.assertEqual(time.monotonic() - begin < 2, fast)
+
+
 class Filtered(Manager):
     """Within what the unit leaves of the system; what it does not is death by SIGSYS."""
 
