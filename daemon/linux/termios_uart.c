@@ -126,7 +126,7 @@ static int make_raw(int fd, speed_t speed) {
     settings.c_cflag &= ~(tcflag_t)(CSTOPB | CRTSCTS);
     settings.c_cflag |= CLOCAL | CREAD;
     settings.c_iflag &= ~(tcflag_t)(IXON | IXOFF);
-    settings.c_cc[VMIN] = 0;
+    settings.c_cc[VMIN] = 1;  // so that 0 bytes are the end, and not that none is there
     settings.c_cc[VTIME] = 0;
     if (cfsetispeed(&settings, speed) != 0 || cfsetospeed(&settings, speed) != 0 ||
         tcsetattr(fd, TCSANOW, &settings) != 0) {

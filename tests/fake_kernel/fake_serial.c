@@ -63,7 +63,7 @@ static int read_bytes(struct fake_file *file, void *data, size_t bytes) {
     memcpy(data, self->received, part);
     self->count -= part;
     memmove(self->received, self->received + part, self->count);
-    return (int)part;  // 0 where there is none, as a terminal with VMIN 0 has it
+    return part > 0 ? (int)part : -EAGAIN;
 }
 
 static int write_bytes(struct fake_file *file, const void *data, size_t bytes) {

@@ -6,6 +6,7 @@
 #include <pty.h>
 #include <signal.h>
 #include <sys/ioctl.h>
+#include <sys/syscall.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -207,6 +208,31 @@ TEST_CASE("a line that is hung up: what came before is still read, then it is go
     CHECK(monotonic_now_us() - begin_us < 4000000);  // at once, not at the deadline
     unplug.join();
     CHECK(uart.write("x") == ERROR_DEVICE);
+}
+
+TEST_CASE("a byte that another reader has taken is no line that has gone") {
+    const Line line;
+    Uart uart(line);
+    const int thief = dup(uart.uart.fd);
+    REQUIRE(thief >= 0);
+    fake_kernel_slow(" read", 500);
+    REQUIRE(::write(line.master, "a", 1) == 1);
+    char stolen = '?';
+    fake_kernel_forget();
+    std::thread other([&] {
+        while (fake_kernel_calls() < 2) {  // it has seen the byte, and is about to read it
+            std::this_thread::yield();
+        }
+        ::syscall(SYS_read, thief, &stolen, 1);
+    });
+    std::string got;
+    CHECK(uart.read(&got, 600000) == ERROR_TIMEOUT);
+    other.join();
+    REQUIRE(stolen == 'a');
+    REQUIRE(::write(line.master, "b", 1) == 1);
+    CHECK(uart.read(&got, 2000000) == ERROR_OK);
+    CHECK(got == "b");
+    ::close(thief);
 }
 
 TEST_CASE("signals and short writes in the middle change nothing") {
