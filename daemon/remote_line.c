@@ -177,8 +177,10 @@ void remote_line_close(struct remote_line *self) {
         if (self->serial) {
             remote_line_send(self, "@terminal\r", 10);
             tcdrain(self->fd);
+            serial_device_close(self->fd);
+        } else {
+            close(self->fd);
         }
-        close(self->fd);
         self->fd = -1;
     }
     free(self->data);

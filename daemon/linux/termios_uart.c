@@ -6,14 +6,13 @@
 #include <poll.h>
 #include <stdbool.h>
 #include <string.h>
-#include <sys/file.h>
-#include <sys/ioctl.h>
 #include <termios.h>
 #include <unistd.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/linux/device_file.h"
+#include "daemon/serial_device.h"
 
 /// The line is gone when the kernel says EIO, too: that is what a pulled USB adapter gives.
 static int error_of(int error_number) {
@@ -90,24 +89,6 @@ static int discard(void *opaque) {
     return tcflush(self->fd, TCIFLUSH) == 0 ? ERROR_OK : error_of(errno);
 }
 
-static bool speed_of(uint32_t bits_per_s, speed_t *speed) {
-    static const struct {
-        uint32_t bits_per_s;
-        speed_t speed;
-    } speeds[] = {
-        {1200, B1200},     {2400, B2400},     {4800, B4800},     {9600, B9600},
-        {19200, B19200},   {38400, B38400},   {57600, B57600},   {115200, B115200},
-        {230400, B230400}, {460800, B460800}, {921600, B921600},
-    };
-    for (size_t i = 0; i < sizeof speeds / sizeof speeds[0]; i++) {
-        if (speeds[i].bits_per_s == bits_per_s) {
-            *speed = speeds[i].speed;
-            return true;
-        }
-    }
-    return false;
-}
-
 /// Whether the driver took what matters of the settings: it answers 0 if it took any of them.
 static bool took(int fd, const struct termios *wanted) {
     struct termios now;
@@ -139,18 +120,14 @@ static int make_raw(int fd, speed_t speed) {
     return tcflush(fd, TCIOFLUSH) == 0 ? ERROR_OK : error_of(errno);
 }
 
-/// Against programs that were there before and lock as well, and against those that come later
-/// (the kernel refuses them, but not root's). The lock first: whoever is refused it leaves the
-/// terminal as its owner has it.
 static int claim(struct termios_uart *self) {
-    if (flock(self->fd, LOCK_EX | LOCK_NB) != 0) {
-        return errno == EWOULDBLOCK ? ERROR_REFUSED : error_of(errno);
+    self->exclusive = serial_device_claim(self->fd);
+    if (self->exclusive) {
+        return ERROR_OK;
     }
-    if (ioctl(self->fd, TIOCEXCL) != 0) {
-        return errno == ENOTTY ? ERROR_UNSUPPORTED : error_of(errno);
-    }
-    self->exclusive = true;
-    return ERROR_OK;
+    return errno == EWOULDBLOCK ? ERROR_REFUSED
+           : errno == ENOTTY    ? ERROR_UNSUPPORTED
+                                : error_of(errno);
 }
 
 void termios_uart_init(struct termios_uart *self) {
@@ -162,7 +139,7 @@ int termios_uart_open(struct termios_uart *self, const char *path, uint32_t bits
                       struct message *message) {
     termios_uart_init(self);
     speed_t speed = B0;
-    if (!speed_of(bits_per_s, &speed)) {
+    if (!serial_device_speed(bits_per_s, &speed)) {
         return message_set(message, ERROR_UNSUPPORTED,
                            "serial line %s: no line runs at %u bit/s; 9600, 115200 and their like "
                            "up to 921600 do",
@@ -192,9 +169,7 @@ int termios_uart_open(struct termios_uart *self, const char *path, uint32_t bits
 
 void termios_uart_close(struct termios_uart *self) {
     if (self->exclusive) {
-        // Where something else keeps the line open (the other end of a pseudo terminal) it would
-        // stay refused.
-        ioctl(self->fd, TIOCNXCL);
+        serial_device_release(self->fd);
         self->exclusive = false;
     }
     device_file_close(&self->fd);

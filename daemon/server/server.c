@@ -15,6 +15,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/monotonic.h"
+#include "daemon/serial_device.h"
 #include "daemon/server/completion.h"
 #include "daemon/server/connection_input.h"
 #include "daemon/server/listener.h"
@@ -225,12 +226,18 @@ static void accept_clients(struct server *self, int listener) {
     }
 }
 
-static void close_client(struct server *self, struct connection *client) {
-    if (console_is_stdio(&self->console, client)) {
-        self->stopping = true;
-    } else {
+/// Lets go of what is ours: not of the standard streams.
+static void hang_up(struct server *self, struct connection *client) {
+    if (client->lasting) {
+        serial_device_close(client->in_fd);
+    } else if (!console_is_stdio(&self->console, client)) {
         close(client->in_fd);
     }
+}
+
+static void close_client(struct server *self, struct connection *client) {
+    self->stopping = self->stopping || console_is_stdio(&self->console, client);
+    hang_up(self, client);
     output_reset(&client->output, true);
     client->used = false;
     if (client->lasting) {
@@ -433,9 +440,7 @@ static void close_clients(struct server *self) {
         struct connection *client = &self->clients[i];
         if (client->used) {
             connection_send(client, monotonic_now_us());
-            if (!console_is_stdio(&self->console, client)) {
-                close(client->in_fd);
-            }
+            hang_up(self, client);
         }
         if (client->host != NULL) {
             connection_destroy(client);

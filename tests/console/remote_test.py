@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The shipped client: one command, a script, a person, files over a line that loses bytes."""
+import fcntl
 import json
 import os
 import random
 import re
 import resource
 import shutil
+import signal
 import socket
 import stat
 import subprocess
@@ -13,7 +15,7 @@ import time
 import unittest
 
 from bad_line import BadLine
-from daemon_process import PATIENCE_S, VERGENCE, DaemonTest, Terminal
+from daemon_process import PATIENCE_S, VERGENCE, VERGENCED, DaemonTest, Terminal
 from person import Person
 
 
@@ -366,6 +368,47 @@ class Remote(DaemonTest):
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         with open(self.path_of("serial"), "rb") as file:
             self.assertEqual(file.read(), self.content)
+
+    @staticmethod
+    def is_claimed(path):
+        """Whether somebody has it; he who looks does not keep it."""
+        fd = os.open(path, os.O_RDWR | os.O_NOCTTY)
+        try:
+            fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+        finally:
+            os.close(fd)
+        return False
+
+    def test_a_serial_line_is_one_client_s(self):
+        line = self.through(0, 0)
+        first = subprocess.Popen([VERGENCE, "--connect", f"serial:{line.name}", "wait", "100000"],
+                                 stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.addCleanup(first.kill)
+        end = time.monotonic() + PATIENCE_S
+        while not self.is_claimed(line.name) and time.monotonic() < end:
+            time.sleep(0.02)
+        for words in ((), ("--json",)):
+            done = self.vergence(*words, "version", where=f"serial:{line.name}")
+            self.assertEqual(done.returncode, 3, done)
+            self.assertIn(f"{line.name}: another program has it; end that first",
+                          done.stdout + done.stderr)
+            self.assertEqual((done.stdout + done.stderr).count("\n"), 1)
+        first.send_signal(signal.SIGINT)
+        first.wait(PATIENCE_S)
+        done = self.vergence("version", where=f"serial:{line.name}")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+    def test_the_console_s_line_is_one_daemon_s(self):
+        self.assertTrue(self.is_claimed(self.console.name))
+        done = subprocess.run(
+            [VERGENCED, "store=none", "files=none", f"socket={self.folder}/second.sock",
+             f"console={self.console.name}"], stdin=subprocess.DEVNULL, capture_output=True,
+            text=True, timeout=PATIENCE_S, check=False)
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn(f"console = {self.console.name}: another program has it; end that first",
+                      done.stderr)
 
     def test_a_serial_line_that_loses_bytes(self):
         line = self.through(0.00003, 0.00003)
