@@ -217,7 +217,9 @@ static void set_times(const struct v4l2_camera *self, const struct v4l2_stream_f
     // A readout takes at most the time from frame to frame that the driver says.
     const uint64_t frame_us = self->stream.frame_us > 0 ? self->stream.frame_us : self->frame_us;
     if (filled->has_time && filled->time_us <= now_us) {
-        const uint64_t end_us = filled->time_us + (filled->time_begins ? frame_us : 0);
+        // A row that has begun to be exposed comes only when it has been.
+        const uint64_t whole_after_us = filled->time_begins ? frame_us + self->exposure_us : 0;
+        const uint64_t end_us = filled->time_us + whole_after_us;
         frame->end_us = end_us < now_us ? end_us : now_us;
         frame->begin_us = filled->time_begins          ? filled->time_us
                           : filled->time_us > frame_us ? filled->time_us - frame_us

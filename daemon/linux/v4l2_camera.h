@@ -8,7 +8,8 @@
 /// A camera that was pulled out says ERROR_DEVICE until `start` finds it under its path again.
 ///
 /// Times of frames: with a monotonic time stamp from the driver they are exact at one end, and the
-/// other end is one frame time away, so that a frame never seems to have begun later than it did.
+/// other end is one frame time away (and the exposure, as it was set, behind a stamp of when that
+/// began), so that a frame never seems to have begun later than it did.
 /// Drivers without such stamps give a bound: a frame that was waited for became whole just now, one
 /// that was there already became so after its buffer had been queued.
 #ifndef VERGENCE_DAEMON_LINUX_V4L2_CAMERA_H

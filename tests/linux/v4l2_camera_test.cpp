@@ -112,6 +112,23 @@ TEST_CASE("a frame that began too early is passed over") {
     }
 }
 
+TEST_CASE("the last pixel of a frame that is stamped when its exposure begins comes after that") {
+    const Kernel kernel;
+    fake_kernel_virtual_time(kStart_us);
+    fake_video *video = grey_camera();
+    video->time_flags = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC | V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
+    video->controls[0] = {V4L2_CID_EXPOSURE_ABSOLUTE, 1, 20000, 1, 100};
+    Camera camera;
+    REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+    int32_t applied = 0;
+    REQUIRE(camera.control(HAL_CAMERA_EXPOSURE_US, 20000, &applied) == ERROR_OK);
+    REQUIRE(applied == 20000);
+    fake_kernel_advance(4 * kFrame_us);  // it waits in the queue: now says nothing
+    hal_camera_frame frame;
+    REQUIRE(camera.look(&frame, kStart_us) == ERROR_OK);
+    CHECK(frame.end_us == frame.begin_us + 20000 + kFrame_us);
+}
+
 TEST_CASE("without the driver's time stamps frames are never taken for newer than they are") {
     const Kernel kernel;
     fake_video *video = grey_camera();
