@@ -185,23 +185,11 @@ static int choose(struct rig *self, unsigned side) {
     }
 }
 
-// The bridge's counts of a camera, with room to grow.
-static int read_counts(struct rig *self, unsigned side, struct fpga_bridge_camera *seen) {
-    int error = failure_of_bridge(self, fpga_bridge_camera_read(&self->bridge, side, seen));
-    if (error != ERROR_OK || (seen->short_lines < COUNT_FULL && seen->short_frames < COUNT_FULL)) {
-        return error;
-    }
-    const uint8_t lines =
-        side == RIG_LEFT ? BRIDGE_CAMERA0_SHORT_LINES : BRIDGE_CAMERA1_SHORT_LINES;
-    const uint8_t frames =
-        side == RIG_LEFT ? BRIDGE_CAMERA0_SHORT_FRAMES : BRIDGE_CAMERA1_SHORT_FRAMES;
-    error = failure_of_bridge(self, fpga_bridge_clear_count(&self->bridge, lines));
-    if (error == ERROR_OK) {
-        error = failure_of_bridge(self, fpga_bridge_clear_count(&self->bridge, frames));
-    }
-    return error == ERROR_OK
-               ? failure_of_bridge(self, fpga_bridge_camera_read(&self->bridge, side, seen))
-               : error;
+// Whether the bridge counted between two readings. A full count grows no more and cannot be
+// cleared: then what it says of the camera's last frame counts, which is the one that was waited
+// for.
+static bool has_counted(uint16_t before, uint16_t after, bool last) {
+    return after != before || (after >= COUNT_FULL && last);
 }
 
 // A frame, waited for in steps so that the observer is asked and the watchdog fed; at least one.
@@ -263,7 +251,7 @@ int rig_camera_take(struct rig *self, unsigned side, uint64_t not_before_us,
     struct fpga_bridge_camera before, after;
     int error = choose(self, side);
     if (error == ERROR_OK) {
-        error = read_counts(self, side, &before);
+        error = failure_of_bridge(self, fpga_bridge_camera_read(&self->bridge, side, &before));
     }
     if (error == ERROR_OK) {
         // The port may still hold a frame of the other camera.
@@ -277,8 +265,10 @@ int rig_camera_take(struct rig *self, unsigned side, uint64_t not_before_us,
         rig_camera_give_back(self, side, frame);
         return error;
     }
-    frame->faults |= after.short_lines != before.short_lines ? HAL_CAMERA_SHORT_LINE : 0u;
-    frame->faults |= after.short_frames != before.short_frames ? HAL_CAMERA_SHORT : 0u;
+    const bool lines = has_counted(before.short_lines, after.short_lines, after.short_line);
+    const bool frames = has_counted(before.short_frames, after.short_frames, after.short_frame);
+    frame->faults |= lines ? HAL_CAMERA_SHORT_LINE : 0u;
+    frame->faults |= frames ? HAL_CAMERA_SHORT : 0u;
     return ERROR_OK;
 }
 
