@@ -285,28 +285,19 @@ TEST_CASE("frames of a wrong size are refused when the bridge's counts can count
     REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
     ::pair pair{};
     fpga_bridge_camera seen{};
-    const struct {
-        uint8_t address, index;
-        uint16_t wrong, right;
-        uint16_t fpga_bridge_camera::*count;
-    } damages[] = {{0x5C, 0x04, 123, 127, &fpga_bridge_camera::short_lines},
-                   {0x5C, 0x03, 89, 95, &fpga_bridge_camera::short_frames}};
-    for (const auto &damage : damages) {
-        CAPTURE(int(damage.index));
-        write_register(bench, damage.address, damage.index, damage.wrong);
-        bench.advance_ms(200);
-        for (int i = 0; i < 200 && seen.*damage.count < kFull; i++) {
-            REQUIRE(bench.capture(pair) == ERROR_FRAME);
-            REQUIRE(fpga_bridge_camera_read(&bench.rig.bridge, RIG_LEFT, &seen) == ERROR_OK);
-        }
-        REQUIRE(seen.*damage.count == kFull);
-        CHECK(bench.capture(pair) == ERROR_FRAME);
-        CHECK(bench.rig.trouble.part == RIG_PART_LEFT_CAMERA);
-        CHECK(bench.rig.state == RIG_READY);
-        write_register(bench, damage.address, damage.index, damage.right);
-        bench.advance_ms(200);
-        CHECK_MESSAGE(bench.capture(pair) == ERROR_OK, bench.rig.trouble.text);
+    write_register(bench, 0x5C, 0x04, 123);  // columns
+    bench.advance_ms(200);
+    for (int i = 0; i < 10 && seen.short_lines < kFull; i++) {
+        REQUIRE(bench.capture(pair) == ERROR_FRAME);
+        REQUIRE(fpga_bridge_camera_read(&bench.rig.bridge, RIG_LEFT, &seen) == ERROR_OK);
     }
+    REQUIRE(seen.short_lines == kFull);
+    CHECK(bench.capture(pair) == ERROR_FRAME);
+    CHECK(bench.rig.trouble.part == RIG_PART_LEFT_CAMERA);
+    CHECK(bench.rig.state == RIG_READY);
+    write_register(bench, 0x5C, 0x04, 127);
+    bench.advance_ms(200);
+    CHECK_MESSAGE(bench.capture(pair) == ERROR_OK, bench.rig.trouble.text);
 }
 
 TEST_CASE("a camera that falls silent is named within two seconds, and the rig is safe") {
