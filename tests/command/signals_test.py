@@ -150,10 +150,10 @@ class Signals(pairs.Workshop):
 
 
 class Terminal(pairs.Workshop):
-    def on_terminal(self, *arguments, interrupt_after=None):
+    def on_terminal(self, *arguments, interrupt_after=None, columns=80):
         """Runs with standard error on a terminal of its own; what it shows, and the exit code."""
         master, slave = pty.openpty()
-        fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
+        fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
         process = subprocess.Popen([VERGENCE, *map(str, arguments)], stdin=slave,
                                    stdout=subprocess.DEVNULL, stderr=slave, start_new_session=True,
                                    preexec_fn=lambda: fcntl.ioctl(slave, termios.TIOCSCTTY, 0))
@@ -172,6 +172,16 @@ class Terminal(pairs.Workshop):
             shown += part
         os.close(master)
         return process.wait(timeout=30), shown.decode()
+
+    def test_a_bar_is_no_wider_than_the_window(self):
+        for columns in (132, 50):
+            code, text = self.on_terminal("reconstruct", self.left_path, self.right_path,
+                                          *pairs.RECTIFIED, "--out", self.out, columns=columns)
+            self.assertEqual(code, 0)
+            shown = text.split("\r")
+            bars = [text for text in shown if "%" in text or text.isspace() and text != "\n"]
+            self.assertGreater(len(bars), 2, shown)
+            self.assertEqual(max(len(bar) for bar in bars), min(columns - 1, 64), shown)
 
     def test_a_bar_shows_the_stages_and_goes_away(self):
         code, shown = self.on_terminal("reconstruct", self.left_path, self.right_path,
