@@ -85,6 +85,26 @@ inline calibration rectified_example() {
     return value;
 }
 
+/// The same rig, as a motorized instrument calibrates it: version 2 of the text.
+inline calibration with_origin(calibration value) {
+    value.has_origin = true;
+    value.scale_sigma = 0.00015;
+    value.yaw_sigma_rad = 0.000025;
+    std::strcpy(value.origin.instrument, "rig");
+    std::strcpy(value.origin.side[0].camera, "Webcam C at usb-0000:00:14.0-1");
+    for (int side = 0; side < 2; side++) {
+        calibration_side_origin &origin = value.origin.side[side];
+        origin.window = {512, 384, 1};
+        origin.axis[CALIBRATION_PAN] = {CALIBRATION_AXIS_KNOWN, side == 0 ? 3.57 : -3.27, 0.0};
+        origin.axis[CALIBRATION_ZOOM] = {CALIBRATION_AXIS_KNOWN, 421.5, 0.5};
+        origin.axis[CALIBRATION_FOCUS] = {CALIBRATION_AXIS_KNOWN, 612, 1};
+        origin.axis[CALIBRATION_IRIS].kind = CALIBRATION_AXIS_NONE;
+    }
+    value.origin.side[1].window = {0, 0, 0};
+    value.origin.side[1].axis[CALIBRATION_FOCUS] = {CALIBRATION_AXIS_UNKNOWN, 0, 0};
+    return value;
+}
+
 inline bool same_bits(const calibration &a, const calibration &b) {
     // Through the printed text no padding byte counts.
     int count;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/calibration.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "core/calibration_grammar.h"
@@ -76,9 +77,10 @@ static bool date_is_legal(const char *date, size_t size) {
     return day >= 1 && day <= days_of_month[month - 1] + (leap && month == 2 ? 1 : 0);
 }
 
-static bool note_is_legal(const char *note) {
-    const size_t length = text_length(note, CALIBRATION_NOTE_BYTES);
-    if (length == CALIBRATION_NOTE_BYTES) {
+// Printable ASCII without blanks at the ends, shorter than `bytes`; may be empty.
+static bool line_is_legal(const char *note, size_t bytes) {
+    const size_t length = text_length(note, bytes);
+    if (length == bytes) {
         return false;
     }
     for (size_t i = 0; i < length; i++) {
@@ -98,9 +100,42 @@ static int validate_texts(const struct calibration *calibration, struct calibrat
     if (!date_is_legal(calibration->date, sizeof calibration->date)) {
         return refuse(fault, ERROR_SYNTAX, "date", "must be a day as YYYY-MM-DD, or unknown");
     }
-    if (!note_is_legal(calibration->note)) {
+    if (!line_is_legal(calibration->note, CALIBRATION_NOTE_BYTES)) {
         return refuse(fault, ERROR_SYNTAX, "note",
                       "must be at most 239 printable ASCII characters without blanks at the ends");
+    }
+    return ERROR_OK;
+}
+
+// What is not a number of the field list's own: names, windows, axes.
+static int validate_origin(const struct calibration *calibration, struct calibration_fault *fault) {
+    int count;
+    const struct calibration_field *fields = calibration_grammar_fields(&count);
+    struct calibration copy = *calibration;  // the grammar's access is for writers as well
+    for (int i = 0; i < count; i++) {
+        const struct calibration_field *field = &fields[i];
+        if (field->kind == CALIBRATION_FIELD_NAME &&
+            !line_is_legal(calibration_grammar_name(field, &copy), CALIBRATION_NAME_BYTES)) {
+            return refuse(fault, ERROR_SYNTAX, field->name,
+                          "must be at most 63 printable ASCII characters without blanks at the "
+                          "ends");
+        }
+        if (field->kind == CALIBRATION_FIELD_WINDOW) {
+            const struct calibration_window *window = calibration_grammar_window(field, &copy);
+            const int max = (int)field->max;
+            if (window->column_px < 0 || window->row_px < 0 || window->skip < 0 ||
+                window->column_px > max || window->row_px > max || window->skip > max) {
+                return refuse(fault, ERROR_RANGE, field->name, "");
+            }
+        }
+        if (field->kind == CALIBRATION_FIELD_AXIS) {
+            const struct calibration_axis *axis = calibration_grammar_axis(field, &copy);
+            const double min = (double)field->min, max = (double)field->max;
+            if (!(axis->mean >= min && axis->mean <= max && axis->spread >= 0 &&
+                  axis->spread <= max)) {
+                return refuse(fault, ERROR_RANGE, field->name, "");
+            }
+        }
     }
     return ERROR_OK;
 }
@@ -122,7 +157,7 @@ static int validate_ranges(const struct calibration *calibration, struct calibra
             }
         }
     }
-    return ERROR_OK;
+    return validate_origin(calibration, fault);
 }
 
 static int validate_pose(const struct calibration *calibration, struct calibration_fault *fault) {
@@ -190,6 +225,13 @@ int calibration_validate(const struct calibration *calibration, struct calibrati
     return calibration->rectified ? validate_rectified(calibration, fault) : ERROR_OK;
 }
 
+static double rounded(const struct calibration_field *field, double value) {
+    int64_t scaled;
+    const int fits = decimal_from_double(value, field->decimals, &scaled);
+    INVARIANT(fits == ERROR_OK);
+    return decimal_to_double(scaled, field->decimals);
+}
+
 int calibration_round(struct calibration *calibration) {
     const int code = validate_ranges(calibration, NULL);
     if (code != ERROR_OK) {
@@ -198,16 +240,26 @@ int calibration_round(struct calibration *calibration) {
     int count;
     const struct calibration_field *fields = calibration_grammar_fields(&count);
     for (int i = 0; i < count; i++) {
-        for (int j = 0; fields[i].kind == CALIBRATION_FIELD_DECIMALS && j < fields[i].count; j++) {
-            const double value = calibration_grammar_value(&fields[i], j, calibration);
-            int64_t scaled;
-            const int fits = decimal_from_double(value, fields[i].decimals, &scaled);
-            INVARIANT(fits == ERROR_OK);
-            calibration_grammar_set(&fields[i], j, decimal_to_double(scaled, fields[i].decimals),
-                                    calibration);
+        const struct calibration_field *field = &fields[i];
+        for (int j = 0; field->kind == CALIBRATION_FIELD_DECIMALS && j < field->count; j++) {
+            const double value = calibration_grammar_value(field, j, calibration);
+            calibration_grammar_set(field, j, rounded(field, value), calibration);
+        }
+        if (field->kind == CALIBRATION_FIELD_AXIS) {
+            struct calibration_axis *axis = calibration_grammar_axis(field, calibration);
+            axis->mean = rounded(field, axis->mean);
+            axis->spread = rounded(field, axis->spread);
         }
     }
     return ERROR_OK;
+}
+
+double calibration_depth_sigma_mm(const struct calibration *calibration, double depth_mm) {
+    INVARIANT(depth_mm >= 0);
+    const double by_scale_mm = calibration->scale_sigma * depth_mm;
+    const double by_yaw_mm =
+        calibration->yaw_sigma_rad * depth_mm * depth_mm / calibration_baseline_mm(calibration);
+    return sqrt(by_scale_mm * by_scale_mm + by_yaw_mm * by_yaw_mm);
 }
 
 double calibration_baseline_mm(const struct calibration *calibration) {

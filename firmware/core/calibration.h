@@ -19,7 +19,48 @@ extern "C" {
 enum {
     CALIBRATION_ID_BYTES = 48,
     CALIBRATION_NOTE_BYTES = 240,
+    CALIBRATION_NAME_BYTES = 64,
     CALIBRATION_TEXT_MAX_BYTES = 4096,
+};
+
+/// The axes of a side. Pan in degrees from the servo's middle, the others in the counts that the
+/// lens controller reads.
+enum calibration_axis_name {
+    CALIBRATION_PAN,
+    CALIBRATION_ZOOM,
+    CALIBRATION_FOCUS,
+    CALIBRATION_IRIS,
+    CALIBRATION_AXES
+};
+
+enum calibration_axis_kind {
+    CALIBRATION_AXIS_UNKNOWN,  // where it stood is not known
+    CALIBRATION_AXIS_NONE,     // the instrument has no such axis
+    CALIBRATION_AXIS_KNOWN,
+};
+
+/// Where an axis stood while the pictures were taken.
+struct calibration_axis {
+    enum calibration_axis_kind kind;
+    double mean, spread;  // spread: the largest deviation from the mean; 0 unless known
+};
+
+/// The part of the sensor that the images show: column and row of their first pixel, and the step
+/// from one pixel to the next.
+struct calibration_window {
+    int column_px, row_px, skip;  // skip 0: not known
+};
+
+struct calibration_side_origin {
+    char camera[CALIBRATION_NAME_BYTES];  // serial number or port; "" when not known
+    struct calibration_window window;
+    struct calibration_axis axis[CALIBRATION_AXES];
+};
+
+/// What pictures were taken with: which instrument, and where its axes stood.
+struct calibration_origin {
+    char instrument[CALIBRATION_NAME_BYTES];  // name of its profile; "" when not known
+    struct calibration_side_origin side[2];   // left, right
 };
 
 struct calibration {
@@ -32,6 +73,13 @@ struct calibration {
     double translation_right_left_mm[3];  // point_right = R_right_left point_left + t
     double depth_near_mm, depth_far_mm;   // working range of left z; 0 0 when not stated
     double rms_px;                        // reprojection rms per point; 0 when not stated
+    /// Printed as version 2 of the text, which has what follows. False: version 1, which says
+    /// nothing of it; `origin` and the sigmas count as not known then.
+    bool has_origin;
+    struct calibration_origin origin;
+    /// What the calibration itself leaves uncertain, as one standard deviation: all depths by this
+    /// share, and the angle between the cameras. 0: not stated.
+    double scale_sigma, yaw_sigma_rad;
 };
 
 /// Where and why a text was refused.
@@ -68,6 +116,10 @@ int calibration_validate(const struct calibration *calibration, struct calibrati
 /// CRC-32 of the canonical text before its CRC line, the same number as on that line: the
 /// calibration's identity. The calibration must be valid.
 uint32_t calibration_crc(const struct calibration *calibration);
+
+/// Standard deviation in mm that all points at `depth_mm` share because of the calibration:
+/// the scale, and the angle between the cameras, by dz = z^2 / baseline * dyaw. 0: not stated.
+double calibration_depth_sigma_mm(const struct calibration *calibration, double depth_mm);
 
 /// Length of the baseline in mm.
 double calibration_baseline_mm(const struct calibration *calibration);

@@ -7,29 +7,29 @@
 
 // Shorter spellings for the list below.
 #define AT(member) offsetof(struct calibration, member)
-#define TEXT(kind, name, member, meaning)                          \
-    {                                                              \
-        name, CALIBRATION_FIELD_##kind, 1, 0, 0, 0, "", meaning, { \
-            AT(member), 0, 0                                       \
-        }                                                          \
+#define TEXT(kind, name, member, meaning)                             \
+    {                                                                 \
+        name, CALIBRATION_FIELD_##kind, 1, 1, 0, 0, 0, "", meaning, { \
+            AT(member), 0, 0                                          \
+        }                                                             \
     }
-#define DECIMALS_1(name, decimals, min, max, unit, meaning, a)                    \
-    {                                                                             \
-        name, CALIBRATION_FIELD_DECIMALS, 1, decimals, min, max, unit, meaning, { \
-            AT(a), 0, 0                                                           \
-        }                                                                         \
+#define DECIMALS_1(name, decimals, min, max, unit, meaning, a)                       \
+    {                                                                                \
+        name, CALIBRATION_FIELD_DECIMALS, 1, 1, decimals, min, max, unit, meaning, { \
+            AT(a), 0, 0                                                              \
+        }                                                                            \
     }
-#define DECIMALS_2(name, decimals, min, max, unit, meaning, a, b)                 \
-    {                                                                             \
-        name, CALIBRATION_FIELD_DECIMALS, 2, decimals, min, max, unit, meaning, { \
-            AT(a), AT(b), 0                                                       \
-        }                                                                         \
+#define DECIMALS_2(name, decimals, min, max, unit, meaning, a, b)                    \
+    {                                                                                \
+        name, CALIBRATION_FIELD_DECIMALS, 1, 2, decimals, min, max, unit, meaning, { \
+            AT(a), AT(b), 0                                                          \
+        }                                                                            \
     }
-#define DECIMALS_3(name, decimals, min, max, unit, meaning, a, b, c)              \
-    {                                                                             \
-        name, CALIBRATION_FIELD_DECIMALS, 3, decimals, min, max, unit, meaning, { \
-            AT(a), AT(b), AT(c)                                                   \
-        }                                                                         \
+#define DECIMALS_3(name, decimals, min, max, unit, meaning, a, b, c)                 \
+    {                                                                                \
+        name, CALIBRATION_FIELD_DECIMALS, 1, 3, decimals, min, max, unit, meaning, { \
+            AT(a), AT(b), AT(c)                                                      \
+        }                                                                            \
     }
 
 // Ranges of the distortion grow with the order because the terms they multiply shrink: a lens of
@@ -38,6 +38,7 @@
 #define CAMERA(side)                                                                              \
     {#side "_size_px",                                                                            \
      CALIBRATION_FIELD_INTEGERS,                                                                  \
+     1,                                                                                           \
      2,                                                                                           \
      0,                                                                                           \
      1,                                                                                           \
@@ -55,6 +56,34 @@
         DECIMALS_2(#side "_tangential", 12, -100, 100, "", "tangential distortion p1 and p2",     \
                    side.p1, side.p2),                                                             \
         DECIMALS_1(#side "_k3", 8, -10000000, 10000000, "", "radial distortion, r^6", side.k3)
+
+#define ORIGIN(kind, name, count, decimals, min, max, unit, meaning, member)           \
+    {                                                                                  \
+        name, CALIBRATION_FIELD_##kind, 2, count, decimals, min, max, unit, meaning, { \
+            AT(origin.member), 0, 0                                                    \
+        }                                                                              \
+    }
+#define AXIS(prefix, at, name, unit, which, meaning)                                       \
+    ORIGIN(AXIS, prefix "_" name "_" unit, 2, 3, -100000, 100000, unit,                    \
+           meaning ", mean and greatest deviation; none: it has no such axis; or unknown", \
+           side[at].axis[CALIBRATION_##which])
+#define SIDE(prefix, at)                                                                          \
+    ORIGIN(NAME, prefix "_camera", 1, 0, 0, 0, "",                                                \
+           "serial number or port of the camera, or unknown", side[at].camera),                   \
+        ORIGIN(WINDOW, prefix "_window_px", 3, 0, 0, LENS_SIDE_MAX_PX, "px",                      \
+               "column and row of the sensor where the image begins, and the step from pixel to " \
+               "pixel; or unknown",                                                               \
+               side[at].window),                                                                  \
+        AXIS(prefix, at, "pan", "deg", PAN, "pan from the servo's middle"),                       \
+        AXIS(prefix, at, "zoom", "counts", ZOOM, "zoom as the controller reads it"),              \
+        AXIS(prefix, at, "focus", "counts", FOCUS, "focus as the controller reads it"),           \
+        AXIS(prefix, at, "iris", "counts", IRIS, "iris as the controller reads it")
+#define SIGMA(name, max, unit, meaning, member)                             \
+    {                                                                       \
+        name, CALIBRATION_FIELD_DECIMALS, 2, 1, 9, 0, max, unit, meaning, { \
+            AT(member), 0, 0                                                \
+        }                                                                   \
+    }
 
 static const struct calibration_field fields[] = {
     TEXT(ID, "id", id, "names the rig and the occasion: letters, digits, . _ -"),
@@ -74,6 +103,14 @@ static const struct calibration_field fields[] = {
                "nearest and farthest working depth of the left camera; 0 0: not stated",
                depth_near_mm, depth_far_mm),
     DECIMALS_1("rms_px", 6, 0, 1000, "px", "rms of the reprojection; 0: not stated", rms_px),
+    ORIGIN(NAME, "instrument", 1, 0, 0, 0, "", "profile of the instrument, or unknown", instrument),
+    SIDE("left", 0),
+    SIDE("right", 1),
+    SIGMA("scale_sigma", 1, "",
+          "standard deviation that all depths share, as a share of them; 0: not stated",
+          scale_sigma),
+    SIGMA("yaw_sigma_rad", 1, "rad",
+          "standard deviation of the angle between the cameras; 0: not stated", yaw_sigma_rad),
 };
 
 enum { FIELD_COUNT = sizeof fields / sizeof fields[0] };
@@ -81,6 +118,15 @@ enum { FIELD_COUNT = sizeof fields / sizeof fields[0] };
 const struct calibration_field *calibration_grammar_fields(int *count) {
     *count = FIELD_COUNT;
     return fields;
+}
+
+int calibration_grammar_count(int version) {
+    int count = 0;
+    while (count < FIELD_COUNT && fields[count].version <= version) {
+        count++;
+    }
+    INVARIANT(count > 0 && (version < 2 || count == FIELD_COUNT));
+    return count;
 }
 
 static size_t value_offset(const struct calibration_field *field, int i) {
@@ -114,4 +160,22 @@ void calibration_grammar_set(const struct calibration_field *field, int i, doubl
     }
     INVARIANT(field->kind == CALIBRATION_FIELD_DECIMALS);
     memcpy(target, &value, sizeof value);
+}
+
+char *calibration_grammar_name(const struct calibration_field *field,
+                               struct calibration *calibration) {
+    INVARIANT(field->kind == CALIBRATION_FIELD_NAME && field->version == 2);
+    return (char *)calibration + field->offset[0];
+}
+
+struct calibration_window *calibration_grammar_window(const struct calibration_field *field,
+                                                      struct calibration *calibration) {
+    INVARIANT(field->kind == CALIBRATION_FIELD_WINDOW);
+    return (struct calibration_window *)(void *)((char *)calibration + field->offset[0]);
+}
+
+struct calibration_axis *calibration_grammar_axis(const struct calibration_field *field,
+                                                  struct calibration *calibration) {
+    INVARIANT(field->kind == CALIBRATION_FIELD_AXIS);
+    return (struct calibration_axis *)(void *)((char *)calibration + field->offset[0]);
 }

@@ -109,29 +109,90 @@ static int copy_text(struct parser *parser, const char *field, struct span value
     return ERROR_OK;
 }
 
+// One value of a field with decimals; `*value` only on success.
+static int parse_decimal(struct parser *parser, const struct calibration_field *field,
+                         struct span word, double *value) {
+    int64_t scaled;
+    const int code = decimal_parse(word.text, word.length, field->decimals, &scaled);
+    if (code == ERROR_SYNTAX) {
+        return refuse(parser, code, field->name,
+                      "a value is not a number in the field's fixed count of decimals");
+    }
+    if (code != ERROR_OK) {
+        return refuse(parser, ERROR_RANGE, field->name, "");
+    }
+    *value = decimal_to_double(scaled, field->decimals);
+    return *value < (double)field->min || *value > (double)field->max
+               ? refuse(parser, ERROR_RANGE, field->name, "")
+               : ERROR_OK;
+}
+
 static int parse_numbers(struct parser *parser, const struct calibration_field *field,
                          struct span rest, bool more, struct calibration *result) {
     for (int i = 0; i < field->count; i++) {
         if (!more) {
             return refuse(parser, ERROR_SYNTAX, field->name, "too few values");
         }
-        const struct span word = cut_word(&rest, &more);
-        int64_t scaled;
-        const int code = decimal_parse(word.text, word.length, field->decimals, &scaled);
-        if (code == ERROR_SYNTAX) {
-            return refuse(parser, code, field->name,
-                          "a value is not a number in the field's fixed count of decimals");
-        }
+        double value;
+        const int code = parse_decimal(parser, field, cut_word(&rest, &more), &value);
         if (code != ERROR_OK) {
-            return refuse(parser, ERROR_RANGE, field->name, "");
-        }
-        const double value = decimal_to_double(scaled, field->decimals);
-        if (value < (double)field->min || value > (double)field->max) {
-            return refuse(parser, ERROR_RANGE, field->name, "");
+            return code;
         }
         calibration_grammar_set(field, i, value, result);
     }
     return more ? refuse(parser, ERROR_SYNTAX, field->name, "too many values") : ERROR_OK;
+}
+
+// The three numbers of a window, or the two of an axis.
+static int parse_values(struct parser *parser, const struct calibration_field *field,
+                        struct span rest, double values[CALIBRATION_FIELD_MAX_COUNT]) {
+    bool more = true;
+    for (int i = 0; i < field->count; i++) {
+        if (!more) {
+            return refuse(parser, ERROR_SYNTAX, field->name, "too few values");
+        }
+        const int code = parse_decimal(parser, field, cut_word(&rest, &more), &values[i]);
+        if (code != ERROR_OK) {
+            return code;
+        }
+    }
+    return more ? refuse(parser, ERROR_SYNTAX, field->name, "too many values") : ERROR_OK;
+}
+
+static int parse_window(struct parser *parser, const struct calibration_field *field,
+                        struct span rest, struct calibration *result) {
+    double values[CALIBRATION_FIELD_MAX_COUNT];
+    struct calibration_window *window = calibration_grammar_window(field, result);
+    *window = (struct calibration_window){0, 0, 0};
+    if (span_is(rest, CALIBRATION_GRAMMAR_UNKNOWN)) {
+        return ERROR_OK;
+    }
+    const int code = parse_values(parser, field, rest, values);
+    if (code == ERROR_OK) {
+        *window = (struct calibration_window){(int)values[0], (int)values[1], (int)values[2]};
+    }
+    return code == ERROR_OK && window->skip == 0
+               ? refuse(parser, ERROR_RANGE, field->name, "the step must not be 0")
+               : code;
+}
+
+static int parse_axis(struct parser *parser, const struct calibration_field *field,
+                      struct span rest, struct calibration *result) {
+    double values[CALIBRATION_FIELD_MAX_COUNT];
+    struct calibration_axis *axis = calibration_grammar_axis(field, result);
+    *axis = (struct calibration_axis){.kind = CALIBRATION_AXIS_UNKNOWN};
+    if (span_is(rest, CALIBRATION_GRAMMAR_UNKNOWN)) {
+        return ERROR_OK;
+    }
+    if (span_is(rest, CALIBRATION_GRAMMAR_NO_AXIS)) {
+        axis->kind = CALIBRATION_AXIS_NONE;
+        return ERROR_OK;
+    }
+    const int code = parse_values(parser, field, rest, values);
+    if (code == ERROR_OK) {
+        *axis = (struct calibration_axis){CALIBRATION_AXIS_KNOWN, values[0], values[1]};
+    }
+    return code;
 }
 
 static int parse_word(struct parser *parser, const struct calibration_field *field,
@@ -143,13 +204,22 @@ static int parse_word(struct parser *parser, const struct calibration_field *fie
         case CALIBRATION_FIELD_ID:
             return copy_text(parser, field->name, rest, result->id, sizeof result->id);
         case CALIBRATION_FIELD_DATE:
-            if (span_is(rest, CALIBRATION_GRAMMAR_NO_DATE)) {
+            if (span_is(rest, CALIBRATION_GRAMMAR_UNKNOWN)) {
                 memset(result->date, 0, sizeof result->date);
                 return ERROR_OK;
             }
             return copy_text(parser, field->name, rest, result->date, sizeof result->date);
         case CALIBRATION_FIELD_NOTE:
             return copy_text(parser, field->name, rest, result->note, sizeof result->note);
+        case CALIBRATION_FIELD_NAME:
+            return copy_text(
+                parser, field->name,
+                span_is(rest, CALIBRATION_GRAMMAR_UNKNOWN) ? (struct span){"", 0} : rest,
+                calibration_grammar_name(field, result), CALIBRATION_NAME_BYTES);
+        case CALIBRATION_FIELD_WINDOW:
+            return parse_window(parser, field, rest, result);
+        case CALIBRATION_FIELD_AXIS:
+            return parse_axis(parser, field, rest, result);
         default:
             INVARIANT(field->kind == CALIBRATION_FIELD_FLAG);
             result->rectified = span_is(rest, "yes");
@@ -231,7 +301,7 @@ static int parse_crc(struct parser *parser) {
     return ERROR_OK;
 }
 
-static int parse_first_line(struct parser *parser) {
+static int parse_first_line(struct parser *parser, bool *has_origin) {
     static const size_t magic_length = sizeof CALIBRATION_GRAMMAR_MAGIC - 1;
     if (parser->length < magic_length ||
         memcmp(parser->text, CALIBRATION_GRAMMAR_MAGIC, magic_length) != 0) {
@@ -241,16 +311,20 @@ static int parse_first_line(struct parser *parser) {
     }
     struct span line;
     const int code = next_line(parser, &line);
-    if (code == ERROR_OK && !span_is(line, CALIBRATION_GRAMMAR_FIRST_LINE)) {
-        return refuse(parser, ERROR_VERSION, "", "only version 1 is known");
+    if (code != ERROR_OK) {
+        return code;
     }
-    return code;
+    *has_origin = span_is(line, CALIBRATION_GRAMMAR_FIRST_LINE_2);
+    return *has_origin || span_is(line, CALIBRATION_GRAMMAR_FIRST_LINE)
+               ? ERROR_OK
+               : refuse(parser, ERROR_VERSION, "", "only versions 1 and 2 are known");
 }
 
 static int parse_all(struct parser *parser, struct calibration *result) {
-    int code = parse_first_line(parser);
+    int code = parse_first_line(parser, &result->has_origin);
     int count;
     const struct calibration_field *fields = calibration_grammar_fields(&count);
+    count = calibration_grammar_count(result->has_origin ? 2 : 1);
     for (int i = 0; i < count && code == ERROR_OK; i++) {
         code = parse_field(parser, &fields[i], result);
     }

@@ -26,21 +26,39 @@ static void put_value(struct writer *writer, const char *word) {
     put(writer, word);
 }
 
-static void put_numbers(struct writer *writer, const struct calibration_field *field,
-                        const struct calibration *calibration) {
-    for (int i = 0; i < field->count; i++) {
-        const double value = calibration_grammar_value(field, i, calibration);
-        int64_t scaled;
-        const int code = decimal_from_double(value, field->decimals, &scaled);
-        INVARIANT(code == ERROR_OK);  // the ranges of the grammar fit
-        char text[DECIMAL_TEXT_BYTES];
-        decimal_print(scaled, field->decimals, text);
-        put_value(writer, text);
+static void put_number(struct writer *writer, const struct calibration_field *field, double value) {
+    int64_t scaled;
+    const int code = decimal_from_double(value, field->decimals, &scaled);
+    INVARIANT(code == ERROR_OK);  // the ranges of the grammar fit
+    char text[DECIMAL_TEXT_BYTES];
+    decimal_print(scaled, field->decimals, text);
+    put_value(writer, text);
+}
+
+static void put_window(struct writer *writer, const struct calibration_field *field,
+                       const struct calibration_window *window) {
+    if (window->skip == 0) {
+        put_value(writer, CALIBRATION_GRAMMAR_UNKNOWN);
+        return;
+    }
+    put_number(writer, field, window->column_px);
+    put_number(writer, field, window->row_px);
+    put_number(writer, field, window->skip);
+}
+
+static void put_axis(struct writer *writer, const struct calibration_field *field,
+                     const struct calibration_axis *axis) {
+    if (axis->kind == CALIBRATION_AXIS_KNOWN) {
+        put_number(writer, field, axis->mean);
+        put_number(writer, field, axis->spread);
+    } else {
+        put_value(writer, axis->kind == CALIBRATION_AXIS_NONE ? CALIBRATION_GRAMMAR_NO_AXIS
+                                                              : CALIBRATION_GRAMMAR_UNKNOWN);
     }
 }
 
 static void put_field(struct writer *writer, const struct calibration_field *field,
-                      const struct calibration *calibration) {
+                      struct calibration *calibration) {
     put(writer, field->name);
     switch (field->kind) {
         case CALIBRATION_FIELD_ID:
@@ -48,7 +66,7 @@ static void put_field(struct writer *writer, const struct calibration_field *fie
             break;
         case CALIBRATION_FIELD_DATE:
             put_value(writer, calibration->date[0] != '\0' ? calibration->date
-                                                           : CALIBRATION_GRAMMAR_NO_DATE);
+                                                           : CALIBRATION_GRAMMAR_UNKNOWN);
             break;
         case CALIBRATION_FIELD_NOTE:
             if (calibration->note[0] != '\0') {
@@ -60,7 +78,20 @@ static void put_field(struct writer *writer, const struct calibration_field *fie
             break;
         case CALIBRATION_FIELD_INTEGERS:
         case CALIBRATION_FIELD_DECIMALS:
-            put_numbers(writer, field, calibration);
+            for (int i = 0; i < field->count; i++) {
+                put_number(writer, field, calibration_grammar_value(field, i, calibration));
+            }
+            break;
+        case CALIBRATION_FIELD_NAME: {
+            const char *name = calibration_grammar_name(field, calibration);
+            put_value(writer, name[0] != '\0' ? name : CALIBRATION_GRAMMAR_UNKNOWN);
+            break;
+        }
+        case CALIBRATION_FIELD_WINDOW:
+            put_window(writer, field, calibration_grammar_window(field, calibration));
+            break;
+        case CALIBRATION_FIELD_AXIS:
+            put_axis(writer, field, calibration_grammar_axis(field, calibration));
             break;
     }
     put(writer, "\n");
@@ -76,9 +107,11 @@ int calibration_print(const struct calibration *calibration, char *text, size_t 
         return code;
     }
     struct writer writer = {text, size_bytes, 0};
-    put(&writer, CALIBRATION_GRAMMAR_FIRST_LINE "\n");
+    put(&writer, rounded.has_origin ? CALIBRATION_GRAMMAR_FIRST_LINE_2 "\n"
+                                    : CALIBRATION_GRAMMAR_FIRST_LINE "\n");
     int count;
     const struct calibration_field *fields = calibration_grammar_fields(&count);
+    count = calibration_grammar_count(rounded.has_origin ? 2 : 1);
     for (int i = 0; i < count; i++) {
         put_field(&writer, &fields[i], &rounded);
     }

@@ -5,8 +5,9 @@
 #include "core/calibration_grammar.h"
 
 int main() {
-    std::printf("\"%s\\x0a\"\n\"%s \"\n\"yes\"\n\"no\"\n\"%s\"\n", CALIBRATION_GRAMMAR_FIRST_LINE,
-                CALIBRATION_GRAMMAR_CRC, CALIBRATION_GRAMMAR_NO_DATE);
+    std::printf("\"%s\\x0a\"\n\"%s\\x0a\"\n\"%s \"\n\"yes\"\n\"no\"\n\"%s\"\n\"%s\"\n",
+                CALIBRATION_GRAMMAR_FIRST_LINE, CALIBRATION_GRAMMAR_FIRST_LINE_2,
+                CALIBRATION_GRAMMAR_CRC, CALIBRATION_GRAMMAR_UNKNOWN, CALIBRATION_GRAMMAR_NO_AXIS);
     int count;
     const calibration_field *fields = calibration_grammar_fields(&count);
     for (int i = 0; i < count; i++) {

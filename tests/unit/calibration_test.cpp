@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <sstream>
 #include <string>
@@ -61,7 +62,7 @@ TEST_CASE("each mistake is named with its line and field") {
     } mistakes[] = {
         {"", ERROR_SYNTAX, 1, ""},
         {"hello\n", ERROR_SYNTAX, 1, ""},
-        {replace(good, "calibration 1", "calibration 2"), ERROR_VERSION, 1, ""},
+        {replace(good, "calibration 1", "calibration 3"), ERROR_VERSION, 1, ""},
         {replace(good, "calibration 1", "calibration 1 "), ERROR_VERSION, 1, ""},
         {replace(good, "calibration 1\n", "calibration 1\r\n"), ERROR_SYNTAX, 1, ""},
         {replace(good, "640 480\nleft_f", "640 480\r\nleft_f"), ERROR_SYNTAX, 6, "left_size_px"},
@@ -230,10 +231,10 @@ TEST_CASE("baseline and vergence depth of a toed-in rig") {
 TEST_CASE("the grammar's list is the text's order and fits its numbers") {
     int count;
     const calibration_field *fields = calibration_grammar_fields(&count);
-    std::istringstream lines(print(example()));
+    std::istringstream lines(print(with_origin(example())));
     std::string line;
     std::getline(lines, line);
-    CHECK(line == CALIBRATION_GRAMMAR_FIRST_LINE);
+    CHECK(line == CALIBRATION_GRAMMAR_FIRST_LINE_2);
     for (int i = 0; i < count; i++) {
         std::getline(lines, line);
         CHECK(line.substr(0, line.find(' ')) == fields[i].name);
@@ -243,4 +244,68 @@ TEST_CASE("the grammar's list is the text's order and fits its numbers") {
     }
     std::getline(lines, line);
     CHECK(line.substr(0, 6) == "crc32 ");
+}
+
+TEST_CASE("version 2 says what the pictures were taken with, version 1 does not") {
+    const calibration value = with_origin(example());
+    const std::string text = print(value);
+    CHECK(text.find("\ninstrument rig\n") != std::string::npos);
+    CHECK(text.find("\nleft_camera Webcam C at usb-0000:00:14.0-1\n") != std::string::npos);
+    CHECK(text.find("\nright_camera unknown\n") != std::string::npos);
+    CHECK(text.find("\nleft_window_px 512 384 1\n") != std::string::npos);
+    CHECK(text.find("\nright_window_px unknown\n") != std::string::npos);
+    CHECK(text.find("\nright_pan_deg -3.270 0.000\n") != std::string::npos);
+    CHECK(text.find("\nright_focus_counts unknown\n") != std::string::npos);
+    CHECK(text.find("\nleft_iris_counts none\n") != std::string::npos);
+    calibration parsed{};
+    REQUIRE(calibration_parse(text.data(), text.size(), &parsed, nullptr) == ERROR_OK);
+    CHECK(print(parsed) == text);
+    CHECK(parsed.origin.side[1].axis[CALIBRATION_PAN].mean == -3.27);
+    CHECK(parsed.origin.side[0].axis[CALIBRATION_ZOOM].spread == 0.5);
+    CHECK(parsed.origin.side[0].window.row_px == 384);
+
+    const std::string old = print(example());
+    REQUIRE(calibration_parse(old.data(), old.size(), &parsed, nullptr) == ERROR_OK);
+    CHECK_FALSE(parsed.has_origin);
+    CHECK(parsed.origin.side[0].axis[CALIBRATION_PAN].kind == CALIBRATION_AXIS_UNKNOWN);
+    CHECK(print(parsed) == old);
+}
+
+TEST_CASE("an origin that cannot be is refused by its field") {
+    const auto fault_of = [](const std::function<void(calibration &)> &change) {
+        calibration value = with_origin(example());
+        change(value);
+        calibration_fault fault{};
+        CHECK(calibration_validate(&value, &fault) != ERROR_OK);
+        return std::string(fault.field);
+    };
+    CHECK(fault_of([](calibration &c) { c.origin.side[0].axis[CALIBRATION_ZOOM].spread = -1; }) ==
+          "left_zoom_counts");
+    CHECK(fault_of([](calibration &c) { c.origin.side[1].axis[CALIBRATION_PAN].mean = NAN; }) ==
+          "right_pan_deg");
+    CHECK(fault_of([](calibration &c) { c.origin.side[0].window.skip = -1; }) == "left_window_px");
+    CHECK(fault_of([](calibration &c) { c.origin.instrument[0] = '\n'; }) == "instrument");
+    CHECK(fault_of([](calibration &c) { c.yaw_sigma_rad = 2; }) == "yaw_sigma_rad");
+    const std::string text = print(with_origin(example()));
+    for (const char *wrong : {"left_zoom_counts 421.500\n", "left_zoom_counts 421.500 0.5\n",
+                              "left_zoom_counts 421.500 0.500 1.000\n", "left_zoom_counts \n"}) {
+        std::string broken = text;
+        const size_t at = broken.find("left_zoom_counts");
+        broken.replace(at, broken.find('\n', at) + 1 - at, wrong);
+        calibration parsed;
+        calibration_fault fault{};
+        CHECK(calibration_parse(broken.data(), broken.size(), &parsed, &fault) == ERROR_SYNTAX);
+        CHECK(std::string(fault.field) == "left_zoom_counts");
+    }
+}
+
+TEST_CASE("the calibration's share of the depth's deviation grows with the square of the depth") {
+    calibration value = with_origin(example());
+    value.scale_sigma = 0;
+    const double at_1m_mm = calibration_depth_sigma_mm(&value, 1000);
+    CHECK(at_1m_mm == doctest::Approx(value.yaw_sigma_rad * 1e6 / calibration_baseline_mm(&value)));
+    CHECK(calibration_depth_sigma_mm(&value, 2000) == doctest::Approx(4 * at_1m_mm));
+    value.scale_sigma = 0.001;
+    value.yaw_sigma_rad = 0;
+    CHECK(calibration_depth_sigma_mm(&value, 2000) == doctest::Approx(2));
 }

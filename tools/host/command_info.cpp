@@ -242,7 +242,7 @@ int print_grammar() {
     for (int i = 0; i < count; i++) {
         const calibration_field &field = fields[i];
         std::cout << "| `" << field.name << "` | " << field.count << " | ";
-        if (field.kind == CALIBRATION_FIELD_INTEGERS || field.kind == CALIBRATION_FIELD_DECIMALS) {
+        if (field.min != field.max) {
             std::cout << field.decimals << " | " << field.min << ".." << field.max;
         } else {
             std::cout << " | ";

@@ -142,6 +142,52 @@ void add_plan(const calibration &value, info_page *page) {
               nullptr);
 }
 
+/// What it was made with, where its text says it.
+void add_origin(const calibration &value, info_page *page) {
+    static const char *const sides[] = {"left", "right"};
+    static const char *const axes[] = {"pan", "zoom", "focus", "iris"};
+    if (!value.has_origin) {
+        page->add("origin", "made with", "not known", nullptr);
+        return;
+    }
+    const auto or_null = [](const char *text) {
+        return *text != '\0' ? json(text) : json(nullptr);
+    };
+    const calibration_origin &origin = value.origin;
+    json object = {{"instrument", or_null(origin.instrument)}};
+    page->add("", "made with", *origin.instrument != '\0' ? origin.instrument : "not known",
+              nullptr);
+    for (size_t side = 0; side < 2; side++) {
+        const calibration_side_origin &at = origin.side[side];
+        std::string text = *at.camera != '\0' ? at.camera : "camera not known";
+        json &one = object[sides[side]];
+        one = {{"camera", or_null(at.camera)}, {"window", nullptr}};
+        if (at.window.skip > 0) {
+            text += ", window at " + std::to_string(at.window.column_px) + " " +
+                    std::to_string(at.window.row_px) + ", skip " + std::to_string(at.window.skip);
+            one["window"] = {at.window.column_px, at.window.row_px, at.window.skip};
+        }
+        for (size_t axis = 0; axis < CALIBRATION_AXES; axis++) {
+            const calibration_axis &stood = at.axis[axis];
+            const bool known = stood.kind == CALIBRATION_AXIS_KNOWN;
+            const char *unit = axis == CALIBRATION_PAN ? " deg" : "";
+            text += std::string(", ") + axes[axis] + " " +
+                    (known ? number(stood.mean, 5) + " +- " + number(stood.spread, 3) + unit
+                     : stood.kind == CALIBRATION_AXIS_NONE ? "none"
+                                                           : "not known");
+            one[axes[axis]] =
+                known ? json({{"mean", stood.mean}, {"spread", stood.spread}}) : json(nullptr);
+        }
+        page->add("", std::string("  ") + sides[side], text, nullptr);
+    }
+    page->add("origin", "", "", object);
+    page->add("scale_sigma", "  uncertain by",
+              number(100 * value.scale_sigma, 3) + " % of all depths, and " +
+                  number(degree * value.yaw_sigma_rad, 3) + " degrees between the cameras",
+              value.scale_sigma);
+    page->add("yaw_sigma_rad", "", "", value.yaw_sigma_rad);
+}
+
 }  // namespace
 
 info_page info_calibration(const std::string &path, const calibration &value,
@@ -172,6 +218,7 @@ info_page info_calibration(const std::string &path, const calibration &value,
     page.add("assumed", "", "", report.assumed);
     page.add("rectified", "rectified",
              value.rectified ? "yes: images pass through as they are" : "no", value.rectified);
+    add_origin(value, &page);
     add_lens("left", value.left, &page);
     add_lens("right", value.right, &page);
     add_pose(value, &page);
