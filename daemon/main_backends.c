@@ -72,7 +72,8 @@ static int open_replay(struct main_backends *self, struct config *config, struct
         return error;
     }
     *ports = self->replay.ports;
-    self->replay_opener = (struct rig_opener){open_nothing, why_played_part_fails, self};
+    self->replay_opener =
+        (struct rig_opener){.open = open_nothing, .missing = why_played_part_fails, .self = self};
     ports->opener = &self->replay_opener;
     const char *lack = rig_ports_lack(&config->profile, ports);
     if (lack != NULL && calls) {

@@ -137,6 +137,23 @@ static const char *missing(void *opaque, enum rig_part part) {
     return camera ? refused(self, device) : NULL;
 }
 
+/// Its name and the port that it hangs on: of two cameras of a kind the port is what differs.
+static const char *identity(void *opaque, enum rig_part part) {
+    struct main_linux *self = opaque;
+    // Both sensors of a bridge are behind the same device.
+    if (self->config->profile.bridge ||
+        (part != RIG_PART_LEFT_CAMERA && part != RIG_PART_RIGHT_CAMERA)) {
+        return NULL;
+    }
+    const struct v4l2_stream *stream =
+        &self->camera[part == RIG_PART_RIGHT_CAMERA ? RIG_RIGHT : RIG_LEFT].stream;
+    if (stream->fd < 0) {
+        return NULL;
+    }
+    message_set(&self->identity, 0, "%.30s at %.28s", stream->card, stream->bus);
+    return self->identity.text;
+}
+
 /// Where the lines are; whether there is any.
 static bool find_places(struct main_linux *self) {
     const struct config *config = self->config;
@@ -166,7 +183,9 @@ static bool find_places(struct main_linux *self) {
 void main_linux_open(struct main_linux *self, const struct config *config,
                      const struct hal_log *log, struct rig_ports *ports) {
     const struct rig_profile *profile = &config->profile;
-    *self = (struct main_linux){.config = config, .opener = {open_all, missing, self}};
+    *self = (struct main_linux){
+        .config = config,
+        .opener = {.open = open_all, .missing = missing, .identity = identity, .self = self}};
     self->needed[MAIN_LINUX_I2C] = profile->bridge;
     self->needed[MAIN_LINUX_LEFT_CAMERA] = true;
     self->needed[MAIN_LINUX_RIGHT_CAMERA] = !profile->bridge;

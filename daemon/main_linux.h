@@ -38,6 +38,7 @@ struct main_linux {
     struct rig_opener opener;
     bool needed[MAIN_LINUX_DEVICES];
     struct message missing[MAIN_LINUX_DEVICES];  ///< why it is not open; "": it is
+    struct message identity;                     ///< of the camera that was asked about last
     struct message refused;                      ///< why a camera that is open does not start
 };
 

@@ -28,6 +28,7 @@ enum {
 
 enum session_event_kind {
     SESSION_BEGIN,        // what made it: always the first
+    SESSION_INSTRUMENT,   // what the frames are taken with
     SESSION_CALIBRATION,  // in force from here on
     SESSION_SETTING,      // of the instrument, that differs from its profile
     SESSION_COMMAND,      // that somebody gave
@@ -37,10 +38,21 @@ enum session_event_kind {
     SESSION_EVENT_KINDS
 };
 
+/// What the frames are taken with, so that a reader needs no profile to compare two sessions.
+struct session_instrument {
+    char camera[RIG_SIDES][SESSION_NAME_MAX + 1];  // serial number or port; "" when not known
+    /// Pulse of the servo's middle in 1/16 us, and pulse per angle; 0 0: there is no servo.
+    uint16_t servo_centre_q4[RIG_SIDES];
+    uint32_t servo_q4_per_rad[RIG_SIDES];
+    // As in struct rig_profile.
+    uint32_t pan_repeatability_urad, lens_repeatability_counts, lens_zoom_ppm;
+};
+
 struct session_event {
     enum session_event_kind kind;
     char build[SESSION_NAME_MAX + 1], profile[SESSION_NAME_MAX + 1];  // BEGIN
     char date[SESSION_NAME_MAX + 1];                                  // BEGIN, as ISO 8601 has it
+    struct session_instrument instrument;                             // INSTRUMENT
     uint32_t crc32;                                                   // CALIBRATION: of its text
     char text[SESSION_TEXT_MAX + 1];                                  // COMMAND, SETTING
     char part[SESSION_NAME_MAX + 1];                                  // REGISTERS

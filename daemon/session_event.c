@@ -10,7 +10,7 @@
 #define NO_POSITION "none"
 
 static const char *const kind_names[SESSION_EVENT_KINDS] = {
-    "begin", "calibration", "setting", "command", "registers", "pair", "end",
+    "begin", "instrument", "calibration", "setting", "command", "registers", "pair", "end",
 };
 static const char *const layout_names[] = {"grey", "rgb", "grbg"};
 enum { LAYOUTS = sizeof layout_names / sizeof layout_names[0] };
@@ -138,6 +138,18 @@ static int put_registers(struct line *line, const struct session_event *event) {
     return 0;
 }
 
+static void put_instrument(struct line *line, const struct session_instrument *instrument) {
+    put_text(line, "left_camera", instrument->camera[RIG_LEFT]);
+    put_text(line, "right_camera", instrument->camera[RIG_RIGHT]);
+    for (int side = 0; side < RIG_SIDES; side++) {
+        put(line, " %s_servo=%" PRIu16 ",%" PRIu32, side_names[side],
+            instrument->servo_centre_q4[side], instrument->servo_q4_per_rad[side]);
+    }
+    put(line, " pan_repeatability_urad=%" PRIu32, instrument->pan_repeatability_urad);
+    put(line, " lens_repeatability_counts=%" PRIu32, instrument->lens_repeatability_counts);
+    put(line, " lens_zoom_ppm=%" PRIu32, instrument->lens_zoom_ppm);
+}
+
 int session_event_print(const struct session_event *event, char text[SESSION_LINE_MAX + 1]) {
     if ((unsigned)event->kind >= SESSION_EVENT_KINDS) {
         return ERROR_RANGE;
@@ -151,6 +163,9 @@ int session_event_print(const struct session_event *event, char text[SESSION_LIN
             put_text(&line, "build", event->build);
             put_text(&line, "profile", event->profile);
             put_text(&line, "date", event->date);
+            break;
+        case SESSION_INSTRUMENT:
+            put_instrument(&line, &event->instrument);
             break;
         case SESSION_CALIBRATION:
             put(&line, " file=%08" PRIx32, event->crc32);
@@ -351,6 +366,22 @@ static void take_registers(struct cursor *cursor, struct session_event *event) {
     }
 }
 
+static void take_instrument(struct cursor *cursor, struct session_instrument *instrument) {
+    take_text(cursor, "left_camera", instrument->camera[RIG_LEFT], SESSION_NAME_MAX);
+    take_text(cursor, "right_camera", instrument->camera[RIG_RIGHT], SESSION_NAME_MAX);
+    for (int side = 0; side < RIG_SIDES; side++) {
+        instrument->servo_centre_q4[side] =
+            (uint16_t)take_key(cursor, side_names[side], "servo", 10, UINT16_MAX);
+        expect(cursor, ",");
+        instrument->servo_q4_per_rad[side] = (uint32_t)take_number(cursor, 10, UINT32_MAX);
+    }
+    instrument->pan_repeatability_urad =
+        (uint32_t)take_key(cursor, "", "pan_repeatability_urad", 10, UINT32_MAX);
+    instrument->lens_repeatability_counts =
+        (uint32_t)take_key(cursor, "", "lens_repeatability_counts", 10, UINT32_MAX);
+    instrument->lens_zoom_ppm = (uint32_t)take_key(cursor, "", "lens_zoom_ppm", 10, UINT32_MAX);
+}
+
 static void take_event(struct cursor *cursor, struct session_event *event) {
     event->kind = (enum session_event_kind)take_choice(cursor, kind_names, SESSION_EVENT_KINDS);
     switch (event->kind) {
@@ -359,6 +390,9 @@ static void take_event(struct cursor *cursor, struct session_event *event) {
             take_text(cursor, "build", event->build, SESSION_NAME_MAX);
             take_text(cursor, "profile", event->profile, SESSION_NAME_MAX);
             take_text(cursor, "date", event->date, SESSION_NAME_MAX);
+            break;
+        case SESSION_INSTRUMENT:
+            take_instrument(cursor, &event->instrument);
             break;
         case SESSION_CALIBRATION:
             event->crc32 = (uint32_t)take_key(cursor, "", "file", 16, UINT32_MAX);

@@ -144,6 +144,14 @@ int session_writer_begin(struct session_writer *self, int parent, const char *pa
     return appended;
 }
 
+int session_writer_instrument(struct session_writer *self,
+                              const struct session_instrument *instrument,
+                              struct message *message) {
+    self->event.kind = SESSION_INSTRUMENT;
+    self->event.instrument = *instrument;
+    return append_event(self, message);
+}
+
 // ---- files that are named by their contents
 
 static int begin_part(const struct session_writer *self) {

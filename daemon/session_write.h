@@ -46,6 +46,10 @@ int session_writer_begin(struct session_writer *self, int parent, const char *pa
 /// first. 0, or ERROR_ARGUMENT as that.
 int session_writer_check(int parent, const char *path, struct message *message);
 
+/// What the frames are taken with.
+int session_writer_instrument(struct session_writer *self,
+                              const struct session_instrument *instrument, struct message *message);
+
 /// From here on this calibration (canonical text, `length` bytes) is in force.
 int session_writer_calibration(struct session_writer *self, const char *text, size_t length,
                                struct message *message);

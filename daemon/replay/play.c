@@ -248,6 +248,7 @@ static int play_event(struct play *self, struct message *message) {
             compare_pair(self);
             break;
         case SESSION_BEGIN:
+        case SESSION_INSTRUMENT:
         case SESSION_CALIBRATION:
         case SESSION_REGISTERS:
         case SESSION_END:

@@ -127,6 +127,10 @@ static const struct config_key keys[] = {
     RIG(watchdog_ms, 0, 1500, "ms", "silence after which the bridge lets the servos rest"),
     RIG(pan_least_urad, -1570796, 1570796, "urad", "farthest turn to the left"),
     RIG(pan_most_urad, -1570796, 1570796, "urad", "farthest turn to the right"),
+    RIG(pan_repeatability_urad, 0, 174533, "urad",
+        "standard deviation of an angle approached again; a calibration made further away than "
+        "this "
+        "is refused"),
     {.name = CONFIG_RIG "lenses",
      .kind = CONFIG_LENSES,
      AT(profile.lenses),
@@ -142,6 +146,9 @@ static const struct config_key keys[] = {
            "a slower iris motor is taken for jammed"),
     RIG(lens_backlash_counts, 0, 100, "counts", "moves end from below, after so far past"),
     RIG(lens_tolerance_counts, 0, 100, "counts", "a move has arrived within this"),
+    RIG(lens_repeatability_counts, 0, 100, "counts",
+        "a calibration made further away than this in zoom, focus or iris is refused"),
+    RIG(lens_zoom_ppm, 0, 100000, "ppm a count", "change of the focal length by one count of zoom"),
     RIG(width_px, 16, 16384, "px", "width of full frames"),
     RIG(height_px, 16, 16384, "px", "height of full frames"),
     RIG(frame_us, 1000, 60000000, "us", "longest time between frames where no sensor tells"),

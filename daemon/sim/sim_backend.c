@@ -32,7 +32,7 @@ int sim_backend_open(struct sim_backend *self, const char *where, int patience_m
         return ERROR_ARGUMENT;
     }
     strcpy(self->where, where);
-    self->opener = (struct rig_opener){look_for_rig, missing, self};
+    self->opener = (struct rig_opener){.open = look_for_rig, .missing = missing, .self = self};
     int error = sim_connection_open(&self->connection, where, SIMRIG_ROLE_BOARD, patience_ms);
     if (error != ERROR_OK) {
         return error;

@@ -45,7 +45,8 @@
     X(NOT_READY, -34, "the instrument was not brought up, or is in its safe state")       \
     X(MOVED, -35, "the scene or the instrument moved between the two frames")             \
     X(FRAME, -36, "a frame was torn or damaged")                                          \
-    X(BUSY, -37, "too much else is waiting to be done")
+    X(BUSY, -37, "too much else is waiting to be done")                                   \
+    X(MISMATCH, -38, "the calibration was made with other axes, cameras or windows")
 
 enum error_code {
 #define ERROR_ENUM(name, number, text) ERROR_##name = (number),

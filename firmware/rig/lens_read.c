@@ -120,6 +120,7 @@ int rig_lens_read(struct rig *self, unsigned side, int32_t positions[LENS_AXES])
     for (unsigned axis = 0; axis < LENS_AXES && error == ERROR_OK; axis++) {
         const bool present = (self->lens_abilities[side].axes & 1u << axis) != 0;
         positions[axis] = present ? lens_read_median(values[axis]) : INT32_MIN;
+        self->lens_position[side][axis] = positions[axis];
     }
     return failure_end(self, error);
 }

@@ -13,17 +13,22 @@ enum {
     // Behind the bridge's router; see fpga/README.md.
     LEFT_SENSOR_ADDRESS = 0x5C,
     RIGHT_SENSOR_ADDRESS = 0x5E,
-    PAN_LIMIT_URAD = 523599,  // 30 degrees: far more than it takes to look at one thing
-    SLEW_Q4 = 480,            // 2.9 degrees in a pulse
+    PAN_LIMIT_URAD = 523599,        // 30 degrees: far more than it takes to look at one thing
+    PAN_REPEATABILITY_URAD = 5236,  // 0.3 degrees: see rig_pan
+    SLEW_Q4 = 480,                  // 2.9 degrees in a pulse
     WATCHDOG_MS = 1000,
     // Of a V3LC, whose lenses have 550 counts.
     LENS_COUNTS_PER_S = 80,  // assumed: 7 s from end to end
     LENS_BACKLASH_COUNTS = 10,
     LENS_TOLERANCE_COUNTS = 4,
+    LENS_REPEATABILITY_COUNTS = 4,
+    LENS_ZOOM_PPM = 4187,  // 10x in 550 counts: ln(10) / 550
     // The same of a V1LC, whose lens has 136: 7 s, and as large a part of the way, rounded up.
     LENS_V1LC_COUNTS_PER_S = 19,
     LENS_V1LC_BACKLASH_COUNTS = 3,
     LENS_V1LC_TOLERANCE_COUNTS = 2,
+    LENS_V1LC_REPEATABILITY_COUNTS = 1,
+    LENS_V1LC_ZOOM_PPM = 16931,
     // What every USB camera can do, in dim light too.
     WEBCAM_WIDTH_PX = 640,
     WEBCAM_HEIGHT_PX = 480,
@@ -55,6 +60,10 @@ void rig_profile_set_lenses(struct rig_profile *profile, enum rig_profile_lenses
     }
     profile->lens_backlash_counts = fixed ? 0 : backlash;
     profile->lens_tolerance_counts = fixed ? 0 : tolerance;
+    profile->lens_repeatability_counts = fixed  ? 0
+                                         : v1lc ? LENS_V1LC_REPEATABILITY_COUNTS
+                                                : LENS_REPEATABILITY_COUNTS;
+    profile->lens_zoom_ppm = fixed ? 0 : v1lc ? LENS_V1LC_ZOOM_PPM : LENS_ZOOM_PPM;
 }
 
 static struct rig_profile two_cameras_lens(void) {
@@ -80,6 +89,7 @@ static struct rig_profile full_rig(void) {
         .watchdog_ms = WATCHDOG_MS,
         .pan_least_urad = -PAN_LIMIT_URAD,
         .pan_most_urad = PAN_LIMIT_URAD,
+        .pan_repeatability_urad = PAN_REPEATABILITY_URAD,
         .width_px = MT9T001_WIDTH_PX,
         .height_px = MT9T001_HEIGHT_PX,
         .frame_us = WEBCAM_FRAME_US,

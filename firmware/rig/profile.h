@@ -39,11 +39,14 @@ struct rig_profile {
     uint16_t servo_slew_q4;  ///< greatest change from pulse to pulse, 1/16 us
     uint16_t watchdog_ms;    ///< silence after which the bridge brings the servos to rest
     int32_t pan_least_urad, pan_most_urad;
+    uint32_t pan_repeatability_urad;  ///< standard deviation of an angle that is approached again
 
     enum rig_profile_lenses lenses;
-    int32_t lens_counts_per_s[3];   ///< slowest motor that is not taken for jammed; LENS_AXES
-    int32_t lens_backlash_counts;   ///< moves end from below, after going so far past
-    int32_t lens_tolerance_counts;  ///< a move has arrived within this
+    int32_t lens_counts_per_s[3];       ///< slowest motor that is not taken for jammed; LENS_AXES
+    int32_t lens_backlash_counts;       ///< moves end from below, after going so far past
+    int32_t lens_tolerance_counts;      ///< a move has arrived within this
+    int32_t lens_repeatability_counts;  ///< a position that is approached again is within this
+    int32_t lens_zoom_ppm;  ///< change of the focal length by one count of the zoom, in 1e-6 of it
 
     uint16_t width_px, height_px;  ///< full frames
     uint32_t frame_us;             ///< longest time from frame to frame where no sensor tells

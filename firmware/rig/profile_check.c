@@ -24,6 +24,8 @@ enum {
     WATCHDOG_MOST_MS = 1500,
     LENS_COUNTS_PER_S_MOST = 100000,
     LENS_COUNTS_MOST = 100,
+    LENS_ZOOM_MAX_PPM = 100000,
+    PAN_REPEATABILITY_MAX_URAD = 174533,  // 10 degrees
     SIZE_LEAST_PX = 16,
     SIZE_MOST_PX = 16384,
     FRAME_LEAST_US = 1000,
@@ -189,6 +191,8 @@ static int check_servos(const struct rig_profile *profile, struct rig_profile_fl
         // Without it nothing makes pulses.
         {!profile->bridge, {"servos", 0, 0, .causes = {"bridge"}}},
         {profile->servo_slew_q4, {"servo_slew_q4", 1, slew->max, .causes = {"servos"}}},
+        {profile->pan_repeatability_urad,
+         {"pan_repeatability_urad", 0, PAN_REPEATABILITY_MAX_URAD, .causes = {"servos"}}},
     };
     int error = CHECK(limits, flaw);
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
@@ -215,6 +219,9 @@ static int check_lenses(const struct rig_profile *profile, struct rig_profile_fl
          {"lens_backlash_counts", 0, LENS_COUNTS_MOST, .causes = {"lenses"}}},
         {profile->lens_tolerance_counts,
          {"lens_tolerance_counts", 1, LENS_COUNTS_MOST, .causes = {"lenses"}}},
+        {profile->lens_repeatability_counts,
+         {"lens_repeatability_counts", 0, LENS_COUNTS_MOST, .causes = {"lenses"}}},
+        {profile->lens_zoom_ppm, {"lens_zoom_ppm", 0, LENS_ZOOM_MAX_PPM, .causes = {"lenses"}}},
     };
     return error == ERROR_OK ? CHECK(limits, flaw) : error;
 }

@@ -43,6 +43,7 @@ void rig_init(struct rig *self, const struct rig_profile *profile, const struct 
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         for (unsigned axis = 0; axis < LENS_AXES; axis++) {
             self->lens_commanded[side][axis] = INT32_MIN;
+            self->lens_position[side][axis] = INT32_MIN;
         }
     }
 }

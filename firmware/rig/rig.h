@@ -68,6 +68,10 @@ struct rig_opener {
     /// Why the device behind this part could not be opened, or does not start, for people: which,
     /// and what to do. NULL: it is open. The text lives until the next call.
     const char *(*missing)(void *self, enum rig_part part);
+    /// What tells the camera behind this part from others of its kind, such as its serial number or
+    /// port; NULL: nothing, or it is not open. The pointer itself may be NULL. The text lives until
+    /// the next call.
+    const char *(*identity)(void *self, enum rig_part part);
     void *self;
 };
 
@@ -132,6 +136,7 @@ struct rig {
     struct lens_drive lens[RIG_SIDES];
     struct lens_abilities lens_abilities[RIG_SIDES];
     int32_t lens_commanded[RIG_SIDES][LENS_AXES];  ///< counts; INT32_MIN: never
+    int32_t lens_position[RIG_SIDES][LENS_AXES];   ///< as read last; INT32_MIN: never, or no axis
     int32_t lens_trim[RIG_SIDES][LENS_AXES];       ///< added to commands: see rig/lens_move.h
     uint16_t pan_q4[RIG_SIDES];                    ///< asked for
     uint64_t pan_rest_us[RIG_SIDES];               ///< when the horn rests
@@ -199,7 +204,8 @@ int rig_pan_read(struct rig *self, unsigned side, int32_t *angle_urad);
 /// ERROR_JAMMED when nothing moves, ERROR_TIMEOUT when it does not arrive or its controller does
 /// not answer; how, and how soon: rig/lens_move.h. On any error all motors are at rest.
 int rig_lens_go(struct rig *self, unsigned sides, enum lens_axis axis, int32_t position);
-/// Reads the positions of a lens, each the middle one of three readings.
+/// Reads the positions of a lens, each the middle one of three readings; they are kept in
+/// `lens_position`.
 int rig_lens_read(struct rig *self, unsigned side, int32_t positions[LENS_AXES]);
 int rig_lens_limits(struct rig *self, unsigned side, enum lens_axis axis,
                     struct lens_limits *limits);

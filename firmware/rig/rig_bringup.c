@@ -406,6 +406,7 @@ static void forget(struct rig *self) {
         self->gain_q3[side] = 0;
         for (unsigned axis = 0; axis < LENS_AXES; axis++) {
             self->lens_commanded[side][axis] = INT32_MIN;
+            self->lens_position[side][axis] = INT32_MIN;
         }
     }
     self->bridge = (struct fpga_bridge){.marked = false};

@@ -52,6 +52,9 @@ TEST_CASE("all kinds of events come back as they went in") {
     const std::string calibration = "vergence-calibration 1\nnothing more is looked at here\n";
     const std::string command = "pan left 2.5 % \"two  words\" \x01\xff=";
     const std::uint16_t values[] = {0x5b1d, 0, 0xffff};
+    const session_instrument instrument = {
+        {"Webcam C at usb-0000:00:14.0-1", ""}, {24000, 0}, {9442, 0}, 5236, 4, 4187};
+    CHECK(session_writer_instrument(writer.get(), &instrument, &trouble) == 0);
     CHECK(session_writer_calibration(writer.get(), calibration.data(), calibration.size(),
                                      &trouble) == 0);
     CHECK(session_writer_command(writer.get(), command.c_str(), &trouble) == 0);
@@ -71,6 +74,12 @@ TEST_CASE("all kinds of events come back as they went in") {
     CHECK(std::string(event->build) == "v1-dirty");
     CHECK(std::string(event->profile) == "two-cameras");
     CHECK(std::string(event->date) == "2026-11-22T03:00:00Z");
+    REQUIRE(session_reader_next(&reader, event.get(), &trouble) == 1);
+    CHECK(event->kind == SESSION_INSTRUMENT);
+    CHECK(std::string(event->instrument.camera[RIG_LEFT]) == instrument.camera[RIG_LEFT]);
+    CHECK(std::string(event->instrument.camera[RIG_RIGHT]).empty());
+    CHECK(event->instrument.servo_q4_per_rad[RIG_LEFT] == 9442);
+    CHECK(event->instrument.lens_zoom_ppm == 4187);
     REQUIRE(session_reader_next(&reader, event.get(), &trouble) == 1);
     CHECK(event->kind == SESSION_CALIBRATION);
     char text[200];

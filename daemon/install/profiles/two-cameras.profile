@@ -75,6 +75,10 @@ pan_least_urad = 0
 # farthest turn to the right (-1570796 to 1570796 urad)
 pan_most_urad = 0
 
+# standard deviation of an angle approached again; a calibration made further away than this is
+# refused (0 to 174533 urad)
+pan_repeatability_urad = 0
+
 # fixed; two motorized ones on a V3LC; the left one on a V1LC. Sets the lens_ keys, which may be
 # changed in lines below it (fixed v3lc v1lc)
 lenses = fixed
@@ -93,6 +97,12 @@ lens_backlash_counts = 0
 
 # a move has arrived within this (0 to 100 counts)
 lens_tolerance_counts = 0
+
+# a calibration made further away than this in zoom, focus or iris is refused (0 to 100 counts)
+lens_repeatability_counts = 0
+
+# change of the focal length by one count of zoom (0 to 100000 ppm a count)
+lens_zoom_ppm = 0
 
 # width of full frames (16 to 16384 px)
 width_px = 640
