@@ -16,6 +16,13 @@ const struct command_argument capture_arguments[CAPTURE_ARGUMENTS] = {
                        .optional = true,
                        .help = "static: the left camera once more, and the scene must not have "
                                "moved"},
+    [CAPTURE_ACCEPT] = {.name = "MISMATCH",
+                        .kind = COMMAND_CHOICE,
+                        .choices = CAPTURE_ACCEPT_WORD,
+                        .optional = true,
+                        .help = CAPTURE_ACCEPT_WORD
+                        ": although the kept calibration was made with other axes, cameras or "
+                        "windows"},
 };
 
 struct pair_options capture_options(const struct command_value *values) {

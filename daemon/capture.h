@@ -11,7 +11,10 @@
 extern "C" {
 #endif
 
-enum { CAPTURE_NAME, CAPTURE_CHECK, CAPTURE_ARGUMENTS };
+enum { CAPTURE_NAME, CAPTURE_CHECK, CAPTURE_ACCEPT, CAPTURE_ARGUMENTS };
+
+/// The word that goes on with a calibration that does not belong to the instrument as it stands.
+#define CAPTURE_ACCEPT_WORD "accept-mismatch"
 
 extern const struct command_argument capture_arguments[CAPTURE_ARGUMENTS];
 

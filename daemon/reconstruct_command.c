@@ -18,6 +18,7 @@ static const struct reconstruct_words words = {
     .smaller = "--scale or --region",
     .depth = "--depth",
     .search = "--depth or --disparity",
+    .accept = "--accept-mismatch",
 };
 
 static void expect(void *self, const double *work_ns, int stages) {

@@ -10,6 +10,7 @@
 
 #include "daemon/capture_stamp.h"
 #include "daemon/message.h"
+#include "daemon/session.h"
 #include "rig/reconstruct.h"
 
 #ifdef __cplusplus
@@ -25,6 +26,7 @@ struct reconstruct_words {
     const char *smaller;  // all that makes them smaller
     const char *depth;    // what says where to search
     const char *search;   // all that does
+    const char *accept;   // what goes on with a calibration that does not belong to the pair
 };
 
 struct reconstruct_context {
@@ -41,6 +43,17 @@ struct reconstruct_context {
     const char *ground_truth_path;   // NULL: none
     const char *mask_path;           // of the ground truth; NULL: none
     double ground_truth_scale;       // disparity = value / scale in 8 bit truth; 0: not stated
+
+    /// In words, where the calibration does not belong to the pair and was accepted; "" else.
+    struct message mismatch;
+    bool axes_compared;  // the calibration and the pair both say where all axes stood
+    /// Of the instrument that took the pair; `has_instrument` false: it is not known.
+    bool has_instrument;
+    struct session_instrument instrument;
+
+    /// Standard deviation that all depths share, at the median depth: see
+    /// calibration_match_sigma_mm. Negative: not known.
+    double depth_sigma_common_mm;
 
     bool metric;  // false: focal length or baseline are assumed, lengths are not real millimetres
     int shrink;   // integer factor by which the reader shrank the files' images; 1: not at all

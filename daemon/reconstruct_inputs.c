@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 
 #include "core/error.h"
+#include "daemon/calibration_match.h"
 
 /// Assumed where nobody knows better; the focal length is then the width, 53 degrees across.
 static const double assumed_baseline_mm = 100.0;
@@ -192,6 +193,18 @@ static int load_calibration(const struct reconstruct_request *request, calibrati
     return ERROR_OK;
 }
 
+/// Pictures without a session do not say where the axes stood; a fixed rig has none.
+static void note_axes(const struct reconstruct_inputs *inputs,
+                      struct reconstruct_context *context) {
+    static const struct calibration_origin nothing;
+    if (inputs->calibration.has_origin &&
+        calibration_match_is_partial(&inputs->calibration, &nothing)) {
+        reconstruct_context_warn(context,
+                                 "these images do not say where pan, zoom, focus and iris stood: "
+                                 "the calibration is taken to belong to them");
+    }
+}
+
 int reconstruct_inputs_calibrate(const struct reconstruct_request *request,
                                  calibration_loader *load, struct reconstruct_inputs *inputs,
                                  struct reconstruct_context *context, struct message *message) {
@@ -235,6 +248,7 @@ int reconstruct_inputs_read(void *self, const struct reconstruct_request *reques
     error =
         reconstruct_inputs_calibrate(request, files->load_calibration, inputs, context, message);
     if (error == ERROR_OK && request->calibration_path != NULL) {
+        note_axes(inputs, context);
         error = reconstruct_inputs_fit(inputs, request->calibration_path, message);
     }
     if (error != ERROR_OK) {

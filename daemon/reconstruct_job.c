@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/calibration_match.h"
 #include "daemon/client.h"
 #include "daemon/interrupt.h"
 #include "daemon/memory_available.h"
@@ -271,6 +272,18 @@ static int compute(struct reconstruct_job *job) {
     return error;
 }
 
+static void find_common_sigma(struct reconstruct_job *job) {
+    struct reconstruct_context *context = &job->context;
+    struct result_figures_quantiles spread;
+    context->depth_sigma_common_mm = -1;
+    if (context->metric && job->result.vertex_count > 0 &&
+        result_figures_spread(&job->result, &spread)) {
+        context->depth_sigma_common_mm = calibration_match_sigma_mm(
+            context->calibration, context->has_instrument ? &context->instrument : NULL,
+            spread.depth_mm[1]);
+    }
+}
+
 static void note_doubts(struct reconstruct_job *job) {
     const double density_percent = result_figures_density_percent(&job->result);
     if (density_percent < sparse_percent) {
@@ -359,6 +372,7 @@ static int run(struct reconstruct_job *job) {
         error = compute(job);
     }
     if (error == ERROR_OK) {
+        find_common_sigma(job);
         note_doubts(job);
         error = write_results(job);
     }

@@ -81,6 +81,10 @@ static const struct option options[] = {
      .help = "Leave out the sub-pixel refinement and the predicted deviation that comes with it."},
     {.name = "keep-all", .kind = OPTION_FLAG, .offset = FIELD(keep_all),
      .help = "Reject no match, however doubtful: for judging the matcher."},
+    {.name = "accept-mismatch", .kind = OPTION_FLAG, .offset = FIELD(accept_mismatch),
+     .help = "Measure although the calibration was made at another pan, zoom, focus or iris, with "
+             "other cameras, or with another window than SESSION: lengths are wrong then, and every "
+             "result says so."},
     {.name = "speckle", .kind = OPTION_INT, .offset = FIELD(speckle_px), .value_name = "N",
      .minimum = 0, .maximum = 1000000,
      .help = "Reject islands of fewer than N pixels. Default: 60."},

@@ -28,7 +28,8 @@ struct reconstruct_request {
     int raw_px[2];                 // width, height; 0 0: not given
     int preset;                    // place in enum match_preset; -1: not given
     bool no_refine, keep_all;
-    int speckle_px;  // -1: not given
+    bool accept_mismatch;  // go on where the calibration was made with other axes or cameras
+    int speckle_px;        // -1: not given
     const char *ground_truth_path, *mask_path;
     double ground_truth_scale;  // 0: not given
     const char *debug_path;     // NULL: no pictures

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/calibration_match.h"
 #include "daemon/session_pairs.h"
 #include "daemon/session_read.h"
 #include "device/mt9t001.h"
@@ -165,6 +166,8 @@ static int cut_to_window(struct reconstruct_session *self, struct calibration *c
         } else if (is_for(lenses[side], MT9T001_WIDTH_PX, MT9T001_HEIGHT_PX)) {
             *lenses[side] = reconstruct_session_cut(lenses[side], &frame->window, frame->width_px,
                                                     frame->height_px);
+            calibration->origin.side[side].window = (struct calibration_window){
+                frame->window.column_px, frame->window.row_px, frame->window.skip};
             self->cut = true;
         }
         if (side == RIG_LEFT && frame->window.skip > 1) {
@@ -185,13 +188,47 @@ static int cut_to_window(struct reconstruct_session *self, struct calibration *c
     return ERROR_OK;
 }
 
+/// Refuses a calibration that was made with other axes, cameras or windows, or notes that it was.
+static int match(struct reconstruct_session *self, const struct session_pairs *pairs,
+                 const struct reconstruct_request *request, struct reconstruct_inputs *inputs,
+                 struct reconstruct_context *context, struct message *message) {
+    struct calibration *calibration = &inputs->calibration;
+    struct calibration_match_state state;
+    calibration_match_pair(self->profile, pairs->has_instrument ? &pairs->instrument : NULL,
+                           &self->event.pair, &state);
+    context->has_instrument = true;
+    context->instrument = state.instrument;
+    context->axes_compared = !calibration_match_is_partial(calibration, &state.origin);
+    const int error =
+        calibration_match(calibration, &state, context->words->accept, &context->mismatch);
+    if (error != ERROR_OK && !request->accept_mismatch) {
+        *message = context->mismatch;
+        return error;
+    }
+    if (error != ERROR_OK) {
+        reconstruct_context_warn(context, "accepted mismatch, lengths are not to be trusted: %s",
+                                 context->mismatch.text);
+    } else if (!context->axes_compared) {
+        reconstruct_context_warn(context,
+                                 "whether %s belongs to this pair is not known: not both say where "
+                                 "pan, zoom, focus and iris stood",
+                                 self->calibration_name);
+    }
+    return ERROR_OK;
+}
+
 /// A calibration that was assumed is of the frames already.
-static int fit_calibration(struct reconstruct_session *self, struct reconstruct_inputs *inputs,
-                           struct reconstruct_context *context, struct message *message) {
+static int fit_calibration(struct reconstruct_session *self, const struct session_pairs *pairs,
+                           const struct reconstruct_request *request,
+                           struct reconstruct_inputs *inputs, struct reconstruct_context *context,
+                           struct message *message) {
     if (inputs->calibration_path == NULL) {
         return ERROR_OK;
     }
-    const int error = cut_to_window(self, &inputs->calibration, context, message);
+    int error = match(self, pairs, request, inputs, context, message);
+    if (error == ERROR_OK) {
+        error = cut_to_window(self, &inputs->calibration, context, message);
+    }
     return error != ERROR_OK ? error
                              : reconstruct_inputs_fit(inputs, self->calibration_name, message);
 }
@@ -216,7 +253,7 @@ static int read_all(struct reconstruct_session *self, const struct session_reade
         error = read_calibration(self, reader, pairs, request, inputs, context, message);
     }
     if (error == ERROR_OK) {
-        error = fit_calibration(self, inputs, context, message);
+        error = fit_calibration(self, pairs, request, inputs, context, message);
     }
     return error;
 }
@@ -266,8 +303,9 @@ int reconstruct_session_read(void *session, const struct reconstruct_request *re
     if (pairs == NULL) {
         return message_set(message, ERROR_MEMORY, "%s: no memory", self->path);
     }
-    int error = session_reader_open(&reader, self->parent, self->path, NULL, message);
+    int error = session_reader_open(&reader, self->parent, self->path, &pairs->event, message);
     if (error == ERROR_OK) {
+        memcpy(self->profile, pairs->event.profile, sizeof self->profile);
         error = find_pair(self, &reader, pairs, context, message);
         if (error == ERROR_OK) {
             error = read_all(self, &reader, pairs, request, inputs, context, message);

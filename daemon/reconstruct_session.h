@@ -33,10 +33,11 @@ struct reconstruct_session {
     int kept_error;  // why there is none: it cannot be read; 0: none is kept
 
     // After a read:
-    uint32_t found;              // the pair's place in the session, from 1
-    bool own;                    // the calibration is the session's, and not another one
-    bool cut;                    // to the part of the sensor that the frames show
-    struct session_event event;  // of the pair
+    uint32_t found;                      // the pair's place in the session, from 1
+    bool own;                            // the calibration is the session's, and not another one
+    bool cut;                            // to the part of the sensor that the frames show
+    struct session_event event;          // of the pair
+    char profile[SESSION_NAME_MAX + 1];  // of the instrument that took it
     char label[RECONSTRUCT_SESSION_NAME_BYTES];  // the session's name in results: no directories
     char name[RIG_SIDES][RECONSTRUCT_SESSION_NAME_BYTES];
     char calibration_name[RECONSTRUCT_SESSION_NAME_BYTES];

@@ -39,6 +39,11 @@ static void print_surface(const struct reconstruct_context *context, FILE *strea
                     spread.sigma_mm[1], spread.sigma_mm[2]);
         }
     }
+    const double common_mm = context->depth_sigma_common_mm;
+    if (common_mm >= 0) {
+        fprintf(stream, "common      %.3g mm: all depths together, from calibration and axes\n",
+                common_mm);
+    }
     if (result->vertical.samples > 0) {
         fprintf(stream, "rows        off by %.3f px (median), %.3f px (95 %%) in %d samples\n",
                 result->vertical.median_px, result->vertical.p95_px, result->vertical.samples);
@@ -51,6 +56,9 @@ void reconstruct_summary_print(const struct reconstruct_context *context, const 
         char text[CAPTURE_STAMP_BYTES];
         capture_stamp_line(&context->capture, line, text);
         fprintf(stream, "%-12s%s\n", line == 0 ? "capture" : "", text);
+    }
+    if (context->mismatch.text[0] != '\0') {
+        fprintf(stream, "MISMATCH    %s\n", context->mismatch.text);
     }
     print_search(context, stream);
     print_surface(context, stream);

@@ -7,7 +7,8 @@
 #include "daemon/json.h"
 #include "daemon/result_figures.h"
 
-enum { KEY_BYTES = 48 };
+/// Of result.json: grows when a member changes its meaning or goes away.
+enum { RESULT_JSON_VERSION = 1, KEY_BYTES = 48 };
 
 /// A text's words up to the first colon as a JSON key: "no texture: ..." gives "no_texture".
 static void make_key(const char *text, char key[KEY_BYTES]) {
@@ -45,6 +46,11 @@ static void print_calibration(const struct reconstruct_context *context, struct 
     json_text(json, "note", calibration->note);
     json_bool(json, "rectified", calibration->rectified);
     json_real(json, "baseline_mm", calibration_baseline_mm(calibration), 10);
+    json_text(json, "match",
+              context->mismatch.text[0] != '\0' ? "no, accepted"
+              : context->axes_compared          ? "yes"
+                                                : "not known");
+    json_text(json, "mismatch", context->mismatch.text[0] != '\0' ? context->mismatch.text : NULL);
     json_close_object(json);
 }
 
@@ -138,6 +144,12 @@ static void print_surface(const struct reconstruct_context *context, struct json
     json_real(json, "median", spread.depth_mm[1], 9);
     json_real(json, "p99", spread.depth_mm[2], 9);
     json_close_object(json);
+    const double common_mm = context->depth_sigma_common_mm;
+    if (common_mm >= 0) {
+        json_real(json, "depth_sigma_common_mm", common_mm, 6);
+    } else {
+        json_null(json, "depth_sigma_common_mm");
+    }
     if (context->options->refine) {
         json_open_object(json, "sigma_mm");
         json_real(json, "p5", spread.sigma_mm[0], 6);
@@ -170,6 +182,7 @@ void result_json_print(const struct reconstruct_context *context, FILE *stream) 
     json_begin(&json, stream);
     json_open_object(&json, NULL);
     json_text(&json, "program", "vergence");
+    json_integer(&json, "format_version", RESULT_JSON_VERSION);
     json_text(&json, "version", context->version);
     json_text(&json, "build_id", context->build_id);
     print_inputs(context, &json);

@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/stat.h>
 
 #include "core/error.h"
@@ -19,6 +20,9 @@ int session_pairs_next(struct session_pairs *self, struct session_reader *reader
         if (event->kind == SESSION_CALIBRATION) {
             self->next_has_calibration = true;
             self->next_calibration_crc = event->crc32;
+        } else if (event->kind == SESSION_INSTRUMENT) {
+            self->has_instrument = true;
+            self->instrument = event->instrument;
         } else if (event->kind == SESSION_PAIR) {
             self->pair = *event;
             self->has_calibration = self->next_has_calibration;
@@ -90,6 +94,7 @@ struct reading {
     struct session_reader reader;
     struct session_pairs pairs;
     struct session_pair_files files;
+    char profile[SESSION_NAME_MAX + 1];
 };
 
 int session_pairs_read(const char *path,
@@ -99,18 +104,23 @@ int session_pairs_read(const char *path,
     if (reading == NULL) {
         return message_set(message, ERROR_MEMORY, "%s: no memory", path);
     }
-    int code = session_reader_open(&reading->reader, AT_FDCWD, path, NULL, message);
+    struct session_pairs *pairs = &reading->pairs;
+    int code = session_reader_open(&reading->reader, AT_FDCWD, path, &pairs->event, message);
     if (code == ERROR_OK) {
-        while ((code = session_pairs_next(&reading->pairs, &reading->reader, message)) == 1) {
-            code = look_at_files(&reading->reader, &reading->pairs.pair, &reading->files, message);
+        memcpy(reading->profile, pairs->event.profile, sizeof reading->profile);
+        while ((code = session_pairs_next(pairs, &reading->reader, message)) == 1) {
+            code = look_at_files(&reading->reader, &pairs->pair, &reading->files, message);
             if (code != ERROR_OK) {
                 break;
             }
+            calibration_match_pair(reading->profile,
+                                   pairs->has_instrument ? &pairs->instrument : NULL,
+                                   &pairs->pair.pair, &reading->files.state);
             each(self, &reading->files);
         }
         session_reader_close(&reading->reader);
     }
-    code = code == ERROR_OK ? (int)reading->pairs.count : code;
+    code = code == ERROR_OK ? (int)pairs->count : code;
     free(reading);
     return code;
 }

@@ -7,6 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "daemon/calibration_match.h"
 #include "daemon/message.h"
 #include "daemon/session.h"
 #include "daemon/session_read.h"
@@ -23,6 +24,8 @@ struct session_pairs {
     struct session_event pair;  // that one; its frames were not looked at
     bool has_calibration;       // that was in force then
     uint32_t calibration_crc;
+    bool has_instrument;  // the session says what its frames were taken with
+    struct session_instrument instrument;
 
     // Work space.
     struct session_event event;
@@ -43,7 +46,8 @@ int session_pairs_find(struct session_pairs *self, struct session_reader *reader
 /// A pair's files, the left camera's first. Both frames are there and are what was recorded.
 struct session_pair_files {
     char path[2][SESSION_PAIRS_PATH_BYTES];
-    bool mosaic;  // the frames are raw: rows of G R and of B G
+    bool mosaic;                           // the frames are raw: rows of G R and of B G
+    struct calibration_match_state state;  // what they were taken with
 };
 
 /// Whether `path` is a directory with a session in it, good or damaged.

@@ -34,6 +34,24 @@ bool commands_session_last(char *name, size_t bytes);
 
 /// What `status` is to say of the recording that is under way, if one is. The rig's thread only.
 void commands_session_put_state(const struct command_call *call);
+/// Whether one is. The rig's thread only.
+bool commands_session_is_recording(void);
+
+/// What the instrument takes pairs with. The rig's thread only.
+struct session_instrument;
+void commands_calibration_instrument(const struct command_call *call,
+                                     struct session_instrument *instrument);
+
+/// Compares the kept calibration with `state`: 0 when none is kept, or it fits; ERROR_MISMATCH with
+/// `message`; errors of the store. The rig's thread only.
+struct calibration_match_state;
+struct message;
+int commands_calibration_match(const struct command_call *call,
+                               const struct calibration_match_state *state,
+                               struct message *message);
+/// What `status` is to say of the kept calibration: which, and whether it fits the instrument as it
+/// stands. 0, or ERROR_MISMATCH with the call's message. The rig's thread only.
+int commands_calibration_put_state(const struct command_call *call);
 
 /// Ends a recording that is under way, in good order, when nobody has the rig any more.
 struct hal_log;

@@ -12,6 +12,8 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/calibration_match.h"
+#include "daemon/capture.h"
 #include "daemon/reconstruct_job.h"
 #include "daemon/reconstruct_session.h"
 #include "daemon/result_figures.h"
@@ -22,10 +24,13 @@
 #include "daemon/server/surroundings.h"
 #include "daemon/session_pairs.h"
 
-enum { SESSION, PAIR, SCALE, NEAR, FAR };
+enum { SESSION, PAIR, SCALE, NEAR, FAR, ACCEPT, ARGUMENTS };
 
-static const struct reconstruct_words words = {
-    .scale = "SCALE", .smaller = "SCALE", .depth = "NEAR and FAR", .search = "NEAR and FAR"};
+static const struct reconstruct_words words = {.scale = "SCALE",
+                                               .smaller = "SCALE",
+                                               .depth = "NEAR and FAR",
+                                               .search = "NEAR and FAR",
+                                               .accept = CAPTURE_ACCEPT_WORD};
 
 /// One call. Large: allocated.
 struct surface {
@@ -145,6 +150,7 @@ static int make_request(struct surface *self) {
     }
     self->request.depth_mm[0] = values[NEAR].given ? values[NEAR].number : 0;
     self->request.depth_mm[1] = values[FAR].given ? values[FAR].number : 0;
+    self->request.accept_mismatch = values[ACCEPT].given;
     self->source.lack = ", and none is kept: \"calibration set FILE\" first";
     self->source.parent = around->files_fd;
     self->source.path = self->session;
@@ -204,6 +210,13 @@ static void put_figures(const struct surface *self) {
         item_number(call, "depth_near", spread.depth_mm[0], 3, "mm");
         item_number(call, "depth_far", spread.depth_mm[2], 3, "mm");
         item_number(call, "deviation", spread.sigma_mm[1], 3, "mm");
+    }
+    const double common_mm = context->depth_sigma_common_mm;
+    if (common_mm >= 0) {
+        item_number(call, "deviation_common", common_mm, 3, "mm");
+    }
+    if (context->mismatch.text[0] != '\0') {
+        item_text(call, "accepted_mismatch", context->mismatch.text);
     }
     if (result->vertical.samples > 0) {
         item_number(call, "rows_apart", result->vertical.median_px, 3, "px");
@@ -304,6 +317,13 @@ static const struct command_argument reconstruct_arguments[] = {
      .most = 1e6,
      .optional = true,
      .help = "greatest depth to search"},
+    {.name = "MISMATCH",
+     .kind = COMMAND_CHOICE,
+     .choices = CAPTURE_ACCEPT_WORD,
+     .optional = true,
+     .help = CAPTURE_ACCEPT_WORD
+     ": measure although the calibration was made with other axes, cameras or windows; lengths are "
+     "wrong then, and the results say so"},
 };
 
 static const struct command commands[] = {
@@ -316,7 +336,7 @@ static const struct command commands[] = {
          "window. depth_near and depth_far: 1 % of the points are nearer, and 1 % farther. Less "
          "SCALE costs less memory and time.",
      .arguments = reconstruct_arguments,
-     .argument_count = 5,
+     .argument_count = ARGUMENTS,
      .flags = COMMAND_NO_RIG | COMMAND_LONG,
      .run = run_reconstruct},
 };

@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/calibration_match.h"
 #include "daemon/capture.h"
 #include "daemon/record.h"
 #include "daemon/scribe.h"
@@ -96,6 +97,7 @@ struct beginning {
     const struct command_call *call;
     const struct command_value *name;
     const char *kind;
+    struct session_instrument instrument;
     int error;
 };
 
@@ -140,7 +142,8 @@ static void write_beginning(void *cookie) {
     int error = session_writer_begin(&session.writer, around->files_fd, session.name,
                                      version_build_id(), call->rig->profile.name, date, &message);
     if (error == 0) {
-        error = write_calibration(call, &message);
+        error = session_writer_instrument(&session.writer, &self->instrument, &message);
+        error = error != 0 ? error : write_calibration(call, &message);
         if (error != 0) {
             session_writer_discard(&session.writer, around->files_fd);
         }
@@ -152,6 +155,7 @@ static void write_beginning(void *cookie) {
 static int begin_session(const struct command_call *call, const struct command_value *name,
                          const char *kind) {
     struct beginning beginning = {.call = call, .name = name, .kind = kind};
+    commands_calibration_instrument(call, &beginning.instrument);
     scribe_do(surroundings_of(call)->scribe, write_beginning, &beginning);
     return beginning.error;
 }
@@ -227,7 +231,10 @@ static int keep_pair(const struct command_call *call, const struct pair *pair,
                      const struct registers_all *registers) {
     const struct surroundings *around = surroundings_of(call);
     struct writing writing = {
-        .pair = pair, .registers = registers, .command = "capture", .files_fd = around->files_fd};
+        .pair = pair,
+        .registers = registers,
+        .command = call->values[CAPTURE_ACCEPT].given ? "capture " CAPTURE_ACCEPT_WORD : "capture",
+        .files_fd = around->files_fd};
     if (session.recording) {
         writing.error = record_flush(around->record, &writing.message);
     }
@@ -237,6 +244,25 @@ static int keep_pair(const struct command_call *call, const struct pair *pair,
     return writing.error == 0
                ? 0
                : surroundings_refuse(call, writing.error, "%s", writing.message.text);
+}
+
+/// What the kept calibration does not fit; in a recording, whose pairs must play, once the pair is
+/// written.
+static int match_calibration(const struct command_call *call, const struct pair *pair) {
+    struct calibration_match_state state;
+    struct session_instrument instrument;
+    struct message message;
+    commands_calibration_instrument(call, &instrument);
+    calibration_match_pair(call->rig->profile.name, &instrument, pair, &state);
+    const int error = commands_calibration_match(call, &state, &message);
+    if (error != ERROR_MISMATCH) {
+        return error == 0 ? 0 : surroundings_refuse(call, error, "%s", message.text);
+    }
+    if (call->values[CAPTURE_ACCEPT].given) {
+        item_text(call, "accepted_mismatch", message.text);
+        return 0;
+    }
+    return surroundings_refuse(call, error, "%s", message.text);
 }
 
 static int take_pair(const struct command_call *call, uint16_t *memory, size_t values,
@@ -251,15 +277,17 @@ static int take_pair(const struct command_call *call, uint16_t *memory, size_t v
     if (around->pair_was_taken != NULL) {
         around->pair_was_taken(around->replay);
     }
+    const int mismatch = match_calibration(call, &pair);
     if (!session.recording) {
-        error = begin_session(call, &call->values[CAPTURE_NAME], "capture");
+        error = mismatch;
+        error = error != 0 ? error : begin_session(call, &call->values[CAPTURE_NAME], "capture");
     }
     error = error != 0 ? error : keep_pair(call, &pair, &registers);
     if (error == 0) {
         remember_session();
         put_pair(call, &pair);
     }
-    return error;
+    return error != 0 ? error : mismatch;
 }
 
 static int run_capture(const struct command_call *call) {
@@ -377,6 +405,10 @@ static int stop_recording(struct record *record, const struct hal_log *log,
     return end.error;
 }
 
+bool commands_session_is_recording(void) {
+    return session.recording;
+}
+
 void commands_session_put_state(const struct command_call *call) {
     const char *cut = record_cut(surroundings_of(call)->record);
     if (!session.recording) {
@@ -442,7 +474,8 @@ static const struct command commands[] = {
      .summary = "take a pair of frames that belong together, into a session",
      .help =
          "Into the recording that is under way, else into a session of its own, below \"files\". "
-         "Refused when something moved between the two frames.",
+         "Refused when something moved between the two frames, and when the kept calibration was "
+         "made with other axes, cameras or windows.",
      .arguments = capture_arguments,
      .argument_count = CAPTURE_ARGUMENTS,
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,

@@ -158,6 +158,12 @@ static void advise(const struct crew *self, int error, char *message, size_t byt
     }
 }
 
+/// What the daemon adds to `status`.
+static int put_state(const struct command_call *call) {
+    commands_session_put_state(call);
+    return commands_calibration_put_state(call);
+}
+
 static void run(struct crew *self, struct job *job) {
     char message[JOB_MESSAGE_BYTES] = "";
     const struct command_call call = {
@@ -166,7 +172,7 @@ static void run(struct crew *self, struct job *job) {
         .reply = &self->reply.items,
         .message = message,
         .message_bytes = sizeof message,
-        .put_state = commands_session_put_state,
+        .put_state = put_state,
         .surroundings = &self->surroundings,
     };
     self->surroundings.job = job;

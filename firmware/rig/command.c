@@ -200,9 +200,24 @@ static int too_many(const struct command *command, const char *word,
     return ERROR_ARGUMENT;
 }
 
-/// Whether the word belongs to the argument behind this one, which may be left out. "exposure 5000"
+/// Whether a choice further behind has this word, all up to it being optional.
+static bool later_choice_has(const struct command *command, unsigned place, const char *word) {
+    for (unsigned i = place + 1; i < command->argument_count; i++) {
+        const struct command_argument *later = &command->arguments[i];
+        if (!later->optional) {
+            return false;
+        }
+        if (later->kind == COMMAND_CHOICE && command_words_choice(word, later->choices) >= 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/// Whether the word belongs to an argument behind this one, which may be left out. "exposure 5000"
 /// leaves out the choice of the camera, and means the number behind it; "capture static" a name,
-/// and means what may follow one: nothing does, so this is the last word.
+/// and means what may follow one: nothing does, so this is the last word. "reconstruct scene
+/// accept-mismatch" leaves out numbers.
 static bool is_left_out(const struct command *command, unsigned place, const char *word,
                         bool is_last) {
     const struct command_argument *argument = &command->arguments[place];
@@ -214,15 +229,19 @@ static bool is_left_out(const struct command *command, unsigned place, const cha
     int64_t integer = 0;
     switch (argument->kind) {
         case COMMAND_CHOICE:
-            return (behind->kind == COMMAND_NUMBER || behind->kind == COMMAND_INTEGER) &&
-                   (command_words_number(word, &number) || command_words_integer(word, &integer)) &&
-                   command_words_choice(word, argument->choices) < 0;
+            if (command_words_choice(word, argument->choices) >= 0) {
+                return false;
+            }
+            return later_choice_has(command, place, word) ||
+                   ((behind->kind == COMMAND_NUMBER || behind->kind == COMMAND_INTEGER) &&
+                    (command_words_number(word, &number) || command_words_integer(word, &integer)));
         case COMMAND_TEXT:
-            return is_last && behind->optional && behind->kind == COMMAND_CHOICE &&
-                   command_words_choice(word, behind->choices) >= 0;
-        default:
-            return false;
+            return is_last && later_choice_has(command, place, word);
+        case COMMAND_NUMBER:
+        case COMMAND_INTEGER:
+            return later_choice_has(command, place, word);
     }
+    return false;
 }
 
 int command_parse(const char *line, const struct command *table, size_t count, char *storage,

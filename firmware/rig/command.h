@@ -84,8 +84,9 @@ struct command_call {
     const struct command_reply *reply;
     char *message;  ///< one line for people in case of an error, of the size below; "": none yet
     size_t message_bytes;
-    /// What whoever runs the table has to add to its state; NULL: nothing.
-    void (*put_state)(const struct command_call *call);
+    /// What whoever runs the table has to add to its state, once axes were read; its error is that
+    /// of the command that asked. NULL: nothing.
+    int (*put_state)(const struct command_call *call);
     void *surroundings;  ///< of whoever runs the table: files, sessions, configuration
 };
 
@@ -112,8 +113,9 @@ struct command {
 
 /// Takes a line apart and checks it against the table. Words are separated by blanks; a word in
 /// double quotes may hold blanks, and \" and \\ there; a # that begins a word ends the line. A
-/// choice that is optional may be left out in front of a number, too, and a text that is optional
-/// in front of a choice that ends the line.
+/// choice that is optional may be left out in front of a number, too, a text that is optional in
+/// front of a choice that ends the line, and whatever is optional, but a text, in front of a
+/// choice.
 ///
 /// Returns 0, or with a sentence in `message` that says what is wrong and what would be right:
 /// ERROR_SYNTAX (the line cannot be taken apart, or a number is none), ERROR_RANGE, ERROR_MISSING

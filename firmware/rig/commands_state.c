@@ -80,11 +80,8 @@ int commands_state_status(const struct command_call *call) {
     commands_put_text(call, "state", state_name(rig->state));
     commands_put_text(call, "profile", rig->profile.name);
     put_trouble(call);
-    if (call->put_state != NULL) {
-        call->put_state(call);
-    }
     if (rig->state != RIG_READY) {
-        return 0;
+        return call->put_state != NULL ? call->put_state(call) : 0;
     }
     commands_put_begin(call, "window", false);
     commands_put_number(call, "width", rig->format.width_px, 0, "px");
@@ -95,7 +92,7 @@ int commands_state_status(const struct command_call *call) {
     if (error == 0) {
         error = put_side(call, RIG_RIGHT);
     }
-    return error;
+    return error == 0 && call->put_state != NULL ? call->put_state(call) : error;
 }
 
 /// Which part, how it is, and where its device could not be opened, why.

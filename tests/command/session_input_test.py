@@ -34,12 +34,20 @@ class Calibrate(Calibrating):
         pictures = (self.out / "rig.calibration").read_text()
         names = self.captured()
         self.assert_good(self.run_on(*names))
-        numbers = [line for line in pictures.splitlines() if not line.startswith(("id", "crc"))]
+        said = ("id ", "crc", "instrument ", "left_pan", "right_pan", "left_zoom", "right_zoom",
+                "left_focus", "right_focus", "left_iris", "right_iris")
+        numbers = [line for line in pictures.splitlines() if not line.startswith(said)]
+        self.assertIn("\ninstrument unknown\n", pictures)
+        self.assertIn("\nleft_pan_deg unknown\n", pictures)
         for operands in (names, [self.folder / "board-*"]):
             self.assert_good(self.run_on(*operands))
             sessions = (self.out / "rig.calibration").read_text()
             self.assertEqual(numbers, [line for line in sessions.splitlines()
-                                       if not line.startswith(("id", "crc"))])
+                                       if not line.startswith(said)])
+            # Two cameras without motors.
+            self.assertIn("\ninstrument two-cameras\n", sessions)
+            self.assertIn("\nleft_pan_deg none\n", sessions)
+            self.assertIn("\nright_zoom_counts none\n", sessions)
 
     def test_raw_frames_are_developed(self):
         for layout in ("grbg", "grey"):

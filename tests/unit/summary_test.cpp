@@ -9,7 +9,7 @@
 
 namespace {
 
-const reconstruct_words words{"--scale", "--scale", "--depth", "--depth"};
+const reconstruct_words words{"--scale", "--scale", "--depth", "--depth", "--accept-mismatch"};
 
 }  // namespace
 

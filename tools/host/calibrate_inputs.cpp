@@ -138,7 +138,9 @@ class expander {
         message trouble{};
         const auto add_shot = [](void *names, const session_pair_files *files) {
             static_cast<calibrate_names *>(names)->shots.push_back(
-                {{files->path[0], files->path[1]}, files->mosaic});
+                {{files->path[0], files->path[1]},
+                 files->mosaic,
+                 std::make_shared<calibration_match_state>(files->state)});
         };
         return session_pairs_read(path.c_str(), add_shot, names_, &trouble) > 0 ||
                fail(trouble.text);
@@ -279,7 +281,8 @@ class expander {
             }
             const std::vector<std::string> words = picture_words(line);
             if (words.size() == 2) {
-                names_->shots.push_back({{joined(folder_, words[0]), joined(folder_, words[1])}});
+                names_->shots.push_back(
+                    {{joined(folder_, words[0]), joined(folder_, words[1])}, false, nullptr});
             } else if (words.size() == 1) {
                 add(joined(folder_, words[0]), true);
             } else {

@@ -6,13 +6,18 @@
 
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <string>
 #include <vector>
+
+#include "daemon/calibration_match.h"
 
 /// One moment: the pictures of the left (0) and of the right camera (1), "" where there is none.
 struct calibrate_shot {
     std::array<std::string, 2> path;
     bool mosaic = false;  // they are raw, as a session of a rig with raw sensors holds them
+    /// What they were taken with; null for pictures that are of no session.
+    std::shared_ptr<const calibration_match_state> state = nullptr;
 };
 
 struct calibrate_inputs {

@@ -128,6 +128,10 @@ class runner {
         }
         judge();
         if (!job_.single &&
+            !calibrate_origin_of(job_.inputs.shots, solution_, &result_.rig.origin, &message_)) {
+            return CLIENT_BAD_INPUT;
+        }
+        if (!job_.single &&
             !calibrate_rig_name(job_.id, job_.date, job_.note, &result_, &message_)) {
             if (is_mirrored()) {
                 message_ = mirrored_text();

@@ -150,7 +150,11 @@ calibrate_rows calibrate_rows_of(const calib::solution &solution) {
 bool calibrate_rig_name(const std::string &id, const std::string &date, const std::string &note,
                         calibrate_result *result, std::string *error) {
     calibration &rig = result->rig;
+    const calibration_origin origin = rig.origin;  // found before
     rig = result->solution->rig;
+    rig.has_origin = true;
+    rig.origin = origin;
+    calibrate_sigmas_of(*result->solution, &rig);
     const std::string made = report_text_format(
         "calibration-%08x", static_cast<unsigned>(crc_of_corners(result->views->seen)));
     std::snprintf(rig.id, sizeof rig.id, "%s", id.empty() ? made.c_str() : id.c_str());

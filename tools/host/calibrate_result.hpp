@@ -27,6 +27,16 @@ struct calibrate_result {
 /// How far apart rectified rows are, over the corners that were used in both cameras.
 calibrate_rows calibrate_rows_of(const calib::solution &solution);
 
+/// What the pairs that count were taken with: the mean and the spread of each axis, the windows,
+/// the cameras; not known where a pair is of no session. False with one sentence in `*error` when
+/// pairs do not belong together: an axis moved, or they are of other cameras or windows.
+bool calibrate_origin_of(const std::vector<calibrate_shot> &shots, const calib::solution &solution,
+                         calibration_origin *origin, std::string *error);
+
+/// What the solution leaves uncertain in the middle of the image, as the two terms that
+/// `calibration_depth_sigma_mm` adds up: fitted at the boards' median distance and twice that.
+void calibrate_sigmas_of(const calib::solution &solution, calibration *rig);
+
 /// The rig as our own text has it. A rig that is not good says so in its note. `id` "" makes one
 /// from the corners. Returns false with one sentence in `*error` when the text cannot hold it.
 bool calibrate_rig_name(const std::string &id, const std::string &date, const std::string &note,

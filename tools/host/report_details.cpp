@@ -76,6 +76,14 @@ std::string calibration_table(const reconstruct_context &context, const report_f
         rows += row("left camera from the right one",
                     report_text_format("%.2f, %.2f, %.2f %s", t[0], t[1], t[2], figures.unit));
     }
+    if (context.mismatch.text[0] != '\0') {
+        rows += row("accepted mismatch", report_text_escape(context.mismatch.text));
+    }
+    if (context.depth_sigma_common_mm >= 0) {
+        rows += row("deviation that all depths share",
+                    report_text_format("%.3g mm predicted, from calibration and axes",
+                                       context.depth_sigma_common_mm));
+    }
     const triangulate_vertical &vertical = context.result->vertical;
     if (vertical.samples > 0) {
         rows += row("vertical disparity, matches measured",

@@ -206,6 +206,10 @@ void print_asset(json *out, const reconstruct_context &context) {
     json_text(out, "calibration_id", context.calibration->id);
     json_text(out, "calibration_crc32", crc);
     json_bool(out, "metric", context.metric);
+    json_text(out, "mismatch", context.mismatch.text[0] != '\0' ? context.mismatch.text : nullptr);
+    if (context.depth_sigma_common_mm >= 0) {
+        json_real(out, "depth_sigma_common_mm", context.depth_sigma_common_mm, 6);
+    }
     capture_stamp_json(&context.capture, out);
     json_close_object(out);
     json_close_object(out);
