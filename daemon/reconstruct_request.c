@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/reconstruct_request.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
+#include <unistd.h>
 
 #include "core/image.h"
 #include "core/match.h"
@@ -203,6 +206,10 @@ int reconstruct_request_parse(int argc, char **argv, struct reconstruct_request 
     const int exit_code = options_parse(&page, argc, argv, request, operands, &operand_count);
     if (exit_code != OPTIONS_CONTINUE) {
         return exit_code;
+    }
+    if (operand_count == 1 && access(operands[0], F_OK) != 0) {
+        fprintf(stderr, "vergence reconstruct: %s: %s\n", operands[0], strerror(errno));
+        return CLIENT_BAD_INPUT;
     }
     if (operand_count == 1 && input_file_is_directory(operands[0])) {
         request->session_path = operands[0];

@@ -31,7 +31,7 @@ class Arguments(pairs.Workshop):
     def test_usage(self):
         cases = [
             ([], "command"), (["banana"], "banana"), (["recontruct"], "reconstruct"),
-            (["reconstruct"], "missing"), (["reconstruct", "a"], "missing"),
+            (["reconstruct"], "missing"), (["reconstruct", VERGENCE], "missing"),
             (["reconstruct", "a", "b"], "--out"), (["reconstruct", "a", "b", "c"], "too many"),
             (["reconstruct", "a", "b", "--out", "o"], "--calibration"),
             (["reconstruct", "a", "b", "--out"], "--out"),

@@ -183,6 +183,14 @@ class Reconstruct(Reconstructing):
         self.refused(f"{session.path}: the session holds no calibration: --calibration FILE is "
                      "missing", session.path)
         self.refused(f"{self.directory}: is no session: it has no session.index", self.directory)
+        nowhere = self.directory / "scnee"
+        self.refused(f"{nowhere}: No such file or directory", nowhere)
+        for words in (["info"], ["replay"], ["evaluate", "--ground-truth", "truth.pfm"],
+                      ["calibrate", "--board", "9x6", "--square", "25", "--out", nowhere]):
+            done = run(*words, nowhere)
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
+            self.assertIn(str(nowhere), done.stderr)
+            self.assertIn("No such file or directory", done.stderr)
         self.refused("RIGHT is missing: two images are wanted, or the directory of a recorded "
                      "session", self.left_path, code=2)
         self.refused("--pair is for a recorded session", self.left_path, self.right_path, "--pair",
