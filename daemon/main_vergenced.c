@@ -17,6 +17,7 @@
 #include "daemon/memory_available.h"
 #include "daemon/monotonic.h"
 #include "daemon/options.h"
+#include "daemon/places.h"
 #include "daemon/scribe.h"
 #include "daemon/server/commands_daemon.h"
 #include "daemon/server/config.h"
@@ -28,8 +29,6 @@
 #include "daemon/sync_file.h"
 
 enum { SETTINGS_MAX = 64 };
-
-static const char usual_config[] = "/etc/vergence/vergenced.conf";
 
 /// All that the daemon consists of.
 struct daemon {
@@ -62,7 +61,9 @@ static const struct option options[] = {
      .kind = OPTION_TEXT,
      .offset = offsetof(struct arguments, config),
      .value_name = "FILE",
-     .help = "Settings; /etc/vergence/vergenced.conf where that file is there, else defaults."},
+     .help = "Settings. Without it: as root or as a service of systemd "
+             "/etc/vergence/vergenced.conf, else ~/.config/vergence/vergenced.conf "
+             "($XDG_CONFIG_HOME), where that file exists; else defaults."},
     {.name = "check",
      .kind = OPTION_TEXT,
      .offset = offsetof(struct arguments, check),
@@ -96,6 +97,11 @@ static const struct option_page page = {
         "KEY=VALUE replaces the file's line with that key, or is one more; what else the file sets "
         "stays. Here as there a key is set once, \"none\" is the value of what is not wanted, and "
         "profile stands before the rig. keys, which it sets.\n"
+        "Root and a service of systemd have their socket in /run/vergence and their files in "
+        "/var/lib/vergence. Everybody else needs no settings for that: the socket is "
+        "$XDG_RUNTIME_DIR/vergence/vergenced.sock (or below ~/.local/state), where \"vergence "
+        "--connect\" finds it, files are in ~/.local/share/vergence/files ($XDG_DATA_HOME), store "
+        "and log in ~/.local/state/vergence ($XDG_STATE_HOME). The first lines say where.\n"
         "Exit codes: 0 ended in good order, or the file is good; 1 standard output cannot be "
         "written; 2 an option is wrong; 3 a setting is wrong, or what it names cannot be used.",
     .examples =
@@ -139,6 +145,29 @@ static bool join_tables(struct daemon *self) {
     INVARIANT(self->table_count > 0);
     qsort(self->table, self->table_count, sizeof *self->table, by_name);
     return true;
+}
+
+/// Makes the directories of those places that no setting has named: what a setting names has to be
+/// there, so that a slip is noticed.
+static int make_places(const struct config *config, struct message *message) {
+    struct places places;
+    places_default(&places);
+    const struct {
+        const char *key, *path, *by_default;
+    } all[] = {
+        {"socket", config->socket, places.socket},
+        {"files", config->files, places.files},
+        {"store", config->store, places.store},
+        {"log", config->log_file, places.log},
+    };
+    for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) {
+        if (strcmp(all[i].path, all[i].by_default) == 0 &&
+            !places_make_parent(all[i].path, places.of_user ? 0700 : 0750)) {
+            return message_set(message, ERROR_IO, "%s = %s: cannot make its directory: %s",
+                               all[i].key, all[i].path, strerror(errno));
+        }
+    }
+    return 0;
 }
 
 static int open_files(struct daemon *self, struct message *message) {
@@ -298,6 +327,32 @@ static int confine(struct daemon *self, struct message *message) {
     return error;
 }
 
+/// To the log, and to the terminal where that is somewhere else.
+static void report_start(struct daemon *self) {
+    const struct config *config = &self->config;
+    const bool elsewhere = config->log_file[0] != '\0';
+    const struct {
+        const char *what, *place;
+    } places[] = {{"socket", config->socket},
+                  {"files", config->files},
+                  {"store", config->store},
+                  {"log", config->log_file}};
+    for (size_t i = 0; i < sizeof places / sizeof places[0]; i++) {
+        if (places[i].place[0] == '\0') {
+            continue;
+        }
+        logbook_print(&self->logbook, HAL_LOG_NOTICE, "%s: %s", places[i].what, places[i].place);
+        if (elsewhere) {
+            fprintf(stderr, "vergenced: %s: %s\n", places[i].what, places[i].place);
+        }
+    }
+    logbook_print(&self->logbook, HAL_LOG_NOTICE, "vergenced %s (build %s): serving",
+                  client_version(), client_build_id());
+    if (elsewhere) {
+        fputs("vergenced: serving until Ctrl-C\n", stderr);
+    }
+}
+
 static int serve(struct daemon *self) {
     struct message message;
     notify_open();
@@ -308,8 +363,7 @@ static int serve(struct daemon *self) {
     if (error != 0) {
         code = fail(&message);
     } else {
-        logbook_print(&self->logbook, HAL_LOG_NOTICE, "vergenced %s (build %s): serving",
-                      client_version(), client_build_id());
+        report_start(self);
         server_run(&self->server);
     }
     server_close(&self->server);
@@ -384,9 +438,11 @@ static int run(int argc, char **argv) {
         return code;
     }
     struct message message;
+    struct places places;
+    places_default(&places);
     const char *path = arguments.check != NULL ? arguments.check : arguments.config;
-    if (path == NULL && access(usual_config, F_OK) == 0) {
-        path = usual_config;
+    if (path == NULL && access(places.config, F_OK) == 0) {
+        path = places.config;
     }
     if (load_config(&daemon.config, path, arguments.check != NULL, settings, setting_count,
                     &message) != 0) {
@@ -396,7 +452,7 @@ static int run(int argc, char **argv) {
         printf("%s: good\n", arguments.check);
         return CLIENT_OK;
     }
-    return serve(&daemon);
+    return make_places(&daemon.config, &message) == 0 ? serve(&daemon) : fail(&message);
 }
 
 int main(int argc, char **argv) {

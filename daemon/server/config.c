@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/places.h"
 #include "daemon/server/config_keys.h"
 #include "hal/log.h"
 #include "rig/command_words.h"
@@ -19,7 +20,15 @@ static int set_built_in(struct config *config, const char *name) {
     return error;
 }
 
+/// A place that is too long for its setting stays "", and is reported as missing.
+static void take_place(char *setting, size_t bytes, const char *place) {
+    if (strlen(place) < bytes) {
+        memcpy(setting, place, strlen(place) + 1);
+    }
+}
+
 void config_defaults(struct config *config) {
+    struct places places;
     *config = (struct config){
         .backend = CONFIG_BACKEND_LINUX,
         .i2c = "/dev/i2c-1",
@@ -31,18 +40,20 @@ void config_defaults(struct config *config) {
         .lens_power_line = CONFIG_NO_LINE,
         .trigger_line = CONFIG_NO_LINE,
         .reset_active_low = true,
-        .socket = "/run/vergence/vergenced.sock",
         .console_baud = 115200,
         .clients = 8,
         .queue = 8,
         .reader_timeout_s = 30,
         .watchdog_s = 60,
         .stuck_s = 20,
-        .files = "/var/lib/vergence/files",
-        .store = "/var/lib/vergence/store",
         .log_level = HAL_LOG_INFO,
         .confine = true,
     };
+    places_default(&places);
+    take_place(config->socket, sizeof config->socket, places.socket);
+    take_place(config->files, sizeof config->files, places.files);
+    take_place(config->store, sizeof config->store, places.store);
+    take_place(config->log_file, sizeof config->log_file, places.log);
     const int error = set_built_in(config, "rig");
     INVARIANT(error == 0);
 }

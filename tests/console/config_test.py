@@ -11,6 +11,7 @@ EXAMPLE = os.path.join(os.environ["VERGENCE_SOURCE"], "daemon", "vergenced.conf"
 
 def run(*words, **options):
     return subprocess.run([VERGENCED, *words], stderr=subprocess.PIPE, text=True, timeout=60,
+                          env={**os.environ, "STATE_DIRECTORY": "x"},  # defaults of the system
                           **{"stdout": subprocess.PIPE, **options})
 
 
