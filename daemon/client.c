@@ -30,7 +30,7 @@ static void print_help(FILE *file, const struct client_command *commands, int co
         "vergence - measures 3D surfaces with two cameras\n\n"
         "usage: vergence COMMAND [ARGUMENTS]\n"
         "       vergence help COMMAND\n"
-        "       vergence --connect WHERE [COMMAND]   (an instrument; --connect x --help)\n"
+        "       vergence --connect [ADDRESS] [COMMAND]   (an instrument; --connect --help)\n"
         "       vergence --version\n\n"
         "Commands\n",
         file);
@@ -67,7 +67,10 @@ static const struct client_command *find_command(const char *name,
     if (closest != NULL) {
         message_set(&line, 0, "there is no command \"%s\"; did you mean \"%s\"?", name, closest);
     } else {
-        message_set(&line, 0, "there is no command \"%s\"; \"vergence --help\" lists them", name);
+        message_set(&line, 0,
+                    "there is no command \"%s\"; \"vergence --help\" lists them, \"vergence "
+                    "--connect help\" those of an instrument",
+                    name);
     }
     fprintf(stderr, "vergence: %s\n", line.text);
     return NULL;
@@ -115,10 +118,11 @@ static int dispatch(int argc, char **argv, const struct client_command *commands
         return remote_main(argc, argv);
     }
     if (argv[1][0] == '-' && connects_later(argc, argv)) {
-        fprintf(stderr,
-                "vergence: \"--connect WHERE\" comes first: \"%.40s\" goes between WHERE and the "
-                "command\n",
-                argv[1]);
+        fprintf(
+            stderr,
+            "vergence: \"--connect ADDRESS\" comes first: \"%.40s\" goes between ADDRESS and the "
+            "command\n",
+            argv[1]);
         return CLIENT_USAGE;
     }
     const struct client_command *command = find_command(argv[1], commands, command_count);

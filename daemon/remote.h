@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A PC in front of the instrument: asks a running vergenced. `vergence --connect WHERE`.
+/// A PC in front of the instrument: asks a running vergenced. `vergence --connect [ADDRESS]`.
 #ifndef VERGENCE_DAEMON_REMOTE_H
 #define VERGENCE_DAEMON_REMOTE_H
 
@@ -67,6 +67,13 @@ struct remote_written {
 /// seen; or with a message ERROR_DEVICE: the connection broke, ERROR_VERSION: what answers is no
 /// vergenced, ERROR_CANCELLED: the user has interrupted.
 int remote_greet(struct remote *self, remote_show *show, void *cookie, struct message *message);
+
+/// Whether a word is meant to be an address (unix:PATH, ...): no command has such a name.
+bool remote_is_address(const char *word);
+
+/// Opens a line to the daemon of this user, else to the system's. 0, or an error with a message
+/// that names all places where none was.
+int remote_open_default(struct remote_line *line, struct message *message);
 
 /// The command line `vergence --connect ...`; the process's exit code.
 int remote_main(int argc, char **argv);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `vergence --connect WHERE [COMMAND...]`: its command line, one command, a script.
+// `vergence --connect [ADDRESS] [COMMAND...]`: its command line, one command, a script.
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
@@ -29,8 +29,11 @@ static const struct option options[] = {
     {.name = "connect",
      .kind = OPTION_TEXT,
      .offset = offsetof(struct arguments, connect),
-     .value_name = "WHERE",
-     .help = "unix:PATH, tcp:HOST:PORT, serial:DEVICE or serial:DEVICE:BAUD (115200)."},
+     .value_name = "[ADDRESS]",
+     .help =
+         "unix:PATH, tcp:HOST:PORT, serial:DEVICE or serial:DEVICE:BAUD (115200). Without it: the "
+         "vergenced that this user has started without a setting for its socket, else the "
+         "system's."},
     {.name = "json",
      .kind = OPTION_FLAG,
      .offset = offsetof(struct arguments, json),
@@ -43,7 +46,7 @@ static const struct option options[] = {
 
 static const struct option_page page = {
     .command = "vergence",
-    .operands = "--connect WHERE [OPTIONS] [COMMAND [ARGUMENT ...]]",
+    .operands = "--connect [ADDRESS] [OPTIONS] [COMMAND [ARGUMENT ...]]",
     .summary = "asks the vergenced of an instrument",
     .description =
         "Without a command: line by line from standard input, up to its end or \"quit\"; at a "
@@ -57,6 +60,8 @@ static const struct option_page page = {
         "Exit code: 0 OK; 1 ERR, or a file or script here failed; 2 the command line makes no "
         "sense; 3 no connection, or no vergenced there; 130 cancelled by Ctrl-C.",
     .examples =
+        "vergence --connect\n"
+        "vergence --connect status\n"
         "vergence --connect unix:/run/vergence/vergenced.sock status\n"
         "vergence --connect serial:/dev/ttyUSB0 bugreport\n"
         "vergence --connect serial:/dev/ttyUSB0 fetch bugreport-20260131-093000.txt\n"
@@ -244,13 +249,21 @@ static const char *misplaced(char *const *words, int count) {
     return NULL;
 }
 
-/// Where the command begins: what follows is its own, also when it looks like an option (-3).
-static int first_word(int argc, char **argv) {
+/// Where the command begins: what follows is its own, also when it looks like an option (-3). A
+/// "--connect" without an address is taken out of the `*argc` words: the default socket is meant.
+static int first_word(int *argc, char **argv) {
     int at = 1;
-    while (at < argc && strncmp(argv[at], "--", 2) == 0) {
-        at += strcmp(argv[at], "--connect") == 0 ? 2 : 1;
+    while (at < *argc && strncmp(argv[at], "--", 2) == 0) {
+        if (strcmp(argv[at], "--connect") != 0) {
+            at++;
+        } else if (at + 1 < *argc && remote_is_address(argv[at + 1])) {
+            at += 2;
+        } else {
+            memmove(&argv[at], &argv[at + 1], (size_t)(*argc - at) * sizeof *argv);
+            (*argc)--;
+        }
     }
-    return at < argc ? at : argc;
+    return at;
 }
 
 /// Talks with what is at the other end of the line, first to see that it is vergenced; `line` is
@@ -275,7 +288,7 @@ static int converse(struct remote *self, const char *line, bool keep_going) {
 
 int remote_main(int argc, char **argv) {
     struct arguments arguments = {0};
-    const int first = first_word(argc, argv);
+    const int first = first_word(&argc, argv);
     const int count = argc - first;
     int none = 0;
     struct message message;
@@ -289,7 +302,7 @@ int remote_main(int argc, char **argv) {
     struct remote remote = {.json = arguments.json, .id = id, .extra_fd = -1};
     const char *option = misplaced(argv + first, count);
     if (option != NULL) {
-        message_set(&message, 0, "\"%s\" goes between WHERE and the command", option);
+        message_set(&message, 0, "\"%s\" goes between ADDRESS and the command", option);
         return fail(&remote, ERROR_ARGUMENT, &message, CLIENT_USAGE);
     }
     if (!join(argv + first, count, line, sizeof line)) {
@@ -297,7 +310,9 @@ int remote_main(int argc, char **argv) {
         return fail(&remote, ERROR_SYNTAX, &message, CLIENT_USAGE);
     }
     int result = CLIENT_OK;
-    const int error = remote_line_open(&remote.line, arguments.connect, &message);
+    const int error = arguments.connect != NULL
+                          ? remote_line_open(&remote.line, arguments.connect, &message)
+                          : remote_open_default(&remote.line, &message);
     if (error != 0) {
         result = fail(&remote, error, &message,
                       error == ERROR_ARGUMENT ? CLIENT_USAGE : REMOTE_EXIT_LINE);

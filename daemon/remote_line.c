@@ -42,10 +42,13 @@ static int open_unix(const char *path, struct message *message) {
     if (fd >= 0 && connect(fd, (const struct sockaddr *)&address, sizeof address) == 0) {
         return fd;
     }
-    message_set(message, ERROR_IO, "unix:%s: %s; does vergenced run there?", path, strerror(errno));
+    const int number = errno;
     if (fd >= 0) {
         close(fd);
     }
+    message_set(message, ERROR_IO, "unix:%s: %s; does vergenced run there?", path,
+                strerror(number));
+    errno = number;
     return ERROR_IO;
 }
 

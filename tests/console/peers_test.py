@@ -177,14 +177,14 @@ class Peers(DaemonTest):
     def test_options_in_the_wrong_place(self):
         for words, why in (
                 (["--json", "--connect", "unix:/x", "version"],
-                 '"--connect WHERE" comes first: "--json" goes between WHERE and the command'),
+                 '"--connect ADDRESS" comes first: "--json" goes between ADDRESS and the command'),
                 (["--keep-going", "--connect=unix:/x"],
-                 '"--connect WHERE" comes first: "--keep-going" goes between WHERE and the '
+                 '"--connect ADDRESS" comes first: "--keep-going" goes between ADDRESS and the '
                  "command"),
                 (["--connect", "unix:/x", "pan", "--json"],
-                 '"--json" goes between WHERE and the command'),
+                 '"--json" goes between ADDRESS and the command'),
                 (["--connect", "unix:/x", "pan", "left", "--keep-going"],
-                 '"--keep-going" goes between WHERE and the command'),
+                 '"--keep-going" goes between ADDRESS and the command'),
                 (["--connect", "unix:", "status"], "unix:: expected is unix:PATH")):
             done = subprocess.run([VERGENCE, *words], capture_output=True, text=True,
                                   timeout=PATIENCE_S, stdin=subprocess.DEVNULL)

@@ -63,7 +63,7 @@ class Remote(DaemonTest):
     def test_its_usage_is_told_once(self):
         done = subprocess.run([VERGENCE, "--connect", "unix:/x", "--help"], capture_output=True,
                               text=True, timeout=PATIENCE_S)
-        self.assertIn("\nusage: vergence --connect WHERE [OPTIONS] [COMMAND [ARGUMENT ...]]\n",
+        self.assertIn("\nusage: vergence --connect [ADDRESS] [OPTIONS] [COMMAND [ARGUMENT ...]]\n",
                       done.stdout)
 
     def test_no_connection(self):
@@ -75,7 +75,7 @@ class Remote(DaemonTest):
     def test_a_place_that_makes_no_sense(self):
         for where, why in (
                 ("carrier:pigeon", "expected is unix:PATH, tcp:HOST:PORT or serial:DEVICE"),
-                ("foo", "expected is unix:PATH, tcp:HOST:PORT or serial:DEVICE"),
+                ("foo.sock", "expected is unix:PATH, tcp:HOST:PORT or serial:DEVICE"),
                 ("tcp:nowhere", "expected is tcp:HOST:PORT"),
                 ("tcp:127.0.0.1:73324", '"73324" is no port: expected is 1 to 65535'),
                 ("tcp:127.0.0.1:99999", '"99999" is no port: expected is 1 to 65535'),

@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A user without root and without settings: where the daemon's files are, how the client finds
+it."""
+import json
+import os
+import pathlib
+import shutil
+import signal
+import stat
+import subprocess
+import tempfile
+import unittest
+
+from daemon_process import PATIENCE_S, VERGENCED
+
+VERGENCE = os.environ["VERGENCE"]
+# A build and its sources may lie where only root looks: a namespace keeps that, and takes root away.
+AS_USER = ("unshare", "--user", "--map-user=1000", "--map-group=1000") if os.geteuid() == 0 else ()
+CAMERAS = ("profile=two-cameras", "left_camera=/dev/none1", "right_camera=/dev/none2")
+
+
+def mode(path):
+    return stat.S_IMODE(path.stat().st_mode)
+
+
+class UserTest(unittest.TestCase):
+    def setUp(self):
+        if AS_USER and subprocess.run([*AS_USER, "true"], check=False,
+                                      stderr=subprocess.DEVNULL).returncode != 0:
+            self.skipTest("the system lets root not become a user (unshare --user)")
+        # Sockets have short names: not in the folder of the build.
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="places"))
+        self.addCleanup(shutil.rmtree, self.folder)
+        self.home, self.runtime = self.folder / "home", self.folder / "run"
+        self.home.mkdir()
+        self.runtime.mkdir(mode=0o700)
+        self.state = self.home / ".local" / "state" / "vergence"
+        self.socket = self.runtime / "vergence" / "vergenced.sock"
+        self.environment = {name: value for name, value in os.environ.items()
+                            if not name.startswith("XDG_") and not name.endswith("_DIRECTORY")}
+        self.environment |= {"HOME": str(self.home), "XDG_RUNTIME_DIR": str(self.runtime)}
+
+    def begin(self, *command, **options):
+        """A program in the background, which is ended in good order."""
+        program = subprocess.Popen([*AS_USER, *command], cwd=self.home, env=self.environment,
+                                   stdin=subprocess.DEVNULL, text=True, **options)
+
+        def end():
+            program.send_signal(signal.SIGTERM)
+            program.wait(PATIENCE_S)
+            for stream in (program.stdout, program.stderr):
+                if stream:
+                    stream.close()
+        self.addCleanup(end)
+        return program
+
+    def begin_daemon(self, *command):
+        """The lines that it says, once it serves."""
+        self.daemon = self.begin(*command, stderr=subprocess.PIPE)
+        said = []
+        for line in self.daemon.stderr:
+            said.append(line)
+            if "serving" in line:
+                return "".join(said)
+        raise AssertionError(f"the daemon has gone: {said}")
+
+    def run_as_user(self, *command, **options):
+        return subprocess.run([*AS_USER, *command], cwd=self.home, env=self.environment, text=True,
+                              capture_output=True, timeout=PATIENCE_S, check=False, **options)
+
+    def ask(self, *words, **options):
+        return self.run_as_user(VERGENCE, "--connect", *words, **options)
+
+    def assert_answers(self, *words):
+        done = self.ask(*words)
+        self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
+        return done.stdout
+
+
+class Places(UserTest):
+    def test_a_user_needs_no_settings(self):
+        said = self.begin_daemon(VERGENCED, *CAMERAS)
+        files = self.home / ".local" / "share" / "vergence" / "files"
+        places = {"socket": self.socket, "files": files, "store": self.state / "store",
+                  "log": self.state / "vergenced.log"}
+        for what, place in places.items():
+            self.assertIn(f"{what}: {place}\n", said)
+            self.assertTrue(place.exists(), place)
+        for made in (self.socket.parent, self.state, self.state / "store", files.parent):
+            self.assertEqual(mode(made), 0o700, made)
+        self.assertEqual(mode(files), 0o750)
+        self.assertIn("build", self.assert_answers("version"))
+        self.assertTrue(json.loads(self.assert_answers("--json", "version"))["ok"])
+        self.assertIn("build", self.ask(input="version\n").stdout)
+        self.assertIn("build", self.ask("--json", input="version\n").stdout)
+        self.assertIn("build", self.assert_answers(f"unix:{self.socket}", "version"))
+        self.daemon.send_signal(signal.SIGTERM)
+        self.assertEqual(self.daemon.wait(PATIENCE_S), 0)
+        self.assertIn("serving", places["log"].read_text())
+
+    def test_variables_name_other_places(self):
+        other = self.folder / "other"
+        self.environment |= {"XDG_STATE_HOME": str(other / "state"), "XDG_DATA_HOME": "relative"}
+        del self.environment["XDG_RUNTIME_DIR"]
+        said = self.begin_daemon(VERGENCED, *CAMERAS, "store=none")
+        self.assertIn(f"socket: {other}/state/vergence/vergenced.sock\n", said)
+        self.assertIn(f"files: {self.home}/.local/share/vergence/files\n", said)
+        self.assertNotIn("store:", said)
+        # Started where the variable is not set, asked where it is.
+        self.environment["XDG_RUNTIME_DIR"] = str(self.runtime)
+        self.assert_answers("version")
+
+    def test_the_directory_of_another_user_is_not_taken(self):
+        self.environment["XDG_RUNTIME_DIR"] = "/no/such"
+        self.assertIn(f"socket: {self.state}/", self.begin_daemon(VERGENCED, *CAMERAS))
+
+    def test_settings_of_the_user(self):
+        config = self.home / ".config" / "vergence" / "vergenced.conf"
+        config.parent.mkdir(parents=True)
+        config.write_text("".join(f"{line}\n" for line in (*CAMERAS, "queue = 3", "log = none")))
+        said = self.begin_daemon(VERGENCED)
+        self.assertIn(str(self.socket), said)
+        self.assertFalse((self.state / "vergenced.log").exists())
+        self.assertIn("queue: 3", self.assert_answers("config"))
+
+    def test_what_a_setting_names_is_not_made(self):
+        done = self.run_as_user(VERGENCED, *CAMERAS, f"socket={self.folder}/slip/v.sock")
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
+        self.assertIn("No such file or directory", done.stderr)
+        self.assertFalse((self.folder / "slip").exists())
+
+    def test_a_place_that_cannot_be_made_is_named(self):
+        (self.home / ".local").write_text("in the way")
+        done = self.run_as_user(VERGENCED, *CAMERAS)
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
+        self.assertIn(f"files = {self.home}/.local/share/vergence/files: ", done.stderr)
+
+    def test_a_service_of_the_system_has_the_systems(self):
+        for variable in ("RUNTIME_DIRECTORY", "STATE_DIRECTORY"):
+            self.environment[variable] = "/run/vergence"
+            said = self.run_as_user(VERGENCED, "--help-config").stdout
+            del self.environment[variable]
+            for line in ("socket = /run/vergence/vergenced.sock", "log = none",
+                         "files = /var/lib/vergence/files", "store = /var/lib/vergence/store"):
+                self.assertIn(f"\n{line}\n", said)
+        self.assertIn(f"\nsocket = {self.socket}\n",
+                      self.run_as_user(VERGENCED, "--help-config").stdout)
+
+    def test_no_daemon_is_one_line_with_all_places(self):
+        for words in ([], ["status"], ["--json", "status"]):
+            done = self.ask(*words)
+            said = json.loads(done.stdout)["message"] if "--json" in words else done.stderr
+            self.assertEqual((done.returncode, (done.stdout + done.stderr).count("\n")), (3, 1))
+            for word in (self.socket, self.state / "vergenced.sock",
+                         "/run/vergence/vergenced.sock", "vergenced", "vergence simulate"):
+                self.assertIn(str(word), said)
+
+    def test_a_socket_that_was_left_behind(self):
+        self.begin_daemon(VERGENCED, *CAMERAS)
+        self.daemon.kill()
+        self.daemon.wait(PATIENCE_S)
+        done = self.ask("status")
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1))
+        self.assertIn(f"{self.socket} (Connection refused)", done.stderr)
+
+    def test_a_word_like_an_address_is_one(self):
+        for word in ("rig.sock", "./rig", "localhost:4040", "udp:x"):
+            done = self.ask(word, "status")
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1), done.stderr)
+            self.assertIn("unix:PATH", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
