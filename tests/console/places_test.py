@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A user without root and without settings: where the daemon's files are, how the client finds
-it."""
+"""A user without root and without settings: where the daemon's files are, how the client finds it,
+and that the two lines which "vergence simulate" prints work as they are."""
 import json
 import os
 import pathlib
@@ -11,7 +11,7 @@ import subprocess
 import tempfile
 import unittest
 
-from daemon_process import PATIENCE_S, VERGENCED
+from daemon_process import PATIENCE_S, SIMRIG, VERGENCED
 
 VERGENCE = os.environ["VERGENCE"]
 # A build and its sources may lie where only root looks: a namespace keeps that, and takes root away.
@@ -168,6 +168,32 @@ class Places(UserTest):
             done = self.ask(word, "status")
             self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1), done.stderr)
             self.assertIn("unix:PATH", done.stderr)
+
+
+@unittest.skipUnless(SIMRIG, "the simulated rig needs -DVERGENCE_FPGA=ON")
+class Simulate(UserTest):
+    def simulate(self, *words):
+        """The lines to type next."""
+        rig = self.begin(VERGENCE, "simulate", "plane", *words, stdout=subprocess.PIPE)
+        lines = [rig.stdout.readline().rstrip("\n") for _ in range(4)]
+        self.assertTrue(lines[0].startswith("listening on "), lines)
+        return [line.strip() for line in lines[2:]]
+
+    def check(self, *words):
+        daemon, client = self.simulate(*words)
+        self.begin_daemon("bash", "-c", f"cd / && exec {daemon}")
+        done = self.run_as_user("bash", "-c", f"cd / && {client}", input="bringup\nquit\n")
+        self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
+        self.assertIn("state: ready", done.stdout)
+
+    def test_the_two_lines_work_as_they_are(self):
+        self.check()
+
+    def test_they_do_with_a_port(self):
+        self.check("--listen", "tcp:0")
+
+    def test_they_do_with_a_name_for_quotes(self):
+        self.check("--listen", "unix:it's a rig.sock")
 
 
 if __name__ == "__main__":

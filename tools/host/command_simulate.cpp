@@ -4,9 +4,12 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <climits>
 #include <cstddef>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
+#include <initializer_list>
 #include <string>
 #include <vector>
 
@@ -79,8 +82,9 @@ const option_page page = {
     "Starts simrig: two cameras with motorized zoom lenses on pan servos, behind the FPGA bridge's "
     "own Verilog, look at SCENE: still_life (default), cylinder, mug, figurine, level, plane, "
     "chessboard, charuco, or a YAML file. Programs connect to it by a small protocol; "
-    "tools/simrig/README.md describes it, the files, the control commands and the faults. It ends "
-    "with Ctrl-C.\n"
+    "tools/simrig/README.md describes it, the files, the control commands and the faults. It "
+    "prints "
+    "the two lines to type next, for the daemon and the client, and ends with Ctrl-C.\n"
     "Exit codes beside the usual ones: 1 also when a replay differs, 3 when a scene, rig, script "
     "or "
     "log cannot be used.",
@@ -98,6 +102,62 @@ const option_page page = {
 
 const int number_digits = 9;
 
+/// This program; empty: the system does not say.
+std::string own_path() {
+    char self[4096];
+    const ssize_t length = readlink("/proc/self/exe", self, sizeof self - 1);
+    return length > 0 ? std::string(self, static_cast<size_t>(length)) : "";
+}
+
+/// The first of these places, as seen from this program's folder, where a program is; empty: none.
+std::string program_at(std::initializer_list<const char *> places) {
+    const std::string here = own_path();
+    const std::string folder = here.substr(0, here.rfind('/') + 1);
+    for (const char *place : places) {
+        char path[PATH_MAX];
+        if (!folder.empty() && access((folder + place).c_str(), X_OK) == 0 &&
+            realpath((folder + place).c_str(), path) != nullptr) {
+            return path;
+        }
+    }
+    return "";
+}
+
+/// A word as a shell takes it.
+std::string quoted(const std::string &word) {
+    std::string text = "'";
+    for (const char character : word) {
+        text += character == '\'' ? std::string("'\\''") : std::string(1, character);
+    }
+    return text + "'";
+}
+
+std::string quoted_if_needed(const std::string &word) {
+    static const char plain[] =
+        "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_./+:=,@";
+    return word.find_first_not_of(plain) == std::string::npos ? word : quoted(word);
+}
+
+/// Where vergenced finds the rig from any directory; a port is only known to the rig.
+std::string address_of_rig(const std::string &listen) {
+    char here[4096];
+    const bool relative = listen.compare(0, 5, "unix:") == 0 && listen.compare(0, 6, "unix:/") != 0;
+    return listen.compare(0, 4, "tcp:") == 0 ? "ADDRESS"
+           : relative && getcwd(here, sizeof here) != nullptr
+               ? "unix:" + std::string(here) + "/" + listen.substr(5)
+               : listen;
+}
+
+/// What the user types next, to be copied as it is.
+std::string next_lines(const std::string &listen) {
+    const std::string daemon = program_at({"vergenced", "../daemon/vergenced"});
+    const std::string client = own_path();
+    return "Next, in two other terminals:\n  " +
+           quoted_if_needed(daemon.empty() ? "vergenced" : daemon) + " " +
+           quoted("backend=sim " + address_of_rig(listen)) + "\n  " +
+           quoted_if_needed(client.empty() ? "vergence" : client) + " --connect";
+}
+
 std::vector<std::string> arguments_of(const request &asked, const char *scene) {
     std::vector<std::string> words = {"simrig"};
     const auto add = [&words](const char *name, const std::string &value) {
@@ -108,7 +168,9 @@ std::vector<std::string> arguments_of(const request &asked, const char *scene) {
         add("--scene", scene != nullptr ? scene : "still_life");
     }
     if (asked.listen != nullptr || (asked.view == nullptr && asked.replay == nullptr)) {
-        add("--listen", asked.listen != nullptr ? asked.listen : "unix:simrig.sock");
+        const std::string address = asked.listen != nullptr ? asked.listen : "unix:simrig.sock";
+        add("--listen", address);
+        add("--hint", next_lines(address));
     }
     const struct {
         const char *name, *value;
@@ -150,25 +212,8 @@ std::vector<std::string> arguments_of(const request &asked, const char *scene) {
     return words;
 }
 
-/// The program simrig where it stands beside this one; empty: nowhere.
-std::string simrig_path() {
-    char self[4096];
-    const ssize_t length = readlink("/proc/self/exe", self, sizeof self - 1);
-    if (length <= 0) {
-        return "";
-    }
-    const std::string here(self, static_cast<size_t>(length));
-    const std::string folder = here.substr(0, here.rfind('/') + 1);
-    for (const char *place : {"simrig/simrig", "simrig"}) {
-        if (access((folder + place).c_str(), X_OK) == 0) {
-            return folder + place;
-        }
-    }
-    return "";
-}
-
 int become_simrig(const request &asked, const char *scene) {
-    const std::string path = simrig_path();
+    const std::string path = program_at({"simrig/simrig", "simrig"});
     if (path.empty()) {
         std::fputs("vergence simulate: the program simrig is not beside this one\n", stderr);
         return CLIENT_FAILED;

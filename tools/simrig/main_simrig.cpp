@@ -210,6 +210,15 @@ void write_views(const Options &options, const Plan &plan) {
                 prefix.c_str());
 }
 
+/// The text with the listener's name for each ADDRESS.
+std::string hint_of(std::string text, const std::string &name) {
+    const std::string word = "ADDRESS";
+    for (size_t at = 0; (at = text.find(word, at)) != std::string::npos; at += name.size()) {
+        text.replace(at, word.size(), name);
+    }
+    return text.empty() ? text : text + "\n";
+}
+
 void must_be_heard() {
     if (std::fflush(stdout) != 0) {
         throw std::runtime_error(std::string("cannot write standard output: ") +
@@ -237,7 +246,8 @@ int serve(const Options &options, const Plan &plan) {
         tick = [&pty, &session] { pty->exchange(session->serial(), session->board().now_ps()); };
     }
     Server server(listener, *session, plan.head.rig, tick);
-    std::printf("listening on %s\n", listener.name().c_str());
+    std::printf("listening on %s\n%s", listener.name().c_str(),
+                hint_of(options.hint, listener.name()).c_str());
     must_be_heard();
     server.run(stop_pipe[0]);
     return session->log_failed() ? 1 : 0;

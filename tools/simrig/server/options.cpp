@@ -23,6 +23,8 @@ const char *const kUsage =
     "  --rig RIG        what the rig is, with all its faults: default (if not told), perfect, or\n"
     "                   a YAML file\n"
     "  --listen WHERE   unix:PATH, or tcp:PORT on this machine's loopback (0: any free one)\n"
+    "  --hint TEXT      print TEXT, too, when it is ready; ADDRESS in it becomes WHERE as it is "
+    "then\n"
     "  --seed N         of all noise and chance (default 1); the same seed and the same requests\n"
     "                   give the same answers\n"
     "  --begin SECONDS  the rig's time when it comes to life (default 0), as of a machine that "
@@ -47,7 +49,8 @@ const char *const kUsage =
     "  --focus MM       of --view: distance that is sharp (default 1800)\n"
     "  --help, --version, --help-control\n"
     "\n"
-    "When it is ready it prints one line: 'listening on WHERE'. It ends with SIGINT or SIGTERM.\n"
+    "When it is ready it prints one line: 'listening on WHERE', and the hint. It ends with SIGINT "
+    "or SIGTERM.\n"
     "Exit code: 0; 1 when something failed, also a replay that differs; 2 for wrong usage; 3 when\n"
     "a scene, rig, script or log cannot be used.\n";
 
@@ -90,6 +93,7 @@ void set_option(Options &options, const std::string &name, const std::string &va
         {"--rig", &options.rig},       {"--scene", &options.scene}, {"--listen", &options.listen},
         {"--log", &options.log},       {"--from", &options.from},   {"--replay", &options.replay},
         {"--script", &options.script}, {"--view", &options.view},   {"--files", &options.files},
+        {"--hint", &options.hint},
     };
     const auto text = texts.find(name);
     if (text != texts.end()) {
@@ -138,6 +142,9 @@ void check(const Options &options) {
         (!options.log.empty() || !options.replay.empty() || !options.from.empty())) {
         throw WrongUsage(
             "with --wall no run is like another: --log, --replay and --from do not go with it");
+    }
+    if (!options.hint.empty() && options.listen.empty()) {
+        throw WrongUsage("--hint goes with --listen");
     }
     if (options.until_s >= 0 && options.from.empty()) {
         throw WrongUsage("--until goes with --from");

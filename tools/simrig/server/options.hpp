@@ -10,7 +10,7 @@
 namespace simrig {
 
 struct Options {
-    std::string scene, rig, listen, log, replay, from, files, script, view;
+    std::string scene, rig, listen, log, replay, from, files, script, view, hint;
     uint64_t seed = 1;
     uint32_t begin_s = 0;  ///< of the rig's time
     int threads = 1;
