@@ -62,7 +62,7 @@ static const struct option_page page = {
     .examples =
         "vergence --connect\n"
         "vergence --connect status\n"
-        "vergence --connect unix:/run/vergence/vergenced.sock status\n"
+        "vergence --connect unix:rig.sock status\n"
         "vergence --connect serial:/dev/ttyUSB0 bugreport\n"
         "vergence --connect serial:/dev/ttyUSB0 fetch bugreport-20260131-093000.txt\n"
         "vergence --connect serial:/dev/ttyUSB0 send rig.txt",

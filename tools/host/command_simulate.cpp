@@ -89,7 +89,7 @@ const option_page page = {
     "or "
     "log cannot be used.",
     "vergence simulate\n"
-    "vergence simulate mug --listen tcp:4040 --wall\n"
+    "vergence simulate mug --listen tcp:0 --wall\n"
     "vergence simulate chessboard --view pictures --zoom 3\n"
     "vergence simulate --seed 7 --log run.log\n"
     "vergence simulate --replay run.log",

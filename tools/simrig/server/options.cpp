@@ -52,7 +52,11 @@ const char *const kUsage =
     "When it is ready it prints one line: 'listening on WHERE', and the hint. It ends with SIGINT "
     "or SIGTERM.\n"
     "Exit code: 0; 1 when something failed, also a replay that differs; 2 for wrong usage; 3 when\n"
-    "a scene, rig, script or log cannot be used.\n";
+    "a scene, rig, script or log cannot be used.\n"
+    "\n"
+    "Examples\n"
+    "    simrig --scene mug --listen unix:simrig.sock\n"
+    "    simrig --scene chessboard --view pictures --zoom 3\n";
 
 namespace {
 

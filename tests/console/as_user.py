@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A user without root, with a home directory of his own."""
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import tempfile
+import unittest
+
+from daemon_process import PATIENCE_S
+
+VERGENCE = os.environ["VERGENCE"]
+# A build and its sources may lie where only root looks: a namespace keeps that, and takes root away.
+AS_USER = ("unshare", "--user", "--map-user=1000", "--map-group=1000") if os.geteuid() == 0 else ()
+
+
+class UserTest(unittest.TestCase):
+    def setUp(self):
+        if AS_USER and subprocess.run([*AS_USER, "true"], check=False,
+                                      stderr=subprocess.DEVNULL).returncode != 0:
+            self.skipTest("the system lets root not become a user (unshare --user)")
+        # Sockets have short names: not in the folder of the build.
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="places"))
+        self.addCleanup(shutil.rmtree, self.folder)
+        self.home, self.runtime = self.folder / "home", self.folder / "run"
+        self.home.mkdir()
+        self.runtime.mkdir(mode=0o700)
+        self.state = self.home / ".local" / "state" / "vergence"
+        self.socket = self.runtime / "vergence" / "vergenced.sock"
+        self.environment = {name: value for name, value in os.environ.items()
+                            if not name.startswith("XDG_") and not name.endswith("_DIRECTORY")}
+        # The search for leaks needs a process of its own, which a confined daemon may not make.
+        self.environment |= {"HOME": str(self.home), "XDG_RUNTIME_DIR": str(self.runtime),
+                             "ASAN_OPTIONS": "detect_leaks=0"}
+
+    def begin(self, *command, **options):
+        """A program in the background, which is ended in good order."""
+        program = subprocess.Popen([*AS_USER, *command], cwd=self.home, env=self.environment,
+                                   stdin=subprocess.DEVNULL, text=True, **options)
+
+        def end():
+            program.send_signal(signal.SIGTERM)
+            program.wait(PATIENCE_S)
+            for stream in (program.stdout, program.stderr):
+                if stream:
+                    stream.close()
+        self.addCleanup(end)
+        return program
+
+    def begin_daemon(self, *command):
+        """The lines that it says, once it serves."""
+        self.daemon = self.begin(*command, stderr=subprocess.PIPE)
+        said = []
+        for line in self.daemon.stderr:
+            said.append(line)
+            if "serving" in line:
+                return "".join(said)
+        raise AssertionError(f"the daemon has gone: {said}")
+
+    def run_as_user(self, *command, **options):
+        return subprocess.run([*AS_USER, *command], cwd=self.home, env=self.environment, text=True,
+                              capture_output=True, timeout=PATIENCE_S, check=False, **options)
+
+    def ask(self, *words, **options):
+        return self.run_as_user(VERGENCE, "--connect", *words, **options)
+
+    def assert_answers(self, *words):
+        done = self.ask(*words)
+        self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
+        return done.stdout
