@@ -48,19 +48,24 @@ class UserTest(unittest.TestCase):
         self.addCleanup(end)
         return program
 
-    def begin_daemon(self, *command):
-        """The lines that it says, once it serves."""
-        self.daemon = self.begin(*command, stderr=subprocess.PIPE)
+    def begin_until(self, word, *command):
+        """A program in the background, and what it says up to the line with this word."""
+        program = self.begin(*command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         said = []
-        for line in self.daemon.stderr:
+        for line in program.stdout:
             said.append(line)
-            if "serving" in line:
-                return "".join(said)
-        raise AssertionError(f"the daemon has gone: {said}")
+            if word in line:
+                return program, "".join(said)
+        raise AssertionError(f"it has ended: {said}")
+
+    def begin_daemon(self, *command):
+        """What it says until it serves."""
+        self.daemon, said = self.begin_until("serving", *command)
+        return said
 
     def run_as_user(self, *command, **options):
         return subprocess.run([*AS_USER, *command], cwd=self.home, env=self.environment, text=True,
-                              capture_output=True, timeout=PATIENCE_S, check=False, **options)
+                              capture_output=True, timeout=8 * PATIENCE_S, check=False, **options)
 
     def ask(self, *words, **options):
         return self.run_as_user(VERGENCE, "--connect", *words, **options)

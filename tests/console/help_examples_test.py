@@ -107,9 +107,8 @@ class Examples(UserTest):
         Session(self.place("files", "scene")).pair(left, right)
 
     def start_rig(self):
-        rig = self.begin(SIMRIG, "--scene", "plane", "--listen", "unix:simrig.sock",
-                         stdout=subprocess.PIPE)
-        self.assertIn("listening", rig.stdout.readline())
+        self.begin_until("listening on", SIMRIG, "--scene", "plane", "--listen",
+                         "unix:simrig.sock")
 
     # ---- programs without an instrument
     def test_reconstruct(self):

@@ -114,10 +114,8 @@ class Places(UserTest):
 class Simulate(UserTest):
     def simulate(self, *words):
         """The lines to type next."""
-        rig = self.begin(VERGENCE, "simulate", "plane", *words, stdout=subprocess.PIPE)
-        lines = [rig.stdout.readline().rstrip("\n") for _ in range(4)]
-        self.assertTrue(lines[0].startswith("listening on "), lines)
-        return [line.strip() for line in lines[2:]]
+        _, said = self.begin_until("--connect", VERGENCE, "simulate", "plane", *words)
+        return [line.strip() for line in said.splitlines()[2:]]
 
     def check(self, *words):
         daemon, client = self.simulate(*words)
