@@ -19,6 +19,8 @@ VERGENCED = os.environ["VERGENCED"]
 VERGENCE = os.environ["VERGENCE_BOARD"]
 SIMRIG = os.environ.get("SIMRIG", "")
 PATIENCE_S = 60
+# Whoever runs the tests: the defaults of the system, with the log on standard error.
+os.environ["STATE_DIRECTORY"] = "/var/lib/vergence"
 
 
 def small_stack(kib):

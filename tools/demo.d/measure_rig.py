@@ -85,7 +85,8 @@ def take_pairs(build, scene, names, threads, work):
     try:
         programs.append(start([build / "daemon/vergenced", f"backend=sim {rig}",
                                f"socket={work}/vergenced.sock", f"files={work}/files",
-                               "store=none"], work / "vergenced.log", work / "vergenced.sock"))
+                               "store=none", "log=none"], work / "vergenced.log",
+                              work / "vergenced.sock"))
         said = ""
         for name in names:
             aim = AIM if name == names[0] else ()
