@@ -8,21 +8,10 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/calibration_match.h"
+#include "daemon/picture.h"
 #include "daemon/session_pairs.h"
 #include "daemon/session_read.h"
 #include "device/mt9t001.h"
-
-static enum pixel_layout layout_of(enum hal_camera_layout layout) {
-    switch (layout) {
-        case HAL_CAMERA_RGB:
-            return PIXEL_RGB;
-        case HAL_CAMERA_BAYER_GRBG:
-            return PIXEL_BAYER_GRBG;
-        case HAL_CAMERA_GREY:
-            break;
-    }
-    return PIXEL_GREY;
-}
 
 static int read_frame(const struct reconstruct_session *self, const struct session_reader *reader,
                       int side, const struct image_request *request, struct image_file *file,
@@ -45,7 +34,7 @@ static int read_frame(const struct reconstruct_session *self, const struct sessi
     if (error == ERROR_OK) {
         error = image_file_begin(file, frame->width_px, frame->height_px,
                                  frame->layout == HAL_CAMERA_RGB ? 3 : 1, frame->bits,
-                                 layout_of(frame->layout), message);
+                                 picture_raw(frame).layout, message);
     }
     for (size_t y = 0; error == ERROR_OK && y < frame->height_px; y++) {
         error = image_file_row(file, data + y * row_values, message);
