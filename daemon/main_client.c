@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The client as the board carries it.
 #include "daemon/client.h"
+#include "daemon/export_command.h"
 #include "daemon/image_pnm.h"
 #include "daemon/image_raw.h"
 #include "daemon/reconstruct_command.h"
@@ -21,6 +22,7 @@ static int run_reconstruct(int argc, char **argv) {
 int main(int argc, char **argv) {
     static const struct client_command commands[] = {
         {"reconstruct", "measure a surface from a pair of images", run_reconstruct},
+        {"export", "write the pairs of a session as pictures", export_command_run},
         {"replay", "play a recording again and compare the pairs", replay_command_run},
     };
     return client_main(argc, argv, commands, sizeof commands / sizeof commands[0]);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The client as a host carries it: all formats, the report, evaluation and explanation.
 #include "daemon/client.h"
+#include "daemon/export_command.h"
 #include "daemon/reconstruct_command.h"
 #include "daemon/replay/replay_command.h"
 #include "daemon/write.h"
@@ -43,6 +44,7 @@ const client_command commands[] = {
     {"board", "make a calibration board to be printed", command_board},
     {"evaluate", "compare a result with the ground truth", command_evaluate},
     {"info", "explain a calibration or a result", command_info},
+    {"export", "write the pairs of a session as pictures", export_command_run},
     {"replay", "play a recording again and compare the pairs", replay_command_run},
     {"simulate", "start a simulated rig, or show what it would see", command_simulate},
 };
