@@ -25,6 +25,15 @@ const struct command_argument capture_arguments[CAPTURE_ARGUMENTS] = {
                         "windows"},
 };
 
+const struct command_argument snapshot_arguments[SNAPSHOT_ARGUMENTS] = {
+    [SNAPSHOT_SIZE] = {.name = "SIZE",
+                       .kind = COMMAND_CHOICE,
+                       .choices = "full",
+                       .optional = true,
+                       .help = "full: all pixels, in colour; at most 640 a side, in grey, when "
+                               "left out"},
+};
+
 struct pair_options capture_options(const struct command_value *values) {
     return (struct pair_options){.check_static = values[CAPTURE_CHECK].given};
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the command `capture` is asked: by whoever carries it out, and by whoever plays it again.
+/// What the commands `capture` and `snapshot` are asked: by whoever carries them out, and by
+/// whoever plays them again.
 #ifndef VERGENCE_DAEMON_CAPTURE_H
 #define VERGENCE_DAEMON_CAPTURE_H
 
@@ -16,7 +17,10 @@ enum { CAPTURE_NAME, CAPTURE_CHECK, CAPTURE_ACCEPT, CAPTURE_ARGUMENTS };
 /// The word that goes on with a calibration that does not belong to the instrument as it stands.
 #define CAPTURE_ACCEPT_WORD "accept-mismatch"
 
+enum { SNAPSHOT_SIZE, SNAPSHOT_ARGUMENTS };
+
 extern const struct command_argument capture_arguments[CAPTURE_ARGUMENTS];
+extern const struct command_argument snapshot_arguments[SNAPSHOT_ARGUMENTS];
 
 /// How the pair is to be taken.
 struct pair_options capture_options(const struct command_value *values);

@@ -128,7 +128,7 @@ static bool join_tables(struct daemon *self) {
         command_rig_table,          commands_daemon_table,  commands_calibration_table,
         commands_files_table,       commands_send_table,    commands_bugreport_table,
         commands_reconstruct_table, commands_session_table, commands_settings_table,
-        commands_system_table,      main_replay_table,
+        commands_snapshot_table,    commands_system_table,  main_replay_table,
     };
     for (size_t i = 0; i < sizeof tables / sizeof tables[0]; i++) {
         size_t count = 0;

@@ -132,23 +132,42 @@ static int run_capture(const struct command_call *call) {
     return error;
 }
 
-/// The instrument's own commands, and capture; all others have nothing to do with it.
+/// Nothing of what it showed was kept; the frames stand in the recorded calls.
+static int run_snapshot(const struct command_call *call) {
+    const struct pair_options options = {.check_static = false};
+    const size_t values = pair_values(call->rig, &options);
+    struct pair_frame frames[RIG_SIDES];
+    uint16_t *memory = malloc(values * sizeof *memory);
+    const int error = pair_look(call->rig, memory, values, frames);
+    free(memory);
+    return error;
+}
+
+/// The instrument's own commands, capture and snapshot; all others have nothing to do with it.
 static void make_table(struct play *self) {
-    static const struct command capture = {
-        .name = "capture",
-        .summary = "",
-        .help = "",
-        .arguments = capture_arguments,
-        .argument_count = CAPTURE_ARGUMENTS,
-        .flags = COMMAND_NEEDS_RIG,
-        .run = run_capture,
+    static const struct command more[] = {
+        {.name = "capture",
+         .summary = "",
+         .help = "",
+         .arguments = capture_arguments,
+         .argument_count = CAPTURE_ARGUMENTS,
+         .flags = COMMAND_NEEDS_RIG,
+         .run = run_capture},
+        {.name = "snapshot",
+         .summary = "",
+         .help = "",
+         .arguments = snapshot_arguments,
+         .argument_count = SNAPSHOT_ARGUMENTS,
+         .flags = COMMAND_NEEDS_RIG,
+         .run = run_snapshot},
     };
+    enum { MORE = sizeof more / sizeof more[0] };
     size_t count = 0;
     const struct command *table = command_rig_table(&count);
-    INVARIANT(count < TABLE_MAX);
+    INVARIANT(count + MORE <= TABLE_MAX);
     memcpy(self->table, table, count * sizeof *table);
-    self->table[count] = capture;
-    self->table_count = count + 1;
+    memcpy(self->table + count, more, sizeof more);
+    self->table_count = count + MORE;
 }
 
 /// As the daemon after its start, or after `record start`.

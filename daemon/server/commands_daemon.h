@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The daemon's own commands, as tables: help, version, config, log, watch, quit; calibration;
-/// settings; files, fetch; send; bugreport; reconstruct; capture, record; system.
+/// settings; files, fetch; send; bugreport; reconstruct; capture, record; snapshot; system.
 #ifndef VERGENCE_DAEMON_SERVER_COMMANDS_DAEMON_H
 #define VERGENCE_DAEMON_SERVER_COMMANDS_DAEMON_H
 
@@ -20,6 +20,7 @@ const struct command *commands_bugreport_table(size_t *count);
 const struct command *commands_send_table(size_t *count);
 const struct command *commands_reconstruct_table(size_t *count);
 const struct command *commands_session_table(size_t *count);
+const struct command *commands_snapshot_table(size_t *count);
 const struct command *commands_settings_table(size_t *count);
 const struct command *commands_system_table(size_t *count);
 

@@ -24,7 +24,7 @@
 #include "rig/pair.h"
 #include "rig/rig.h"
 
-enum { START, STOP, COMMAND_TEXT_BYTES = 128, NAMES_A_SECOND = 1000 };
+enum { START, STOP, COMMAND_TEXT_BYTES = 128 };
 
 /// The session that is being written: a recording, or one pair.
 static struct {
@@ -55,21 +55,6 @@ bool commands_session_last(char *name, size_t bytes) {
 /// "-" stands for a name that is not given, so that what follows it can be.
 static bool is_name(const struct command_value *value) {
     return value->given && strcmp(value->text, "-") != 0;
-}
-
-/// A name that tells the time, for a session whose name was not given.
-static void make_name(const struct command_call *call, const char *kind) {
-    const time_t now = time(NULL);
-    struct tm parts;
-    char when[32];
-    gmtime_r(&now, &parts);
-    strftime(when, sizeof when, "%Y%m%d-%H%M%S", &parts);
-    snprintf(session.name, sizeof session.name, "%s-%s", kind, when);
-    // Several in one second.
-    const int files_fd = surroundings_of(call)->files_fd;
-    for (int i = 2; i < NAMES_A_SECOND && faccessat(files_fd, session.name, F_OK, 0) == 0; i++) {
-        snprintf(session.name, sizeof session.name, "%s-%s-%d", kind, when, i);
-    }
 }
 
 /// The calibration that the instrument keeps, if it has one, is part of every session.
@@ -135,7 +120,7 @@ static void write_beginning(void *cookie) {
     if (is_name(self->name)) {
         snprintf(session.name, sizeof session.name, "%s", self->name->text);
     } else {
-        make_name(call, self->kind);
+        files_name_now(call, self->kind, "", session.name);
     }
     gmtime_r(&now, &parts);
     strftime(date, sizeof date, "%Y-%m-%dT%H:%M:%SZ", &parts);

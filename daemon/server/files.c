@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "core/error.h"
@@ -83,6 +84,22 @@ int files_check_new(const struct command_call *call, const char *name) {
     }
     return surroundings_refuse(call, ERROR_ARGUMENT,
                                "NAME may have letters (A-Z, a-z), digits and - _ . + = , @ alone");
+}
+
+void files_name_now(const struct command_call *call, const char *kind, const char *ending,
+                    char *name) {
+    enum { NAMES_A_SECOND = 1000 };
+    const int root = surroundings_of(call)->files_fd;
+    const time_t now = time(NULL);
+    struct tm parts;
+    char when[32];
+    gmtime_r(&now, &parts);
+    strftime(when, sizeof when, "%Y%m%d-%H%M%S", &parts);
+    snprintf(name, FILES_NAME_MAX + 1, "%s-%s%s", kind, when, ending);
+    for (int i = 2; i < NAMES_A_SECOND && faccessat(root, name, F_OK, AT_SYMLINK_NOFOLLOW) == 0;
+         i++) {
+        snprintf(name, FILES_NAME_MAX + 1, "%s-%s-%d%s", kind, when, i, ending);
+    }
 }
 
 int files_open(const struct command_call *call, const char *name) {

@@ -36,6 +36,12 @@ int files_open_directory(const struct command_call *call, const char *name);
 /// away.
 int files_write(const struct command_call *call, const char *name, const void *data, size_t bytes);
 
+/// A name for a new file or session that tells the time, "KIND-YYYYMMDD-HHMMSSENDING", and which of
+/// several in one second it is. `name` has FILES_NAME_MAX + 1 bytes. Only where there is a place
+/// for files, and nobody else makes such names meanwhile.
+void files_name_now(const struct command_call *call, const char *kind, const char *ending,
+                    char *name);
+
 /// What may be typed for a file, with its directories; for a directory; for a recorded session.
 void files_candidates_file(const struct command_candidates *to);
 void files_candidates_directory(const struct command_candidates *to);

@@ -412,6 +412,13 @@ static int capture(struct rig *rig, const struct pair_options *options, uint16_t
     return error;
 }
 
+// Nothing has moved, so the rig may stay as it is after a frame that was no good.
+static int end(struct rig *rig, int error) {
+    const bool harmless = error == ERROR_OK || error == ERROR_MOVED || error == ERROR_FRAME ||
+                          error == ERROR_MEMORY || error == ERROR_CANCELLED;
+    return harmless ? failure_end(rig, error) : failure_make_safe(rig, error);
+}
+
 int pair_capture(struct rig *rig, const struct pair_options *options, uint16_t *memory,
                  size_t values, struct pair *pair) {
     INVARIANT(options != NULL && pair != NULL);
@@ -428,8 +435,25 @@ int pair_capture(struct rig *rig, const struct pair_options *options, uint16_t *
         *pair = taken;
     }
     rig->pairs += error == ERROR_OK;
-    // Nothing has moved, so the rig may stay as it is after a frame that was no good.
-    const bool harmless = error == ERROR_OK || error == ERROR_MOVED || error == ERROR_FRAME ||
-                          error == ERROR_MEMORY || error == ERROR_CANCELLED;
-    return harmless ? failure_end(rig, error) : failure_make_safe(rig, error);
+    return end(rig, error);
+}
+
+int pair_look(struct rig *rig, uint16_t *memory, size_t values,
+              struct pair_frame frames[RIG_SIDES]) {
+    const struct pair_options options = {.check_static = false};
+    if (rig->state != RIG_READY) {
+        return ERROR_NOT_READY;
+    }
+    if (memory == NULL || values < pair_values(rig, &options)) {
+        return ERROR_MEMORY;
+    }
+    const size_t frame_values = values / RIG_SIDES;
+    int error = ERROR_OK;
+    tell(rig, &options, 0);
+    for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
+        error = take_frame(rig, side, watch_now_us(rig), memory + side * frame_values, frame_values,
+                           &frames[side]);
+        tell(rig, &options, side + 1);
+    }
+    return end(rig, error);
 }

@@ -65,6 +65,12 @@ size_t pair_values(const struct rig *rig, const struct pair_options *options);
 int pair_capture(struct rig *rig, const struct pair_options *options, uint16_t *memory,
                  size_t values, struct pair *pair);
 
+/// Takes a frame of each camera as they are now, into `memory` (`values` long; as many as a pair
+/// without options needs). Nothing is compared: they are for a person to look at. Of their axes
+/// nothing is known. ERROR_MEMORY; ERROR_FRAME: torn, also after a second try; others of the parts.
+int pair_look(struct rig *rig, uint16_t *memory, size_t values,
+              struct pair_frame frames[RIG_SIDES]);
+
 #ifdef __cplusplus
 }
 #endif

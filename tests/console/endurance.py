@@ -172,7 +172,7 @@ class Endurance:
             f"gain {side} {pick.uniform(1, 15):.2f}",
             f"window {16 * pick.randrange(1, 9)} {16 * pick.randrange(1, 7)}", "capture x",
             "capture x static", "status", "health", "registers bridge", "registers left",
-            "selftest", "log 20", "help", "config", "files", "bugreport", "safe",
+            "selftest", "log 20", "help", "config", "files", "bugreport", "snapshot", "safe",
             "record start r", "record stop", "settings save", "settings restore"))
         if command.startswith("capture"):
             shutil.rmtree(os.path.join(self.files, "x"), ignore_errors=True)

@@ -48,6 +48,10 @@ class Trigger(DeviceTest):
         self.asked("selftest")
         # The left one again, to see whether the scene stands still.
         self.assertEqual(self.asked("capture - static")["change"], 0)
+        # A snapshot compares nothing, and pulses for each camera.
+        before = len(self.levels())
+        self.asked("snapshot")
+        self.assertEqual(self.levels()[before:], ["1", "0", "1", "0"])
 
     def test_a_long_rest_is_no_broken_stream(self):
         self.serve(self.triggered(), *SETTINGS)
