@@ -134,9 +134,15 @@ int remote_fetch_directory(struct remote *self, const char *name, const char *lo
 int remote_send(struct remote *self, const char *local, const char *name, uint64_t *bytes,
                 struct message *message);
 
+/// Carries out a line "snapshot", which is `line`, and fetches the picture into the working
+/// directory, under a name that nothing there has. What was written is shown as an answer; 1: the
+/// instrument said ERR, which was shown. Else 0, or an error with a message.
+int remote_snapshot(struct remote *self, const char *line, remote_show *show, void *cookie,
+                    struct message *message);
+
 /// Carries out a line that moves whole files: "fetch NAME [FILE]", also of a directory, "send FILE
-/// [NAME]". 0: it is another one; else 1, and `*error` is that of remote_fetch or remote_send. What
-/// was written is shown as an answer, in JSON also an error.
+/// [NAME]", "snapshot". 0: it is another one; else 1, and `*error` is that of remote_fetch,
+/// remote_send or remote_snapshot. What was written is shown as an answer, in JSON also an error.
 int remote_files(struct remote *self, const char *line, remote_show *show, void *cookie, int *error,
                  struct message *message);
 

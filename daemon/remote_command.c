@@ -56,13 +56,14 @@ static const struct option_page page = {
         "\"fetch NAME [FILE]\" brings a file of the instrument here, or all files of a session "
         "into "
         "a directory, \"send FILE [NAME]\" takes one there; when the line breaks, the same command "
-        "later goes on from there.\n"
+        "later goes on from there. \"snapshot\" brings a picture of what both cameras see now.\n"
         "Exit code: 0 OK; 1 ERR, or a file or script here failed; 2 the command line makes no "
         "sense; 3 no connection, or no vergenced there; 130 cancelled by Ctrl-C.",
     .examples =
         "vergence --connect\n"
         "vergence --connect status\n"
         "vergence --connect unix:rig.sock status\n"
+        "vergence --connect unix:rig.sock snapshot\n"
         "vergence --connect serial:/dev/ttyUSB0 bugreport\n"
         "vergence --connect serial:/dev/ttyUSB0 fetch bugreport-20260131-093000.txt\n"
         "vergence --connect serial:/dev/ttyUSB0 send rig.txt",
@@ -169,8 +170,10 @@ static int run_line(struct remote *self, const char *line) {
         const int code = self->interrupted ? interrupted_code()
                          : broken          ? REMOTE_EXIT_LINE
                                            : REMOTE_EXIT_ERR;
-        // As JSON it has been shown.
-        return error == 0 ? CLIENT_OK : self->json ? code : fail(self, error, &message, code);
+        // As JSON it has been shown, and so has what the instrument said.
+        return error == 0                ? CLIENT_OK
+               : self->json || error > 0 ? code
+                                         : fail(self, error, &message, code);
     }
     const int result = remote_ask(self, line, show, NULL, &message);
     if (result < 0) {

@@ -35,40 +35,53 @@ static bool is_directory(struct remote *self, const char *name) {
            remote_call(self, command, &result, &unheard) == 0;
 }
 
+/// Carries out "fetch" or "send"; `other` is the second name.
+static int move_file(struct remote *self, bool fetch, const char *name, const char *other,
+                     remote_show *show, void *cookie, struct message *message) {
+    struct remote_written written = {.name = other};
+    int error = fetch ? remote_fetch(self, name, other, &written.bytes, message)
+                      : remote_send(self, name, other, &written.bytes, message);
+    if (fetch && error == ERROR_REFUSED && is_directory(self, name)) {
+        error = remote_fetch_directory(self, name, other, &written, message);
+    }
+    if (error == 0) {
+        remote_show_written(self, show, cookie, &written);
+    }
+    return error;
+}
+
 int remote_files(struct remote *self, const char *line, remote_show *show, void *cookie, int *error,
                  struct message *message) {
     char storage[COMMAND_LINE_MAX + 1];
     const char *words[COMMAND_WORDS_MAX];
     size_t count = 0;
     const char *why = NULL;
-    if (command_words_split(line, storage, words, &count, &why) != 0 || count < 2 || count > 3) {
+    if (command_words_split(line, storage, words, &count, &why) != 0 || count < 1 || count > 3) {
         return 0;
     }
-    INVARIANT(words[1] != NULL);
-    const bool fetch = strcmp(words[0], "fetch") == 0;
-    const bool send = strcmp(words[0], "send") == 0;
+    INVARIANT(words[0] != NULL);
+    const bool snapshot = strcmp(words[0], "snapshot") == 0;
+    const bool fetch = strcmp(words[0], "fetch") == 0 && count > 1;
+    const bool send = strcmp(words[0], "send") == 0 && count > 1;
     // fetch NAME OFFSET is the instrument's.
-    if ((!fetch && !send) ||
+    if ((!fetch && !send && !snapshot) ||
         (fetch && count == 3 && words[2][strspn(words[2], "0123456789")] == '\0')) {
         return 0;
     }
-    char plain[COMMAND_LINE_MAX + 1];
-    const char *name = fetch ? without_end(words[1], plain) : words[1];
-    const char *other = count == 3 ? words[2] : base_name(name);
-    struct remote_written written = {.name = other};
     self->refused = false;
-    *error = fetch ? remote_fetch(self, name, other, &written.bytes, message)
-                   : remote_send(self, name, other, &written.bytes, message);
-    if (fetch && *error == ERROR_REFUSED && is_directory(self, name)) {
-        *error = remote_fetch_directory(self, name, other, &written, message);
+    if (snapshot) {
+        *error = remote_snapshot(self, line, show, cookie, message);
+    } else {
+        char plain[COMMAND_LINE_MAX + 1];
+        const char *name = fetch ? without_end(words[1], plain) : words[1];
+        const char *other = count == 3 ? words[2] : base_name(name);
+        *error = move_file(self, fetch, name, other, show, cookie, message);
     }
-    if (*error == 0) {
-        remote_show_written(self, show, cookie, &written);
-    } else if (self->json && *error == ERROR_REFUSED && self->refused) {
+    if (self->json && *error == ERROR_REFUSED && self->refused) {
         char refusal[MESSAGE_BYTES + 8];
         snprintf(refusal, sizeof refusal, "ERR %s", message->text);  // the daemon's
         remote_show_refusal(self, show, cookie, refusal);
-    } else if (self->json) {
+    } else if (self->json && *error < 0) {
         remote_show_error(self, show, cookie, *error, message->text);
     }
     return 1;

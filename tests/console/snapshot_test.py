@@ -1,0 +1,223 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What both cameras see now: one picture among the instrument's files, which the client fetches."""
+import glob
+import json
+import os
+import re
+import resource
+import subprocess
+import time
+import unittest
+
+import cv2
+import numpy
+
+from bad_line import BadLine
+from daemon_process import PATIENCE_S, VERGENCE, DaemonTest, Terminal
+from person import Person
+from played_pairs import SESSION, PlayedPairs
+
+
+def shrunk(image, factor):
+    """The means of whole squares."""
+    height, width = (side // factor for side in image.shape[:2])
+    parts = image[:height * factor, :width * factor].reshape(height, factor, width, factor, -1)
+    return parts.mean(axis=(1, 3)).squeeze()
+
+
+def developed(folder, side):
+    """A session's frame of light as grey, by OpenCV: about what the instrument makes of it."""
+    with open(os.path.join(folder, "session.index"), encoding="ascii") as file:
+        crc = re.search(rf"{side}_frame=(\w+)", file.read())[1]
+    raw = cv2.imread(os.path.join(folder, f"frame-{crc}.pnm"), cv2.IMREAD_UNCHANGED)
+    colour = cv2.cvtColor(raw.astype(numpy.uint16), cv2.COLOR_BayerGB2RGB).astype(float) / 1023
+    return 255 * numpy.sqrt(colour @ (77 / 256, 150 / 256, 29 / 256))
+
+
+class Looking:
+    """For tests with a daemon."""
+
+    def asked(self, command):
+        answer = self.first.ask_json(command)
+        self.assertTrue(answer["ok"], answer)
+        return answer["result"]
+
+    def shown(self, name, folder=None):
+        image = cv2.imread(os.path.join(folder or self.files, name), cv2.IMREAD_UNCHANGED)
+        self.assertIsNotNone(image, name)
+        return image
+
+    def assert_shows(self, image, session, factor):
+        """Both sides of a session's pair, apart by noise and by how colours are made."""
+        middle = image.shape[1] // 2
+        for side, half in (("left", image[:, :middle]), ("right", image[:, middle:])):
+            expected = shrunk(developed(session, side), factor)
+            self.assertEqual(half.shape, expected.shape)
+            apart = numpy.abs(half - expected)
+            self.assertLess(numpy.median(apart), 2, side)
+            self.assertLess(numpy.percentile(apart, 99), 15, side)
+
+
+class OnTheRig(Looking, DaemonTest):
+    scene = "chessboard"
+
+    def test_as_captured_and_played(self):
+        """Both cameras behind the bridge."""
+        self.first = self.client()
+        self.asked("bringup")
+        self.asked("window 1344 800")
+        session = os.path.join(self.files, self.asked("capture")["session"])
+        # 1344 / 3 is the first whole part of at most 640.
+        self.assert_shows(self.shown(self.asked("snapshot")["file"]), session, 3)
+        self.asked("record start looked-at")
+        commands = ("bringup", "window 320 240", "snapshot", "capture", "snapshot full",
+                    "pan left 2", "capture")
+        for command in (*commands, "record stop"):
+            self.asked(command)
+        played = self.asked("replay looked-at")
+        self.assertEqual((played["same"], played["pairs"], played["commands"]),
+                         ("yes", 2, len(commands)))
+
+
+class Snapshot(Looking, PlayedPairs):
+    def setUp(self):
+        super().setUp()
+        self.asked("bringup")
+
+    def test_both_sides_are_shown(self):
+        answer = self.asked("snapshot")
+        self.assertRegex(answer["file"], r"^snapshot-\d{8}-\d{6}(-\d+)?\.png$")
+        image = self.shown(answer["file"])
+        self.assertEqual(image.shape, (200, 2 * 336))
+        self.assertEqual((answer["height"], answer["width"]), image.shape)
+        self.assertEqual(answer["size"], os.path.getsize(os.path.join(self.files, answer["file"])))
+        self.assert_shows(image, SESSION, 2)
+
+    def test_full_size_is_as_export_makes_it(self):
+        """In colour, pixel by pixel."""
+        image = self.shown(self.asked("snapshot full")["file"])
+        out = os.path.join(self.folder, "exported")
+        subprocess.run([VERGENCE, "export", SESSION, "--out", out, "--quiet"], check=True,
+                       timeout=PATIENCE_S)
+        sides = [self.shown(f"cylinder_1x-pair1-{side}.png", out) for side in ("left", "right")]
+        self.assertEqual(image.shape, (400, 2 * 672, 3))
+        self.assertTrue(numpy.array_equal(image, numpy.hstack(sides)))
+
+    def test_none_is_written_over(self):
+        before = set(glob.glob(os.path.join(self.files, "snapshot-*")))
+        names = {self.asked("snapshot")["file"] for _ in range(4)}
+        after = set(glob.glob(os.path.join(self.files, "snapshot-*")))
+        self.assertEqual(len(names), 4)
+        self.assertEqual({os.path.basename(path) for path in after - before}, names)
+
+    def test_it_is_for_an_instrument_that_is_up(self):
+        self.asked("safe")
+        self.assertRegex(self.first.ask("snapshot")[-1], "^ERR NOT_READY")
+        self.assertRegex(self.first.ask("snapshot half")[-1], "^ERR ARGUMENT .*full")
+
+    def test_one_that_the_disk_has_no_room_for_leaves_nothing(self):
+        before = os.listdir(self.files)
+        unlimited = resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE)
+        resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE, (20000, unlimited[1]))
+        try:
+            self.assertRegex(self.first.ask("snapshot full")[-1], "^ERR FULL snapshot-")
+        finally:
+            resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE, unlimited)
+        self.assertEqual(os.listdir(self.files), before)
+        self.asked("snapshot full")
+
+
+class Fetched(Looking, PlayedPairs):
+    def setUp(self):
+        super().setUp()
+        self.asked("bringup")
+        self.here = os.path.join(self.folder, self.id())
+        os.mkdir(self.here)
+
+    def fetched(self, *words, **options):
+        done = self.vergence(*words, cwd=self.here, **options)
+        self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
+        return done.stdout
+
+    def object_of(self, *words):
+        """The only one beside those that say how far it is."""
+        told = [json.loads(line) for line in self.fetched("--json", *words).splitlines()]
+        answers = [answer for answer in told if "event" not in answer]
+        self.assertEqual(len(answers), 1, told)
+        return answers[0]
+
+    def assert_same(self, name, local=None):
+        with open(os.path.join(self.files, name), "rb") as there:
+            with open(os.path.join(self.here, local or name), "rb") as here:
+                self.assertEqual(there.read(), here.read())
+
+    def test_the_picture_comes_along(self):
+        lines = self.fetched("snapshot").splitlines()
+        name = re.search(r"^written: (\S+\.png), \d+ bytes$", "\n".join(lines), re.M)[1]
+        self.assertEqual(lines.count("OK"), 1)
+        self.assertEqual(lines[-1], "OK")
+        self.assert_same(name)
+        self.assertEqual(self.shown(name, self.here).shape, (200, 2 * 336))
+        self.assertEqual(os.listdir(self.here), [name])
+
+    def test_json_is_one_object(self):
+        answer = self.object_of("snapshot", "full")
+        self.assertTrue(answer["ok"])
+        self.assertEqual(os.listdir(self.here), [answer["result"]["file"]])
+        self.assertEqual(answer["result"]["size"],
+                         os.path.getsize(os.path.join(self.here, answer["result"]["file"])))
+        self.assert_same(answer["result"]["file"])
+
+    def test_nothing_here_is_written_over(self):
+        """An instrument whose clock is wrong gives the same names again."""
+        now = int(time.time())
+        taken = [time.strftime(f"snapshot-%Y%m%d-%H%M%S{more}.png", time.gmtime(now + second))
+                 for second in range(120) for more in ("", "-2", "-3", "-4", "-5", "-6", "-7")]
+        for name in taken:
+            os.symlink("nowhere", os.path.join(self.here, name))
+        name = self.object_of("snapshot")["result"]["file"]
+        self.assertNotIn(name, taken)
+        self.assertEqual(sorted(os.listdir(self.here)), sorted([*taken, name]))
+        self.assertEqual(self.shown(name, self.here).shape, (200, 2 * 336))
+
+    def test_a_person_gets_it_as_well(self):
+        before = os.getcwd()
+        os.chdir(self.here)
+        self.addCleanup(os.chdir, before)
+        person = Person.of(self)
+        lines = person.run("snapshot")
+        self.assertEqual(lines[-1], "OK")
+        self.assertRegex(lines[-2], r"written: snapshot-\S+\.png, \d+ bytes$")
+        self.assertEqual(len(os.listdir(self.here)), 1)
+
+    def test_what_fails_is_told_once(self):
+        for words, code in ((("snapshot", "half"), 1), (("--json", "snapshot", "half"), 1)):
+            done = self.vergence(*words, cwd=self.here)
+            self.assertEqual(done.returncode, code, done)
+            self.assertEqual((done.stdout + done.stderr).count("ARGUMENT"), 1, done)
+        self.assertEqual(os.listdir(self.here), [])
+
+
+class OverASerialLine(Looking, PlayedPairs):
+    @classmethod
+    def start(cls):
+        cls.console = Terminal()
+        cls.addClassCleanup(cls.console.close)
+        super().start()
+
+    @classmethod
+    def arguments(cls):
+        return [*super().arguments(), f"console={cls.console.name}"]
+
+    def test_the_picture_comes_through(self):
+        self.asked("bringup")
+        line = BadLine(self.console, 1, 0, 0)
+        self.addCleanup(line.close)
+        done = self.vergence("snapshot", cwd=self.folder, where=f"serial:{line.name}")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        name = re.search(r"^written: (\S+),", done.stdout, re.M)[1]
+        self.assertTrue(numpy.array_equal(self.shown(name), self.shown(name, self.folder)))
+
+
+if __name__ == "__main__":
+    unittest.main()
