@@ -84,8 +84,8 @@ static const struct option_page page = {
         "Exit code: 0 OK; 1 writing failed; 2 the command line makes no sense; 3 no session, no "
         "such pair, or a damaged one.",
     .examples =
-        "vergence export capture-20261122-101500 --png\n"
-        "vergence export capture-20261122-101500 --png --pair 1 --out pictures",
+        "vergence export files/scene --png\n"
+        "vergence export files/scene --pair 1 --out pictures",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
     .operands_min = 1,
