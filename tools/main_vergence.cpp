@@ -43,7 +43,7 @@ const client_command commands[] = {
     {"calibrate", "calibrate a stereo pair from pictures of a board", command_calibrate},
     {"board", "make a calibration board to be printed", command_board},
     {"evaluate", "compare a result with the ground truth", command_evaluate},
-    {"info", "explain a calibration or a result", command_info},
+    {"info", "explain a calibration, a result or a session", command_info},
     {"export", "write the pairs of a session as pictures", export_command_run},
     {"replay", "play a recording again and compare the pairs", replay_command_run},
     {"simulate", "start a simulated rig, or show what it would see", command_simulate},

@@ -12,6 +12,7 @@
 #include "daemon/client.h"
 #include "daemon/input_file.h"
 #include "daemon/options.h"
+#include "daemon/session_pairs.h"
 #include "tools/host/commands.hpp"
 #include "tools/host/export.hpp"
 #include "tools/host/info.hpp"
@@ -68,18 +69,20 @@ const int files_max = 256;
 const option_page page_of_command = {
     "vergence info",
     "FILE...",
-    "explain a calibration or a result",
+    "explain a calibration, a result or a session",
     "Says what is in each FILE: calibrations (our own text, OpenCV intrinsics and extrinsics, ROS "
     "camera_info pairs, Middlebury calib.txt, KITTI, true cameras of the simulated rig) with the "
     "figures that follow from them, and "
     "results (result.json, a result directory, PFM, PNG, PGM, PLY, PCD, GLB) with sizes, counts "
-    "and extents.\n"
+    "and extents; and recorded sessions, with how each pair was taken: axes, exposure, brightness, "
+    "and whether the session's calibration matches.\n"
     "A calibration of several files is named by one of them, by its directory, or as a list "
     "FILE,FILE.",
     "vergence info rig.txt\n"
     "vergence info intrinsics.yml --size 640x480 --convert rig.txt\n"
     "vergence info rig.txt --export ros --out camera_info/\n"
-    "vergence info results/ --json",
+    "vergence info results/ --json\n"
+    "vergence info files/scene",
     options,
     sizeof options / sizeof options[0],
     0,
@@ -176,7 +179,9 @@ bool read_calibration(const std::string &path, const request &asked, info_page *
 
 bool read_page(const std::string &path, const request &asked, info_page *page,
                std::string *message) {
-    const reader read = input_file_is_directory(path.c_str()) ? nullptr : reader_for(path);
+    const reader read = session_pairs_here(path.c_str())        ? info_session
+                        : input_file_is_directory(path.c_str()) ? nullptr
+                                                                : reader_for(path);
     if (read == nullptr) {
         return read_calibration(path, asked, page, message);
     }
@@ -300,7 +305,7 @@ int command_info(int argc, char **argv) {
         return print_grammar();
     }
     if (count == 0) {
-        return refuse("name a calibration, a result file or a result directory");
+        return refuse("name a calibration, a result file, a result directory or a session");
     }
     if (asked.convert != nullptr && count != 1) {
         return refuse("--convert takes exactly one calibration");

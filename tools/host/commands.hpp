@@ -13,7 +13,7 @@ int command_calibrate(int argc, char **argv);
 /// `vergence evaluate`: how far a result is from the ground truth.
 int command_evaluate(int argc, char **argv);
 
-/// `vergence info`: explains a calibration or a result.
+/// `vergence info`: explains a calibration, a result or a session.
 int command_info(int argc, char **argv);
 
 /// `vergence simulate`: becomes the simulated rig, if that was built.

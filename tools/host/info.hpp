@@ -44,6 +44,9 @@ bool info_ply(const std::string &path, info_page *page, std::string *message);
 bool info_pcd(const std::string &path, info_page *page, std::string *message);
 bool info_glb(const std::string &path, info_page *page, std::string *message);
 
+/// The same of a recorded session, which is a directory.
+bool info_session(const std::string &path, info_page *page, std::string *message);
+
 /// Least and greatest of each coordinate, for points that arrive one by one.
 struct info_bounds {
     std::uint64_t count = 0;
