@@ -113,6 +113,20 @@ class Webcams(unittest.TestCase):
         self.assertEqual(loop.returncode, 0, said)
         self.assertEqual(said.count(b"\nOK\n"), 1 + len(views), said)
 
+    def look(self):
+        """The README's commands that show what was taken."""
+        with open(os.path.join(ROOT, "README.md"), encoding="utf-8") as file:
+            text = re.sub(r"\n +", " ", file.read())
+        shown = re.findall(r"`(vergence (?:--connect unix:rig.sock snapshot|\w+ files/scene"
+                           r"(?: --png --out seen)?))`", text)
+        self.assertEqual([command.split()[1] for command in shown], ["--connect", "info", "export"])
+        written, said, _ = map(self.run_one, shown)
+        name = re.search(r"written: (\S+),", written)[1]
+        self.assertEqual(cv2.imread(self.place(name)).shape[:2], (480, 2 * 640))
+        self.assertIn("640 x 480 px", said)
+        self.assertEqual(sorted(os.listdir(self.place("seen"))),
+                         ["scene-pair1-left.png", "scene-pair1-right.png"])
+
     def test_six_commands_from_two_webcams_to_a_surface(self):
         lines = commands()
         self.assertEqual(len(lines), COMMANDS)
@@ -125,6 +139,7 @@ class Webcams(unittest.TestCase):
         self.show([boards.picture(painted(), boards.pose(12, 20, 4, 10, 0, 30), right, seed=50)
                    for right in (False, True)])
         self.assertIn("skew", self.run_one(capture))
+        self.look()
         self.run_one(reconstruct)
         measured = json.loads(self.run_one(
             f"/usr/bin/python3 {os.path.join(ROOT, 'tools/demo.d/measure_board.py')} surface "
