@@ -275,6 +275,10 @@ int explain_all(const std::vector<std::string> &paths, const request &asked) {
             result = CLIENT_BAD_INPUT;
             continue;
         }
+        if (!page.mismatch.empty()) {
+            std::fprintf(stderr, "vergence info: %s: %s\n", path.c_str(), page.mismatch.c_str());
+            result = CLIENT_BAD_INPUT;
+        }
         if (asked.json) {
             list.push_back(to_json(page));
             continue;

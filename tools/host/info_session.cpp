@@ -2,13 +2,13 @@
 /// Recorded sessions: what made them, and for each pair how it was taken.
 #include <fcntl.h>
 
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
 #include <vector>
 
 #include "core/error.h"
+#include "daemon/calibration_match.h"
 #include "daemon/capture_stamp.h"
 #include "daemon/session_pairs.h"
 #include "tools/host/info.hpp"
@@ -26,8 +26,7 @@ struct reading {
     session_reader reader{};
     session_pairs pairs{};
     session_event begin{};
-    rig_profile profile{};
-    bool has_profile = false;  // a built-in one, by its name
+    calibration_match_state state{};  // of the pair at hand
     message trouble{};
 
     reading() { reader.directory = -1; }
@@ -71,11 +70,11 @@ bool read_light(reading *self, int side, light *found) {
 
 /// The servo's angle, where the session says which servo it was.
 std::string angle_text(const reading &self, int side, double *angle_deg) {
-    const uint16_t pan_q4 = self.pairs.pair.pair.frame[side].before.pan_q4;
-    if (!self.has_profile || !self.profile.servos) {
+    const calibration_axis &pan = self.state.origin.side[side].axis[CALIBRATION_PAN];
+    if (pan.kind != CALIBRATION_AXIS_KNOWN) {
         return "";
     }
-    *angle_deg = servo_angle_urad(&self.profile.servo[side], pan_q4) * 1e-6 * 180 / M_PI;
+    *angle_deg = pan.mean;
     char text[32];
     std::snprintf(text, sizeof text, "%.2f deg, ", *angle_deg);
     return text;
@@ -162,7 +161,9 @@ std::string mismatch_of(const reading &self, const calibration &value) {
                    std::to_string(lens.width_px) + " x " + std::to_string(lens.height_px) + " px";
         }
     }
-    return "";
+    message why{};
+    return calibration_match(&value, &self.state, "--accept-mismatch", &why) == ERROR_OK ? ""
+                                                                                         : why.text;
 }
 
 /// The calibration that was in force.
@@ -187,13 +188,22 @@ bool add_calibration(reading *self, info_page *page, document *object) {
         return false;
     }
     const std::string why = mismatch_of(*self, value);
+    const bool known = !calibration_match_is_partial(&value, &self->state.origin);
+    if (!why.empty() && value.has_origin && page->mismatch.empty()) {
+        page->mismatch = "pair " + std::to_string(self->pairs.count) + ": ERR MISMATCH " + why;
+    }
     page->add("", "calibration",
               std::string(value.id) + " (" + name + ")" +
                   (value.date[0] != '\0' ? std::string(", made ") + value.date : "") +
-                  (why.empty() ? ", matches" : ", does not match: " + why),
+                  (!why.empty() ? ", does not match: " + why
+                   : known      ? ", matches"
+                                : ", not known whether it matches: not both say where axes stood"),
               document());
     (*object)["calibration"] = {
-        {"id", value.id}, {"file", name}, {"matches", why.empty()}, {"mismatch", why}};
+        {"id", value.id},
+        {"file", name},
+        {"matches", why.empty() && !known ? document() : document(why.empty())},
+        {"mismatch", why}};
     return true;
 }
 
@@ -219,6 +229,9 @@ document capture_json(const capture_stamp &stamp) {
 bool add_pair(reading *self, info_page *page, document *list) {
     struct pair pair = self->pairs.pair.pair;
     pair.number = self->pairs.count;
+    calibration_match_pair(self->begin.profile,
+                           self->pairs.has_instrument ? &self->pairs.instrument : nullptr, &pair,
+                           &self->state);
     document object = capture_json({self->reader.path, &pair});
     object.erase("session");
     std::string text = "skew " + std::to_string(pair.skew_us) + " us, ";
@@ -244,7 +257,6 @@ bool info_session(const std::string &path, info_page *page, std::string *message
     page->kind = "session";
     int got =
         session_reader_open(&self->reader, AT_FDCWD, path.c_str(), &self->begin, &self->trouble);
-    self->has_profile = rig_profile_named(self->begin.profile, &self->profile) == ERROR_OK;
     page->add("build", "made by", std::string("build ") + self->begin.build, self->begin.build);
     page->add("profile", "instrument", self->begin.profile, self->begin.profile);
     page->add("date", "date", self->begin.date, self->begin.date);
@@ -264,6 +276,7 @@ bool info_session(const std::string &path, info_page *page, std::string *message
               self->reader.cut ? "cut off, or still being written" : "closed in order",
               self->reader.cut);
     page->add("pair_count", "pairs", std::to_string(self->pairs.count), self->pairs.count);
+    page->mismatch = rows.mismatch;
     page->rows.insert(page->rows.end(), rows.rows.begin(), rows.rows.end());
     page->add("pairs", "", "", list);
     return true;
