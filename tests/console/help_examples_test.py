@@ -146,6 +146,10 @@ class Examples(UserTest):
         cv2.imwrite(str(self.place("mask0nocc.png")), numpy.full(truth.shape, 255, numpy.uint8))
         self.run_all(page_of(VERGENCE, "evaluate"))
 
+    def test_export(self):
+        self.write_images()
+        self.run_all(page_of(VERGENCE, "export"))
+
     def test_info(self):
         self.write_images()
         self.run_one("vergence reconstruct left.png right.png --calibration rig.txt --out results")
