@@ -40,6 +40,10 @@ struct pair_options capture_options(const struct command_value *values) {
 
 int capture_take(struct rig *rig, const struct pair_options *options, uint16_t *memory,
                  size_t values, struct pair *pair, struct registers_all *registers) {
-    const int error = pair_capture(rig, options, memory, values, pair);
-    return error != 0 ? error : registers_read_all(rig, registers);
+    int error = pair_capture(rig, options, memory, values, pair);
+    error = error != 0 ? error : registers_read_all(rig, registers);
+    for (int side = 0; error == 0 && side < RIG_SIDES; side++) {
+        pair_frame_judge(&pair->frame[side]);
+    }
+    return error;
 }

@@ -25,8 +25,8 @@ extern const struct command_argument snapshot_arguments[SNAPSHOT_ARGUMENTS];
 /// How the pair is to be taken.
 struct pair_options capture_options(const struct command_value *values);
 
-/// Takes the pair, as pair_capture does, and then reads all registers, which belong to it. Errors
-/// of either; `*registers` counts only on success.
+/// Takes the pair, as pair_capture does, then reads all registers, which belong to it, and judges
+/// its pictures. Errors of either; `*registers` counts only on success.
 int capture_take(struct rig *rig, const struct pair_options *options, uint16_t *memory,
                  size_t values, struct pair *pair, struct registers_all *registers);
 

@@ -18,7 +18,7 @@ extern "C" {
 #define SESSION_MAGIC "vergence-session"
 
 enum {
-    SESSION_VERSION = 1,
+    SESSION_VERSION = 2,      // 2: with the instrument, and what the pictures are like
     SESSION_LINE_MAX = 4096,  // of the index, without its end
     SESSION_TEXT_MAX = 1024,  // of a command or a note, without its end
     SESSION_NAME_MAX = 64,    // of a file, a profile, a build
@@ -50,6 +50,7 @@ struct session_instrument {
 
 struct session_event {
     enum session_event_kind kind;
+    uint8_t version;                                                  // BEGIN: 1..SESSION_VERSION
     char build[SESSION_NAME_MAX + 1], profile[SESSION_NAME_MAX + 1];  // BEGIN
     char date[SESSION_NAME_MAX + 1];                                  // BEGIN, as ISO 8601 has it
     struct session_instrument instrument;                             // INSTRUMENT

@@ -105,6 +105,11 @@ static int put_frame(struct line *line, const char *side, const struct pair_fram
         put(line, " %s_window=%" PRIu16 ",%" PRIu16 ",%d", side, frame->window.column_px,
             frame->window.row_px, frame->window.skip);
     }
+    if (frame->has_picture) {
+        const struct picture_stats *picture = &frame->picture;
+        put(line, " %s_picture=%d,%d,%d,%d", side, picture->brightness_permille,
+            picture->saturated_permille, picture->black_permille, picture->sharpness_permille);
+    }
     return 0;
 }
 
@@ -159,7 +164,8 @@ int session_event_print(const struct session_event *event, char text[SESSION_LIN
     int code = 0;
     switch (event->kind) {
         case SESSION_BEGIN:
-            put(&line, " version=%d", SESSION_VERSION);
+            code = event->version >= 1 && event->version <= SESSION_VERSION ? 0 : ERROR_RANGE;
+            put(&line, " version=%d", event->version);
             put_text(&line, "build", event->build);
             put_text(&line, "profile", event->profile);
             put_text(&line, "date", event->date);
@@ -302,12 +308,15 @@ static void take_stand(struct cursor *cursor, const char *side, const char *when
     }
 }
 
+/// Whether this key comes next, of those that a frame need not have.
+static bool has_key(const struct cursor *cursor, const char *side, const char *key) {
+    struct cursor ahead = *cursor;
+    return expect_key(&ahead, side, key);
+}
+
 /// Only where it was known; sessions of cameras with a port of their own have none.
 static void take_window(struct cursor *cursor, const char *side, struct pair_window *window) {
-    char key[SESSION_NAME_MAX];
-    const int length = snprintf(key, sizeof key, " %s_window=", side);
-    if (cursor->wrong || cursor->end - cursor->at < length ||
-        memcmp(cursor->at, key, (size_t)length) != 0) {
+    if (!has_key(cursor, side, "window")) {
         return;
     }
     window->column_px = (uint16_t)take_key(cursor, side, "window", 10, UINT16_MAX);
@@ -315,6 +324,20 @@ static void take_window(struct cursor *cursor, const char *side, struct pair_win
     window->row_px = (uint16_t)take_number(cursor, 10, UINT16_MAX);
     expect(cursor, ",");
     window->skip = (uint8_t)take_number(cursor, 10, UINT8_MAX);
+}
+
+/// Sessions of version 1 have none.
+static void take_picture(struct cursor *cursor, const char *side, struct pair_frame *frame) {
+    uint16_t *const shares[] = {&frame->picture.brightness_permille,
+                                &frame->picture.saturated_permille, &frame->picture.black_permille,
+                                &frame->picture.sharpness_permille};
+    frame->has_picture = has_key(cursor, side, "picture") && expect_key(cursor, side, "picture");
+    for (size_t i = 0; frame->has_picture && i < sizeof shares / sizeof shares[0]; i++) {
+        if (i > 0) {
+            expect(cursor, ",");
+        }
+        *shares[i] = (uint16_t)take_number(cursor, 10, PICTURE_STATS_MAX_PERMILLE);
+    }
 }
 
 static void take_frame(struct cursor *cursor, const char *side, struct pair_frame *frame,
@@ -334,6 +357,7 @@ static void take_frame(struct cursor *cursor, const char *side, struct pair_fram
     take_stand(cursor, side, "before", &frame->before);
     take_stand(cursor, side, "after", &frame->after);
     take_window(cursor, side, &frame->window);
+    take_picture(cursor, side, frame);
     frame->stride = session_frame_row_values(frame);
 }
 
@@ -386,7 +410,7 @@ static void take_event(struct cursor *cursor, struct session_event *event) {
     event->kind = (enum session_event_kind)take_choice(cursor, kind_names, SESSION_EVENT_KINDS);
     switch (event->kind) {
         case SESSION_BEGIN:
-            take_key(cursor, "", "version", 10, SESSION_VERSION);
+            event->version = (uint8_t)take_key(cursor, "", "version", 10, SESSION_VERSION);
             take_text(cursor, "build", event->build, SESSION_NAME_MAX);
             take_text(cursor, "profile", event->profile, SESSION_NAME_MAX);
             take_text(cursor, "date", event->date, SESSION_NAME_MAX);

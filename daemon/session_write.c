@@ -129,6 +129,7 @@ int session_writer_begin(struct session_writer *self, int parent, const char *pa
     }
     struct session_event *event = &self->event;
     event->kind = SESSION_BEGIN;
+    event->version = SESSION_VERSION;
     copy_text(event->build, sizeof event->build, build);
     copy_text(event->profile, sizeof event->profile, profile);
     copy_text(event->date, sizeof event->date, date);

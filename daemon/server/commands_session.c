@@ -26,6 +26,8 @@
 
 enum { START, STOP, COMMAND_TEXT_BYTES = 128 };
 
+static const double permille_a_percent = 10;
+
 /// The session that is being written: a recording, or one pair.
 static struct {
     struct session_writer writer;
@@ -145,6 +147,15 @@ static int begin_session(const struct command_call *call, const struct command_v
     return beginning.error;
 }
 
+static void put_picture(const struct command_call *call, const struct pair_frame *frame) {
+    const struct picture_stats *picture = &frame->picture;
+    INVARIANT(frame->has_picture);
+    item_number(call, "brightness", picture->brightness_permille / permille_a_percent, 1, "%");
+    item_number(call, "saturated", picture->saturated_permille / permille_a_percent, 1, "%");
+    item_number(call, "black", picture->black_permille / permille_a_percent, 1, "%");
+    item_number(call, "sharpness", picture->sharpness_permille / permille_a_percent, 1, "%");
+}
+
 static void put_pair(const struct command_call *call, const struct pair *pair) {
     item_text(call, "session", session.name);
     // Its place in the session, as "reconstruct" counts; the rig's own count goes on.
@@ -166,6 +177,7 @@ static void put_pair(const struct command_call *call, const struct pair *pair) {
         if (frame->gain_q3 != 0) {
             item_number(call, "gain", frame->gain_q3 / 8.0, 3, NULL);
         }
+        put_picture(call, frame);
         item_end(call);
     }
 }
@@ -460,7 +472,9 @@ static const struct command commands[] = {
      .help =
          "Into the recording that is under way, else into a session of its own, below \"files\". "
          "Refused when something moved between the two frames, and when the kept calibration was "
-         "made with other axes, cameras or windows.",
+         "made with other axes, cameras or windows. Of each side's "
+         "picture it reports brightness (mean, of full scale), saturated and black shares, and "
+         "sharpness (of edges as steep as can be; blur lowers it, light does not).",
      .arguments = capture_arguments,
      .argument_count = CAPTURE_ARGUMENTS,
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,

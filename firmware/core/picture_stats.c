@@ -68,11 +68,12 @@ void picture_stats_row(struct picture_stats_sums *sums, const uint16_t *values) 
     sums->rows++;
 }
 
+/// At most all: a camera may set bits that its values do not have.
 static uint16_t share(uint64_t part, uint64_t whole) {
-    const uint64_t permille =
-        whole == 0 ? 0 : (part * PICTURE_STATS_MAX_PERMILLE + whole / 2) / whole;
-    INVARIANT(permille <= PICTURE_STATS_MAX_PERMILLE);
-    return (uint16_t)permille;
+    if (part >= whole) {
+        return whole == 0 ? 0 : PICTURE_STATS_MAX_PERMILLE;
+    }
+    return (uint16_t)((part * PICTURE_STATS_MAX_PERMILLE + whole / 2) / whole);
 }
 
 struct picture_stats picture_stats_end(const struct picture_stats_sums *sums) {

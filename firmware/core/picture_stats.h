@@ -53,7 +53,8 @@ struct picture_stats_sums {
 
 void picture_stats_begin(struct picture_stats_sums *sums, const struct picture_form *form);
 
-/// The next row, from the top: `channels` x `width_px` values, none larger than `bits` allow.
+/// The next row, from the top: `channels` x `width_px` values. Larger ones than `bits` allow count
+/// as saturated.
 void picture_stats_row(struct picture_stats_sums *sums, const uint16_t *values);
 
 /// Of the rows so far; all 0 without any.

@@ -457,3 +457,18 @@ int pair_look(struct rig *rig, uint16_t *memory, size_t values,
     }
     return end(rig, error);
 }
+
+void pair_frame_judge(struct pair_frame *frame) {
+    INVARIANT(frame->data != NULL);
+    const struct picture_form form = {.width_px = frame->width_px,
+                                      .bits = frame->bits,
+                                      .channels = (int)values_of_pixel(frame->layout),
+                                      .mosaic = frame->layout == HAL_CAMERA_BAYER_GRBG};
+    struct picture_stats_sums sums;
+    picture_stats_begin(&sums, &form);
+    for (uint32_t row = 0; row < frame->height_px; row++) {
+        picture_stats_row(&sums, frame->data + (size_t)row * frame->stride);
+    }
+    frame->picture = picture_stats_end(&sums);
+    frame->has_picture = true;
+}

@@ -9,6 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "core/picture_stats.h"
 #include "rig/rig.h"
 
 #ifdef __cplusplus
@@ -40,6 +41,8 @@ struct pair_frame {
     uint32_t exposure_us;
     uint16_t gain_q3;
     struct pair_stand before, after;
+    bool has_picture;  ///< whether `picture` is known; see pair_frame_judge
+    struct picture_stats picture;
 };
 
 struct pair {
@@ -70,6 +73,9 @@ int pair_capture(struct rig *rig, const struct pair_options *options, uint16_t *
 /// nothing is known. ERROR_MEMORY; ERROR_FRAME: torn, also after a second try; others of the parts.
 int pair_look(struct rig *rig, uint16_t *memory, size_t values,
               struct pair_frame frames[RIG_SIDES]);
+
+/// Sets `picture` from the frame's data.
+void pair_frame_judge(struct pair_frame *frame);
 
 #ifdef __cplusplus
 }

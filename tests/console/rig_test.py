@@ -179,6 +179,15 @@ class Rig(RigTest):
         self.asked("window 320 240")
         answer = self.asked("capture one static")
         self.assertEqual((answer["session"], answer["left"]["width"]), ("one", 320))
+        with open(os.path.join(self.files, "one", "session.index"), encoding="ascii") as file:
+            kept = dict(word.split("=") for word in file.read().split() if "_picture=" in word)
+        names = ("brightness", "saturated", "black", "sharpness")
+        for side in ("left", "right"):
+            figures = [answer[side][name] for name in names]
+            self.assertEqual(",".join(f"{10 * figure:.0f}" for figure in figures),
+                             kept[f"{side}_picture"])
+            self.assertGreater(figures[0], 1)
+            self.assertGreater(figures[3], 10)
         self.assertEqual(len(self.frames_of("one")), 2)
         self.assertEqual(self.first.ask("capture one")[0][:12], "ERR ARGUMENT")
         self.assertEqual(self.first.ask("capture ../x")[0][:12], "ERR ARGUMENT")

@@ -223,6 +223,7 @@ TEST_CASE("lines are canonical: what is printed again differently is refused") {
         return session_event_parse(line.data(), line.size(), event.get()) == 0;
     };
     CHECK(parses("begin version=1 build=a profile= date=b"));
+    CHECK(parses("begin version=2 build=a profile= date=b"));
     CHECK(parses("command text=a%20b%25"));
     CHECK(parses("calibration file=0000abcd"));
     CHECK(parses("registers at_us=0 part=a first=05 values=0000,ffff"));
@@ -230,11 +231,40 @@ TEST_CASE("lines are canonical: what is printed again differently is refused") {
     for (const char *line :
          {"", "en", "end ", "command text=a b", "command text=%41", "command text=%2",
           "command text", "command text=%00", "calibration file=abcd", "calibration file=0000ABCD",
-          "calibration file=100000000", "begin version=2 build=a profile= date=b",
+          "calibration file=100000000", "begin version=0 build=a profile= date=b",
+          "begin version=3 build=a profile= date=b",
           "registers at_us=00 part=a first=05 values=0000",
           "registers at_us=0 part=a first=05 values=0000,",
           "registers at_us=18446744073709551616 part=a first=05 values=0000", "pair number=1"}) {
         INFO(std::string(line));
         CHECK(!parses(line));
+    }
+}
+
+TEST_CASE("a pair of version 1 says nothing of its pictures, one of version 2 may") {
+    auto event = std::make_unique<session_event>();
+    const auto frame = [](const std::string &side, const std::string &more) {
+        const std::string at = " " + side + "_";
+        return at + "frame=00000001" + at + "size=2x1" + at + "bits=8" + at + "layout=grey" + at +
+               "sequence=1" + at + "begin_us=1" + at + "end_us=2" + at + "exposure_us=0" + at +
+               "gain_q3=0" + at + "before=0,none,none,none" + at + "after=0,none,none,none" +
+               (more.empty() ? "" : at + more);
+    };
+    const auto parses = [&](const std::string &left, const std::string &right) {
+        const std::string line = "pair number=1 skew_us=0 checked=no change_permille=0" +
+                                 frame("left", left) + frame("right", right);
+        return session_event_parse(line.data(), line.size(), event.get()) == 0;
+    };
+    CHECK(parses("", ""));
+    CHECK(!event->pair.frame[RIG_LEFT].has_picture);
+    CHECK(parses("picture=412,3,0,1000", ""));
+    CHECK(event->pair.frame[RIG_LEFT].picture.brightness_permille == 412);
+    CHECK(event->pair.frame[RIG_LEFT].picture.sharpness_permille == 1000);
+    CHECK(!event->pair.frame[RIG_RIGHT].has_picture);
+    CHECK(parses("window=0,0,1 left_picture=1,2,3,4", "picture=1,2,3,4"));
+    for (const std::string wrong : {"picture=1,2,3", "picture=1,2,3,4,5", "picture=1,2,3,1001",
+                                    "picture=1,2,3,04", "picture=1,2,3,4 left_window=0,0,1"}) {
+        CAPTURE(wrong);
+        CHECK(!parses(wrong, ""));
     }
 }

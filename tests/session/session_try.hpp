@@ -61,6 +61,14 @@ inline void random_frame(Random &random, pair_frame &frame, std::vector<std::uin
                         static_cast<std::uint16_t>(upto(random, UINT16_MAX)),
                         static_cast<std::uint8_t>(1 + upto(random, 7))};
     }
+    frame.has_picture = upto(random, 1) == 1;
+    if (frame.has_picture) {
+        for (std::uint16_t *share :
+             {&frame.picture.brightness_permille, &frame.picture.saturated_permille,
+              &frame.picture.black_permille, &frame.picture.sharpness_permille}) {
+            *share = static_cast<std::uint16_t>(upto(random, PICTURE_STATS_MAX_PERMILLE));
+        }
+    }
     frame.before = random_stand(random);
     frame.after = random_stand(random);
 }
@@ -87,7 +95,8 @@ inline bool same_frame(const pair_frame &a, const pair_frame &b) {
            a.end_us == b.end_us && a.exposure_us == b.exposure_us && a.gain_q3 == b.gain_q3 &&
            same_stand(a.before, b.before) && same_stand(a.after, b.after) &&
            a.window.column_px == b.window.column_px && a.window.row_px == b.window.row_px &&
-           a.window.skip == b.window.skip;
+           a.window.skip == b.window.skip && a.has_picture == b.has_picture &&
+           std::memcmp(&a.picture, &b.picture, sizeof a.picture) == 0;
 }
 
 /// Checks that an event's pair is `made`, to the last pixel; its number is for the session to give.
