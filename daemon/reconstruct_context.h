@@ -8,6 +8,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "core/picture_stats.h"
 #include "daemon/capture_stamp.h"
 #include "daemon/message.h"
 #include "daemon/session.h"
@@ -35,6 +36,7 @@ struct reconstruct_context {
     const struct calibration *calibration;      // in force; of the shrunk images when `shrink` > 1
     const struct reconstruct_options *options;  // in force
     struct reconstruct_image left, right;       // raw images as the core got them
+    struct picture_stats picture[2];            // of left and right, as they are judged
 
     const char *left_path, *right_path;
     struct capture_stamp capture;    // of a session's pair; its `session` is NULL for other images

@@ -15,6 +15,7 @@
 #include "daemon/interrupt.h"
 #include "daemon/memory_available.h"
 #include "daemon/monotonic.h"
+#include "daemon/reconstruct_pictures.h"
 #include "daemon/reconstruct_summary.h"
 #include "daemon/reconstruct_work.h"
 #include "daemon/result_figures.h"
@@ -202,6 +203,10 @@ static int prepare(struct reconstruct_job *job) {
     choose_options(job);
     fill_context(job);
     job->context.read_us = monotonic_now_us() - job->start_us;
+    error = reconstruct_pictures_judge(&job->context, &job->message);
+    if (error != ERROR_OK) {
+        return error;
+    }
     error = rectify_plan_make(&job->inputs.calibration, &job->options.rectify, &job->result.plan);
     if (error != ERROR_OK) {
         reconstruct_summary_no_plan(error, &job->context, &job->message);
@@ -263,7 +268,7 @@ static int compute(struct reconstruct_job *job) {
     getrusage(RUSAGE_SELF, &usage);
     job->context.rss_peak_bytes = (size_t)usage.ru_maxrss * 1024;
     if (error == ERROR_NO_SURFACE) {
-        reconstruct_summary_no_surface(&job->result, &job->message);
+        reconstruct_summary_no_surface(&job->context, &job->message);
     } else if (error == ERROR_CANCELLED) {
         message_set(&job->message, error, "%s", interrupted);
     } else if (error != ERROR_OK) {
@@ -286,7 +291,11 @@ static void find_common_sigma(struct reconstruct_job *job) {
 
 static void note_doubts(struct reconstruct_job *job) {
     const double density_percent = result_figures_density_percent(&job->result);
-    if (density_percent < sparse_percent) {
+    struct message cause;
+    if (reconstruct_pictures_blame(&job->context, &cause)) {
+        reconstruct_context_warn(&job->context, "only %.0f %% of the pixels could be measured: %s",
+                                 density_percent, cause.text);
+    } else if (density_percent < sparse_percent) {
         reconstruct_context_warn(&job->context,
                                  "only %.0f %% of the pixels could be measured: does the "
                                  "calibration belong to these images, and is the scene within the "

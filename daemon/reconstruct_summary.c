@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "core/error.h"
+#include "daemon/reconstruct_pictures.h"
 #include "daemon/result_figures.h"
 
 static void print_search(const struct reconstruct_context *context, FILE *stream) {
@@ -50,6 +51,19 @@ static void print_surface(const struct reconstruct_context *context, FILE *strea
     }
 }
 
+/// "pictures    left 14.3 % bright, 0.0 % saturated, ...".
+static void print_pictures(const struct reconstruct_context *context, FILE *stream) {
+    for (int side = 0; side < 2; side++) {
+        const struct picture_stats *picture = &context->picture[side];
+        fprintf(
+            stream,
+            "%-12s%s: brightness %.1f %%, saturated %.1f %%, black %.1f %%, sharpness %.0f %%\n",
+            side == 0 ? "pictures" : "", side == 0 ? "left" : "right",
+            picture->brightness_permille / 10.0, picture->saturated_permille / 10.0,
+            picture->black_permille / 10.0, picture->sharpness_permille / 10.0);
+    }
+}
+
 void reconstruct_summary_print(const struct reconstruct_context *context, const char *out_path,
                                FILE *stream) {
     for (int line = 0; context->capture.session != NULL && line < CAPTURE_STAMP_LINES; line++) {
@@ -60,6 +74,7 @@ void reconstruct_summary_print(const struct reconstruct_context *context, const 
     if (context->mismatch.text[0] != '\0') {
         fprintf(stream, "MISMATCH    %s\n", context->mismatch.text);
     }
+    print_pictures(context, stream);
     print_search(context, stream);
     print_surface(context, stream);
     fprintf(stream, "cost        %.2f s, %.0f MB, %d thread%s\n", (double)context->total_us / 1e6,
@@ -68,8 +83,14 @@ void reconstruct_summary_print(const struct reconstruct_context *context, const 
     fprintf(stream, "results     %s\n", out_path);
 }
 
-void reconstruct_summary_no_surface(const struct reconstruct_result *result,
+void reconstruct_summary_no_surface(const struct reconstruct_context *context,
                                     struct message *message) {
+    const struct reconstruct_result *result = context->result;
+    struct message cause;
+    if (reconstruct_pictures_blame(context, &cause)) {
+        message_set(message, ERROR_NO_SURFACE, "no surface was found: %s", cause.text);
+        return;
+    }
     double total = 0;
     int main_reason = REASON_BORDER;
     for (int reason = 0; reason < REASON_COUNT; reason++) {

@@ -16,7 +16,7 @@ void reconstruct_summary_print(const struct reconstruct_context *context, const 
                                FILE *stream);
 
 /// One line that says why no surface was found.
-void reconstruct_summary_no_surface(const struct reconstruct_result *result,
+void reconstruct_summary_no_surface(const struct reconstruct_context *context,
                                     struct message *message);
 
 /// One line that says why no plan could be made: `error` is what rectify_plan_make returned for the

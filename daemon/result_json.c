@@ -33,6 +33,21 @@ static void print_inputs(const struct reconstruct_context *context, struct json 
     json_close_object(json);
 }
 
+/// Percent as elsewhere.
+static void print_pictures(const struct reconstruct_context *context, struct json *json) {
+    json_open_object(json, "pictures");
+    for (int side = 0; side < 2; side++) {
+        const struct picture_stats *picture = &context->picture[side];
+        json_open_object(json, side == 0 ? "left" : "right");
+        json_real(json, "brightness_percent", picture->brightness_permille / 10.0, 6);
+        json_real(json, "saturated_percent", picture->saturated_permille / 10.0, 6);
+        json_real(json, "black_percent", picture->black_permille / 10.0, 6);
+        json_real(json, "sharpness_percent", picture->sharpness_permille / 10.0, 6);
+        json_close_object(json);
+    }
+    json_close_object(json);
+}
+
 static void print_calibration(const struct reconstruct_context *context, struct json *json) {
     const struct calibration *calibration = context->calibration;
     char crc[16];
@@ -187,6 +202,7 @@ void result_json_print(const struct reconstruct_context *context, FILE *stream) 
     json_text(&json, "build_id", context->build_id);
     print_inputs(context, &json);
     capture_stamp_json(&context->capture, &json);
+    print_pictures(context, &json);
     print_calibration(context, &json);
     print_plan(context, &json);
     print_options(context, &json);
