@@ -235,6 +235,13 @@ static bool blame_order(const struct reconstruct_context *context, const struct 
     return cause->text[0] != '\0';
 }
 
+/// Pictures of nothing are not alike either, and the pixels' reasons say so.
+static bool has_texture(const struct reconstruct_context *context) {
+    const struct reconstruct_result *result = context->result;
+    const double pixels = (double)result->plan.width_px * result->plan.height_px;
+    return 2.0 * result->reason_count[REASON_NO_TEXTURE] < pixels;
+}
+
 bool reconstruct_pictures_blame(const struct reconstruct_context *context, struct message *cause) {
     cause->text[0] = '\0';
     if (result_figures_density_percent(context->result) >= poor_percent) {
@@ -254,7 +261,7 @@ bool reconstruct_pictures_blame(const struct reconstruct_context *context, struc
     if (alike >= ALIKE && overlay.overlap_permille < OVERLAP) {
         add(cause, "the views overlap by only %.0f %%: aim both cameras at the same thing",
             overlay.overlap_permille / permille_a_percent);
-    } else if (alike < UNLIKE && cause->text[0] == '\0') {
+    } else if (alike < UNLIKE && has_texture(context) && cause->text[0] == '\0') {
         add(cause,
             "the pictures are little alike (%.0f %%): are both cameras aimed at the same thing, "
             "and "

@@ -320,7 +320,7 @@ class Output(UnprivilegedWorkshop):
         for out, word in ((nowhere, "symbolic link"), (loop, "Too many levels"),
                           (self.directory / ("x" * 300), "too long")):
             with self.subTest(word):
-                done = pairs.run("reconstruct", self.left_path, self.left_path, *RECTIFIED, "--out",
+                done = pairs.run("reconstruct", self.left_path, self.right_path, *RECTIFIED, "--out",
                                  out)
                 self.assertEqual(done.returncode, 1, done.stderr)
                 self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
