@@ -3,6 +3,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "rig/commands.h"
+#include "rig/lens_move.h"
 #include "rig/rig.h"
 
 enum { ANGLE_DECIMALS = 3 };
@@ -131,6 +132,19 @@ static int check_position(const struct command_call *call, unsigned side, enum l
     return ERROR_RANGE;
 }
 
+/// Where a lens was sent to a target that it cannot come to from its usual side.
+static void put_play(const struct command_call *call, const struct lens_limits *limits) {
+    const struct rig_profile *profile = &call->rig->profile;
+    if (!call->values[1].given ||
+        lens_move_from_below(profile, limits, (int32_t)call->values[1].integer)) {
+        return;
+    }
+    commands_put_text(call, "note",
+                      "too near the lower end to be approached from below, as other targets are: "
+                      "the motor's play remains");
+    commands_put_number(call, "play", profile->lens_backlash_counts, 0, "counts");
+}
+
 static int show_axis(const struct command_call *call, unsigned side, enum lens_axis axis) {
     int32_t positions[LENS_AXES];
     struct lens_limits limits;
@@ -143,6 +157,7 @@ static int show_axis(const struct command_call *call, unsigned side, enum lens_a
         commands_put_number(call, "position", positions[axis], 0, "counts");
         commands_put_number(call, "least", limits.least, 0, "counts");
         commands_put_number(call, "most", limits.most, 0, "counts");
+        put_play(call, &limits);
         commands_put_end(call);
     }
     return error;

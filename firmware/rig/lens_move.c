@@ -62,6 +62,11 @@ static int32_t run_up(const struct rig_profile *profile) {
     return counts > LENS_MOVE_STEP_COUNTS ? counts : LENS_MOVE_STEP_COUNTS;
 }
 
+bool lens_move_from_below(const struct rig_profile *profile, const struct lens_limits *limits,
+                          int32_t target) {
+    return target - limits->least >= run_up(profile);
+}
+
 uint64_t lens_move_stall_us(const struct rig_profile *profile, enum lens_axis axis) {
     return LENS_MOVE_STALL_US + travel_us(profile, axis, 2 * LENS_MOVE_STEP_COUNTS);
 }

@@ -60,6 +60,11 @@ uint64_t lens_move_stall_us(const struct rig_profile *profile, enum lens_axis ax
 /// the other lens rests. Next to a target it takes a second approach to tell it from a drift.
 uint64_t lens_move_jam_us(const struct rig_profile *profile, enum lens_axis axis);
 
+/// Whether there is room to approach a target from below, as all that lie at least this far above
+/// the lower limit are. Otherwise the motor's play remains, up to lens_backlash_counts.
+bool lens_move_from_below(const struct rig_profile *profile, const struct lens_limits *limits,
+                          int32_t target);
+
 /// No call of rig_lens_go takes longer, for lenses at most `distance` counts away from where they
 /// are to go.
 uint64_t lens_move_limit_us(const struct rig_profile *profile, enum lens_axis axis,

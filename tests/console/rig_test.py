@@ -60,6 +60,14 @@ class Rig(RigTest):
             result = self.asked(f"{axis} 450")
             for side in ("left", "right"):
                 self.assertAlmostEqual(result[side]["position"], 450, delta=6, msg=axis)
+                self.assertNotIn("note", result[side], axis)
+        # At the lower end there is no room to come from below, as everywhere else.
+        near = self.asked("zoom 300")
+        self.assertIn("from below", near["left"]["note"])
+        self.assertGreater(near["right"]["play"], 0)
+        self.assertAlmostEqual(self.asked("status")["left"]["zoom"], near["left"]["position"],
+                               delta=3)
+        self.assertNotIn("note", self.asked("zoom")["left"], "nothing was moved")
         self.assertEqual(self.first.ask("zoom left 900"), [
             "ERR RANGE zoom: POSITION 900: the left lens goes from 300 to 850 counts"])
 
