@@ -15,8 +15,6 @@
 #include "daemon/record_disk.h"
 #include "daemon/sync_file.h"
 
-#define FILE_MODE 0666
-
 static bool is_on(const struct record *self) {
     return self->writer != NULL && !self->ending && !self->starved && record_disk_failed(self) == 0;
 }
@@ -331,7 +329,7 @@ static int open_log(struct record *self, const struct session_writer *writer,
                     struct message *message) {
     // In a directory that was there before, such a file is somebody else's.
     self->log = openat(writer->directory, SESSION_CALLS_NAME,
-                       O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, FILE_MODE);
+                       O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, SESSION_FILE_MODE);
     if (self->log >= 0 && sync_file(writer->directory)) {
         return 0;
     }

@@ -18,8 +18,7 @@
 #include "daemon/write_all.h"
 
 #define PART_NAME ".part"
-#define DIRECTORY_MODE 0777
-#define FILE_MODE 0666
+#define DIRECTORY_MODE 0750
 enum { SUM_BYTES = 4096 };
 
 static int fail(const struct session_writer *self, const char *name, struct message *message) {
@@ -69,7 +68,7 @@ static int name_is_taken(const char *path, struct message *message) {
 
 int session_writer_check(int parent, const char *path, struct message *message) {
     struct stat status;
-    if (fstatat(parent, path, &status, 0) != 0) {
+    if (fstatat(parent, path, &status, AT_SYMLINK_NOFOLLOW) != 0) {
         return 0;  // whatever else is wrong shows when it is made
     }
     if (!S_ISDIR(status.st_mode)) {
@@ -88,11 +87,12 @@ static int begin_directory(struct session_writer *self, int parent, struct messa
         return message_set(message, file_error(errno), "%s: cannot be made: %s", self->path,
                            strerror(errno));
     }
-    self->directory = openat(parent, self->path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    self->directory = openat(parent, self->path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
     // Only a directory without an index may become a session; an index is never written over.
-    self->index = self->directory < 0 ? -1
-                                      : openat(self->directory, SESSION_INDEX_NAME,
-                                               O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, FILE_MODE);
+    self->index = self->directory < 0
+                      ? -1
+                      : openat(self->directory, SESSION_INDEX_NAME,
+                               O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, SESSION_FILE_MODE);
     if (self->index < 0) {
         const int reason = errno;
         if (self->directory >= 0) {
@@ -156,7 +156,8 @@ int session_writer_instrument(struct session_writer *self,
 // ---- files that are named by their contents
 
 static int begin_part(const struct session_writer *self) {
-    return openat(self->directory, PART_NAME, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, FILE_MODE);
+    return openat(self->directory, PART_NAME, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC,
+                  SESSION_FILE_MODE);
 }
 
 /// Gives the part its name once the disk has it. `written` says whether all went well so far.

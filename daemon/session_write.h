@@ -20,7 +20,11 @@
 extern "C" {
 #endif
 
-enum { SESSION_WRITE_PATH_BYTES = 4096, SESSION_WRITE_BUFFER_BYTES = 65536 };
+enum {
+    SESSION_WRITE_PATH_BYTES = 4096,
+    SESSION_WRITE_BUFFER_BYTES = 65536,
+    SESSION_FILE_MODE = 0640  ///< of all files of a session; its directory has 0750
+};
 
 struct session_writer {
     char path[SESSION_WRITE_PATH_BYTES];
@@ -34,10 +38,10 @@ struct session_writer {
 };
 
 /// Makes the directory `path`, as openat(2) understands it with the descriptor `parent` (AT_FDCWD:
-/// a path as usual), and begins the index. It may be there, but no session in it. `build`,
-/// `profile` and `date` go into the index. ERROR_ARGUMENT when there is something of that name
-/// already, or when it cannot be made; then nothing of it is left. The writer is large: static or
-/// allocated.
+/// a path as usual), and begins the index. It may be there, but no link, and no session in it.
+/// `build`, `profile` and `date` go into the index. ERROR_ARGUMENT when there is something of that
+/// name already, or when it cannot be made; then nothing of it is left. The writer is large: static
+/// or allocated.
 int session_writer_begin(struct session_writer *self, int parent, const char *path,
                          const char *build, const char *profile, const char *date,
                          struct message *message);

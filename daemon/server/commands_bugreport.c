@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/eventfd.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "core/error.h"
@@ -54,7 +53,7 @@ static void add_section(const struct command_call *call, const char *line, struc
 /// The report, as the scribe is told.
 struct report {
     const struct command_call *call;
-    char name[64];
+    char name[FILES_NAME_MAX + 1];
     char *text;
     size_t bytes;
     int error;
@@ -62,15 +61,12 @@ struct report {
 
 static void write_file(void *cookie) {
     struct report *self = cookie;
+    files_name_now(self->call, "bugreport", ".txt", self->name);
     self->error = files_write(self->call, self->name, self->text, self->bytes);
 }
 
 static int write_report(const struct command_call *call, struct output *output) {
     struct report report = {.call = call, .text = malloc(OUTPUT_BYTES)};
-    const time_t now = time(NULL);
-    struct tm parts;
-    gmtime_r(&now, &parts);
-    strftime(report.name, sizeof report.name, "bugreport-%Y%m%d-%H%M%S.txt", &parts);
     if (report.text == NULL) {
         return ERROR_MEMORY;
     }

@@ -168,7 +168,14 @@ static int read_session(void *cookie, const struct reconstruct_request *request,
     if (error != 0) {
         return error;
     }
+    struct stat about;
     snprintf(self->result, sizeof self->result, "surface-%s-%u", self->session, self->source.found);
+    // No links here either: what is written is below "files".
+    if (fstatat(surroundings_of(self->call)->files_fd, self->result, &about, AT_SYMLINK_NOFOLLOW) ==
+            0 &&
+        S_ISLNK(about.st_mode)) {
+        return message_set(message, ERROR_ARGUMENT, "%s: is a link; remove it", self->result);
+    }
     const int length =
         snprintf(self->out_path, sizeof self->out_path, "%s/%s", files, self->result);
     INVARIANT(length > 0 && (size_t)length < sizeof self->out_path);

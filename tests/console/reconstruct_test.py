@@ -209,6 +209,13 @@ class Reconstruct(Surfaces):
         os.symlink(self.files, os.path.join(self.files, "link"))
         self.assertEqual(self.refused("reconstruct link")[0], "MISSING")
         os.unlink(os.path.join(self.files, "link"))
+        # Nor does what is written follow one.
+        outside = os.path.join(self.folder, "outside")
+        os.mkdir(outside)
+        os.symlink(outside, os.path.join(self.files, "surface-new-1"))
+        self.assertEqual(self.first.ask_json("reconstruct new 1 0.5")["error"], "ARGUMENT")
+        self.assertEqual(os.listdir(outside), [])
+        os.unlink(os.path.join(self.files, "surface-new-1"))
         error, text = self.refused("reconstruct new 1 1 300 310")
         self.assertNotIn("--", text)
         self.assertIn(error, ("DISPARITY_RANGE", "NO_SURFACE", "OVERLAP"))
