@@ -12,6 +12,7 @@
 
 #include "core/error.h"
 #include "daemon/monotonic.h"
+#include "daemon/printable.h"
 #include "daemon/remote_seal.h"
 #include "daemon/screen.h"
 
@@ -75,7 +76,9 @@ void remote_progress(struct remote *self, const char *what, uint64_t done, uint6
     const int text = between(BAR_TEXT_LEAST, room - BAR_WIDTH, BAR_TEXT);
     const int width = between(1, room - text, BAR_WIDTH);
     const int full = (int)((done < total ? done : total) * (uint64_t)width / total);
-    fprintf(stderr, "\r%-*.*s [%.*s%*s]", text, text, what, full, "##############################",
+    char shown[BAR_TEXT + 1];
+    printable_copy(what, shown, sizeof shown);
+    fprintf(stderr, "\r%-*.*s [%.*s%*s]", text, text, shown, full, "##############################",
             width - full, "");
     self->bar_columns = text + BAR_FRAME + width;
 }

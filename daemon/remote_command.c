@@ -12,6 +12,7 @@
 #include "daemon/file_error.h"
 #include "daemon/monotonic.h"
 #include "daemon/options.h"
+#include "daemon/printable.h"
 #include "daemon/remote.h"
 #include "daemon/remote_script.h"
 #include "rig/command.h"
@@ -80,7 +81,8 @@ static void show(struct remote *self, void *cookie, const char *text) {
     }
     // What failed is for people too, but not among what was asked for.
     FILE *file = !self->json && strncmp(text, "ERR ", 4) == 0 ? stderr : stdout;
-    fprintf(file, "%s\n", text);
+    (self->json ? printable_print_json : printable_print)(file, text);
+    fputc('\n', file);
     // Nobody reads it any more: nor should anything run for it, such as a watch.
     if (fflush(file) != 0) {
         remote_interrupt(self);
@@ -92,7 +94,9 @@ static int fail(struct remote *self, int error, const struct message *message, i
     if (self->json) {
         remote_show_error(self, show, NULL, error, message->text);
     } else {
-        fprintf(stderr, "vergence: %s\n", message->text);
+        fputs("vergence: ", stderr);
+        printable_print(stderr, message->text);
+        fputc('\n', stderr);
     }
     return code;
 }

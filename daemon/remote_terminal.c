@@ -10,6 +10,7 @@
 #include "core/invariant.h"
 #include "daemon/client.h"
 #include "daemon/editor.h"
+#include "daemon/printable.h"
 #include "daemon/remote.h"
 #include "daemon/screen.h"
 
@@ -68,7 +69,8 @@ static void attend(struct remote *remote) {
 static void show(struct remote *remote, void *cookie, const char *text) {
     (void)remote;
     (void)cookie;
-    printf("%s\r\n", text);
+    printable_print(stdout, text);
+    fputs("\r\n", stdout);
     fflush(stdout);
 }
 
@@ -76,7 +78,8 @@ static void tell_refusal(struct remote *remote, void *cookie, const char *text) 
     (void)remote;
     (void)cookie;
     if (strncmp(text, "ERR ", 4) == 0) {
-        fprintf(stderr, "%s\n", text);
+        printable_print(stderr, text);
+        fputc('\n', stderr);
     }
 }
 
@@ -89,7 +92,7 @@ static void send_to_screen(void *cookie, const char *data, size_t bytes) {
 static void keep_words(struct remote *remote, void *cookie, const char *text) {
     (void)remote;
     if (strncmp(text, "words: ", 7) == 0) {
-        snprintf(cookie, EDITOR_WORDS_BYTES, "%s", text + 7);
+        printable_copy(text + 7, cookie, EDITOR_WORDS_BYTES);
     }
 }
 
@@ -123,7 +126,8 @@ static bool run_line(struct terminal *self, const char *line) {
         result = remote_ask(self->remote, line, show, NULL, &message);
     }
     if (result < 0) {
-        printf("vergence: %s\r\n", message.text);
+        fputs("vergence: ", stdout);
+        show(self->remote, NULL, message.text);
     }
     self->broken = result == ERROR_DEVICE;
     return !self->broken;
@@ -169,7 +173,9 @@ int remote_terminal(struct remote *remote) {
     *self = (struct terminal){.remote = remote};
     const int heard = remote_ask(remote, "version", tell_refusal, NULL, &message);
     if (heard < 0) {
-        fprintf(stderr, "vergence: %s\n", message.text);
+        fputs("vergence: ", stderr);
+        printable_print(stderr, message.text);
+        fputc('\n', stderr);
     }
     if (heard != 0) {
         return heard < 0 ? REMOTE_EXIT_LINE : REMOTE_EXIT_ERR;

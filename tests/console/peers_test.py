@@ -7,9 +7,13 @@ import select
 import signal
 import socket
 import subprocess
+import tempfile
+import threading
+import time
 import unittest
 
 from daemon_process import PATIENCE_S, VERGENCE, DaemonTest, Terminal
+from person import Person
 
 INTERRUPTED = 130
 SILENT = b"vergence: vergenced does not answer yet; Ctrl-C ends this\n"
@@ -78,10 +82,9 @@ class Peers(DaemonTest):
         done = self.vergence("watch", "6", "version", "2")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
 
-    def fake(self, *said):
-        """A process in front of a peer that says these one after the other, each when something was
-        asked, and then nothing more."""
-        path = os.path.join(self.folder, "fake.sock")
+    def listen(self):
+        """A socket that listens, and its path."""
+        path = tempfile.mktemp(dir=self.folder)
         server = socket.socket(socket.AF_UNIX)
         self.addCleanup(server.close)
         server.bind(path)
@@ -121,6 +124,12 @@ class Peers(DaemonTest):
     def test_who_is_no_vergenced(self):
         begin = self.fake(b"SSH-2.0-OpenSSH_9.6\r\n")
         for words in (["status"], ["--json", "status"], ["fetch", "x"], []):
+        return server, path
+
+    def fake(self, *said):
+        """A process in front of a peer that says these one after the other, each when something was
+        asked, and then nothing more."""
+        server, path = self.listen()
             process, _ = begin(*words)
             output, told = process.communicate(timeout=PATIENCE_S)
             self.assertEqual(process.returncode, 3, (output, told))
@@ -165,6 +174,47 @@ class Peers(DaemonTest):
                               "reset by peer\n"))
 
     def test_quit_ends_a_script(self):
+    def test_what_a_peer_says_commands_no_terminal(self):
+        evil = b"name: a\x1b]0;x\x07\x7f\xc2\x9b1m\x9bz\tb \xc3\xa9 \xe2\x82\xac"
+        good = "name: a\\x1b]0;x\\x07\\x7f\\xc2\\x9b1m\\x9bz\\x09b \u00e9 \u20ac"
+        begin = self.fake(b"OK\n", evil + b"\nERR IO " + evil + b"\n")
+        process, _ = begin("status")
+        output, told = process.communicate(timeout=PATIENCE_S)
+        self.assertEqual((output.decode(), told.decode()), (f"{good}\n", f"ERR IO {good}\n"))
+        # One that turns it away.
+        process, _ = self.fake(b"ERR BUSY \x1b[2J\n")("status")
+        output, told = process.communicate(timeout=PATIENCE_S)
+        self.assertEqual(told, b"ERR BUSY \\x1b[2J\n")
+        # JSON stays JSON.
+        line = b'{"ok":\ttrue, "result": {"name": "\x7f\xc2\x9b\xc3\xa9"}}\r \n'
+        process, _ = self.fake(b"OK\n", line)("--json", "status")
+        output, told = process.communicate(timeout=PATIENCE_S)
+        self.assertEqual(json.loads(output)["result"]["name"], "\x7f\x9b\u00e9")
+        self.assertEqual([byte for byte in output[:-1] if byte < 32 or byte == 127], [])
+        self.assertNotIn(b"\x9b", output)
+
+    def test_what_a_peer_says_to_a_person(self):
+        server, path = self.listen()
+        said = (b"OK\n", b"version: 1\nOK\n", b"a\x1b[2Jb\nERR IO \xc2\x9b\n",
+                b"words: show\x1b\nOK\n")
+
+        def serve():
+            with server.accept()[0] as peer:
+                for text in said:
+                    peer.recv(4096)
+                    peer.sendall(text)
+                peer.recv(4096)
+
+        thread = threading.Thread(target=serve)
+        thread.start()
+        self.addCleanup(thread.join, PATIENCE_S)
+        person = Person(path)
+        self.addCleanup(person.close)
+        # The screen takes no control character.
+        self.assertEqual(person.run("show"), ["a\\x1b[2Jb", "ERR IO \\xc2\\x9b"])
+        person.send("sh\t")
+        person.wait_line("vergence> show?")
+
         for script in ("quit\nstatus\n", " quit # now\nfly\n", "quit"):
             done = self.vergence(input=script)
             self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "OK\n", ""))
