@@ -21,7 +21,6 @@ enum {
     SILENT_TRIES = 3,  ///< of them in a row that nothing answers: nobody is there
     CALL_SERIAL_MS = 3000,
     CALL_SOCKET_MS = 60000,
-    GREET_MS = 5000,  ///< after which a silent peer is told
     BAR_WIDTH = 30,
     BAR_TEXT = 44,
     BAR_TEXT_LEAST = 10,  ///< in a narrow window, where the bar is shorter as well
@@ -164,9 +163,9 @@ static bool is_turned_away(const char *text) {
     return strncmp(text, "ERR ", 4) == 0 && text[4] > ' ';
 }
 
-/// Waits for the answer to the greeting as long as it takes. 0, ERROR_DEVICE or ERROR_CANCELLED.
+/// Waits for the answer to the greeting. 0, ERROR_DEVICE, ERROR_TIMEOUT or ERROR_CANCELLED.
 static int await_greeting(struct remote *self, char **text) {
-    int limit_ms = GREET_MS;
+    int limit_ms = remote_line_left_ms(&self->line);
     for (;;) {
         bool extra = false;
         const int error = remote_line_receive(&self->line, limit_ms, self->extra_fd, &extra, text);
@@ -176,7 +175,7 @@ static int await_greeting(struct remote *self, char **text) {
         if (self->interrupted) {
             return ERROR_CANCELLED;
         }
-        if (error == ERROR_TIMEOUT) {
+        if (error == ERROR_TIMEOUT && self->person) {
             fputs("vergence: vergenced does not answer yet; Ctrl-C ends this\n", stderr);
             limit_ms = REMOTE_FOREVER_MS;
         } else if (error != ERROR_CANCELLED) {
@@ -196,6 +195,9 @@ int remote_greet(struct remote *self, remote_show *show, void *cookie, struct me
     const int error = await_greeting(self, &text);
     if (error == ERROR_CANCELLED) {
         return give_up(message);
+    }
+    if (error == ERROR_TIMEOUT) {
+        return message_set(message, error, "nothing answers: is it vergenced, and not stopped?");
     }
     if (error != 0) {
         return message_set(message, ERROR_DEVICE, "the connection broke");

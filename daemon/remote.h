@@ -26,6 +26,7 @@ enum {
 struct remote {
     struct remote_line line;
     bool json;         ///< answers are shown as they come
+    bool person;       ///< at a terminal, who can end the wait for a silent peer
     int bar_columns;   ///< of the progress that is shown on standard error; 0: none
     int32_t id;        ///< of the last request that wanted one, 0 .. 999999
     bool interrupted;  ///< by Ctrl-C: what runs is given up, and nothing new is begun
@@ -63,9 +64,10 @@ struct remote_written {
 
 /// Finds out that vergenced is at the other end of a socket, which its event loop answers at once,
 /// whatever its threads do (a serial line is asked when it is opened). A peer that says nothing is
-/// told on standard error, and waited for. 0; 1: the daemon turns the client away, which `show` has
-/// seen; or with a message ERROR_DEVICE: the connection broke, ERROR_VERSION: what answers is no
-/// vergenced, ERROR_CANCELLED: the user has interrupted.
+/// given up after REMOTE_LINE_OPEN_MS from the opening of the line on; a person gets a line on
+/// standard error then, and the wait goes on. 0; 1: the daemon turns the client away, which `show`
+/// has seen; or with a message ERROR_DEVICE: the connection broke, ERROR_VERSION: what answers is no
+/// vergenced, ERROR_TIMEOUT: nothing answers, ERROR_CANCELLED: the user has interrupted.
 int remote_greet(struct remote *self, remote_show *show, void *cookie, struct message *message);
 
 /// Whether a word is meant to be an address (unix:PATH, ...): no command has such a name.

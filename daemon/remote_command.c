@@ -277,6 +277,7 @@ static int first_word(int *argc, char **argv) {
 /// the command of the command line, NULL: there is none.
 static int converse(struct remote *self, const char *line, bool keep_going) {
     struct message message;
+    self->person = line == NULL && isatty(STDIN_FILENO) != 0 && !self->json;
     watch_signals(self);
     const int error = remote_greet(self, show, NULL, &message);
     if (error < 0) {
@@ -286,7 +287,7 @@ static int converse(struct remote *self, const char *line, bool keep_going) {
     if (error != 0) {
         return REMOTE_EXIT_ERR;
     }
-    if (line == NULL && isatty(STDIN_FILENO) != 0 && !self->json) {
+    if (self->person) {
         unwatch_signals(self);
         return remote_terminal(self);
     }

@@ -22,14 +22,31 @@
 enum {
     PORT_MOST = 65535,
     SERIAL_BAUD = 115200,
-    HELLO_MS = 1500,
+    HELLO_MS = 1000,
     HELLO_TRIES = 4,
     QUIET_MS = 100,
     SIGN_OF_LIFE = 0x16,
     SEND_MS = 10000
 };
 
-static int open_unix(const char *path, struct message *message) {
+int remote_line_left_ms(const struct remote_line *self) {
+    const uint64_t gone_ms = (monotonic_now_us() - self->opened_us) / MONOTONIC_US_IN_MS;
+    return gone_ms < REMOTE_LINE_OPEN_MS ? REMOTE_LINE_OPEN_MS - (int)gone_ms : 0;
+}
+
+/// Connects within the time that is left. False: errno says why.
+static bool connect_in_time(const struct remote_line *self, int fd, const struct sockaddr *address,
+                            socklen_t bytes) {
+    const int left_ms = remote_line_left_ms(self);
+    const struct timeval limit = {.tv_sec = left_ms / 1000, .tv_usec = left_ms % 1000 * 1000 + 1};
+    // Of a connect as well; one that is cut off leaves EAGAIN, or EINPROGRESS over TCP.
+    setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
+    const bool connected = connect(fd, address, bytes) == 0;
+    errno = !connected && (errno == EAGAIN || errno == EINPROGRESS) ? ETIMEDOUT : errno;
+    return connected;
+}
+
+static int open_unix(const struct remote_line *self, const char *path, struct message *message) {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     if (path[0] == '\0') {
         return message_set(message, ERROR_ARGUMENT, "unix:: expected is unix:PATH");
@@ -39,7 +56,7 @@ static int open_unix(const char *path, struct message *message) {
     }
     strcpy(address.sun_path, path);
     const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    if (fd >= 0 && connect(fd, (const struct sockaddr *)&address, sizeof address) == 0) {
+    if (fd >= 0 && connect_in_time(self, fd, (const struct sockaddr *)&address, sizeof address)) {
         return fd;
     }
     const int number = errno;
@@ -64,7 +81,7 @@ static int64_t parse_number(const char *text, int64_t most) {
     return number <= most ? number : -1;
 }
 
-static int open_tcp(const char *place, struct message *message) {
+static int open_tcp(const struct remote_line *self, const char *place, struct message *message) {
     char host[256];
     const char *colon = strrchr(place, ':');
     if (colon == NULL || (size_t)(colon - place) >= sizeof host) {
@@ -86,7 +103,7 @@ static int open_tcp(const char *place, struct message *message) {
     int fd = -1;
     for (const struct addrinfo *at = list; at != NULL && fd < 0; at = at->ai_next) {
         fd = socket(at->ai_family, at->ai_socktype | SOCK_CLOEXEC, at->ai_protocol);
-        if (fd >= 0 && connect(fd, at->ai_addr, at->ai_addrlen) != 0) {
+        if (fd >= 0 && !connect_in_time(self, fd, at->ai_addr, at->ai_addrlen)) {
             const int number = errno;
             close(fd);
             errno = number;
@@ -127,14 +144,14 @@ static int open_serial(const char *place, struct message *message) {
 /// Ctrl-C ends whatever somebody has typed there; then the console learns who is here.
 static bool greet(struct remote_line *self) {
     static const char hello[] = "\003\r@sealed\r";
-    for (int i = 0; i < HELLO_TRIES; i++) {
+    for (int i = 0; i < HELLO_TRIES && remote_line_left_ms(self) > HELLO_MS; i++) {
         char *text = NULL;
         bool extra = false;
         remote_line_quiet(self, QUIET_MS);
         if (!remote_line_send(self, hello, sizeof hello - 1)) {
             return false;
         }
-        const uint64_t end_us = monotonic_now_us() + HELLO_MS * 1000;
+        const uint64_t end_us = monotonic_now_us() + HELLO_MS * MONOTONIC_US_IN_MS;
         while (monotonic_now_us() < end_us &&
                remote_line_receive(self, HELLO_MS, -1, &extra, &text) == 0) {
             if (strcmp(text, "OK") == 0) {
@@ -147,11 +164,12 @@ static bool greet(struct remote_line *self) {
 }
 
 int remote_line_open(struct remote_line *self, const char *where, struct message *message) {
-    *self = (struct remote_line){.fd = -1};
+    *self = (struct remote_line){.fd = -1, .opened_us = monotonic_now_us()};
     if (strncmp(where, "unix:", 5) == 0) {
-        self->fd = open_unix(where + 5, message);
+        self->fd = open_unix(self, where + 5, message);
     } else if (strncmp(where, "tcp:", 4) == 0) {
-        self->fd = open_tcp(where + 4, message);
+        self->fd = open_tcp(self, where + 4, message);
+        self->tcp = true;
     } else if (strncmp(where, "serial:", 7) == 0) {
         self->fd = open_serial(where + 7, message);
         self->serial = true;
@@ -294,7 +312,7 @@ int remote_line_receive(struct remote_line *self, int limit_ms, int extra_fd, bo
 
 void remote_line_quiet(struct remote_line *self, int quiet_ms) {
     struct pollfd wait = {.fd = self->fd, .events = POLLIN};
-    const uint64_t end_us = monotonic_now_us() + (uint64_t)quiet_ms * 20000;
+    const uint64_t end_us = monotonic_now_us() + (uint64_t)quiet_ms * 10000;
     self->used = 0;
     self->filled = 0;
     self->skipping = false;

@@ -14,12 +14,17 @@
 extern "C" {
 #endif
 
-enum { REMOTE_LINE_BYTES = 256 * 1024, REMOTE_FOREVER_MS = -1 };
+enum {
+    REMOTE_LINE_BYTES = 256 * 1024,
+    REMOTE_FOREVER_MS = -1,
+    REMOTE_LINE_OPEN_MS = 4500  ///< until something must have answered; the whole in less than 5 s
+};
 
 struct remote_line {
     int fd;
-    bool serial;
-    char *data;  ///< REMOTE_LINE_BYTES of it
+    bool serial, tcp;
+    uint64_t opened_us;  ///< monotonic: when its opening began
+    char *data;          ///< REMOTE_LINE_BYTES of it
     size_t used, filled;
     bool skipping;         ///< the rest of a line that was too long
     uint64_t heard_us;     ///< monotonic: when something came last, also a sign of life alone
@@ -28,9 +33,12 @@ struct remote_line {
 
 /// Opens `where`: unix:PATH, tcp:HOST:PORT, serial:DEVICE or serial:DEVICE:BAUD (115200). On a
 /// serial line the console is told that a program is here, which seals what it sends, and the signs
-/// of life that it gives are no part of any line (daemon/README.md). 0, or an error with a message:
-/// ERROR_ARGUMENT when `where` makes no sense; ERROR_IO of unix:PATH leaves the cause in errno.
+/// of life that it gives are no part of any line (daemon/README.md). 0, or within
+/// REMOTE_LINE_OPEN_MS an error with a message: ERROR_ARGUMENT when `where` makes no sense; ERROR_IO
+/// of unix:PATH leaves the cause in errno.
 int remote_line_open(struct remote_line *self, const char *where, struct message *message);
+/// How much is left of the time in which the other end must answer.
+int remote_line_left_ms(const struct remote_line *self);
 /// Tells a serial console that the program has gone.
 void remote_line_close(struct remote_line *self);
 

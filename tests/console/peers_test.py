@@ -16,6 +16,7 @@ from daemon_process import PATIENCE_S, VERGENCE, DaemonTest, Terminal
 from person import Person
 
 INTERRUPTED = 130
+BUSY_S = 20  # that a program may have to wait for a processor
 SILENT = b"vergence: vergenced does not answer yet; Ctrl-C ends this\n"
 NO_ANSWER = "vergenced does not answer as it should"
 
@@ -38,29 +39,63 @@ class Peers(DaemonTest):
         self.assertTrue(select.select([file], [], [], PATIENCE_S)[0], "nothing is told")
         return file.readline()
 
-    def test_a_daemon_that_stands_still_is_told_once_and_waited_for(self):
-        for words in (["wait", "0"], ["--json", "wait", "0"], ["fetch", "none"], []):
-            self.daemon.send_signal(signal.SIGSTOP)
-            try:
-                process = self.begin(*words, stdin=subprocess.DEVNULL)
-                self.assertEqual(self.wait_line(process.stderr), SILENT)
-            finally:
-                self.daemon.send_signal(signal.SIGCONT)
-            output, told = process.communicate(timeout=PATIENCE_S)
-            self.assertEqual((process.returncode, told.count(b"\n")),
-                             (1, 1) if "fetch" in words else (0, 0), (words, told))
-            self.assertEqual(output.count(b"\n"), "wait" in words)
+    def check_given_up(self, process, words):
+        """Nothing answers: exit code 3 and one line, or its JSON."""
+        output, told = process.communicate(timeout=PATIENCE_S)
+        self.assertEqual(process.returncode, 3, (words, output, told))
+        if "--json" in words:
+            self.assertEqual((json.loads(output)["error"], told), ("TIMEOUT", b""))
+        else:
+            self.assertEqual((output, told.count(b"\n")), (b"", 1), told)
+            self.assertTrue(told.startswith(b"vergence: "), told)
 
-    def test_ctrl_c_at_a_daemon_that_stands_still(self):
+    def test_a_daemon_that_stands_still_is_given_up(self):
+        self.stop_daemon()
+        kinds = (["wait", "0"], ["--json", "wait", "0"], ["fetch", "none"], [], ["--json"])
+        begin = time.monotonic()
+        processes = [self.begin(*words, stdin=subprocess.DEVNULL) for words in kinds]
+        for words, process in zip(kinds, processes):
+            self.check_given_up(process, words)
+        # 4.5 s, and what a busy machine adds to it.
+        self.assertLess(time.monotonic() - begin, 4.5 + BUSY_S)
+
+    def test_who_never_answers_is_given_up(self):
+        """A program at a port, one that accepts no more, a device."""
+        port = socket.create_server(("127.0.0.1", 0))
+        self.addCleanup(port.close)
+        path = os.path.join(self.folder, "full.sock")
+        full = socket.socket(socket.AF_UNIX)
+        self.addCleanup(full.close)
+        full.bind(path)
+        full.listen(0)
+        waiting = socket.socket(socket.AF_UNIX)
+        self.addCleanup(waiting.close)
+        waiting.connect(path)
+        device = Terminal()
+        self.addCleanup(device.close)
+        chatty = Terminal()
+        self.addCleanup(chatty.close)
+        places = [f"tcp:127.0.0.1:{port.getsockname()[1]}", f"unix:{path}", f"serial:{device.name}",
+                  f"serial:{chatty.name}"]
+        begin = time.monotonic()
+        processes = [self.begin("version", where=where) for where in places]
+        while any(process.poll() is None for process in processes):
+            self.assertLess(time.monotonic() - begin, 4.5 + BUSY_S)
+            chatty.send("$GPGGA,1\r\n")
+            for ready in select.select([device.master, chatty.master], [], [], 0.02)[0]:
+                os.read(ready, 4096)
+            time.sleep(0.01)  # a device that talks all the time, not as fast as can be
+        for where, process in zip(places, processes):
+            self.check_given_up(process, [where])
+        print(f"given up after {time.monotonic() - begin:.2f} s")
+
+    def test_ctrl_c_at_one_that_does_not_answer(self):
+        begin = self.fake()
         for words in (["status"], ["--json", "status"], []):
-            self.daemon.send_signal(signal.SIGSTOP)
-            try:
-                process = self.begin(*words, stdin=subprocess.DEVNULL)
-                self.wait_line(process.stderr)
-                process.send_signal(signal.SIGINT)
-                output, told = process.communicate(timeout=PATIENCE_S)
-            finally:
-                self.daemon.send_signal(signal.SIGCONT)
+            process, peer = begin(*words)
+            self.assertEqual(peer.recv(4096), b"@text\n")
+            process.send_signal(signal.SIGINT)
+            output, told = process.communicate(timeout=PATIENCE_S)
             self.assertEqual(process.returncode, INTERRUPTED, (output, told))
             if "--json" in words:
                 self.assertEqual((json.loads(output)["error"], told), ("CANCELLED", b""))
@@ -88,8 +123,13 @@ class Peers(DaemonTest):
         server = socket.socket(socket.AF_UNIX)
         self.addCleanup(server.close)
         server.bind(path)
-        self.addCleanup(os.remove, path)
         server.listen()
+        return server, path
+
+    def fake(self, *said):
+        """A process in front of a peer that says these one after the other, each when something was
+        asked, and then nothing more."""
+        server, path = self.listen()
 
         def begin(*words):
             process = self.begin(*words, where=f"unix:{path}")
@@ -124,12 +164,6 @@ class Peers(DaemonTest):
     def test_who_is_no_vergenced(self):
         begin = self.fake(b"SSH-2.0-OpenSSH_9.6\r\n")
         for words in (["status"], ["--json", "status"], ["fetch", "x"], []):
-        return server, path
-
-    def fake(self, *said):
-        """A process in front of a peer that says these one after the other, each when something was
-        asked, and then nothing more."""
-        server, path = self.listen()
             process, _ = begin(*words)
             output, told = process.communicate(timeout=PATIENCE_S)
             self.assertEqual(process.returncode, 3, (output, told))
@@ -140,40 +174,6 @@ class Peers(DaemonTest):
             else:
                 self.assertEqual((output, told.decode()), (b"", f"vergence: {NO_ANSWER}\n"))
 
-    def test_a_script_that_cannot_be_read(self):
-        directory = os.open(self.folder, os.O_RDONLY)
-        self.addCleanup(os.close, directory)
-        closed = ("sh", "-c", 'exec "$@" <&-', "sh")
-        connect = [VERGENCE, "--connect", f"unix:{self.path}"]
-        for launcher, why, error in (((), "Is a directory", "IO"),
-                                     (closed, "Bad file descriptor", "IO")):
-            for words in ([], ["--json"]):
-                done = subprocess.run([*launcher, *connect, *words], stdin=directory, text=True,
-                                      capture_output=True, timeout=PATIENCE_S)
-                why_all = f"standard input cannot be read: {why}"
-                self.assertEqual(done.returncode, 1, done)
-                if words:
-                    answer = json.loads(done.stdout)
-                    self.assertEqual((answer["ok"], answer["error"], answer["message"]),
-                                     (False, error, why_all))
-                    self.assertEqual(done.stderr, "")
-                else:
-                    self.assertEqual((done.stdout, done.stderr), ("", f"vergence: {why_all}\n"))
-
-    def test_a_script_that_breaks_off(self):
-        """What stands before the break is carried out, a line that it cut is not."""
-        for words in ([], ["--keep-going"]):
-            here, there = socket.socketpair()
-            with there:
-                there.sendall(b"x")  # left unread, the other end's close is an error
-                here.sendall(b"wait 0\nversi")
-                here.close()
-                done = self.vergence(*words, stdin=there)
-            self.assertEqual((done.returncode, done.stdout, done.stderr),
-                             (1, "OK\n", "vergence: standard input cannot be read: Connection "
-                              "reset by peer\n"))
-
-    def test_quit_ends_a_script(self):
     def test_what_a_peer_says_commands_no_terminal(self):
         evil = b"name: a\x1b]0;x\x07\x7f\xc2\x9b1m\x9bz\tb \xc3\xa9 \xe2\x82\xac"
         good = "name: a\\x1b]0;x\\x07\\x7f\\xc2\\x9b1m\\x9bz\\x09b \u00e9 \u20ac"
@@ -215,6 +215,40 @@ class Peers(DaemonTest):
         person.send("sh\t")
         person.wait_line("vergence> show?")
 
+    def test_a_script_that_cannot_be_read(self):
+        directory = os.open(self.folder, os.O_RDONLY)
+        self.addCleanup(os.close, directory)
+        closed = ("sh", "-c", 'exec "$@" <&-', "sh")
+        connect = [VERGENCE, "--connect", f"unix:{self.path}"]
+        for launcher, why, error in (((), "Is a directory", "IO"),
+                                     (closed, "Bad file descriptor", "IO")):
+            for words in ([], ["--json"]):
+                done = subprocess.run([*launcher, *connect, *words], stdin=directory, text=True,
+                                      capture_output=True, timeout=PATIENCE_S)
+                why_all = f"standard input cannot be read: {why}"
+                self.assertEqual(done.returncode, 1, done)
+                if words:
+                    answer = json.loads(done.stdout)
+                    self.assertEqual((answer["ok"], answer["error"], answer["message"]),
+                                     (False, error, why_all))
+                    self.assertEqual(done.stderr, "")
+                else:
+                    self.assertEqual((done.stdout, done.stderr), ("", f"vergence: {why_all}\n"))
+
+    def test_a_script_that_breaks_off(self):
+        """What stands before the break is carried out, a line that it cut is not."""
+        for words in ([], ["--keep-going"]):
+            here, there = socket.socketpair()
+            with there:
+                there.sendall(b"x")  # left unread, the other end's close is an error
+                here.sendall(b"wait 0\nversi")
+                here.close()
+                done = self.vergence(*words, stdin=there)
+            self.assertEqual((done.returncode, done.stdout, done.stderr),
+                             (1, "OK\n", "vergence: standard input cannot be read: Connection "
+                              "reset by peer\n"))
+
+    def test_quit_ends_a_script(self):
         for script in ("quit\nstatus\n", " quit # now\nfly\n", "quit"):
             done = self.vergence(input=script)
             self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "OK\n", ""))
