@@ -15,12 +15,14 @@
 #include "daemon/printable.h"
 #include "daemon/remote_seal.h"
 #include "daemon/screen.h"
+#include "daemon/token.h"
 
 enum {
     CALL_TRIES = 12,   ///< of a request that may be repeated
     SILENT_TRIES = 3,  ///< of them in a row that nothing answers: nobody is there
     CALL_SERIAL_MS = 3000,
     CALL_SOCKET_MS = 60000,
+    HELLO_BYTES = sizeof TOKEN_PREFIX + TOKEN_BYTES + 1,
     BAR_WIDTH = 30,
     BAR_TEXT = 44,
     BAR_TEXT_LEAST = 10,  ///< in a narrow window, where the bar is shorter as well
@@ -184,15 +186,37 @@ static int await_greeting(struct remote *self, char **text) {
     }
 }
 
+/// The first line: over TCP the token. Where no file is named, and there is none in the default
+/// place, the daemon has to say whether it needs one: a tunnel may lead to a Unix socket.
+static int make_hello(const struct remote *self, char hello[HELLO_BYTES], struct message *message) {
+    char token[TOKEN_BYTES];
+    int error = ERROR_MISSING;
+    if (self->line.tcp) {
+        error = token_read(self->token_path, token, message);
+    }
+    if (error == ERROR_MISSING && self->token_path == NULL) {
+        strcpy(hello, "@text\n");  // as it is anyway
+        return 0;
+    }
+    if (error == 0) {
+        snprintf(hello, HELLO_BYTES, TOKEN_PREFIX "%s\n", token);
+    }
+    return error;
+}
+
 int remote_greet(struct remote *self, remote_show *show, void *cookie, struct message *message) {
-    static const char hello[] = "@text\n";  // as it is anyway
+    char hello[HELLO_BYTES];
     char *text = NULL;
     if (self->line.serial) {
         return 0;
     }
+    int error = make_hello(self, hello, message);
+    if (error != 0) {
+        return error;
+    }
     // A daemon that has hung up said why: that has come, also when nothing can be sent any more.
-    remote_line_send(&self->line, hello, sizeof hello - 1);
-    const int error = await_greeting(self, &text);
+    remote_line_send(&self->line, hello, strlen(hello));
+    error = await_greeting(self, &text);
     if (error == ERROR_CANCELLED) {
         return give_up(message);
     }

@@ -25,13 +25,14 @@ enum {
 /// A conversation.
 struct remote {
     struct remote_line line;
-    bool json;         ///< answers are shown as they come
-    bool person;       ///< at a terminal, who can end the wait for a silent peer
-    int bar_columns;   ///< of the progress that is shown on standard error; 0: none
-    int32_t id;        ///< of the last request that wanted one, 0 .. 999999
-    bool interrupted;  ///< by Ctrl-C: what runs is given up, and nothing new is begun
-    bool refused;      ///< by the instrument, which said ERR to the last remote_call
-    bool over;         ///< the instrument has obeyed a "quit": nothing more can be asked
+    bool json;               ///< answers are shown as they come
+    bool person;             ///< at a terminal, who can end the wait for a silent peer
+    const char *token_path;  ///< of the token for TCP; NULL: the default one
+    int bar_columns;         ///< of the progress that is shown on standard error; 0: none
+    int32_t id;              ///< of the last request that wanted one, 0 .. 999999
+    bool interrupted;        ///< by Ctrl-C: what runs is given up, and nothing new is begun
+    bool refused;            ///< by the instrument, which said ERR to the last remote_call
+    bool over;               ///< the instrument has obeyed a "quit": nothing more can be asked
     /// What may want attention while an answer is awaited, and who gives it; -1, NULL: none.
     int extra_fd;
     void (*attend)(struct remote *self);
@@ -63,11 +64,12 @@ struct remote_written {
 };
 
 /// Finds out that vergenced is at the other end of a socket, which its event loop answers at once,
-/// whatever its threads do (a serial line is asked when it is opened). A peer that says nothing is
-/// given up after REMOTE_LINE_OPEN_MS from the opening of the line on; a person gets a line on
-/// standard error then, and the wait goes on. 0; 1: the daemon turns the client away, which `show`
-/// has seen; or with a message ERROR_DEVICE: the connection broke, ERROR_VERSION: what answers is no
-/// vergenced, ERROR_TIMEOUT: nothing answers, ERROR_CANCELLED: the user has interrupted.
+/// whatever its threads do (a serial line is asked when it is opened); over TCP gives the token. A
+/// peer that says nothing is given up after REMOTE_LINE_OPEN_MS from the opening of the line on; a
+/// person gets a line on standard error then, and the wait goes on. 0; 1: the daemon turns the
+/// client away, which `show` has seen; or with a message ERROR_DEVICE: the connection broke,
+/// ERROR_VERSION: what answers is no vergenced, ERROR_TIMEOUT: nothing answers, ERROR_CANCELLED:
+/// the user has interrupted, or an error of token_read.
 int remote_greet(struct remote *self, remote_show *show, void *cookie, struct message *message);
 
 /// Whether a word is meant to be an address (unix:PATH, ...): no command has such a name.

@@ -22,6 +22,7 @@ enum { EXIT_INTERRUPTED = 130 };
 
 struct arguments {
     const char *connect;
+    const char *token;
     bool json;
     bool keep_going;
 };
@@ -35,6 +36,12 @@ static const struct option options[] = {
          "unix:PATH, tcp:HOST:PORT, serial:DEVICE or serial:DEVICE:BAUD (115200). Without it: the "
          "vergenced that this user has started without a setting for its socket, else the "
          "system's."},
+    {.name = "token",
+     .kind = OPTION_TEXT,
+     .offset = offsetof(struct arguments, token),
+     .value_name = "FILE",
+     .help = "The token for tcp:HOST:PORT, where it is not in the file that vergenced makes by "
+             "default."},
     {.name = "json",
      .kind = OPTION_FLAG,
      .offset = offsetof(struct arguments, json),
@@ -262,7 +269,7 @@ static int first_word(int *argc, char **argv) {
     int at = 1;
     while (at < *argc && strncmp(argv[at], "--", 2) == 0) {
         if (strcmp(argv[at], "--connect") != 0) {
-            at++;
+            at += strcmp(argv[at], "--token") == 0 && at + 1 < *argc ? 2 : 1;
         } else if (at + 1 < *argc && remote_is_address(argv[at + 1])) {
             at += 2;
         } else {
@@ -307,7 +314,8 @@ int remote_main(int argc, char **argv) {
     }
     // Answers to another program may still come: its numbers were others.
     const int32_t id = (int32_t)(monotonic_now_us() % REMOTE_IDS);
-    struct remote remote = {.json = arguments.json, .id = id, .extra_fd = -1};
+    struct remote remote = {
+        .json = arguments.json, .id = id, .extra_fd = -1, .token_path = arguments.token};
     const char *option = misplaced(argv + first, count);
     if (option != NULL) {
         message_set(&message, 0, "\"%s\" goes between ADDRESS and the command", option);

@@ -45,8 +45,9 @@ struct config {
     bool reset_active_low, irq_active_low, lens_power_active_low, trigger_active_low;
 
     char socket[LISTENER_PATH_BYTES];
-    uint16_t tcp_port;                ///< 0: none
-    char console[CONFIG_TEXT_BYTES];  ///< a terminal's device, or "stdio"
+    uint16_t tcp_port;                  ///< 0: none
+    char tcp_token[CONFIG_TEXT_BYTES];  ///< file; "": the default one of daemon/token.h
+    char console[CONFIG_TEXT_BYTES];    ///< a terminal's device, or "stdio"
     uint32_t console_baud;
     uint32_t clients, queue;
     uint32_t reader_timeout_s;

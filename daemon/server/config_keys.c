@@ -70,8 +70,14 @@ static const struct config_key keys[] = {
      .least = 0,
      .most = 65535,
      .none = "off",
-     .help = "TCP port for clients on this machine (127.0.0.1); anybody who can log in here can "
-             "use it"},
+     .help = "TCP port for clients on this machine (127.0.0.1) that give the token"},
+    {.name = "tcp_token",
+     .kind = CONFIG_TEXT,
+     AT(tcp_token),
+     .none = "default",
+     .help = "file with the token of clients over TCP, which the daemon makes where there is none "
+             "and only its user may read; default: vergence/tcp_token in XDG_STATE_HOME where that "
+             "is set, else in /var/lib for users who can write there, else in ~/.local/state"},
     TEXT("console", console, "terminal: a serial device, or stdio"),
     NUMBER("console_baud", console_baud, 9600, 921600, "baud", "speed of that device"),
     NUMBER("clients", clients, 1, SERVER_CLIENTS_MAX, NULL, "most clients at a time"),

@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/server/admission.h"
 #include "daemon/server/connection_input.h"
 
 enum {
@@ -51,6 +52,9 @@ void connection_begin(struct connection *self, enum connection_kind kind, int in
                       const char *name) {
     INVARIANT(!self->used && atomic_load(&self->job.state) == JOB_FREE);
     self->used = true;
+    self->greeted = true;
+    self->token = NULL;
+    self->hangs_up = NULL;
     self->kind = kind;
     self->program = false;
     self->sealed = false;
@@ -78,6 +82,12 @@ void connection_begin(struct connection *self, enum connection_kind kind, int in
         output_put_text(&self->output, "vergence: \"help\" lists the commands\r\n");
         editor_begin(&self->editor);
     }
+}
+
+void connection_await_greeting(struct connection *self, const char *token, uint64_t now_us) {
+    self->greeted = false;
+    self->token = token;
+    self->begun_us = now_us;
 }
 
 bool connection_is_busy(const struct connection *self) {
@@ -153,6 +163,7 @@ static void begin_line(struct connection *self, const char *line, bool refused) 
     if (error == 0 && line[0] == '@' && command[strspn(command, " \t")] == '\0') {
         self->json = job->request.json;
         self->progress = job->request.progress;
+        self->greeted = true;
         job->command = NULL;
         self->host->answer(self->host->self, job, 0, "");
         return;
@@ -161,6 +172,7 @@ static void begin_line(struct connection *self, const char *line, bool refused) 
     if (error == 0) {
         error = self->host->parse(self->host->self, command, job, message, sizeof message);
     }
+    self->greeted = self->greeted || (error == 0 && job->command != NULL);
     if (error == 0 && job->command != NULL && refused) {
         error = ERROR_CANCELLED;
         snprintf(message, sizeof message, "%s", error_text(error));
@@ -227,6 +239,27 @@ static void answer_unread(struct connection *self, int error, const char *messag
     self->host->answer(self->host->self, &self->job, error, message);
 }
 
+/// A first line that says who is there, and is carried out no further.
+static void take_greeting(struct connection *self, enum admission admission) {
+    if (admission == ADMISSION_TOKEN) {
+        self->greeted = true;
+        answer_unread(self, 0, "");
+        return;
+    }
+    if (admission == ADMISSION_HTTP) {
+        self->hangs_up = "speaks HTTP";
+        connection_gone(self);
+        return;
+    }
+    self->hangs_up = "over TCP gives a wrong token, or none";
+    answer_unread(
+        self, ERROR_REFUSED,
+        "over TCP the first line is \"@token TOKEN\": the setting \"tcp_token\" names the "
+        "file, which vergence --connect finds, or gets by --token FILE");
+    self->ended = true;
+    connection_input_forget(self, self->input_bytes);
+}
+
 /// Takes the next whole line of a program; false: there is none.
 static bool step_lines(struct connection *self) {
     size_t length = 0;
@@ -244,8 +277,14 @@ static bool step_lines(struct connection *self) {
     line[fits ? length : 0] = '\0';
     const bool skipped = self->skipping;
     const bool refused = self->refused_bytes > 0 || self->ctrl_c_ahead;
+    const enum admission admission =
+        self->greeted || skipped ? ADMISSION_LINE : admission_of(self->input, length, self->token);
     self->skipping = !whole;
     connection_input_forget(self, whole && length < self->input_bytes ? length + 1 : length);
+    if (admission != ADMISSION_LINE) {
+        take_greeting(self, admission);
+        return true;
+    }
     const bool empty = line[strspn(line, " \t")] == '\0' && fits;
     if (skipped || empty || change_side(self, line)) {
         return true;

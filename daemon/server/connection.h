@@ -46,7 +46,11 @@ struct connection_host {
 
 struct connection {
     bool used;
-    bool lasting;  ///< a terminal of the daemon's own: comes back after its end
+    bool greeted;          ///< a line has come that makes sense; over TCP the token
+    const char *token;     ///< that the first line must give; NULL: none
+    uint64_t begun_us;     ///< when a client came that has yet to greet
+    const char *hangs_up;  ///< why the daemon ends the connection, for the log; NULL: it does not
+    bool lasting;          ///< a terminal of the daemon's own: comes back after its end
     enum connection_kind kind;
     bool program;  ///< a terminal whose other end is a program
     bool sealed;   ///< which seals its lines
@@ -83,6 +87,9 @@ void connection_destroy(struct connection *self);
 /// A client has come.
 void connection_begin(struct connection *self, enum connection_kind kind, int in_fd, int out_fd,
                       const char *name);
+/// The client that has come at `now_us` has yet to greet, and to give the token unless that is
+/// NULL.
+void connection_await_greeting(struct connection *self, const char *token, uint64_t now_us);
 /// Whether a person types there now.
 bool connection_is_edited(const struct connection *self);
 /// Whether a command is under way, or a watch.

@@ -22,12 +22,15 @@
 #include "daemon/server/notify.h"
 
 enum {
-    CONSOLE = 0,    ///< its place among the clients
+    CONSOLE = 0,  ///< its place among the clients
+    UNIX = 0,     ///< places among the listeners
+    TCP = 1,
     TICK_MS = 250,  ///< the loop looks at all once in this time, come what may
     FDS_MAX = 2 + SERVER_LISTENERS + 2 * (SERVER_CLIENTS_MAX + 1),
     STUCK_SIMULATED_S = 150,  ///< a simulated rig renders its frames, which takes what it takes
     LOOK_BYTES = 256 * 1024,  ///< more than a socket holds
     LOOK_US = 200000,
+    GREETING_US = 10000000,  ///< a client has for its first line that makes sense
 };
 
 static void answer(void *cookie, struct job *job, int error, const char *message) {
@@ -121,18 +124,27 @@ static void open_crew(struct server *self, struct crew *crew, const struct serve
     };
 }
 
-static int open_listeners(struct server *self, struct message *message) {
-    const char *path = self->config->socket;
+/// Port and token: made before the Unix socket appears, which tells that the daemon is there.
+static int open_tcp(struct server *self, struct message *message) {
     const uint16_t port = self->config->tcp_port;
     struct message inner;
-    int error = path[0] == '\0' ? 0 : listener_unix(path, &self->listeners[0], &inner);
+    int error = port == 0 ? 0 : listener_tcp(port, &self->listeners[TCP], &inner);
     if (error != 0) {
-        return message_set(message, error, "socket = %.900s", inner.text);
+        return message_set(message, error, "tcp_port = %u: %.900s", (unsigned)port, inner.text);
     }
-    error = port == 0 ? 0 : listener_tcp(port, &self->listeners[1], &inner);
-    return error == 0
-               ? 0
-               : message_set(message, error, "tcp_port = %u: %.900s", (unsigned)port, inner.text);
+    error = port == 0 ? 0 : token_open(self->config->tcp_token, self->token, &inner);
+    return error == 0 ? 0 : message_set(message, error, "tcp_token = %.900s", inner.text);
+}
+
+static int open_listeners(struct server *self, struct message *message) {
+    const char *path = self->config->socket;
+    struct message inner;
+    int error = open_tcp(self, message);
+    if (error != 0) {
+        return error;
+    }
+    error = path[0] == '\0' ? 0 : listener_unix(path, &self->listeners[UNIX], &inner);
+    return error == 0 ? 0 : message_set(message, error, "socket = %.900s", inner.text);
 }
 
 int server_open(struct server *self, const struct server_parts *parts, struct message *message) {
@@ -184,48 +196,6 @@ static void take_signals(struct server *self) {
     }
 }
 
-static struct connection *free_seat(struct server *self) {
-    for (size_t i = CONSOLE + 1; i < self->client_count; i++) {
-        if (!self->clients[i].used) {
-            return &self->clients[i];
-        }
-    }
-    return NULL;
-}
-
-/// Without a descriptor for it a client could not even be turned away: so one is kept for that.
-static bool turn_away_without_descriptor(struct server *self, int listener) {
-    if (errno != EMFILE && errno != ENFILE) {
-        return false;
-    }
-    // It is -1 when another thread took the number that was free for a moment.
-    const int fd =
-        self->spare_fd >= 0 && close(self->spare_fd) == 0 ? listener_accept(listener) : -1;
-    if (fd >= 0) {
-        listener_turn_away(fd);
-    }
-    self->spare_fd = fcntl(self->wake_fd, F_DUPFD_CLOEXEC, 0);
-    return fd >= 0;
-}
-
-static void accept_clients(struct server *self, int listener) {
-    for (;;) {
-        const int fd = listener_accept(listener);
-        if (fd < 0 && turn_away_without_descriptor(self, listener)) {
-            continue;
-        }
-        if (fd < 0) {
-            return;
-        }
-        struct connection *seat = free_seat(self);
-        if (seat != NULL) {
-            connection_begin(seat, CONNECTION_LINES, fd, fd, "client");
-        } else {
-            listener_turn_away(fd);
-        }
-    }
-}
-
 /// Lets go of what is ours: not of the standard streams.
 static void hang_up(struct server *self, struct connection *client) {
     if (client->lasting) {
@@ -243,6 +213,41 @@ static void close_client(struct server *self, struct connection *client) {
     if (client->lasting) {
         console_left(&self->console, client->gone);
     }
+}
+
+/// A place for one more client: a free one, else that of the client that has been silent for
+/// longest since it came. NULL: all have greeted.
+static struct connection *free_seat(struct server *self) {
+    struct connection *silent = NULL;
+    for (size_t i = CONSOLE + 1; i < self->client_count; i++) {
+        struct connection *client = &self->clients[i];
+        if (!client->used) {
+            return client;
+        }
+        if (!client->greeted && (silent == NULL || client->begun_us < silent->begun_us)) {
+            silent = client;
+        }
+    }
+    if (silent != NULL) {
+        connection_gone(silent);
+        close_client(self, silent);
+    }
+    return silent;
+}
+
+/// Without a descriptor for it a client could not even be turned away: so one is kept for that.
+static bool turn_away_without_descriptor(struct server *self, int listener) {
+    if (errno != EMFILE && errno != ENFILE) {
+        return false;
+    }
+    // It is -1 when another thread took the number that was free for a moment.
+    const int fd =
+        self->spare_fd >= 0 && close(self->spare_fd) == 0 ? listener_accept(listener) : -1;
+    if (fd >= 0) {
+        listener_turn_away(fd);
+    }
+    self->spare_fd = fcntl(self->wake_fd, F_DUPFD_CLOEXEC, 0);
+    return fd >= 0;
 }
 
 static void receive(struct connection *client) {
@@ -267,6 +272,18 @@ static void look_ahead(struct connection *client) {
     if (bytes > 0) {
         connection_input_look_ahead(client, data, (size_t)bytes);
     }
+}
+
+/// Drops a client that has not greeted in time.
+static void end_silence(struct server *self, struct connection *client, uint64_t now_us) {
+    if (client->greeted || client->gone || now_us - client->begun_us <= GREETING_US) {
+        return;
+    }
+    client->hangs_up = "has not greeted";
+    client->job.request = (struct request){.id = REQUEST_ID_NONE};
+    answer(self, &client->job, ERROR_TIMEOUT, "no line that makes sense came within 10 s");
+    connection_send(client, now_us);
+    connection_gone(client);
 }
 
 /// Reads, works, writes for one client.
@@ -310,9 +327,36 @@ static void serve(struct server *self, struct connection *client, short input, s
             connection_gone(client);
         }
     }
+    end_silence(self, client, now_us);
     connection_step(client, now_us);
+    if (client->hangs_up != NULL) {
+        logbook_print(self->logbook, HAL_LOG_WARNING, "a client %s: dropped", client->hangs_up);
+        client->hangs_up = NULL;
+    }
     if (connection_over(client)) {
         close_client(self, client);
+    }
+}
+
+static void accept_clients(struct server *self, int place, uint64_t now_us) {
+    const int listener = self->listeners[place];
+    for (;;) {
+        const int fd = listener_accept(listener);
+        if (fd < 0 && turn_away_without_descriptor(self, listener)) {
+            continue;
+        }
+        if (fd < 0) {
+            return;
+        }
+        struct connection *seat = free_seat(self);
+        if (seat == NULL) {
+            listener_turn_away(fd);
+            continue;
+        }
+        connection_begin(seat, CONNECTION_LINES, fd, fd, "client");
+        connection_await_greeting(seat, place == TCP ? self->token : NULL, now_us);
+        // Its first line may have come already: who has greeted keeps the place.
+        serve(self, seat, POLLIN, 0, now_us);
     }
 }
 
@@ -414,7 +458,7 @@ static void turn(struct server *self) {
     }
     for (int i = 0; i < SERVER_LISTENERS; i++) {
         if ((fds[2 + i].revents & POLLIN) != 0) {
-            accept_clients(self, self->listeners[i]);
+            accept_clients(self, i, now_us);
         }
     }
     if (!self->stopping) {
@@ -462,7 +506,7 @@ void server_close(struct server *self) {
             close(self->listeners[i]);
         }
     }
-    if (self->listeners[0] >= 0) {
+    if (self->listeners[UNIX] >= 0) {
         unlink(self->config->socket);
     }
     if (self->signal_fd >= 0) {

@@ -13,6 +13,7 @@
 #include "daemon/server/console.h"
 #include "daemon/server/crew.h"
 #include "daemon/server/logbook.h"
+#include "daemon/token.h"
 #include "hal/watchdog.h"
 
 #ifdef __cplusplus
@@ -31,7 +32,8 @@ struct server {
     struct connection clients[SERVER_CLIENTS_MAX + 1];  ///< the first is the console
     size_t client_count;
     struct reply reply;
-    int listeners[SERVER_LISTENERS];  ///< -1: none
+    int listeners[SERVER_LISTENERS];  ///< Unix, TCP; -1: none
+    char token[TOKEN_BYTES];          ///< of clients over TCP
     int signal_fd, wake_fd;
     int spare_fd;  ///< given up to turn a client away when there is none left
     struct console console;

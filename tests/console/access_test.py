@@ -1,0 +1,263 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Who may command: web pages, programs without the token, clients that never say anything."""
+import http.client
+import os
+import re
+import socket
+import stat
+import subprocess
+import tempfile
+import time
+import unittest
+
+from daemon_process import PATIENCE_S, VERGENCE, VERGENCED, Client, DaemonTest
+
+GREETING_S = 10
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class Tcp(Client):
+    """A program at the daemon's port."""
+
+    def __init__(self, port):
+        self.socket = socket.create_connection(("127.0.0.1", port), PATIENCE_S)
+        self.left = b""
+
+    def line(self):
+        try:
+            return super().line()
+        except ConnectionResetError:
+            return None
+
+
+def post(connection, body):
+    """What a page in a browser can send without asking anybody; whether it got any answer."""
+    try:
+        connection.request("POST", "/", body, {"Content-Type": "text/plain"})
+        connection.getresponse()
+    except (http.client.HTTPException, OSError) as error:
+        return not isinstance(error, (http.client.RemoteDisconnected, ConnectionError))
+    return True
+
+
+class WithPort(DaemonTest):
+    """A daemon with a port."""
+
+    @classmethod
+    def arguments(cls):
+        cls.port = free_port()
+        cls.where = f"tcp:127.0.0.1:{cls.port}"
+        cls.token = os.path.join(cls.folder, "token")
+        return [*super().arguments(), f"tcp_port={cls.port}", f"tcp_token={cls.token}"]
+
+    def tcp(self):
+        client = Tcp(self.port)
+        self.addCleanup(client.socket.close)
+        return client
+
+    def the_token(self):
+        with open(self.token, encoding="ascii") as file:
+            return file.read().strip()
+
+
+
+class Port(WithPort):
+    def pan(self):
+        return self.client().ask_json("status")["result"]["left"]["pan"]
+
+    def test_a_web_page_moves_nothing(self):
+        client = self.client()
+        self.assertEqual(client.ask("bringup")[-1], "OK")
+        self.assertEqual(client.ask("pan left 1")[-1], "OK")
+        page = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE_S)
+        self.addCleanup(page.close)
+        answered = post(page, "pan left 5\n")
+        # What came with it has been read, or never will be: whoever asks now comes later.
+        self.assertAlmostEqual(self.pan(), 1, delta=0.1)
+        self.assertFalse(answered)
+        # A proxy may bring the page to the Unix socket, and with a path of any length.
+        for path in ("/", "/" + 600 * "x"):
+            client = self.client()
+            client.send(f"POST {path} HTTP/1.1\r\nHost: x\r\n\r\npan left 5\n")
+            with self.assertRaises((AssertionError, ConnectionError)):
+                client.answer()
+        self.assertAlmostEqual(self.pan(), 1, delta=0.1)
+
+    def test_nothing_is_carried_out_before_the_token(self):
+        for first in ("bugreport", "@text", "@json bugreport", "@token", "@token x",
+                      "@token " + 64 * "0", f"@token {self.the_token()[:-1]}",
+                      f"@token {self.the_token()}0", f" @token {self.the_token()}",
+                      f"@token  {self.the_token()}", "x" * 700, "\0", "# a comment"):
+            with self.subTest(first):
+                client = self.tcp()
+                client.send(first + "\n")
+                self.assertTrue(client.line().startswith("ERR REFUSED "))
+                self.assertIsNone(client.line())
+                # With what follows in one piece.
+                client = self.tcp()
+                client.send(f"{first}\n@token {self.the_token()}\nbugreport\n")
+                self.assertIn((client.line() or "ERR REFUSED ")[:12], "ERR REFUSED ")
+                self.assertIsNone(client.line())
+        self.assertEqual(os.listdir(self.files), [])
+
+    def test_with_the_token_it_is_like_the_socket(self):
+        client = self.tcp()
+        client.send(f"\n@token {self.the_token()}\r\nversion\n@json version\n")
+        self.assertEqual(client.line(), "OK")
+        self.assertEqual(client.answer()[-1], "OK")
+        self.assertIn('"ok": true', client.line())
+        # A tunnel may lead from a port here to the socket there, which needs none.
+        client = self.client()
+        self.assertEqual(client.ask("@token x"), ["OK"])
+        self.assertEqual(client.ask("version")[-1], "OK")
+
+    def test_the_client_finds_it(self):
+        done = self.vergence("--token", self.token, "version", where=self.where)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        other = os.path.join(self.folder, "other")
+        with open(other, "w", encoding="ascii") as file:
+            file.write(64 * "0" + "\n")
+        os.chmod(other, 0o600)
+        done = self.vergence("--token", other, "version", where=self.where)
+        self.assertEqual((done.returncode, done.stderr[:12]), (1, "ERR REFUSED "))
+        for name, content, mode, word in (("none", None, 0, "No such file"),
+                                          ("open", 64 * "0", 0o644, "chmod 600"),
+                                          ("short", 63 * "0", 0o600, "64")):
+            path = os.path.join(self.folder, name)
+            if content:
+                with open(path, "w", encoding="ascii") as file:
+                    file.write(content)
+                os.chmod(path, mode)
+            done = self.vergence("--token", path, "version", where=self.where)
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
+            self.assertIn(path, done.stderr)
+            self.assertIn(word, done.stderr)
+
+    def test_the_file(self):
+        about = os.stat(self.token)
+        self.assertEqual((stat.S_IMODE(about.st_mode), about.st_size), (0o600, 65))
+        self.assertRegex(self.the_token(), "^[0-9a-f]{64}$")
+
+
+class UsualPlace(WithPort):
+    """The daemon makes the file where the client looks for it."""
+
+    @classmethod
+    def arguments(cls):
+        cls.environment = {"XDG_STATE_HOME": os.path.join(cls.folder, "state")}
+        arguments = [word for word in super().arguments() if not word.startswith("tcp_token=")]
+        cls.token = os.path.join(cls.folder, "state", "vergence", "tcp_token")
+        return arguments
+
+    def test_the_client_finds_it(self):
+        done = self.vergence("version", where=self.where, env={**os.environ, **self.environment})
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        # Who has none is told so, and which.
+        done = self.vergence("version", where=self.where,
+                             env={**os.environ, "XDG_STATE_HOME": os.path.join(self.folder, "x")})
+        self.assertEqual((done.returncode, done.stderr[:12]), (1, "ERR REFUSED "))
+        self.assertIn("--token", done.stderr)
+
+    def test_it_outlives_a_restart(self):
+        before = self.the_token()
+        self.end(self.daemon)
+        self.start()
+        self.assertEqual(self.the_token(), before)
+
+
+class Refused(unittest.TestCase):
+    def test_a_file_that_others_can_read(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+        for mode, content, word in ((0o640, 64 * "0" + "\n", "chmod 600"),
+                                    (0o604, 64 * "0" + "\n", "chmod 600"),
+                                    (0o600, "", "remove"), (0o600, 64 * "g" + "\n", "remove")):
+            with self.subTest(oct(mode)):
+                self.check(mode, content, word)
+
+    def check(self, mode, content, word):
+        path = os.path.join(self.folder, "token")
+        with open(path, "w", encoding="ascii") as file:
+            file.write(content)
+        os.chmod(path, mode)
+        done = subprocess.run(
+            [VERGENCED, "profile=two-cameras", "backend=linux", "left_camera=/dev/none",
+             "right_camera=/dev/none2", "store=none", "files=none", "socket=none",
+             "log_level=error", f"tcp_port={free_port()}", f"tcp_token={path}"],
+            capture_output=True, text=True, timeout=PATIENCE_S)
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
+        self.assertIn(f"tcp_token = {path}: ", done.stderr)
+        self.assertIn(word, done.stderr)
+
+
+class Readme(unittest.TestCase):
+    """The example of the README, at a port that is free."""
+
+    def test_it_runs(self):
+        readme = os.path.join(os.environ["VERGENCE_SOURCE"], "daemon", "README.md")
+        with open(readme, encoding="utf-8") as file:
+            block = re.search(r"^vergenced (tcp_port=.*) &\nvergence (.*)$", file.read(), re.M)
+        port = str(free_port())
+        serve, ask = (words.replace("4300", port).split() for words in block.groups())
+        with tempfile.TemporaryDirectory() as folder:
+            log = os.path.join(folder, "log")
+            daemon = subprocess.Popen([VERGENCED, *serve, f"log={log}"], cwd=folder)
+            self.addCleanup(daemon.wait, PATIENCE_S)
+            self.addCleanup(daemon.terminate)
+            DaemonTest.wait_for(os.path.join(folder, "rig.token"))
+            done = subprocess.run([VERGENCE, *ask], cwd=folder, capture_output=True, text=True,
+                                  timeout=PATIENCE_S)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            self.assertIn("state: down", done.stdout)
+            daemon.terminate()
+            daemon.wait(PATIENCE_S)
+
+
+class Silent(WithPort):
+    """Who says nothing keeps nobody out, and does not stay."""
+    settings = ("clients=3",)
+
+    def test_they_hold_no_slots(self):
+        talker = self.client()
+        self.assertEqual(talker.ask("version")[-1], "OK")
+        silent = [self.client() for _ in range(6)] + [self.tcp() for _ in range(6)]
+        for _ in range(4):
+            with Client(self.path) as client:
+                self.assertEqual(client.ask("version")[-1], "OK")
+        done = self.vergence("--token", self.token, "version", where=self.where)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        # Those who have greeted do, and nobody takes their place.
+        others = [self.client(), self.client()]
+        for client in others:
+            self.assertEqual(client.ask("version")[-1], "OK")
+        self.assertIn("ERR BUSY", self.vergence("version").stderr)
+        self.assertEqual(talker.ask("version")[-1], "OK")
+        for client in (*others, *silent):
+            client.socket.close()
+
+    def test_they_are_dropped(self):
+        talker, nothing, rubbish = (self.client() for _ in range(3))
+        begin = time.monotonic()
+        self.assertEqual(talker.ask("version")[-1], "OK")
+        self.assertTrue(rubbish.ask("fly")[-1].startswith("ERR ARGUMENT"))
+        nothing.send("versi")
+        for client in (nothing, rubbish):
+            self.assertTrue(client.line().startswith("ERR TIMEOUT"))
+            self.assertIsNone(client.line())
+        self.assertGreater(time.monotonic() - begin, GREETING_S - 0.5)
+        half = self.tcp()
+        half.send("@token")
+        self.assertTrue(half.line().startswith("ERR TIMEOUT"))
+        self.assertIsNone(half.line())
+        # Who was silent after a first line has stayed.
+        self.assertEqual(talker.ask("version")[-1], "OK")
+
+
+if __name__ == "__main__":
+    unittest.main()
