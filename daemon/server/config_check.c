@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/server/config_check.h"
 
+#include <limits.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
@@ -245,6 +249,58 @@ static int check_store(const struct check *self) {
                        "restore yes needs a store, which is none: there is nothing to restore");
 }
 
+/// Where a path leads: without links and dots. What does not exist yet stands there as it is
+/// written.
+static void resolve(const char *path, char resolved[PATH_MAX]) {
+    char next[PATH_MAX + CONFIG_TEXT_BYTES];
+    if (path[0] == '/' || getcwd(resolved, PATH_MAX) == NULL || strcmp(resolved, "/") == 0) {
+        resolved[0] = '\0';
+    }
+    while (*path != '\0') {
+        const size_t bytes = strcspn(path, "/");
+        if (bytes == 2 && memcmp(path, "..", bytes) == 0) {
+            char *slash = strrchr(resolved, '/');
+            resolved[slash != NULL ? slash - resolved : 0] = '\0';
+        } else if (bytes > 0 && !(bytes == 1 && *path == '.')) {
+            snprintf(next, sizeof next, "%s/%.*s", resolved, (int)bytes, path);
+            if (realpath(next, resolved) == NULL) {
+                snprintf(resolved, PATH_MAX, "%.*s", PATH_MAX - 1, next);
+            }
+        }
+        path += bytes + (path[bytes] == '/');
+    }
+}
+
+/// Clients may read and replace what is in "files": nothing else may be there, and not that in
+/// turn.
+static int check_apart(const struct check *self) {
+    const struct config *config = self->config;
+    const struct {
+        const char *key, *path, *outer_key, *outer;
+    } pairs[] = {{"store", config->store, "files", config->files},
+                 {"files", config->files, "store", config->store},
+                 {"tcp_token", config->tcp_token, "files", config->files}};
+    for (size_t i = 0; i < sizeof pairs / sizeof pairs[0]; i++) {
+        char path[PATH_MAX];
+        char outer[PATH_MAX];
+        if (pairs[i].path[0] == '\0' || pairs[i].outer[0] == '\0') {
+            continue;
+        }
+        resolve(pairs[i].path, path);
+        resolve(pairs[i].outer, outer);
+        const size_t length = strlen(outer);
+        if (strncmp(path, outer, length) == 0 && (path[length] == '/' || path[length] == '\0')) {
+            const size_t key = key_of("", pairs[i].key);
+            blame(self, self->lines[key] != 0 ? key : key_of("", pairs[i].outer_key));
+            return message_set(self->message, ERROR_ARGUMENT,
+                               "%s %s is inside %s %s: clients can replace what is in \"files\": "
+                               "give them separate directories",
+                               pairs[i].key, pairs[i].path, pairs[i].outer_key, pairs[i].outer);
+        }
+    }
+    return 0;
+}
+
 /// Whoever plays a recording finds a built-in profile by its name.
 static int check_name(const struct check *self) {
     const struct config *config = self->config;
@@ -279,6 +335,7 @@ int config_check_lines(const struct config *config, const int *lines, int *line,
     error = error != 0 ? error : check_ways_in(&self);
     error = error != 0 ? error : check_speed(&self);
     error = error != 0 ? error : check_store(&self);
+    error = error != 0 ? error : check_apart(&self);
     return error != 0 ? error : check_faults(&self);
 }
 

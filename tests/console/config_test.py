@@ -159,6 +159,28 @@ class Config(unittest.TestCase):
             with self.subTest(text):
                 self.refused(text, sentence)
 
+    def test_what_clients_may_replace_is_apart(self):
+        with tempfile.TemporaryDirectory() as folder:
+            os.mkdir(f"{folder}/real")
+            os.symlink(f"{folder}/real", f"{folder}/link")
+            files = f"files = {folder}/real/files\n"
+            for text in (files + f"store = {folder}/real/files/store\n",
+                         files + f"store = {folder}/real/files\n",
+                         files + f"store = {folder}/real/../link/./files//store/\n",
+                         files + f"store = {folder}/real/files/none/../store\n",
+                         f"store = {folder}/link/files\n" + files.replace("files\n", "files/a\n"),
+                         f"store = {folder}/link\n" + files,
+                         files + f"tcp_token = {folder}/link/files/token\n"):
+                with self.subTest(text):
+                    code, said = self.check(text)
+                    self.assertEqual((code, said.count("\n")), (3, 1), said)
+                    self.assertRegex(said, "^vergenced: FILE:[12]: (store|files|tcp_token) .* is "
+                                     "inside (store|files) ")
+            for text in (files + f"store = {folder}/real/files2\n",
+                         files + f"store = {folder}/real/files/../store\n",
+                         files + f"tcp_token = {folder}/link/token\n", files + "store = none\n"):
+                self.assertEqual(self.check(text), (0, "FILE: good\n"), text)
+
     def test_what_is_right(self):
         for text in ("", "# nothing\n\n", "  clients=2 # two\r\ntcp_port = off\n",
                      "profile = two-cameras\nrig.width_px = 1280\nrig.height_px = 720\n",

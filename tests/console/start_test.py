@@ -133,10 +133,12 @@ class NoSocket(unittest.TestCase):
     def test_one_directory_for_both(self):
         # "send" could replace what the store keeps, and a save what was sent.
         path = os.path.join(self.folder, "both")
-        both = (f"files={path}", f"store={path}/../both/")
-        self.assertEqual(self.refused(directories=both),
-                         f"vergenced: store = {path}/../both/: is the directory of files as well, "
-                         "which clients may replace; give it one of its own\n")
+        link = os.path.join(self.folder, "link")
+        os.symlink(self.folder, link)
+        for store in (f"{path}/../both/", f"{link}/both", f"{link}/both/store"):
+            said = self.refused(directories=(f"files={path}", f"store={store}"))
+            self.assertIn(f"store {store} is inside files {path}", said)
+            self.assertFalse(os.path.exists(path))
 
     def test_a_path_too_long(self):
         path = os.path.join(self.folder, 150 * "x")
