@@ -3,7 +3,7 @@
 import subprocess
 import unittest
 
-from simrig_client import FILES, PATIENCE_S, Bench
+from simrig_client import FILES, PATIENCE_S, SCENE, Bench
 
 
 class Control(Bench):
@@ -25,6 +25,23 @@ class Control(Bench):
             self.assertEqual((done.returncode, done.stderr), (0, ""))
             self.assertIn("zoom", done.stdout)
             self.refuse(1, (rig.where, "fault lens left zoom eat"), "control: fault lens", "eat")
+
+    def test_no_foreign_file_is_shown(self):
+        rig = self.start()
+        for number, text in enumerate((
+                "root:secret:19000:0:99999:7:::\n", "secret: 1\n", "- secret\n", "*secret\n",
+                SCENE.replace("bounce_lux: 0", "bounce_lux: secret"),
+                SCENE.replace("print: {kind: board", "print: {kind: secret"),
+                SCENE.replace("material: print", "material: secret"),
+                SCENE.replace("- sheet:", "- secret:"))):
+            path = self.folder / f"foreign{number}.yaml"
+            path.write_text(text)
+            with self.subTest(text):
+                for command in (f"scene {path}", f"at 1 scene {path}"):
+                    done = self.control(rig.where, command)
+                    self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1))
+                    self.assertIn(f"{path}:", done.stderr)
+                    self.assertNotIn("secret", done.stderr)
 
     def test_nobody_there(self):
         self.refuse(3, (f"unix:{self.folder}/none", "status"), "there is no simulated rig")

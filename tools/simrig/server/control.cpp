@@ -10,6 +10,7 @@
 #include "tools/simrig/server/place.hpp"
 #include "tools/simrig/server/view.hpp"
 #include "tools/simrig/wire/log.hpp"
+#include "tools/simrig/world/document.hpp"
 #include "tools/simrig/world/picture.hpp"
 
 namespace simrig {
@@ -24,6 +25,17 @@ constexpr size_t kMoveWords = 2, kPlaceNumbers = 3;
 
 [[noreturn]] void refuse(const std::string &what) {
     throw std::runtime_error(what);
+}
+
+/// The file may be one that only simrig can read: no client gets to see what stands in it.
+template <typename Load>
+auto loaded(Load load) -> decltype(load()) {
+    try {
+        return load();
+    } catch (const world::BadFile &error) {
+        std::fprintf(stderr, "simrig: %s\n", error.what());
+        refuse(error.place() + ": not a scene; simrig reports why on its standard error");
+    }
 }
 
 size_t side_at(const Words &words, size_t at) {
@@ -151,7 +163,7 @@ ControlDesk::Deed ControlDesk::deed(const Words &words) {
 ControlDesk::Deed ControlDesk::change_scene(const Words &words) {
     const std::string path = place_of("scenes", word_at(words, 1, "the scene"));
     no_more_than(words, 2);
-    auto scene = staging_.change(path);
+    auto scene = loaded([&] { return staging_.change(path); });
     char sum[32];
     std::snprintf(sum, sizeof sum, "crc32 %08x\n", unsigned(sum_of(description_at(path))));
     return {[this, scene] { stage_.set_scene(scene); }, sum};
@@ -167,7 +179,7 @@ ControlDesk::Deed ControlDesk::move(const Words &words) {
     if (place.size() != kPlaceNumbers && place.size() != 2 * kPlaceNumbers) {
         refuse("a place has three numbers in mm, and may have three turns in degrees");
     }
-    auto scene = staging_.move(object, place);
+    auto scene = loaded([&] { return staging_.move(object, place); });
     return {[this, scene] { stage_.set_scene(scene); }, ""};
 }
 

@@ -36,7 +36,7 @@ Entry::Entry(std::string file, const YAML::Node &node)
 Entry Entry::of_file(const std::string &path) {
     std::ifstream stream(path, std::ios::binary);
     if (!stream) {
-        throw BadFile(path + ": cannot be read");
+        throw BadFile(path, "cannot be read");
     }
     std::ostringstream text;
     text << stream.rdbuf();
@@ -47,14 +47,14 @@ Entry Entry::of_text(const std::string &name, const std::string &text) {
     try {
         return Entry(name, YAML::Load(text));
     } catch (const YAML::ParserException &error) {
-        throw BadFile(name + ":" + std::to_string(error.mark.line + 1) +
-                      ": not YAML: " + one_line(error.msg));
+        throw BadFile(name + ":" + std::to_string(error.mark.line + 1),
+                      "not YAML: " + one_line(error.msg));
     }
 }
 
 void Entry::fail(const std::string &what) const {
     const int line = node_->Mark().line;
-    throw BadFile(file_ + ":" + std::to_string(line < 0 ? 1 : line + 1) + ": " + one_line(what));
+    throw BadFile(file_ + ":" + std::to_string(line < 0 ? 1 : line + 1), one_line(what));
 }
 
 bool Entry::has(const std::string &key) const {

@@ -17,10 +17,16 @@ class Node;
 
 namespace world {
 
-/// What is wrong with a scene or rig file: "file:line: what".
+/// What is wrong with a scene or rig file: "file:line: what", which may quote the file.
 class BadFile : public std::runtime_error {
   public:
-    using std::runtime_error::runtime_error;
+    BadFile(const std::string &place, const std::string &what)
+        : std::runtime_error(place + ": " + what), place_(place) {}
+    /// "file:line" alone, for who may not be allowed to read the file.
+    const std::string &place() const { return place_; }
+
+  private:
+    std::string place_;
 };
 
 /// One value of a file and the way to it. Map keys that were never asked for are mistakes.
