@@ -10,12 +10,13 @@
 #include <unistd.h>
 
 #include "core/invariant.h"
+#include "daemon/client_help.h"
 #include "daemon/message.h"
 #include "daemon/options.h"
 #include "daemon/remote.h"
 #include "daemon/version.h"
 
-enum { CLIENT_COMMANDS_MAX = 32, CLIENT_CLOSED_PIPE = 128 + SIGPIPE };
+enum { CLIENT_COMMANDS_MAX = 32, CLIENT_NAME_MAX = 32, CLIENT_CLOSED_PIPE = 128 + SIGPIPE };
 
 const char *client_version(void) {
     return VERGENCE_VERSION;
@@ -23,31 +24,6 @@ const char *client_version(void) {
 
 const char *client_build_id(void) {
     return version_build_id();
-}
-
-static void print_help(FILE *file, const struct client_command *commands, int command_count) {
-    fputs(
-        "vergence - measures 3D surfaces with two cameras\n\n"
-        "usage: vergence COMMAND [ARGUMENTS]\n"
-        "       vergence help COMMAND\n"
-        "       vergence --connect [ADDRESS] [COMMAND]   (an instrument; --connect --help)\n"
-        "       vergence --version\n\n"
-        "Commands\n",
-        file);
-    for (int i = 0; i < command_count; i++) {
-        fprintf(file, "  %-14s%s\n", commands[i].name, commands[i].summary);
-    }
-    fputs(
-        "\nExit codes\n"
-        "  0    all went well\n"
-        "  1    failed: results could not be written, memory ran out\n"
-        "  2    the command line makes no sense\n"
-        "  3    bad input: an image, a calibration or another file is unusable\n"
-        "  4    no surface: the inputs are fine but nothing could be measured\n"
-        "  5    not good: a calibration was written, but it says not to trust it\n"
-        "  130  interrupted (Ctrl-C); 143 terminated, 129 hung up\n"
-        "Whatever is not 0 comes with one line on standard error that says why.\n",
-        file);
 }
 
 static const struct client_command *find_command(const char *name,
@@ -76,19 +52,49 @@ static const struct client_command *find_command(const char *name,
     return NULL;
 }
 
-static int run_help(int argc, char **argv, const struct client_command *commands,
-                    int command_count) {
-    if (argc < 3) {
-        print_help(stdout, commands, command_count);
-        return CLIENT_OK;
+/// A page of `vergence help`, or one of its forms for man(1) (`form` "--help-man") and for a shell
+/// ("--help-words"). The exit code.
+static int print_page(const char *name, char *form, const struct client_command *commands,
+                      int command_count) {
+    static char connect[] = "--connect";
+    char copy[CLIENT_NAME_MAX];
+    if (strcmp(name, CLIENT_HELP_CONNECT) == 0) {
+        char *remote_argv[] = {connect, connect, form, NULL};
+        return remote_main(3, remote_argv);
     }
-    const struct client_command *command = find_command(argv[2], commands, command_count);
+    const struct client_command *command = find_command(name, commands, command_count);
     if (command == NULL) {
         return CLIENT_USAGE;
     }
-    char help_option[] = "--help";
-    char *help_argv[] = {argv[2], help_option, NULL};
-    return command->run(2, help_argv);
+    snprintf(copy, sizeof copy, "%s", command->name);
+    char *command_argv[] = {copy, form, NULL};
+    return command->run(2, command_argv);
+}
+
+/// `vergence help --man [COMMAND]` and `--words` are what the build makes manual pages and
+/// completion of, `--names` says of which commands there are pages.
+static int run_help(int argc, char **argv, const struct client_command *commands,
+                    int command_count) {
+    static char help[] = "--help", manual[] = "--help-man", words[] = "--help-words";
+    const char *first = argc > 2 ? argv[2] : NULL;
+    if (first == NULL) {
+        client_help_print(stdout, commands, command_count);
+    } else if (strcmp(first, "--man") == 0 && argc > 3) {
+        return print_page(argv[3], manual, commands, command_count);
+    } else if (strcmp(first, "--man") == 0) {
+        client_help_print_manual(stdout, commands, command_count);
+    } else if (strcmp(first, "--names") == 0) {
+        client_help_print_names(stdout, commands, command_count);
+    } else if (strcmp(first, "--words") == 0) {
+        client_help_print_words(stdout, commands, command_count);
+        for (int i = 0; i < command_count; i++) {
+            print_page(commands[i].name, words, commands, command_count);
+        }
+        print_page(CLIENT_HELP_CONNECT, words, commands, command_count);
+    } else {
+        return print_page(first, help, commands, command_count);
+    }
+    return CLIENT_OK;
 }
 
 static bool connects_later(int argc, char **argv) {

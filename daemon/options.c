@@ -11,10 +11,18 @@
 
 #include "core/invariant.h"
 #include "daemon/client.h"
+#include "daemon/manual.h"
 #include "daemon/message.h"
 #include "daemon/options_help.h"
+#include "daemon/shell_words.h"
 
-enum { OPTIONS_NAMES_MAX = 64, OPTIONS_WORD_MAX = 32, NUMBERS_MAX = 8, NUMBER_TEXT_MAX = 64 };
+enum {
+    OPTIONS_NAMES_MAX = 64,
+    OPTIONS_WORD_MAX = 32,
+    NUMBERS_MAX = 8,
+    NUMBER_TEXT_MAX = 64,
+    MANUAL_SECTION = 1
+};
 
 /// Reports a mistake in one line and returns the exit code for it.
 static int refuse(const struct option_page *page, const struct message *mistake) {
@@ -218,6 +226,22 @@ static int take_option(const struct option_page *page, int argc, char **argv, in
     return set_value(option, argv[*at], values, mistake);
 }
 
+/// Prints the form of the page that an argument asks for. False: it is none of these.
+static bool print_help(const struct option_page *page, const char *argument) {
+    if (strcmp(argument, "--help") == 0 || strcmp(argument, "-h") == 0) {
+        options_help_print(page, stdout);
+    } else if (strcmp(argument, "--help-man") == 0) {
+        manual_options(stdout, page, MANUAL_SECTION);
+        manual_heading(stdout, "SEE ALSO");
+        manual_reference(stdout, "", "vergence", MANUAL_SECTION, true);
+    } else if (strcmp(argument, "--help-words") == 0) {
+        shell_words_options(stdout, page);
+    } else {
+        return false;
+    }
+    return true;
+}
+
 int options_parse(const struct option_page *page, int argc, char **argv, void *values,
                   const char **operands, int *operand_count) {
     struct message mistake;
@@ -225,8 +249,7 @@ int options_parse(const struct option_page *page, int argc, char **argv, void *v
     bool only_operands = false;
     // Help first: it must work on a line that is otherwise wrong.
     for (int i = 1; i < argc && strcmp(argv[i], "--") != 0; i++) {
-        if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
-            options_help_print(page, stdout);
+        if (print_help(page, argv[i])) {
             return CLIENT_OK;
         }
     }

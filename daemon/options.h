@@ -48,8 +48,10 @@ enum { OPTIONS_CONTINUE = -1 };
 
 /// Parses argv[1..argc-1] into `values` (the struct that `offset` means; holds the defaults before)
 /// and `operands` (room for operands_max). Knows --help, `--name VALUE`, `--name=VALUE` and `--`;
-/// the last of a repeated option counts. Returns OPTIONS_CONTINUE, or the exit code to end with: 0
-/// after --help, 2 after a mistake, which it has reported on standard error in one line.
+/// the last of a repeated option counts. For the build --help-man prints a manual page, and
+/// --help-words what a shell may fill in (shell_words.h). Returns OPTIONS_CONTINUE, or the exit
+/// code to end with: 0 after --help, 2 after a mistake, which it has reported on standard error in
+/// one line.
 int options_parse(const struct option_page *page, int argc, char **argv, void *values,
                   const char **operands, int *operand_count);
 

@@ -5,6 +5,8 @@
 #include <stdbool.h>
 #include <string.h>
 
+#include "core/invariant.h"
+
 enum { HELP_COLUMNS = 80, HELP_INDENT = 4, HELP_TEXT_INDENT = 8 };
 
 void options_help_print_wrapped(FILE *file, int indent, const char *text) {
@@ -34,14 +36,24 @@ void options_help_print_wrapped(FILE *file, int indent, const char *text) {
     fputc('\n', file);
 }
 
-static void print_limits(const struct option *option, FILE *file) {
+void options_help_limits(const struct option *option, char *text, size_t bytes) {
     const bool number = option->kind == OPTION_INT || option->kind == OPTION_REAL;
+    int length = 0;
+    text[0] = '\0';
     if (number && isfinite(option->maximum)) {
-        fprintf(file, "%*s(%.10g to %.10g)\n", HELP_TEXT_INDENT, "", option->minimum,
-                option->maximum);
+        length = snprintf(text, bytes, "(%.10g to %.10g)", option->minimum, option->maximum);
     } else if (option->kind == OPTION_CHOICE) {
-        fprintf(file, "%*s(one of: %s)\n", HELP_TEXT_INDENT, "", option->choices);
+        length = snprintf(text, bytes, "(one of: %s)", option->choices);
     }
+    INVARIANT(length >= 0 && (size_t)length < bytes);
+}
+
+void options_help_usage(const struct option_page *page, char *text, size_t bytes) {
+    const int length = snprintf(
+        text, bytes, "%s%s%s%s", page->command, page->operands[0] != '\0' ? " " : "",
+        page->operands,
+        page->option_count > 0 && strstr(page->operands, "[OPTIONS]") == NULL ? " [OPTIONS]" : "");
+    INVARIANT(length >= 0 && (size_t)length < bytes);
 }
 
 /// Lines as they are: an example that is wrapped cannot be copied.
@@ -54,10 +66,9 @@ static void print_indented(const char *text, FILE *file) {
 }
 
 void options_help_print(const struct option_page *page, FILE *file) {
-    fprintf(
-        file, "%s - %s\n\nusage: %s%s%s%s\n\n", page->command, page->summary, page->command,
-        page->operands[0] != '\0' ? " " : "", page->operands,
-        page->option_count > 0 && strstr(page->operands, "[OPTIONS]") == NULL ? " [OPTIONS]" : "");
+    char text[OPTIONS_HELP_TEXT_BYTES];
+    options_help_usage(page, text, sizeof text);
+    fprintf(file, "%s - %s\n\nusage: %s\n\n", page->command, page->summary, text);
     options_help_print_wrapped(file, 0, page->description);
     fputs("\nOptions\n", file);
     for (int i = 0; i < page->option_count; i++) {
@@ -66,7 +77,10 @@ void options_help_print(const struct option_page *page, FILE *file) {
                 option->value_name != NULL ? " " : "",
                 option->value_name != NULL ? option->value_name : "");
         options_help_print_wrapped(file, HELP_TEXT_INDENT, option->help);
-        print_limits(option, file);
+        options_help_limits(option, text, sizeof text);
+        if (text[0] != '\0') {
+            fprintf(file, "%*s%s\n", HELP_TEXT_INDENT, "", text);
+        }
     }
     fprintf(file, "%*s--help\n%*sPrint this page.\n", HELP_INDENT, "", HELP_TEXT_INDENT, "");
     if (page->examples != NULL) {

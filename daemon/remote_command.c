@@ -53,8 +53,8 @@ static const struct option options[] = {
 };
 
 static const struct option_page page = {
-    .command = "vergence",
-    .operands = "--connect [ADDRESS] [OPTIONS] [COMMAND [ARGUMENT ...]]",
+    .command = "vergence --connect",
+    .operands = "[ADDRESS] [OPTIONS] [COMMAND [ARGUMENT ...]]",
     .summary = "asks the vergenced of an instrument",
     .description =
         "Without a command: line by line from standard input, up to its end or \"quit\"; at a "

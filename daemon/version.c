@@ -7,3 +7,7 @@
 const char *version_build_id(void) {
     return VERGENCE_BUILD_ID;
 }
+
+const char *version_build_date(void) {
+    return VERGENCE_BUILD_DATE;
+}

@@ -10,6 +10,9 @@ extern "C" {
 /// What `git describe --always --dirty` said when the program was built, or "unknown".
 const char *version_build_id(void);
 
+/// Of the commit that was built, "2026-01-31"; outside of a repository of the day of the build.
+const char *version_build_date(void);
+
 #ifdef __cplusplus
 }
 #endif
