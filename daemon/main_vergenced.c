@@ -14,6 +14,7 @@
 #include "daemon/linux/watchdog_dev.h"
 #include "daemon/main_backends.h"
 #include "daemon/main_replay.h"
+#include "daemon/manual.h"
 #include "daemon/memory_available.h"
 #include "daemon/monotonic.h"
 #include "daemon/options.h"
@@ -23,12 +24,14 @@
 #include "daemon/server/config.h"
 #include "daemon/server/config_profile.h"
 #include "daemon/server/confine.h"
+#include "daemon/server/manuals.h"
 #include "daemon/server/notify.h"
 #include "daemon/server/server.h"
+#include "daemon/shell_words.h"
 #include "daemon/store.h"
 #include "daemon/sync_file.h"
 
-enum { SETTINGS_MAX = 64 };
+enum { SETTINGS_MAX = 64, MANUAL_SECTION = 8 };
 
 /// All that the daemon consists of.
 struct daemon {
@@ -426,13 +429,48 @@ static int print_page(const struct arguments *arguments, const char *const *sett
     return CLIENT_OK;
 }
 
+/// Manual pages, and what a shell may fill in: the build asks for them. The exit code, or
+/// OPTIONS_CONTINUE where an argument asks for something else.
+static int print_manual(struct daemon *self, const char *argument) {
+    const bool console = strcmp(argument, "--help-man-console") == 0;
+    if (strcmp(argument, "--help-man-config") == 0) {
+        manuals_print_config(stdout);
+        return CLIENT_OK;
+    }
+    if (strcmp(argument, "--help-man") == 0) {
+        manual_options(stdout, &page, MANUAL_SECTION);
+        manual_heading(stdout, "SEE ALSO");
+        manual_reference(stdout, "", "vergenced.conf", 5, false);
+        manual_reference(stdout, "", "vergence-console", 7, false);
+        manual_reference(stdout, "", "vergence-connect", 1, true);
+        return CLIENT_OK;
+    }
+    if (!console && strcmp(argument, "--help-words") != 0) {
+        return OPTIONS_CONTINUE;
+    }
+    if (!join_tables(self)) {
+        return CLIENT_FAILED;
+    }
+    if (console) {
+        manuals_print_console(stdout, self->table, self->table_count);
+    } else {
+        manuals_print_words(stdout, self->table, self->table_count);
+        shell_words_options(stdout, &page);
+    }
+    return CLIENT_OK;
+}
+
 /// The exit code; what was printed may still wait in the buffer of standard output.
 static int run(int argc, char **argv) {
     static struct daemon daemon;
     struct arguments arguments = {0};
     const char *settings[SETTINGS_MAX + 1];
     int setting_count = 0;
-    int code = options_parse(&page, argc, argv, &arguments, settings, &setting_count);
+    int code = argc == 2 ? print_manual(&daemon, argv[1]) : OPTIONS_CONTINUE;
+    if (code != OPTIONS_CONTINUE) {
+        return code;
+    }
+    code = options_parse(&page, argc, argv, &arguments, settings, &setting_count);
     code = code == OPTIONS_CONTINUE ? print_page(&arguments, settings, setting_count) : code;
     if (code != OPTIONS_CONTINUE) {
         return code;

@@ -349,27 +349,41 @@ void config_comment_print(FILE *file, const char *text) {
     fputc('\n', file);
 }
 
+void config_key_describe(const struct config_key *key, char *text, size_t bytes) {
+    size_t length = (size_t)snprintf(text, bytes, "%s", key->help);
+    INVARIANT(length < bytes);
+    if (key->kind == CONFIG_NUMBER) {
+        const bool off = key->none != NULL;
+        length +=
+            (size_t)snprintf(text + length, bytes - length, " (%s%s%.0f to %.0f%s%s)",
+                             off ? key->none : "", off ? ", " : "", least_number(key), key->most,
+                             key->unit != NULL ? " " : "", key->unit != NULL ? key->unit : "");
+    } else if (key->kind == CONFIG_CHOICE || key->kind == CONFIG_LENSES) {
+        length += (size_t)snprintf(text + length, bytes - length, " (%s)", key->choices);
+    }
+    INVARIANT(length < bytes);
+}
+
 void config_key_explain(FILE *file, const struct config *config, const struct config_key *key,
                         bool in_profile, const char *line_begins) {
     size_t count = 0;
     char value[CONFIG_TEXT_BYTES + 16];
-    char help[1024];
-    size_t length = (size_t)snprintf(help, sizeof help, "%s", key->help);
-    if (key->kind == CONFIG_NUMBER) {
-        const bool off = key->none != NULL;
-        length +=
-            (size_t)snprintf(help + length, sizeof help - length, " (%s%s%.0f to %.0f%s%s)",
-                             off ? key->none : "", off ? ", " : "", least_number(key), key->most,
-                             key->unit != NULL ? " " : "", key->unit != NULL ? key->unit : "");
-    } else if (key->kind == CONFIG_CHOICE || key->kind == CONFIG_LENSES) {
-        length += (size_t)snprintf(help + length, sizeof help - length, " (%s)", key->choices);
-    }
-    INVARIANT(length < sizeof help);
+    char help[CONFIG_HELP_BYTES];
+    config_key_describe(key, help, sizeof help);
     config_key_print(config, (size_t)(key - config_keys(&count)), value, sizeof value);
     fputc('\n', file);
     config_comment_print(file, help);
     fprintf(file, "%s%s = %s\n", line_begins, config_key_called(key, in_profile), value);
 }
+
+const char config_summary[] =
+    "Settings of vergenced, with their defaults. A line is `key = value`; # begins a comment. "
+    "Check "
+    "a file with: vergenced --check FILE";
+
+const char config_rig_summary[] =
+    "The profile has set what follows; the numbers are those of rig. A line without its # changes "
+    "one of it.";
 
 void config_help_print(FILE *file) {
     struct config defaults;
@@ -378,15 +392,11 @@ void config_help_print(FILE *file) {
     bool of_rig = false;
     config_defaults(&defaults);
     fputs("# SPDX-License-Identifier: Apache-2.0\n", file);
-    config_comment_print(file,
-                         "Settings of vergenced, with their defaults. A line is `key = value`; # "
-                         "begins a comment. Check a file with: vergenced --check FILE");
+    config_comment_print(file, config_summary);
     for (size_t i = 0; i < count; i++) {
         if (config_key_is_of_rig(i) && !of_rig) {
             fputc('\n', file);
-            config_comment_print(file,
-                                 "The profile has set what follows; the numbers are those of rig. "
-                                 "A line without its # changes one of it.");
+            config_comment_print(file, config_rig_summary);
             of_rig = true;
         }
         config_key_explain(file, &defaults, &keys[i], false, of_rig ? "#" : "");

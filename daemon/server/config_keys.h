@@ -12,7 +12,10 @@
 extern "C" {
 #endif
 
-enum { CONFIG_KEYS_MAX = 128 };  ///< more than there are
+enum {
+    CONFIG_KEYS_MAX = 128,  ///< more than there are
+    CONFIG_HELP_BYTES = 1024
+};
 
 /// How the keys begin that a profile sets. A profile's file has them without it.
 #define CONFIG_RIG "rig."
@@ -54,6 +57,12 @@ const struct config_key *config_key_find(const char *called, bool in_profile, co
 /// As config_set, with a name for the key in messages.
 int config_key_set(struct config *config, const struct config_key *key, const char *called,
                    const char *value, struct message *message);
+
+/// What a key means, and its limits or its choices. `text` has CONFIG_HELP_BYTES.
+void config_key_describe(const struct config_key *key, char *text, size_t bytes);
+
+/// What stands at the head of all settings, and before those of the instrument.
+extern const char config_summary[], config_rig_summary[];
 
 /// A key with its help, as a comment, and what it is set to; `in_profile` as above, `line_begins`
 /// before the key.
