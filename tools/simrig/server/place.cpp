@@ -17,6 +17,12 @@ namespace fs = std::filesystem;
 constexpr size_t kLongestDescription = size_t(4) << 20;
 constexpr size_t kLongestName = 64;
 
+/// The folder of scenes and rigs: of a build beside the program, else where they are installed.
+fs::path files() {
+    const fs::path here = fs::read_symlink("/proc/self/exe").parent_path();
+    return fs::is_directory(here / "scenes") ? here : here / SIMRIG_FILES;
+}
+
 bool ends_with(const std::string &text, const std::string &end) {
     return text.size() >= end.size() &&
            text.compare(text.size() - end.size(), std::string::npos, end) == 0;
@@ -28,7 +34,7 @@ std::string place_of(const std::string &folder, const std::string &name) {
     if (name.find('/') != std::string::npos || ends_with(name, ".yaml")) {
         return name;
     }
-    const fs::path place = fs::path(SIMRIG_FILES) / folder;
+    const fs::path place = files() / folder;
     std::vector<std::string> names;
     std::error_code none;
     for (const fs::directory_entry &entry : fs::directory_iterator(place, none)) {
