@@ -201,6 +201,8 @@ class WrongWords(Machine):
     def test_an_option_without_its_value(self):
         for words in (["--out"], ["--out", ""], ["--quick", "--out"], ["--out", "--quick"]):
             self.wrong_usage("demo", words, "--out needs a directory")
+        for words in (["--installed"], ["--installed", ""], ["--installed", str(self.folder)]):
+            self.wrong_usage("demo", words, "--installed needs a folder with bin/vergence")
         self.wrong_usage("demo", ["more"], "unknown argument more")
         for words in (["--jobs"], ["--jobs", ""], ["--jobs", "many"], ["--jobs", "0"]):
             self.wrong_usage("test", words, "--jobs needs a number")

@@ -2,14 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The whole chain on the simulated rig, by the commands that a user would type.
 
-usage: measure_rig.py BUILD OUT NAME...
+usage: measure_rig.py VERGENCE VERGENCED OUT NAME...
 
-NAME: cylinder_1x, cylinder_3x, mug_1x. For each scene `vergence simulate` and vergenced of the build
-directory BUILD start; the instrument is brought up, aimed, zoomed, focused and exposed, and takes
-pairs through the simulated FPGA; they are reconstructed with the world's true cameras as
-calibration and compared with the world's shapes. In OUT/rig_NAME, beside what `vergence reconstruct`
-writes: console.txt (what was asked and answered), accuracy.json and accuracy/ (from
-tools/simrig/compare), true.calibration.
+NAME: cylinder_1x, cylinder_3x, mug_1x. For each scene `VERGENCE simulate` and VERGENCED start; the
+instrument is brought up, aimed, zoomed, focused and exposed, and takes pairs through the simulated
+FPGA; they are reconstructed with the world's true cameras as calibration and compared with the
+world's shapes. In OUT/rig_NAME, beside what `vergence reconstruct` writes: console.txt (what was asked
+and answered), accuracy.json and accuracy/ (from tools/simrig/compare), true.calibration.
 """
 import concurrent.futures
 import os
@@ -76,23 +75,22 @@ def stop(program):
         program.wait()
 
 
-def take_pairs(build, scene, names, threads, work):
+def take_pairs(programs, scene, names, threads, work):
     """Leaves the session work/files/NAME, the truth work/NAME and what was said, for each NAME."""
     rig, daemon = f"unix:{work}/rig.sock", f"unix:{work}/vergenced.sock"
-    programs = [start([build / "tools/vergence", "simulate", scene, "--listen", rig, "--files",
-                       work, "--seed", "1", "--threads", threads], work / "rig.log",
-                      work / "rig.sock")]
+    vergence, vergenced = programs
+    started = [start([vergence, "simulate", scene, "--listen", rig, "--files", work, "--seed", "1",
+                      "--threads", threads], work / "rig.log", work / "rig.sock")]
     try:
-        programs.append(start([build / "daemon/vergenced", f"backend=sim {rig}",
-                               f"socket={work}/vergenced.sock", f"files={work}/files",
-                               "store=none", "log=none"], work / "vergenced.log",
-                              work / "vergenced.sock"))
+        started.append(start([vergenced, f"backend=sim {rig}", f"socket={work}/vergenced.sock",
+                              f"files={work}/files", "store=none", "log=none"], work / "vergenced.log",
+                             work / "vergenced.sock"))
         said = ""
         for name in names:
             aim = AIM if name == names[0] else ()
             for line in (*aim, *PAIRS[name][1], "status", f"capture {name}"):
                 print(f"   {scene}> {line}", flush=True)
-                answer = run([build / "tools/vergence", "--connect", daemon, *line.split()])
+                answer = run([vergence, "--connect", daemon, *line.split()])
                 said += f"> {line}\n{answer}"
             run([TOOLS / "simrig/control", rig, "truth left left", "truth right right"])
             truth = work / name
@@ -101,14 +99,14 @@ def take_pairs(build, scene, names, threads, work):
                 path.rename(truth / path.name)
             (truth / "console.txt").write_text(said, encoding="utf-8")
     finally:
-        for program in reversed(programs):
+        for program in reversed(started):
             stop(program)
 
 
-def measure(build, out, name, work):
+def measure(vergence, out, name, work):
     """From a session and its truth to a surface and its accuracy."""
     scene, _, scale = PAIRS[name]
-    truth, session, vergence = work / name, work / "files" / name, build / "tools/vergence"
+    truth, session = work / name, work / "files" / name
     run([vergence, "info", truth, "--convert", truth / "true.calibration"])
     shutil.rmtree(out, ignore_errors=True)
     print(f"   {name}: reconstructing", flush=True)
@@ -121,19 +119,19 @@ def measure(build, out, name, work):
         shutil.copy(truth / kept, out)
 
 
-def measure_scene(build, out, scene, names, threads):
+def measure_scene(programs, out, scene, names, threads):
     with tempfile.TemporaryDirectory(prefix="vergence-demo-") as work:
         work = pathlib.Path(work)
-        take_pairs(build, scene, names, threads, work)
+        take_pairs(programs, scene, names, threads, work)
         for name in names:
-            measure(build, out / f"rig_{name}", name, work)
+            measure(programs[0], out / f"rig_{name}", name, work)
 
 
 def main():
-    names = sys.argv[3:]
+    names = sys.argv[4:]
     if not names or any(name not in PAIRS for name in names):
         sys.exit(__doc__.strip())
-    build, out = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
+    *programs, out = [pathlib.Path(word).resolve() for word in sys.argv[1:4]]
     scenes = {}
     for name in names:
         scenes.setdefault(PAIRS[name][0], []).append(name)
@@ -141,7 +139,7 @@ def main():
     # The bridge is simulated by one processor a rig; pictures are rendered by as many as are left.
     threads = max(1, (os.cpu_count() or 1) // len(scenes))
     with concurrent.futures.ThreadPoolExecutor(len(scenes)) as pool:
-        works = [pool.submit(measure_scene, build, out, scene, of_scene, threads)
+        works = [pool.submit(measure_scene, programs, out, scene, of_scene, threads)
                  for scene, of_scene in scenes.items()]
         try:
             for work in works:
