@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+# Writes manual pages (OUTPUT/man) and the completion for bash (OUTPUT/completion.bash) of what the
+# programs themselves print:
+#   cmake -DVERGENCE=... -DVERGENCED=... -DSIMRIG=... -DOUTPUT=... -P manuals.cmake
+# SIMRIG may be empty, where it was not built.
+function(print variable)
+  execute_process(COMMAND ${ARGN} OUTPUT_VARIABLE text COMMAND_ERROR_IS_FATAL ANY)
+  set(${variable} "${text}" PARENT_SCOPE)
+endfunction()
+
+function(write_page name)
+  string(REGEX MATCH "[0-9]$" section ${name})
+  print(page ${ARGN})
+  file(WRITE ${OUTPUT}/man/man${section}/${name} "${page}")
+endfunction()
+
+# A page that is gone must not be installed any more.
+file(REMOVE_RECURSE ${OUTPUT}/man)
+write_page(vergence.1 ${VERGENCE} help --man)
+print(names ${VERGENCE} help --names)
+string(REGEX MATCHALL "[^\n]+" names "${names}")
+foreach(name IN LISTS names)
+  write_page(vergence-${name}.1 ${VERGENCE} help --man ${name})
+endforeach()
+
+print(client_words ${VERGENCE} help --words)
+print(daemon_words ${VERGENCED} --help-words)
+set(words "${client_words}${daemon_words}")
+if(SIMRIG)
+  # It shares no code with the others; its help becomes a page as it is.
+  print(help ${SIMRIG} --help)
+  string(REPLACE "\\" "\\e" help "${help}")
+  string(REPLACE "-" "\\-" help "${help}")
+  string(REPLACE "'" "\\(aq" help "${help}")
+  string(REGEX REPLACE "\n\\." "\n\\\\&." help "${help}")
+  file(STRINGS ${OUTPUT}/man/man1/vergence.1 head REGEX "^\\.TH ")
+  string(REPLACE "TH VERGENCE" "TH SIMRIG" head "${head}")
+  file(WRITE ${OUTPUT}/man/man1/simrig.1 "${head}\n.SH NAME\nsimrig \\- the simulated rig\n"
+       ".SH DESCRIPTION\n.nf\n${help}.fi\n.SH SEE ALSO\n.BR vergence\\-simulate (1)\n")
+  foreach(kind scenes rigs)
+    file(GLOB files ${CMAKE_CURRENT_LIST_DIR}/../simrig/${kind}/*.yaml)
+    list(TRANSFORM files REPLACE ".*/([^/]*)\\.yaml$" "\\1")
+    list(JOIN files " " ${kind})
+  endforeach()
+  string(APPEND words "_vergence_words['vergence simulate']+=' ${scenes}'\n"
+         "_vergence_words['vergence simulate --rig']='${rigs}'\n")
+endif()
+configure_file(${CMAKE_CURRENT_LIST_DIR}/completion.bash.in ${OUTPUT}/completion.bash @ONLY)
