@@ -21,10 +21,58 @@ enum {
 
 void add(const board_equations &board, board_equations *sum) {
     sum->shared += board.shared;
+    sum->gradient += board.gradient;
     sum->frame_by_shared += board.frame_by_shared;
     sum->frame_noise += board.frame_noise;
     sum->squares += board.squares;
     sum->residuals += board.residuals;
+}
+
+// How the shared numbers and the boards' frame follow those of `places`.
+matrix follow_of(const board_equations &sum, const std::vector<int> &places, long board_count) {
+    matrix follow = matrix::Zero(SIZE, long(places.size()));
+    for (long column = 0; column < follow.cols(); column++) {
+        follow(places[size_t(column)], column) = 1;
+        follow.col(column).tail<POSE_PLACES>() =
+            sum.frame_by_shared.col(places[size_t(column)]) / double(board_count);
+    }
+    return follow;
+}
+
+// Standard deviation of p1 and p2 before any picture is taken, as a share of the reference radius:
+// lenses of webcams and zooms are off their axes by about as much.
+const double TANGENTIAL_SHARE = 1e-3;
+
+// What p1 and p2 add to `estimated`, the covariance of the shared numbers and of the boards' frame
+// in squared sigmas, when the model leaves them out. Views from far away hardly tell them from a
+// shift of the principal point, so they may be there all the same; and where the views say that
+// they are, the step that the solution would make with them counts as an error, too.
+matrix doubt_of(const bundle &data, const bundle_options &options, const board_equations &sum,
+                long board_count, double variance, const matrix &estimated) {
+    matrix shared = sum.shared;
+    bundle_options doubting = options;
+    for (const int place : {TANGENTIAL_1, TANGENTIAL_2}) {
+        doubting.free_lens[size_t(place)] = true;
+        for (int camera = 0; camera < data.cameras; camera++) {
+            const int at = LENS_AT + camera * LENS_PLACES + place;
+            const double expected_px = TANGENTIAL_SHARE * data.frame[camera].radius_px;
+            shared(at, at) += variance / (expected_px * expected_px);
+        }
+    }
+    if (doubting.free_lens == options.free_lens) {
+        return matrix::Zero(SIZE, SIZE);
+    }
+    const std::vector<int> places = free_places(data, doubting);
+    bool singular = false;  // p1 and p2 are known beforehand: the rest is not asked again
+    const matrix inverse = inverse_of(picked(shared, places), &singular);
+    matrix gradient(long(places.size()), 1);
+    for (long row = 0; row < gradient.rows(); row++) {
+        gradient(row, 0) = sum.gradient(places[size_t(row)], 0);
+    }
+    const matrix step = product(inverse, gradient);
+    const matrix follow = follow_of(sum, places, board_count);
+    return carried(follow, variance * inverse + product(step, step.transpose())) -
+           variance * estimated;
 }
 
 // Turn and shift of the frame move a point: by_left of a pixel becomes its row by the frame.
@@ -55,27 +103,23 @@ error_model::error_model(const bundle &data, const bundle_options &options,
     }
     const std::vector<int> places = free_places(data, options);
     const long count = long(places.size()), board_count = std::max(1L, long(boards.size()));
-    matrix follow(SIZE, count);
-    follow.setZero();
-    for (long column = 0; column < count; column++) {
-        follow(places[size_t(column)], column) = 1;
-        follow.col(column).tail<POSE_PLACES>() =
-            sum.frame_by_shared.col(places[size_t(column)]) / double(board_count);
-    }
     const long spare = sum.residuals - count - long(POSE_PLACES) * board_count;
     sigma0_ = std::sqrt(sum.squares / double(std::max(1L, spare)));
-    const matrix inverse = inverse_of(picked(sum.shared, places), &singular_);
+    const double variance = sigma0_ * sigma0_;
+    const matrix follow = follow_of(sum, places, board_count);
+    const matrix estimated = carried(follow, inverse_of(picked(sum.shared, places), &singular_));
     singular_ = singular_ || spare < 1;
+    const matrix doubt = doubt_of(data, options, sum, board_count, variance, estimated);
     Eigen::Map<matrix> result(covariance_.data(), SIZE, SIZE);
-    result = carried(follow, inverse);
+    result = estimated;
     result.bottomRightCorner<POSE_PLACES, POSE_PLACES>() +=
         sum.frame_noise / double(board_count * board_count);
-    result *= sigma0_ * sigma0_;
+    result = variance * result + doubt;
     if (!singular_) {
         const board_scatter scatter = scatter_of(boards, places, sigma0_);
         scatter_z_ = scatter.z;
         scatter_ratio_ = std::max(1.0, scatter.ratio);
-        const matrix seen = carried(follow, scatter.covariance);
+        const matrix seen = carried(follow, scatter.covariance) + doubt;
         scattered_.assign(seen.data(), seen.data() + SIZE * SIZE);
     }
 }

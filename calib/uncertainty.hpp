@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// How far a solution can be trusted: standard deviations that follow from the corners' noise, as
-/// estimated from the residuals, by linear propagation. They know nothing of a model that is wrong,
-/// unless the positions of the board show it; `fit_test` is there for the rest.
+/// estimated from the residuals, by linear propagation. Where p1 and p2 are left out they count as
+/// if they were estimated. Of another model that is wrong they know nothing, unless the positions
+/// of the board show it; `fit_test` is there for the rest.
 #ifndef VERGENCE_CALIB_UNCERTAINTY_HPP
 #define VERGENCE_CALIB_UNCERTAINTY_HPP
 
@@ -38,7 +39,8 @@ class error_model {
     /// True when something that was estimated cannot be known from these views.
     bool is_singular() const { return singular_; }
 
-    /// Standard deviation of one number of a lens, in its own unit; 0 when it was not estimated.
+    /// Standard deviation of one number of a lens, in its own unit; 0 when it was not estimated, but
+    /// for p1 and p2: without them the model is simpler, and the lens need not be.
     double lens_sigma(int camera, int place) const;
     /// Of the increments of T_right_left (`bundle.hpp`): turn in rad, then shift in mm.
     double rig_sigma(int place) const;
