@@ -219,13 +219,14 @@ model_candidate modest_model() {
     return {{lens_model::K1, true}, {}};
 }
 
-static model_candidate shape_of(bool square_pixels, board_model target) {
-    return {{lens_model::K1_K2_P1_P2, square_pixels}, target};
-}
-
-model_choice choose_model(const bundle &data, const bundle_state &state, int threads,
+model_choice choose_model(const bundle &data, const bundle_state &state,
+                          std::optional<lens_model::kind> distortion, int threads,
                           const std::function<void()> &between) {
     model_choice result;
+    const auto shape_of = [&](bool square_pixels, board_model target) {
+        return model_candidate{{distortion.value_or(lens_model::K1_K2_P1_P2), square_pixels},
+                               target};
+    };
     std::vector<contender> contenders;
     // What both explain is rather the print's fault than the pixels'.
     for (const model_candidate &candidate :
@@ -235,18 +236,19 @@ model_choice choose_model(const bundle &data, const bundle_state &state, int thr
         contenders.push_back({candidate, state, 0, {}, {}, {}, true});
     }
     contend(data, threads, between, &contenders);
-    const contender shape = contenders[elect(data, contenders, 0, &result.scores)];
-    contenders.clear();
-    for (int kind = 0; kind < lens_model::KINDS; kind++) {
-        contenders.push_back({shape.candidate, shape.state, 0, {}, {}, {}, true});
-        contenders.back().candidate.model.distortion = lens_model::kind(kind);
+    contender winner = contenders[elect(data, contenders, 0, &result.scores)];
+    if (!distortion) {
+        contenders.clear();
+        for (int kind = 0; kind < lens_model::KINDS; kind++) {
+            contenders.push_back({winner.candidate, winner.state, 0, {}, {}, {}, true});
+            contenders.back().candidate.model.distortion = lens_model::kind(kind);
+        }
+        contend(data, threads, between, &contenders);
+        for (model_score &score : result.scores) {
+            score.chosen = false;
+        }
+        winner = contenders[elect(data, contenders, lens_model::K1_K2_P1_P2, &result.scores)];
     }
-    contend(data, threads, between, &contenders);
-    for (model_score &score : result.scores) {
-        score.chosen = false;
-    }
-    const contender &winner =
-        contenders[elect(data, contenders, lens_model::K1_K2_P1_P2, &result.scores)];
     result.chosen = winner.candidate;
     result.held_out_rms_px = held_out_rms_px(winner);
     result.state = winner.state;

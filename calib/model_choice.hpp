@@ -5,6 +5,7 @@
 #define VERGENCE_CALIB_MODEL_CHOICE_HPP
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "calib/bundle.hpp"
@@ -36,9 +37,11 @@ void forget_absent(const model_candidate &candidate, bundle_state *state);
 /// difference to the best over the positions; but not one whose own residuals say that something is
 /// missing, for they tell more than the few positions do. Pixels and board are chosen first (square
 /// or not, flat or bent, print stretched or not), with k1 k2 p1 p2, then the distortion; a simpler
-/// one than k1 k2 p1 p2 must be better by more than one standard error. `state` is a solution to
-/// begin with; `between` is called now and then on the calling thread and may throw.
-model_choice choose_model(const bundle &data, const bundle_state &state, int threads,
+/// one than k1 k2 p1 p2 must be better by more than one standard error. With a `distortion` only
+/// pixels and board are chosen. `state` is a solution to begin with; `between` is called now and
+/// then on the calling thread and may throw.
+model_choice choose_model(const bundle &data, const bundle_state &state,
+                          std::optional<lens_model::kind> distortion, int threads,
                           const std::function<void()> &between);
 
 }  // namespace calib

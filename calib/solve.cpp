@@ -148,9 +148,11 @@ class solver {
             chosen_ = {options_.model, options_.target};
         } else if (fewest_views(data()) < LEAST_FOR_CHOICE) {
             chosen_ = modest_model();
+            chosen_.model.distortion = options_.distortion.value_or(chosen_.model.distortion);
         } else {
-            const model_choice choice = choose_model(data(), state_, options_.threads,
-                                                     [this] { say("choosing the model"); });
+            const model_choice choice =
+                choose_model(data(), state_, options_.distortion, options_.threads,
+                             [this] { say("choosing the model"); });
             chosen_ = choice.chosen;
             state_ = choice.state;
             scores_ = choice.scores;

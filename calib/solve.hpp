@@ -8,6 +8,7 @@
 #include <array>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,8 @@ struct observations {
 
 struct solve_options {
     int threads = 1;
+    /// The distortion is taken as it is; pixels and board are chosen all the same.
+    std::optional<lens_model::kind> distortion;
     /// False: the model below is taken as it is, which saves the cross-validation.
     bool choose_model = true;
     lens_model model;

@@ -112,6 +112,20 @@ class Output(Workshop):
         printed = self.run_on(self.pictures, "--json")
         self.assertEqual(json.loads(printed.stdout), self.figures())
 
+    def test_the_model_is_the_one_asked_for(self):
+        self.good()
+        names = {"none": "no distortion", "k1": "k1", "k1-k2": "k1 k2",
+                 "k1-k2-p1-p2": "k1 k2 p1 p2", "k1-k2-p1-p2-k3": "k1 k2 p1 p2 k3"}
+        for asked, name in names.items():
+            done = self.run_on(self.pictures, "--model", asked)
+            self.assertIn(done.returncode, (0, 5), done.stderr)
+            self.assertRegex(done.stdout, rf"lens model  {name}(,|\n)")
+            self.assertEqual(self.figures()["model"]["lens"].split(",")[0], name)
+        chosen = self.assert_good(self.run_on(self.pictures, "--model", "auto"))
+        self.assertLess(len(chosen["model"]["lens"]), len("k1 k2 p1 p2 k3"))
+        shutil.rmtree(self.out)
+        self.assert_refused(self.run_on(self.pictures, "--model", "k9"), 2, "--model", "k1-k2")
+
     def test_reconstruct_takes_the_folder(self):
         self.good()
         self.assert_good(self.run_on())

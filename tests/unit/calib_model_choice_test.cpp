@@ -119,6 +119,29 @@ TEST_CASE("scores are told, one of them chosen, and held-out residuals are near 
     CHECK(found.held_out_rms_px < 1.1 * found.rms_px);
 }
 
+TEST_CASE("a distortion that the caller states is kept, and pixels and board are chosen") {
+    synthetic::RigViewsPlan plan = ideal();
+    plan.k1_px = -10;
+    plan.p1_px = 0.5;
+    plan.warp_mm[0] = 3;
+    calib::solve_options options;
+    options.threads = 2;
+    options.second_start = false;
+    for (const lens_model::kind kind : {lens_model::K1, lens_model::K1_K2_P1_P2_K3}) {
+        options.distortion = kind;
+        for (const int boards : {10, 4}) {  // with few nothing is chosen
+            plan.boards = boards;
+            const calib::solution found =
+                calib::solve(synthetic::make_rig_views(plan, 2, 32).seen, options);
+            REQUIRE(found.solved);
+            CHECK(found.model.distortion == kind);
+            CHECK((found.camera[0].k3 != 0) == (kind == lens_model::K1_K2_P1_P2_K3));
+            CHECK((found.camera[1].p1 != 0) == (kind == lens_model::K1_K2_P1_P2_K3));
+            CHECK(found.target.bent == (boards == 10));
+        }
+    }
+}
+
 TEST_CASE("names of models") {
     CHECK(std::string(calib::lens_model_name({lens_model::NONE, true})) == "no distortion");
     CHECK(std::string(calib::lens_model_name({lens_model::K1_K2_P1_P2_K3, false})) ==

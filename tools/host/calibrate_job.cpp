@@ -183,6 +183,7 @@ class runner {
     void solve() {
         calib::solve_options options;
         options.threads = workers_parallel(threads_.get())->threads;
+        options.distortion = job_.distortion;
         int step = -1;
         std::string last;
         options.progress = [this, &step, &last](const char *what) {

@@ -3,16 +3,19 @@
 #ifndef VERGENCE_TOOLS_HOST_CALIBRATE_JOB_HPP
 #define VERGENCE_TOOLS_HOST_CALIBRATE_JOB_HPP
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "calib/corner_cache.hpp"
+#include "calib/lens_scale.hpp"
 #include "tools/host/calibrate_inputs.hpp"
 
 struct calibrate_job {
     calib::board board;
     calibrate_inputs inputs;
     std::vector<calib::cached_view> cache;
+    std::optional<calib::lens_model::kind> distortion;  // none: chosen
     bool single = false, json = false, quiet = false;
     int threads = 0;  // 0: all processors
     std::string out_path, id, date, note;

@@ -23,7 +23,7 @@ const int operands_max = 4096;
 struct request {
     calibrate_board_request board;
     const char *out, *corner_cache, *id, *date, *note;
-    int threads;
+    int threads, model;
     bool single, json, quiet;
 };
 
@@ -43,6 +43,11 @@ const option options[] = {
     {"marker", OPTION_REAL, offsetof(request, board.marker_mm), "MM",
      "With --charuco: side of a marker in mm, its black border included.", 1e-3, 1e5, 0, 0,
      nullptr},
+    {"model", OPTION_CHOICE, offsetof(request, model), "MODEL",
+     "Distortion of the lenses: auto (the simplest that explains positions of the board that were "
+     "held out), none, or the coefficients to estimate, as OpenCV calls them; the others are 0. "
+     "More than the views show makes the image's corners worse. Default: auto.",
+     0, 0, 0, 0, "auto none k1 k1-k2 k1-k2-p1-p2 k1-k2-p1-p2-k3"},
     {"out", OPTION_TEXT, offsetof(request, out), "DIR",
      "Directory for the results; created when missing. Files of an earlier run in it are "
      "replaced. Default: calibration.",
@@ -108,6 +113,7 @@ const option_page page = {
     "vergence calibrate cam_a/ cam_b/ --board 9x6 --square 30\n"
     "vergence calibrate stereo_calib.xml --board 9x6 --square 30 --json\n"
     "vergence calibrate left/ right/ --board 13x9 --square 20 --charuco 5x5_100 --marker 15\n"
+    "vergence calibrate pictures/ --board 9x6 --square 30 --model k1-k2\n"
     "vergence calibrate 'left*.jpg' --single --board 9x6 --square 30",
     options,
     sizeof options / sizeof options[0],
@@ -200,6 +206,9 @@ int command_calibrate(int argc, char **argv) {
     if (asked.corner_cache != nullptr &&
         !read_cache(asked.corner_cache, job.board, &job.cache, &error)) {
         return refuse(CLIENT_BAD_INPUT, error);
+    }
+    if (asked.model > 0) {  // behind "auto" they stand in the order of the kinds
+        job.distortion = static_cast<calib::lens_model::kind>(asked.model - 1);
     }
     job.single = asked.single;
     job.json = asked.json;
