@@ -21,7 +21,7 @@
 static const struct option options[] = {
     {.name = "calibration", .kind = OPTION_TEXT, .offset = FIELD(calibration_path), .value_name = "FILE",
      .help = "The calibration of the pair: our own text, or a file of a kind that \"vergence info\" "
-             "lists (OpenCV, ROS, Middlebury, KITTI). Needed unless --rectified is given "
+             "lists (OpenCV, ROS, Kalibr, mrcal, Middlebury, KITTI). Needed unless --rectified is given "
              "or the session holds one."},
     {.name = "pair", .kind = OPTION_INT, .offset = FIELD(pair), .value_name = "N",
      .minimum = 1, .maximum = 1000000,

@@ -7,6 +7,7 @@ conventions (CameraInfo.msg; Kalibr's wiki) stand below as a few lines of Python
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import tempfile
@@ -181,28 +182,75 @@ class Export(unittest.TestCase):
 
     def test_kalibr(self):
         for k3, (rig, cameras, R, t) in self.rigs():
+            out = self.export(rig, "kalibr")
+            chain = self.read_yaml(out / "camchain.yaml")
+            lost_px = (0, 0)
             if k3:
-                done = self.info(rig, "--export", "kalibr", "--out", self.here / "kalibr")
-                self.assertEqual(done.returncode, 3)
-                self.assertIn("k3", done.stderr)
-                self.assertEqual(len(done.stderr.splitlines()), 1)
-                self.assertFalse((self.here / "kalibr").exists())
-                continue
-            chain = self.read_yaml(self.export(rig, "kalibr") / "camchain.yaml")
+                text = (out / "camchain.yaml").read_text()
+                loss = json.loads(self.info(rig, "--export", "kalibr", "--out", out,
+                                            "--json").stdout)[0]["loss"]
+                self.assertEqual([f"# {line}" for line in re.split("; (?=cam1)", loss)],
+                                 text.splitlines()[:2])
+                lost_px = [float(most) for most in re.findall(r"at most ([0-9.e-]+) px", loss)]
+                self.assertEqual(len(lost_px), 2)
+                self.assertLess(max(lost_px), 8)  # of up to 40 px that k3 moves a corner by
             points = self.points_mm()
             T = np.array(chain["cam1"]["T_cn_cnm1"])
             self.assertEqual(T[3].tolist(), [0, 0, 0, 1])
             in_right = (np.column_stack((points / 1000, np.ones(POINTS))) @ T.T)[:, :3]
-            for name, camera, theirs, ours in (("cam0", cameras[0], points / 1000, points),
-                                               ("cam1", cameras[1], in_right,
-                                                points @ R.T + t)):
+            for name, camera, most_px, theirs, ours in (
+                    ("cam0", cameras[0], lost_px[0], points / 1000, points),
+                    ("cam1", cameras[1], lost_px[1], in_right, points @ R.T + t)):
                 one = chain[name]
                 self.assertEqual((one["camera_model"], one["distortion_model"]),
                                  ("pinhole", "radtan"))
                 self.assertEqual(one["resolution"], [1280, 960])
                 fu, fv, pu, pv = one["intrinsics"]
                 radtan = {"f": (fu, fv), "c": (pu, pv), "D": one["distortion_coeffs"] + [0]}
-                self.assert_agree(brown(theirs, radtan), brown(ours, camera))
+                exact = brown(ours, camera)
+                inside = ((exact > 0) & (exact < (1279, 959))).all(axis=1)
+                self.assertGreater(inside.sum(), POINTS / 4)
+                off_px = np.abs(brown(theirs, radtan) - exact)[inside].max()
+                self.assertLess(off_px, most_px + AGREE_PX)
+
+    def numbers(self, path):
+        """What our own text says of the cameras, names and remarks left out."""
+        return [line for line in path.read_text().splitlines()
+                if line.startswith(("left_", "right_", "rotation_", "translation_"))]
+
+    def test_what_was_exported_is_read_back(self):
+        for k3, (rig, *_) in self.rigs():
+            for name in ("opencv", "ros", "kalibr", "mrcal"):
+                if k3 and name == "kalibr":
+                    continue
+                again = self.here / f"{name}.calibration"
+                done = self.info(self.export(rig, name), "--unit", "mm", "--convert", again)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                for ours, theirs in zip(self.numbers(rig), self.numbers(again), strict=True):
+                    self.assertEqual(ours.split()[0], theirs.split()[0])
+                    np.testing.assert_allclose([float(word) for word in theirs.split()[1:]],
+                                               [float(word) for word in ours.split()[1:]],
+                                               rtol=0, atol=2e-9)
+
+    def test_what_mrcal_writes_is_read(self):
+        """Its own writer rounds to ten digits; its reference frame need not be the left camera's."""
+        for _, (rig, cameras, R, t) in self.rigs():
+            out = self.export(rig, "mrcal")
+            moved = np.array([.1, -.2, .05, 1, -2, .5])
+            for number, name in enumerate(("left", "right")):
+                model = mrcal.cameramodel(str(out / f"{name}.cameramodel"))
+                model.extrinsics_rt_fromref(mrcal.compose_rt(model.extrinsics_rt_fromref(), moved))
+                model.write(str(self.here / f"camera-{number}.cameramodel"))
+            again = self.here / "again.calibration"
+            done = self.info(f"{self.here}/camera-0.cameramodel,{self.here}/camera-1.cameramodel",
+                             "--convert", again)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            told = json.loads(self.info(again, "--json").stdout)[0]
+            np.testing.assert_allclose(told["translation_right_left_mm"], t, atol=1e-5)
+            np.testing.assert_allclose(cv2.Rodrigues(np.array(told["rotation_right_left_rad"]))[0],
+                                       R, atol=1e-8)
+            np.testing.assert_allclose(told["right"]["distortion_k1_k2_p1_p2_k3"],
+                                       cameras[1]["D"], rtol=1e-8)
 
     def test_an_earlier_export_is_replaced_and_mistakes_are_told(self):
         rig = self.make_rig(False, 0.01)[0]

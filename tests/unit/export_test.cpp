@@ -20,8 +20,8 @@ namespace {
 
 std::string exported(const calibration &value, const std::string &format, const folder &here) {
     std::vector<std::string> paths;
-    std::string message;
-    const int code = export_write(value, format, here / format, &paths, &message);
+    std::string loss, message;
+    const int code = export_write(value, format, here / format, &paths, &loss, &message);
     INFO(message);
     REQUIRE(code == ERROR_OK);
     for (const std::string &path : paths) {
@@ -53,6 +53,30 @@ calibration random_calibration(random_rig::Random &random) {
     return rig;
 }
 
+lens without_k3(lens one) {
+    one.k3 = 0;
+    return one;
+}
+
+/// Between where two lenses see a point, over the image of the first.
+double largest_difference_px(const lens &one, const lens &other) {
+    double largest_px = 0;
+    for (int row = 0; row < 40; row++) {
+        for (int column = 0; column < 40; column++) {
+            const double pixel_px[2] = {(one.width_px - 1) * column / 39.0,
+                                        (one.height_px - 1) * row / 39.0};
+            double ray[3], seen_px[2];
+            if (lens_ray(&one, pixel_px, ray) &&
+                std::hypot(ray[0], ray[1]) < lens_view_radius(&one) &&
+                lens_project(&other, ray, seen_px)) {
+                largest_px = std::max(
+                    largest_px, std::hypot(seen_px[0] - pixel_px[0], seen_px[1] - pixel_px[1]));
+            }
+        }
+    }
+    return largest_px;
+}
+
 }  // namespace
 
 TEST_CASE("OpenCV's and ROS's files are read back as they were") {
@@ -79,6 +103,60 @@ TEST_CASE("OpenCV's and ROS's files are read back as they were") {
         REQUIRE(rectified.code == ERROR_OK);
         CHECK(calibration_baseline_mm(&rectified.value) ==
               doctest::Approx(calibration_baseline_mm(&rig)).epsilon(1e-9));
+    }
+}
+
+TEST_CASE("Kalibr's and mrcal's files are read back as they were") {
+    const uint64_t seed = synthetic::test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    random_rig::Random random(seed);
+    for (int i = 0; i < 60; i++) {
+        const folder here;
+        calibration rig = random_calibration(random);
+        const loaded mrcal = load(exported(rig, "mrcal", here));
+        INFO(mrcal.message);
+        REQUIRE(mrcal.code == ERROR_OK);
+        CHECK(mrcal.report.format == "mrcal");
+        check_same(mrcal.value, rig, 2e-12);
+        CHECK(load(here / "mrcal" + "/right.cameramodel").code == ERROR_OK);
+        rig.left.k3 = rig.right.k3 = 0;
+        if (lens_validate(&rig.left) != ERROR_OK || lens_validate(&rig.right) != ERROR_OK) {
+            continue;
+        }
+        const loaded kalibr = load(exported(rig, "kalibr", here));
+        INFO(kalibr.message);
+        REQUIRE(kalibr.code == ERROR_OK);
+        CHECK(kalibr.report.format == "Kalibr");
+        check_same(kalibr.value, rig, 2e-12);
+    }
+}
+
+TEST_CASE("a lens with k3 goes to Kalibr by another one near to it, and the loss is true") {
+    const uint64_t seed = synthetic::test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    random_rig::Random random(seed);
+    for (int i = 0; i < 30; i++) {
+        const folder here;
+        const calibration rig = random_calibration(random);
+        std::vector<export_file> files;
+        std::string message;
+        REQUIRE(export_files(rig, "kalibr", &files, &message) == ERROR_OK);
+        INFO(files[0].loss);
+        CHECK(files[0].text.find("# cam0: k3") == 0);
+        CHECK(files[0].text.find("\n# cam1: k3") != std::string::npos);
+        double rms_px = 0, max_px = 0;
+        const size_t numbers = files[0].loss.find("off by ");
+        REQUIRE(numbers != std::string::npos);
+        REQUIRE(std::sscanf(files[0].loss.c_str() + numbers, "off by %lg px rms, at most %lg px",
+                            &rms_px, &max_px) == 2);
+        const loaded kalibr = load(exported(rig, "kalibr", here));
+        REQUIRE(kalibr.code == ERROR_OK);
+        CHECK(kalibr.value.left.fx_px == rig.left.fx_px);
+        const double off_px = largest_difference_px(rig.left, kalibr.value.left);
+        CHECK(off_px <= 1.01 * max_px);
+        CHECK(off_px >= 0.8 * max_px);
+        CHECK(rms_px < max_px);
+        CHECK(max_px < 0.25 * largest_difference_px(rig.left, without_k3(rig.left)));
     }
 }
 
@@ -150,12 +228,10 @@ TEST_CASE("what a format cannot hold is said in one line") {
     calibration rig = random_calibration(random);
     std::vector<export_file> files;
     std::string message;
-    CHECK(export_files(rig, "kalibr", &files, &message) == ERROR_DISTORTION);
-    CHECK(message.find("k3") != std::string::npos);
-    CHECK(files.empty());
     rig.left.k3 = rig.right.k3 = 0;
     CHECK(export_files(rig, "kalibr", &files, &message) == ERROR_OK);
     CHECK(files.size() == 1);
+    CHECK(files[0].loss.empty());
     rig.right.width_px += 2;
     CHECK(export_files(rig, "opencv", &files, &message) == ERROR_RANGE);
     CHECK(export_files(rig, "mrcal", &files, &message) == ERROR_OK);

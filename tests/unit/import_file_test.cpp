@@ -30,7 +30,90 @@ const char *const identity = "1, 0, 0, 0, 1, 0, 0, 0, 1";
 const char *const P_left = "500, 0, 325, 0, 0, 500, 244, 0, 0, 0, 1, 0";
 const char *const P_right = "500, 0, 325, -60, 0, 500, 244, 0, 0, 0, 1, 0";
 
+const char *const kalibr =
+    "cam0:\n  cam_overlaps: [1]\n  camera_model: pinhole\n"
+    "  distortion_coeffs: [-0.28, 0.08, 0.001, -0.0002]\n  distortion_model: radtan\n"
+    "  intrinsics: [530, 531, 320, 240]\n  resolution: [640, 480]\n  rostopic: /cam0/image_raw\n"
+    "cam1:\n  T_cn_cnm1:\n  - [0.8, 0, -0.6, -0.096]\n  - [0, 1, 0, 0]\n"
+    "  - [0.6, 0, 0.8, -0.072]\n  - [0.0, 0.0, 0.0, 1.0]\n  cam_overlaps: [0]\n"
+    "  camera_model: pinhole\n  distortion_coeffs: []\n  distortion_model: none\n"
+    "  intrinsics: [530, 531, 322, 240]\n  resolution: [640, 480]\n";
+
+std::string mrcal(const std::string &extrinsics) {
+    return "# a note\n{\n    'lensmodel':  'LENSMODEL_OPENCV4',\n\n"
+           "    # intrinsics are fx,fy,cx,cy,distortion0,distortion1,....\n"
+           "    'intrinsics': [ 530, 531, 320, 240, -0.28, 0.08, 0.001, -0.0002,],\n\n"
+           "    'valid_intrinsics_region': [\n    [ 0, 0 ],\n    [ 0, 479 ],\n],\n\n"
+           "    # extrinsics are rt_fromref\n    'extrinsics': [" +
+           extrinsics +
+           "],\n\n    'imagersize': [ 640, 480,],\n\n    'icam_intrinsics': 0,\n\n"
+           "    'optimization_inputs': b'P)h>@6aWA{}[2mjc#%,:0}',\n\n}\n";
+}
+
+const char *const mrcal_left = " 0, 0.1, 0, 0.05, 0, 0,";
+const char *const mrcal_right = " 0, 0.1, 0, -0.07, 0, 0,";
+
 }  // namespace
+
+TEST_CASE("Kalibr: a chain") {
+    const folder here;
+    const std::string path = here.write("bag-camchain.yaml", kalibr);
+    const loaded result = load(path);
+    INFO(result.message);
+    REQUIRE(result.code == ERROR_OK);
+    CHECK(result.report.format == "Kalibr");
+    CHECK(result.value.left.fy_px == 531);
+    CHECK(result.value.left.p2 == -0.0002);
+    CHECK(result.value.right.k1 == 0);
+    CHECK(result.value.right.cx_px == 322);
+    CHECK(result.value.rotation_right_left_rad[1] == doctest::Approx(-std::asin(0.6)));
+    CHECK(result.value.translation_right_left_mm[0] == doctest::Approx(-96));
+    CHECK(result.value.translation_right_left_mm[2] == doctest::Approx(-72));
+    import_options options;
+    options.rectified = true;
+    check_refused(path, options, ERROR_ARGUMENT, {"--rectified"});
+    const auto refused = [&](const std::string &from, const std::string &to, int code,
+                             std::initializer_list<const char *> words) {
+        check_refused(here.write("camchain.yaml", replace(kalibr, from, to)), {}, code, words);
+    };
+    refused("model: radtan", "model: equidistant", ERROR_DISTORTION, {"cam0", "equidistant"});
+    refused("camera_model: pinhole", "camera_model: omni", ERROR_DISTORTION, {"cam0", "omni"});
+    refused("cam1:", "cam2:", ERROR_MISSING, {"cam1"});
+    refused("T_cn_cnm1:", "T_cam_imu:", ERROR_MISSING, {"cam1", "T_cn_cnm1"});
+    refused("[0.8, 0, -0.6", "[0.9, 0, -0.6", ERROR_ROTATION, {"T_cn_cnm1"});
+    refused("[0.8, 0, -0.6, -0.096]", "[0.8, 0, -0.6]", ERROR_SYNTAX, {"T_cn_cnm1"});
+    refused("[530, 531, 320, 240]", "[530, 531, 320]", ERROR_SYNTAX, {"intrinsics", "4"});
+    refused("[640, 480]", "[640.5, 480]", ERROR_RANGE, {"cam0", "size"});
+    refused("[640, 480]", "{640: 480}", ERROR_SYNTAX, {"resolution"});
+    refused("pinhole", "[pinhole", ERROR_SYNTAX, {"line"});
+}
+
+TEST_CASE("mrcal: a pair, as mrcal writes it") {
+    const folder here;
+    const std::string left = here.write("left.cameramodel", mrcal(mrcal_left));
+    const std::string right = here.write("right.cameramodel", mrcal(mrcal_right));
+    for (const std::string &path : {left, right, here.path, left + "," + right}) {
+        const loaded result = load(path);
+        INFO(result.message);
+        REQUIRE(result.code == ERROR_OK);
+        CHECK(result.report.format == "mrcal");
+        CHECK(result.value.left.k2 == 0.08);
+        CHECK(result.value.rotation_right_left_rad[1] == 0);
+        CHECK(result.value.translation_right_left_mm[0] == doctest::Approx(-120));
+    }
+    const auto refused = [&](const std::string &from, const std::string &to, int code,
+                             std::initializer_list<const char *> words) {
+        check_refused(here.write("right.cameramodel", replace(mrcal(mrcal_right), from, to)), {},
+                      code, words);
+    };
+    refused("OPENCV4", "CAHVOR", ERROR_DISTORTION, {"CAHVOR", "mrcal-convert-lensmodel"});
+    refused(" 530, 531, 320, 240,", " 530,", ERROR_SYNTAX, {"intrinsics"});
+    refused(" 640, 480,", " 640, 480, 3,", ERROR_SYNTAX, {"imagersize", "3"});
+    refused(mrcal_right, " 0,", ERROR_SYNTAX, {"extrinsics"});
+    refused("'imagersize'", "[", ERROR_SYNTAX, {"not a camera of mrcal"});
+    const std::string alone = here.write("front.cameramodel", mrcal(mrcal_left));
+    check_refused(alone, {}, ERROR_MISSING, {"pair"});
+}
 
 TEST_CASE("ROS: a raw pair") {
     const folder here;
@@ -182,11 +265,12 @@ TEST_CASE("mutated files never pass as something invalid") {
     import_options options;
     options.width_px = 1241;
     options.height_px = 376;
-    const std::string starts[] = {middlebury, kitti_raw, kitti_odometry,
-                                  camera_info("left", identity, P_left)};
+    const std::string starts[] = {middlebury,     kitti_raw,
+                                  kitti_odometry, camera_info("left", identity, P_left),
+                                  kalibr,         mrcal(mrcal_left)};
     int taken = 0;
     for (int i = 0; i < 20000; i++) {
-        import_file file{"file", starts[i % 4]};
+        import_file file{"file", starts[i % 6]};
         for (size_t n = whole(1, 3); n > 0 && !file.text.empty(); n--) {
             const size_t at = whole(0, file.text.size() - 1);
             switch (whole(0, 3)) {
@@ -204,9 +288,12 @@ TEST_CASE("mutated files never pass as something invalid") {
             }
         }
         const import_file other{"other", camera_info("right", identity, P_right)};
+        const import_file camera{"camera", mrcal(mrcal_right)};
         try {
-            import_pair pair = i % 4 == 0   ? import_middlebury(file, options)
-                               : i % 4 == 3 ? import_ros({file, other}, options)
+            import_pair pair = i % 6 == 0   ? import_middlebury(file, options)
+                               : i % 6 == 3 ? import_ros({file, other}, options)
+                               : i % 6 == 4 ? import_kalibr(file, options)
+                               : i % 6 == 5 ? import_mrcal({file, camera}, options)
                                             : import_kitti(file, options);
             taken++;
             std::strcpy(pair.value.id, "x");

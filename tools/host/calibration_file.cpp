@@ -102,6 +102,8 @@ std::vector<std::string> files_in(std::string directory) {
         {"left.yaml", "right.yaml"},
         {"left.yml", "right.yml"},
         {"calib.txt"},
+        {"camchain.yaml"},
+        {"left.cameramodel", "right.cameramodel"},
         {"calib_cam_to_cam.txt"},
     };
     std::vector<std::string> found;
@@ -129,8 +131,9 @@ std::vector<std::string> files_in(std::string directory) {
         fail(ERROR_ARGUMENT,
              directory +
                  ": holds no calibration under a usual name (calibration.txt, rig.calibration, "
-                 "intrinsics.yml and extrinsics.yml, left.yaml and right.yaml, calib.txt, "
-                 "calib_cam_to_cam.txt): name the file");
+                 "intrinsics.yml and extrinsics.yml, left.yaml and right.yaml, camchain.yaml, "
+                 "left.cameramodel and right.cameramodel, calib.txt, calib_cam_to_cam.txt): name "
+                 "the file");
     }
     return found;
 }
@@ -228,6 +231,7 @@ import_pair read_cameras(const camera_format &format, std::vector<import_file> *
         const std::string left = find_partner(path, {{"right", "left"}, {"RIGHT", "LEFT"}});
         if (right.empty() && left.empty()) {
             fail(ERROR_MISSING, path +
+const camera_format mrcal_format = {"a camera of mrcal", import_mrcal_matches, import_mrcal};
                                     ": is one camera of a pair: name both files, LEFT,RIGHT, or "
                                     "put them side by side as left.yaml and right.yaml");
         }
@@ -270,12 +274,18 @@ import_pair read_any(std::vector<import_file> *files, const import_options &opti
     }
     if (single && import_kitti_matches(first.text)) {
         return import_kitti(first, options);
+    if (single && import_kalibr_matches(first.text)) {
+        return import_kalibr(first, options);
+    }
+    if (import_mrcal_matches(first.text)) {
+        return read_cameras(mrcal_format, files, options);
+    }
     }
     fail(ERROR_SYNTAX,
          first.path +
              ": is no calibration: our own text, OpenCV intrinsics/extrinsics, ROS "
-             "camera_info, Middlebury calib.txt, KITTI and cameras of the simulated rig are "
-             "understood");
+             "camera_info, Kalibr, mrcal, Middlebury calib.txt, KITTI and cameras of the "
+             "simulated rig are understood");
 }
 
 /// Printable ASCII without anything that our text does not take.

@@ -71,11 +71,12 @@ const option_page page_of_command = {
     "FILE...",
     "explain a calibration, a result or a session",
     "Says what is in each FILE: calibrations (our own text, OpenCV intrinsics and extrinsics, ROS "
-    "camera_info pairs, Middlebury calib.txt, KITTI, true cameras of the simulated rig) with the "
-    "figures that follow from them, and "
-    "results (result.json, a result directory, PFM, PNG, PGM, PLY, PCD, GLB) with sizes, counts "
-    "and extents; and recorded sessions, with how each pair was taken: axes, exposure, brightness, "
-    "and whether the session's calibration matches.\n"
+    "camera_info pairs, Kalibr's camchain.yaml, mrcal's .cameramodel pairs, Middlebury calib.txt, "
+    "KITTI, true cameras of the simulated rig) with the figures that follow from them, and results "
+    "(result.json, a result directory, PFM, PNG, PGM, PLY, PCD, GLB) with sizes, counts and "
+    "extents; and recorded sessions, with how each pair was taken: axes, exposure, brightness, "
+    "and whether the session's calibration matches.
+"
     "A calibration of several files is named by one of them, by its directory, or as a list "
     "FILE,FILE.",
     "vergence info rig.txt\n"
@@ -144,8 +145,9 @@ bool write_calibration(const std::string &path, const calibration &value, const 
     }
     if (asked.out != nullptr) {
         std::vector<std::string> paths;
+        std::string loss;
         const std::string format = choice_text(export_formats, asked.export_format);
-        if (export_write(value, format, asked.out, &paths, message) != ERROR_OK) {
+        if (export_write(value, format, asked.out, &paths, &loss, message) != ERROR_OK) {
             *message = path + ": not exported: " + *message;
             return false;
         }
@@ -154,6 +156,9 @@ bool write_calibration(const std::string &path, const calibration &value, const 
             text += (text.empty() ? "" : ", ") + written;
         }
         page->add("exported", "exported", text, paths);
+        if (!loss.empty()) {
+            page->add("loss", "loss", loss, loss);
+        }
     }
     return true;
 }

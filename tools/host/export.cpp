@@ -60,7 +60,7 @@ int export_files(const calibration &value, const std::string &format,
 }
 
 int export_write(const calibration &value, const std::string &format, const std::string &directory,
-                 std::vector<std::string> *paths, std::string *message) {
+                 std::vector<std::string> *paths, std::string *loss, std::string *message) {
     std::vector<export_file> files;
     int code = export_files(value, format, &files, message);
     if (code != ERROR_OK) {
@@ -87,6 +87,7 @@ int export_write(const calibration &value, const std::string &format, const std:
     }
     for (const export_file &file : files) {
         paths->push_back(directory + (directory.back() == '/' ? "" : "/") + file.name);
+        *loss += (loss->empty() || file.loss.empty() ? "" : "; ") + file.loss;
     }
     return ERROR_OK;
 }

@@ -13,6 +13,7 @@
 /// One file of an export.
 struct export_file {
     std::string name, text;
+    std::string loss{};  // what the format cannot hold and how far off it is without; "": nothing
 };
 
 /// Rectified cameras of an export whose images keep the raw images' size, which ROS demands and
@@ -35,14 +36,15 @@ extern const char *const export_formats;
 
 /// The files of a valid calibration in a format (one of `export_formats`). Returns 0, or a negative
 /// error code with `message` saying in one line what the format cannot hold; `files` is then
-/// untouched.
+/// untouched. What it holds only nearly is no error: see `export_file::loss`.
 int export_files(const calibration &value, const std::string &format,
                  std::vector<export_file> *files, std::string *message);
 
 /// The same, written into a directory, which is made when it is missing: all files or none.
-/// Returns 0 or a negative error code with `message` set; fills `paths`.
+/// Returns 0 or a negative error code with `message` set; fills `paths`, and `loss` with what all
+/// files lost.
 int export_write(const calibration &value, const std::string &format, const std::string &directory,
-                 std::vector<std::string> *paths, std::string *message);
+                 std::vector<std::string> *paths, std::string *loss, std::string *message);
 
 // The formats. Each returns its files or throws `export_failure`.
 
@@ -55,7 +57,7 @@ struct export_failure {
 std::vector<export_file> export_opencv(const calibration &value);
 /// sensor_msgs/CameraInfo as camera_calibration writes it: left.yaml and right.yaml, in m.
 std::vector<export_file> export_ros(const calibration &value);
-/// Kalibr's camchain.yaml, in m.
+/// Kalibr's camchain.yaml, in m. Its lens has no k3: k1 k2 p1 p2 are fitted to it then.
 std::vector<export_file> export_kalibr(const calibration &value);
 /// mrcal's left.cameramodel and right.cameramodel, in m.
 std::vector<export_file> export_mrcal(const calibration &value);

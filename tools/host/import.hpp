@@ -50,6 +50,12 @@ import_pair import_ros(const std::vector<import_file> &files, const import_optio
 import_pair import_simrig(const std::vector<import_file> &files, const import_options &options);
 
 /// Middlebury's calib.txt (2014 and later).
+/// Kalibr's camera chain: cam0 is the left camera, cam1 the right one.
+import_pair import_kalibr(const import_file &file, const import_options &options);
+
+/// The pair of mrcal's camera models, left first.
+import_pair import_mrcal(const std::vector<import_file> &files, const import_options &options);
+
 import_pair import_middlebury(const import_file &file, const import_options &options);
 
 /// KITTI's calib_cam_to_cam.txt, or the calib.txt of odometry and of the stereo benchmarks.
@@ -60,6 +66,8 @@ bool import_opencv_matches(const std::string &text);
 bool import_ros_matches(const std::string &text);
 bool import_simrig_matches(const std::string &text);
 bool import_middlebury_matches(const std::string &text);
+bool import_kalibr_matches(const std::string &text);
+bool import_mrcal_matches(const std::string &text);
 bool import_kitti_matches(const std::string &text);
 
 // What importers share.

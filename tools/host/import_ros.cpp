@@ -3,13 +3,11 @@
 /// and in that of an echoed message (K: [...] or k: [...]). For a point of the rectified frame P =
 /// [f 0 cx Tx; 0 f cy Ty; 0 0 1 0] with Tx = -f B in the right camera, lengths in m, and R turns
 /// the raw camera's frame into the rectified one. Source: REP 104, CameraInfo.msg.
-#include <yaml-cpp/yaml.h>
-
 #include <cmath>
 
 #include "core/error.h"
 #include "core/geometry.h"
-#include "tools/host/import.hpp"
+#include "tools/host/import_yaml.hpp"
 
 namespace {
 
@@ -44,11 +42,7 @@ std::vector<double> numbers(const import_file &file, const YAML::Node &root,
     if (!node || !node.IsSequence()) {
         import_fail(ERROR_SYNTAX, file, field + ": must hold a list of numbers");
     }
-    std::string text;
-    for (const YAML::Node &value : node) {
-        text += (value.IsScalar() ? value.Scalar() : std::string("?")) + " ";
-    }
-    return import_numbers(file, field, text, node.size());
+    return import_yaml_numbers(file, field, node);
 }
 
 std::vector<double> matrix(const import_file &file, const YAML::Node &root,

@@ -3,13 +3,11 @@
 /// K and the distortion of Brown and Conrady in pixels of the whole sensor, the window that was
 /// read out, and the pose T_world_camera. Nothing is fitted: the model is ours. The description of
 /// the keys is in tools/simrig/README.md; no code is shared with that program.
-#include <yaml-cpp/yaml.h>
-
 #include <cmath>
 
 #include "core/error.h"
 #include "core/geometry.h"
-#include "tools/host/import.hpp"
+#include "tools/host/import_yaml.hpp"
 #include "tools/host/number_text.hpp"
 
 namespace {
@@ -22,17 +20,7 @@ struct true_camera {
 
 std::vector<double> numbers(const import_file &file, const YAML::Node &root, const char *name,
                             size_t count) {
-    const YAML::Node node = root[name];
-    if (!node) {
-        import_fail(ERROR_MISSING, file, std::string(name) + " is missing");
-    }
-    std::string text = node.IsScalar() ? node.Scalar() : "";
-    if (node.IsSequence()) {
-        for (const YAML::Node &value : node) {
-            text += (value.IsScalar() ? value.Scalar() : std::string("?")) + " ";
-        }
-    }
-    return import_numbers(file, name, text, count);
+    return import_yaml_numbers(file, name, root[name], count);
 }
 
 std::vector<double> whole_numbers(const import_file &file, const YAML::Node &root, const char *name,
