@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "daemon/input_file.h"
+#include "daemon/length_check.h"
 
 static int describe_fault(const char *path, int error, const struct calibration_fault *fault,
                           struct message *message) {
@@ -53,6 +54,14 @@ int calibration_loader_own(const struct calibration_request *request,
     if (request->rectified && !parsed.rectified) {
         return message_set(message, ERROR_ARGUMENT,
                            "%s is for images that are not rectified; leave out --rectified", path);
+    }
+    const bool short_is_meant = request->unit != NULL && strcmp(request->unit, "mm") == 0;
+    const int length_error = short_is_meant
+                                 ? ERROR_OK
+                                 : length_check_baseline(calibration_baseline_mm(&parsed), path,
+                                                         length_unit_option, message);
+    if (length_error != ERROR_OK) {
+        return length_error;
     }
     *calibration = parsed;
     snprintf(format, CALIBRATION_LOADER_FORMAT_BYTES, "vergence");

@@ -12,6 +12,7 @@
 #include "daemon/client.h"
 #include "daemon/image_file.h"
 #include "daemon/input_file.h"
+#include "daemon/length_check.h"
 #include "daemon/options.h"
 #include "daemon/workers.h"
 
@@ -61,7 +62,9 @@ static const struct option options[] = {
      .help = "With --rectified and no calibration: distance between the cameras in mm."},
     {.name = "unit", .kind = OPTION_CHOICE, .offset = FIELD(unit), .value_name = "UNIT",
      .choices = "mm cm m",
-     .help = "Unit of length of an imported calibration whose format has none. Default: mm."},
+     .help = "Unit of length of an imported calibration whose format has none. Default: mm. Options and "
+             "results are in mm whatever it says. Without it a baseline below 5 mm and a depth below "
+             "10 mm are refused, as metres are likely to be meant; --unit mm takes them."},
     {.name = "first-camera", .kind = OPTION_INT, .offset = FIELD(first_camera), .value_name = "N",
      .minimum = 0, .maximum = 8,
      .help = "Number of the left camera in a calibration of several pairs (KITTI: 0 grey, 2 colour)."},
@@ -163,8 +166,11 @@ static const char *find_contradiction(const struct reconstruct_request *request)
         (request->focal_px > 0 || request->baseline_mm > 0)) {
         return "--focal and --baseline are for --rectified without a calibration";
     }
-    if (request->calibration_path == NULL && (request->unit >= 0 || request->first_camera >= 0)) {
-        return "--unit and --first-camera belong to --calibration";
+    if (request->calibration_path == NULL && request->first_camera >= 0) {
+        return "--first-camera belongs to --calibration";
+    }
+    if (request->calibration_path == NULL && request->unit > 0) {
+        return "--unit cm and --unit m belong to --calibration";
     }
     if (request->depth_mm[1] > 0 && !(request->depth_mm[0] < request->depth_mm[1])) {
         return "--depth NEAR:FAR is empty: NEAR must be less than FAR";
@@ -186,6 +192,19 @@ static const char *find_contradiction(const struct reconstruct_request *request)
         return "--debug-row belongs to --debug";
     }
     return NULL;
+}
+
+/// Lengths that are metres rather than mm; returns 0, or an error code with `message` set.
+static int check_lengths(const struct reconstruct_request *request, struct message *message) {
+    if (request->unit == 0) {
+        return 0;
+    }
+    const int error = length_check_depth(request->depth_mm[0], request->depth_mm[1], "--depth",
+                                         "; --unit mm says that it is meant", message);
+    return error != 0 || request->baseline_mm == 0
+               ? error
+               : length_check_baseline(request->baseline_mm, "--baseline", "--unit mm confirms it",
+                                       message);
 }
 
 struct reconstruct_request reconstruct_request_usual(void) {
@@ -220,6 +239,11 @@ int reconstruct_request_parse(int argc, char **argv, struct reconstruct_request 
     const char *contradiction = find_contradiction(request);
     if (contradiction != NULL) {
         fprintf(stderr, "vergence reconstruct: %s\n", contradiction);
+        return CLIENT_USAGE;
+    }
+    struct message message;
+    if (check_lengths(request, &message) != 0) {
+        fprintf(stderr, "vergence reconstruct: %s\n", message.text);
         return CLIENT_USAGE;
     }
     return OPTIONS_CONTINUE;

@@ -10,6 +10,7 @@
 #include "core/invariant.h"
 #include "daemon/calibration_match.h"
 #include "daemon/capture.h"
+#include "daemon/length_check.h"
 #include "daemon/scribe.h"
 #include "daemon/server/commands_daemon.h"
 #include "daemon/server/files.h"
@@ -18,7 +19,10 @@
 #include "rig/rig.h"
 
 enum { SHOW, SET, FORGET };
-enum { WHAT, FILE_NAME, ACCEPT, ARGUMENTS };
+enum { WHAT, FILE_NAME, ACCEPT, ALSO, ARGUMENTS };
+/// What ACCEPT and ALSO may hold, in this order.
+enum { ACCEPT_MISMATCH, ACCEPT_MM };
+#define ACCEPT_WORDS CAPTURE_ACCEPT_WORD " mm"
 
 _Static_assert((int)SURROUNDINGS_CALIBRATION_BYTES == (int)CALIBRATION_TEXT_MAX_BYTES,
                "whoever loads the record has room for it");
@@ -258,6 +262,12 @@ static int run_show(const struct command_call *call) {
     return error;
 }
 
+static bool accepts(const struct command_call *call, int what) {
+    const struct command_value *const values = call->values;
+    return (values[ACCEPT].given && values[ACCEPT].choice == what) ||
+           (values[ALSO].given && values[ALSO].choice == what);
+}
+
 /// Refuses one of another instrument, or of axes that stand elsewhere.
 static int check_match(const struct command_call *call, const struct calibration *calibration) {
     struct calibration_match_state state;
@@ -271,7 +281,7 @@ static int check_match(const struct command_call *call, const struct calibration
     }
     state_now(call, &state);
     error = calibration_match(calibration, &state, CAPTURE_ACCEPT_WORD, &message);
-    if (error != 0 && call->values[ACCEPT].given) {
+    if (error != 0 && accepts(call, ACCEPT_MISMATCH)) {
         item_text(call, "accepted_mismatch", message.text);
         return 0;
     }
@@ -287,6 +297,12 @@ static int run_set(const struct command_call *call) {
     error = error != 0 ? error : check_match(call, &calibration);
     if (error != 0) {
         return error;
+    }
+    struct message message;
+    if (!accepts(call, ACCEPT_MM) &&
+        length_check_baseline(calibration_baseline_mm(&calibration), job.name,
+                              "\"calibration set FILE mm\" takes it", &message) != 0) {
+        return surroundings_refuse(call, ERROR_BASELINE, "%s", message.text);
     }
     error = do_record(call, SET, &job);
     if (error != 0) {
@@ -338,12 +354,18 @@ static const struct command_argument arguments[] = {
      .optional = true,
      .help = "the calibration to be set, one of the instrument's files",
      .candidates = files_candidates_file},
-    {.name = "MISMATCH",
+    {.name = "ACCEPT",
      .kind = COMMAND_CHOICE,
-     .choices = CAPTURE_ACCEPT_WORD,
+     .choices = ACCEPT_WORDS,
      .optional = true,
      .help =
-         CAPTURE_ACCEPT_WORD ": set it although it was made with other axes, cameras or windows"},
+         CAPTURE_ACCEPT_WORD ": set it although it was made with other axes, cameras or windows; "
+                             "mm: although its baseline is below 5 mm"},
+    {.name = "ALSO",
+     .kind = COMMAND_CHOICE,
+     .choices = ACCEPT_WORDS,
+     .optional = true,
+     .help = "the other one of these"},
 };
 
 static const struct command commands[] = {

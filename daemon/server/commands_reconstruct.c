@@ -14,6 +14,7 @@
 #include "core/invariant.h"
 #include "daemon/calibration_match.h"
 #include "daemon/capture.h"
+#include "daemon/length_check.h"
 #include "daemon/reconstruct_job.h"
 #include "daemon/reconstruct_session.h"
 #include "daemon/result_figures.h"
@@ -151,6 +152,12 @@ static int make_request(struct surface *self) {
     self->request.depth_mm[0] = values[NEAR].given ? values[NEAR].number : 0;
     self->request.depth_mm[1] = values[FAR].given ? values[FAR].number : 0;
     self->request.accept_mismatch = values[ACCEPT].given;
+    struct message message;
+    const int error = length_check_depth(self->request.depth_mm[0], self->request.depth_mm[1],
+                                         "reconstruct: NEAR and FAR", "", &message);
+    if (error != 0) {
+        return surroundings_refuse(self->call, error, "%s", message.text);
+    }
     self->source.lack = ", and none is kept: \"calibration set FILE\" first";
     self->source.parent = around->files_fd;
     self->source.path = self->session;
@@ -311,7 +318,7 @@ static const struct command_argument reconstruct_arguments[] = {
     {.name = "NEAR",
      .kind = COMMAND_NUMBER,
      .unit = "mm",
-     .least = 1,
+     .least = 1e-3,
      .most = 1e6,
      .optional = true,
      .help =
@@ -320,7 +327,7 @@ static const struct command_argument reconstruct_arguments[] = {
     {.name = "FAR",
      .kind = COMMAND_NUMBER,
      .unit = "mm",
-     .least = 1,
+     .least = 1e-3,
      .most = 1e6,
      .optional = true,
      .help = "greatest depth to search"},

@@ -39,6 +39,13 @@ class Arguments(pairs.Workshop):
             (["reconstruct", "a", "b", "--threads", "0"], "--threads"),
             (["reconstruct", "a", "b", "--scale", "nan"], "--scale"),
             (["reconstruct", "a", "b", "--bits", "17"], "16"),
+            (["reconstruct", "a", "b", "--calibration", "c", "--depth", "0.3:3", "--out", "o"],
+             "in mm?"),
+            (["reconstruct", "a", "b", "--calibration", "c", "--depth", "9.9:inf", "--unit", "m",
+              "--out", "o"], "in mm?"),
+            (["reconstruct", "a", "b", "--rectified", "--focal", "500", "--baseline", "0.06",
+              "--out", "o"], "in mm?"),
+            (["reconstruct", "a", "b", "--rectified", "--unit", "m", "--out", "o"], "--unit"),
         ]
         for arguments, word in cases:
             with self.subTest(arguments):
@@ -282,12 +289,29 @@ class Calibrations(pairs.Workshop):
                                 right=right)
         self.assertIn("--ground-truth is not used", done.stderr)
 
+    def test_metres_are_asked_about(self):
+        text = self.edited("translation_right_left_mm", "-0.100000000 0.000000000 0.000000000")
+        for program in (VERGENCE, BOARD):
+            self.refuse(text, "baseline of 0.1, in mm?", "--unit mm", program=program)
+        path = self.directory / "bad.txt"
+        done = pairs.run("info", path)
+        self.assertEqual((done.returncode, done.stdout), (3, ""))
+        self.assertIn("in mm?", done.stderr)
+        self.assertEqual(pairs.run("info", path, "--unit", "m").returncode, 3)  # it says mm itself
+        self.assertEqual(pairs.run("info", path, "--unit", "mm").returncode, 0)
+        micro = self.edited("translation_right_left_mm", "-5.000000000 0.000000000 0.000000000")
+        path.write_text(micro)
+        self.assertEqual(pairs.run("info", path).returncode, 0)
+        taken = pairs.run("reconstruct", "no.pgm", "no.pgm", "--calibration", path, "--depth",
+                          "6:50", "--unit", "mm", "--out", self.out)
+        self.assertNotIn("in mm?", taken.stderr)
+
     def test_another_size(self):
         self.refuse(self.calibration_text(320, 200).read_text(), "240x160", "320x200")
 
     def test_searches_that_find_nothing(self):
         text = self.calibration_text().read_text()
-        self.refuse(text, "depth", arguments=["--depth", "0.1:0.2"])
+        self.refuse(text, "depth", arguments=["--depth", "10:10.1"])
         self.refuse(text, "--region", arguments=["--region", "200,100,100,100"])
         self.refuse(text, "small", arguments=["--region", "0,0,8,4"])
         self.refuse(text, "small", arguments=["--scale", "0.01"])

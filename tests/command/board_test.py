@@ -60,6 +60,14 @@ class Board(unittest.TestCase):
             self.make("--board", "9x6", "--square", "20", "--paper", paper)
             self.assert_size(self.printed(), size)
 
+    def test_metres(self):
+        self.make("--board", "9x6", "--square", "24.5")
+        page = self.page.read_bytes()
+        for arguments in (["0.0245", "--unit", "m"], ["2.45", "--unit", "cm"]):
+            self.assertIn("squares of 24.5 mm", self.make("--board", "9x6", "--square", *arguments))
+            self.assertEqual(self.page.read_bytes(), page)
+        self.make("--board", "9x6", "--square", "2.1")  # 21 mm across is not too small
+
     def refuse(self, code, *arguments):
         done = run("board", *arguments)
         self.assertEqual((done.returncode, done.stdout), (code, ""))
@@ -88,6 +96,8 @@ class Board(unittest.TestCase):
         coded = ["--board", "9x6", "--square", "25", "--charuco", "5x5_50", *out]
         for arguments, word in (([*coded, "--marker", "24.9"], "white"),
                                 ([*coded, "--marker", "2"], "too small"),
+                                (["--board", "9x6", "--square", "0.025", *out], "in mm?"),
+                                (["--board", "9x6", "--square", "0.1", "--unit", "mm", *out], "1 mm"),
                                 (["--board", "255x255", "--square", "0.001", *out], "--square")):
             self.assertIn(word, self.refuse(2, *arguments))
             self.assertFalse(self.page.exists())

@@ -112,6 +112,17 @@ class Output(Workshop):
         printed = self.run_on(self.pictures, "--json")
         self.assertEqual(json.loads(printed.stdout), self.figures())
 
+    def test_the_unit_of_a_square_is_the_one_given(self):
+        self.good()
+        self.assert_good(self.run_on(board=["--board", "9x6", "--square", "0.025", "--unit", "m"]))
+        told = (self.out / "rig.calibration").read_bytes()
+        self.assert_good(self.run_on())
+        self.assertEqual((self.out / "rig.calibration").read_bytes(), told)
+        # A board of 0.25 mm, if that is what it is.
+        done = self.run_on(board=["--board", "9x6", "--square", "0.025", "--unit", "mm"])
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertAlmostEqual(self.figures()["rig"]["baseline_mm"], boards.BASELINE_MM / 1000, 3)
+
     def test_the_model_is_the_one_asked_for(self):
         self.good()
         names = {"none": "no distortion", "k1": "k1", "k1-k2": "k1 k2",
@@ -142,6 +153,9 @@ class Output(Workshop):
         for arguments, word in (([], "--board"), (["--board", "9x6"], "--square"),
                                 (["--board", "9", "--square", "3"], "COLUMNSxROWS"),
                                 (["--board", "9x6", "--square", "0"], "--square"),
+                                (["--board", "9x6", "--square", "0.025"], "in mm?"),
+                                (["--board", "9x6", "--square", "1.99"], "in mm?"),
+                                (["--board", "9x6", "--square", "1e3", "--unit", "m"], "1000000 mm"),
                                 (boards.OPTIONS + ["--marker", "3"], "--charuco"),
                                 (boards.OPTIONS + ["--charuco", "9x9"], "5x5_50"),
                                 (boards.OPTIONS + ["--charuco", "5x5_50"], "--marker"),

@@ -211,6 +211,17 @@ class Send(DaemonTest):
         self.assertTrue(asked["ok"], asked)
         self.restart()
         self.assertEqual(self.client().ask_json("calibration show")["result"], asked["result"])
+        with open(path, encoding="ascii") as file:
+            lines = file.read().splitlines()
+        body = "".join(("translation_right_left_mm -0.060000000 0.000000000 0.000000000"
+                        if line.startswith("translation_") else line) + "\n" for line in lines[:-1])
+        with open(os.path.join(self.files, "metres.txt"), "w", encoding="ascii") as file:
+            file.write(f"{body}crc32 {zlib.crc32(body.encode()):08x}\n")
+        answer, = self.client().ask("calibration set metres.txt")
+        self.assertEqual(answer[:12], "ERR BASELINE")
+        self.assertIn("in mm?", answer)
+        self.assertTrue(self.client().ask_json("calibration set metres.txt mm")["ok"])
+        self.assertTrue(self.client().ask_json("calibration set rig.txt")["ok"])
         with open(os.path.join(self.files, "bad.txt"), "w", encoding="ascii") as file:
             file.write("vergence-calibration 1\nid x\n")
         answer = self.client().ask("calibration set bad.txt")

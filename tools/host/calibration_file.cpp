@@ -14,6 +14,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/input_file.h"
+#include "daemon/length_check.h"
 #include "tools/host/whole_file.hpp"
 
 namespace {
@@ -101,9 +102,9 @@ std::vector<std::string> files_in(std::string directory) {
         {"intrinsics.json", "extrinsics.json"},
         {"left.yaml", "right.yaml"},
         {"left.yml", "right.yml"},
-        {"calib.txt"},
         {"camchain.yaml"},
         {"left.cameramodel", "right.cameramodel"},
+        {"calib.txt"},
         {"calib_cam_to_cam.txt"},
     };
     std::vector<std::string> found;
@@ -186,12 +187,22 @@ import_pair read_own(const import_file &file, const import_options &options) {
     if (code != ERROR_OK) {
         fail(code, file.path + ": " + calibration_file_explain(code, fault));
     }
+    return pair;
+}
+
+/// What holds for calibrations of every format.
+void check_use(const std::string &path, const import_options &options, const import_pair &pair) {
     if (options.rectified && !pair.value.rectified) {
-        fail(ERROR_ARGUMENT, file.path +
+        fail(ERROR_ARGUMENT, path +
                                  ": is the calibration of raw images, which are not "
                                  "rectified: leave --rectified out");
     }
-    return pair;
+    message why;
+    if (options.unit != "mm" && !pair.unit_given &&
+        length_check_baseline(calibration_baseline_mm(&pair.value), path.c_str(),
+                              length_unit_option, &why) != ERROR_OK) {
+        fail(ERROR_BASELINE, why.text);
+    }
 }
 
 /// OpenCV's files may be halves: the other one stands beside the one that the user named.
@@ -220,6 +231,7 @@ struct camera_format {
     import_pair (*import)(const std::vector<import_file> &files, const import_options &options);
 };
 const camera_format ros_format = {"a camera_info file", import_ros_matches, import_ros};
+const camera_format mrcal_format = {"a camera of mrcal", import_mrcal_matches, import_mrcal};
 const camera_format simrig_format = {"a camera of the simulated rig", import_simrig_matches,
                                      import_simrig};
 
@@ -231,7 +243,6 @@ import_pair read_cameras(const camera_format &format, std::vector<import_file> *
         const std::string left = find_partner(path, {{"right", "left"}, {"RIGHT", "LEFT"}});
         if (right.empty() && left.empty()) {
             fail(ERROR_MISSING, path +
-const camera_format mrcal_format = {"a camera of mrcal", import_mrcal_matches, import_mrcal};
                                     ": is one camera of a pair: name both files, LEFT,RIGHT, or "
                                     "put them side by side as left.yaml and right.yaml");
         }
@@ -263,6 +274,12 @@ import_pair read_any(std::vector<import_file> *files, const import_options &opti
     if (import_opencv_matches(first.text)) {
         return read_opencv(files, options);
     }
+    if (single && import_kalibr_matches(first.text)) {
+        return import_kalibr(first, options);
+    }
+    if (import_mrcal_matches(first.text)) {
+        return read_cameras(mrcal_format, files, options);
+    }
     if (import_ros_matches(first.text)) {
         return read_cameras(ros_format, files, options);
     }
@@ -274,12 +291,6 @@ import_pair read_any(std::vector<import_file> *files, const import_options &opti
     }
     if (single && import_kitti_matches(first.text)) {
         return import_kitti(first, options);
-    if (single && import_kalibr_matches(first.text)) {
-        return import_kalibr(first, options);
-    }
-    if (import_mrcal_matches(first.text)) {
-        return read_cameras(mrcal_format, files, options);
-    }
     }
     fail(ERROR_SYNTAX,
          first.path +
@@ -382,6 +393,7 @@ int calibration_file_load(const std::string &path, const import_options &options
             finish_import(path, &pair);
             write_note(&pair);
         }
+        check_use(files.front().path, options, pair);
         *value = pair.value;
         if (report != nullptr) {
             report->format = pair.format;

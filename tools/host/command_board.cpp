@@ -25,15 +25,18 @@ const option options[] = {
      "Inner corners, along a row and from row to row; squares are one more each way. A plain board "
      "with an odd and an even count cannot be taken the wrong way round. Needed.",
      2, 255, 2, 'x', nullptr},
-    {"square", OPTION_REAL, offsetof(request, board.square_mm), "MM", "Side of one square. Needed.",
-     1, 1e4, 0, 0, nullptr},
+    {"square", OPTION_REAL, offsetof(request, board.square), "MM", "Side of one square. Needed.",
+     calibrate_board_side_min, calibrate_board_side_max, 0, 0, nullptr},
     {"charuco", OPTION_TEXT, offsetof(request, board.dictionary), "DICT",
      "Put markers of this dictionary into the white squares, as OpenCV's CharucoBoard does: 4x4_50 "
      "to 7x7_1000, aruco_original, apriltag_36h11 and others.",
      0, 0, 0, 0, nullptr},
-    {"marker", OPTION_REAL, offsetof(request, board.marker_mm), "MM",
+    {"marker", OPTION_REAL, offsetof(request, board.marker), "MM",
      "With --charuco: side of a marker, its black border included; about 3/4 of a square is good.",
-     0.1, 1e4, 0, 0, nullptr},
+     calibrate_board_side_min, calibrate_board_side_max, 0, 0, nullptr},
+    {"unit", OPTION_CHOICE, offsetof(request, board.unit), "UNIT",
+     "Unit of --square and --marker. Default: mm, but boards below 20 mm across are then refused.",
+     0, 0, 0, 0, calibrate_board_units},
     {"paper", OPTION_TEXT, offsetof(request, paper), "PAPER",
      "A4, A3, A2, A1, A0, letter, legal, tabloid, or WIDTHxHEIGHT in mm. It is turned when the "
      "board fits better that way. Default: A4.",
@@ -58,6 +61,7 @@ const option_page page = {
     0,
 };
 
+const double square_least_mm = 1;
 // Shares of a square's side. Larger markers have too little white around them for their edges to be
 // found, smaller ones waste the paper and are read from near only.
 const double marker_most = 0.9, marker_least = 0.4;
@@ -105,6 +109,10 @@ int command_board(int argc, char **argv) {
     const std::string paper_text = asked.paper != nullptr ? asked.paper : "A4";
     if (error.empty() && !board_paper_parse(paper_text, &paper)) {
         error = "--paper \"" + paper_text + "\": must be one of: " + board_paper_names();
+    }
+    if (error.empty() && board.square_mm < square_least_mm) {
+        error =
+            "--square: squares below " + number_text(square_least_mm, 6) + " mm cannot be printed";
     }
     const double largest_mm = error.empty() ? board_largest_square_mm(board, paper) : 0;
     if (error.empty() && board.square_mm > largest_mm + 1e-9) {

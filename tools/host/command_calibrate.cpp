@@ -32,17 +32,21 @@ const option options[] = {
      "Inner corners of the board: one less than squares, along a row and from row to row. This "
      "also counts for coded boards (a CharucoBoard of 10x7 squares is 9x6). Needed.",
      2, 255, 2, 'x', nullptr},
-    {"square", OPTION_REAL, offsetof(request, board.square_mm), "MM",
+    {"square", OPTION_REAL, offsetof(request, board.square), "MM",
      "Side of one square in mm, measured on the print over as many squares as possible: all "
      "lengths that are ever reconstructed hang on it. Needed.",
-     1e-3, 1e5, 0, 0, nullptr},
+     calibrate_board_side_min, calibrate_board_side_max, 0, 0, nullptr},
     {"charuco", OPTION_TEXT, offsetof(request, board.dictionary), "DICT",
      "The white squares carry markers of this dictionary, as in 5x5_50 or DICT_5X5_50. Such a "
      "board may be seen in part and cannot be taken the wrong way round.",
      0, 0, 0, 0, nullptr},
-    {"marker", OPTION_REAL, offsetof(request, board.marker_mm), "MM",
-     "With --charuco: side of a marker in mm, its black border included.", 1e-3, 1e5, 0, 0,
-     nullptr},
+    {"marker", OPTION_REAL, offsetof(request, board.marker), "MM",
+     "With --charuco: side of a marker in mm, its black border included.", calibrate_board_side_min,
+     calibrate_board_side_max, 0, 0, nullptr},
+    {"unit", OPTION_CHOICE, offsetof(request, board.unit), "UNIT",
+     "Unit of --square and --marker; results are in mm. Default: mm, but boards below 20 mm across "
+     "are then refused.",
+     0, 0, 0, 0, calibrate_board_units},
     {"model", OPTION_CHOICE, offsetof(request, model), "MODEL",
      "Distortion of the lenses: auto (the simplest that explains positions of the board that were "
      "held out), none, or the coefficients to estimate, as OpenCV calls them; the others are 0. "

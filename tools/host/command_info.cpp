@@ -45,8 +45,8 @@ const option options[] = {
      "KITTI's).",
      1, 32768, 2, 'x', nullptr},
     {"unit", OPTION_CHOICE, offsetof(request, unit), "UNIT",
-     "Unit of length of a calibration that does not state it (OpenCV's). Default: mm, unless the "
-     "baseline is then implausibly short.",
+     "Unit of length of a calibration that does not state it (OpenCV's). Default: mm. A baseline "
+     "below 5 mm is refused, as metres are likely to be meant, unless --unit says that it is mm.",
      0, 0, 0, 0, "mm cm m"},
     {"rectified", OPTION_FLAG, offsetof(request, rectified), nullptr,
      "The images are rectified already: take the rectified cameras (P1 and P2, P_rect) of the file "

@@ -30,6 +30,7 @@ struct import_pair {
     calibration value{};
     std::string format;                // e.g. "OpenCV"
     std::string tag;                   // lower-case beginning of the id, e.g. "opencv"
+    bool unit_given = false;           // the file states no unit, and the options do
     std::vector<std::string> assumed;  // sentences without a full stop, printable ASCII
 };
 
@@ -49,13 +50,13 @@ import_pair import_ros(const std::vector<import_file> &files, const import_optio
 /// The true cameras of the simulated rig, left first; `skip` counts as smaller images.
 import_pair import_simrig(const std::vector<import_file> &files, const import_options &options);
 
-/// Middlebury's calib.txt (2014 and later).
 /// Kalibr's camera chain: cam0 is the left camera, cam1 the right one.
 import_pair import_kalibr(const import_file &file, const import_options &options);
 
 /// The pair of mrcal's camera models, left first.
 import_pair import_mrcal(const std::vector<import_file> &files, const import_options &options);
 
+/// Middlebury's calib.txt (2014 and later).
 import_pair import_middlebury(const import_file &file, const import_options &options);
 
 /// KITTI's calib_cam_to_cam.txt, or the calib.txt of odometry and of the stereo benchmarks.
@@ -65,9 +66,9 @@ import_pair import_kitti(const import_file &file, const import_options &options)
 bool import_opencv_matches(const std::string &text);
 bool import_ros_matches(const std::string &text);
 bool import_simrig_matches(const std::string &text);
-bool import_middlebury_matches(const std::string &text);
 bool import_kalibr_matches(const std::string &text);
 bool import_mrcal_matches(const std::string &text);
+bool import_middlebury_matches(const std::string &text);
 bool import_kitti_matches(const std::string &text);
 
 // What importers share.

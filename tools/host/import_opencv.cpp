@@ -13,7 +13,6 @@
 #include "core/geometry.h"
 #include "tools/host/import.hpp"
 #include "tools/host/import_storage.hpp"
-#include "tools/host/number_text.hpp"
 
 namespace {
 
@@ -256,17 +255,11 @@ void set_size(const import_file &file, const findings &from, const import_option
     }
 }
 
-double unit_mm(const finding &translation, double length, const import_options &options,
-               import_pair *pair) {
+double unit_mm(const import_options &options, import_pair *pair) {
     const double stated = import_unit_mm(options);
     if (stated > 0) {
+        pair->unit_given = true;
         return stated;
-    }
-    if (length < 1) {
-        import_fail(ERROR_BASELINE, *translation.file,
-                    translation.name + ": the file states no unit and a baseline of " +
-                        number_text(length, 4) +
-                        " mm is not likely: say which one with --unit m, cm or mm");
     }
     pair->assumed.push_back("unit of length assumed: mm");
     return 1;
@@ -287,8 +280,7 @@ void read_raw(const import_file &file, const findings &from, const import_option
     const finding &R = required(file, from, ROTATION, 2, "R");
     const finding &T = required(file, from, TRANSLATION, 2, "T");
     check_shape(T, 3, 1);
-    const double unit =
-        unit_mm(T, std::hypot(T.values[0], T.values[1], T.values[2]), options, pair);
+    const double unit = unit_mm(options, pair);
     const double t_mm[3] = {T.values[0] * unit, T.values[1] * unit, T.values[2] * unit};
     import_pose(*R.file, R.name, rotation(R), t_mm, &pair->value);
 }
@@ -299,8 +291,7 @@ void read_rectified(const import_file &file, const findings &from, const import_
     const finding &P2 = required(file, from, PROJECTION, 1, "P2");
     check_shape(P1, 3, 4);
     check_shape(P2, 3, 4);
-    const double length = std::hypot(P2.values[3], P2.values[7]) / P2.values[0];
-    const double unit = unit_mm(P2, std::abs(length), options, pair);
+    const double unit = unit_mm(options, pair);
     import_projections(*P2.file, "P1 and P2", P1.values, P2.values, unit, pair);
     pair->assumed.push_back("images are the rectified ones");
 }
