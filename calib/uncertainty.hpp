@@ -39,8 +39,8 @@ class error_model {
     /// True when something that was estimated cannot be known from these views.
     bool is_singular() const { return singular_; }
 
-    /// Standard deviation of one number of a lens, in its own unit; 0 when it was not estimated, but
-    /// for p1 and p2: without them the model is simpler, and the lens need not be.
+    /// Standard deviation of one number of a lens, in its own unit; 0 when it was not estimated,
+    /// but for p1 and p2: without them the model is simpler, and the lens need not be.
     double lens_sigma(int camera, int place) const;
     /// Of the increments of T_right_left (`bundle.hpp`): turn in rad, then shift in mm.
     double rig_sigma(int place) const;
