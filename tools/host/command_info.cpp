@@ -75,8 +75,7 @@ const option_page page_of_command = {
     "KITTI, true cameras of the simulated rig) with the figures that follow from them, and results "
     "(result.json, a result directory, PFM, PNG, PGM, PLY, PCD, GLB) with sizes, counts and "
     "extents; and recorded sessions, with how each pair was taken: axes, exposure, brightness, "
-    "and whether the session's calibration matches.
-"
+    "and whether the session's calibration matches.\n"
     "A calibration of several files is named by one of them, by its directory, or as a list "
     "FILE,FILE.",
     "vergence info rig.txt\n"
