@@ -472,9 +472,9 @@ static const struct command commands[] = {
      .help =
          "Into the recording that is under way, else into a session of its own, below \"files\". "
          "Refused when something moved between the two frames, and when the kept calibration was "
-         "made with other axes, cameras or windows. Of each side's "
-         "picture it reports brightness (mean, of full scale), saturated and black shares, and "
-         "sharpness (of edges as steep as can be; blur lowers it, light does not).",
+         "made with other axes, cameras or windows. Of each side's picture it reports brightness "
+         "(mean, of full scale), saturated and black shares, and sharpness (of edges as steep as "
+         "can be; blur lowers it, light does not).",
      .arguments = capture_arguments,
      .argument_count = CAPTURE_ARGUMENTS,
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,
