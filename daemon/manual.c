@@ -139,7 +139,10 @@ void manual_synopsis(FILE *file, const char *command, const char *operands, bool
 }
 
 void manual_reference(FILE *file, const char *before, const char *name, int section, bool last) {
-    fprintf(file, ".BR %s%s (%d)%s\n", before, name, section, last ? "" : ",");
+    fputs(".BR ", file);
+    put_escaped(file, before, strlen(before));
+    put_escaped(file, name, strlen(name));
+    fprintf(file, " (%d)%s\n", section, last ? "" : ",");
 }
 
 /// "vergence reconstruct" has the page vergence-reconstruct, "vergence --connect" vergence-connect.
