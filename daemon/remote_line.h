@@ -34,8 +34,8 @@ struct remote_line {
 /// Opens `where`: unix:PATH, tcp:HOST:PORT, serial:DEVICE or serial:DEVICE:BAUD (115200). On a
 /// serial line the console is told that a program is here, which seals what it sends, and the signs
 /// of life that it gives are no part of any line (daemon/README.md). 0, or within
-/// REMOTE_LINE_OPEN_MS an error with a message: ERROR_ARGUMENT when `where` makes no sense; ERROR_IO
-/// of unix:PATH leaves the cause in errno.
+/// REMOTE_LINE_OPEN_MS an error with a message: ERROR_ARGUMENT when `where` makes no sense;
+/// ERROR_IO of unix:PATH leaves the cause in errno.
 int remote_line_open(struct remote_line *self, const char *where, struct message *message);
 /// How much is left of the time in which the other end must answer.
 int remote_line_left_ms(const struct remote_line *self);

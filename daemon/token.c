@@ -13,6 +13,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/file_error.h"
+#include "daemon/places.h"
 #include "daemon/sync_file.h"
 #include "daemon/write_all.h"
 
@@ -106,15 +107,6 @@ int token_read(const char *path, char token[TOKEN_BYTES], struct message *messag
     return read_file(chosen, false, token, message);
 }
 
-/// Makes the folders above the file, for the owner alone.
-static void make_folders(const char *path) {
-    char folder[TOKEN_PATH_BYTES];
-    for (const char *slash = strchr(path + 1, '/'); slash != NULL; slash = strchr(slash + 1, '/')) {
-        snprintf(folder, sizeof folder, "%.*s", (int)(slash - path), path);
-        mkdir(folder, 0700);
-    }
-}
-
 static bool make_token(char token[TOKEN_BYTES]) {
     unsigned char random[TOKEN_DIGITS / 2];
     if (getrandom(random, sizeof random, 0) != (ssize_t)sizeof random) {
@@ -158,7 +150,7 @@ int token_open(const char *path, char token[TOKEN_BYTES], struct message *messag
         return error;
     }
     if (!given) {
-        make_folders(chosen);
+        places_make_parent(chosen, 0700);  // where that fails, the file says why
     }
     return make_file(chosen, token, message);
 }

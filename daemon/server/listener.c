@@ -100,6 +100,22 @@ int listener_tcp(uint16_t port, int *listener, struct message *message) {
     return 0;
 }
 
+int listener_open(const char *path, uint16_t port, const char *token_path, int fds[LISTENERS],
+                  char token[TOKEN_BYTES], struct message *message) {
+    struct message inner;
+    int error = port == 0 ? 0 : listener_tcp(port, &fds[LISTENER_TCP], &inner);
+    if (error != 0) {
+        return message_set(message, error, "tcp_port = %u: %.900s", (unsigned)port, inner.text);
+    }
+    error = port == 0 ? 0 : token_open(token_path, token, &inner);
+    if (error != 0) {
+        return message_set(message, error, "tcp_token = %.900s", inner.text);
+    }
+    // Last: whoever waits for the daemon waits for this to appear.
+    error = path[0] == '\0' ? 0 : listener_unix(path, &fds[LISTENER_UNIX], &inner);
+    return error == 0 ? 0 : message_set(message, error, "socket = %.900s", inner.text);
+}
+
 int listener_accept(int fd) {
     return accept4(fd, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
 }

@@ -7,6 +7,7 @@
 #include <sys/un.h>
 
 #include "daemon/message.h"
+#include "daemon/token.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -14,6 +15,8 @@ extern "C" {
 
 /// What the name of a socket has behind it until it listens.
 #define LISTENER_BESIDE ".new"
+
+enum { LISTENER_UNIX, LISTENER_TCP, LISTENERS };
 
 enum {
     /// Of a path that listener_unix can take, with its end.
@@ -27,6 +30,12 @@ int listener_unix(const char *path, int *fd, struct message *message);
 
 /// TCP on 127.0.0.1 alone, in `*fd`, which is the caller's. 0, or ERROR_IO with a message.
 int listener_tcp(uint16_t port, int *fd, struct message *message);
+
+/// Opens the socket `path` ("": none) and the port (0: none), with the token that the file
+/// `token_path` holds (see token_open), in `fds`; what is not opened is left as it was. 0, or an
+/// error with a message that begins with the setting.
+int listener_open(const char *path, uint16_t port, const char *token_path, int fds[LISTENERS],
+                  char token[TOKEN_BYTES], struct message *message);
 
 /// The next client; -1: none is there. What is accepted does not block.
 int listener_accept(int fd);

@@ -26,7 +26,7 @@ enum {
     UNIX = 0,     ///< places among the listeners
     TCP = 1,
     TICK_MS = 250,  ///< the loop looks at all once in this time, come what may
-    FDS_MAX = 2 + SERVER_LISTENERS + 2 * (SERVER_CLIENTS_MAX + 1),
+    FDS_MAX = 2 + LISTENERS + 2 * (SERVER_CLIENTS_MAX + 1),
     STUCK_SIMULATED_S = 150,  ///< a simulated rig renders its frames, which takes what it takes
     LOOK_BYTES = 256 * 1024,  ///< more than a socket holds
     LOOK_US = 200000,
@@ -124,29 +124,6 @@ static void open_crew(struct server *self, struct crew *crew, const struct serve
     };
 }
 
-/// Port and token: made before the Unix socket appears, which tells that the daemon is there.
-static int open_tcp(struct server *self, struct message *message) {
-    const uint16_t port = self->config->tcp_port;
-    struct message inner;
-    int error = port == 0 ? 0 : listener_tcp(port, &self->listeners[TCP], &inner);
-    if (error != 0) {
-        return message_set(message, error, "tcp_port = %u: %.900s", (unsigned)port, inner.text);
-    }
-    error = port == 0 ? 0 : token_open(self->config->tcp_token, self->token, &inner);
-    return error == 0 ? 0 : message_set(message, error, "tcp_token = %.900s", inner.text);
-}
-
-static int open_listeners(struct server *self, struct message *message) {
-    const char *path = self->config->socket;
-    struct message inner;
-    int error = open_tcp(self, message);
-    if (error != 0) {
-        return error;
-    }
-    error = path[0] == '\0' ? 0 : listener_unix(path, &self->listeners[UNIX], &inner);
-    return error == 0 ? 0 : message_set(message, error, "socket = %.900s", inner.text);
-}
-
 int server_open(struct server *self, const struct server_parts *parts, struct message *message) {
     *self = (struct server){.config = parts->config,
                             .logbook = parts->logbook,
@@ -169,7 +146,8 @@ int server_open(struct server *self, const struct server_parts *parts, struct me
     open_crew(self, &self->desk_crew, parts);
     self->rig_crew.has_rig = true;
     self->rig_crew.time_passes = parts->time_passes;
-    const int error = open_listeners(self, message);
+    const int error = listener_open(self->config->socket, self->config->tcp_port,
+                                    self->config->tcp_token, self->listeners, self->token, message);
     return error != 0
                ? error
                : console_open(&self->console, self->config, &self->clients[CONSOLE], message);
@@ -354,7 +332,7 @@ static void accept_clients(struct server *self, int place, uint64_t now_us) {
             continue;
         }
         connection_begin(seat, CONNECTION_LINES, fd, fd, "client");
-        connection_await_greeting(seat, place == TCP ? self->token : NULL, now_us);
+        connection_await_greeting(seat, place == LISTENER_TCP ? self->token : NULL, now_us);
         // Its first line may have come already: who has greeted keeps the place.
         serve(self, seat, POLLIN, 0, now_us);
     }
@@ -365,7 +343,7 @@ static nfds_t gather(struct server *self, struct pollfd *fds, int at[][2]) {
     nfds_t count = 0;
     fds[count++] = (struct pollfd){.fd = self->signal_fd, .events = POLLIN};
     fds[count++] = (struct pollfd){.fd = self->wake_fd, .events = POLLIN};
-    for (int i = 0; i < SERVER_LISTENERS; i++) {
+    for (int i = 0; i < LISTENERS; i++) {
         fds[count++] = (struct pollfd){.fd = self->listeners[i], .events = POLLIN};
     }
     for (size_t i = 0; i < self->client_count; i++) {
@@ -456,7 +434,7 @@ static void turn(struct server *self) {
         const short output = at[i][1] >= 0 ? fds[at[i][1]].revents : 0;
         serve(self, &self->clients[i], input, output, now_us);
     }
-    for (int i = 0; i < SERVER_LISTENERS; i++) {
+    for (int i = 0; i < LISTENERS; i++) {
         if ((fds[2 + i].revents & POLLIN) != 0) {
             accept_clients(self, i, now_us);
         }
@@ -501,12 +479,12 @@ void server_close(struct server *self) {
     close_clients(self);
     reply_close(&self->reply);
     console_close(&self->console);
-    for (int i = 0; i < SERVER_LISTENERS; i++) {
+    for (int i = 0; i < LISTENERS; i++) {
         if (self->listeners[i] >= 0) {
             close(self->listeners[i]);
         }
     }
-    if (self->listeners[UNIX] >= 0) {
+    if (self->listeners[LISTENER_UNIX] >= 0) {
         unlink(self->config->socket);
     }
     if (self->signal_fd >= 0) {

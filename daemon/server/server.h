@@ -12,15 +12,15 @@
 #include "daemon/server/connection.h"
 #include "daemon/server/console.h"
 #include "daemon/server/crew.h"
+#include "daemon/server/listener.h"
 #include "daemon/server/logbook.h"
-#include "daemon/token.h"
 #include "hal/watchdog.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-enum { SERVER_CLIENTS_MAX = 32, SERVER_LISTENERS = 2 };
+enum { SERVER_CLIENTS_MAX = 32 };
 
 struct server {
     const struct config *config;
@@ -32,8 +32,8 @@ struct server {
     struct connection clients[SERVER_CLIENTS_MAX + 1];  ///< the first is the console
     size_t client_count;
     struct reply reply;
-    int listeners[SERVER_LISTENERS];  ///< Unix, TCP; -1: none
-    char token[TOKEN_BYTES];          ///< of clients over TCP
+    int listeners[LISTENERS];  ///< -1: none
+    char token[TOKEN_BYTES];   ///< of clients over TCP
     int signal_fd, wake_fd;
     int spare_fd;  ///< given up to turn a client away when there is none left
     struct console console;
