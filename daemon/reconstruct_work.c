@@ -14,8 +14,7 @@ void reconstruct_work_estimate(const struct reconstruct_image *raw, const struct
     INVARIANT(threads >= 1);
     const double raw_pixels = (double)raw->width_px * raw->height_px;
     const double pixels = (double)plan->width_px * plan->height_px;
-    struct match_options match = match_default_options(plan->disparity_min, plan->disparity_count);
-    match.preset = options->preset;
+    const struct match_options match = reconstruct_match_options(plan, options);
     const double cells = (double)match_work(plan->width_px, plan->height_px, &match);
     // The greedy path has one thread.
     const int matching = options->preset == MATCH_PRESET_PAPER ? 1 : threads;

@@ -39,6 +39,9 @@ enum match_preset {
 
 struct match_options {
     int disparity_min, disparity_count;
+    // So many disparities are searched below and above these as well: a pixel whose best match lies
+    // there is out of range, and does not take the next best within it.
+    int extra_below, extra_above;
     enum match_preset preset;
     int speckle_px;  // islands below this area are rejected; 0: keep all
     bool keep_all;   // no rejection at all but border: for measuring the raw matcher

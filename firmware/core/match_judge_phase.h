@@ -124,10 +124,11 @@ static void check_claims(const struct match_level *level, const struct match_lin
     }
 }
 
-// Whether the winners lie inside the search range, not at its ends or in the lanes beyond it, and
-// fit.
+// Whether the winners lie inside the range asked for, not at the ends of the search or in the lanes
+// beyond, and fit.
 /*@ requires \valid_read(level) && match_is_size(level->width, level->height);
-    requires 1 <= level->disparity_count <= MATCH_MAX_DISPARITIES;
+    requires -1 <= level->believed.first <= MATCH_MAX_DISPARITIES;
+    requires -1 <= level->believed.last < MATCH_MAX_DISPARITIES;
     requires \valid_read(line) && \valid(line->row.fits + (0 .. level->width - 1));
     requires \valid(line->row.fit + (0 .. level->width - 1));
     requires \valid_read(line->row.lane + (0 .. level->width - 1));
@@ -145,8 +146,8 @@ static void check_fits(const struct match_level *level, const struct match_line 
     for (int x = 0; x < width; x++) {
         fit[x] = (uint8_t)(around[x] >> 8);
     }
-    const int16_t first = (int16_t)match_range_ends(level->disparity_count);
-    const int16_t last = (int16_t)(level->disparity_count - 1 - first);
+    const int16_t first = (int16_t)level->believed.first;
+    const int16_t last = (int16_t)level->believed.last;
     /*@ loop invariant 0 <= x <= width;
         loop assigns x, fits[0 .. width - 1];
         loop variant width - x; */

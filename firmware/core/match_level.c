@@ -23,6 +23,8 @@ static void set_level(struct match_level *level, int width, int height, int disp
     level->tiles = (width + MATCH_TILE_COLUMNS - 1) / MATCH_TILE_COLUMNS;
     level->disparity_min = disparity_min;
     level->disparity_count = disparity_count;
+    const int ends = match_range_ends(disparity_count);
+    level->believed = (struct match_believed){ends, disparity_count - 1 - ends};
     level->lanes = padded_lanes(disparity_count);
     const int front = -disparity_min;
     const int behind = disparity_min + level->lanes;
@@ -32,22 +34,28 @@ static void set_level(struct match_level *level, int width, int height, int disp
 
 // Lanes a column on average for which a level has memory.
 static int mean_lanes(const struct match_level *level) {
-    const int lanes = level->state->method->lanes;
-    return level->coarser == NULL || level->lanes < lanes ? level->lanes : lanes;
+    const struct match_method *method = level->state->method;
+    const bool all = level->coarser == NULL || method->whole_range || level->lanes < method->lanes;
+    return all ? level->lanes : method->lanes;
 }
 
 // Whether a level gets a coarser one: it has many disparities, and enough columns are left.
 static bool is_halved(const struct match_level *level) {
     const struct match_method *method = level->state->method;
-    return method->coarse_disparities > 0 && level->disparity_count > method->coarse_disparities &&
+    const struct match_options *options = &level->state->options;
+    const bool near_a_surface =
+        !method->whole_range || options->extra_below > 0 || options->extra_above > 0;
+    return near_a_surface && method->coarse_disparities > 0 &&
+           level->disparity_count > method->coarse_disparities &&
            level->width >> method->halvings >= MATCH_MIN_WIDTH_PX;
 }
 
 void match_set_levels(struct match_state *state, int width, int height) {
     const struct match_method *method = state->method;
     state->level[0] = (struct match_level){.state = state, .shift_y = method->halved_rows};
-    set_level(&state->level[0], width, height >> method->halved_rows, state->options.disparity_min,
-              state->options.disparity_count);
+    set_level(&state->level[0], width, height >> method->halved_rows,
+              match_searched_min(&state->options), match_searched_count(&state->options));
+    state->level[0].believed = match_believed_of(&state->options);
     state->levels = 1;
     while (state->levels < MATCH_MAX_LEVELS && is_halved(&state->level[state->levels - 1])) {
         struct match_level *finer = &state->level[state->levels - 1];

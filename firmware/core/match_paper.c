@@ -352,9 +352,9 @@ static enum reason judge(const struct paper *paper, int x, int y, const int *sum
                          int margin) {
     const struct column *column = &paper->column[x];
     INVARIANT(!column->kept || (sum[HERE] >= 0 && sum[HERE] <= count * SIGNATURE_BITS));
-    const int ends = match_range_ends(paper->options->disparity_count);
-    const bool at_end =
-        column->disparity < paper->first + ends || column->disparity > paper->last - ends;
+    const struct match_believed believed = match_believed_of(paper->options);
+    const int index = column->disparity - paper->first;
+    const bool at_end = index < believed.first || index > believed.last;
     enum reason reason = REASON_VALID;
     if (!column->kept) {
         reason = REASON_OCCLUDED;
@@ -440,8 +440,8 @@ int match_paper_run_counted(const struct match_input *input, const struct match_
     const int height = input->left.height;
     struct paper paper = {.input = input, .options = options, .output = output};
     paper.width = input->left.width;
-    paper.first = options->disparity_min;
-    paper.last = paper.first + options->disparity_count - 1;
+    paper.first = match_searched_min(options);
+    paper.last = paper.first + match_searched_count(options) - 1;
     if (!take_rows(&paper, arena)) {
         arena_release(arena, mark);
         return ERROR_MEMORY;

@@ -6,8 +6,12 @@
 // No sum here can overflow.
 bool match_range_is_legal(const struct match_options *options) {
     return options->disparity_count >= 1 && options->disparity_count <= MATCH_MAX_DISPARITIES &&
-           options->disparity_min >= -MATCH_DISPARITY_LIMIT &&
-           options->disparity_min <= MATCH_DISPARITY_LIMIT - options->disparity_count;
+           options->extra_below >= 0 && options->extra_below <= MATCH_MAX_DISPARITIES &&
+           options->extra_above >= 0 && options->extra_above <= MATCH_MAX_DISPARITIES &&
+           match_searched_count(options) <= MATCH_MAX_DISPARITIES &&
+           options->disparity_min >= -MATCH_DISPARITY_LIMIT + options->extra_below &&
+           match_searched_count(options) - options->extra_below <=
+               MATCH_DISPARITY_LIMIT - options->disparity_min;
 }
 
 int match_check(const struct match_input *input, const struct match_options *options,

@@ -22,6 +22,7 @@
 #include <string.h>
 
 #include "core/match.h"
+#include "core/match_rules.h"
 
 // Rows of what the bands in work share, for so many threads.
 #define MATCH_RING_ROWS(threads) ((threads)*MATCH_BAND_ROWS + MATCH_AHEAD_ROWS)
@@ -134,6 +135,8 @@ struct match_method {
     // A tile searches the disparities that the coarser level found in the tile and so many of its
     // pixels around, and `margin` more to both sides.
     int around_columns, around_rows, margin;
+    // All of the range asked for is searched everywhere; near a coarser surface only beyond it.
+    bool whole_range;
 };
 
 /// Rows of a pair at one scale.
@@ -144,6 +147,7 @@ struct match_level {
     int width, height;
     int tiles;  // a row
     int disparity_min, disparity_count;
+    struct match_believed believed;
     int right_pad;     // padding in front of the reversed right features
     int right_length;  // of the padded features
     int lanes;         // most lanes of a tile

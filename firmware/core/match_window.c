@@ -96,14 +96,24 @@ static int clamp(int value, int low, int high) {
     return value < low ? low : (value > high ? high : value);
 }
 
+// Whether a level searches the range asked for everywhere, whatever a coarser one found.
+static bool searches_whole_range(const struct match_level *level) {
+    return level->state->method->whole_range && level == &level->state->level[0];
+}
+
 // The window around a reach. Where rounding leaves room, it stays where the one of the tile above
 // was: cells then need not be moved from one window to the other.
 static void set_window(const struct match_level *level, struct reach reach, int most_lanes,
                        int base_above, struct match_tile *tile) {
     const int count = level->disparity_count;
     const int margin = level->state->method->margin;
-    const int low = clamp(reach.low - margin, 0, count - 1);
-    const int high = clamp(reach.high + margin, low, count - 1);
+    const bool whole_range = searches_whole_range(level);
+    int low = clamp(reach.low - margin, 0, count - 1);
+    int high = clamp(reach.high + margin, low, count - 1);
+    if (whole_range) {
+        low = low < level->believed.first ? low : level->believed.first;
+        high = high > level->believed.last ? high : level->believed.last;
+    }
     int lanes = (high - low + MATCH_LANES) / MATCH_LANES * MATCH_LANES;
     int lowest_base = high + 1 - lanes;
     int highest_base = low;
@@ -117,7 +127,7 @@ static void set_window(const struct match_level *level, struct reach reach, int 
     highest_base = clamp(highest_base, lowest_base, level->lanes - lanes);
     tile->base = (int16_t)clamp(base_above, lowest_base, highest_base);
     tile->lanes = (int16_t)lanes;
-    tile->doubtful = reach.doubtful;
+    tile->doubtful = reach.doubtful && !whole_range;
     INVARIANT(lanes > 0 && tile->base >= 0 && tile->base + lanes <= level->lanes);
 }
 

@@ -115,13 +115,50 @@ static size_t images_need_bytes(int width, int height) {
            arena_need_bytes(pixels, sizeof(int32_t)) + arena_need_bytes(pixels, sizeof(uint16_t));
 }
 
-static struct match_options match_options_of(const struct rectify_plan *plan,
-                                             const struct reconstruct_options *options) {
+static int smaller(int a, int b) {
+    return a < b ? a : b;
+}
+
+// What stands before or behind the range asked for has its best match outside of it, and would take
+// the next best within. So the search goes on to infinity, and to half the nearest depth: near a
+// coarser surface that costs little.
+static void search_beyond(const struct rectify_plan *plan, struct match_options *match) {
+    enum {
+        BEYOND_INFINITY = 4,  // so that what is there does not lie at the end of the search
+        STEP = 16,            // disparities go in vectors of so many
+    };
+    // No pixel has a partner beyond the width.
+    const double width = plan->width_px;
+    const double infinity_px = plan->cx_left_px - plan->cx_right_px;
+    const int first = plan->disparity_min;
+    const int last = first + plan->disparity_count - 1;
+    if (first > infinity_px && first > -width) {
+        const double lowest_px = (infinity_px > -width ? infinity_px : -width) - BEYOND_INFINITY;
+        match->extra_below = first - (int)(lowest_px - 1);
+    }
+    const double nearest_px = last + (last - infinity_px);
+    if (last < width) {
+        match->extra_above = (int)(nearest_px < width ? nearest_px : width) - last;
+    }
+    // Whole vectors, within what can be searched.
+    const int room = MATCH_MAX_DISPARITIES - plan->disparity_count;
+    match->extra_below = smaller(match->extra_below, smaller(room, first + MATCH_DISPARITY_LIMIT));
+    const int count = match->extra_below + plan->disparity_count;
+    match->extra_above += (STEP - (count + match->extra_above) % STEP) % STEP;
+    match->extra_above = smaller(match->extra_above, smaller(MATCH_MAX_DISPARITIES - count,
+                                                             MATCH_DISPARITY_LIMIT - 1 - last));
+}
+
+struct match_options reconstruct_match_options(const struct rectify_plan *plan,
+                                               const struct reconstruct_options *options) {
     struct match_options match = match_default_options(plan->disparity_min, plan->disparity_count);
     match.preset = options->preset;
     match.speckle_px = options->speckle_px;
     match.keep_all = options->keep_all;
     match.kernels = options->kernels;
+    if (!options->keep_all) {
+        search_beyond(plan, &match);
+    }
     return match;
 }
 
@@ -133,7 +170,7 @@ size_t reconstruct_need_bytes(int raw_width_px, int raw_height_px, const struct 
                               const struct reconstruct_options *options, int threads) {
     const size_t raw_pixels = (size_t)raw_width_px * (size_t)raw_height_px;
     const size_t valid = (size_t)plan->width_px * (size_t)plan->height_px;
-    const struct match_options match = match_options_of(plan, options);
+    const struct match_options match = reconstruct_match_options(plan, options);
     const size_t developing =
         2 * arena_need_bytes(raw_pixels, 1) + 2 * arena_need_bytes(raw_pixels, 3) +
         larger(develop_need_bytes(raw_width_px, 16, threads),
@@ -218,7 +255,7 @@ static bool match_band_done(void *self, int rows_done, int rows) {
 
 static int match(struct run *run) {
     struct reconstruct_result *result = run->result;
-    const struct match_options options = match_options_of(&result->plan, run->options);
+    const struct match_options options = reconstruct_match_options(&result->plan, run->options);
     const struct match_input input = match_input_of(result);
     // A view of the arena's rest, so that the matcher's own peak is seen.
     struct arena rest;

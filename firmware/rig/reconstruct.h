@@ -108,6 +108,11 @@ struct reconstruct_result {
     size_t arena_peak_bytes;  // everything
 };
 
+/// What the matcher is asked for under `plan`: its disparities, and those beyond its ends where
+/// something may stand that must not be taken for what was asked for.
+struct match_options reconstruct_match_options(const struct rectify_plan *plan,
+                                               const struct reconstruct_options *options);
+
 /// Upper bound of the memory `reconstruct_run` needs for raw images of this size under `plan`.
 size_t reconstruct_need_bytes(int raw_width_px, int raw_height_px, const struct rectify_plan *plan,
                               const struct reconstruct_options *options, int threads);

@@ -53,6 +53,7 @@ struct Search {
     int disparity_min, disparity_count;
     int speckle_px;
     bool keep_all;
+    int extra_below = 0, extra_above = 0;  // of the count: beyond what was asked for
 
     /// The count, padded to whole vectors: lanes beyond the count take part in everything, though
     /// none of them may win a valid pixel.

@@ -152,8 +152,12 @@ Matched matched(Task task, const match_kernels *kernels, const std::vector<uint8
     Grid<match_window> windows(width, height);
     const match_tapped tapped =
         match_tap(kernels, averages.empty() ? nullptr : averages.data(), windows.cells.data());
+    const Search &search = task.search;
     match_options options =
-        match_default_options(task.search.disparity_min, task.search.disparity_count);
+        match_default_options(search.disparity_min + search.extra_below,
+                              search.disparity_count - search.extra_below - search.extra_above);
+    options.extra_below = search.extra_below;
+    options.extra_above = search.extra_above;
     options.preset = task.preset;
     options.speckle_px = task.search.speckle_px;
     options.keep_all = task.search.keep_all;
@@ -371,9 +375,12 @@ TEST_CASE("from grey images to reasons, every pixel is the reference's") {
         const bool large = round % 2 == 0;
         const int width = large ? dice.between(64, 100) : dice.between(16, 63);
         const int height = large ? dice.between(32, 50) : dice.between(8, 40);
-        const Search search = {dice.between(-12, 12),
-                               large ? dice.between(17, 64) : dice.between(1, 50),
-                               dice.between(0, 30), round % 4 == 3};
+        Search search = {dice.between(-12, 12), large ? dice.between(17, 64) : dice.between(1, 50),
+                         dice.between(0, 30), round % 4 == 3};
+        if (round % 3 > 0) {
+            search.extra_below = dice.between(0, search.disparity_count / 3);
+            search.extra_above = dice.between(0, search.disparity_count / 3);
+        }
         const int step = round % 3 == 0 ? dice.between(1, 8) : dice.between(40, 200);
         View left = whole(random_grey(dice, width, height, step));
         if (round % 5 < 2) {

@@ -91,10 +91,14 @@ bool is_consistent(const Grid<Winner> &winners, int x, int y) {
     return std::abs(owner->lane - own.lane) <= 1;
 }
 
-// Not at an end of the range unless there is nothing else, and not too dear.
-bool is_fit(const Winner &winner, int disparity_count) {
-    const int ends = disparity_count > 2 ? 1 : 0;
-    return winner.lane >= ends && winner.lane < disparity_count - ends && winner.cost <= 40;
+// Within the range asked for, not at an end of it unless more is searched there or there is nothing
+// else, and not too dear.
+bool is_fit(const Winner &winner, const Search &search) {
+    const int beyond = search.disparity_count - search.extra_above;
+    const int ends = beyond - search.extra_below > 2 ? 1 : 0;
+    const int first = search.extra_below + (search.extra_below > 0 ? 0 : ends);
+    const int last = beyond - 1 - (search.extra_above > 0 ? 0 : ends);
+    return winner.lane >= first && winner.lane <= last && winner.cost <= 40;
 }
 
 // Whether the 16 pixels from x - 8 on, moved into the span, differ by 6 grey levels.
@@ -118,7 +122,7 @@ int reason_of(const View &left, const Search &search, const Grid<Winner> &winner
     if (search.keep_all) {
         return REASON_VALID;
     }
-    const bool fit = is_fit(winner, search.disparity_count);
+    const bool fit = is_fit(winner, search);
     if (!is_consistent(winners, x, y)) {
         return REASON_OCCLUDED;
     }

@@ -169,6 +169,12 @@ void compare_levels(Random &random, Size size, int count) {
     const int minimum = random.between(lowest, std::min(20, MATCH_DISPARITY_LIMIT - count));
     match_options options = match_default_options(minimum, count);
     options.keep_all = random.one_in(2);
+    if (random.one_in(2)) {
+        options.extra_below = random.between(0, count - 1);
+        options.extra_above = random.between(0, count - 1 - options.extra_below);
+        options.disparity_min += options.extra_below;
+        options.disparity_count -= options.extra_below + options.extra_above;
+    }
     Images images = random_images(random, size, options);
     const int threads = random.between(1, 9);
     const synthetic::Threads pool(threads, static_cast<uint64_t>(count));
@@ -177,6 +183,8 @@ void compare_levels(Random &random, Size size, int count) {
     CAPTURE(count);
     CAPTURE(minimum);
     CAPTURE(options.keep_all);
+    CAPTURE(options.extra_below);
+    CAPTURE(options.extra_above);
     CAPTURE(images.left_span.empty());
     CAPTURE(threads);
     for (int preset = 0; preset < MATCH_PRESET_COUNT; preset++) {

@@ -3,12 +3,97 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <string>
 
 #include "core/error.h"
+#include "synthetic/scenes.hpp"
 #include "synthetic/seed.hpp"
 #include "synthetic/verged.hpp"
 
 using namespace synthetic;
+
+namespace {
+
+// An object of 90 x 110 px before a wall; depths in mm.
+Verged object_before_wall(double object_mm, double wall_mm, uint64_t seed) {
+    constexpr double kFocalPx = 700, kBaselineMm = 120;
+    Verged setup;
+    setup.rig = rectified_rig(kVergedWidth, kVergedHeight, kFocalPx, kBaselineMm);
+    setup.calib = calibration_of(setup.rig, {0, 0, 0}, {-kBaselineMm, 0, 0});
+    setup.calib.rectified = true;
+    Builder builder(setup.rig, seed);
+    const auto textured = [&](double px) { return builder.noise(px, 3, 0.15); };
+    const double far_px = kFocalPx * kBaselineMm / wall_mm;
+    const double near_px = kFocalPx * kBaselineMm / object_mm;
+    setup.scene.surfaces.push_back(builder.plane(far_px, 0.01, 0.01, textured(far_px)));
+    setup.scene.surfaces.push_back(builder.piece(near_px, 130, 70, 90, 110, textured(near_px)));
+    Sensor sensor;
+    sensor.bits = kVergedBits;
+    sensor.noise_grey = 1;
+    setup.left = render_view(setup.scene, setup.rig.left, sensor, 3, seed);
+    setup.right = render_view(setup.scene, setup.rig.right, sensor, 3, seed + 1);
+    return setup;
+}
+
+// Of all points, those whose pixel shows something else than `surface`; of the pixels of that
+// surface that both cameras see, those that have a point.
+struct Shares {
+    double ghosts, found;
+};
+Shares shares_of(const Verged &setup, const reconstruct_result &result, int surface) {
+    const ViewTruth truth = truth_of(setup.scene, setup.rig.left, setup.rig.right, true);
+    int kept = 0, ghosts = 0, wanted = 0, found = 0;
+    for (int y = 0; y < kVergedHeight; y++) {
+        for (int x = 0; x < kVergedWidth; x++) {
+            const size_t i = static_cast<size_t>(y) * kVergedWidth + static_cast<size_t>(x);
+            const bool valid = image_u8_row(&result.match.reason, y)[x] == REASON_VALID;
+            const bool is_wanted =
+                truth.surface[i] == surface && truth.visibility[i] == Visibility::Visible;
+            kept += valid;
+            ghosts += valid && truth.surface[i] != surface;
+            wanted += is_wanted;
+            found += is_wanted && valid;
+        }
+    }
+    return {kept > 0 ? static_cast<double>(ghosts) / kept : 0, static_cast<double>(found) / wanted};
+}
+
+constexpr match_preset kPresets[] = {MATCH_PRESET_FAST, MATCH_PRESET_STANDARD, MATCH_PRESET_BEST,
+                                     MATCH_PRESET_BOARD};
+
+}  // namespace
+
+TEST_CASE("what stands behind the depths asked for, or before them, leaves no ghosts within") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    const Verged setup = object_before_wall(1350, 2400, seed);
+    const struct {
+        const char *what;
+        double near_mm, far_mm;
+        int surface;
+        double found_min;
+    } cases[] = {{"the object, without the wall behind it", 1200, 1500, 1, 0.95},
+                 {"the wall, without the object before it", 1900, 4000, 0, 0.9}};
+    for (const auto &asked : cases) {
+        for (const match_preset preset : kPresets) {
+            CAPTURE(std::string(asked.what));
+            CAPTURE(std::string(match_preset_name(preset)));
+            VergedSetting setting;
+            setting.options.preset = preset;
+            setting.options.rectify.depth_near_mm = asked.near_mm;
+            setting.options.rectify.depth_far_mm = asked.far_mm;
+            const VergedRun done = run_verged(setup, setting);
+            REQUIRE(done.status == ERROR_OK);
+            CHECK(done.peak_bytes <= done.need_bytes);
+            const Shares shares = shares_of(setup, done.result, asked.surface);
+            MESSAGE(std::string(match_preset_name(preset))
+                    << ", " << std::string(asked.what) << ": " << 100 * shares.ghosts
+                    << " % ghosts, " << 100 * shares.found << " % found");
+            CHECK(shares.ghosts <= 0.01);
+            CHECK(shares.found >= asked.found_min);
+        }
+    }
+}
 
 TEST_CASE("no point lies outside the depths asked for, and none within them is lost") {
     const uint64_t seed = test_seed();
