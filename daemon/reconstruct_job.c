@@ -25,9 +25,6 @@
 /// some pixels apart does not.
 static const double sparse_percent = 25;
 
-/// Of the pixels that were taken: in images made larger the same misfit is more of theirs.
-static const double rows_apart_px = 0.5;
-
 static const char interrupted[] = "interrupted; nothing was written";
 
 static bool show_progress(void *self, enum reconstruct_stage stage, int done, int total) {
@@ -309,11 +306,13 @@ static void note_doubts(struct reconstruct_job *job) {
                                  "too few textured matches to check that the rows of the rectified "
                                  "images correspond");
     }
-    if (vertical->samples > 0 && vertical->median_px > rows_apart_px * (scale > 1 ? scale : 1)) {
+    const char *fault = result_figures_rows_fault(vertical, &job->result.plan, scale);
+    if (fault != NULL) {
         reconstruct_context_warn(&job->context,
-                                 "the rows of the rectified images are %.2f px apart (median): the "
-                                 "calibration does not fit these images well",
-                                 vertical->median_px);
+                                 "the rows of the rectified images are %.2f px apart (median; "
+                                 "95 %%: %.2f px): the calibration does not fit these images well; "
+                                 "%s",
+                                 vertical->median_px, vertical->p95_px, fault);
     }
 }
 

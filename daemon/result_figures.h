@@ -32,6 +32,12 @@ struct result_figures_quantiles {
 bool result_figures_spread(const struct reconstruct_result *result,
                            struct result_figures_quantiles *spread);
 
+/// Why the rows of the rectified images do not correspond as a calibration that fits leaves them:
+/// by the median, or by a trend over the image, whose 95th percentile shows what the median hides.
+/// NULL: they do, or were not measured. Static storage.
+const char *result_figures_rows_fault(const struct triangulate_vertical *vertical,
+                                      const struct rectify_plan *plan, double scale);
+
 #ifdef __cplusplus
 }
 #endif

@@ -131,6 +131,8 @@ static void print_vertical(const struct reconstruct_context *context, struct jso
     json_integer(json, "samples", vertical->samples);
     json_real(json, "median_px", vertical->median_px, 6);
     json_real(json, "p95_px", vertical->p95_px, 6);
+    json_real(json, "trend_px", vertical->trend_px, 6);
+    json_real(json, "curve_px", vertical->curve_px, 6);
     json_real(json, "rms_px", vertical->rms_px, 6);
     json_real(json, "offset_px", vertical->offset_px, 6);
     json_real(json, "slope_x", vertical->slope_x, 6);

@@ -18,6 +18,8 @@ enum {
     MARGIN = RADIUS + REACH + 3,
     STEPS = 6,
     FIT_ROUNDS = 10,
+    PLANE_TERMS = 3,
+    SURFACE_MAX_TERMS = 6,
     WINDOW = (2 * RADIUS + 1) * (2 * RADIUS + 1),
 };
 
@@ -191,37 +193,68 @@ static void sort(float *values, int count) {
     }
 }
 
-struct normal_equations {
-    double a[9], b[3];
+// A polynomial over the image: offset, slopes, and with SURFACE_MAX_TERMS its curvature and twist.
+struct surface {
+    int terms, width, height;
+    double factor[SURFACE_MAX_TERMS];
 };
 
-// Solves a 3x3 symmetric system by Cramer's rule; false when it is close to singular.
-static bool solve(const struct normal_equations *n, double result[3]) {
-    const double *a = n->a;
-    const double c0 = a[4] * a[8] - a[5] * a[7];
-    const double c1 = a[5] * a[6] - a[3] * a[8];
-    const double c2 = a[3] * a[7] - a[4] * a[6];
-    const double determinant = a[0] * c0 + a[1] * c1 + a[2] * c2;
-    if (!(determinant > 1e-9 * a[0] * a[4] * a[8])) {
-        return false;
+static void basis_at(const struct surface *surface, const struct sample *sample,
+                     double basis[SURFACE_MAX_TERMS]) {
+    const double u = (sample->x - surface->width / 2) / (double)surface->width;
+    const double v = (sample->y - surface->height / 2) / (double)surface->height;
+    basis[0] = 1.0;
+    basis[1] = u;
+    basis[2] = v;
+    basis[3] = u * u;
+    basis[4] = u * v;
+    basis[5] = v * v;
+}
+
+static double value_of(const struct surface *surface, const struct sample *sample) {
+    double basis[SURFACE_MAX_TERMS];
+    basis_at(surface, sample, basis);
+    double value = 0.0;
+    for (int i = 0; i < surface->terms; i++) {
+        value += surface->factor[i] * basis[i];
     }
-    const double *b = n->b;
-    result[0] =
-        (b[0] * c0 + a[1] * (b[2] * a[5] - b[1] * a[8]) + a[2] * (b[1] * a[7] - b[2] * a[4])) /
-        determinant;
-    result[1] =
-        (a[0] * (b[1] * a[8] - b[2] * a[5]) + b[0] * c1 + a[2] * (a[3] * b[2] - a[6] * b[1])) /
-        determinant;
-    result[2] =
-        (a[0] * (a[4] * b[2] - a[7] * b[1]) + a[1] * (b[1] * a[6] - b[2] * a[3]) + b[0] * c2) /
-        determinant;
+    return value;
+}
+
+struct normal_equations {
+    double a[SURFACE_MAX_TERMS][SURFACE_MAX_TERMS], b[SURFACE_MAX_TERMS];
+};
+
+// Solves a symmetric system of so many unknowns by elimination, which writes over it; false when it
+// is close to singular.
+static bool solve(struct normal_equations *n, int terms, double result[SURFACE_MAX_TERMS]) {
+    double share = 1.0;
+    for (int i = 0; i < terms; i++) {
+        const double diagonal = n->a[i][i];
+        for (int k = 0; k < i; k++) {
+            const double factor = n->a[i][k] / n->a[k][k];
+            for (int j = k; j < terms; j++) {
+                n->a[i][j] -= factor * n->a[k][j];
+            }
+            n->b[i] -= factor * n->b[k];
+        }
+        share *= n->a[i][i] / diagonal;
+        if (!(diagonal > 0.0 && share > 1e-9)) {
+            return false;
+        }
+    }
+    for (int i = terms - 1; i >= 0; i--) {
+        double rest = n->b[i];
+        for (int j = i + 1; j < terms; j++) {
+            rest -= n->a[i][j] * result[j];
+        }
+        result[i] = rest / n->a[i][i];
+    }
     return true;
 }
 
-static double residual(const struct sample *sample, const struct triangulate_vertical *vertical,
-                       int width, int height) {
-    return sample->vertical_px - vertical->offset_px - vertical->slope_x * (sample->x - width / 2) -
-           vertical->slope_y * (sample->y - height / 2);
+static double magnitude(double value) {
+    return value < 0.0 ? -value : value;
 }
 
 static float quantile(float *work, int count, double share) {
@@ -229,42 +262,63 @@ static float quantile(float *work, int count, double share) {
     return work[(int)(share * (count - 1))];
 }
 
-// Reweighted least squares with Cauchy weights; its scale is the residuals' median.
-static void fit(struct sample *samples, int count, int width, int height, float *work,
-                struct triangulate_vertical *vertical) {
+// Reweighted least squares with Cauchy weights; its scale is the residuals' median. Returns that
+// scale.
+static double fit(const struct sample *samples, int count, float *work, struct surface *surface) {
     for (int i = 0; i < count; i++) {
         work[i] = samples[i].vertical_px;
     }
-    vertical->offset_px = (double)quantile(work, count, 0.5);
+    surface->factor[0] = (double)quantile(work, count, 0.5);
     double scale = 0.0;
     for (int round = 0; round < FIT_ROUNDS; round++) {
         for (int i = 0; i < count; i++) {
-            const double r = residual(&samples[i], vertical, width, height);
-            work[i] = (float)(r < 0.0 ? -r : r);
+            work[i] = (float)magnitude(samples[i].vertical_px - value_of(surface, &samples[i]));
         }
         scale = 1.4826 * (double)quantile(work, count, 0.5) + 1e-3;
-        struct normal_equations n = {{0}, {0}};
+        struct normal_equations n = {{{0}}, {0}};
         for (int i = 0; i < count; i++) {
-            const double r = residual(&samples[i], vertical, width, height) / (2.0 * scale);
+            const double r =
+                (samples[i].vertical_px - value_of(surface, &samples[i])) / (2 * scale);
             const double weight = 1.0 / (1.0 + r * r);
-            const double basis[3] = {1.0, (samples[i].x - width / 2) / (double)width,
-                                     (samples[i].y - height / 2) / (double)height};
-            for (int j = 0; j < 3; j++) {
-                for (int k = 0; k < 3; k++) {
-                    n.a[3 * j + k] += weight * basis[j] * basis[k];
+            double basis[SURFACE_MAX_TERMS];
+            basis_at(surface, &samples[i], basis);
+            for (int j = 0; j < surface->terms; j++) {
+                for (int k = 0; k < surface->terms; k++) {
+                    n.a[j][k] += weight * basis[j] * basis[k];
                 }
                 n.b[j] += weight * basis[j] * (double)samples[i].vertical_px;
             }
         }
-        double solution[3];
-        if (!solve(&n, solution)) {
+        double solution[SURFACE_MAX_TERMS];
+        if (!solve(&n, surface->terms, solution)) {
             break;
         }
-        vertical->offset_px = solution[0];
-        vertical->slope_x = solution[1] / width;
-        vertical->slope_y = solution[2] / height;
+        for (int j = 0; j < surface->terms; j++) {
+            surface->factor[j] = solution[j];
+        }
     }
-    vertical->rms_px = scale;
+    return scale;
+}
+
+// The model that triangulation takes off, and how far the rows are off by it and by their
+// curvature where the samples are.
+static void fit_trend(const struct sample *samples, int count, int width, int height, float *work,
+                      struct triangulate_vertical *vertical) {
+    struct surface plane = {.terms = PLANE_TERMS, .width = width, .height = height};
+    vertical->rms_px = fit(samples, count, work, &plane);
+    vertical->offset_px = plane.factor[0];
+    vertical->slope_x = plane.factor[1] / width;
+    vertical->slope_y = plane.factor[2] / height;
+    struct surface curved = {.terms = SURFACE_MAX_TERMS, .width = width, .height = height};
+    (void)fit(samples, count, work, &curved);
+    for (int i = 0; i < count; i++) {
+        work[i] = (float)magnitude(value_of(&plane, &samples[i]));
+    }
+    vertical->trend_px = (double)quantile(work, count, 0.95);
+    for (int i = 0; i < count; i++) {
+        work[i] = (float)magnitude(value_of(&curved, &samples[i]) - value_of(&plane, &samples[i]));
+    }
+    vertical->curve_px = (double)quantile(work, count, 0.95);
 }
 
 int refine_measure_vertical(const struct match_input *input, const struct match_output *output,
@@ -303,7 +357,7 @@ int refine_measure_vertical(const struct match_input *input, const struct match_
         }
         vertical->median_px = (double)quantile(work, count, 0.5);
         vertical->p95_px = (double)work[(int)(0.95 * (count - 1))];
-        fit(samples, count, width, height, work, vertical);
+        fit_trend(samples, count, width, height, work, vertical);
     }
     arena_release(arena, mark);
     return ERROR_OK;

@@ -7,8 +7,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "core/error.h"
+#include "daemon/result_figures.h"
 #include "synthetic/scenes.hpp"
 #include "synthetic/seed.hpp"
 #include "synthetic/threads.hpp"
@@ -328,6 +330,42 @@ TEST_CASE("vertical misalignment that the calibration does not know is measured"
     // The rectified image is about as fine as the raw one.
     CHECK(done.result.vertical.offset_px == doctest::Approx(0.7).epsilon(0.1));
     CHECK(done.result.vertical.median_px == doctest::Approx(0.7).epsilon(0.15));
+}
+
+TEST_CASE("a calibration that fits in the middle only is seen by the trend of its rows") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    const Verged good = make_verged(seed);
+    const VergedRun right = run_verged(good);
+    REQUIRE(right.status == ERROR_OK);
+    CHECK(right.result.vertical.trend_px < 0.1);
+    CHECK(right.result.vertical.curve_px < 0.1);
+    CHECK(result_figures_rows_fault(&right.result.vertical, &right.result.plan, 1) == nullptr);
+
+    Verged zoomed = good;
+    zoomed.calib.right.fx_px *= 1.006;  // as much in pixels as 0.3 % at VGA
+    zoomed.calib.right.fy_px *= 1.006;
+    Verged straight = good;
+    for (lens *lens : {&straight.calib.left, &straight.calib.right}) {
+        lens->k1 = lens->k2 = lens->k3 = lens->p1 = lens->p2 = 0;
+    }
+    const struct {
+        const Verged &setup;
+        const char *word;
+    } wrong[] = {{zoomed, "focal length"}, {straight, "distortion"}};
+    for (const auto &one : wrong) {
+        const VergedRun done = run_verged(one.setup);
+        REQUIRE(done.status == ERROR_OK);
+        const triangulate_vertical &vertical = done.result.vertical;
+        CAPTURE(std::string(one.word));
+        MESSAGE(std::string(one.word)
+                << ": median " << vertical.median_px << ", p95 " << vertical.p95_px << " trend "
+                << vertical.trend_px << " curve " << vertical.curve_px);
+        CHECK(vertical.median_px < 0.5);
+        const char *fault = result_figures_rows_fault(&vertical, &done.result.plan, 1);
+        REQUIRE(fault != nullptr);
+        CHECK(std::string(fault).find(one.word) != std::string::npos);
+    }
 }
 
 TEST_CASE("no surface, cancelled, too little memory, sizes that differ") {

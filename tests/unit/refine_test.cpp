@@ -297,6 +297,12 @@ TEST_CASE("residual vertical disparity is measured to a twentieth of a pixel") {
         CAPTURE(worst);
         CHECK(worst < 0.05);
         CHECK(vertical.rms_px < 0.1);
+        // What is far off at the edges shows there, whatever the middle says.
+        const double most = std::abs(shift.offset_px) + std::abs(shift.slope_x) * 128 +
+                            std::abs(shift.slope_y) * 96;
+        CHECK(vertical.trend_px <= most + 0.05);
+        CHECK(vertical.trend_px >= 0.6 * most - 0.05);
+        CHECK(vertical.curve_px < 0.05);
     }
 }
 

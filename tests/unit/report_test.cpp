@@ -159,10 +159,18 @@ TEST_CASE("sigma codes come back within their step") {
 }
 
 TEST_CASE("rows are judged in plain words") {
-    CHECK(std::string(report_figures_judge_rows(0, 0).word) == "not measured");
-    CHECK(std::string(report_figures_judge_rows(0.05, 500).grade) == "good");
-    CHECK(std::string(report_figures_judge_rows(0.5, 500).grade) == "fair");
-    CHECK(std::string(report_figures_judge_rows(2.5, 500).word) == "poor");
+    const auto rows = [](double median_px, int samples, const char *fault) {
+        triangulate_vertical vertical{};
+        vertical.median_px = median_px;
+        vertical.samples = samples;
+        return report_figures_judge_rows(vertical, fault);
+    };
+    CHECK(std::string(rows(0, 0, nullptr).word) == "not measured");
+    CHECK(std::string(rows(0.05, 500, nullptr).grade) == "good");
+    CHECK(std::string(rows(0.05, 500, "a trend").grade) == "fair");
+    CHECK(std::string(rows(0.05, 500, "a trend").sentence).find("a trend") != std::string::npos);
+    CHECK(std::string(rows(0.5, 500, nullptr).grade) == "fair");
+    CHECK(std::string(rows(2.5, 500, nullptr).word) == "poor");
 }
 
 TEST_CASE("a pair without a surface still gets its page") {

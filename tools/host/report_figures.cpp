@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "daemon/interrupt.h"
+#include "daemon/result_figures.h"
 #include "tools/host/evaluate_truth.hpp"
 
 namespace {
@@ -108,11 +109,15 @@ void compare_with_truth(const reconstruct_context &context, report_truth *truth)
 
 }  // namespace
 
-report_verdict report_figures_judge_rows(double median_px, int samples) {
+report_verdict report_figures_judge_rows(const triangulate_vertical &vertical, const char *fault) {
+    const double median_px = vertical.median_px;
     // The matcher compares 5x5 windows row against row: to a third of a pixel it loses nothing,
     // beyond a pixel it compares different things.
-    if (samples == 0) {
+    if (vertical.samples == 0) {
         return {"not measured", "", "Too few textured matches to tell whether the rows agree."};
+    }
+    if (fault != nullptr && median_px <= 0.8) {
+        return {"fair", "fair", std::string("Calibrate again when accuracy matters: ") + fault};
     }
     if (median_px <= 0.15) {
         return {"very good", "good", "The calibration fits these images."};
@@ -147,8 +152,9 @@ report_figures report_figures_collect(const reconstruct_context &context) {
         figures.total_ms += 1e-3 * static_cast<double>(stage_us);
     }
     collect_lengths(result, &figures);
-    figures.vertical =
-        report_figures_judge_rows(result.vertical.median_px, result.vertical.samples);
+    figures.vertical = report_figures_judge_rows(
+        result.vertical,
+        result_figures_rows_fault(&result.vertical, &result.plan, context.options->rectify.scale));
     compare_with_truth(context, &figures.truth);
     return figures;
 }

@@ -15,7 +15,7 @@
 struct report_verdict {
     const char *word;      // "very good"
     const char *grade;     // CSS class: good, fair, bad or ""
-    const char *sentence;  // what to do about it
+    std::string sentence;  // what to do about it
 };
 
 /// Depths from low to high in equal steps, counts of points a step.
@@ -50,7 +50,7 @@ struct report_figures {
 
 report_figures report_figures_collect(const reconstruct_context &context);
 
-/// Judges the median |vertical disparity| of the matches, in px. `samples` 0: not measured.
-report_verdict report_figures_judge_rows(double median_px, int samples);
+/// Judges the |vertical disparity| of the matches, in px. `fault`: result_figures_rows_fault.
+report_verdict report_figures_judge_rows(const triangulate_vertical &vertical, const char *fault);
 
 #endif
