@@ -25,6 +25,9 @@
 /// some pixels apart does not.
 static const double sparse_percent = 25;
 
+/// Everyday pictures have up to 20 % of such texture, a wall of tiles or a chessboard more than 80.
+static const double repeating_max_percent = 35;
+
 static const char interrupted[] = "interrupted; nothing was written";
 
 static bool show_progress(void *self, enum reconstruct_stage stage, int done, int total) {
@@ -298,6 +301,16 @@ static void note_doubts(struct reconstruct_job *job) {
                                  "calibration belong to these images, and is the scene within the "
                                  "search?",
                                  density_percent);
+    }
+    const uint32_t points = job->result.vertex_count;
+    const double repeating_percent = points > 0 ? 100.0 * job->result.repeating_count / points : 0;
+    if (repeating_percent > repeating_max_percent) {
+        reconstruct_context_warn(&job->context,
+                                 "%.0f %% of the points lie on texture that repeats itself: they "
+                                 "may be off by a period, all of them alike; a narrower search "
+                                 "(%s) leaves fewer periods",
+                                 repeating_percent < 100 ? repeating_percent : 100,
+                                 job->context.words->search);
     }
     const struct triangulate_vertical *vertical = &job->result.vertical;
     const double scale = job->options.rectify.scale;

@@ -110,6 +110,7 @@ static void print_counts(const struct reconstruct_context *context, struct json 
     json_integer(json, "pixels", (int64_t)result->plan.width_px * result->plan.height_px);
     json_integer(json, "vertices", result->vertex_count);
     json_integer(json, "triangles", result->triangle_count);
+    json_integer(json, "repeating", result->repeating_count);
     json_close_object(json);
     json_real(json, "density_percent", result_figures_density_percent(result), 6);
     json_open_object(json, "reasons");

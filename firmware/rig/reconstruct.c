@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/match_repeats.h"
 #include "core/mesh.h"
 #include "rig/develop.h"
 #include "rig/surface.h"
@@ -263,6 +264,10 @@ static int match(struct run *run) {
                run->arena->size_bytes - run->arena->used_bytes);
     const int error =
         match_run(&input, &options, run->parallel, match_band_done, run, &rest, &result->match);
+    if (error == ERROR_OK && !options.keep_all) {
+        result->repeating_count =
+            match_count_repeats(&input, &options, run->parallel, &result->match);
+    }
     result->match_peak_bytes = rest.peak_bytes;
     const size_t peak = run->arena->used_bytes + rest.peak_bytes;
     run->arena->peak_bytes = larger(run->arena->peak_bytes, peak);

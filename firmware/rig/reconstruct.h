@@ -103,6 +103,7 @@ struct reconstruct_result {
     uint32_t reason_count[REASON_COUNT];  // pixels per reason; a valid match whose point cannot be
                                           // triangulated, or lies outside depths that the options
                                           // state, becomes REASON_OUT_OF_RANGE
+    uint32_t repeating_count;  // valid matches on texture that repeats: see match_repeats.h
     uint64_t stage_us[RECONSTRUCT_STAGES];
     size_t match_peak_bytes;  // matching state alone
     size_t arena_peak_bytes;  // everything

@@ -6,6 +6,8 @@
 #include <string>
 
 #include "core/error.h"
+#include "core/match_repeats.h"
+#include "synthetic/matched.hpp"
 #include "synthetic/scenes.hpp"
 #include "synthetic/seed.hpp"
 #include "synthetic/verged.hpp"
@@ -150,4 +152,39 @@ TEST_CASE("depths without anything in them are no surface") {
     const VergedRun done = run_verged(setup, asked);
     CHECK(done.status == ERROR_NO_SURFACE);
     CHECK(done.result.reason_count[REASON_VALID] == 0);
+}
+
+TEST_CASE("texture that repeats is counted, and no other") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    const Rig rig = rectified_rig(kVergedWidth, kVergedHeight, 700, 120);
+    Builder builder(rig, seed);
+    const struct {
+        Texture texture;
+        double least, most;
+    } cases[] = {{builder.stripes(26, 10, 0.3), 0.9, 1},
+                 {builder.stripes(26, 24, 0.3), 0.75, 1},
+                 {builder.noise(26, 3, 0.15), 0, 0.02},
+                 {builder.noise(26, 12, 0.15), 0, 0.2}};
+    for (const auto &one : cases) {
+        Scene scene;
+        scene.surfaces.push_back(builder.plane(26.3, 0, 0, one.texture));
+        RenderOptions options;
+        options.left.noise_grey = options.right.noise_grey = 1;
+        const Pair pair = render(scene, rig, options);
+        match_options search = match_default_options(0, 64);
+        search.keep_all = true;
+        const Matched matched = run_match(pair, search);
+        REQUIRE(matched.status == ERROR_OK);
+        const uint32_t count =
+            match_count_repeats(&matched.input, &search, &parallel_serial, &matched.output);
+        const double share = count / (matched.share(REASON_VALID) * pair.width * pair.height);
+        CHECK(share >= one.least);
+        CHECK(share <= one.most);
+        // Where no other period is searched, nothing is ambiguous.
+        search.disparity_min = 22;
+        search.disparity_count = 9;
+        const Matched sure = run_match(pair, search);
+        CHECK(match_count_repeats(&sure.input, &search, &parallel_serial, &sure.output) == 0);
+    }
 }
