@@ -8,7 +8,8 @@
 #include "core/error.h"
 #include "daemon/calibration_match.h"
 
-/// Assumed where nobody knows better; the focal length is then the width, 53 degrees across.
+/// Assumed where nobody knows better; the focal length is then the width, 53 degrees across, and in
+/// narrow images a quarter of the height.
 static const double assumed_baseline_mm = 100.0;
 
 int reconstruct_inputs_check(const struct reconstruct_inputs *inputs, struct message *message) {
@@ -118,7 +119,10 @@ static int assume_calibration(const struct reconstruct_request *request,
                               struct reconstruct_inputs *inputs,
                               struct reconstruct_context *context, struct message *message) {
     const struct image_file *file = &inputs->left;
-    const double focal_px = request->focal_px > 0 ? request->focal_px : file->file_width_px;
+    // Narrow images would reach farther to the sides of the axis than rays are measured.
+    const double quarter_px = file->file_height_px / 4.0;
+    const double assumed_px = file->file_width_px > quarter_px ? file->file_width_px : quarter_px;
+    const double focal_px = request->focal_px > 0 ? request->focal_px : assumed_px;
     const double baseline_mm =
         request->baseline_mm > 0 ? request->baseline_mm : assumed_baseline_mm;
     const struct lens lens = {

@@ -212,6 +212,18 @@ static int prepare(struct reconstruct_job *job) {
         reconstruct_summary_no_plan(error, &job->context, &job->message);
         return error;
     }
+    struct triangulate_plan measurable;
+    error = triangulate_plan_make(&job->result.plan, NULL, &measurable);
+    if (error != ERROR_OK) {
+        const struct rectify_plan *plan = &job->result.plan;
+        return message_set(
+            &job->message, error,
+            "images of %dx%d pixels with a focal length of %.6g px and a baseline of "
+            "%.6g mm cannot be measured: they may reach %.0f times the focal length "
+            "to each side of the axis, and the baseline 100 m; is the focal length "
+            "wrong, or does --region leave a part that can?",
+            plan->width_px, plan->height_px, plan->f_px, plan->baseline_mm, TRIANGULATE_SLOPE_MAX);
+    }
     note_assumed_depths(job);
     return check_truth(job);
 }

@@ -116,11 +116,37 @@ class Reconstruct(pairs.Workshop):
         self.assert_near_truth()
 
     def test_a_calibration_that_does_not_fit_is_suspected(self):
-        shifted = self.save("shifted.png", numpy.roll(self.right, 7, axis=0))
+        shifted = self.save("shifted.png", numpy.roll(self.right, 3, axis=0))
         done = pairs.run("reconstruct", self.left_path, shifted, *RECTIFIED, "--speckle", "0",
                          "--out", self.out)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("calibration belong to these images", done.stderr)
+
+    def test_images_much_higher_than_wide_are_measured_or_refused_by_name(self):
+        high = [self.save(f"{name}_high.png", numpy.vstack(8 * [image[:, 100:120]]))
+                for name, image in (("left", self.left), ("right", self.right))]
+        assert cv2.imread(str(high[0])).shape[0] > 16 * 20
+        done = pairs.run("reconstruct", *high, "--rectified", "--disparity", "0:16", "--keep-all",
+                         "--out", self.out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        done = pairs.run("reconstruct", *high, "--rectified", "--disparity", "0:16", "--focal", 20,
+                         "--out", self.out)
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn("focal length of 20 px", done.stderr)
+        self.assertEqual(len(done.stderr.strip().splitlines()), 1)
+
+    def test_rows_that_spread_are_named(self):
+        middle = (pairs.HEIGHT - 1) / 2
+        grow = 1 + 1.2 / pairs.HEIGHT
+        matrix = numpy.float64([[1, 0, 0], [0, grow, middle * (1 - grow)]])
+        moved = cv2.warpAffine(self.right, matrix, (pairs.WIDTH, pairs.HEIGHT),
+                               flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REFLECT)
+        right = self.save("spread.png", moved)
+        done = pairs.run("reconstruct", self.left_path, right, *RECTIFIED, "--out", self.out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        rows = json.loads((self.out / "result.json").read_text())["vertical_disparity"]
+        self.assertLess(rows["median_px"], 0.5)
+        self.assertIn("focal length", done.stderr)
 
     def test_rows_apart_count_in_pixels_that_were_taken(self):
         # A third of a pixel: no reason for doubt, however large the images are made.
