@@ -11,6 +11,7 @@
 #include "daemon/progress.h"
 #include "daemon/reconstruct_session.h"
 #include "daemon/reconstruct_summary.h"
+#include "daemon/result_files.h"
 #include "daemon/result_json.h"
 
 static const struct reconstruct_words words = {
@@ -79,6 +80,19 @@ int reconstruct_command_run(const struct reconstruct_command_abilities *abilitie
     if (request.debug_path != NULL && abilities->outputs->debug_maker == NULL) {
         fputs("vergence reconstruct: --debug is not for this program: it writes no pictures\n",
               stderr);
+        return CLIENT_USAGE;
+    }
+    if (abilities->outputs->mesh_maker == NULL &&
+        (request.triangles > 0 || request.error_mm > 0 || request.compress)) {
+        fputs(
+            "vergence reconstruct: --triangles, --error and --compress are not for this program: "
+            "it writes the full mesh only\n",
+            stderr);
+        return CLIENT_USAGE;
+    }
+    if (result_files_check(request.files, abilities->outputs->writers,
+                           abilities->outputs->writer_count, &job.message) != ERROR_OK) {
+        fprintf(stderr, "vergence reconstruct: %s\n", job.message.text);
         return CLIENT_USAGE;
     }
     if (request.session_path != NULL) {

@@ -30,6 +30,17 @@ struct reconstruct_words {
     const char *accept;   // what goes on with a calibration that does not belong to the pair
 };
 
+/// Units of mesh.ply and points.pcd; as the option --mesh-unit names them.
+enum reconstruct_unit { RECONSTRUCT_MM, RECONSTRUCT_CM, RECONSTRUCT_M };
+
+/// The surface with fewer triangles. Its vertices are points of the full surface.
+struct reconstruct_mesh {
+    struct reconstruct_result result;  // the full one but for points, pixels, normals, triangles
+    bool requested;                    // by --triangles or --error: mesh.ply holds it as well
+    double median_mm, p99_mm, max_mm;  // distances of the full surface's points from it
+    uint32_t uncovered;                // of these points: outside its borders
+};
+
 struct reconstruct_context {
     const struct reconstruct_words *words;
     const struct reconstruct_result *result;
@@ -59,6 +70,9 @@ struct reconstruct_context {
 
     bool metric;  // false: focal length or baseline are assumed, lengths are not real millimetres
     int shrink;   // integer factor by which the reader shrank the files' images; 1: not at all
+    const struct reconstruct_mesh *mesh;  // NULL: not simplified
+    bool compress;                        // mesh.glb
+    enum reconstruct_unit mesh_unit;
 
     struct message warnings[RECONSTRUCT_CONTEXT_WARNINGS];  // what is assumed or doubtful
     int warning_count;
@@ -74,6 +88,13 @@ struct reconstruct_context {
 /// Adds a warning as printf would; those beyond the last place are dropped.
 void reconstruct_context_warn(struct reconstruct_context *context, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
+
+/// The surface as mesh.ply holds it.
+const struct reconstruct_result *reconstruct_context_ply(const struct reconstruct_context *context);
+
+/// The unit of mesh.ply and points.pcd: its name, and how many micrometres it has.
+const char *reconstruct_context_unit_name(const struct reconstruct_context *context);
+float reconstruct_context_unit_um(const struct reconstruct_context *context);
 
 /// One file of a result directory.
 struct result_writer {

@@ -19,6 +19,7 @@
 #include "daemon/reconstruct_summary.h"
 #include "daemon/reconstruct_work.h"
 #include "daemon/result_figures.h"
+#include "daemon/result_files.h"
 #include "daemon/workers.h"
 
 /// A pair whose calibration fits gives more than this, short of blank walls; one whose rows are
@@ -84,6 +85,10 @@ static void fill_context(struct reconstruct_job *job) {
     context->ground_truth_scale = job->request->ground_truth_scale;
     context->metric = job->inputs.metric;
     context->shrink = job->inputs.left.shrink;
+    context->compress = job->request->compress;
+    if (job->request->mesh_unit >= 0) {
+        context->mesh_unit = (enum reconstruct_unit)job->request->mesh_unit;
+    }
     context->version = client_version();
     context->build_id = client_build_id();
 }
@@ -341,6 +346,28 @@ static void note_doubts(struct reconstruct_job *job) {
     }
 }
 
+static bool is_wanted(const struct reconstruct_job *job, const char *file_name) {
+    const char *list = job->request->files;
+    return list == NULL || result_files_has(list, file_name);
+}
+
+/// Only where a file will hold it.
+static int simplify(struct reconstruct_job *job) {
+    const struct reconstruct_mesh_maker *maker = job->outputs->mesh_maker;
+    const struct reconstruct_request *request = job->request;
+    const bool requested = request->triangles > 0 || request->error_mm > 0;
+    if (maker == NULL || job->result.triangle_count == 0 ||
+        !(is_wanted(job, "mesh.glb") || (requested && is_wanted(job, "mesh.ply")))) {
+        return ERROR_OK;
+    }
+    const int error = maker->make(&job->context, request, &job->mesh, &job->message);
+    if (error == ERROR_OK) {
+        job->mesh.requested = requested;
+        job->context.mesh = &job->mesh;
+    }
+    return error;
+}
+
 /// Into the hidden directory.
 static int write_results(struct reconstruct_job *job) {
     const struct reconstruct_outputs *outputs = job->outputs;
@@ -352,7 +379,7 @@ static int write_results(struct reconstruct_job *job) {
         if (interrupt_requested()) {
             return message_set(&job->message, ERROR_CANCELLED, "%s", interrupted);
         }
-        if (writer->metric_only && !job->context.metric) {
+        if (!is_wanted(job, writer->file_name) || (writer->metric_only && !job->context.metric)) {
             continue;
         }
         outdir_file_path(&job->directory, writer->file_name, path);
@@ -407,6 +434,9 @@ static int run(struct reconstruct_job *job) {
     if (error == ERROR_OK) {
         find_common_sigma(job);
         note_doubts(job);
+        error = simplify(job);
+    }
+    if (error == ERROR_OK) {
         error = write_results(job);
     }
     if (error == ERROR_OK || error == ERROR_NO_SURFACE) {
@@ -430,6 +460,9 @@ int reconstruct_job_run(struct reconstruct_job *job) {
 }
 
 void reconstruct_job_end(struct reconstruct_job *job) {
+    if (job->outputs->mesh_maker != NULL) {
+        job->outputs->mesh_maker->free(&job->mesh);
+    }
     reconstruct_debug_end(&job->debug);
     outdir_abort(&job->directory);
     workers_destroy(job->workers);

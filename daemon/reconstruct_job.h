@@ -17,6 +17,15 @@ extern "C" {
 
 enum { RECONSTRUCT_JOB_WRITERS_MAX = 24 };
 
+/// Simplifies the surface for mesh files.
+struct reconstruct_mesh_maker {
+    /// Makes the mesh that `request` asks for, or the default one. The result must have triangles.
+    /// ERROR_MEMORY, ERROR_CANCELLED with `message` set; may add warnings to `context`.
+    int (*make)(struct reconstruct_context *context, const struct reconstruct_request *request,
+                struct reconstruct_mesh *mesh, struct message *message);
+    void (*free)(struct reconstruct_mesh *mesh);  // of zeroes: nothing is done
+};
+
 /// What can be written.
 struct reconstruct_outputs {
     const struct result_writer *writers;  // in this order; result.json must be the last
@@ -26,6 +35,7 @@ struct reconstruct_outputs {
     int (*check_truth)(const struct reconstruct_context *context, int size_px[2],
                        struct message *message);
     const struct reconstruct_debug_maker *debug_maker;  // NULL: no pictures of the matcher
+    const struct reconstruct_mesh_maker *mesh_maker;    // NULL: mesh files hold the full surface
 };
 
 /// What every build can write: no pictures, no report.
@@ -58,6 +68,7 @@ struct reconstruct_job {
     struct reconstruct_inputs inputs;
     struct reconstruct_options options;
     struct reconstruct_result result;
+    struct reconstruct_mesh mesh;
     struct outdir directory;
     struct reconstruct_debug debug;
     struct workers *workers;

@@ -2,6 +2,7 @@
 #include "daemon/reconstruct_request.h"
 
 #include <errno.h>
+#include <limits.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -94,6 +95,24 @@ static const struct option options[] = {
     {.name = "speckle", .kind = OPTION_INT, .offset = FIELD(speckle_px), .value_name = "N",
      .minimum = 0, .maximum = 1000000,
      .help = "Reject islands of fewer than N pixels. Default: 60."},
+    {.name = "files", .kind = OPTION_TEXT, .offset = FIELD(files), .value_name = "LIST",
+     .help = "Write only these results, e.g. mesh.glb,result.json,report.html. Others of an earlier run in "
+             "the same directory are removed. Default: all."},
+    {.name = "triangles", .kind = OPTION_INT, .offset = FIELD(triangles), .value_name = "N",
+     .minimum = 1, .maximum = INT_MAX,
+     .help = "At most N triangles in mesh.glb and mesh.ply: simplified where that changes the surface "
+             "least, measured in pixels. Holes stay open. Default: mesh.glb is simplified within half of the predicted "
+             "deviation and a tenth of a pixel, mesh.ply holds every point. Not on the board."},
+    {.name = "error", .kind = OPTION_REAL, .offset = FIELD(error_mm), .value_name = "MM",
+     .minimum = 1e-3, .maximum = 1e6,
+     .help = "As few triangles in mesh.glb and mesh.ply as keep 99 % of the measured points within MM of "
+             "the surface; result.json states the distances. Not on the board."},
+    {.name = "compress", .kind = OPTION_FLAG, .offset = FIELD(compress),
+     .help = "Compress mesh.glb (EXT_meshopt_compression): about a third of the size, for three.js, "
+             "Babylon.js and other viewers with the decoder; Blender before 5.2 cannot open it. Not on the board."},
+    {.name = "mesh-unit", .kind = OPTION_CHOICE, .offset = FIELD(mesh_unit), .value_name = "UNIT",
+     .choices = "mm cm m",
+     .help = "Unit of length in mesh.ply and points.pcd. Default: mm. (mesh.glb is in metres, as glTF wants it.)"},
     {.name = "ground-truth", .kind = OPTION_TEXT, .offset = FIELD(ground_truth_path), .value_name = "FILE",
      .help = "True disparities of the rectified left image, for the error map of the report."},
     {.name = "mask", .kind = OPTION_TEXT, .offset = FIELD(mask_path), .value_name = "FILE",
@@ -184,6 +203,9 @@ static const char *find_contradiction(const struct reconstruct_request *request)
     if (request->region_px[2] == 0 || request->region_px[3] == 0) {
         return "--region X,Y,W,H is empty: W and H must be 1 or more";
     }
+    if (request->triangles > 0 && request->error_mm > 0) {
+        return "--triangles and --error both say how far to simplify; leave out one of the two";
+    }
     if (request->ground_truth_path == NULL &&
         (request->mask_path != NULL || request->ground_truth_scale > 0)) {
         return "--mask and --ground-truth-scale belong to --ground-truth";
@@ -215,6 +237,7 @@ struct reconstruct_request reconstruct_request_usual(void) {
                                         .bayer = -1,
                                         .speckle_px = -1,
                                         .preset = -1,
+                                        .mesh_unit = -1,
                                         .debug_row = -1};
 }
 

@@ -30,6 +30,11 @@ struct reconstruct_request {
     bool no_refine, keep_all;
     bool accept_mismatch;  // go on where the calibration was made with other axes or cameras
     int speckle_px;        // -1: not given
+    int triangles;         // of the mesh files, at most; 0: not given
+    double error_mm;       // by which they may differ from what was measured; 0: not given
+    bool compress;         // mesh.glb
+    int mesh_unit;      // of mesh.ply and points.pcd, place in enum reconstruct_unit; -1: not given
+    const char *files;  // the results to write, separated by commas; NULL: all
     const char *ground_truth_path, *mask_path;
     double ground_truth_scale;  // 0: not given
     const char *debug_path;     // NULL: no pictures

@@ -64,6 +64,20 @@ static void print_pictures(const struct reconstruct_context *context, FILE *stre
     }
 }
 
+static void print_mesh(const struct reconstruct_context *context, FILE *stream) {
+    const struct reconstruct_mesh *mesh = context->mesh;
+    if (mesh == NULL) {
+        return;
+    }
+    fprintf(stream, "mesh        %" PRIu32 " triangles in %s", mesh->result.triangle_count,
+            mesh->requested ? "mesh.glb and mesh.ply" : "mesh.glb");
+    if (context->metric) {
+        fprintf(stream, ", %.3g mm off the points (median), %.3g mm (99 %%)", mesh->median_mm,
+                mesh->p99_mm);
+    }
+    fputc('\n', stream);
+}
+
 void reconstruct_summary_print(const struct reconstruct_context *context, const char *out_path,
                                FILE *stream) {
     for (int line = 0; context->capture.session != NULL && line < CAPTURE_STAMP_LINES; line++) {
@@ -77,6 +91,7 @@ void reconstruct_summary_print(const struct reconstruct_context *context, const 
     print_pictures(context, stream);
     print_search(context, stream);
     print_surface(context, stream);
+    print_mesh(context, stream);
     fprintf(stream, "cost        %.2f s, %.0f MB, %d thread%s\n", (double)context->total_us / 1e6,
             (double)context->rss_peak_bytes / 1e6, context->threads,
             context->threads == 1 ? "" : "s");

@@ -122,6 +122,25 @@ static void print_counts(const struct reconstruct_context *context, struct json 
     json_close_object(json);
 }
 
+static void print_mesh(const struct reconstruct_context *context, struct json *json) {
+    const struct reconstruct_mesh *mesh = context->mesh;
+    if (mesh == NULL) {
+        json_null(json, "mesh");
+        return;
+    }
+    json_open_object(json, "mesh");
+    json_integer(json, "vertices", mesh->result.vertex_count);
+    json_integer(json, "triangles", mesh->result.triangle_count);
+    json_bool(json, "requested", mesh->requested);
+    json_open_object(json, "distance_mm");
+    json_real(json, "median", mesh->median_mm, 4);
+    json_real(json, "p99", mesh->p99_mm, 4);
+    json_real(json, "max", mesh->max_mm, 4);
+    json_close_object(json);
+    json_integer(json, "uncovered", mesh->uncovered);
+    json_close_object(json);
+}
+
 static void print_vertical(const struct reconstruct_context *context, struct json *json) {
     const struct triangulate_vertical *vertical = &context->result->vertical;
     if (vertical->samples == 0) {
@@ -210,6 +229,7 @@ void result_json_print(const struct reconstruct_context *context, FILE *stream) 
     print_plan(context, &json);
     print_options(context, &json);
     print_counts(context, &json);
+    print_mesh(context, &json);
     print_vertical(context, &json);
     print_surface(context, &json);
     print_cost(context, &json);

@@ -15,12 +15,13 @@ extern "C" {
 /// Source: P. Debevec, "PFM Portable FloatMap Image Format".
 int write_pfm(const struct reconstruct_context *context, const char *path, struct message *message);
 
-/// mesh.ply, binary little-endian: position in mm in the left camera's frame, normal, colour,
-/// predicted standard deviation along the ray (sigma) and distance of the rays (miss), both in mm.
+/// mesh.ply, binary little-endian: position in the left camera's frame, normal, colour, predicted
+/// standard deviation along the ray (sigma) and distance of the rays (miss). Lengths are in mm
+/// unless the context states another unit.
 /// Source: G. Turk, "The PLY Polygon File Format", 1994.
 int write_ply(const struct reconstruct_context *context, const char *path, struct message *message);
 
-/// points.pcd, binary: x y z in mm, rgb packed as the Point Cloud Library does, sigma in mm.
+/// points.pcd, binary: x y z in the same unit, rgb packed as the Point Cloud Library does, sigma.
 /// Source: Point Cloud Library, "The PCD file format", version 0.7.
 int write_pcd(const struct reconstruct_context *context, const char *path, struct message *message);
 

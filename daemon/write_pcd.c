@@ -10,11 +10,14 @@ int write_pcd(const struct reconstruct_context *context, const char *path,
               struct message *message) {
     const struct reconstruct_result *result = context->result;
     const uint32_t width = (uint32_t)result->left_colour.width;
+    const float unit_um = reconstruct_context_unit_um(context);
     struct output_file file;
     output_file_open(&file, path);
     if (file.stream != NULL) {
         fputs("# .PCD v0.7 - Point Cloud Data file format\n", file.stream);
         write_stamps(context, "#", file.stream);
+        fprintf(file.stream, "# lengths in %s\n",
+                context->metric ? reconstruct_context_unit_name(context) : "an assumed unit");
         fprintf(file.stream,
                 "VERSION 0.7\n"
                 "FIELDS x y z rgb sigma\nSIZE 4 4 4 4 4\nTYPE F F F F F\nCOUNT 1 1 1 1 1\n"
@@ -28,13 +31,13 @@ int write_pcd(const struct reconstruct_context *context, const char *path,
         const uint8_t *rgb =
             image_rgb8_row(&result->left_colour, (int)(pixel / width)) + 3 * (pixel % width);
         unsigned char bytes[POINT_BYTES];
-        output_file_put_f32(bytes, (float)point->x_um / 1000.0f);
-        output_file_put_f32(bytes + 4, (float)point->y_um / 1000.0f);
-        output_file_put_f32(bytes + 8, (float)point->z_um / 1000.0f);
+        output_file_put_f32(bytes, (float)point->x_um / unit_um);
+        output_file_put_f32(bytes + 4, (float)point->y_um / unit_um);
+        output_file_put_f32(bytes + 8, (float)point->z_um / unit_um);
         // The library's "rgb" is the integer 0x00RRGGBB in the bytes of a float.
         output_file_put_u32(bytes + 12,
                             (uint32_t)rgb[0] << 16 | (uint32_t)rgb[1] << 8 | (uint32_t)rgb[2]);
-        output_file_put_f32(bytes + 16, (float)point->sigma_um / 1000.0f);
+        output_file_put_f32(bytes + 16, (float)point->sigma_um / unit_um);
         output_file_write(&file, bytes, sizeof bytes);
     }
     return output_file_close(&file, message);

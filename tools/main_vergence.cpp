@@ -10,6 +10,7 @@
 #include "tools/host/debug.hpp"
 #include "tools/host/evaluate_truth.hpp"
 #include "tools/host/image_formats.hpp"
+#include "tools/host/mesh_simplify.hpp"
 #include "tools/host/report.hpp"
 #include "tools/host/write_glb.hpp"
 #include "tools/host/write_png.hpp"
@@ -32,7 +33,7 @@ const result_writer writers[] = {
 
 int run_reconstruct(int argc, char **argv) {
     const reconstruct_outputs outputs{writers, sizeof writers / sizeof writers[0],
-                                      evaluate_truth_check, debug_maker()};
+                                      evaluate_truth_check, debug_maker(), mesh_maker()};
     const reconstruct_command_abilities abilities{
         {image_formats().first, image_formats().count, calibration_file_loader}, &outputs};
     return reconstruct_command_run(&abilities, argc, argv);

@@ -14,7 +14,7 @@ import sys
 PYTHON_PACKAGES = ["plyfile==1.0.3", "pypcd4==1.5.1", "pydantic==2.14.3", "pydantic-core==2.50.4",
                    "annotated-types==0.8.0", "typing-extensions==4.16.0",
                    "typing-inspection==0.4.5", "python-neo-lzf==0.3.5"]
-NODE_PACKAGES = ["gltf-validator@2.0.0-dev.3.10"]
+NODE_PACKAGES = ["gltf-validator@2.0.0-dev.3.10", "meshoptimizer@0.22.0"]
 
 VALIDATE = """
 const validator = require('gltf-validator');
@@ -22,6 +22,19 @@ const bytes = new Uint8Array(require('fs').readFileSync(process.argv[1]));
 validator.validateBytes(bytes, {maxIssues: 20}).then(
     report => console.log(JSON.stringify(report)),
     error => { console.error(error); process.exit(1); });
+"""
+
+
+# Part of a GLB's buffer view by meshoptimizer's own decoder, from standard input to standard output.
+UNPACK = """
+const MeshoptDecoder = require('meshoptimizer/meshopt_decoder.js');
+const packed = new Uint8Array(require('fs').readFileSync(0));
+const [count, stride, mode, filter] = process.argv.slice(1);
+MeshoptDecoder.ready.then(() => {
+    const plain = new Uint8Array(count * stride);
+    MeshoptDecoder.decodeGltfBuffer(plain, Number(count), Number(stride), packed, mode, filter);
+    process.stdout.write(plain);
+});
 """
 
 
@@ -63,14 +76,36 @@ def python_readers():
     return plyfile, pypcd4
 
 
-def validate_gltf(path):
-    """The report of the Khronos validator on a .glb file, as a dictionary."""
+def run_node(script, *arguments, data=None):
     folder = cache() / "npm"
     install_once(folder, " ".join(NODE_PACKAGES),
                  ["npm", "install", "--silent", "--no-fund", "--no-audit", "--prefix",
                   str(folder), *NODE_PACKAGES])
-    done = subprocess.run(["node", "-e", VALIDATE, "--", str(path)], capture_output=True, text=True,
-                          env={**os.environ, "NODE_PATH": str(folder / "node_modules")})
+    done = subprocess.run(["node", "-e", script, "--", *map(str, arguments)], capture_output=True,
+                          input=data, env={**os.environ, "NODE_PATH": str(folder / "node_modules")})
     if done.returncode != 0:
-        raise RuntimeError(f"the glTF validator failed: {done.stderr}")
-    return json.loads(done.stdout)
+        raise RuntimeError(f"node failed: {done.stderr.decode()}")
+    return done.stdout
+
+
+def validate_gltf(path):
+    """The report of the Khronos validator on a .glb file, as a dictionary."""
+    return json.loads(run_node(VALIDATE, path))
+
+
+def glb(path):
+    """The document of a .glb file and the bytes of each accessor, unpacked."""
+    data = pathlib.Path(path).read_bytes()
+    length = int.from_bytes(data[12:16], "little")
+    document, binary = json.loads(data[20:20 + length]), data[28 + length:]
+    parts = []
+    for accessor in document["accessors"]:
+        view = document["bufferViews"][accessor["bufferView"]]
+        packed = view.get("extensions", {}).get("EXT_meshopt_compression")
+        at = (packed or view).get("byteOffset", 0)
+        part = binary[at:at + (packed or view)["byteLength"]]
+        if packed:
+            part = run_node(UNPACK, packed["count"], packed["byteStride"], packed["mode"],
+                            packed.get("filter", "NONE"), data=part)
+        parts.append(part)
+    return document, parts

@@ -47,8 +47,11 @@ class Info(pairs.Workshop):
         self.assertEqual(pages["mesh.ply"]["vertex"], vertices)
         self.assertEqual(pages["mesh.ply"]["face"], result["counts"]["triangles"])
         self.assertEqual(pages["points.pcd"]["points"], vertices)
-        self.assertEqual(pages["mesh.glb"]["vertices"], vertices)
-        self.assertEqual(pages["mesh.glb"]["triangles"], result["counts"]["triangles"])
+        self.assertEqual(pages["mesh.glb"]["vertices"], result["mesh"]["vertices"])
+        self.assertEqual(pages["mesh.glb"]["triangles"], result["mesh"]["triangles"])
+        low, high = pages["mesh.glb"]["bounds_x"]
+        self.assertAlmostEqual(low, result["bounds_mm"]["least"][0] / 1000, delta=2e-3)
+        self.assertAlmostEqual(high, result["bounds_mm"]["greatest"][0] / 1000, delta=2e-3)
         for axis, letter in enumerate("xyz"):
             for name in ("mesh.ply", "points.pcd"):
                 low, high = pages[name][f"bounds_{letter}"]

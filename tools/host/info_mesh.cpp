@@ -201,6 +201,19 @@ std::uint32_t u32_at(const std::string &bytes, size_t at) {
     return value;
 }
 
+/// Scaled and shifted as by the only node of our own files; others may have more of them.
+void to_metres(const json &document, std::vector<double> *corner) {
+    const json nodes = document.value("nodes", json::array());
+    if (nodes.size() != 1) {
+        return;
+    }
+    const auto scale = nodes[0].value("scale", std::vector<double>{1, 1, 1});
+    const auto shift = nodes[0].value("translation", std::vector<double>{0, 0, 0});
+    for (size_t axis = 0; axis < corner->size() && scale.size() == 3 && shift.size() == 3; axis++) {
+        (*corner)[axis] = (*corner)[axis] * scale[axis] + shift[axis];
+    }
+}
+
 /// Adds what the primitives of a glTF document hold.
 void glb_primitives(const json &document, info_page *page) {
     std::uint64_t vertices = 0, triangles = 0;
@@ -216,8 +229,9 @@ void glb_primitives(const json &document, info_page *page) {
                 triangles += indices.at("count").get<std::uint64_t>() / 3;
             }
             for (const char *end : {"min", "max"}) {
-                const std::vector<double> corner = position.at(end).get<std::vector<double>>();
+                std::vector<double> corner = position.at(end).get<std::vector<double>>();
                 if (corner.size() == 3) {
+                    to_metres(document, &corner);
                     bounds.take(corner.data());
                 }
             }
@@ -228,6 +242,14 @@ void glb_primitives(const json &document, info_page *page) {
     bounds.add_to(page, "m");
     const size_t images = document.contains("images") ? document["images"].size() : 0;
     page->add("images", "textures", std::to_string(images), images);
+    const json extensions = document.value("extensionsRequired", json::array());
+    if (!extensions.empty()) {
+        std::string names;
+        for (const json &extension : extensions) {
+            names += (names.empty() ? "" : " ") + extension.get<std::string>();
+        }
+        page->add("extensions", "needs", names, extensions);
+    }
 }
 
 }  // namespace

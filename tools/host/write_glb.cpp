@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/host/write_glb.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <limits>
 #include <string>
 #include <vector>
@@ -11,6 +13,7 @@
 #include "core/error.h"
 #include "daemon/json.h"
 #include "daemon/output_file.h"
+#include "tools/host/glb_parts.hpp"
 #include "tools/host/image_jpeg.hpp"
 
 namespace {
@@ -18,108 +21,167 @@ namespace {
 constexpr uint32_t glb_magic = 0x46546c67;     // "glTF"
 constexpr uint32_t chunk_json = 0x4e4f534a;    // "JSON"
 constexpr uint32_t chunk_binary = 0x004e4942;  // "BIN\0"
-constexpr int type_float = 5126, type_u32 = 5125;
 constexpr int target_vertices = 34962, target_indices = 34963;
 constexpr int filter_linear = 9729, filter_mipmap = 9987, wrap_clamp = 33071;
-constexpr int jpeg_quality = 90;
+constexpr int jpeg_quality = 90, jpeg_quality_packed = 80;
+constexpr char quantization[] = "KHR_mesh_quantization", compression[] = "EXT_meshopt_compression",
+               transform[] = "KHR_texture_transform", unlit[] = "KHR_materials_unlit";
 
-/// Where each part lies in the binary chunk; all parts begin at multiples of 4 bytes.
-struct sections {
-    size_t positions, normals, coordinates, indices, texture, texture_bytes, end;
+/// What is written, and where each part lies in the binary chunk: all begin at multiples of 4.
+struct content {
+    const reconstruct_context &context;
+    const reconstruct_result &mesh;
+    glb_parts parts;
+    std::vector<unsigned char> texture;
+    size_t at[glb_parts::COUNT + 1];  // the texture is the last
+    size_t end;                       // of the binary chunk
+    size_t plain_end;                 // of all parts, as they are when not compressed
 };
 
 size_t padded(size_t bytes) {
     return (bytes + 3) / 4 * 4;
 }
 
-sections lay_out(const reconstruct_result &result, size_t texture_bytes) {
-    const size_t vertices = result.vertex_count;
-    sections at{};
-    at.positions = 0;
-    at.normals = at.positions + 12 * vertices;
-    at.coordinates = at.normals + 12 * vertices;
-    at.indices = at.coordinates + 8 * vertices;
-    at.texture = at.indices + 12 * size_t{result.triangle_count};
-    at.texture_bytes = texture_bytes;
-    at.end = padded(at.texture + texture_bytes);
-    return at;
+/// A part's number among those that are there: that of its accessor and of its view.
+int number_of(const glb_parts &parts, int place) {
+    int number = 0;
+    for (int i = 0; i < place; i++) {
+        number += parts.part[i].count > 0 ? 1 : 0;
+    }
+    return number;
 }
 
-struct vertex_position {
-    float metres[3];
-};
-
-/// From the left camera's frame to glTF's: half a turn about x.
-vertex_position position_of(const triangulate_point &point) {
-    return {{static_cast<float>(point.x_um / 1e6), static_cast<float>(-point.y_um / 1e6),
-             static_cast<float>(-point.z_um / 1e6)}};
+/// The bytes that the file holds of a part.
+const glb_bytes &stored(const glb_part &part) {
+    return part.mode != nullptr ? part.packed : part.bytes;
 }
 
-void print_view(json *out, size_t offset, size_t length, int target) {
-    json_open_object(out, nullptr);
-    json_integer(out, "buffer", 0);
+void lay_out(content *content) {
+    size_t at = 0;
+    for (int i = 0; i < glb_parts::COUNT; i++) {
+        content->at[i] = at;
+        at += padded(stored(content->parts.part[i]).size());
+        content->plain_end += padded(content->parts.part[i].bytes.size());
+    }
+    content->at[glb_parts::COUNT] = at;
+    content->end = at + padded(content->texture.size());
+}
+
+/// Width of a pixel at the depth that 1 % of the surface is nearer than.
+double pitch_m(const reconstruct_result &mesh) {
+    std::vector<std::int32_t> depths_um;
+    depths_um.reserve(mesh.vertex_count);
+    for (uint32_t i = 0; i < mesh.vertex_count; i++) {
+        depths_um.push_back(mesh.points[i].z_um);
+    }
+    const auto near = depths_um.begin() + static_cast<std::ptrdiff_t>(depths_um.size() / 100);
+    std::nth_element(depths_um.begin(), near, depths_um.end());
+    return std::fmax(0, *near / 1e6 / mesh.plan.f_px);
+}
+
+void open_view(json *out, size_t buffer, size_t offset, size_t length) {
+    json_integer(out, "buffer", static_cast<int64_t>(buffer));
     json_integer(out, "byteOffset", static_cast<int64_t>(offset));
     json_integer(out, "byteLength", static_cast<int64_t>(length));
-    if (target != 0) {
-        json_integer(out, "target", target);
+}
+
+void print_compression(json *out, const glb_part &part, size_t offset) {
+    json_open_object(out, "extensions");
+    json_open_object(out, compression);
+    open_view(out, 0, offset, part.packed.size());
+    json_integer(out, "byteStride", part.stride);
+    json_integer(out, "count", part.count);
+    json_text(out, "mode", part.mode);
+    if (part.filter != nullptr) {
+        json_text(out, "filter", part.filter);
     }
+    json_close_object(out);
     json_close_object(out);
 }
 
-void print_views(json *out, const sections &at) {
+void print_views(json *out, const content &content) {
+    size_t plain_at = 0;
     json_open_array(out, "bufferViews");
-    print_view(out, at.positions, at.normals - at.positions, target_vertices);
-    print_view(out, at.normals, at.coordinates - at.normals, target_vertices);
-    print_view(out, at.coordinates, at.indices - at.coordinates, target_vertices);
-    print_view(out, at.indices, at.texture - at.indices, target_indices);
-    print_view(out, at.texture, at.texture_bytes, 0);
-    json_close_array(out);
-}
-
-void open_accessor(json *out, int view, int component, int64_t count, const char *type) {
-    json_open_object(out, nullptr);
-    json_integer(out, "bufferView", view);
-    json_integer(out, "componentType", component);
-    json_integer(out, "count", count);
-    json_text(out, "type", type);
-}
-
-void print_accessors(json *out, const reconstruct_result &result) {
-    double least[3], greatest[3];
-    for (int axis = 0; axis < 3; axis++) {
-        least[axis] = std::numeric_limits<double>::infinity();
-        greatest[axis] = -least[axis];
-    }
-    for (uint32_t i = 0; i < result.vertex_count; i++) {
-        const vertex_position position = position_of(result.points[i]);
-        for (int axis = 0; axis < 3; axis++) {
-            least[axis] = std::fmin(least[axis], position.metres[axis]);
-            greatest[axis] = std::fmax(greatest[axis], position.metres[axis]);
+    for (int i = 0; i < glb_parts::COUNT; i++) {
+        const glb_part &part = content.parts.part[i];
+        if (part.count == 0) {
+            continue;
         }
+        const bool packed = part.mode != nullptr;
+        json_open_object(out, nullptr);
+        open_view(out, packed ? 1 : 0, packed ? plain_at : content.at[i], part.bytes.size());
+        if (i != glb_parts::INDICES) {
+            json_integer(out, "byteStride", part.stride);
+        }
+        json_integer(out, "target", i == glb_parts::INDICES ? target_indices : target_vertices);
+        if (packed) {
+            print_compression(out, part, content.at[i]);
+        }
+        json_close_object(out);
+        plain_at += padded(part.bytes.size());
     }
-    json_open_array(out, "accessors");
-    open_accessor(out, 0, type_float, result.vertex_count, "VEC3");
-    json_reals(out, "min", least, 3, 9);
-    json_reals(out, "max", greatest, 3, 9);
-    json_close_object(out);
-    open_accessor(out, 1, type_float, result.vertex_count, "VEC3");
-    json_close_object(out);
-    open_accessor(out, 2, type_float, result.vertex_count, "VEC2");
-    json_close_object(out);
-    open_accessor(out, 3, type_u32, int64_t{3} * result.triangle_count, "SCALAR");
+    json_open_object(out, nullptr);
+    open_view(out, 0, content.at[glb_parts::COUNT], content.texture.size());
     json_close_object(out);
     json_close_array(out);
 }
 
-void print_buffers(json *out, size_t length) {
+void print_accessors(json *out, const glb_parts &parts) {
+    json_open_array(out, "accessors");
+    for (int i = 0; i < glb_parts::COUNT; i++) {
+        const glb_part &part = parts.part[i];
+        if (part.count == 0) {
+            continue;
+        }
+        json_open_object(out, nullptr);
+        json_integer(out, "bufferView", number_of(parts, i));
+        json_integer(out, "componentType", part.component);
+        json_integer(out, "count", part.count);
+        json_text(out, "type", part.type);
+        if (part.normalized) {
+            json_bool(out, "normalized", true);
+        }
+        if (i == glb_parts::POSITIONS) {
+            json_reals(out, "min", parts.min, 3, 9);
+            json_reals(out, "max", parts.max, 3, 9);
+        }
+        json_close_object(out);
+    }
+    json_close_array(out);
+}
+
+void print_buffers(json *out, const content &content) {
     json_open_array(out, "buffers");
     json_open_object(out, nullptr);
-    json_integer(out, "byteLength", static_cast<int64_t>(length));
+    json_integer(out, "byteLength", static_cast<int64_t>(content.end));
     json_close_object(out);
+    if (content.context.compress) {
+        // What the decoder fills; no file has it.
+        json_open_object(out, nullptr);
+        json_integer(out, "byteLength", static_cast<int64_t>(content.plain_end));
+        json_open_object(out, "extensions");
+        json_open_object(out, compression);
+        json_bool(out, "fallback", true);
+        json_close_object(out);
+        json_close_object(out);
+        json_close_object(out);
+    }
     json_close_array(out);
 }
 
-void print_material(json *out) {
+/// From pixels, counted from the centre of the first, to shares of the image.
+void print_pixel_scale(json *out, const image_rgb8 &image) {
+    const double scale[2] = {1.0 / image.width, 1.0 / image.height};
+    const double offset[2] = {scale[0] / 2, scale[1] / 2};
+    json_open_object(out, "extensions");
+    json_open_object(out, transform);
+    json_reals(out, "offset", offset, 2, 9);
+    json_reals(out, "scale", scale, 2, 9);
+    json_close_object(out);
+    json_close_object(out);
+}
+
+void print_material(json *out, const content &content) {
     json_open_array(out, "materials");
     json_open_object(out, nullptr);
     json_text(out, "name", "photograph");
@@ -127,20 +189,23 @@ void print_material(json *out) {
     json_open_object(out, "pbrMetallicRoughness");
     json_open_object(out, "baseColorTexture");
     json_integer(out, "index", 0);
+    if (content.context.compress) {
+        print_pixel_scale(out, content.mesh.left_colour);
+    }
     json_close_object(out);
     json_real(out, "metallicFactor", 0, 1);
     json_real(out, "roughnessFactor", 1, 1);
     json_close_object(out);
     // A photograph has its light in it already.
     json_open_object(out, "extensions");
-    json_open_object(out, "KHR_materials_unlit");
+    json_open_object(out, unlit);
     json_close_object(out);
     json_close_object(out);
     json_close_object(out);
     json_close_array(out);
 }
 
-void print_texture(json *out) {
+void print_texture(json *out, const glb_parts &parts) {
     json_open_array(out, "textures");
     json_open_object(out, nullptr);
     json_integer(out, "sampler", 0);
@@ -157,13 +222,13 @@ void print_texture(json *out) {
     json_close_array(out);
     json_open_array(out, "images");
     json_open_object(out, nullptr);
-    json_integer(out, "bufferView", 4);
+    json_integer(out, "bufferView", number_of(parts, glb_parts::COUNT));
     json_text(out, "mimeType", "image/jpeg");
     json_close_object(out);
     json_close_array(out);
 }
 
-void print_scene(json *out) {
+void print_scene(json *out, const glb_parts &parts) {
     json_integer(out, "scene", 0);
     json_open_array(out, "scenes");
     json_open_object(out, nullptr);
@@ -175,6 +240,11 @@ void print_scene(json *out) {
     json_open_object(out, nullptr);
     json_text(out, "name", "surface");
     json_integer(out, "mesh", 0);
+    if (parts.part[glb_parts::POSITIONS].component == glb_u16) {
+        const double scale[3] = {parts.scale_m, parts.scale_m, parts.scale_m};
+        json_reals(out, "translation", parts.offset_m, 3, 9);
+        json_reals(out, "scale", scale, 3, 9);
+    }
     json_close_object(out);
     json_close_array(out);
     json_open_array(out, "meshes");
@@ -183,10 +253,12 @@ void print_scene(json *out) {
     json_open_object(out, nullptr);
     json_open_object(out, "attributes");
     json_integer(out, "POSITION", 0);
-    json_integer(out, "NORMAL", 1);
-    json_integer(out, "TEXCOORD_0", 2);
+    if (parts.part[glb_parts::NORMALS].count > 0) {
+        json_integer(out, "NORMAL", number_of(parts, glb_parts::NORMALS));
+    }
+    json_integer(out, "TEXCOORD_0", number_of(parts, glb_parts::PLACES));
     json_close_object(out);
-    json_integer(out, "indices", 3);
+    json_integer(out, "indices", number_of(parts, glb_parts::INDICES));
     json_integer(out, "material", 0);
     json_close_object(out);
     json_close_array(out);
@@ -213,13 +285,22 @@ void print_asset(json *out, const reconstruct_context &context) {
     capture_stamp_json(&context.capture, out);
     json_close_object(out);
     json_close_object(out);
-    json_open_array(out, "extensionsUsed");
-    json_text(out, nullptr, "KHR_materials_unlit");
-    json_close_array(out);
+    for (const char *name : {"extensionsUsed", "extensionsRequired"}) {
+        json_open_array(out, name);
+        if (std::strcmp(name, "extensionsUsed") == 0) {
+            json_text(out, nullptr, unlit);
+        }
+        json_text(out, nullptr, quantization);
+        if (context.compress) {
+            json_text(out, nullptr, compression);
+            json_text(out, nullptr, transform);
+        }
+        json_close_array(out);
+    }
 }
 
 /// The JSON chunk's text, padded with spaces; empty when memory runs out.
-std::string make_text(const reconstruct_context &context, const sections &at) {
+std::string make_text(const content &content) {
     char *text = nullptr;
     size_t length = 0;
     FILE *stream = open_memstream(&text, &length);
@@ -229,13 +310,13 @@ std::string make_text(const reconstruct_context &context, const sections &at) {
     json out;
     json_begin(&out, stream);
     json_open_object(&out, nullptr);
-    print_asset(&out, context);
-    print_scene(&out);
-    print_material(&out);
-    print_texture(&out);
-    print_accessors(&out, *context.result);
-    print_views(&out, at);
-    print_buffers(&out, at.end);
+    print_asset(&out, content.context);
+    print_scene(&out, content.parts);
+    print_material(&out, content);
+    print_texture(&out, content.parts);
+    print_accessors(&out, content.parts);
+    print_views(&out, content);
+    print_buffers(&out, content);
     json_close_object(&out);
     json_end(&out);
     const bool good = std::ferror(stream) == 0;
@@ -246,63 +327,35 @@ std::string make_text(const reconstruct_context &context, const sections &at) {
     return result;
 }
 
-void write_positions(const reconstruct_result &result, output_file *file) {
-    for (uint32_t i = 0; i < result.vertex_count; i++) {
-        const vertex_position position = position_of(result.points[i]);
-        for (const float metres : position.metres) {
-            output_file_f32(file, metres);
-        }
-    }
-}
-
-void write_normals(const reconstruct_result &result, output_file *file) {
-    for (uint32_t i = 0; i < result.vertex_count; i++) {
-        const double x = result.normals_q14[i][0], y = -result.normals_q14[i][1],
-                     z = -result.normals_q14[i][2];
-        // 14 bits leave the length off by some 1e-4: more than glTF's readers like.
-        const double length = std::sqrt(x * x + y * y + z * z);
-        output_file_f32(file, static_cast<float>(length > 0 ? x / length : 0));
-        output_file_f32(file, static_cast<float>(length > 0 ? y / length : 0));
-        output_file_f32(file, static_cast<float>(length > 0 ? z / length : 1));
-    }
-}
-
-void write_coordinates(const reconstruct_result &result, output_file *file) {
-    const uint32_t width = static_cast<uint32_t>(result.left_colour.width);
-    const double height = result.left_colour.height;
-    for (uint32_t i = 0; i < result.vertex_count; i++) {
-        const uint32_t pixel = result.vertex_pixel[i];
-        // Texture coordinates count from the edge of the image, ours from the centre of a pixel.
-        output_file_f32(file, static_cast<float>((pixel % width + 0.5) / width));
-        output_file_f32(file, static_cast<float>((pixel / width + 0.5) / height));
-    }
-}
-
-void write_indices(const reconstruct_result &result, output_file *file) {
-    for (uint32_t i = 0; i < result.triangle_count; i++) {
-        unsigned char bytes[12];
-        for (int corner = 0; corner < 3; corner++) {
-            output_file_put_u32(bytes + 4 * corner, result.triangles[i][corner]);
-        }
-        output_file_write(file, bytes, sizeof bytes);
-    }
+void write_padded(const glb_bytes &bytes, output_file *file) {
+    const unsigned char padding[4] = {0, 0, 0, 0};
+    output_file_write(file, bytes.data(), bytes.size());
+    output_file_write(file, padding, padded(bytes.size()) - bytes.size());
 }
 
 }  // namespace
 
 int write_glb(const reconstruct_context *context, const char *path, message *message) {
-    const reconstruct_result &result = *context->result;
-    if (result.triangle_count == 0) {
+    const reconstruct_result &mesh =
+        context->mesh != nullptr ? context->mesh->result : *context->result;
+    if (mesh.triangle_count == 0) {
         return message_set(message, ERROR_NO_SURFACE,
                            "no surface was found: the points have no neighbours to join");
     }
-    const std::vector<unsigned char> texture = image_jpeg_encode(result.left_colour, jpeg_quality);
-    const sections at = lay_out(result, texture.size());
-    const std::string text = make_text(*context, at);
-    if (texture.empty() || text.empty()) {
+    content content{
+        *context,
+        mesh,
+        context->compress ? glb_parts_packed(mesh) : glb_parts_make(mesh, pitch_m(mesh)),
+        image_jpeg_encode(mesh.left_colour, context->compress ? jpeg_quality_packed : jpeg_quality),
+        {},
+        0,
+        0};
+    lay_out(&content);
+    const std::string text = make_text(content);
+    if (content.texture.empty() || text.empty()) {
         return message_set(message, ERROR_MEMORY, "writing %s failed: not enough memory", path);
     }
-    const size_t total = 12 + 8 + text.size() + 8 + at.end;
+    const size_t total = 12 + 8 + text.size() + 8 + content.end;
     if (total > std::numeric_limits<uint32_t>::max()) {
         return message_set(message, ERROR_BUFFER, "%s would be larger than 4 GB", path);
     }
@@ -314,14 +367,11 @@ int write_glb(const reconstruct_context *context, const char *path, message *mes
     output_file_u32(&file, static_cast<uint32_t>(text.size()));
     output_file_u32(&file, chunk_json);
     output_file_write(&file, text.data(), text.size());
-    output_file_u32(&file, static_cast<uint32_t>(at.end));
+    output_file_u32(&file, static_cast<uint32_t>(content.end));
     output_file_u32(&file, chunk_binary);
-    write_positions(result, &file);
-    write_normals(result, &file);
-    write_coordinates(result, &file);
-    write_indices(result, &file);
-    output_file_write(&file, texture.data(), texture.size());
-    const unsigned char padding[4] = {0, 0, 0, 0};
-    output_file_write(&file, padding, at.end - at.texture - texture.size());
+    for (const glb_part &part : content.parts.part) {
+        write_padded(stored(part), &file);
+    }
+    write_padded(content.texture, &file);
     return output_file_close(&file, message);
 }

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Simplified and compressed meshes, their units, and which files are written."""
+import json
+import os
+import unittest
+
+import cv2
+import numpy
+
+import foreign_readers
+import pairs
+from pairs import BOARD, FOCAL_PX, RECTIFIED
+
+KINDS = {5120: "i1", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+
+
+class Mesh(pairs.Workshop):
+    def ply(self):
+        plyfile, _ = foreign_readers.python_readers()
+        ply = plyfile.PlyData.read(str(self.out / "mesh.ply"))
+        vertex = ply["vertex"]
+        points = numpy.stack([vertex["x"], vertex["y"], vertex["z"]], 1).astype(float)
+        return points, numpy.stack(ply["face"]["vertex_indices"])
+
+    def glb(self):
+        """Points in mm in the left camera's frame, pixels and triangles."""
+        document, parts = foreign_readers.glb(self.out / "mesh.glb")
+        accessors = document["accessors"]
+        primitive = document["meshes"][0]["primitives"][0]
+
+        def values(number, columns):
+            kind = numpy.dtype(KINDS[accessors[number]["componentType"]])
+            count = accessors[number]["count"]
+            rows = numpy.frombuffer(parts[number], kind).reshape(count, -1)
+            return rows[:, :columns].astype(float)
+        node = document["nodes"][0]
+        points = values(primitive["attributes"]["POSITION"], 3)
+        points = points * node.get("scale", 1) + node.get("translation", 0)
+        places = values(primitive["attributes"]["TEXCOORD_0"], 2)
+        if not accessors[primitive["attributes"]["TEXCOORD_0"]].get("normalized"):
+            pixels = places
+        else:
+            pixels = places / 65535 * [pairs.WIDTH, pairs.HEIGHT] - 0.5
+        triangles = values(primitive["indices"], 1).astype(int).reshape(-1, 3)
+        return points * [1000, -1000, -1000], numpy.rint(pixels).astype(int), triangles
+
+    def result(self):
+        return json.loads((self.out / "result.json").read_text())
+
+    def covered(self, pixels, triangles):
+        mask = numpy.zeros((pairs.HEIGHT, pairs.WIDTH), numpy.uint8)
+        for corners in pixels[triangles]:
+            cv2.fillConvexPoly(mask, corners.astype(numpy.int32), 1)
+        return mask
+
+    def full(self):
+        """Points and pixels of every measured point, and what their triangles cover."""
+        self.reconstruct()
+        points, triangles = self.ply()
+        rows, columns = numpy.nonzero(numpy.isfinite(self.disparity()))
+        pixels = numpy.stack([columns, rows], 1)
+        return points, pixels, triangles, self.covered(pixels, triangles)
+
+    def worst_mm(self, full, mesh):
+        """The distance that 99 % of the points keep from the plane of their triangle."""
+        points, pixels = full[0], full[1]
+        number = {tuple(pixel): i for i, pixel in enumerate(pixels)}
+        corner_points, corner_pixels, triangles = mesh
+        best = numpy.full(len(points), numpy.inf)
+        for triangle in triangles:
+            a, b, c = corner_points[triangle]
+            normal = numpy.cross(b - a, c - a)
+            normal /= numpy.linalg.norm(normal) or 1
+            mask = numpy.zeros((pairs.HEIGHT, pairs.WIDTH), numpy.uint8)
+            cv2.fillConvexPoly(mask, corner_pixels[triangle].astype(numpy.int32), 1)
+            for y, x in zip(*numpy.nonzero(mask)):
+                i = number.get((x, y))
+                if i is not None:
+                    best[i] = min(best[i], abs(normal @ (points[i] - a)))
+        return numpy.quantile(best[numpy.isfinite(best)], 0.99)
+
+    def check(self, full, mesh):
+        """Every vertex is a measured point, and no hole is closed or opened."""
+        where = {tuple(pixel): i for i, pixel in enumerate(full[1])}
+        numbers = [where[tuple(pixel)] for pixel in mesh[1]]
+        pitch_mm = full[0][numbers][:, 2] / FOCAL_PX
+        self.assertLess((abs(full[0][numbers] - mesh[0]).max(axis=1) / pitch_mm).max(), 0.25)
+        # OpenCV draws the edges of long triangles to the nearest pixel.
+        self.assertLess((self.covered(mesh[1], mesh[2]) != full[3]).sum(), 0.003 * full[3].sum())
+        self.assertEqual(self.result()["mesh"]["uncovered"], 0)
+
+    def test_the_default_follows_what_was_measured(self):
+        full, mesh = self.full(), self.glb()
+        told = self.result()["mesh"]
+        self.assertLess(len(mesh[2]), 0.6 * len(full[2]))
+        self.assertEqual((len(mesh[0]), len(mesh[2])), (told["vertices"], told["triangles"]))
+        self.check(full, mesh)
+        worst = self.worst_mm(full, mesh)
+        self.assertAlmostEqual(worst, told["distance_mm"]["p99"], delta=0.2 * worst + 0.01)
+        self.assertLess(worst, 2 * self.result()["sigma_mm"]["median"])
+
+    def test_a_number_of_triangles(self):
+        full = self.full()
+        for count in (10 ** 9, 4000, 2000):
+            self.reconstruct(*RECTIFIED, "--triangles", count)
+            told = self.result()["mesh"]
+            triangles = self.ply()[1]
+            self.assertEqual(len(triangles), told["triangles"])
+            self.assertEqual(len(self.glb()[2]), told["triangles"])
+            self.assertLessEqual(told["triangles"], count)
+            self.assertGreater(told["triangles"], min(len(full[2]) - 1, 0.9 * count))
+            self.assertLess(told["uncovered"], 0.02 * len(full[0]))
+        done = self.reconstruct(*RECTIFIED, "--triangles", 1)
+        self.assertIn("triangles are left", done.stderr)
+
+    def test_an_error_in_mm(self):
+        full = self.full()
+        counts = []
+        for error_mm in (2, 20):
+            self.reconstruct(*RECTIFIED, "--error", error_mm)
+            mesh = self.glb()
+            self.check(full, mesh)
+            self.assertLessEqual(self.worst_mm(full, mesh), error_mm)
+            self.assertEqual(self.result()["counts"]["triangles"], len(full[2]))
+            counts.append(len(mesh[2]))
+        self.assertLess(counts[1], counts[0])
+
+    def test_compressed_is_the_same_mesh(self):
+        full, plain = self.full(), self.glb()
+        plain_bytes = os.path.getsize(self.out / "mesh.glb")
+        self.reconstruct(*RECTIFIED, "--compress")
+        report = foreign_readers.validate_gltf(self.out / "mesh.glb")
+        self.assertEqual((report["issues"]["numErrors"], report["issues"]["numWarnings"]), (0, 0),
+                         report["issues"])
+        packed = self.glb()
+        self.assertLess(os.path.getsize(self.out / "mesh.glb"), 0.6 * plain_bytes)
+        self.check(full, packed)
+        self.assertTrue(numpy.array_equal(packed[1], plain[1]))
+
+        def turned(triangles):  # to begin with the smallest number
+            return sorted(tuple(numpy.roll(t, -int(t.argmin()))) for t in triangles)
+        self.assertEqual(turned(packed[2]), turned(plain[2]))
+
+    def test_units(self):
+        self.reconstruct()
+        _, pypcd4 = foreign_readers.python_readers()
+        points = self.ply()[0]
+        glb = (self.out / "mesh.glb").read_bytes()
+        for unit, name, mm in (("m", b"metres", 1000), ("cm", b"centimetres", 10)):
+            self.reconstruct(*RECTIFIED, "--mesh-unit", unit)
+            self.assertLess(abs(self.ply()[0] * mm / points - 1)[points != 0].max(), 1e-6)
+            cloud = pypcd4.PointCloud.from_path(self.out / "points.pcd").numpy(("x", "y", "z"))
+            self.assertLess(abs(cloud * mm - points).max(), 0.01)
+            for file in ("mesh.ply", "points.pcd"):
+                self.assertIn(b" " + name, (self.out / file).read_bytes()[:1000])
+            self.assertEqual((self.out / "mesh.glb").read_bytes(), glb)
+
+    def test_only_the_files_that_are_asked_for(self):
+        self.reconstruct()
+        self.reconstruct(*RECTIFIED, "--files", "mesh.glb,report.html")
+        self.assertEqual(sorted(os.listdir(self.out)), ["mesh.glb", "report.html"])
+        self.reconstruct(*RECTIFIED, "--files=result.json,mesh.ply")
+        self.assertEqual(sorted(os.listdir(self.out)), ["mesh.ply", "result.json"])
+        self.assertIsNone(self.result()["mesh"])
+
+    def test_mistakes(self):
+        for arguments, word in ((["--files", "mesh.stl"], "mesh.stl"),
+                                (["--files", "mesh.glb,"], "mesh.glb"),
+                                (["--triangles", "9", "--error", "1"], "--error")):
+            done = pairs.run("reconstruct", self.left_path, self.right_path, *RECTIFIED,
+                             *arguments, "--out", self.out)
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1), done.stderr)
+            self.assertIn(word, done.stderr)
+            self.assertFalse(self.out.exists())
+        left = self.save("left.pgm", pairs.grey(self.left))
+        right = self.save("right.pgm", pairs.grey(self.right))
+        for option in (["--triangles", "9"], ["--error", "1"], ["--compress"],
+                       ["--files", "mesh.glb"]):
+            done = pairs.run("reconstruct", left, right, *RECTIFIED, *option, "--out", self.out,
+                             program=BOARD)
+            self.assertEqual(done.returncode, 2, done.stderr)
+
+
+if __name__ == "__main__":
+    print(f"seed {pairs.SEED}")
+    unittest.main()
