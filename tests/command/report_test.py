@@ -135,6 +135,67 @@ class Report(unittest.TestCase):
                                  photo[y - 1:y + 2, x - 1:x + 2].mean(axis=(0, 1))).mean())
         self.assertLess(np.median(errors), 12, errors)
 
+    def clip(self, **shares):
+        for side, share in shares.items():
+            self.browser.evaluate(f"(e => {{ e.value = {1000 * share}; e.dispatchEvent(new Event("
+                                  f"'input')); }})(document.getElementById('clip-{side}'))")
+        self.browser.settle()
+
+    def reach(self):
+        """Shares of the window's width and height that the surface takes."""
+        drawn = self.view_shot()
+        self.browser.evaluate("document.getElementById('view').style.visibility = 'hidden'")
+        mask = np.abs(self.view_shot() - drawn).max(axis=2) > 12
+        self.browser.evaluate("document.getElementById('view').style.visibility = ''")
+        rows, columns = np.nonzero(mask)
+        return [(ends.max() - ends.min() + 1) / size
+                for ends, size in zip((columns, rows), mask.shape[::-1])]
+
+    def shown(self):
+        return int(self.browser.evaluate("document.getElementById('view').dataset.shown"))
+
+    def test_clipping_leaves_what_is_near_and_frames_it(self):
+        whole = self.shown()
+        self.assertEqual(self.browser.evaluate("document.getElementById('clip-text').textContent"),
+                         "")
+        self.clip(far=0.4)
+        near = self.shown()
+        self.assertTrue(100 < near < 0.9 * whole, near)
+        text = self.browser.evaluate("document.getElementById('clip-text').textContent")
+        self.assertIn(" to ", text)
+        # All of it is in the window, and it fills one of the two directions.
+        self.assertTrue(0.8 < max(self.reach()) < 1, self.reach())
+        self.browser.evaluate("document.querySelector('[data-pose=top]').click()")
+        self.assertTrue(0.8 < max(self.reach()) < 1, self.reach())
+        self.clip(left=0.3, right=0.7, top=0.2, bottom=0.8)
+        self.assertLess(self.shown(), 0.8 * near)
+        self.browser.evaluate("document.getElementById('clip-reset').click()")
+        self.assertEqual(self.shown(), whole)
+        self.assertEqual(self.browser.complaints(), [])
+
+    def test_the_head_says_how_bright_the_images_are(self):
+        lines = self.browser.evaluate(
+            "[...document.querySelectorAll('.camera')].map(e => e.textContent)")
+        for line, name in zip(lines, (LEFT, RIGHT), strict=True):
+            image = cv2.imread(os.path.join(self.folder.name, name))
+            found = float(re.search(r"brightness ([\d.]+) %", line)[1])
+            self.assertAlmostEqual(found, image.mean() / 2.55, delta=0.06)
+
+    def test_a_session_is_named_with_its_axes(self):
+        session = os.path.join(os.environ["VERGENCE_SOURCE"], "tests", "sessions", "mug_3x")
+        out = os.path.join(self.folder.name, "mug")
+        subprocess.run([VERGENCE, "reconstruct", session, "--files", "report.html", "--out", out,
+                        "--quiet"], check=True, timeout=300)
+        self.browser.open(os.path.join(out, "report.html"), READY)
+        head = self.browser.evaluate("document.querySelector('.headline').innerText")
+        self.assertIn("mug_3x, pair 1", head)
+        self.assertEqual(self.browser.evaluate("document.title"), "mug_3x, pair 1")
+        self.assertNotIn("frame-", head)
+        for side in ("left", "right"):
+            line = next(text for text in head.splitlines() if text.startswith(side))
+            for word in ("pan", "zoom", "focus", "iris", "brightness"):
+                self.assertIn(word, line)
+
     def test_every_shading_differs(self):
         shots = [self.view_shot()]
         for shade in (1, 2, 3, 4):

@@ -90,7 +90,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     const bool sent = write(ends[1], come.data(), come.size()) == ssize_t(come.size());
     shutdown(ends[1], SHUT_WR);
     remote self{};
-    self.line = {ends[0], (data[0] & kSerial) != 0, buffer, 0, 0, false, 0, 0};
+    self.line.fd = ends[0];
+    self.line.serial = (data[0] & kSerial) != 0;
+    self.line.data = buffer;
     self.json = (data[0] & kJson) != 0;
     self.extra_fd = -1;
     message said;

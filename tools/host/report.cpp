@@ -84,6 +84,11 @@ std::string page_data(const reconstruct_context &context, const report_figures &
 }
 
 std::string title_of(const reconstruct_context &context) {
+    const capture_stamp &capture = context.capture;
+    if (capture.session != nullptr) {
+        return report_text_escape(capture.session) +
+               report_text_format(", pair %u", capture.pair->number);
+    }
     return "Surface of " + report_text_escape(report_text_file_name(context.left_path)) + " and " +
            report_text_escape(report_text_file_name(context.right_path));
 }
@@ -98,6 +103,27 @@ std::string meta_of(const reconstruct_context &context) {
     }
     return text + " · vergence " + report_text_escape(context.version) + ", build " +
            report_text_escape(context.build_id);
+}
+
+/// One line for each camera: where it stood, as far as that is known, and how bright its image is.
+std::string cameras_of(const reconstruct_context &context) {
+    std::string html;
+    const reconstruct_image *images[] = {&context.left, &context.right};
+    for (int side = 0; side < RIG_SIDES; side++) {
+        std::string text = side == 0 ? "left" : "right";
+        if (context.capture.session != nullptr) {
+            char line[CAPTURE_STAMP_BYTES];
+            capture_stamp_line(&context.capture, 1 + side, line);
+            text = line;
+        }
+        const double percent = report_figures_brightness_percent(*images[side]);
+        if (percent >= 0) {
+            text += report_text_format("%s brightness %.1f %% (mean)",
+                                       context.capture.session != nullptr ? "," : ":", percent);
+        }
+        html += "<p class=\"meta camera\">" + report_text_escape(text) + "</p>\n";
+    }
+    return html;
 }
 
 /// A part of the page, or nothing when nobody waits for it any more: on a large result each of them
@@ -115,6 +141,7 @@ std::string make_page(const reconstruct_context &context) {
         {"style", report_sources_style},
         {"script", report_sources_script},
         {"meta", meta_of(context)},
+        {"cameras", cameras_of(context)},
         {"cards", report_sections_cards(context, figures)},
         {"notes", report_sections_notes(context, figures)},
         {"viewer_text", figures.has_surface

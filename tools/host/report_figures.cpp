@@ -158,3 +158,20 @@ report_figures report_figures_collect(const reconstruct_context &context) {
     compare_with_truth(context, &figures.truth);
     return figures;
 }
+
+double report_figures_brightness_percent(const reconstruct_image &image) {
+    const std::size_t values =
+        static_cast<std::size_t>(image.width_px) * (image.layout == PIXEL_RGB ? 3 : 1);
+    if (image.data == nullptr || values == 0 || image.height_px <= 0) {
+        return -1;
+    }
+    std::uint64_t sum = 0;
+    for (int y = 0; y < image.height_px; y++) {
+        const std::uint16_t *row = image.data + static_cast<std::ptrdiff_t>(y) * image.stride;
+        for (std::size_t i = 0; i < values; i++) {
+            sum += row[i];
+        }
+    }
+    const double count = static_cast<double>(values) * image.height_px;
+    return 100.0 * static_cast<double>(sum) / count / ((1 << image.bits) - 1);
+}

@@ -50,6 +50,9 @@ struct report_figures {
 
 report_figures report_figures_collect(const reconstruct_context &context);
 
+/// Mean of all values of a raw image in percent of the greatest; -1 when its pixels are not there.
+double report_figures_brightness_percent(const reconstruct_image &image);
+
 /// Judges the |vertical disparity| of the matches, in px. `fault`: result_figures_rows_fault.
 report_verdict report_figures_judge_rows(const triangulate_vertical &vertical, const char *fault);
 

@@ -3,16 +3,23 @@
 const VERTEX_SHADER = `
 attribute vec3 position; attribute vec3 normal; attribute vec2 place; attribute vec4 value;
 uniform mat4 toScreen;
-varying vec3 surfaceNormal; varying vec2 spot; varying vec2 measure;
+varying vec3 surfaceNormal; varying vec2 spot; varying vec2 measure; varying vec3 inside;
 void main() {
+  inside = position;
   surfaceNormal = normal; spot = place; measure = value.xy;
   gl_Position = toScreen * vec4(position, 1.0);
 }`;
 const FRAGMENT_SHADER = `
+#ifdef GL_FRAGMENT_PRECISION_HIGH
+precision highp float;
+#else
 precision mediump float;
+#endif
+uniform vec3 clipLow; uniform vec3 clipHigh;
 uniform sampler2D photo; uniform sampler2D ramp; uniform float shade; uniform vec3 light; uniform vec4 ink;
-varying vec3 surfaceNormal; varying vec2 spot; varying vec2 measure;
+varying vec3 surfaceNormal; varying vec2 spot; varying vec2 measure; varying vec3 inside;
 void main() {
+  if (any(lessThan(inside, clipLow)) || any(greaterThan(inside, clipHigh))) discard;
   vec3 n = normalize(surfaceNormal);
   float lit = 0.32 + 0.68 * abs(dot(n, light));
   vec3 colour = texture2D(photo, spot).rgb;
@@ -109,6 +116,8 @@ function draw() {
   gl.uniformMatrix4fv(view.uniform.toScreen, false, view.matrix);
   gl.uniform3fv(view.uniform.light, light);
   gl.uniform1f(view.uniform.shade, view.shade);
+  gl.uniform3fv(view.uniform.clipLow, clip.low);
+  gl.uniform3fv(view.uniform.clipHigh, clip.high);
   gl.uniform4f(view.uniform.ink, 0, 0, 0, 0);
   gl.polygonOffset(1, 1);
   gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, view.triangleBuffer);
@@ -164,7 +173,7 @@ function vertexAt(x, y) {
     const dx = (1 + (m[0] * px + m[4] * py + m[8] * pz + m[12]) / w) * wide - x;
     const dy = (1 - (m[1] * px + m[5] * py + m[9] * pz + m[13]) / w) * high - y;
     const away2 = dx * dx + dy * dy;
-    if (away2 > reach * reach) continue;
+    if (away2 > reach * reach || !isShown(i / 3)) continue;
     const rank = w * (1 + 0.004 * Math.sqrt(away2));
     if (rank < least) { least = rank; best = i / 3; }
   }
@@ -172,11 +181,9 @@ function vertexAt(x, y) {
 }
 
 function setPose(name) {
-  const home = view.home;
-  view.target = home.target.slice();
-  view.distance = home.distance;
   const poses = { camera: [0, 0], orbit: [0.36, -0.18], top: [0, -1.35], side: [1.35, -0.05] };
   [view.yaw, view.pitch] = poses[name];
+  frameView();
   if (name !== 'camera') view.distance *= 1.06;
   redraw();
 }
@@ -195,7 +202,7 @@ function findHome() {
 function viewFailed(text) {
   element('view-text').textContent = text;
   element('view-text').hidden = false;
-  for (const tool of document.querySelectorAll('.viewer-tools')) tool.hidden = true;
+  for (const tool of document.querySelectorAll('.viewer-tools, .clip')) tool.hidden = true;
 }
 
 function startView(photo) {
@@ -211,7 +218,7 @@ function startView(photo) {
   view.program = makeProgram(gl);
   gl.useProgram(view.program);
   view.uniform = {};
-  for (const name of ['toScreen', 'photo', 'ramp', 'shade', 'light', 'ink']) view.uniform[name] = gl.getUniformLocation(view.program, name);
+  for (const name of ['toScreen', 'photo', 'ramp', 'shade', 'light', 'ink', 'clipLow', 'clipHigh']) view.uniform[name] = gl.getUniformLocation(view.program, name);
   view.mesh = buildMesh();
   view.canvas.dataset.triangles = view.mesh.triangles.length / 3;
   uploadMesh(gl, view.mesh);
@@ -224,7 +231,7 @@ function startView(photo) {
   gl.enable(gl.POLYGON_OFFSET_FILL);
   view.canvas.addEventListener('webglcontextlost', (event) => { event.preventDefault(); viewFailed('The graphics driver gave up. Reload the page to draw the surface again.'); });
   element('view-text').hidden = true;
-  findHome();
   startControls();
+  startClip();
   setPose('orbit');
 }
