@@ -54,6 +54,8 @@ triangulate_vertical random_vertical(Random &random) {
             uniform(random, 0, 0.5),
             0,
             0,
+            0,
+            0,
             100};
 }
 
