@@ -35,26 +35,9 @@ struct reading {
     ~reading() { session_reader_close(&reader); }
 };
 
-/// How light a frame is, in per cent; of values that are proportional to light where it is raw.
-struct light {
-    double brightness, saturated, black;
-};
-
-light light_of(const pair_frame &frame, const std::vector<uint16_t> &values) {
-    const unsigned full = (1U << frame.bits) - 1;
-    const unsigned end = full / 64;
-    double sum = 0, saturated = 0, black = 0;
-    for (const uint16_t value : values) {
-        sum += value;
-        saturated += value >= full - end ? 1 : 0;
-        black += value <= end ? 1 : 0;
-    }
-    const double share = 100 / static_cast<double>(values.size());
-    return {sum * share / full, saturated * share, black * share};
-}
-
-bool read_light(reading *self, int side, light *found) {
-    const pair_frame &frame = self->pairs.pair.pair.frame[side];
+/// How the picture of a frame is: what its session says, or else what its pixels say.
+bool read_picture(reading *self, int side, picture_stats *found) {
+    pair_frame frame = self->pairs.pair.pair.frame[side];
     const uint32_t crc32 = self->pairs.pair.frame_crc[side];
     if (session_reader_frame_fits(&self->reader, &frame, crc32, &self->trouble) != ERROR_OK) {
         return false;
@@ -64,7 +47,11 @@ bool read_light(reading *self, int side, light *found) {
                              &self->trouble) != ERROR_OK) {
         return false;
     }
-    *found = light_of(frame, values);
+    if (!frame.has_picture) {
+        frame.data = values.data();
+        pair_frame_judge(&frame);
+    }
+    *found = frame.picture;
     return true;
 }
 
@@ -118,8 +105,8 @@ void add_exposure(const pair_frame &frame, info_page *page) {
 bool add_side(reading *self, int side, info_page *page, document *object) {
     static const char *const layouts[] = {"grey", "rgb", "grbg"};
     const pair_frame &frame = self->pairs.pair.pair.frame[side];
-    light shown{};
-    if (!read_light(self, side, &shown)) {
+    picture_stats shown{};
+    if (!read_picture(self, side, &shown)) {
         return false;
     }
     std::string text = std::to_string(frame.width_px) + " x " + std::to_string(frame.height_px) +
@@ -139,12 +126,15 @@ bool add_side(reading *self, int side, info_page *page, document *object) {
     add_exposure(frame, page);
     add_axes(*self, side, page, object);
     char line[96];
-    std::snprintf(line, sizeof line, "brightness %.1f %%, saturated %.1f %%, black %.1f %%",
-                  shown.brightness, shown.saturated, shown.black);
+    std::snprintf(line, sizeof line,
+                  "brightness %.1f %%, saturated %.1f %%, black %.1f %%, sharpness %.0f %%",
+                  shown.brightness_permille / 10.0, shown.saturated_permille / 10.0,
+                  shown.black_permille / 10.0, shown.sharpness_permille / 10.0);
     page->add("", "", line, document());
-    (*object)["brightness_percent"] = shown.brightness;
-    (*object)["saturated_percent"] = shown.saturated;
-    (*object)["black_percent"] = shown.black;
+    (*object)["brightness_percent"] = shown.brightness_permille / 10.0;
+    (*object)["saturated_percent"] = shown.saturated_permille / 10.0;
+    (*object)["black_percent"] = shown.black_permille / 10.0;
+    (*object)["sharpness_percent"] = shown.sharpness_permille / 10.0;
     return true;
 }
 
