@@ -147,7 +147,7 @@ static const char *identity(void *opaque, enum rig_part part) {
     }
     const struct v4l2_stream *stream =
         &self->camera[part == RIG_PART_RIGHT_CAMERA ? RIG_RIGHT : RIG_LEFT].stream;
-    if (stream->fd < 0) {
+    if (stream->fd < 0 || stream->bus[0] == '\0') {
         return NULL;
     }
     message_set(&self->identity, 0, "%.30s at %.28s", stream->card, stream->bus);

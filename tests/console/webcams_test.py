@@ -82,6 +82,7 @@ class Webcams(unittest.TestCase):
             self.assertIsNone(daemon.poll(), "the daemon has gone")
             self.assertLess(time.monotonic(), end)
             time.sleep(0.02)
+        return daemon
 
     def stop(self, daemon):
         daemon.send_signal(signal.SIGTERM)
@@ -127,13 +128,42 @@ class Webcams(unittest.TestCase):
         self.assertEqual(sorted(os.listdir(self.place("seen"))),
                          ["scene-pair1-left.png", "scene-pair1-right.png"])
 
+    def refused(self, command, *words):
+        done = subprocess.run(["bash", "-c", command], cwd=self.folder, env=self.quiet, text=True,
+                              capture_output=True, timeout=300)
+        said = done.stdout + done.stderr
+        self.assertNotEqual(done.returncode, 0, said)
+        for word in words:
+            self.assertIn(word, said)
+
+    def exchange_cameras(self, daemon):
+        """The calibration knows by their ports that left and right are exchanged."""
+        text = pathlib.Path(self.folder, "calibrated", "rig.calibration").read_text()
+        cameras = [re.search(rf"^{side}_camera (.*)$", text, re.M)[1] for side in ("left", "right")]
+        self.assertNotIn("unknown", cameras)
+        self.assertNotEqual(*cameras)
+        self.start(daemon.replace("/dev/video0", "/dev/video1").replace("/dev/video2", "/dev/video0")
+                   .replace("/dev/video1", "/dev/video2").replace("store=none", "store=store"))
+        ask = "vergence --connect unix:rig.sock"
+        self.run_one(f"{ask} bringup")
+        self.run_one(f"{ask} capture exchanged")
+        self.run_one("cp calibrated/rig.calibration files/rig.txt")
+        swapped = ("MISMATCH", "swapped", *cameras)
+        self.refused(f"{ask} calibration set rig.txt", *swapped)
+        self.run_one(f"{ask} calibration set rig.txt accept-mismatch")
+        self.refused(f"{ask} capture again", *swapped)
+        self.refused(f"{ask} status", *swapped)
+        self.refused(f"{ask} reconstruct exchanged", *swapped)
+        self.refused("vergence reconstruct files/exchanged --calibration calibrated/rig.calibration "
+                     "--depth 300:1500 --out exchanged", *swapped[1:])
+
     def test_six_commands_from_two_webcams_to_a_surface(self):
         lines = commands()
         self.assertEqual(len(lines), COMMANDS)
         board, daemon, views, calibrate, capture, reconstruct = lines
         self.run_one(board)
         self.assertGreater(os.path.getsize(self.place("board.pdf")), 1000)
-        self.start(daemon)
+        running = self.start(daemon)
         self.capture_views(views)
         self.assertIn("\nGood: 15 boards", self.run_one(calibrate))
         self.show([boards.picture(painted(), boards.pose(12, 20, 4, 10, 0, 30), right, seed=50)
@@ -149,6 +179,8 @@ class Webcams(unittest.TestCase):
         self.assertAlmostEqual(measured["square_mm"], boards.SQUARE_MM, delta=0.1)
         self.assertLess(measured["plane_rms_mm"], 0.5)
         self.assertLessEqual(measured["off_plane"], 1)
+        self.stop(running)
+        self.exchange_cameras(daemon)
 
 
 if __name__ == "__main__":

@@ -133,6 +133,8 @@ static int query_capabilities(const struct fake_video *self, struct v4l2_capabil
     memset(ability, 0, sizeof *ability);
     snprintf((char *)ability->driver, sizeof ability->driver, "fake");
     snprintf((char *)ability->card, sizeof ability->card, "Fake camera");
+    snprintf((char *)ability->bus_info, sizeof ability->bus_info, "usb-fake-%d",
+             (int)(self - videos));
     ability->device_caps = self->capabilities;
     ability->capabilities = self->capabilities | V4L2_CAP_DEVICE_CAPS;
     return 0;
