@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/match_repeats.h"
 
+#include "core/invariant.h"
 #include "core/reason.h"
 
 enum {
@@ -34,6 +35,7 @@ static bool is_inside(const struct cell *cell, int lag) {
 
 // Sum of the grey levels by which the cell differs from what lies `lag` pixels to the left of it.
 static int difference(const struct cell *cell, int lag) {
+    INVARIANT(is_inside(cell, lag) && cell->y + cell->rows <= cell->image->height);
     int sum = 0;
     for (int j = 0; j < cell->rows; j += ROW_STEP) {
         const uint8_t *restrict here = image_u8_row(cell->image, cell->y + j) + cell->x;
@@ -90,11 +92,13 @@ static bool set_disparity(const struct match_output *output, int first, struct c
         }
     }
     cell->disparity = count > 0 ? (int)(sum_q8 / (int64_t)count / 256) : 0;
+    INVARIANT(count <= CELL_COLUMNS * CELL_ROWS);
     cell->valid = count;
     return count > 0;
 }
 
 static uint32_t count_row_of_cells(const struct cells *cells, int y) {
+    INVARIANT(cells->input->left.width >= CELL_COLUMNS);
     uint32_t repeated = 0;
     const struct match_options *options = cells->options;
     const struct image_u8 *image = &cells->input->left;

@@ -214,6 +214,7 @@ static void basis_at(const struct surface *surface, const struct sample *sample,
 static double value_of(const struct surface *surface, const struct sample *sample) {
     double basis[SURFACE_MAX_TERMS];
     basis_at(surface, sample, basis);
+    INVARIANT(surface->terms <= SURFACE_MAX_TERMS);
     double value = 0.0;
     for (int i = 0; i < surface->terms; i++) {
         value += surface->factor[i] * basis[i];
