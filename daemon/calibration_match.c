@@ -98,6 +98,16 @@ void calibration_match_pair(const char *profile, const struct session_instrument
 
 // ---- comparing
 
+/// Appends what to do to the fact that `message` states, unless it was accepted. ERROR_MISMATCH.
+static int advise(struct message *message, const char *advice, const char *accept) {
+    const size_t used = strlen(message->text);
+    if (accept != NULL) {
+        snprintf(message->text + used, sizeof message->text - used, ": %s, or continue with %s",
+                 advice, accept);
+    }
+    return ERROR_MISMATCH;
+}
+
 static bool differ(const char *a, const char *b) {
     return a[0] != '\0' && b[0] != '\0' && strcmp(a, b) != 0;
 }
@@ -106,10 +116,10 @@ static int match_cameras(const struct calibration_origin *made,
                          const struct calibration_origin *now, const char *accept,
                          struct message *message) {
     if (differ(made->instrument, now->instrument)) {
-        return message_set(message, ERROR_MISMATCH,
-                           "the instrument is \"%s\", but the calibration was made with \"%s\": "
-                           "calibrate this one, or continue with %s",
-                           now->instrument, made->instrument, accept);
+        message_set(message, ERROR_MISMATCH,
+                    "the instrument is \"%s\", but the calibration was made with \"%s\"",
+                    now->instrument, made->instrument);
+        return advise(message, "calibrate this one", accept);
     }
     for (int side = 0; side < RIG_SIDES; side++) {
         const char *camera = now->side[side].camera;
@@ -117,13 +127,12 @@ static int match_cameras(const struct calibration_origin *made,
             continue;
         }
         const bool swapped = strcmp(camera, made->side[1 - side].camera) == 0;
-        return message_set(message, ERROR_MISMATCH,
-                           "%sthe %s camera is \"%s\", but the calibration was made with \"%s\" "
-                           "there: %s, or continue with %s",
-                           swapped ? "the cameras are swapped: " : "", side_names[side], camera,
-                           made->side[side].camera,
-                           swapped ? "exchange left_camera and right_camera" : "calibrate again",
-                           accept);
+        message_set(message, ERROR_MISMATCH,
+                    "%sthe %s camera is \"%s\", but the calibration was made with \"%s\" there",
+                    swapped ? "the cameras are swapped: " : "", side_names[side], camera,
+                    made->side[side].camera);
+        return advise(
+            message, swapped ? "exchange left_camera and right_camera" : "calibrate again", accept);
     }
     return ERROR_OK;
 }
@@ -146,13 +155,12 @@ static int match_window(const struct calibration *calibration, int side,
          made->skip == now->skip)) {
         return ERROR_OK;
     }
-    return message_set(message, ERROR_MISMATCH,
-                       "the %s window is %d x %d px at %d,%d with skip %d, but the calibration was "
-                       "made with %d x %d px at %d,%d with skip %d: set it (\"window\"), calibrate "
-                       "again, or continue with %s",
-                       side_names[side], width_px, height_px, now->column_px, now->row_px,
-                       now->skip, lens->width_px, lens->height_px, made->column_px, made->row_px,
-                       made->skip, accept);
+    message_set(message, ERROR_MISMATCH,
+                "the %s window is %d x %d px at %d,%d with skip %d, but the calibration was made "
+                "with %d x %d px at %d,%d with skip %d",
+                side_names[side], width_px, height_px, now->column_px, now->row_px, now->skip,
+                lens->width_px, lens->height_px, made->column_px, made->row_px, made->skip);
+    return advise(message, "set it (\"window\"), calibrate again", accept);
 }
 
 static double limit_of(const struct session_instrument *instrument, int axis) {
@@ -161,29 +169,55 @@ static double limit_of(const struct session_instrument *instrument, int axis) {
                : instrument->lens_repeatability_counts;
 }
 
+/// Whether a servo was not set since the bring-up, so that it may stand anywhere.
+static bool is_unset(const struct calibration_axis *here, int side, int axis,
+                     const struct session_instrument *instrument) {
+    return axis == CALIBRATION_PAN && here->kind == CALIBRATION_AXIS_UNKNOWN &&
+           instrument->servo_q4_per_rad[side] > 0;
+}
+
+static int match_axis(const struct calibration_axis *then, const struct calibration_axis *here,
+                      int side, int axis, const struct session_instrument *instrument,
+                      const char *accept, struct message *message) {
+    const double limit = limit_of(instrument, axis);
+    const char *const side_name = side_names[side], *const name = axis_names[axis];
+    const char *const unit = axis_units[axis];
+    const int decimals = axis == CALIBRATION_PAN ? 3 : 1;
+    const bool unset = is_unset(here, side, axis, instrument);
+    char advice[96];
+    if (then->kind != CALIBRATION_AXIS_KNOWN ||
+        (!unset && (here->kind != CALIBRATION_AXIS_KNOWN ||
+                    fabs(then->mean - here->mean) <= limit + rounding))) {
+        return ERROR_OK;
+    }
+    if (unset) {
+        message_set(message, ERROR_MISMATCH,
+                    "%s %s is not known (not set since the bring-up), but the calibration was made "
+                    "at %.*f %s",
+                    side_name, name, decimals, then->mean, unit);
+    } else {
+        message_set(message, ERROR_MISMATCH,
+                    "%s %s is at %.*f %s, but the calibration was made at %.*f %s (%.*f %s apart, "
+                    "at most %.*f)",
+                    side_name, name, decimals, here->mean, unit, decimals, then->mean, unit,
+                    decimals, fabs(then->mean - here->mean), unit, decimals, limit);
+    }
+    snprintf(advice, sizeof advice, "set it%s (\"%s %s %.*f\"), calibrate again",
+             unset ? "" : " back", name, side_name, axis == CALIBRATION_PAN ? decimals : 0,
+             then->mean);
+    return advise(message, advice, accept);
+}
+
 static int match_axes(const struct calibration_side_origin *made,
                       const struct calibration_side_origin *now, int side,
                       const struct session_instrument *instrument, const char *accept,
                       struct message *message) {
-    for (int axis = 0; axis < CALIBRATION_AXES; axis++) {
-        const struct calibration_axis *then = &made->axis[axis], *here = &now->axis[axis];
-        const double limit = limit_of(instrument, axis);
-        if (then->kind != CALIBRATION_AXIS_KNOWN || here->kind != CALIBRATION_AXIS_KNOWN ||
-            fabs(then->mean - here->mean) <= limit + rounding) {
-            continue;
-        }
-        const int decimals = axis == CALIBRATION_PAN ? 3 : 1;
-        return message_set(message, ERROR_MISMATCH,
-                           "%s %s is at %.*f %s, but the calibration was made at %.*f %s (%.*f "
-                           "%s apart, at most %.*f): set it back (\"%s %s %.*f\"), calibrate "
-                           "again, or continue with %s",
-                           side_names[side], axis_names[axis], decimals, here->mean,
-                           axis_units[axis], decimals, then->mean, axis_units[axis], decimals,
-                           fabs(then->mean - here->mean), axis_units[axis], decimals, limit,
-                           axis_names[axis], side_names[side],
-                           axis == CALIBRATION_PAN ? decimals : 0, then->mean, accept);
+    int error = ERROR_OK;
+    for (int axis = 0; error == ERROR_OK && axis < CALIBRATION_AXES; axis++) {
+        error = match_axis(&made->axis[axis], &now->axis[axis], side, axis, instrument, accept,
+                           message);
     }
-    return ERROR_OK;
+    return error;
 }
 
 int calibration_match(const struct calibration *calibration,

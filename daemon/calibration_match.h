@@ -33,8 +33,10 @@ void calibration_match_pair(const char *profile, const struct session_instrument
 
 /// ERROR_MISMATCH when the calibration belongs to another instrument, other cameras or another
 /// window, or an axis is further from where it was calibrated than it repeats: `message` names it,
-/// both values, and what to do, where `accept` is how a user continues all the same. What either
-/// side does not know is not compared. A calibration of the whole sensor fits every window of it.
+/// both values, and what to do, where `accept` is how a user continues all the same (NULL: it is
+/// accepted, and nothing is advised). A servo that was not set since the bring-up may stand
+/// anywhere, and is refused as well; what else either side does not know is not compared. A
+/// calibration of the whole sensor fits every window of it.
 int calibration_match(const struct calibration *calibration,
                       const struct calibration_match_state *state, const char *accept,
                       struct message *message);

@@ -111,7 +111,8 @@ int reconstruct_command_run(const struct reconstruct_command_abilities *abilitie
     if (error == ERROR_OK) {
         print_outcome(&job);
     } else {
-        fprintf(stderr, "vergence reconstruct: %s\n", job.message.text);
+        fprintf(stderr, "vergence reconstruct: %s%s\n",
+                error == ERROR_MISMATCH ? "ERR MISMATCH " : "", job.message.text);
     }
     reconstruct_job_end(&job);
     return exit_code_of(error);

@@ -146,12 +146,14 @@ static int cut_to_window(struct reconstruct_session *self, struct calibration *c
             continue;
         }
         if (is_for(lenses[side], frame->width_px, frame->height_px)) {
-            reconstruct_context_warn(
-                context,
-                "%s is of %dx%d pixels, as the %s frame, and is taken to be of "
-                "the same part of the sensor",
-                self->calibration_name, frame->width_px, frame->height_px,
-                side == RIG_LEFT ? "left" : "right");
+            if (calibration->origin.side[side].window.skip == 0) {  // of one that knows, see match
+                reconstruct_context_warn(
+                    context,
+                    "%s is of %dx%d pixels, as the %s frame, and is taken to be of "
+                    "the same part of the sensor",
+                    self->calibration_name, frame->width_px, frame->height_px,
+                    side == RIG_LEFT ? "left" : "right");
+            }
         } else if (is_for(lenses[side], MT9T001_WIDTH_PX, MT9T001_HEIGHT_PX)) {
             *lenses[side] = reconstruct_session_cut(lenses[side], &frame->window, frame->width_px,
                                                     frame->height_px);
@@ -188,8 +190,8 @@ static int match(struct reconstruct_session *self, const struct session_pairs *p
     context->has_instrument = true;
     context->instrument = state.instrument;
     context->axes_compared = !calibration_match_is_partial(calibration, &state.origin);
-    const int error =
-        calibration_match(calibration, &state, context->words->accept, &context->mismatch);
+    const char *accept = request->accept_mismatch ? NULL : context->words->accept;
+    const int error = calibration_match(calibration, &state, accept, &context->mismatch);
     if (error != ERROR_OK && !request->accept_mismatch) {
         *message = context->mismatch;
         return error;

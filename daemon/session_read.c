@@ -137,7 +137,7 @@ int session_reader_open(struct session_reader *self, int parent, const char *pat
     self->directory = openat(parent, path, O_RDONLY | O_DIRECTORY | O_CLOEXEC | links);
     if (self->directory < 0) {
         const int code = errno == ENOENT ? ERROR_MISSING : ERROR_ARGUMENT;
-        return message_set(message, code, "%s: is no session: %s", path, strerror(errno));
+        return message_set(message, code, "%s: %s", path, strerror(errno));
     }
     int code = load_index(self, message);
     if (code != 0) {

@@ -151,7 +151,7 @@ static int do_record(const struct command_call *call, int what, struct record_jo
 // ---- compared with the instrument
 
 int commands_calibration_match(const struct command_call *call,
-                               const struct calibration_match_state *state,
+                               const struct calibration_match_state *state, const char *accept,
                                struct message *message) {
     struct record_job job;
     struct calibration calibration;
@@ -166,7 +166,7 @@ int commands_calibration_match(const struct command_call *call,
     const int error = calibration_parse(job.text, job.length, &calibration, NULL);
     return error != 0 ? message_set(message, error, "the kept calibration cannot be read: %s",
                                     error_text(error))
-                      : calibration_match(&calibration, state, CAPTURE_ACCEPT_WORD, message);
+                      : calibration_match(&calibration, state, accept, message);
 }
 
 void commands_calibration_instrument(const struct command_call *call,
@@ -280,8 +280,9 @@ static int check_match(const struct command_call *call, const struct calibration
         return error;
     }
     state_now(call, &state);
-    error = calibration_match(calibration, &state, CAPTURE_ACCEPT_WORD, &message);
-    if (error != 0 && accepts(call, ACCEPT_MISMATCH)) {
+    const bool accepted = accepts(call, ACCEPT_MISMATCH);
+    error = calibration_match(calibration, &state, accepted ? NULL : CAPTURE_ACCEPT_WORD, &message);
+    if (error != 0 && accepted) {
         item_text(call, "accepted_mismatch", message.text);
         return 0;
     }

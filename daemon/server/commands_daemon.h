@@ -44,11 +44,11 @@ void commands_calibration_instrument(const struct command_call *call,
                                      struct session_instrument *instrument);
 
 /// Compares the kept calibration with `state`: 0 when none is kept, or it fits; ERROR_MISMATCH with
-/// `message`; errors of the store. The rig's thread only.
+/// `message`, `accept` as for `calibration_match`; errors of the store. The rig's thread only.
 struct calibration_match_state;
 struct message;
 int commands_calibration_match(const struct command_call *call,
-                               const struct calibration_match_state *state,
+                               const struct calibration_match_state *state, const char *accept,
                                struct message *message);
 /// What `status` is to say of the kept calibration: which, and whether it fits the instrument as it
 /// stands. 0, or ERROR_MISMATCH with the call's message. The rig's thread only.

@@ -251,11 +251,13 @@ static int match_calibration(const struct command_call *call, const struct pair 
     struct message message;
     commands_calibration_instrument(call, &instrument);
     calibration_match_pair(call->rig->profile.name, &instrument, pair, &state);
-    const int error = commands_calibration_match(call, &state, &message);
+    const bool accepted = call->values[CAPTURE_ACCEPT].given;
+    const int error =
+        commands_calibration_match(call, &state, accepted ? NULL : CAPTURE_ACCEPT_WORD, &message);
     if (error != ERROR_MISMATCH) {
         return error == 0 ? 0 : surroundings_refuse(call, error, "%s", message.text);
     }
-    if (call->values[CAPTURE_ACCEPT].given) {
+    if (accepted) {
         item_text(call, "accepted_mismatch", message.text);
         return 0;
     }

@@ -103,6 +103,10 @@ class Instrument(DaemonTest):
                           os.path.join(self.files, "anyway"))])
         self.assertIn("left pan", works("calibration set rig.txt accept-mismatch")
                       ["accepted_mismatch"])
+        works("bringup")  # the servos stand anywhere, nobody has sent them since
+        works("window 128 96")
+        refused("capture unset", "left pan", "not set", "accept-mismatch")
+        refused("status", "left pan")
         works("calibration forget")
         works("capture free")
 
@@ -160,6 +164,7 @@ class Pairs(Surfaces):
             done = self.on_pc(folder, "--scale", "0.5", "--out", out)
             self.assertEqual(done.returncode, 3, done.stderr)
             self.assertIn(word, done.stderr)
+            self.assertIn("ERR MISMATCH", done.stderr)
             self.assertIn("--accept-mismatch", done.stderr)
             self.assertEqual(len(done.stderr.splitlines()), 1)
             self.assertFalse(os.path.exists(out))
@@ -179,6 +184,8 @@ class Pairs(Surfaces):
         self.assertEqual(done.returncode, 0, done.stderr)
         for text in (done.stdout, done.stderr):
             self.assertIn("left zoom", text)
+            self.assertNotIn("continue with", text)
+            self.assertNotIn("is taken to be", text)
         with open(os.path.join(out, "result.json"), encoding="utf-8") as file:
             result = json.load(file)
         self.assertEqual(result["calibration"]["match"], "no, accepted")

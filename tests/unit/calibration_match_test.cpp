@@ -127,6 +127,18 @@ TEST_CASE("other cameras, another instrument and another window are refused by n
                 {"right window", "320 x 480"});
 }
 
+TEST_CASE("what was accepted is stated without advice") {
+    struct pair pair = captured();
+    pair.frame[RIG_LEFT].before.pan_q4 += 165;
+    pair.frame[RIG_LEFT].after.pan_q4 += 165;
+    const calibration value = made();
+    const calibration_match_state state = state_of(pair);
+    message why{};
+    CHECK(calibration_match(&value, &state, nullptr, &why) == ERROR_MISMATCH);
+    CHECK(std::string(why.text).find("left pan") != std::string::npos);
+    CHECK(std::string(why.text).find("continue") == std::string::npos);
+}
+
 TEST_CASE("a calibration of the whole sensor fits every window of it") {
     calibration value = made();
     for (int side = 0; side < RIG_SIDES; side++) {
@@ -153,8 +165,11 @@ TEST_CASE("what one side does not know is not compared, and told as such") {
     pair.frame[RIG_LEFT].before.pan_q4 = 0;  // nobody has sent it anywhere yet
     const calibration_match_state unsent = state_of(pair);
     CHECK(unsent.origin.side[0].axis[CALIBRATION_PAN].kind == CALIBRATION_AXIS_UNKNOWN);
-    CHECK(refusal_of(value, unsent, ERROR_OK).empty());
     CHECK(calibration_match_is_partial(&value, &unsent.origin));
+    check_names(refusal_of(value, unsent), {"left pan", "not set", "pan left 3.568"});
+    calibration_match_state elsewhere = unsent;  // of an instrument whose servos are not known
+    elsewhere.instrument.servo_q4_per_rad[0] = 0;
+    CHECK(refusal_of(value, elsewhere, ERROR_OK).empty());
 }
 
 TEST_CASE("a session that does not say what it was taken with is of its built-in profile") {

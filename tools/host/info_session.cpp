@@ -152,8 +152,8 @@ std::string mismatch_of(const reading &self, const calibration &value) {
         }
     }
     message why{};
-    return calibration_match(&value, &self.state, "--accept-mismatch", &why) == ERROR_OK ? ""
-                                                                                         : why.text;
+    const char *accept = "\"vergence reconstruct --accept-mismatch\"";
+    return calibration_match(&value, &self.state, accept, &why) == ERROR_OK ? "" : why.text;
 }
 
 /// The calibration that was in force.
