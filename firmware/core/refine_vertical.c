@@ -13,8 +13,9 @@
 enum {
     SAMPLES_MAX = 4096,
     SAMPLES_MIN = 50,
-    RADIUS = 4,  // of the window: 9x9
-    REACH = 3,   // rows searched up and down
+    STEP_MIN = 4,  // of the lattice, in pixels
+    RADIUS = 4,    // of the window: 9x9
+    REACH = 3,     // rows searched up and down
     MARGIN = RADIUS + REACH + 3,
     STEPS = 6,
     FIT_ROUNDS = 10,
@@ -322,6 +323,22 @@ static void fit_trend(const struct sample *samples, int count, int width, int he
     vertical->curve_px = (double)quantile(work, count, 0.95);
 }
 
+// The textured matches on a lattice; at most SAMPLES_MAX.
+static int sample_lattice(const struct match_input *input, const struct match_output *output,
+                          int step, struct sample *samples) {
+    int count = 0;
+    for (int y = step / 2; y < input->left.height; y += step) {
+        for (int x = step / 2; x < input->left.width && count < SAMPLES_MAX; x += step) {
+            double vertical_px;
+            if (image_u8_row(&output->reason, y)[x] == REASON_VALID &&
+                measure(input, output, x, y, &vertical_px)) {
+                samples[count++] = (struct sample){(int16_t)x, (int16_t)y, (float)vertical_px};
+            }
+        }
+    }
+    return count;
+}
+
 int refine_measure_vertical(const struct match_input *input, const struct match_output *output,
                             struct arena *arena, struct triangulate_vertical *vertical) {
     const int width = input->left.width;
@@ -333,21 +350,16 @@ int refine_measure_vertical(const struct match_input *input, const struct match_
         arena_release(arena, mark);
         return ERROR_MEMORY;
     }
-    // A lattice that spreads at most SAMPLES_MAX places over the image.
-    int step = 4;
+    // A lattice that spreads at most SAMPLES_MAX places over the image; a finer one where little of
+    // the image is textured, as with an object before a wall out of focus.
+    int step = STEP_MIN;
     while ((int64_t)(width / step + 1) * (height / step + 1) > SAMPLES_MAX) {
         step++;
     }
-    int count = 0;
-    for (int y = step / 2; y < height; y += step) {
-        for (int x = step / 2; x < width; x += step) {
-            double vertical_px;
-            if (image_u8_row(&output->reason, y)[x] == REASON_VALID &&
-                measure(input, output, x, y, &vertical_px)) {
-                INVARIANT(count < SAMPLES_MAX);
-                samples[count++] = (struct sample){(int16_t)x, (int16_t)y, (float)vertical_px};
-            }
-        }
+    int count = sample_lattice(input, output, step, samples);
+    while (count < SAMPLES_MIN && step > STEP_MIN) {
+        step = step / 2 > STEP_MIN ? step / 2 : STEP_MIN;
+        count = sample_lattice(input, output, step, samples);
     }
     *vertical = (struct triangulate_vertical){0};
     if (count >= SAMPLES_MIN) {

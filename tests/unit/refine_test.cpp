@@ -329,6 +329,27 @@ TEST_CASE("a good calibration looks good also on slanted surfaces and behind ste
     CHECK(vertical.median_px < 0.05);
 }
 
+TEST_CASE("a small textured object before a blank wall is enough") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    Random random(seed);
+    const size_t width = 1000, height = 750, size = 90, shift = 8;
+    std::vector<uint8_t> left(width * height, 128), right(left);
+    for (size_t y = 300; y < 300 + size; y += 3) {
+        for (size_t x = 500; x < 500 + size; x += 3) {
+            const uint8_t value = static_cast<uint8_t>(random.uniform(40, 215));
+            for (size_t i = 0; i < 9; i++) {
+                const size_t at = (y + i / 3) * width + x + i % 3;
+                left[at] = right[at - shift] = value;
+            }
+        }
+    }
+    const triangulate_vertical vertical =
+        measure_vertical(run_match(left, right, width, height, match_default_options(0, 16)));
+    REQUIRE(vertical.samples >= 50);
+    CHECK(vertical.median_px < 0.05);
+}
+
 TEST_CASE("without texture the vertical disparity is called unmeasured") {
     const Rig rig = rectified_rig(160, 120, 800, 100);
     Builder builder(rig, 1);
