@@ -12,6 +12,9 @@ int write_reasons(const struct reconstruct_context *context, const char *path,
         for (int code = 0; code < REASON_COUNT; code++) {
             fprintf(file.stream, "# %d %s\n", code, reason_text(code));
         }
+        if (context->mismatch.text[0] != '\0') {
+            fprintf(file.stream, "# accepted mismatch: %s\n", context->mismatch.text);
+        }
         fprintf(file.stream, "%d %d\n255\n", reason->width, reason->height);
     }
     for (int y = 0; y < reason->height; y++) {

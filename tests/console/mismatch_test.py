@@ -179,6 +179,8 @@ class Pairs(Surfaces):
         folder = self.changed("moved", self.moved("left", 1, 5))
         figures = self.asked("reconstruct moved 1 0.5 accept-mismatch")
         self.assertIn("left zoom", figures["accepted_mismatch"])
+        with open(os.path.join(self.files, "surface-moved-1", "reasons.pgm"), "rb") as file:
+            self.assertIn(b"left zoom is at", file.read())
         out = os.path.join(self.folder, "accepted")
         done = self.on_pc(folder, "--scale", "0.5", "--out", out, "--accept-mismatch")
         self.assertEqual(done.returncode, 0, done.stderr)
@@ -189,7 +191,8 @@ class Pairs(Surfaces):
         with open(os.path.join(out, "result.json"), encoding="utf-8") as file:
             result = json.load(file)
         self.assertEqual(result["calibration"]["match"], "no, accepted")
-        for name in ("mesh.ply", "points.pcd", "mesh.glb", "report.html"):
+        for name in ("mesh.ply", "points.pcd", "mesh.glb", "report.html", "disparity.png",
+                     "depth.png", "reasons.png", "left_rectified.png", "right_rectified.png"):
             with open(os.path.join(out, name), "rb") as file:
                 self.assertIn(b"left zoom is at", file.read(), name)
 
@@ -219,6 +222,7 @@ class Pairs(Surfaces):
         self.assertAlmostEqual(figures["deviation_common"], common_mm, delta=0.01 * common_mm)
         report = open(os.path.join(out, "report.html"), encoding="utf-8").read()
         self.assertIn("deviation that all depths share", report)
+        self.assertRegex(report, r"all points share ± [0-9.]+ mm more")
 
 
 if __name__ == "__main__":

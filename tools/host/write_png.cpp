@@ -20,6 +20,7 @@ struct png_shape {
     int width_px, height_px, colour_type, bits;
     const colormap_rgb *palette;  // of palette pictures
     int colours;
+    const char *comment = nullptr;  // NULL: none
 };
 
 /// Fills `row` with row y as the file has it (16 bit values most significant byte first).
@@ -67,6 +68,13 @@ bool encode(const png_shape &shape, const row_source &source, std::vector<unsign
     if (shape.colour_type == PNG_COLOR_TYPE_PALETTE) {
         set_palette(png, info, shape);
     }
+    if (shape.comment != nullptr) {
+        png_text text{};
+        text.compression = PNG_TEXT_COMPRESSION_NONE;
+        text.key = const_cast<char *>("Comment");
+        text.text = const_cast<char *>(shape.comment);
+        png_set_text(png, info, &text, 1);
+    }
     // Half the time of the default level for a few per cent more bytes.
     png_set_compression_level(png, 3);
     png_write_info(png, info);
@@ -100,9 +108,15 @@ void put_u16(unsigned char *bytes, long value) {
     bytes[1] = static_cast<unsigned char>(value);
 }
 
-int write_colour(const image_rgb8 &image, const char *path, message *message) {
+/// What is to travel with every picture of a result: that its calibration does not belong to it.
+const char *comment_of(const reconstruct_context *context) {
+    return context->mismatch.text[0] != '\0' ? context->mismatch.text : nullptr;
+}
+
+int write_colour(const reconstruct_context *context, const image_rgb8 &image, const char *path,
+                 message *message) {
     return write_file(
-        {image.width, image.height, PNG_COLOR_TYPE_RGB, 8, nullptr, 0},
+        {image.width, image.height, PNG_COLOR_TYPE_RGB, 8, nullptr, 0, comment_of(context)},
         [&](int y, unsigned char *row) {
             std::copy_n(image_rgb8_row(&image, y), 3 * image.width, row);
         },
@@ -115,7 +129,7 @@ int write_png_disparity(const reconstruct_context *context, const char *path, me
     const match_output &match = context->result->match;
     const int width = match.reason.width;
     return write_file(
-        {width, match.reason.height, PNG_COLOR_TYPE_GRAY, 16, nullptr, 0},
+        {width, match.reason.height, PNG_COLOR_TYPE_GRAY, 16, nullptr, 0, comment_of(context)},
         [&](int y, unsigned char *row) {
             const int32_t *disparity_q8 = image_i32_row(&match.disparity_q8, y);
             const uint8_t *reason = image_u8_row(&match.reason, y);
@@ -133,7 +147,8 @@ int write_png_depth(const reconstruct_context *context, const char *path, messag
     const int width = result.match.reason.width;
     uint32_t vertex = 0;  // vertices are in the order of their pixels
     return write_file(
-        {width, result.match.reason.height, PNG_COLOR_TYPE_GRAY, 16, nullptr, 0},
+        {width, result.match.reason.height, PNG_COLOR_TYPE_GRAY, 16, nullptr, 0,
+         comment_of(context)},
         [&](int y, unsigned char *row) {
             std::fill_n(row, 2 * width, static_cast<unsigned char>(0));
             const uint32_t begin = static_cast<uint32_t>(y * width);
@@ -151,7 +166,8 @@ int write_png_depth(const reconstruct_context *context, const char *path, messag
 int write_png_reasons(const reconstruct_context *context, const char *path, message *message) {
     const image_u8 &reason = context->result->match.reason;
     return write_file(
-        {reason.width, reason.height, PNG_COLOR_TYPE_PALETTE, 8, colormap_reasons, REASON_COUNT},
+        {reason.width, reason.height, PNG_COLOR_TYPE_PALETTE, 8, colormap_reasons, REASON_COUNT,
+         comment_of(context)},
         [&](int y, unsigned char *row) {
             std::copy_n(image_u8_row(&reason, y), reason.width, row);
         },
@@ -159,11 +175,11 @@ int write_png_reasons(const reconstruct_context *context, const char *path, mess
 }
 
 int write_png_left(const reconstruct_context *context, const char *path, message *message) {
-    return write_colour(context->result->left_colour, path, message);
+    return write_colour(context, context->result->left_colour, path, message);
 }
 
 int write_png_right(const reconstruct_context *context, const char *path, message *message) {
-    return write_colour(context->result->right_colour, path, message);
+    return write_colour(context, context->result->right_colour, path, message);
 }
 
 int write_png_palette(int width_px, int height_px, const std::vector<uint8_t> &indices,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The PNG files of a result; each is a `result_writer`'s function. Source: W3C, "Portable Network
-/// Graphics", second edition.
+/// The PNG files of a result; each is a `result_writer`'s function. A mismatch that was accepted is
+/// their comment (tEXt). Source: W3C, "Portable Network Graphics", second edition.
 #ifndef VERGENCE_TOOLS_HOST_WRITE_PNG_HPP
 #define VERGENCE_TOOLS_HOST_WRITE_PNG_HPP
 
