@@ -90,6 +90,7 @@ const line lines_of_reconstruction[] = {
     {"surface", "{counts/vertices} points, {counts/triangles} triangles"},
     {"extent", "from {bounds_mm/least} mm"},
     {"", "to {bounds_mm/greatest} mm (x y z)"},
+    {"common", "{depth_sigma_common_mm} mm of deviation that all depths share"},
     {"vertical",
      "median {vertical_disparity/median_px} px, p95 {vertical_disparity/p95_px} px "
      "(health of the calibration)"},

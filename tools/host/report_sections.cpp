@@ -68,6 +68,15 @@ std::string score_table(const std::vector<scored> &sets) {
     return html + "</tr>\n</tbody></table>";
 }
 
+/// The deviation of all depths together, which is not in each point's own.
+std::string common_text(const reconstruct_context &context, const report_figures &figures) {
+    return context.depth_sigma_common_mm < 0
+               ? ""
+               : "; all points share ± " +
+                     report_text_length(context.depth_sigma_common_mm, figures.unit) +
+                     " more, of calibration and axes";
+}
+
 }  // namespace
 
 std::string report_sections_cards(const reconstruct_context &context,
@@ -89,7 +98,7 @@ std::string report_sections_cards(const reconstruct_context &context,
     if (figures.sigma_median_mm > 0) {
         cards += card("Predicted sigma",
                       "± " + report_text_length(figures.sigma_median_mm, figures.unit),
-                      "median standard deviation along the ray");
+                      "median standard deviation along the ray" + common_text(context, figures));
     }
     cards += rows_card(context, figures);
     cards += card("Time and memory", report_text_format("%.0f <small>ms</small>", figures.total_ms),
