@@ -11,7 +11,9 @@ from session import Unusable
 
 # What vergence reconstruct has besides: what is read or written, and what is said.
 NO_MEASURES = {"--calibration", "--pair", "--out", "--threads", "--ground-truth", "--mask",
-               "--ground-truth-scale", "--debug", "--debug-row", "--json", "--quiet", "--help"}
+               "--ground-truth-scale", "--debug", "--debug-row", "--json", "--quiet", "--help",
+               "--accept-mismatch", "--compress", "--error", "--files", "--mesh-unit",
+               "--triangles"}
 
 
 class Words(Recorded):
