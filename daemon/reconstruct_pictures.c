@@ -230,7 +230,10 @@ static bool blame_order(const struct reconstruct_context *context, const struct 
         add(cause, "one picture %s against the other: turn its camera, or the picture",
             turned[turn]);
     } else if (is_swapped(context, left, right)) {
-        add(cause, "left and right are swapped, or both pictures are upside down");
+        add(cause, context->calibration_path != NULL
+                       ? "left and right are swapped, or both pictures are upside down"
+                       : "left and right are swapped, both pictures are upside down, or the pair "
+                         "is not rectified");
     }
     return cause->text[0] != '\0';
 }

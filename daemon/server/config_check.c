@@ -292,10 +292,11 @@ static int check_apart(const struct check *self) {
         if (strncmp(path, outer, length) == 0 && (path[length] == '/' || path[length] == '\0')) {
             const size_t key = key_of("", pairs[i].key);
             blame(self, self->lines[key] != 0 ? key : key_of("", pairs[i].outer_key));
-            return message_set(self->message, ERROR_ARGUMENT,
-                               "%s %s is inside %s %s: clients can replace what is in \"files\": "
-                               "give them separate directories",
-                               pairs[i].key, pairs[i].path, pairs[i].outer_key, pairs[i].outer);
+            return message_set(
+                self->message, ERROR_ARGUMENT,
+                "%s = %s is inside %s = %s: clients can replace what is in \"files\": "
+                "give them separate directories",
+                pairs[i].key, pairs[i].path, pairs[i].outer_key, pairs[i].outer);
         }
     }
     return 0;

@@ -137,7 +137,7 @@ class NoSocket(unittest.TestCase):
         os.symlink(self.folder, link)
         for store in (f"{path}/../both/", f"{link}/both", f"{link}/both/store"):
             said = self.refused(directories=(f"files={path}", f"store={store}"))
-            self.assertIn(f"store {store} is inside files {path}", said)
+            self.assertIn(f"store = {store} is inside files = {path}", said)
             self.assertFalse(os.path.exists(path))
 
     def test_a_path_too_long(self):
