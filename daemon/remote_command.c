@@ -71,7 +71,6 @@ static const struct option_page page = {
         "vergence --connect\n"
         "vergence --connect status\n"
         "vergence --connect unix:rig.sock status\n"
-        "vergence --connect unix:rig.sock snapshot\n"
         "vergence --connect serial:/dev/ttyUSB0 bugreport\n"
         "vergence --connect serial:/dev/ttyUSB0 fetch bugreport-20260131-093000.txt\n"
         "vergence --connect serial:/dev/ttyUSB0 send rig.txt",
