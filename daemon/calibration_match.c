@@ -264,6 +264,7 @@ static bool is_known(const struct calibration *calibration, int side, int axis) 
 double calibration_match_sigma_mm(const struct calibration *calibration,
                                   const struct session_instrument *instrument, double depth_mm) {
     struct session_instrument usual;
+    const bool given = instrument != NULL;
     INVARIANT(depth_mm >= 0);
     if (!calibration->has_origin) {
         return -1;
@@ -282,7 +283,11 @@ double calibration_match_sigma_mm(const struct calibration *calibration,
     const double own_mm = calibration_depth_sigma_mm(calibration, depth_mm);
     double sum_mm2 = own_mm * own_mm;
     for (int side = 0; side < RIG_SIDES; side++) {
-        if (is_known(calibration, side, CALIBRATION_PAN)) {
+        // A servo that was not set when the calibration was made can have been anywhere.
+        const bool has_pan =
+            calibration->origin.side[side].axis[CALIBRATION_PAN].kind != CALIBRATION_AXIS_NONE;
+        if (is_known(calibration, side, CALIBRATION_PAN) ||
+            (has_pan && given && instrument->servo_q4_per_rad[side] > 0)) {
             const double mm = pan_rad * depth_mm * depth_mm / calibration_baseline_mm(calibration);
             sum_mm2 += mm * mm;
         }

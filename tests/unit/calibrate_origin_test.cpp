@@ -91,6 +91,21 @@ TEST_CASE("an axis that moved between the pairs is refused by its name, and othe
     CHECK(refusal(other).find("left camera") != std::string::npos);
 }
 
+TEST_CASE("a servo that was not set is noted") {
+    pairs taken;
+    calibration_match_state state = state_at(0, 421);
+    state.origin.side[1].axis[CALIBRATION_PAN] = {CALIBRATION_AXIS_UNKNOWN, 0, 0};
+    taken.add(state);
+    calibration_origin origin;
+    CHECK(taken.refusal(&origin).empty());
+    CHECK(calibrate_origin_notes(taken.shots, origin).empty());  // it has no servo
+    state.instrument.servo_q4_per_rad[1] = 9442;
+    taken.shots[0].state = std::make_shared<calibration_match_state>(state);
+    const std::vector<std::string> notes = calibrate_origin_notes(taken.shots, origin);
+    REQUIRE(notes.size() == 1);
+    CHECK(notes[0].find("right pan") == 0);
+}
+
 TEST_CASE("pictures of no session make all of it unknown") {
     pairs taken;
     taken.add(state_at(3.57, 421));

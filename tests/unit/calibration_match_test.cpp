@@ -196,6 +196,13 @@ TEST_CASE("the common deviation carries pan, zoom and the calibration's own") {
     value.scale_sigma = 0.01;
     CHECK(calibration_match_sigma_mm(&value, &instrument, 1800) ==
           doctest::Approx(std::hypot(both_mm, 18.0)));
+    // A servo that was not set when it was made can have been anywhere.
+    calibration unset = value;
+    for (calibration_side_origin &side : unset.origin.side) {
+        side.axis[CALIBRATION_PAN] = {CALIBRATION_AXIS_UNKNOWN, 0, 0};
+    }
+    CHECK(calibration_match_sigma_mm(&unset, &instrument, 1800) ==
+          doctest::Approx(std::hypot(both_mm, 18.0)));
     // Without motors the calibration's own is left, and the old text says nothing.
     for (calibration_side_origin &side : value.origin.side) {
         for (calibration_axis &axis : side.axis) {

@@ -131,6 +131,10 @@ class runner {
             !calibrate_origin_of(job_.inputs.shots, solution_, &result_.rig.origin, &message_)) {
             return CLIENT_BAD_INPUT;
         }
+        for (const std::string &line :
+             calibrate_origin_notes(job_.inputs.shots, result_.rig.origin)) {
+            result_.notes.push_back(line);
+        }
         if (!job_.single &&
             !calibrate_rig_name(job_.id, job_.date, job_.note, &result_, &message_)) {
             if (is_mirrored()) {

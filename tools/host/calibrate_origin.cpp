@@ -133,6 +133,23 @@ bool calibrate_origin_of(const std::vector<calibrate_shot> &shots, const calib::
     return true;
 }
 
+std::vector<std::string> calibrate_origin_notes(const std::vector<calibrate_shot> &shots,
+                                                const calibration_origin &origin) {
+    std::vector<std::string> notes;
+    for (size_t side = 0; side < 2; side++) {
+        const auto has_servo = [&](const calibrate_shot &shot) {
+            return shot.state != nullptr && shot.state->instrument.servo_q4_per_rad[side] > 0;
+        };
+        if (origin.side[side].axis[CALIBRATION_PAN].kind == CALIBRATION_AXIS_UNKNOWN &&
+            std::any_of(shots.begin(), shots.end(), has_servo)) {
+            notes.push_back(std::string(side_name[side]) +
+                            " pan was not set when these pairs were taken, so a later pair cannot "
+                            "be compared with it: \"pan\" first, then take them again");
+        }
+    }
+    return notes;
+}
+
 void calibrate_sigmas_of(const calib::solution &solution, calibration *rig) {
     std::vector<double> depths_mm;
     for (size_t i = 0; i < solution.T_left_board.size(); i++) {

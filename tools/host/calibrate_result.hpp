@@ -33,6 +33,10 @@ calibrate_rows calibrate_rows_of(const calib::solution &solution);
 bool calibrate_origin_of(const std::vector<calibrate_shot> &shots, const calib::solution &solution,
                          calibration_origin *origin, std::string *error);
 
+/// One line for each side whose servo was not set when the pairs were taken.
+std::vector<std::string> calibrate_origin_notes(const std::vector<calibrate_shot> &shots,
+                                                const calibration_origin &origin);
+
 /// What the solution leaves uncertain in the middle of the image, as the two terms that
 /// `calibration_depth_sigma_mm` adds up: fitted at the boards' median distance and twice that.
 void calibrate_sigmas_of(const calib::solution &solution, calibration *rig);
