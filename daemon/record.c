@@ -434,6 +434,10 @@ int record_flush(struct record *self, struct message *message) {
     return error != 0 ? message_set(message, error, "%s", self->trouble.text) : 0;
 }
 
+bool record_is_under_way(const struct record *self) {
+    return self->writer != NULL;
+}
+
 const char *record_cut(const struct record *self) {
     return self->writer != NULL && record_disk_failed(self) != 0 ? self->trouble.text : NULL;
 }

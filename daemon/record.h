@@ -96,6 +96,9 @@ void record_cancel(struct record *self);
 /// Waits for the scribe. 0, or why recording has ended.
 int record_flush(struct record *self, struct message *message);
 
+/// Whether a recording is under way, cut off or not.
+bool record_is_under_way(const struct record *self);
+
 /// Why the recording that is under way is cut off; NULL: it is not, or there is none.
 const char *record_cut(const struct record *self);
 

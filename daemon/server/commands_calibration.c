@@ -11,6 +11,7 @@
 #include "daemon/calibration_match.h"
 #include "daemon/capture.h"
 #include "daemon/length_check.h"
+#include "daemon/record.h"
 #include "daemon/scribe.h"
 #include "daemon/server/commands_daemon.h"
 #include "daemon/server/files.h"
@@ -211,7 +212,8 @@ static int read_lenses(const struct command_call *call) {
     int error = 0;
     for (unsigned side = 0; side < RIG_SIDES && error == 0; side++) {
         int32_t positions[LENS_AXES];
-        if (call->rig->lens[side].operations != NULL && !commands_session_is_recording()) {
+        if (call->rig->lens[side].operations != NULL &&
+            !record_is_under_way(surroundings_of(call)->record)) {
             error = rig_lens_read(call->rig, side, positions);
         }
     }

@@ -35,8 +35,6 @@ bool commands_session_last(char *name, size_t bytes);
 
 /// What `status` is to say of the recording that is under way, if one is. The rig's thread only.
 void commands_session_put_state(const struct command_call *call);
-/// Whether one is. The rig's thread only.
-bool commands_session_is_recording(void);
 
 /// What the instrument takes pairs with. The rig's thread only.
 struct session_instrument;

@@ -404,10 +404,6 @@ static int stop_recording(struct record *record, const struct hal_log *log,
     return end.error;
 }
 
-bool commands_session_is_recording(void) {
-    return session.recording;
-}
-
 void commands_session_put_state(const struct command_call *call) {
     const char *cut = record_cut(surroundings_of(call)->record);
     if (!session.recording) {
