@@ -118,8 +118,8 @@ class Rig(RigTest):
         self.assertLess(self.asked("system")["up"], 3600)
 
     def test_a_cancelled_move_leaves_the_rig_safe_or_ready(self):
-        self.first.send("zoom both 800\n")
-        time.sleep(0.3)
+        self.first.send("@progress zoom both 800\n")
+        self.assertTrue(self.first.line().startswith("... "))  # it moves
         self.first.send("\x03")
         self.assertEqual(self.first.answer()[-1][:13], "ERR CANCELLED")
         self.assertIn(self.asked("status")["state"], ("safe", "ready"))

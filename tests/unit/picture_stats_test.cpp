@@ -69,7 +69,7 @@ picture_stats judged(const std::vector<uint16_t> &values, const picture_form &fo
     picture_stats_sums sums;
     picture_stats_begin(&sums, &form);
     const size_t row = size_t(form.width_px) * size_t(form.channels);
-    for (size_t at = 0; at < values.size(); at += row) {
+    for (size_t at = 0; at + row <= values.size(); at += row) {
         picture_stats_row(&sums, values.data() + at);
     }
     return picture_stats_end(&sums);
