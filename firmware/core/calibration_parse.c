@@ -127,26 +127,9 @@ static int parse_decimal(struct parser *parser, const struct calibration_field *
                : ERROR_OK;
 }
 
-static int parse_numbers(struct parser *parser, const struct calibration_field *field,
-                         struct span rest, bool more, struct calibration *result) {
-    for (int i = 0; i < field->count; i++) {
-        if (!more) {
-            return refuse(parser, ERROR_SYNTAX, field->name, "too few values");
-        }
-        double value;
-        const int code = parse_decimal(parser, field, cut_word(&rest, &more), &value);
-        if (code != ERROR_OK) {
-            return code;
-        }
-        calibration_grammar_set(field, i, value, result);
-    }
-    return more ? refuse(parser, ERROR_SYNTAX, field->name, "too many values") : ERROR_OK;
-}
-
-// The three numbers of a window, or the two of an axis.
+// All values of a field; `more` says whether the name was followed by a blank.
 static int parse_values(struct parser *parser, const struct calibration_field *field,
-                        struct span rest, double values[CALIBRATION_FIELD_MAX_COUNT]) {
-    bool more = true;
+                        struct span rest, bool more, double values[CALIBRATION_FIELD_MAX_COUNT]) {
     for (int i = 0; i < field->count; i++) {
         if (!more) {
             return refuse(parser, ERROR_SYNTAX, field->name, "too few values");
@@ -159,6 +142,16 @@ static int parse_values(struct parser *parser, const struct calibration_field *f
     return more ? refuse(parser, ERROR_SYNTAX, field->name, "too many values") : ERROR_OK;
 }
 
+static int parse_numbers(struct parser *parser, const struct calibration_field *field,
+                         struct span rest, bool more, struct calibration *result) {
+    double values[CALIBRATION_FIELD_MAX_COUNT];
+    const int code = parse_values(parser, field, rest, more, values);
+    for (int i = 0; code == ERROR_OK && i < field->count; i++) {
+        calibration_grammar_set(field, i, values[i], result);
+    }
+    return code;
+}
+
 static int parse_window(struct parser *parser, const struct calibration_field *field,
                         struct span rest, struct calibration *result) {
     double values[CALIBRATION_FIELD_MAX_COUNT];
@@ -167,7 +160,7 @@ static int parse_window(struct parser *parser, const struct calibration_field *f
     if (span_is(rest, CALIBRATION_GRAMMAR_UNKNOWN)) {
         return ERROR_OK;
     }
-    const int code = parse_values(parser, field, rest, values);
+    const int code = parse_values(parser, field, rest, true, values);
     if (code == ERROR_OK) {
         *window = (struct calibration_window){(int)values[0], (int)values[1], (int)values[2]};
     }
@@ -188,7 +181,7 @@ static int parse_axis(struct parser *parser, const struct calibration_field *fie
         axis->kind = CALIBRATION_AXIS_NONE;
         return ERROR_OK;
     }
-    const int code = parse_values(parser, field, rest, values);
+    const int code = parse_values(parser, field, rest, true, values);
     if (code == ERROR_OK) {
         *axis = (struct calibration_axis){CALIBRATION_AXIS_KNOWN, values[0], values[1]};
     }
