@@ -20,6 +20,27 @@ static const char *const side_names[RIG_SIDES] = {"left", "right"};
 static const char *const axis_names[CALIBRATION_AXES] = {"pan", "zoom", "focus", "iris"};
 static const char *const axis_units[CALIBRATION_AXES] = {"deg", "counts", "counts", "counts"};
 
+const char *calibration_match_axis_name(int axis) {
+    INVARIANT(axis >= 0 && axis < CALIBRATION_AXES);
+    return axis_names[axis];
+}
+
+const char *calibration_match_axis_unit(int axis) {
+    INVARIANT(axis >= 0 && axis < CALIBRATION_AXES);
+    return axis_units[axis];
+}
+
+static double limit_of(const struct session_instrument *instrument, int axis) {
+    return axis == CALIBRATION_PAN
+               ? instrument->pan_repeatability_urad / urad_per_rad * degree_per_rad
+               : instrument->lens_repeatability_counts;
+}
+
+bool calibration_match_is_apart(const struct session_instrument *instrument, int axis, double one,
+                                double other) {
+    return fabs(one - other) > limit_of(instrument, axis) + rounding;
+}
+
 // ---- what a pair was taken with
 
 struct session_instrument calibration_match_instrument(const struct rig_profile *profile) {
@@ -163,12 +184,6 @@ static int match_window(const struct calibration *calibration, int side,
     return advise(message, "set it (\"window\"), calibrate again", accept);
 }
 
-static double limit_of(const struct session_instrument *instrument, int axis) {
-    return axis == CALIBRATION_PAN
-               ? instrument->pan_repeatability_urad / urad_per_rad * degree_per_rad
-               : instrument->lens_repeatability_counts;
-}
-
 /// Whether a servo was not set since the bring-up, so that it may stand anywhere.
 static bool is_unset(const struct calibration_axis *here, int side, int axis,
                      const struct session_instrument *instrument) {
@@ -180,14 +195,14 @@ static int match_axis(const struct calibration_axis *then, const struct calibrat
                       int side, int axis, const struct session_instrument *instrument,
                       const char *accept, struct message *message) {
     const double limit = limit_of(instrument, axis);
+    const bool apart = calibration_match_is_apart(instrument, axis, then->mean, here->mean);
     const char *const side_name = side_names[side], *const name = axis_names[axis];
     const char *const unit = axis_units[axis];
     const int decimals = axis == CALIBRATION_PAN ? 3 : 1;
     const bool unset = is_unset(here, side, axis, instrument);
     char advice[96];
     if (then->kind != CALIBRATION_AXIS_KNOWN ||
-        (!unset && (here->kind != CALIBRATION_AXIS_KNOWN ||
-                    fabs(then->mean - here->mean) <= limit + rounding))) {
+        (!unset && (here->kind != CALIBRATION_AXIS_KNOWN || !apart))) {
         return ERROR_OK;
     }
     if (unset) {

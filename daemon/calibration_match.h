@@ -23,6 +23,14 @@ struct calibration_match_state {
     struct session_instrument instrument;           // how far each axis repeats
 };
 
+/// Name and unit of an axis (enum calibration_axis_name). Static storage.
+const char *calibration_match_axis_name(int axis);
+const char *calibration_match_axis_unit(int axis);
+
+/// Whether two places of an axis, in its unit, are further apart than it repeats.
+bool calibration_match_is_apart(const struct session_instrument *instrument, int axis, double one,
+                                double other);
+
 /// The instrument of a profile; its cameras are not known.
 struct session_instrument calibration_match_instrument(const struct rig_profile *profile);
 
@@ -41,7 +49,7 @@ int calibration_match(const struct calibration *calibration,
                       const struct calibration_match_state *state, const char *accept,
                       struct message *message);
 
-/// Whether an axis is known on one side of the comparison alone, so that nobody can compare it.
+/// Whether an axis is known on one side of the comparison alone, so that it cannot be compared.
 bool calibration_match_is_partial(const struct calibration *calibration,
                                   const struct calibration_origin *now);
 

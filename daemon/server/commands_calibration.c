@@ -30,8 +30,6 @@ _Static_assert((int)SURROUNDINGS_CALIBRATION_BYTES == (int)CALIBRATION_TEXT_MAX_
 
 /// Where the axes stood when it was made; what is not known is left out.
 static void show_origin(const struct command_call *call, const struct calibration_origin *origin) {
-    static const char *const axes[CALIBRATION_AXES] = {"pan", "zoom", "focus", "iris"};
-    static const char *const units[CALIBRATION_AXES] = {"deg", "counts", "counts", "counts"};
     if (origin->instrument[0] != '\0') {
         item_text(call, "instrument", origin->instrument);
     }
@@ -43,7 +41,8 @@ static void show_origin(const struct command_call *call, const struct calibratio
         }
         for (int axis = 0; axis < CALIBRATION_AXES; axis++) {
             if (at->axis[axis].kind == CALIBRATION_AXIS_KNOWN) {
-                item_number(call, axes[axis], at->axis[axis].mean, 3, units[axis]);
+                item_number(call, calibration_match_axis_name(axis), at->axis[axis].mean, 3,
+                            calibration_match_axis_unit(axis));
             }
         }
         item_end(call);

@@ -13,10 +13,6 @@
 namespace {
 
 const char *const side_name[] = {"left", "right"};
-const char *const axis_name[] = {"pan", "zoom", "focus", "iris"};
-const char *const axis_unit[] = {"deg", "counts", "counts", "counts"};
-const double degree_per_urad = 180e-6 / 3.14159265358979323846;
-const double rounding = 2e-3;  // of the text's decimals
 
 /// The pairs whose corners count.
 std::vector<const calibrate_shot *> used(const std::vector<calibrate_shot> &shots,
@@ -36,13 +32,13 @@ std::string differ_text(const std::string &what, const calibrate_shot &a, const 
            " in " + b.path[0] + ": a calibration is of one place; take all its pairs there";
 }
 
-std::string value_text(double value, size_t axis) {
+std::string value_text(double value, int axis) {
     return report_text_format(axis == CALIBRATION_PAN ? "%.3f %s" : "%.1f %s", value,
-                              axis_unit[axis]);
+                              calibration_match_axis_unit(axis));
 }
 
 /// Mean and spread of one axis over all pairs.
-bool join_axis(const std::vector<const calibrate_shot *> &shots, size_t side, size_t axis,
+bool join_axis(const std::vector<const calibrate_shot *> &shots, size_t side, int axis,
                calibration_axis *joined, std::string *error) {
     const auto axis_of = [&](const calibrate_shot *shot) -> const calibration_axis & {
         return shot->state->origin.side[side].axis[axis];
@@ -58,13 +54,10 @@ bool join_axis(const std::vector<const calibrate_shot *> &shots, size_t side, si
         return axis_of(a).mean < axis_of(b).mean;
     };
     const auto [low, high] = std::minmax_element(shots.begin(), shots.end(), less);
-    const session_instrument &instrument = shots[0]->state->instrument;
-    const double limit = axis == CALIBRATION_PAN
-                             ? instrument.pan_repeatability_urad * degree_per_urad
-                             : instrument.lens_repeatability_counts;
-    if (axis_of(*high).mean - axis_of(*low).mean > limit + rounding) {
-        *error = differ_text(std::string(side_name[side]) + " " + axis_name[axis], **low,
-                             value_text(axis_of(*low).mean, axis), **high,
+    if (calibration_match_is_apart(&shots[0]->state->instrument, axis, axis_of(*high).mean,
+                                   axis_of(*low).mean)) {
+        *error = differ_text(std::string(side_name[side]) + " " + calibration_match_axis_name(axis),
+                             **low, value_text(axis_of(*low).mean, axis), **high,
                              value_text(axis_of(*high).mean, axis));
         return false;
     }
@@ -124,7 +117,7 @@ bool calibrate_origin_of(const std::vector<calibrate_shot> &shots, const calib::
         }
     }
     for (size_t side = 0; side < 2; side++) {
-        for (size_t axis = 0; axis < CALIBRATION_AXES; axis++) {
+        for (int axis = 0; axis < CALIBRATION_AXES; axis++) {
             if (!join_axis(list, side, axis, &origin->side[side].axis[axis], error)) {
                 return false;
             }

@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "core/geometry.h"
 #include "core/rectify.h"
+#include "daemon/calibration_match.h"
 #include "tools/host/info.hpp"
 #include "tools/host/number_text.hpp"
 
@@ -145,7 +146,6 @@ void add_plan(const calibration &value, info_page *page) {
 /// What it was made with, where its text says it.
 void add_origin(const calibration &value, info_page *page) {
     static const char *const sides[] = {"left", "right"};
-    static const char *const axes[] = {"pan", "zoom", "focus", "iris"};
     if (!value.has_origin) {
         page->add("origin", "made with", "not known", nullptr);
         return;
@@ -167,15 +167,15 @@ void add_origin(const calibration &value, info_page *page) {
                     std::to_string(at.window.row_px) + ", skip " + std::to_string(at.window.skip);
             one["window"] = {at.window.column_px, at.window.row_px, at.window.skip};
         }
-        for (size_t axis = 0; axis < CALIBRATION_AXES; axis++) {
+        for (int axis = 0; axis < CALIBRATION_AXES; axis++) {
             const calibration_axis &stood = at.axis[axis];
             const bool known = stood.kind == CALIBRATION_AXIS_KNOWN;
             const char *unit = axis == CALIBRATION_PAN ? " deg" : "";
-            text += std::string(", ") + axes[axis] + " " +
+            text += std::string(", ") + calibration_match_axis_name(axis) + " " +
                     (known ? number(stood.mean, 5) + " +- " + number(stood.spread, 3) + unit
                      : stood.kind == CALIBRATION_AXIS_NONE ? "none"
                                                            : "not known");
-            one[axes[axis]] =
+            one[calibration_match_axis_name(axis)] =
                 known ? json({{"mean", stood.mean}, {"spread", stood.spread}}) : json(nullptr);
         }
         page->add("", std::string("  ") + sides[side], text, nullptr);
