@@ -103,7 +103,7 @@ class Instrument(DaemonTest):
                           os.path.join(self.files, "anyway"))])
         self.assertIn("left pan", works("calibration set rig.txt accept-mismatch")
                       ["accepted_mismatch"])
-        works("bringup")  # the servos stand anywhere, nobody has sent them since
+        works("bringup")  # the servos may stand anywhere, none was set since
         works("window 128 96")
         refused("capture unset", "left pan", "not set", "accept-mismatch")
         refused("status", "left pan")

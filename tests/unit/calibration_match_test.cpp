@@ -150,7 +150,7 @@ TEST_CASE("a calibration of the whole sensor fits every window of it") {
     CHECK(refusal_of(value, state_of(captured()), ERROR_OK).empty());
 }
 
-TEST_CASE("what one side does not know is not compared, and told as such") {
+TEST_CASE("what one side does not know is not compared, and said to be so") {
     const calibration old = calibration_examples::example();
     const calibration_match_state state = state_of(captured());
     CHECK(refusal_of(old, state, ERROR_OK).empty());
@@ -162,7 +162,7 @@ TEST_CASE("what one side does not know is not compared, and told as such") {
     // A rig without axes needs none.
     CHECK_FALSE(calibration_match_is_partial(&old, &nothing));
     struct pair pair = captured();
-    pair.frame[RIG_LEFT].before.pan_q4 = 0;  // nobody has sent it anywhere yet
+    pair.frame[RIG_LEFT].before.pan_q4 = 0;  // not set yet
     const calibration_match_state unsent = state_of(pair);
     CHECK(unsent.origin.side[0].axis[CALIBRATION_PAN].kind == CALIBRATION_AXIS_UNKNOWN);
     CHECK(calibration_match_is_partial(&value, &unsent.origin));
