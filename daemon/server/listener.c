@@ -3,6 +3,7 @@
 
 #include <arpa/inet.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <netinet/in.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -130,4 +131,16 @@ void listener_turn_away(int fd) {
     const ssize_t unread = read(fd, asked, sizeof asked);
     (void)unread;
     close(fd);
+}
+
+void listener_turn_away_without_descriptor(int listener, int *spare_fd) {
+    if (errno != EMFILE && errno != ENFILE) {
+        return;
+    }
+    // It is -1 when another thread took the number that was free for a moment.
+    const int fd = *spare_fd >= 0 && close(*spare_fd) == 0 ? listener_accept(listener) : -1;
+    if (fd >= 0) {
+        listener_turn_away(fd);
+    }
+    *spare_fd = fcntl(listener, F_DUPFD_CLOEXEC, 0);
 }

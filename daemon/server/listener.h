@@ -47,4 +47,8 @@ void listener_turn_away(int fd);
 }
 #endif
 
+/// Turns a client away after accept() has failed for want of a descriptor (errno EMFILE or ENFILE;
+/// else nothing is done), with the number of `spare_fd`, which is kept open for that.
+void listener_turn_away_without_descriptor(int listener, int *spare_fd);
+
 #endif

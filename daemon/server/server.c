@@ -213,19 +213,17 @@ static struct connection *free_seat(struct server *self) {
     return silent;
 }
 
-/// Without a descriptor for it a client could not even be turned away: so one is kept for that.
-static bool turn_away_without_descriptor(struct server *self, int listener) {
-    if (errno != EMFILE && errno != ENFILE) {
-        return false;
+/// All seats are taken, and one of them is freed as soon as its last command ends.
+static bool seat_is_due(const struct server *self) {
+    bool due = false;
+    for (size_t i = CONSOLE + 1; i < self->client_count; i++) {
+        const struct connection *client = &self->clients[i];
+        if (!client->used || !client->greeted) {
+            return false;
+        }
+        due = due || client->gone || (client->ended && !client->job.watch.on);
     }
-    // It is -1 when another thread took the number that was free for a moment.
-    const int fd =
-        self->spare_fd >= 0 && close(self->spare_fd) == 0 ? listener_accept(listener) : -1;
-    if (fd >= 0) {
-        listener_turn_away(fd);
-    }
-    self->spare_fd = fcntl(self->wake_fd, F_DUPFD_CLOEXEC, 0);
-    return fd >= 0;
+    return due;
 }
 
 static void receive(struct connection *client) {
@@ -316,26 +314,27 @@ static void serve(struct server *self, struct connection *client, short input, s
     }
 }
 
-static void accept_clients(struct server *self, int place, uint64_t now_us) {
+/// Accepts one client: before the next one is accepted, poll() reports who has closed since, or a
+/// client that closes and connects again could find its own old seat taken.
+static void accept_client(struct server *self, int place, uint64_t now_us) {
     const int listener = self->listeners[place];
-    for (;;) {
-        const int fd = listener_accept(listener);
-        if (fd < 0 && turn_away_without_descriptor(self, listener)) {
-            continue;
-        }
-        if (fd < 0) {
-            return;
-        }
-        struct connection *seat = free_seat(self);
-        if (seat == NULL) {
-            listener_turn_away(fd);
-            continue;
-        }
-        connection_begin(seat, CONNECTION_LINES, fd, fd, "client");
-        connection_await_greeting(seat, place == LISTENER_TCP ? self->token : NULL, now_us);
-        // Its first line may have come already: who has greeted keeps the place.
-        serve(self, seat, POLLIN, 0, now_us);
+    if (seat_is_due(self)) {
+        return;
     }
+    const int fd = listener_accept(listener);
+    if (fd < 0) {
+        listener_turn_away_without_descriptor(listener, &self->spare_fd);
+        return;
+    }
+    struct connection *seat = free_seat(self);
+    if (seat == NULL) {
+        listener_turn_away(fd);
+        return;
+    }
+    connection_begin(seat, CONNECTION_LINES, fd, fd, "client");
+    connection_await_greeting(seat, place == LISTENER_TCP ? self->token : NULL, now_us);
+    // Its first line may have come already: a client that has greeted keeps the seat.
+    serve(self, seat, POLLIN, 0, now_us);
 }
 
 /// What the loop waits for; places of a client's descriptors in `at` (-1: not there).
@@ -343,8 +342,9 @@ static nfds_t gather(struct server *self, struct pollfd *fds, int at[][2]) {
     nfds_t count = 0;
     fds[count++] = (struct pollfd){.fd = self->signal_fd, .events = POLLIN};
     fds[count++] = (struct pollfd){.fd = self->wake_fd, .events = POLLIN};
+    const short accepting = seat_is_due(self) ? 0 : POLLIN;
     for (int i = 0; i < LISTENERS; i++) {
-        fds[count++] = (struct pollfd){.fd = self->listeners[i], .events = POLLIN};
+        fds[count++] = (struct pollfd){.fd = self->listeners[i], .events = accepting};
     }
     for (size_t i = 0; i < self->client_count; i++) {
         struct connection *client = &self->clients[i];
@@ -436,7 +436,7 @@ static void turn(struct server *self) {
     }
     for (int i = 0; i < LISTENERS; i++) {
         if ((fds[2 + i].revents & POLLIN) != 0) {
-            accept_clients(self, i, now_us);
+            accept_client(self, i, now_us);
         }
     }
     if (!self->stopping) {

@@ -227,7 +227,7 @@ class Silent(WithPort):
         talker = self.client()
         self.assertEqual(talker.ask("version")[-1], "OK")
         silent = [self.client() for _ in range(6)] + [self.tcp() for _ in range(6)]
-        for _ in range(4):
+        for _ in range(200):
             with Client(self.path) as client:
                 self.assertEqual(client.ask("version")[-1], "OK")
         done = self.vergence("--token", self.token, "version", where=self.where)
