@@ -18,14 +18,6 @@
 
 enum { CLIENT_COMMANDS_MAX = 32, CLIENT_NAME_MAX = 32, CLIENT_CLOSED_PIPE = 128 + SIGPIPE };
 
-const char *client_version(void) {
-    return VERGENCE_VERSION;
-}
-
-const char *client_build_id(void) {
-    return version_build_id();
-}
-
 static const struct client_command *find_command(const char *name,
                                                  const struct client_command *commands,
                                                  int command_count) {
@@ -117,7 +109,7 @@ static int dispatch(int argc, char **argv, const struct client_command *commands
         return run_help(argc, argv, commands, command_count);
     }
     if (strcmp(argv[1], "--version") == 0) {
-        printf("vergence %s (build %s)\n", client_version(), client_build_id());
+        printf("vergence %s (build %s)\n", version_text(), version_build_id());
         return CLIENT_OK;
     }
     if (strncmp(argv[1], "--connect", 9) == 0) {

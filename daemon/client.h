@@ -6,20 +6,11 @@
 
 #include <stdbool.h>
 
+#include "daemon/exit_code.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/// Exit codes of every command, the same as `vergence --help` prints; beside them what
-/// interrupt.h gives a command that a signal stopped.
-enum client_exit {
-    CLIENT_OK = 0,
-    CLIENT_FAILED = 1,      // writing results failed, memory ran out
-    CLIENT_USAGE = 2,       // the command line makes no sense
-    CLIENT_BAD_INPUT = 3,   // an image, calibration or other input is unusable
-    CLIENT_NO_SURFACE = 4,  // the inputs are fine but nothing could be measured
-    CLIENT_NOT_GOOD = 5,    // a calibration was written, but it is not good and says so
-};
 
 struct client_command {
     const char *name;
@@ -41,11 +32,6 @@ bool client_occupy_standard_streams(void);
 /// take is a failure, which a script that reads it must know, and is told in one line. A closed
 /// pipe is 141 without a line, where the program ignores SIGPIPE.
 int client_finish_output(const char *program, int exit_code);
-
-/// Version and build of this program; static storage. The build id is what `git describe` said
-/// when it was built, "unknown" outside a repository.
-const char *client_version(void);
-const char *client_build_id(void);
 
 #ifdef __cplusplus
 }

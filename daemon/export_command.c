@@ -12,7 +12,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/capture_stamp.h"
-#include "daemon/client.h"
+#include "daemon/exit_code.h"
 #include "daemon/interrupt.h"
 #include "daemon/options.h"
 #include "daemon/outdir.h"

@@ -30,6 +30,7 @@
 #include "daemon/shell_words.h"
 #include "daemon/store.h"
 #include "daemon/sync_file.h"
+#include "daemon/version.h"
 
 enum { SETTINGS_MAX = 64, MANUAL_SECTION = 8 };
 
@@ -350,7 +351,7 @@ static void report_start(struct daemon *self) {
         }
     }
     logbook_print(&self->logbook, HAL_LOG_NOTICE, "vergenced %s (build %s): serving",
-                  client_version(), client_build_id());
+                  version_text(), version_build_id());
     if (elsewhere) {
         fputs("vergenced: serving until Ctrl-C\n", stderr);
     }
@@ -425,7 +426,7 @@ static int print_page(const struct arguments *arguments, const char *const *sett
                    ? CLIENT_OK
                    : fail(&message);
     }
-    printf("vergenced %s (build %s)\n", client_version(), client_build_id());
+    printf("vergenced %s (build %s)\n", version_text(), version_build_id());
     return CLIENT_OK;
 }
 

@@ -10,7 +10,7 @@
 #include <string.h>
 
 #include "core/invariant.h"
-#include "daemon/client.h"
+#include "daemon/exit_code.h"
 #include "daemon/manual.h"
 #include "daemon/message.h"
 #include "daemon/options_help.h"

@@ -11,7 +11,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/calibration_match.h"
-#include "daemon/client.h"
+#include "daemon/version.h"
 #include "daemon/interrupt.h"
 #include "daemon/memory_available.h"
 #include "daemon/monotonic.h"
@@ -89,8 +89,8 @@ static void fill_context(struct reconstruct_job *job) {
     if (job->request->mesh_unit >= 0) {
         context->mesh_unit = (enum reconstruct_unit)job->request->mesh_unit;
     }
-    context->version = client_version();
-    context->build_id = client_build_id();
+    context->version = version_text();
+    context->build_id = version_build_id();
 }
 
 /// Files that are only needed at the end are missed before the work, not after it.

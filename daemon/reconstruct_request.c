@@ -10,7 +10,7 @@
 
 #include "core/image.h"
 #include "core/match.h"
-#include "daemon/client.h"
+#include "daemon/exit_code.h"
 #include "daemon/image_file.h"
 #include "daemon/input_file.h"
 #include "daemon/length_check.h"

@@ -8,7 +8,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/client.h"
+#include "daemon/exit_code.h"
 #include "daemon/file_error.h"
 #include "daemon/monotonic.h"
 #include "daemon/options.h"

@@ -8,7 +8,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/client.h"
+#include "daemon/exit_code.h"
 #include "daemon/editor.h"
 #include "daemon/printable.h"
 #include "daemon/remote.h"

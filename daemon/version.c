@@ -4,6 +4,10 @@
 // Written into the build directory by build_id.cmake.
 #include "build_id.h"
 
+const char *version_text(void) {
+    return VERGENCE_VERSION;
+}
+
 const char *version_build_id(void) {
     return VERGENCE_BUILD_ID;
 }

@@ -7,6 +7,9 @@
 extern "C" {
 #endif
 
+/// "1.2.3"; static storage, as the others here.
+const char *version_text(void);
+
 /// What `git describe --always --dirty` said when the program was built, or "unknown".
 const char *version_build_id(void);
 

@@ -7,7 +7,7 @@
 #include <stdio.h>
 
 #include "core/error.h"
-#include "daemon/client.h"
+#include "daemon/exit_code.h"
 #include "daemon/interrupt.h"
 #include "daemon/json.h"
 #include "daemon/options.h"

@@ -11,7 +11,6 @@
 #include <stdio.h>
 
 #include "daemon/message.h"
-#include "daemon/server/listener.h"
 #include "rig/profile.h"
 
 #ifdef __cplusplus
@@ -21,6 +20,9 @@ extern "C" {
 enum {
     CONFIG_TEXT_BYTES = 256,
     CONFIG_NO_LINE = -1,
+    CONFIG_SOCKET_BYTES = 104,  ///< of a socket's path, with its end; Linux takes 108, less ".new"
+    CONFIG_CLIENTS_MAX = 32,
+    CONFIG_QUEUE_MAX = 64,  ///< commands that wait
     /// The system's watchdog is fed each second, and not while the instrument is made safe at the
     /// end, which takes up to two.
     CONFIG_WATCHDOG_LEAST_S = 4
@@ -44,7 +46,7 @@ struct config {
     int32_t reset_line, irq_line, lens_power_line, trigger_line;  ///< of that chip; CONFIG_NO_LINE
     bool reset_active_low, irq_active_low, lens_power_active_low, trigger_active_low;
 
-    char socket[LISTENER_PATH_BYTES];
+    char socket[CONFIG_SOCKET_BYTES];
     uint16_t tcp_port;                  ///< 0: none
     char tcp_token[CONFIG_TEXT_BYTES];  ///< file; "": the default one of daemon/token.h
     char console[CONFIG_TEXT_BYTES];    ///< a terminal's device, or "stdio"

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/server/config_keys.h"
 
-#include "daemon/server/crew.h"
-#include "daemon/server/server.h"
-
 #define AT(field) offsetof(struct config, field), sizeof(((struct config *)0)->field)
 #define TEXT(key, field, says) \
     { .name = (key), .kind = CONFIG_TEXT, AT(field), .none = "none", .help = (says) }
@@ -80,8 +77,8 @@ static const struct config_key keys[] = {
              "is set, else in /var/lib for users who can write there, else in ~/.local/state"},
     TEXT("console", console, "terminal: a serial device, or stdio"),
     NUMBER("console_baud", console_baud, 9600, 921600, "baud", "speed of that device"),
-    NUMBER("clients", clients, 1, SERVER_CLIENTS_MAX, NULL, "most clients at a time"),
-    NUMBER("queue", queue, 1, CREW_QUEUE_MAX, NULL,
+    NUMBER("clients", clients, 1, CONFIG_CLIENTS_MAX, NULL, "most clients at a time"),
+    NUMBER("queue", queue, 1, CONFIG_QUEUE_MAX, NULL,
            "commands that may wait; one more is answered ERR BUSY"),
     NUMBER("reader_timeout", reader_timeout_s, 1, 3600, "s",
            "a client that has not read for so long is dropped"),

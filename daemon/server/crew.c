@@ -242,7 +242,7 @@ static struct job *next_job(struct crew *self) {
     }
     if (self->count > 0) {
         job = self->waiting[self->first];
-        self->first = (self->first + 1) % CREW_QUEUE_MAX;
+        self->first = (self->first + 1) % CONFIG_QUEUE_MAX;
         self->count--;
         self->running = job;
     }
@@ -280,7 +280,7 @@ static void *work(void *cookie) {
 }
 
 bool crew_start(struct crew *self, size_t capacity) {
-    INVARIANT(capacity >= 1 && capacity <= CREW_QUEUE_MAX);
+    INVARIANT(capacity >= 1 && capacity <= CONFIG_QUEUE_MAX);
     pthread_condattr_t attributes;
     self->capacity = capacity;
     self->surroundings.started_us = monotonic_now_us();
@@ -332,7 +332,7 @@ bool crew_submit(struct crew *self, struct job *job) {
         job->ahead = (uint32_t)self->count + (self->running != NULL);
         job->ahead_shown = JOB_NOT_SHOWN;
         job->bar_shown = false;
-        self->waiting[(self->first + self->count) % CREW_QUEUE_MAX] = job;
+        self->waiting[(self->first + self->count) % CONFIG_QUEUE_MAX] = job;
         self->count++;
         pthread_cond_signal(&self->news);
     }
@@ -343,7 +343,7 @@ bool crew_submit(struct crew *self, struct job *job) {
 /// How many wait before a job; `count` when it does not wait any more. The caller has the lock.
 static size_t place_of(const struct crew *self, const struct job *job) {
     size_t place = 0;
-    while (place < self->count && self->waiting[(self->first + place) % CREW_QUEUE_MAX] != job) {
+    while (place < self->count && self->waiting[(self->first + place) % CONFIG_QUEUE_MAX] != job) {
         place++;
     }
     return place;
@@ -354,8 +354,8 @@ bool crew_withdraw(struct crew *self, struct job *job) {
     const size_t place = place_of(self, job);
     const bool waits = place < self->count;
     for (size_t i = place; waits && i + 1 < self->count; i++) {
-        self->waiting[(self->first + i) % CREW_QUEUE_MAX] =
-            self->waiting[(self->first + i + 1) % CREW_QUEUE_MAX];
+        self->waiting[(self->first + i) % CONFIG_QUEUE_MAX] =
+            self->waiting[(self->first + i + 1) % CONFIG_QUEUE_MAX];
     }
     self->count -= waits;
     pthread_mutex_unlock(&self->lock);

@@ -9,6 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "daemon/server/config.h"
 #include "daemon/server/job.h"
 #include "daemon/server/reply.h"
 #include "daemon/server/surroundings.h"
@@ -18,14 +19,12 @@
 extern "C" {
 #endif
 
-enum { CREW_QUEUE_MAX = 64 };
-
 struct crew {
     pthread_t thread;
     bool started;
     pthread_mutex_t lock;
     pthread_cond_t news;  ///< a job, or `stopping`
-    struct job *waiting[CREW_QUEUE_MAX];
+    struct job *waiting[CONFIG_QUEUE_MAX];
     size_t first, count, capacity;
     struct job *running;        ///< the thread's; changed under the lock
     bool cancel_recorded;       ///< that `running` is to end
@@ -48,8 +47,8 @@ struct crew {
 struct rig_observer crew_observer(struct crew *self);
 
 /// Starts the thread. All fields from `rig` to `wake_fd`, and `surroundings` but for `started_us`
-/// and its last three, are set before; `capacity` is 1 .. CREW_QUEUE_MAX. False: the system did not
-/// let it.
+/// and its last three, are set before; `capacity` is 1 .. CONFIG_QUEUE_MAX. False: the system did
+/// not let it.
 bool crew_start(struct crew *self, size_t capacity);
 
 /// Cancels what runs, answers what waits, leaves the rig safe and ends the thread.

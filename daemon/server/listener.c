@@ -15,12 +15,17 @@
 #include <unistd.h>
 
 #include "core/error.h"
+#include "daemon/server/config.h"
 
 enum {
     BACKLOG = 16,
     TURNED_AWAY_BYTES = 4096,
     SOCKET_FLAGS = SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK
 };
+
+_Static_assert(sizeof LISTENER_BESIDE - 1 + CONFIG_SOCKET_BYTES <=
+                   sizeof(((struct sockaddr_un *)0)->sun_path),
+               "the name of a socket that does not listen yet fits");
 
 /// Closes a descriptor that is not good enough. The error's own words.
 static const char *give_up(int fd) {
@@ -55,9 +60,9 @@ static bool is_no_socket(const char *path, struct message *message) {
 
 int listener_unix(const char *path, int *listener, struct message *message) {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
-    if (strlen(path) >= LISTENER_PATH_BYTES) {
+    if (strlen(path) >= CONFIG_SOCKET_BYTES) {
         return message_set(message, ERROR_ARGUMENT, "%s: a socket's path has at most %d characters",
-                           path, LISTENER_PATH_BYTES - 1);
+                           path, CONFIG_SOCKET_BYTES - 1);
     }
     memcpy(address.sun_path, path, strlen(path) + 1);
     if (is_no_socket(path, message)) {

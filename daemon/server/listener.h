@@ -4,7 +4,6 @@
 #define VERGENCE_DAEMON_SERVER_LISTENER_H
 
 #include <stdint.h>
-#include <sys/un.h>
 
 #include "daemon/message.h"
 #include "daemon/token.h"
@@ -17,11 +16,6 @@ extern "C" {
 #define LISTENER_BESIDE ".new"
 
 enum { LISTENER_UNIX, LISTENER_TCP, LISTENERS };
-
-enum {
-    /// Of a path that listener_unix can take, with its end.
-    LISTENER_PATH_BYTES = sizeof(((struct sockaddr_un *)0)->sun_path) - sizeof LISTENER_BESIDE + 1
-};
 
 /// A Unix socket that its owner and group may use (mode 0660), in `*fd`, which is the caller's. One
 /// that nobody listens on any more is replaced. 0; ERROR_BUSY when somebody does, ERROR_ARGUMENT
@@ -43,12 +37,12 @@ int listener_accept(int fd);
 /// Tells a client that there are too many, and closes its connection.
 void listener_turn_away(int fd);
 
-#ifdef __cplusplus
-}
-#endif
-
 /// Turns a client away after accept() has failed for want of a descriptor (errno EMFILE or ENFILE;
 /// else nothing is done), with the number of `spare_fd`, which is kept open for that.
 void listener_turn_away_without_descriptor(int listener, int *spare_fd);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

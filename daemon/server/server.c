@@ -26,7 +26,7 @@ enum {
     UNIX = 0,     ///< places among the listeners
     TCP = 1,
     TICK_MS = 250,  ///< the loop looks at all once in this time, come what may
-    FDS_MAX = 2 + LISTENERS + 2 * (SERVER_CLIENTS_MAX + 1),
+    FDS_MAX = 2 + LISTENERS + 2 * (CONFIG_CLIENTS_MAX + 1),
     STUCK_SIMULATED_S = 150,  ///< a simulated rig renders its frames, which takes what it takes
     LOOK_BYTES = 256 * 1024,  ///< more than a socket holds
     LOOK_US = 200000,
@@ -93,7 +93,7 @@ static bool open_signals(struct server *self) {
 static bool open_clients(struct server *self) {
     self->host = (struct connection_host){submit, withdraw, answer, parse, complete, self};
     self->client_count = self->config->clients + 1;
-    INVARIANT(self->client_count <= SERVER_CLIENTS_MAX + 1);
+    INVARIANT(self->client_count <= CONFIG_CLIENTS_MAX + 1);
     for (size_t i = 0; i < self->client_count; i++) {
         if (!connection_init(&self->clients[i], &self->host, self->wake_fd, i == CONSOLE)) {
             return false;
@@ -414,7 +414,7 @@ static void notify(struct server *self, uint64_t now_us) {
 
 static void turn(struct server *self) {
     struct pollfd fds[FDS_MAX];
-    int at[SERVER_CLIENTS_MAX + 1][2];
+    int at[CONFIG_CLIENTS_MAX + 1][2];
     const nfds_t count = gather(self, fds, at);
     const int ready = poll(fds, count, patience_ms(self, monotonic_now_us()));
     const uint64_t now_us = monotonic_now_us();

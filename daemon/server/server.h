@@ -20,8 +20,6 @@
 extern "C" {
 #endif
 
-enum { SERVER_CLIENTS_MAX = 32 };
-
 struct server {
     const struct config *config;
     struct logbook *logbook;
@@ -29,7 +27,7 @@ struct server {
     size_t table_count;
     struct crew rig_crew, desk_crew;
     struct connection_host host;
-    struct connection clients[SERVER_CLIENTS_MAX + 1];  ///< the first is the console
+    struct connection clients[CONFIG_CLIENTS_MAX + 1];  ///< the first is the console
     size_t client_count;
     struct reply reply;
     int listeners[LISTENERS];  ///< -1: none

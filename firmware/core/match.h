@@ -17,13 +17,6 @@
 extern "C" {
 #endif
 
-enum {
-    MATCH_MIN_WIDTH_PX = 16,
-    MATCH_MIN_HEIGHT_PX = 8,
-    MATCH_MAX_DISPARITIES = 1024,
-    MATCH_DISPARITY_LIMIT = 1024,  // |disparity_min| and disparity_min + count stay within
-};
-
 /// A compiled set of inner loops, see match_kernels.h.
 struct match_kernels;
 

@@ -23,6 +23,14 @@
 extern "C" {
 #endif
 
+/// What the matcher takes: a plan never asks for more.
+enum {
+    MATCH_MIN_WIDTH_PX = 16,
+    MATCH_MIN_HEIGHT_PX = 8,
+    MATCH_MAX_DISPARITIES = 1024,
+    MATCH_DISPARITY_LIMIT = 1024,  // |disparity_min| and disparity_min + count stay within
+};
+
 /// A stated disparity range is one of the full image's; it changes what is searched, never the
 /// frames. A region crops the left image; the right crop stands, by whole pixels, where the
 /// region's matches lie, and `disparity_min` of the plan moves with it.

@@ -6,7 +6,6 @@
 #include "core/error.h"
 #include "core/geometry.h"
 #include "core/invariant.h"
-#include "core/match.h"
 #include "core/rectify.h"
 #include "core/rectify_window.h"
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/client.h"
+#include "daemon/exit_code.h"
 #include "daemon/message.h"
 #include "daemon/options.h"
 #include "daemon/options_help.h"

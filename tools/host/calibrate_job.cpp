@@ -13,7 +13,7 @@
 #include "core/error.h"
 #include "core/geometry.h"
 #include "core/invariant.h"
-#include "daemon/client.h"
+#include "daemon/exit_code.h"
 #include "daemon/interrupt.h"
 #include "daemon/monotonic.h"
 #include "daemon/outdir.h"

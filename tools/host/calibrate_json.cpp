@@ -6,7 +6,7 @@
 
 #include "calib/uncertainty.hpp"
 #include "core/geometry.h"
-#include "daemon/client.h"
+#include "daemon/version.h"
 #include "tools/host/calibrate_result.hpp"
 
 namespace {
@@ -188,7 +188,7 @@ std::string calibrate_result_json(const calibrate_result &result) {
     const calib::verdict &verdict = result.solution->verdict;
     const bool pair = result.views->seen.cameras == 2;
     json page = {{"program", "vergence"},
-                 {"version", client_version()},
+                 {"version", version_text()},
                  {"kind", "calibration"},
                  {"verdict",
                   {{"good", verdict.good},

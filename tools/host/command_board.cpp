@@ -4,7 +4,7 @@
 #include <string>
 
 #include "core/error.h"
-#include "daemon/client.h"
+#include "daemon/exit_code.h"
 #include "daemon/message.h"
 #include "daemon/options.h"
 #include "tools/host/board_pdf.hpp"

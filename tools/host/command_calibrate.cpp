@@ -7,7 +7,7 @@
 
 #include "core/calibration.h"
 #include "core/error.h"
-#include "daemon/client.h"
+#include "daemon/exit_code.h"
 #include "daemon/input_file.h"
 #include "daemon/options.h"
 #include "daemon/workers.h"

@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <string>
 
-#include "daemon/client.h"
+#include "daemon/exit_code.h"
 #include "daemon/input_file.h"
 #include "daemon/json.h"
 #include "daemon/options.h"

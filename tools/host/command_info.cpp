@@ -9,7 +9,7 @@
 
 #include "core/calibration_grammar.h"
 #include "core/error.h"
-#include "daemon/client.h"
+#include "daemon/exit_code.h"
 #include "daemon/input_file.h"
 #include "daemon/options.h"
 #include "daemon/session_pairs.h"

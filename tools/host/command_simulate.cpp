@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/client.h"
+#include "daemon/exit_code.h"
 #include "daemon/options.h"
 #include "tools/host/commands.hpp"
 #include "tools/host/number_text.hpp"
