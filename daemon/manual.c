@@ -60,7 +60,7 @@ void manual_begin(FILE *file, const char *name, int section, const char *summary
         fputc(toupper((unsigned char)*at), file);
     }
     fprintf(file, " %d \"%s\" \"Vergence %s\" \"Vergence\"\n.SH NAME\n", section,
-            version_build_date(), VERGENCE_VERSION);
+            version_build_date(), version_text());
     put_line_begin(file, name, strlen(name));
     fputs(" \\- ", file);
     put_escaped(file, summary, strlen(summary));

@@ -74,7 +74,7 @@ static int run_help(const struct command_call *call) {
 }
 
 static int run_version(const struct command_call *call) {
-    item_text(call, "version", VERGENCE_VERSION);
+    item_text(call, "version", version_text());
     item_text(call, "build", version_build_id());
     return 0;
 }
