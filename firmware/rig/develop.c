@@ -121,6 +121,7 @@ static void develop_part(void *context, int index) {
     const size_t part = (size_t)index;
     const int begin = (int)((int64_t)develop->raw->height_px * index / develop->parts);
     const int end = (int)((int64_t)develop->raw->height_px * (index + 1) / develop->parts);
+    INVARIANT(begin <= end && end <= develop->raw->height_px);
     for (int y = begin; y < end; y++) {
         develop_row(develop, y, develop->rgb + part * CHANNELS * width,
                     develop->work + part * CHANNELS * (width + DEBAYER_MARGIN_PX));
@@ -138,6 +139,7 @@ int develop_image(const struct reconstruct_image *raw, const struct develop_bala
     }
     const size_t mark = arena_mark(arena);
     const size_t width = (size_t)raw->width_px;
+    INVARIANT(parallel->threads >= 1);
     const size_t parts = (size_t)parallel->threads;
     struct develop develop = {
         .raw = raw, .grey = grey, .colour = colour, .parts = parallel->threads};

@@ -60,6 +60,7 @@ static uint64_t now_us(const struct reconstruct_environment *environment) {
 
 static bool report(const struct run *run, enum reconstruct_stage stage, int done, int total) {
     const struct reconstruct_environment *environment = run->environment;
+    INVARIANT(done >= 0 && done <= total);
     return environment->progress == NULL ||
            environment->progress(environment->self, stage, done, total);
 }
@@ -92,6 +93,7 @@ static bool take_rgb8(struct arena *arena, int width, int height, struct image_r
 static bool take_images(struct arena *arena, struct reconstruct_result *result) {
     const int width = result->plan.width_px;
     const int height = result->plan.height_px;
+    INVARIANT(width >= MATCH_MIN_WIDTH_PX && height >= MATCH_MIN_HEIGHT_PX);
     const size_t pixels = (size_t)width * (size_t)height;
     struct match_output *match = &result->match;
     result->left_span = arena_take(arena, (size_t)height, sizeof *result->left_span);

@@ -77,6 +77,7 @@ static void triangulate_row(void *context, int y) {
             reason[x] = REASON_OUT_OF_RANGE;
         }
     }
+    INVARIANT(vertex <= rows->first[y + 1]);
     rows->kept[y] = vertex - rows->first[y];
 }
 
@@ -85,6 +86,7 @@ static uint32_t compact(const struct rows *rows, int height) {
     struct reconstruct_result *result = rows->result;
     uint32_t total = 0;
     for (int y = 0; y < height; y++) {
+        INVARIANT(total <= rows->first[y]);
         if (total != rows->first[y]) {
             memmove(result->points + total, result->points + rows->first[y],
                     rows->kept[y] * sizeof *result->points);
@@ -123,7 +125,9 @@ int surface_triangulate(const struct parallel *parallel, struct arena *arena,
         rows.first[y + 1] = rows.first[y] + count_valid(&result->match.reason, y);
     }
     parallel->run(parallel->self, triangulate_row, &rows, height);
+    INVARIANT(rows.first[height] == valid);
     result->vertex_count = compact(&rows, height);
+    INVARIANT(result->vertex_count <= valid);
     arena_release(arena, mark);
     return ERROR_OK;
 }
