@@ -6,7 +6,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/replay/replay_profile.h"
+#include "daemon/backends/replay/replay_profile.h"
 
 static int open_sim(struct main_backends *self, const struct config *config,
                     struct rig_ports *ports, struct message *message) {

@@ -6,13 +6,13 @@
 
 #include <stdbool.h>
 
-#include "daemon/fault.h"
-#include "daemon/fault_plan.h"
+#include "daemon/backends/fault/fault.h"
+#include "daemon/backends/replay/replay.h"
+#include "daemon/backends/sim/sim_backend.h"
 #include "daemon/main_linux.h"
-#include "daemon/record.h"
-#include "daemon/replay/replay.h"
-#include "daemon/server/config.h"
-#include "daemon/sim/sim_backend.h"
+#include "daemon/session/record.h"
+#include "daemon/settings/config.h"
+#include "daemon/settings/fault_plan.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The client as the board carries it.
-#include "daemon/client.h"
-#include "daemon/export_command.h"
-#include "daemon/image_pnm.h"
-#include "daemon/image_raw.h"
-#include "daemon/reconstruct_command.h"
-#include "daemon/replay/replay_command.h"
+#include "daemon/backends/replay/replay_command.h"
+#include "daemon/client/client.h"
+#include "daemon/images/image_pnm.h"
+#include "daemon/images/image_raw.h"
+#include "daemon/surface/export_command.h"
+#include "daemon/surface/reconstruct_command.h"
 
 static int run_reconstruct(int argc, char **argv) {
     static const struct image_format formats[] = {

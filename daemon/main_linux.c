@@ -6,8 +6,8 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/linux/monotonic_clock.h"
-#include "daemon/server/item.h"
+#include "daemon/backends/linux/monotonic_clock.h"
+#include "daemon/reply/item.h"
 
 enum { LENS_BITS_PER_S = 9600 };
 

@@ -6,12 +6,12 @@
 
 #include <stdbool.h>
 
-#include "daemon/linux/gpiod_lines.h"
-#include "daemon/linux/i2c_dev.h"
-#include "daemon/linux/termios_uart.h"
-#include "daemon/linux/v4l2_camera.h"
-#include "daemon/server/config.h"
-#include "rig/command.h"
+#include "console/command.h"
+#include "daemon/backends/linux/gpiod_lines.h"
+#include "daemon/backends/linux/i2c_dev.h"
+#include "daemon/backends/linux/termios_uart.h"
+#include "daemon/backends/linux/v4l2_camera.h"
+#include "daemon/settings/config.h"
 #include "rig/rig.h"
 
 #ifdef __cplusplus

@@ -6,10 +6,10 @@
 #include <stdint.h>
 
 #include "core/error.h"
-#include "daemon/replay/play.h"
-#include "daemon/server/files.h"
-#include "daemon/server/item.h"
-#include "daemon/server/surroundings.h"
+#include "daemon/backends/replay/play.h"
+#include "daemon/commands/files.h"
+#include "daemon/commands/surroundings.h"
+#include "daemon/reply/item.h"
 
 static int run_replay(const struct command_call *call) {
     const struct surroundings *around = surroundings_of(call);

@@ -5,7 +5,7 @@
 
 #include <stddef.h>
 
-#include "rig/command.h"
+#include "console/command.h"
 
 #ifdef __cplusplus
 extern "C" {

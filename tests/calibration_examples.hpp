@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "core/calibration.h"
-#include "core/calibration_grammar.h"
 #include "core/crc.h"
+#include "stereo/geometry/calibration.h"
+#include "stereo/geometry/calibration_grammar.h"
 
 namespace calibration_examples {
 

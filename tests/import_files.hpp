@@ -9,7 +9,7 @@
 
 #include "core/error.h"
 #include "scratch.hpp"
-#include "tools/host/calibration_file.hpp"
+#include "tools/host/convert/calibration_file.hpp"
 
 namespace import_files {
 

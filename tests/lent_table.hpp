@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/error.h"
-#include "core/rectify.h"
+#include "stereo/geometry/rectify.h"
 
 struct lent_table {
     std::vector<unsigned char> memory;

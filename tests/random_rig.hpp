@@ -9,9 +9,9 @@
 #include <cmath>
 #include <random>
 
-#include "core/calibration.h"
 #include "core/error.h"
-#include "core/geometry.h"
+#include "stereo/geometry/calibration.h"
+#include "stereo/geometry/geometry.h"
 
 namespace random_rig {
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Writes OUTPUT, a C++ file that holds a report's sources of FOLDER as the strings NAME_page,
-# NAME_style and NAME_script, which tools/host/NAME.hpp declares:
+# NAME_style and NAME_script, which NAME.hpp beside FOLDER's pages declares:
 #   cmake -DOUTPUT=... -DFOLDER=... -DNAME=... "-DSCRIPTS=a.js b.js" -P embed.cmake
 # The scripts are joined in the given order, inside one function: nothing leaks into the page.
 function(append_string name text)
@@ -11,8 +11,9 @@ function(append_string name text)
   file(APPEND ${OUTPUT}.new "const char *const ${name} = R\"embedded(${text})embedded\";\n")
 endfunction()
 
+cmake_path(GET FOLDER FILENAME folder)
 file(WRITE ${OUTPUT}.new "// SPDX-License-Identifier: Apache-2.0\n// Made by tools/embed.cmake.\n"
-     "#include \"tools/host/${NAME}.hpp\"\n\n")
+     "#include \"tools/host/${folder}/${NAME}.hpp\"\n\n")
 file(READ ${FOLDER}/report.html page)
 append_string(${NAME}_page "${page}")
 file(READ ${FOLDER}/report.css style)

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // The client as a host carries it: all formats, the report, evaluation and explanation.
-#include "daemon/client.h"
-#include "daemon/export_command.h"
-#include "daemon/reconstruct_command.h"
-#include "daemon/replay/replay_command.h"
-#include "daemon/write.h"
-#include "tools/host/calibration_file.hpp"
-#include "tools/host/commands.hpp"
-#include "tools/host/debug.hpp"
-#include "tools/host/evaluate_truth.hpp"
-#include "tools/host/image_formats.hpp"
-#include "tools/host/mesh_simplify.hpp"
-#include "tools/host/report.hpp"
-#include "tools/host/write_glb.hpp"
-#include "tools/host/write_png.hpp"
+#include "daemon/backends/replay/replay_command.h"
+#include "daemon/client/client.h"
+#include "daemon/surface/export_command.h"
+#include "daemon/surface/reconstruct_command.h"
+#include "daemon/surface/result/write.h"
+#include "tools/host/commands/commands.hpp"
+#include "tools/host/convert/calibration_file.hpp"
+#include "tools/host/debug/debug.hpp"
+#include "tools/host/evaluate/evaluate_truth.hpp"
+#include "tools/host/formats/image_formats.hpp"
+#include "tools/host/formats/write_png.hpp"
+#include "tools/host/mesh/mesh_simplify.hpp"
+#include "tools/host/mesh/write_glb.hpp"
+#include "tools/host/report/report.hpp"
 
 namespace {
 

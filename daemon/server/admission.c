@@ -4,7 +4,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-#include "daemon/token.h"
+#include "daemon/files/token.h"
 
 static bool begins_with(const char *line, size_t length, const char *word) {
     const size_t bytes = strlen(word);

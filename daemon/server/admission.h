@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// What the first line of a client may be. A web page can send what it likes to a port of this
-/// machine, so that HTTP is never answered, and TCP needs a token (daemon/token.h) that no page
-/// knows.
+/// machine, so that HTTP is never answered, and TCP needs a token (daemon/files/token.h) that no
+/// page knows.
 #ifndef VERGENCE_DAEMON_SERVER_ADMISSION_H
 #define VERGENCE_DAEMON_SERVER_ADMISSION_H
 

@@ -4,7 +4,7 @@
 #ifndef VERGENCE_DAEMON_SERVER_CONFINE_H
 #define VERGENCE_DAEMON_SERVER_CONFINE_H
 
-#include "daemon/message.h"
+#include "daemon/base/message.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -8,8 +8,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "daemon/editor.h"
-#include "daemon/server/job.h"
+#include "daemon/cli/editor.h"
+#include "daemon/reply/job.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -5,7 +5,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/monotonic.h"
+#include "daemon/base/monotonic.h"
 
 enum {
     CTRL_C = 3,

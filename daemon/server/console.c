@@ -6,8 +6,8 @@
 #include <unistd.h>
 
 #include "core/invariant.h"
-#include "daemon/monotonic.h"
-#include "daemon/serial_device.h"
+#include "daemon/base/monotonic.h"
+#include "daemon/base/serial_device.h"
 
 enum { RETRY_US = 1000000 };
 

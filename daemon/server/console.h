@@ -8,9 +8,9 @@
 #include <stdint.h>
 #include <termios.h>
 
-#include "daemon/message.h"
-#include "daemon/server/config.h"
+#include "daemon/base/message.h"
 #include "daemon/server/connection.h"
+#include "daemon/settings/config.h"
 
 #ifdef __cplusplus
 extern "C" {

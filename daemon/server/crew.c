@@ -8,15 +8,15 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "console/commands.h"
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/monotonic.h"
-#include "daemon/record.h"
-#include "daemon/scribe.h"
-#include "daemon/server/commands_daemon.h"
-#include "daemon/server/logbook.h"
-#include "daemon/thread.h"
-#include "rig/commands.h"
+#include "daemon/base/monotonic.h"
+#include "daemon/base/thread.h"
+#include "daemon/commands/commands_daemon.h"
+#include "daemon/reply/logbook.h"
+#include "daemon/session/record.h"
+#include "daemon/session/scribe.h"
 
 enum { IDLE_US = 50000, PROGRESS_US = 100000, WAIT_TOLD_US = 500000 };
 

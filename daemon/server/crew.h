@@ -9,10 +9,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "daemon/server/config.h"
-#include "daemon/server/job.h"
-#include "daemon/server/reply.h"
-#include "daemon/server/surroundings.h"
+#include "daemon/commands/surroundings.h"
+#include "daemon/reply/job.h"
+#include "daemon/reply/reply.h"
+#include "daemon/settings/config.h"
 #include "rig/rig.h"
 
 #ifdef __cplusplus

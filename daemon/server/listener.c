@@ -15,7 +15,7 @@
 #include <unistd.h>
 
 #include "core/error.h"
-#include "daemon/server/config.h"
+#include "daemon/settings/config.h"
 
 enum {
     BACKLOG = 16,

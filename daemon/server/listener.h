@@ -5,8 +5,8 @@
 
 #include <stdint.h>
 
-#include "daemon/message.h"
-#include "daemon/token.h"
+#include "daemon/base/message.h"
+#include "daemon/files/token.h"
 
 #ifdef __cplusplus
 extern "C" {

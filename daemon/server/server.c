@@ -14,9 +14,9 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/monotonic.h"
-#include "daemon/serial_device.h"
-#include "daemon/server/completion.h"
+#include "daemon/base/monotonic.h"
+#include "daemon/base/serial_device.h"
+#include "daemon/commands/completion.h"
 #include "daemon/server/connection_input.h"
 #include "daemon/server/listener.h"
 #include "daemon/server/notify.h"

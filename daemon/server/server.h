@@ -8,12 +8,12 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "daemon/server/config.h"
+#include "daemon/reply/logbook.h"
 #include "daemon/server/connection.h"
 #include "daemon/server/console.h"
 #include "daemon/server/crew.h"
 #include "daemon/server/listener.h"
-#include "daemon/server/logbook.h"
+#include "daemon/settings/config.h"
 #include "hal/watchdog.h"
 
 #ifdef __cplusplus

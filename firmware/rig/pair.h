@@ -9,8 +9,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "core/picture_stats.h"
 #include "rig/rig.h"
+#include "stereo/image/picture_stats.h"
 
 #ifdef __cplusplus
 extern "C" {

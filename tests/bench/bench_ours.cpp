@@ -9,10 +9,10 @@
 
 #include "bench/memory_count.hpp"
 #include "core/error.h"
-#include "core/match.h"
-#include "core/reason.h"
-#include "core/refine.h"
-#include "daemon/workers.h"
+#include "daemon/base/workers.h"
+#include "stereo/image/reason.h"
+#include "stereo/match/match.h"
+#include "stereo/refine.h"
 
 namespace {
 

@@ -4,7 +4,7 @@
 #define VERGENCE_TESTS_BENCH_BENCH_OURS_HPP
 
 #include "bench/bench_method.hpp"
-#include "core/match.h"
+#include "stereo/match/match.h"
 
 /// Makes the matcher of a preset, with or without the refinement of its disparities after it.
 std::function<std::unique_ptr<bench_method>(const bench_pair &pair)> bench_ours(

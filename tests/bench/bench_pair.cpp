@@ -8,8 +8,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "tools/host/evaluate.hpp"
-#include "tools/host/pfm.hpp"
+#include "tools/host/evaluate/evaluate.hpp"
+#include "tools/host/formats/pfm.hpp"
 
 namespace fs = std::filesystem;
 

@@ -3,7 +3,7 @@
 #include <opencv2/core/version.hpp>
 
 #include "bench/bench_report.hpp"
-#include "daemon/json.h"
+#include "daemon/base/json.h"
 
 namespace {
 

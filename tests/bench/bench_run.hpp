@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "bench/bench_method.hpp"
-#include "tools/host/evaluate.hpp"
+#include "tools/host/evaluate/evaluate.hpp"
 
 /// What the pixels of a map that the method stands by are worth.
 struct bench_kept {

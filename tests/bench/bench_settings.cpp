@@ -8,7 +8,7 @@
 
 #include "bench/bench_run.hpp"
 #include "bench/bench_worker.hpp"
-#include "daemon/json.h"
+#include "daemon/base/json.h"
 
 namespace {
 

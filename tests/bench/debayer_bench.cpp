@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "core/debayer.h"
+#include "stereo/image/debayer.h"
 
 namespace {
 

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <opencv2/calib3d.hpp>
 
-#include "calib/detect.hpp"
+#include "calib/detect/detect.hpp"
 #include "synthetic/board_cases.hpp"
 
 using namespace synthetic;

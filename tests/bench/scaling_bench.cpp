@@ -9,7 +9,7 @@
 
 #include "bench/bench_arguments.hpp"
 #include "bench/bench_run.hpp"
-#include "daemon/json.h"
+#include "daemon/base/json.h"
 
 namespace {
 

@@ -13,7 +13,7 @@
 #include "bench/bench_arguments.hpp"
 #include "bench/bench_run.hpp"
 #include "bench/trouble.hpp"
-#include "daemon/json.h"
+#include "daemon/base/json.h"
 
 namespace {
 

@@ -150,7 +150,7 @@ class Calibration(unittest.TestCase):
     def test_the_documented_grammar_is_the_one_in_force(self):
         done = self.info("--grammar")
         self.assertEqual(done.returncode, 0, done.stderr)
-        document = (SOURCE / "firmware/core/calibration.md").read_text()
+        document = (SOURCE / "firmware/stereo/geometry/calibration.md").read_text()
         self.assertIn(done.stdout, document)
         example = self.write("example.txt", document.split("```\n")[1])
         self.assertEqual(self.explain(example)["format"], "vergence")

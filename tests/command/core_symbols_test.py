@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The core needs nothing but itself: no allocation, no input or output, no libm but sqrt.
 
-Every source of firmware/core is compiled by itself and its undefined symbols are looked at, for
+Every source of firmware/core and firmware/stereo is compiled by itself and its undefined symbols are looked at, for
 the processor at hand and for 32-bit ARM (where the compiler's own helpers show as well).
 """
 import concurrent.futures
@@ -31,7 +31,8 @@ COMPILER = re.compile(r"^(_GLOBAL_OFFSET_TABLE_|__aeabi_\w+|__(u|)(div|mod)\w*|_
 
 
 def sources():
-    return sorted(glob.glob(os.path.join(ROOT, "firmware", "core", "*.c")))
+    return sorted(path for folder in ("core", "stereo") for path in
+                  glob.glob(os.path.join(ROOT, "firmware", folder, "**", "*.c"), recursive=True))
 
 
 def extra_flags(compiler, source):

@@ -10,18 +10,6 @@ import unittest
 
 ROOT = os.environ["VERGENCE_SOURCE"]
 
-# Folder -> folders it may include from. Tests and tools may use everything below them.
-ARROWS = {
-    "firmware/core": {"core"},
-    "firmware/hal": {"hal"},
-    "firmware/device": {"core", "hal", "device"},
-    "firmware/rig": {"core", "hal", "device", "rig"},
-    "daemon": {"core", "hal", "device", "rig", "daemon"},
-    "calib": {"core", "calib"},
-    "tools/host": {"core", "rig", "daemon", "tools", "calib"},
-}
-# The one header that everybody who talks with the simulated rig shares with it.
-PROTOCOL = "tools/simrig/protocol/simrig_protocol.h"
 COMMENTED = (".c", ".h", ".cpp", ".hpp", ".py", ".sh", ".cmake", ".js", ".css", ".html")
 LONGEST_FILE = 500
 C_FAMILY = (".c", ".h", ".cpp", ".hpp")
@@ -52,6 +40,21 @@ def text_of(path):
         return file.read()
 
 
+def allowed_arrows():
+    """tools/arrows.txt: folder -> folders that it may include."""
+    lines = [line.split(":") for line in text_of("tools/arrows.txt").splitlines()
+             if line and not line.startswith("#")]
+    return {folder: allowed.split() for folder, allowed in lines}
+
+
+def folder_of_include(name):
+    """The folder, from the root, that holds what an #include names; "": made by the build."""
+    for root in ("firmware/", "", "fpga/generated/", "fpga/sim/"):
+        if os.path.isfile(os.path.join(ROOT, root + name)):
+            return os.path.dirname(root + name)
+    return ""
+
+
 def is_code(path):
     name = os.path.basename(path)
     if name == "CMakeLists.txt" or path.endswith(COMMENTED):
@@ -71,17 +74,37 @@ class Ground(unittest.TestCase):
         self.assertEqual(missing, [])
 
     def test_includes_follow_the_allowed_arrows(self):
-        wrong = []
+        arrows = allowed_arrows()
+        wrong, seen = [], set()
         for path in self.files:
-            for folder, allowed in ARROWS.items():
-                if not path.startswith(folder + "/"):
-                    continue
-                for target in re.findall(r'#include "([a-z_]+/[^"]*)"', text_of(path)):
-                    if target.split("/")[0] in allowed or \
-                            (target == PROTOCOL and path.startswith("daemon/sim/")):
-                        continue
-                    wrong.append(f"{path} -> {target}")
+            folder = os.path.dirname(path)
+            if not path.endswith(C_FAMILY) or folder not in arrows:
+                continue
+            for name in re.findall(r'^#include "([^"]*)"', text_of(path), re.M):
+                target = folder_of_include(name)
+                seen.add((folder, target))
+                if target not in (folder, "", *arrows[folder]):
+                    wrong.append(f"{path} -> {name}")
         self.assertEqual(wrong, [])
+        unused = [f"{folder} -> {target}" for folder in arrows for target in arrows[folder]
+                  if (folder, target) not in seen]
+        self.assertEqual(unused, [])
+
+    def test_every_source_folder_has_its_arrows(self):
+        arrows = allowed_arrows()
+        folders = {os.path.dirname(p) for p in self.files if p.endswith(C_FAMILY)
+                   and p.startswith(("firmware/", "daemon/", "calib/", "tools/"))}
+        # Here are the mains; and a generator that nothing includes.
+        self.assertEqual(folders - set(arrows),
+                         {"daemon", "tools", "tools/simrig", "calib/base/marker_tables"})
+        self.assertEqual(set(arrows) - folders, set())
+
+    def test_the_arrows_have_no_circle(self):
+        arrows = allowed_arrows()
+        while arrows:
+            lowest = {f for f in arrows if not set(arrows[f]) & set(arrows)}
+            self.assertTrue(lowest, f"circle among {sorted(arrows)}")
+            arrows = {f: arrows[f] for f in arrows if f not in lowest}
 
     def test_core_includes_no_system_beyond_the_freestanding(self):
         allowed = {"stdbool.h", "stddef.h", "stdint.h", "string.h", "math.h", "immintrin.h",
@@ -150,7 +173,7 @@ class Ground(unittest.TestCase):
     def test_core_asserts_its_invariants(self):
         lines = asserts = 0
         for path in self.files:
-            if path.startswith("firmware/core/") and path.endswith(".c"):
+            if path.startswith(("firmware/core/", "firmware/stereo/")) and path.endswith(".c"):
                 code = [l for l in text_of(path).splitlines()
                         if l.strip() and not l.strip().startswith(("//", "#", "}"))]
                 lines += len(code)

@@ -14,7 +14,8 @@ import tempfile
 import unittest
 
 ROOT = os.environ["VERGENCE_SOURCE"]
-FOLDERS = [os.path.join(ROOT, "firmware", "core"), os.path.join(ROOT, "tests", "portable")]
+FOLDERS = [os.path.join(ROOT, "firmware", "core"), os.path.join(ROOT, "firmware", "stereo"),
+           os.path.join(ROOT, "tests", "portable")]
 FLAGS = ["-std=c11", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", "-I",
          os.path.join(ROOT, "firmware")]
 # The objects are the same each time: no need to compile unchanged sources again.
@@ -49,7 +50,8 @@ PACKAGES = {
 
 
 def sources():
-    return [name for folder in FOLDERS for name in sorted(glob.glob(os.path.join(folder, "*.c")))]
+    return [name for folder in FOLDERS
+            for name in sorted(glob.glob(os.path.join(folder, "**", "*.c"), recursive=True))]
 
 
 def level_flags(target, source):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes a session's directory as daemon/session.md describes it."""
+"""Writes a session's directory as daemon/session/session.md describes it."""
 import zlib
 
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // usage: ask_again RIG SESSION < CALLS
 //
-// Makes recorded calls of the hardware's interfaces (lines as in daemon/session.md) again, one
-// after the other, at a simulated rig that listens at RIG, and records them with what they bring
-// there into the new directory SESSION. Of frames it asks for that which began when the recorded
-// one did. For board_test.py.
+// Makes recorded calls of the hardware's interfaces (lines as in daemon/session/session.md) again,
+// one after the other, at a simulated rig that listens at RIG, and records them with what they
+// bring there into the new directory SESSION. Of frames it asks for that which began when the
+// recorded one did. For board_test.py.
 #include <fcntl.h>
 
 #include <algorithm>
@@ -17,12 +17,12 @@
 #include <string>
 #include <vector>
 
-#include "daemon/record.h"
-#include "daemon/session_write.h"
+#include "daemon/session/record.h"
+#include "daemon/session/session_write.h"
 // In C a function may have the name of a structure.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wshadow"
-#include "daemon/sim/sim_backend.h"
+#include "daemon/backends/sim/sim_backend.h"
 #pragma GCC diagnostic pop
 
 namespace {

@@ -11,7 +11,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/sim/sim_backend.h"
+#include "daemon/backends/sim/sim_backend.h"
 #include "fake_file.h"
 #include "fake_gpio.h"
 #include "fake_i2c.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A running simrig (tools/simrig) behind fake devices: /dev/i2c-N, /dev/videoN, /dev/ttyN and
 /// /dev/gpiochipN of a board that drives the simulated rig. The fake kernel is the rig's board, by
-/// the daemon's own client of its protocol (daemon/sim).
+/// the daemon's own client of its protocol (daemon/backends/sim).
 ///
 /// Time is the rig's, for the whole program: it passes while somebody sleeps, waits for a device or
 /// has the bus, and stands still otherwise. It begins at FAKE_RIG_BEGIN_US, where no machine's own

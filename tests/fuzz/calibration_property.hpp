@@ -6,10 +6,10 @@
 #include <cstring>
 #include <string>
 
-#include "core/calibration.h"
 #include "core/error.h"
-#include "core/rectify.h"
 #include "fuzz_check.hpp"
+#include "stereo/geometry/calibration.h"
+#include "stereo/geometry/rectify.h"
 
 /// An accepted text prints back byte by byte, and its pair is planned or refused; a refused text
 /// names line and reason and leaves the result alone.

@@ -2,7 +2,7 @@
 // Prints the words of the calibration text as a dictionary for libFuzzer.
 #include <cstdio>
 
-#include "core/calibration_grammar.h"
+#include "stereo/geometry/calibration_grammar.h"
 
 int main() {
     std::printf("\"%s\\x0a\"\n\"%s\\x0a\"\n\"%s \"\n\"yes\"\n\"no\"\n\"%s\"\n\"%s\"\n",

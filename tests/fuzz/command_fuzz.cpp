@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "console/command.h"
 #include "core/error.h"
 #include "fuzz_check.hpp"
-#include "rig/command.h"
 
 namespace {
 

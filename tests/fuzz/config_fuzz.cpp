@@ -4,7 +4,7 @@
 #include <cstring>
 #include <string>
 
-#include "daemon/server/config.h"
+#include "daemon/settings/config.h"
 #include "fuzz_check.hpp"
 
 namespace {

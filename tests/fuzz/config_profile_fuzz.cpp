@@ -4,8 +4,8 @@
 #include <cstring>
 #include <string>
 
-#include "daemon/server/config.h"
-#include "daemon/server/config_profile.h"
+#include "daemon/settings/config.h"
+#include "daemon/settings/config_profile.h"
 #include "fuzz_check.hpp"
 
 namespace {

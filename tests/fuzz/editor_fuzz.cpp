@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <string>
 
-#include "daemon/editor.h"
+#include "daemon/cli/editor.h"
 #include "fuzz_check.hpp"
 
 namespace {

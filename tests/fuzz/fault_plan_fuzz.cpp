@@ -5,7 +5,7 @@
 #include <string>
 
 #include "core/error.h"
-#include "daemon/fault_plan.h"
+#include "daemon/settings/fault_plan.h"
 #include "fuzz_check.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {

@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "core/error.h"
-#include "daemon/image_file.h"
+#include "daemon/images/image_file.h"
 #include "fuzz_check.hpp"
 
 /// Parses `data`; on success hands the image to `inspect`, on failure expects a reason.

@@ -9,7 +9,7 @@
 
 #include "core/error.h"
 #include "fuzz_check.hpp"
-#include "tools/host/import.hpp"
+#include "tools/host/convert/import.hpp"
 
 inline import_options fuzz_import_options() {
     import_options options;

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "daemon/json_reader.h"
+#include "daemon/base/json_reader.h"
 #include "fuzz_check.hpp"
 
 namespace {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "daemon/server/kept_settings.h"
+#include "daemon/settings/kept_settings.h"
 #include "fuzz_check.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {

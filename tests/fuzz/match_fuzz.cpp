@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "core/error.h"
-#include "core/match.h"
-#include "core/match_kernels.h"
-#include "core/reason.h"
-#include "daemon/workers.h"
+#include "daemon/base/workers.h"
 #include "fuzz_check.hpp"
+#include "stereo/image/reason.h"
+#include "stereo/match/match.h"
+#include "stereo/match/match_kernels.h"
 
 namespace {
 

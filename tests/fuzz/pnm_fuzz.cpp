@@ -2,7 +2,7 @@
 // An accepted image written as binary PNM and read again is the same image.
 #include <string>
 
-#include "daemon/image_pnm.h"
+#include "daemon/images/image_pnm.h"
 #include "image_property.hpp"
 
 namespace {

@@ -18,8 +18,8 @@
 
 #include "core/crc.h"
 #include "core/error.h"
-#include "daemon/base64.h"
-#include "daemon/remote.h"
+#include "daemon/base/base64.h"
+#include "daemon/client/remote.h"
 #include "fuzz_check.hpp"
 #include "memory_folder.hpp"
 

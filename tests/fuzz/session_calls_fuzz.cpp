@@ -16,7 +16,7 @@
 
 #include "core/crc.h"
 #include "core/error.h"
-#include "daemon/replay/replay.h"
+#include "daemon/backends/replay/replay.h"
 #include "fuzz_check.hpp"
 #include "memory_folder.hpp"
 

@@ -9,7 +9,7 @@
 
 #include "core/crc.h"
 #include "core/error.h"
-#include "daemon/session_read.h"
+#include "daemon/session/session_read.h"
 #include "fuzz_check.hpp"
 
 namespace {

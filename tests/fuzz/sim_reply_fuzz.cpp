@@ -11,13 +11,13 @@
 #include <string>
 
 #include "core/error.h"
-#include "daemon/sim/sim_bytes.h"
-#include "daemon/sim/sim_camera.h"
-#include "daemon/sim/sim_connection.h"
-#include "daemon/sim/sim_gpio.h"
-#include "daemon/sim/sim_i2c.h"
-#include "daemon/sim/sim_socket.h"
-#include "daemon/sim/sim_uart.h"
+#include "daemon/backends/sim/sim_bytes.h"
+#include "daemon/backends/sim/sim_camera.h"
+#include "daemon/backends/sim/sim_connection.h"
+#include "daemon/backends/sim/sim_gpio.h"
+#include "daemon/backends/sim/sim_i2c.h"
+#include "daemon/backends/sim/sim_socket.h"
+#include "daemon/backends/sim/sim_uart.h"
 #include "fuzz_check.hpp"
 
 namespace {

@@ -9,8 +9,8 @@
 #include <string>
 
 #include "fuzz_check.hpp"
+#include "tools/simrig/scene/scene.hpp"
 #include "tools/simrig/world/document.hpp"
-#include "tools/simrig/world/scene.hpp"
 
 namespace {
 

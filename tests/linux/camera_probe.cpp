@@ -5,10 +5,10 @@
 #include <cstdlib>
 
 #include "core/error.h"
-#include "daemon/linux/monotonic_clock.h"
-#include "daemon/linux/stderr_log.h"
-#include "daemon/linux/v4l2_camera.h"
-#include "daemon/monotonic.h"
+#include "daemon/backends/linux/monotonic_clock.h"
+#include "daemon/backends/linux/stderr_log.h"
+#include "daemon/backends/linux/v4l2_camera.h"
+#include "daemon/base/monotonic.h"
 
 namespace {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/error.h"
-#include "daemon/linux/v4l2_camera.h"
+#include "daemon/backends/linux/v4l2_camera.h"
 #include "fake_video.h"
 #include "linux_try.hpp"
 

@@ -34,7 +34,7 @@ struct Request {
 #define REQUEST(name) \
     { #name, static_cast < uint64_t>(name) }
 
-// Of daemon/linux, the console, and both versions of libgpiod.
+// Of daemon/backends/linux, the console, and both versions of libgpiod.
 const std::vector<Request> kOurs = {
     REQUEST(VIDIOC_QUERYCAP),
     REQUEST(VIDIOC_S_FMT),

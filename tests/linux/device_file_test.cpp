@@ -7,11 +7,11 @@
 #include <string>
 
 #include "core/error.h"
-#include "daemon/linux/i2c_dev.h"
-#include "daemon/linux/termios_uart.h"
-#include "daemon/linux/v4l2_stream.h"
-#include "daemon/linux/watchdog_dev.h"
-#include "daemon/serial_device.h"
+#include "daemon/backends/linux/i2c_dev.h"
+#include "daemon/backends/linux/termios_uart.h"
+#include "daemon/backends/linux/v4l2_stream.h"
+#include "daemon/backends/linux/watchdog_dev.h"
+#include "daemon/base/serial_device.h"
 #include "linux_try.hpp"
 
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Injected faults: the script, whose turn it is, and that each part fails as a real one would.
-#include "daemon/fault.h"
+#include "daemon/backends/fault/fault.h"
 
 #include <array>
 #include <cstring>
@@ -12,9 +12,9 @@
 
 #include "camera_try.hpp"
 #include "core/error.h"
-#include "daemon/linux/i2c_dev.h"
-#include "daemon/linux/monotonic_clock.h"
-#include "daemon/store.h"
+#include "daemon/backends/linux/i2c_dev.h"
+#include "daemon/backends/linux/monotonic_clock.h"
+#include "daemon/backends/store/store.h"
 #include "fake_i2c.h"
 #include "scratch.hpp"
 #include "synthetic/seed.hpp"

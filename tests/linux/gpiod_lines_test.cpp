@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // hal_gpio on libgpiod, 1.6 or 2: the same behaviour on either. gpiod_v2_test.py builds this with
 // the version that the system does not have.
-#include "daemon/linux/gpiod_lines.h"
+#include "daemon/backends/linux/gpiod_lines.h"
 
 #include <string>
 

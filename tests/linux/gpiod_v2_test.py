@@ -57,8 +57,8 @@ class Build:
 
 
 def own_objects(build, shim, *flags):
-    parts = ["daemon/linux/gpiod_lines.c", f"daemon/linux/gpiod_shim_{shim}.c",
-             "daemon/linux/device_file.c", "daemon/linux/monotonic_clock.c", "daemon/message.c",
+    parts = ["daemon/backends/linux/gpiod_lines.c", f"daemon/backends/linux/gpiod_shim_{shim}.c",
+             "daemon/backends/linux/device_file.c", "daemon/backends/linux/monotonic_clock.c", "daemon/base/message.c",
              "firmware/core/error.c", "firmware/core/invariant.c"]
     return [build.compile(part, *WARNINGS, *OWN, *flags) for part in parts]
 
@@ -88,7 +88,7 @@ class GpiodV2(unittest.TestCase):
         check = r"""
             #include <stdio.h>
             #include "core/error.h"
-            #include "daemon/linux/gpiod_lines.h"
+            #include "daemon/backends/linux/gpiod_lines.h"
             int main(void) {
                 struct gpiod_lines_place places[HAL_GPIO_LINES] = {{0}};
                 struct gpiod_lines lines;

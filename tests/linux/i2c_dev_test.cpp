@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // hal_i2c on i2c-dev: which calls it makes, and what it makes of their errors.
-#include "daemon/linux/i2c_dev.h"
+#include "daemon/backends/linux/i2c_dev.h"
 
 #include <fcntl.h>
 #include <linux/i2c.h>
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/error.h"
-#include "daemon/linux/monotonic_clock.h"
+#include "daemon/backends/linux/monotonic_clock.h"
 #include "fake_i2c.h"
 #include "linux_try.hpp"
 

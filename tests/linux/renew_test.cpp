@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Devices that are not there, that go, and that come back under the same name.
 #include "camera_try.hpp"
-#include "daemon/linux/i2c_dev.h"
-#include "daemon/linux/termios_uart.h"
+#include "daemon/backends/linux/i2c_dev.h"
+#include "daemon/backends/linux/termios_uart.h"
 #include "fake_i2c.h"
 
 namespace {

@@ -8,8 +8,8 @@
 #include <string>
 
 #include "core/error.h"
-#include "daemon/server/kept_settings.h"
-#include "daemon/store.h"
+#include "daemon/backends/store/store.h"
+#include "daemon/settings/kept_settings.h"
 #include "linux_try.hpp"
 #include "scratch.hpp"
 

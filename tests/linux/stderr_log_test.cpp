@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // hal_log on standard error: journald's levels, and it never waits for a reader.
-#include "daemon/linux/stderr_log.h"
+#include "daemon/backends/linux/stderr_log.h"
 
 #include <fcntl.h>
 #include <pty.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The store of settings: always the old record or the new one, whole, whatever happens at whichever
 // system call.
-#include "daemon/store.h"
+#include "daemon/backends/store/store.h"
 
 #include <fcntl.h>
 #include <signal.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // hal_uart on a real terminal: a pseudo terminal, whose calls the fake kernel watches and breaks.
-#include "daemon/linux/termios_uart.h"
+#include "daemon/backends/linux/termios_uart.h"
 
 #include <fcntl.h>
 #include <pty.h>
@@ -15,8 +15,8 @@
 #include <thread>
 
 #include "core/error.h"
-#include "daemon/linux/monotonic_clock.h"
-#include "daemon/monotonic.h"
+#include "daemon/backends/linux/monotonic_clock.h"
+#include "daemon/base/monotonic.h"
 #include "linux_try.hpp"
 
 namespace {

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "camera_try.hpp"
-#include "daemon/linux/v4l2_jpeg.h"
+#include "daemon/backends/linux/v4l2_jpeg.h"
 #include "synthetic/seed.hpp"
 // It needs stdio, and does not say so.
 #include <jpeglib.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // hal_watchdog on /dev/watchdog: armed, fed, and disarmed only at an orderly end.
-#include "daemon/linux/watchdog_dev.h"
+#include "daemon/backends/linux/watchdog_dev.h"
 
 #include <string>
 

@@ -10,8 +10,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "calib/detect.hpp"
-#include "calib/marker.hpp"
+#include "calib/base/marker.hpp"
+#include "calib/detect/detect.hpp"
 
 namespace {
 

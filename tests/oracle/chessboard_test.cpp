@@ -7,8 +7,8 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "core/triangulate.h"
 #include "oracle/stereo_rig.hpp"
+#include "stereo/geometry/triangulate.h"
 
 namespace {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Demosaicing of photographs whose mosaic the test makes, against OpenCV's methods.
-#include "core/debayer.h"
+#include "stereo/image/debayer.h"
 
 #include <doctest/doctest.h>
 

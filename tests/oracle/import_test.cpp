@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Importers against files that OpenCV itself wrote, and against OpenCV's own camera model.
-#include "tools/host/import.hpp"
+#include "tools/host/convert/import.hpp"
 
 #include <doctest/doctest.h>
 
@@ -13,10 +13,10 @@
 #include <string>
 
 #include "core/error.h"
-#include "core/geometry.h"
 #include "import_files.hpp"
+#include "stereo/geometry/geometry.h"
 #include "synthetic/seed.hpp"
-#include "tools/host/calibration_file.hpp"
+#include "tools/host/convert/calibration_file.hpp"
 
 using import_files::folder;
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The greedy-path baseline beside a plain transcription of the method in match_paper.h, bit by bit,
 // and beside OpenCV's block matcher and our matcher on a recorded pair.
-#include "core/match_paper.h"
+#include "stereo/match/match_paper.h"
 
 #include <doctest/doctest.h>
 
@@ -21,7 +21,7 @@
 #include "synthetic/camera.hpp"
 #include "synthetic/matched.hpp"
 #include "synthetic/seed.hpp"
-#include "tools/host/evaluate.hpp"
+#include "tools/host/evaluate/evaluate.hpp"
 
 using namespace synthetic;
 

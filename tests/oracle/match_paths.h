@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The kernels' dynamic-programming step (firmware/core/match_message.h), run along paths: one
-/// object a processor level, compiled from match_paths_phase.h, for the test to compare.
+/// The kernels' dynamic-programming step (firmware/stereo/match/match_message.h), run along paths:
+/// one object a processor level, compiled from match_paths_phase.h, for the test to compare.
 #ifndef VERGENCE_TESTS_ORACLE_MATCH_PATHS_H
 #define VERGENCE_TESTS_ORACLE_MATCH_PATHS_H
 

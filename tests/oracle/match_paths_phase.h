@@ -3,8 +3,8 @@
 #ifndef VERGENCE_TESTS_ORACLE_MATCH_PATHS_PHASE_H
 #define VERGENCE_TESTS_ORACLE_MATCH_PATHS_PHASE_H
 
-#include "core/match_message.h"
 #include "match_paths.h"
+#include "stereo/match/match_message.h"
 
 MATCH_INLINE void pass_lanes(const uint8_t *const costs[], const uint8_t *const large[],
                              uint8_t small, int pixels, uint8_t *const messages[],

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/match_vector_plain.h"
+#include "stereo/match/match_vector_plain.h"
 // It uses the vectors included above.
 #include "match_paths_phase.h"
 

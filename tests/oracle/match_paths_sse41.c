@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #if defined(__x86_64__)
 
-#include "core/match_vector_sse41.h"
+#include "stereo/match/match_vector_sse41.h"
 // It uses the vectors included above.
 #include "match_paths_phase.h"
 

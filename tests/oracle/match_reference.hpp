@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The finest level of the matcher once more, as slow and as plain as it can be: whole volumes of
-/// doubles, one loop a formula, no code shared with core. Written from firmware/core/match.md and
-/// the definitions beside the kernels. Which disparities a pixel searches is an argument.
+/// doubles, one loop a formula, no code shared with core. Written from
+/// firmware/stereo/match/match.md and the definitions beside the kernels. Which disparities a pixel
+/// searches is an argument.
 #ifndef VERGENCE_TESTS_ORACLE_MATCH_REFERENCE_HPP
 #define VERGENCE_TESTS_ORACLE_MATCH_REFERENCE_HPP
 

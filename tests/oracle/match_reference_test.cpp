@@ -14,11 +14,11 @@
 
 #include "core/arena.h"
 #include "core/error.h"
-#include "core/match.h"
-#include "core/match_kernels.h"
-#include "core/reason.h"
 #include "match_paths.h"
 #include "match_tapped.h"
+#include "stereo/image/reason.h"
+#include "stereo/match/match.h"
+#include "stereo/match/match_kernels.h"
 #include "synthetic/matched.hpp"
 #include "synthetic/seed.hpp"
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "core/reason.h"
 #include "match_reference.hpp"
+#include "stereo/image/reason.h"
 
 namespace reference {
 

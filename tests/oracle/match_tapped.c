@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "core/invariant.h"
-#include "core/match_state.h"
+#include "stereo/match/match_state.h"
 
 static void tap_row(const struct match_tapped *tapped, struct match_level *level,
                     const struct match_tile *tiles, int y) {

@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "core/match_kernels.h"
+#include "stereo/match/match_kernels.h"
 
 #ifdef __cplusplus
 extern "C" {

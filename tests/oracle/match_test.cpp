@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Our matcher beside OpenCV's on the same pixels, judged by the same rule (see
-// tools/host/evaluate.hpp): on synthetic scenes with exact truth and on a recorded pair.
-#include "core/match.h"
+// tools/host/evaluate/evaluate.hpp): on synthetic scenes with exact truth and on a recorded pair.
+#include "stereo/match/match.h"
 
 #include <doctest/doctest.h>
 
@@ -15,7 +15,7 @@
 #include "synthetic/matched.hpp"
 #include "synthetic/scenes.hpp"
 #include "synthetic/seed.hpp"
-#include "tools/host/evaluate.hpp"
+#include "tools/host/evaluate/evaluate.hpp"
 
 using namespace synthetic;
 

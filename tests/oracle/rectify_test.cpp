@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rectified coordinates and pixels against OpenCV's.
-#include "core/rectify.h"
+#include "stereo/geometry/rectify.h"
 
 #include <doctest/doctest.h>
 
@@ -8,9 +8,9 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "core/geometry.h"
 #include "oracle/stereo_rig.hpp"
 #include "random_rig.hpp"
+#include "stereo/geometry/geometry.h"
 #include "synthetic/seed.hpp"
 
 namespace {

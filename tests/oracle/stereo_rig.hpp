@@ -14,10 +14,10 @@
 #include <string>
 #include <vector>
 
-#include "core/calibration.h"
 #include "core/error.h"
-#include "core/rectify.h"
 #include "lent_table.hpp"
+#include "stereo/geometry/calibration.h"
+#include "stereo/geometry/rectify.h"
 
 namespace stereo_rig {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Triangulation against a brute-force optimum in long double and against OpenCV.
-#include "core/triangulate.h"
+#include "stereo/geometry/triangulate.h"
 
 #include <doctest/doctest.h>
 

@@ -9,22 +9,22 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/calibration.h"
 #include "core/crc.h"
-#include "core/debayer.h"
 #include "core/error.h"
-#include "core/geometry.h"
-#include "core/lens.h"
-#include "core/match_kernels.h"
 #include "core/math.h"
-#include "core/mesh.h"
-#include "core/reason.h"
-#include "core/rectify.h"
-#include "core/triangulate.h"
-#include "core/vet.h"
 #include "digest_match.h"
 #include "digest_numbers.h"
 #include "digest_vectors.h"
+#include "stereo/geometry/calibration.h"
+#include "stereo/geometry/geometry.h"
+#include "stereo/geometry/lens.h"
+#include "stereo/geometry/rectify.h"
+#include "stereo/geometry/triangulate.h"
+#include "stereo/image/debayer.h"
+#include "stereo/image/reason.h"
+#include "stereo/match/match_kernels.h"
+#include "stereo/match/vet.h"
+#include "stereo/mesh.h"
 
 static uint32_t digest_math(void) {
     uint32_t crc = 0;

@@ -9,11 +9,11 @@
 
 #include "core/arena.h"
 #include "core/error.h"
-#include "core/match.h"
-#include "core/match_kernels.h"
-#include "core/match_paper.h"
-#include "core/refine.h"
 #include "digest_numbers.h"
+#include "stereo/match/match.h"
+#include "stereo/match/match_kernels.h"
+#include "stereo/match/match_paper.h"
+#include "stereo/refine.h"
 
 enum { PAIR_WIDTH = 90, PAIR_HEIGHT = 45, PAIR_PIXELS = PAIR_WIDTH * PAIR_HEIGHT };
 

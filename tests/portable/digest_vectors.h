@@ -8,8 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/match_kernels.h"
 #include "digest_numbers.h"
+#include "stereo/match/match_kernels.h"
 #include "vector_probe.h"
 
 static const char *const probe_operation_names[PROBE_OPERATIONS] = {

@@ -6,7 +6,7 @@
 
 #include <stdint.h>
 
-#include "core/match_state.h"
+#include "stereo/match/match_state.h"
 
 enum {
     PROBE_PIXELS = 4,  // a multiple of every level's VECTOR_MEMBERS

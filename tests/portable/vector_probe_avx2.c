@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #if defined(__x86_64__)
 
-#include "core/match_vector_avx2.h"
+#include "stereo/match/match_vector_avx2.h"
 // The operations of the level included above.
 #include "vector_probe_run.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #if defined(__ARM_NEON)
 
-#include "core/match_vector_neon.h"
+#include "stereo/match/match_vector_neon.h"
 // The operations of the level included above.
 #include "vector_probe_run.h"
 

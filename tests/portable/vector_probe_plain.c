@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/match_vector_plain.h"
+#include "stereo/match/match_vector_plain.h"
 // The operations of the level included above.
 #include "vector_probe_run.h"
 

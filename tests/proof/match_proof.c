@@ -16,4 +16,4 @@ int counted_zeros(unsigned bits);
     ensures \false; */
 _Noreturn void invariant_failed(const char *file, int line, const char *condition);
 
-#include "core/match_plain.c"
+#include "stereo/match/match_plain.c"

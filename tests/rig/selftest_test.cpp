@@ -10,7 +10,7 @@
 #include <string>
 
 #include "bench/rig_bench.hpp"
-#include "rig/command.h"
+#include "console/command.h"
 #include "synthetic/seed.hpp"
 
 using rig_bench::Fault;

@@ -7,8 +7,8 @@
 #include <iterator>
 #include <sstream>
 
-#include "daemon/record.h"
-#include "daemon/replay/replay.h"
+#include "daemon/backends/replay/replay.h"
+#include "daemon/session/record.h"
 #include "scratch.hpp"
 #include "session_try.hpp"
 #include "synthetic/seed.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The thread that writes for the one that has the instrument: nothing is lost or out of order, and
 // whoever waits looks after the instrument.
-#include "daemon/scribe.h"
+#include "daemon/session/scribe.h"
 
 #include <doctest/doctest.h>
 

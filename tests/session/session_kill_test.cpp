@@ -11,7 +11,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "daemon/record.h"
+#include "daemon/session/record.h"
 #include "power_loss.hpp"
 #include "scratch.hpp"
 #include "session_try.hpp"

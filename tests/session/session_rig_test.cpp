@@ -7,12 +7,12 @@
 #include <csignal>
 #include <cstdlib>
 
-#include "daemon/record.h"
-#include "daemon/replay/replay.h"
+#include "daemon/backends/replay/replay.h"
+#include "daemon/session/record.h"
 // In C a function may have the name of a structure.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wshadow"
-#include "daemon/sim/sim_backend.h"
+#include "daemon/backends/sim/sim_backend.h"
 #pragma GCC diagnostic pop
 #include "scratch.hpp"
 #include "session_try.hpp"

@@ -9,8 +9,8 @@
 #include <sstream>
 
 #include "core/crc.h"
-#include "daemon/replay/play.h"
-#include "daemon/trace.h"
+#include "daemon/backends/replay/play.h"
+#include "daemon/session/trace.h"
 #include "scratch.hpp"
 #include "session_try.hpp"
 #include "synthetic/seed.hpp"

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "core/error.h"
-#include "daemon/session_read.h"
-#include "daemon/session_write.h"
+#include "daemon/session/session_read.h"
+#include "daemon/session/session_write.h"
 
 namespace session_try {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "fpga/generated/bridge_registers.h"
+#include "bridge_registers.h"
 #include "tests/simrig/rig_try.hpp"
 
 using namespace rig_try;

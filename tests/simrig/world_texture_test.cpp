@@ -10,7 +10,7 @@
 #include <set>
 
 #include "tests/simrig/world_try.hpp"
-#include "tools/simrig/world/board.hpp"
+#include "tools/simrig/scene/board.hpp"
 #include "tools/simrig/world/random.hpp"
 
 using namespace world_try;

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <string>
 
-#include "tools/simrig/world/frame.hpp"
+#include "tools/simrig/render/frame.hpp"
 
 namespace world_try {
 

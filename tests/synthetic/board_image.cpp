@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/marker.hpp"
+#include "calib/base/marker.hpp"
 
 namespace synthetic {
 

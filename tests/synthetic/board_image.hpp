@@ -8,8 +8,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "calib/board.hpp"
-#include "core/image.h"
+#include "calib/base/board.hpp"
+#include "stereo/image/image.h"
 #include "synthetic/camera.hpp"
 
 namespace synthetic {

@@ -7,7 +7,7 @@
 #include <array>
 #include <optional>
 
-#include "core/calibration.h"
+#include "stereo/geometry/calibration.h"
 #include "synthetic/scene.hpp"
 
 namespace synthetic {

@@ -7,8 +7,8 @@
 #include <functional>
 #include <vector>
 
-#include "core/match.h"
-#include "core/reason.h"
+#include "stereo/image/reason.h"
+#include "stereo/match/match.h"
 #include "synthetic/pair.hpp"
 
 namespace synthetic {

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/image.h"
+#include "stereo/image/image.h"
 #include "synthetic/camera.hpp"
 #include "synthetic/scene.hpp"
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "calib/solve.hpp"
+#include "calib/solve/solve.hpp"
 #include "synthetic/camera.hpp"
 #include "synthetic/scene.hpp"
 
@@ -41,7 +41,7 @@ struct RigViews {
     calib::observations seen;
     Rig rig;
     Vector rotation_rad, translation_mm;  // of the right camera
-    // T_left_board, the board's frame as in calib/board.hpp.
+    // T_left_board, the board's frame as in calib/base/board.hpp.
     std::vector<Matrix> R_left_board;
     std::vector<Vector> t_left_board_mm;
 

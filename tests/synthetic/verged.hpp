@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "rig/reconstruct.h"
+#include "stereo/reconstruct.h"
 #include "synthetic/matched.hpp"
 #include "synthetic/pair.hpp"
 

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <vector>
 
-#include "calib/bundle.hpp"
-#include "core/geometry.h"
-#include "core/lens.h"
+#include "calib/bundle/bundle.hpp"
+#include "stereo/geometry/geometry.h"
+#include "stereo/geometry/lens.h"
 #include "synthetic/scene.hpp"
 #include "synthetic/seed.hpp"
 

@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/solve.hpp"
-#include "calib/solve_parallel.hpp"
+#include "calib/solve/solve.hpp"
+#include "calib/solve/solve_parallel.hpp"
 #include "synthetic/rig_views.hpp"
 #include "synthetic/seed.hpp"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "calib/corner_cache.hpp"
+#include "calib/base/corner_cache.hpp"
 
 namespace {
 

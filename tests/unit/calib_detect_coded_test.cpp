@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "calib/detect.hpp"
-#include "calib/marker.hpp"
+#include "calib/base/marker.hpp"
+#include "calib/detect/detect.hpp"
 #include "synthetic/board_cases.hpp"
 
 using namespace synthetic;

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "calib/pair_order.hpp"
+#include "calib/base/pair_order.hpp"
 #include "synthetic/board_cases.hpp"
 
 using namespace synthetic;

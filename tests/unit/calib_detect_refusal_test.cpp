@@ -5,7 +5,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "calib/detect.hpp"
+#include "calib/detect/detect.hpp"
 #include "synthetic/board_cases.hpp"
 
 using namespace synthetic;

@@ -8,7 +8,7 @@
 #include <string>
 #include <thread>
 
-#include "calib/detect.hpp"
+#include "calib/detect/detect.hpp"
 #include "synthetic/board_cases.hpp"
 
 using namespace synthetic;

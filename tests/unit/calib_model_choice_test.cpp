@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "calib/model_choice.hpp"
+#include "calib/solve/model_choice.hpp"
 #include "synthetic/rig_views.hpp"
 #include "synthetic/seed.hpp"
 

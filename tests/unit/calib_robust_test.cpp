@@ -5,8 +5,8 @@
 #include <cmath>
 #include <set>
 
-#include "calib/robust.hpp"
-#include "calib/solve.hpp"
+#include "calib/solve/robust.hpp"
+#include "calib/solve/solve.hpp"
 #include "synthetic/rig_views.hpp"
 #include "synthetic/seed.hpp"
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <string>
 
-#include "calib/solve.hpp"
+#include "calib/solve/solve.hpp"
 #include "synthetic/rig_views.hpp"
 #include "synthetic/seed.hpp"
 

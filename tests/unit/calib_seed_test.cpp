@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "calib/seed.hpp"
-#include "calib/solve_input.hpp"
+#include "calib/solve/seed.hpp"
+#include "calib/solve/solve_input.hpp"
 #include "synthetic/rig_views.hpp"
 #include "synthetic/seed.hpp"
 

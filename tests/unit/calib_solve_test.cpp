@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "calib/solve.hpp"
-#include "core/geometry.h"
+#include "calib/solve/solve.hpp"
+#include "stereo/geometry/geometry.h"
 #include "synthetic/rig_views.hpp"
 #include "synthetic/seed.hpp"
 

@@ -6,9 +6,9 @@
 #include <cstdlib>
 #include <map>
 
-#include "calib/solve_parallel.hpp"
-#include "calib/uncertainty.hpp"
-#include "core/geometry.h"
+#include "calib/solve/solve_parallel.hpp"
+#include "calib/solve/uncertainty.hpp"
+#include "stereo/geometry/geometry.h"
 #include "synthetic/rig_views.hpp"
 #include "synthetic/seed.hpp"
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "calib/solve.hpp"
-#include "tools/host/calibrate_result.hpp"
+#include "calib/solve/solve.hpp"
+#include "tools/host/calibrate/calibrate_result.hpp"
 
 namespace {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whether a calibration belongs to a pair: each way in which it may not is refused by its name, and
 // what the axes' repeatability makes of the depth.
-#include "daemon/calibration_match.h"
+#include "daemon/session/calibration_match.h"
 
 #include <doctest/doctest.h>
 

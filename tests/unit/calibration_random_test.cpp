@@ -10,8 +10,8 @@
 #include <string>
 
 #include "calibration_examples.hpp"
-#include "core/calibration.h"
 #include "core/error.h"
+#include "stereo/geometry/calibration.h"
 #include "synthetic/seed.hpp"
 
 using namespace calibration_examples;

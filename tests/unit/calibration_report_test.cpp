@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/host/calibration_report.hpp"
+#include "tools/host/calibration_report/calibration_report.hpp"
 
 #include <doctest/doctest.h>
 
 #include <cmath>
 #include <sstream>
 
-#include "calib/solve.hpp"
+#include "calib/solve/solve.hpp"
 #include "synthetic/rig_views.hpp"
-#include "tools/host/calibration_report_figures.hpp"
-#include "tools/host/calibration_report_picture.hpp"
-#include "tools/host/calibration_report_plot.hpp"
+#include "tools/host/calibration_report/calibration_report_figures.hpp"
+#include "tools/host/calibration_report/calibration_report_picture.hpp"
+#include "tools/host/calibration_report/calibration_report_plot.hpp"
 
 namespace {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/calibration.h"
+#include "stereo/geometry/calibration.h"
 
 #include <doctest/doctest.h>
 
@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "calibration_examples.hpp"
-#include "core/calibration_grammar.h"
 #include "core/error.h"
-#include "core/geometry.h"
+#include "stereo/geometry/calibration_grammar.h"
+#include "stereo/geometry/geometry.h"
 
 using namespace calibration_examples;
 

@@ -9,12 +9,12 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/exit_code.h"
-#include "daemon/message.h"
-#include "daemon/options.h"
-#include "daemon/options_help.h"
-#include "daemon/reconstruct_request.h"
-#include "rig/reconstruct.h"
+#include "daemon/base/message.h"
+#include "daemon/cli/exit_code.h"
+#include "daemon/cli/options.h"
+#include "daemon/cli/options_help.h"
+#include "daemon/surface/reconstruct_request.h"
+#include "stereo/reconstruct.h"
 
 namespace {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The table engine of commands: what is taken, what is refused, and with which sentence.
-#include "rig/command.h"
+#include "console/command.h"
 
 #include <doctest/doctest.h>
 
@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "console/command_text.h"
+#include "console/command_words.h"
 #include "core/error.h"
-#include "rig/command_text.h"
-#include "rig/command_words.h"
 #include "synthetic/seed.hpp"
 
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A profile's file: what is printed of a built-in one is that one, and lines change one key each.
-#include "daemon/server/config_profile.h"
+#include "daemon/settings/config_profile.h"
 
 #include <doctest/doctest.h>
 
@@ -8,7 +8,7 @@
 #include <string>
 
 #include "core/error.h"
-#include "daemon/server/config.h"
+#include "daemon/settings/config.h"
 
 namespace {
 

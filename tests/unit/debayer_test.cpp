@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/debayer.h"
+#include "stereo/image/debayer.h"
 
 #include <doctest/doctest.h>
 

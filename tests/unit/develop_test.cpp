@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // White stays white under coloured light, and what is matched stays as it was.
-#include "rig/develop.h"
+#include "stereo/develop.h"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Evaluation rules and the float-map reader, each against a plain second writing of the rule.
-#include "tools/host/evaluate.hpp"
+#include "tools/host/evaluate/evaluate.hpp"
 
 #include <doctest/doctest.h>
 
@@ -12,7 +12,7 @@
 
 #include "scratch.hpp"
 #include "synthetic/seed.hpp"
-#include "tools/host/pfm.hpp"
+#include "tools/host/formats/pfm.hpp"
 
 namespace {
 

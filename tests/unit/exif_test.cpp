@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/host/exif.hpp"
+#include "tools/host/formats/exif.hpp"
 
 #include <doctest/doctest.h>
 

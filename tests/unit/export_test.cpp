@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the exporters write comes back through the importers, and what a format cannot hold is said.
-#include "tools/host/export.hpp"
+#include "tools/host/convert/export.hpp"
 
 #include <doctest/doctest.h>
 
@@ -8,10 +8,10 @@
 #include <cstring>
 #include <filesystem>
 
-#include "core/geometry.h"
-#include "core/rectify.h"
 #include "import_files.hpp"
 #include "random_rig.hpp"
+#include "stereo/geometry/geometry.h"
+#include "stereo/geometry/rectify.h"
 #include "synthetic/seed.hpp"
 
 using namespace import_files;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a log holds back.
-#include "daemon/server/flood.h"
+#include "daemon/reply/flood.h"
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/geometry.h"
+#include "stereo/geometry/geometry.h"
 
 #include <doctest/doctest.h>
 

@@ -11,7 +11,7 @@
 
 #include "import_files.hpp"
 #include "synthetic/seed.hpp"
-#include "tools/host/import.hpp"
+#include "tools/host/convert/import.hpp"
 
 using namespace import_files;
 

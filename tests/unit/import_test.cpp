@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Formats without a writer at hand: files in the published form, numbers checked by hand.
-#include "tools/host/import.hpp"
+#include "tools/host/convert/import.hpp"
 
 #include <doctest/doctest.h>
 
 #include <cmath>
 #include <string>
 
-#include "core/geometry.h"
 #include "import_files.hpp"
+#include "stereo/geometry/geometry.h"
 
 using namespace import_files;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The JSON writer against a foreign parser.
-#include "daemon/json.h"
+#include "daemon/base/json.h"
 
 #include <doctest/doctest.h>
 

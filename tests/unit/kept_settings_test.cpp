@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Kept settings: their text, what of it an instrument takes, and the commands that set it so again.
-#include "daemon/server/kept_settings.h"
+#include "daemon/settings/kept_settings.h"
 
 #include <doctest/doctest.h>
 
@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "console/command.h"
 #include "core/error.h"
 #include "device/mt9t001.h"
-#include "rig/command.h"
 #include "synthetic/seed.hpp"
 
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/lens.h"
+#include "stereo/geometry/lens.h"
 
 #include <doctest/doctest.h>
 

@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "core/error.h"
-#include "core/match.h"
+#include "stereo/match/match.h"
 #include "synthetic/matched.hpp"
 #include "synthetic/scenes.hpp"
 #include "synthetic/seed.hpp"

@@ -3,7 +3,7 @@
 // smooth images and on pairs that have something to do with each other, for all counts of
 // disparities, with every preset and any number of threads. What the levels' operations do one by
 // one is compared in tests/portable.
-#include "core/match_kernels.h"
+#include "stereo/match/match_kernels.h"
 
 #include <doctest/doctest.h>
 
@@ -15,7 +15,7 @@
 
 #include "core/arena.h"
 #include "core/error.h"
-#include "core/match.h"
+#include "stereo/match/match.h"
 #include "synthetic/matched.hpp"
 #include "synthetic/seed.hpp"
 #include "synthetic/threads.hpp"

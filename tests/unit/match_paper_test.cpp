@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The greedy-path baseline: what it answers on synthetic pairs, and how it keeps its contract. What
 // it computes bit by bit is in the oracle test.
-#include "core/match_paper.h"
+#include "stereo/match/match_paper.h"
 
 #include <doctest/doctest.h>
 

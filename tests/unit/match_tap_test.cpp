@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The tap shows every row of every level once an event, shows what the winners were chosen from,
 // and changes nothing.
-#include "core/match_tap.h"
+#include "stereo/match/match_tap.h"
 
 #include <doctest/doctest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the matcher answers on synthetic pairs, against their exact truth. How it keeps its
 // contract otherwise (sizes, memory, threads, errors) is in match_contract_test.cpp.
-#include "core/match.h"
+#include "stereo/match/match.h"
 
 #include <doctest/doctest.h>
 

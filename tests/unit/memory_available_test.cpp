@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // How much memory there is to be had, also where /proc does not tell.
-#include "daemon/memory_available.h"
+#include "daemon/base/memory_available.h"
 
 #include <doctest/doctest.h>
 #include <sys/sysinfo.h>

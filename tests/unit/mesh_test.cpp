@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/mesh.h"
+#include "stereo/mesh.h"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A directory of results appears as a whole or not at all.
-#include "daemon/outdir.h"
+#include "daemon/files/outdir.h"
 
 #include <doctest/doctest.h>
 #include <sys/stat.h>
@@ -17,7 +17,7 @@
 
 #include "core/error.h"
 #include "scratch.hpp"
-#include "tools/host/whole_file.hpp"
+#include "tools/host/formats/whole_file.hpp"
 
 namespace fs = std::filesystem;
 

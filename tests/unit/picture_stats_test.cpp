@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a picture's four numbers say: of light, and of sharpness whatever the light.
-#include "core/picture_stats.h"
+#include "stereo/image/picture_stats.h"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pictures for people: PNG files of our own as libpng reads them, and frames that become smaller.
-#include "daemon/picture.h"
+#include "daemon/images/picture.h"
 
 #include <doctest/doctest.h>
 
@@ -13,7 +13,7 @@
 #include "core/error.h"
 #include "scratch.hpp"
 #include "synthetic/seed.hpp"
-#include "tools/host/image_png.hpp"
+#include "tools/host/formats/image_png.hpp"
 
 namespace {
 

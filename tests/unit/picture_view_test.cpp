@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Two pictures laid over each other: the same scene, shifted, turned, or another one.
-#include "core/picture_view.h"
+#include "stereo/image/picture_view.h"
 
 #include <doctest/doctest.h>
 

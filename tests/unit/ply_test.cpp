@@ -14,9 +14,9 @@
 #include <vector>
 
 #include "core/error.h"
-#include "daemon/output_file.h"
-#include "daemon/result_figures.h"
-#include "daemon/write.h"
+#include "daemon/files/output_file.h"
+#include "daemon/surface/result/result_figures.h"
+#include "daemon/surface/result/write.h"
 
 namespace {
 

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "core/error.h"
-#include "daemon/image_pnm.h"
-#include "daemon/image_raw.h"
+#include "daemon/images/image_pnm.h"
+#include "daemon/images/image_raw.h"
 #include "scratch.hpp"
 #include "synthetic/seed.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The whole path from two raw images of verged, distorted cameras to a surface in millimetres,
 // against the scene itself: every point is compared with where its own ray meets the truth.
-#include "rig/reconstruct.h"
+#include "stereo/reconstruct.h"
 
 #include <doctest/doctest.h>
 
@@ -10,7 +10,7 @@
 #include <string>
 
 #include "core/error.h"
-#include "daemon/result_figures.h"
+#include "daemon/surface/result/result_figures.h"
 #include "synthetic/scenes.hpp"
 #include "synthetic/seed.hpp"
 #include "synthetic/threads.hpp"

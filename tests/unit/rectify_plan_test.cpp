@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "core/error.h"
-#include "core/match.h"
-#include "core/rectify.h"
 #include "random_rig.hpp"
+#include "stereo/geometry/rectify.h"
+#include "stereo/match/match.h"
 #include "synthetic/seed.hpp"
 
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/rectify.h"
+#include "stereo/geometry/rectify.h"
 
 #include <doctest/doctest.h>
 
@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "core/error.h"
-#include "core/match.h"
 #include "lent_table.hpp"
 #include "random_rig.hpp"
+#include "stereo/match/match.h"
 #include "synthetic/seed.hpp"
 
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sub-pixel refinement, the sigma that it predicts and the residual vertical disparity, on
 // synthetic pairs with exact truth.
-#include "core/refine.h"
+#include "stereo/refine.h"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The parts that the page is made of. The page as a whole: tests/command/report_test.py.
-#include "tools/host/report.hpp"
+#include "tools/host/report/report.hpp"
 
 #include <doctest/doctest.h>
 #include <zlib.h>
@@ -15,11 +15,11 @@
 #include "core/error.h"
 #include "scratch.hpp"
 #include "synthetic/seed.hpp"
-#include "tools/host/colormap.hpp"
-#include "tools/host/report_encode.hpp"
-#include "tools/host/report_figures.hpp"
-#include "tools/host/report_layers.hpp"
-#include "tools/host/report_text.hpp"
+#include "tools/host/formats/colormap.hpp"
+#include "tools/host/formats/report_text.hpp"
+#include "tools/host/report/report_encode.hpp"
+#include "tools/host/report/report_figures.hpp"
+#include "tools/host/report/report_layers.hpp"
 
 namespace {
 

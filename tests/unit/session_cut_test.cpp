@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "daemon/reconstruct_session.h"
+#include "daemon/surface/reconstruct_session.h"
 #include "synthetic/seed.hpp"
 
 namespace {

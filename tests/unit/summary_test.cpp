@@ -5,7 +5,7 @@
 #include <string>
 
 #include "core/error.h"
-#include "daemon/reconstruct_summary.h"
+#include "daemon/surface/reconstruct_summary.h"
 
 namespace {
 

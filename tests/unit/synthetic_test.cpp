@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "core/geometry.h"
-#include "core/lens.h"
+#include "stereo/geometry/geometry.h"
+#include "stereo/geometry/lens.h"
 #include "synthetic/pair.hpp"
 #include "synthetic/scenes.hpp"
 #include "synthetic/seed.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/triangulate.h"
+#include "stereo/geometry/triangulate.h"
 
 #include <doctest/doctest.h>
 

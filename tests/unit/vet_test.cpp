@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Small islands against a plain flood fill, with any number of threads.
-#include "core/vet.h"
+#include "stereo/match/vet.h"
 
 #include <doctest/doctest.h>
 
@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/error.h"
-#include "core/reason.h"
+#include "stereo/image/reason.h"
 #include "synthetic/matched.hpp"
 #include "synthetic/seed.hpp"
 #include "synthetic/threads.hpp"

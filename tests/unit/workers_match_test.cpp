@@ -7,8 +7,8 @@
 #include <thread>
 
 #include "core/error.h"
-#include "core/refine.h"
-#include "daemon/workers.h"
+#include "daemon/base/workers.h"
+#include "stereo/refine.h"
 #include "synthetic/matched.hpp"
 #include "synthetic/scenes.hpp"
 #include "synthetic/seed.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The pool of threads: every part runs once, whoever takes it, also when runs follow each other
 // faster than threads wake up.
-#include "daemon/workers.h"
+#include "daemon/base/workers.h"
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pairs to be measured: those of a session's directory, as daemon/session.md describes it, or a
+"""Pairs to be measured: those of a session's directory, as daemon/session/session.md describes it, or a
 folder with left.*, right.* and a calibration."""
 import os
 import pathlib

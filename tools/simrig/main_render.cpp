@@ -8,9 +8,9 @@
 #include <stdexcept>
 #include <string>
 
+#include "tools/simrig/render/picture.hpp"
 #include "tools/simrig/streams.hpp"
 #include "tools/simrig/world/document.hpp"
-#include "tools/simrig/world/picture.hpp"
 
 namespace {
 

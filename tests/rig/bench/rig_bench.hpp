@@ -11,7 +11,7 @@
 #include "bench/faulty_ports.hpp"
 #include "bench/simrig_process.hpp"
 #include "core/error.h"
-#include "daemon/sim/sim_backend.h"
+#include "daemon/backends/sim/sim_backend.h"
 #include "rig/pair.h"
 #include "rig/rig.h"
 

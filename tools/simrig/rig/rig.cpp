@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "fpga/generated/bridge_registers.h"
+#include "bridge_registers.h"
 
 namespace simrig {
 

@@ -6,8 +6,8 @@
 #include <memory>
 #include <string>
 
+#include "tools/simrig/render/frame.hpp"
 #include "tools/simrig/rig/rig.hpp"
-#include "tools/simrig/world/frame.hpp"
 
 namespace simrig {
 

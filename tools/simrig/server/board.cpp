@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "tools/simrig/render/picture.hpp"
 #include "tools/simrig/wire/body.hpp"
-#include "tools/simrig/world/picture.hpp"
 
 namespace simrig {
 

@@ -7,11 +7,11 @@
 #include <stdexcept>
 #include <utility>
 
+#include "tools/simrig/render/picture.hpp"
 #include "tools/simrig/server/place.hpp"
 #include "tools/simrig/server/view.hpp"
 #include "tools/simrig/wire/log.hpp"
 #include "tools/simrig/world/document.hpp"
-#include "tools/simrig/world/picture.hpp"
 
 namespace simrig {
 

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "tools/simrig/world/scene.hpp"
+#include "tools/simrig/scene/scene.hpp"
 
 namespace simrig {
 

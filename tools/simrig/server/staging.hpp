@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "tools/simrig/scene/scene.hpp"
 #include "tools/simrig/wire/message.hpp"
-#include "tools/simrig/world/scene.hpp"
 
 namespace simrig {
 

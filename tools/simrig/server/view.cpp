@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "tools/simrig/world/picture.hpp"
+#include "tools/simrig/render/picture.hpp"
 
 namespace simrig {
 

@@ -7,7 +7,7 @@
 #include <functional>
 #include <string>
 
-#include "tools/simrig/world/frame.hpp"
+#include "tools/simrig/render/frame.hpp"
 
 namespace simrig {
 

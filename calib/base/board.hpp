@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The calibration board, and what one camera saw of it.
+#ifndef VERGENCE_CALIB_BASE_BOARD_HPP
+#define VERGENCE_CALIB_BASE_BOARD_HPP
+
+#include <string>
+#include <vector>
+
+namespace calib {
+
+/// A flat board of squares. Its inner corners are numbered row by row: corner `row * columns +
+/// column` lies at (column * square_mm, row * square_mm, 0) in the board's frame, x along a row,
+/// y from row to row, z away from who looks at it.
+struct board {
+    int columns = 0, rows = 0;  // inner corners, 2..255 each way
+    double square_mm = 0;       // side of a square
+    /// Name of a marker dictionary ("4x4_50", "6x6_250", ...) when the white squares carry coded
+    /// markers (ChArUco); "" for a plain chessboard.
+    std::string dictionary;
+    double marker_mm = 0;  // side of a marker, its black border included; 0 on a plain board
+
+    bool coded() const { return !dictionary.empty(); }
+    int corner_count() const { return columns * rows; }
+    /// A plain board looks the same after half a turn unless one count is odd and the other even.
+    bool looks_same_turned() const { return !coded() && (columns + rows) % 2 == 0; }
+};
+
+/// One inner corner in one image.
+struct corner {
+    int index = 0;              // on the board, 0..corner_count()-1
+    double x_px = 0, y_px = 0;  // (0,0) is the centre of the top-left pixel
+    double sigma_px = 0;        // predicted standard deviation of x and of y; weights the corner
+};
+
+/// What was found of the board in one image. Corners are sorted by index, each at most once.
+struct board_view {
+    std::vector<corner> corners;
+    std::string refusal;  // why nothing can be used, one line; "" when the corners can
+    double clipped = 0;   // share of the white squares that is overexposed, 0..1
+
+    bool overexposed() const { return clipped > 0.5; }
+};
+
+}  // namespace calib
+
+#endif

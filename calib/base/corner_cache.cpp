@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/base/corner_cache.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <istream>
+#include <limits>
+#include <locale>
+#include <ostream>
+#include <sstream>
+
+namespace calib {
+
+namespace {
+
+constexpr double foreign_sigma_px = 0.1;  // level 0 of a file that does not say
+constexpr double highest_level = 30;      // mrcal shifts a one by so many bits
+// No detector is better or worse than this; weights far outside make the solution worthless.
+constexpr double smallest_sigma_px = 1e-6, largest_sigma_px = 1e3;
+const char overexposed_comment[] = "## overexposed white squares, and their share:";
+const char sigma_comment[] = "## a corner of level 0 has a standard deviation of";
+
+bool can_be_named(const std::string &name) {
+    return !name.empty() && name[0] != '#' && name.find_first_of(" \t\r\n") == std::string::npos;
+}
+
+double least_sigma_px(const std::vector<cached_view> &views) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const cached_view &cached : views) {
+        for (const corner &c : cached.view.corners) {
+            least = c.sigma_px > 0 ? std::min(least, c.sigma_px) : least;
+        }
+    }
+    return std::isfinite(least) ? least : foreign_sigma_px;
+}
+
+void write_view(std::ostream &out, const board &board, const cached_view &cached, double sigma_px) {
+    if (cached.view.corners.empty()) {
+        out << cached.filename << " - - -\n";
+        return;
+    }
+    if (cached.view.clipped > 0) {
+        out << overexposed_comment << ' ' << cached.filename << ' ' << cached.view.clipped << '\n';
+    }
+    auto next = cached.view.corners.begin();
+    for (int index = 0; index < board.corner_count(); index++) {
+        if (next == cached.view.corners.end() || next->index != index) {
+            out << cached.filename << " - - -\n";
+            continue;
+        }
+        const double level = next->sigma_px > 0 ? std::log2(next->sigma_px / sigma_px) : 0;
+        out << cached.filename << ' ' << next->x_px << ' ' << next->y_px << ' '
+            << std::clamp(level, 0.0, highest_level) << '\n';
+        ++next;
+    }
+}
+
+bool number_of(const std::string &word, double *value) {
+    std::istringstream in(word);
+    in.imbue(std::locale::classic());
+    return static_cast<bool>(in >> *value) && in.peek() == std::char_traits<char>::eof() &&
+           std::isfinite(*value);
+}
+
+bool is_plausible(double sigma_px) {
+    return sigma_px >= smallest_sigma_px && sigma_px <= largest_sigma_px;
+}
+
+// Whether `text` begins with `begin`; the rest goes to `*words`.
+bool begins(const std::string &text, const std::string &begin, std::istringstream *words) {
+    const bool does = text.compare(0, begin.size(), begin) == 0;
+    words->str(does ? text.substr(begin.size()) : "");
+    return does;
+}
+
+class reader {
+  public:
+    reader(const board &board, std::string *error) : board_(board), error_(error) {}
+
+    bool line(const std::string &text) {
+        line_++;
+        const size_t start = text.find_first_not_of(" \t\r");
+        if (start == std::string::npos) {
+            return true;
+        }
+        return text[start] == '#' ? comment(text.substr(start)) : data(text);
+    }
+
+    bool finish() {
+        if (lines_of_image_ > 1 && lines_of_image_ != board_.corner_count()) {
+            return fail("'" + views_.back().filename + "' has " + std::to_string(lines_of_image_) +
+                        " corners, the board has " + std::to_string(board_.corner_count()));
+        }
+        if (!views_.empty() && views_.back().view.corners.empty()) {
+            views_.back().view.refusal = "no board found, says the corner cache";
+        }
+        return true;
+    }
+
+    std::vector<cached_view> views() { return std::move(views_); }
+
+  private:
+    bool fail(const std::string &what) {
+        *error_ = "line " + std::to_string(line_) + ": " + what;
+        return false;
+    }
+
+    bool comment(const std::string &text) {
+        std::istringstream words;
+        if (begins(text, sigma_comment, &words)) {
+            std::string word;
+            words >> word;
+            if (!number_of(word, &sigma_px_) || !is_plausible(sigma_px_)) {
+                return fail("the standard deviation must be from 0.000001 to 1000 px");
+            }
+        } else if (begins(text, overexposed_comment, &words)) {
+            std::string share;
+            words >> clipped_name_ >> share;
+            if (!number_of(share, &clipped_) || clipped_ < 0 || clipped_ > 1) {
+                return fail("the share is no number from 0 to 1");
+            }
+        } else if (text.compare(0, 2, "##") != 0 && !legend_seen_) {
+            legend_seen_ = true;
+            words.str(text.substr(1));
+            std::string names[4];
+            words >> names[0] >> names[1] >> names[2] >> names[3];
+            weights_ = names[3] == "weight";
+            if (names[0] != "filename" || names[1] != "x" || names[2] != "y") {
+                return fail("columns are not 'filename x y level'");
+            }
+        }
+        return true;
+    }
+
+    bool data(const std::string &text) {
+        std::istringstream words(text);
+        std::string name, x, y, level, more;
+        words >> name >> x >> y >> level >> more;
+        if (y.empty() || !more.empty()) {
+            return fail("expected 'filename x y level'");
+        }
+        if (views_.empty() || views_.back().filename != name) {
+            if (!finish()) {
+                return false;
+            }
+            views_.push_back({name, {}});
+            views_.back().view.clipped = name == clipped_name_ ? clipped_ : 0;
+            lines_of_image_ = 0;
+        }
+        if (lines_of_image_ >= board_.corner_count()) {
+            return fail("'" + name + "' has more corners than the board");
+        }
+        corner next;
+        next.index = lines_of_image_++;
+        if (x == "-" || y == "-" || level == "-") {
+            return true;
+        }
+        double size = weights_ ? 1 : 0;
+        if (!number_of(x, &next.x_px) || !number_of(y, &next.y_px) ||
+            (!level.empty() && !number_of(level, &size))) {
+            return fail("expected numbers or '-' after the name");
+        }
+        // Both programs mark a corner that was not found like this, too.
+        if (next.x_px < 0 || next.y_px < 0 || (weights_ ? size <= 0 : size < 0)) {
+            return true;
+        }
+        next.sigma_px =
+            sigma_px_ * (weights_ ? 1 / size : std::exp2(std::min(size, highest_level)));
+        if (!is_plausible(next.sigma_px) && weights_) {
+            return fail("the weight stands for a standard deviation outside 0.000001 to 1000 px");
+        }
+        views_.back().view.corners.push_back(next);
+        return true;
+    }
+
+    const board &board_;
+    std::string *error_;
+    int line_ = 0, lines_of_image_ = 0;
+    double sigma_px_ = foreign_sigma_px;
+    std::string clipped_name_;  // the view to come that is overexposed
+    double clipped_ = 0;
+    bool legend_seen_ = false, weights_ = false;
+    std::vector<cached_view> views_;
+};
+
+}  // namespace
+
+bool corner_cache_write(std::ostream &out, const board &board,
+                        const std::vector<cached_view> &views, std::string *error) {
+    for (const cached_view &cached : views) {
+        if (!can_be_named(cached.filename)) {
+            *error = "'" + cached.filename + "' cannot stand in a corner cache: no white space, " +
+                     "and no # in front";
+            return false;
+        }
+    }
+    std::ostringstream text;
+    text.imbue(std::locale::classic());
+    const double sigma_px = least_sigma_px(views);
+    text.precision(9);
+    text << sigma_comment << ' ' << sigma_px << " px\n"
+         << "# filename x y level\n"
+         << std::fixed;
+    text.precision(6);
+    for (const cached_view &cached : views) {
+        write_view(text, board, cached, sigma_px);
+    }
+    out << text.str();
+    if (!out.flush()) {
+        *error = "the corner cache cannot be written";
+        return false;
+    }
+    return true;
+}
+
+bool corner_cache_read(std::istream &in, const board &board, std::vector<cached_view> *views,
+                       std::string *error) {
+    reader from(board, error);
+    std::string text;
+    while (std::getline(in, text)) {
+        if (!from.line(text)) {
+            return false;
+        }
+    }
+    if (!from.finish()) {
+        return false;
+    }
+    *views = from.views();
+    return true;
+}
+
+}  // namespace calib

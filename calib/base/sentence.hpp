@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#ifndef VERGENCE_CALIB_BASE_SENTENCE_HPP
+#define VERGENCE_CALIB_BASE_SENTENCE_HPP
+
+#include <string>
+
+namespace calib {
+
+/// What printf would print, for reasons and verdicts; cut off after 400 bytes.
+std::string sentence(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+}  // namespace calib
+
+#endif

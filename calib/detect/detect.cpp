@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/detect/detect.hpp"
+
+#include <algorithm>
+
+#include "calib/detect/detect_exposure.hpp"
+#include "calib/detect/detect_order.hpp"
+#include "calib/detect/detect_refusal.hpp"
+
+namespace calib {
+
+namespace {
+
+using namespace detect;
+
+// Corners nearer to each other than this are better looked at on the next larger level.
+constexpr double square_on_levels_px = 8, smallest_square_px = 4.5;
+constexpr int shortest_side_px = 16;
+constexpr double least_share = 0.9;  // of a plain board's corners that must be measured
+constexpr int fewest_coded_corners = 6;
+
+struct search {
+    const calib::board &board;
+    const std::vector<plane> &levels;
+    near_miss nearest;
+    grid nearest_grid;
+    int nearest_level = 0;
+    board_view best;      // with most corners, of all levels so far
+    int most_boards = 0;  // whole plain boards seen on one level
+
+    double clear_share() const {
+        return board.coded() ? (1 - board.marker_mm / board.square_mm) / 2 : 1;
+    }
+    void remember(const near_miss &miss, int level, const grid &found) {
+        if (miss.corners > nearest.corners || (miss.mirrored && !nearest.mirrored)) {
+            nearest = miss;
+            nearest_grid = found;
+            nearest_level = level;
+        }
+    }
+};
+
+int least_corners(const board &board) {
+    return static_cast<int>(least_share * board.corner_count() + 0.999);
+}
+
+// Corners that make a grid too large to be the board, however many of them are false.
+size_t too_many_corners(const board &board) {
+    return 2 * static_cast<size_t>(board.corner_count()) + 64;
+}
+
+// The plain boards among the grids of one level; that with most corners becomes the best.
+void plain_boards(search *state, int level, const std::vector<grid> &grids) {
+    const int least = least_corners(state->board);
+    int boards = 0;
+    for (const grid &found : grids) {
+        near_miss miss = near_miss_of(state->levels[static_cast<size_t>(level)], found);
+        board_view view;
+        if (has_size_of(state->board, found) && miss.corners >= least) {
+            const refined_grid refined = refine(state->levels, level, found, state->clear_share());
+            if (!too_blurred(refined.blur_px, refined.spacing_px)) {
+                view = plain_view(state->board, found, refined);
+                miss.corners = static_cast<int>(view.corners.size());
+            }
+        }
+        if (static_cast<int>(view.corners.size()) < least) {
+            state->remember(miss, level, found);
+            continue;
+        }
+        boards++;
+        if (view.corners.size() > state->best.corners.size()) {
+            state->best = view;
+        }
+    }
+    state->most_boards = std::max(state->most_boards, boards);
+}
+
+void merge(const board_view &part, board_view *whole) {
+    for (const corner &next : part.corners) {
+        const auto at =
+            std::lower_bound(whole->corners.begin(), whole->corners.end(), next.index,
+                             [](const corner &known, int index) { return known.index < index; });
+        if (at == whole->corners.end() || at->index != next.index) {
+            whole->corners.insert(at, next);
+        }
+    }
+}
+
+// What one level shows of a coded board: all its parts whose markers can be read.
+void coded_parts(search *state, int level, const std::vector<grid> &grids) {
+    board_view view;
+    for (const grid &found : grids) {
+        near_miss miss = near_miss_of(state->levels[static_cast<size_t>(level)], found);
+        refined_grid corners = as_found(level, found);
+        const marker_reading reading = read_markers(state->board, state->levels, found, corners);
+        miss.markers_seen = reading.seen;
+        miss.markers_known = reading.known;
+        miss.mirrored = reading.placed && reading.place.mirrored;
+        if (reading.placed && !miss.mirrored) {
+            corners = refine(state->levels, level, found, state->clear_share());
+            if (!too_blurred(corners.blur_px, corners.spacing_px)) {
+                merge(coded_view(state->board, found, corners, reading.place), &view);
+                continue;
+            }
+        }
+        state->remember(miss, level, found);
+    }
+    if (view.corners.size() > state->best.corners.size()) {
+        state->best = view;
+    }
+}
+
+// The reason why there is no board, from the grid that came nearest.
+std::string reason(search *state) {
+    const size_t corners = static_cast<size_t>(state->nearest_grid.found_count());
+    if (corners > 0 && corners < too_many_corners(state->board)) {
+        const refined_grid refined =
+            refine(state->levels, state->nearest_level, state->nearest_grid, state->clear_share());
+        state->nearest.blur_px = refined.blur_px;
+        state->nearest.spacing_px = refined.spacing_px;
+    }
+    return refusal_of(state->board, state->levels, state->nearest);
+}
+
+board_view refused(std::string why) {
+    board_view view;
+    view.refusal = std::move(why);
+    return view;
+}
+
+}  // namespace
+
+board_view detect_board(const board &board, const image_u8 &image, const detect_options &options) {
+    if (std::min(image.width, image.height) < shortest_side_px) {
+        return refused("no board found; the image is too small to show one");
+    }
+    const std::vector<plane> levels = pyramid_of(image);
+    search state = {board, levels, {}, {}, 0, {}, 0};
+    const auto found_all = [&] {
+        return static_cast<int>(state.best.corners.size()) == board.corner_count();
+    };
+    // Large boards are found on a small level, in little time.
+    for (int level = static_cast<int>(levels.size()) - 1; level >= 0 && !found_all(); level--) {
+        const plane &pixels = levels[static_cast<size_t>(level)];
+        const std::vector<saddle> saddles =
+            saddles_of(pixels, static_cast<size_t>(std::max(0, options.most_candidates)));
+        grid_limits limits;
+        limits.nearest_px = level == 0 ? smallest_square_px : square_on_levels_px;
+        limits.whole_lines = !board.coded();
+        limits.enough = too_many_corners(board);
+        const std::vector<grid> grids = grids_of(pixels, saddles, limits);
+        if (board.coded()) {
+            coded_parts(&state, level, grids);
+        } else {
+            plain_boards(&state, level, grids);
+        }
+    }
+    if (state.most_boards > 1) {
+        return refused("two boards of this size are in view");
+    }
+    const int least = board.coded() ? fewest_coded_corners : least_corners(board);
+    if (static_cast<int>(state.best.corners.size()) < least) {
+        return refused(reason(&state));
+    }
+    state.best.clipped = clipped_share(board, state.clear_share(), image, state.best);
+    return state.best;
+}
+
+}  // namespace calib

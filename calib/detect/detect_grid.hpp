@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Grids of saddles: pieces of chessboards, numbered by column and row.
+#ifndef VERGENCE_CALIB_DETECT_DETECT_GRID_HPP
+#define VERGENCE_CALIB_DETECT_DETECT_GRID_HPP
+
+#include <vector>
+
+#include "calib/detect/detect_saddles.hpp"
+
+namespace calib::detect {
+
+struct node {
+    bool found = false;
+    saddle at;     // in pixels of the level
+    int turn = 0;  // ray k runs in grid direction (k + turn) % 4: +column, +row, -column, -row
+};
+
+/// The direction of rows is clockwise from that of columns, as on a board seen from its front.
+struct grid {
+    int columns = 0, rows = 0;
+    std::vector<node> nodes;  // row by row
+
+    const node &at(int column, int row) const {
+        return nodes[static_cast<size_t>(row) * static_cast<size_t>(columns) +
+                     static_cast<size_t>(column)];
+    }
+    node &at(int column, int row) {
+        return const_cast<node &>(static_cast<const grid *>(this)->at(column, row));
+    }
+    bool has(int column, int row) const {
+        return column >= 0 && row >= 0 && column < columns && row < rows && at(column, row).found;
+    }
+    int found_count() const;
+    /// Whether the square between (column, row) and (column + 1, row + 1) is light: of the whole
+    /// grid, since colours alternate.
+    bool light_square(int column, int row) const;
+    /// The same grid numbered from another corner: `quarters` quarter turns.
+    grid turned(int quarters) const;
+};
+
+struct grid_limits {
+    double nearest_px = 8;    // between corners
+    bool whole_lines = true;  // outer lines of which most is missing do not count
+    size_t enough = 1000;     // a grid of so many corners need not grow
+};
+
+/// The grids of 2 x 2 corners or more on a level: up to eight, those with most corners first. Gaps
+/// are filled and borders extended where the image shows a corner that fits.
+std::vector<grid> grids_of(const plane &level, const std::vector<saddle> &saddles,
+                           const grid_limits &limits);
+
+}  // namespace calib::detect
+
+#endif

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Which part of a coded board a grid is: read from the markers in its light squares.
+#ifndef VERGENCE_CALIB_DETECT_DETECT_MARKERS_HPP
+#define VERGENCE_CALIB_DETECT_DETECT_MARKERS_HPP
+
+#include <vector>
+
+#include "calib/base/board.hpp"
+#include "calib/detect/detect_refine.hpp"
+
+namespace calib::detect {
+
+/// Where a grid lies on the board: after `quarters` quarter turns (`grid::turned`), its corner
+/// (0, 0) is the board's corner (column, row).
+struct board_place {
+    int quarters = 0, column = 0, row = 0;
+    int markers = 0;        // that say so
+    bool mirrored = false;  // the markers read as in a mirror: nothing else is valid then
+};
+
+struct marker_reading {
+    int seen = 0;   // light squares with a marker's black border
+    int known = 0;  // of them, with a code of the dictionary that this board carries
+    bool placed = false;
+    board_place place;
+};
+
+marker_reading read_markers(const board &board, const std::vector<plane> &levels, const grid &found,
+                            const refined_grid &refined);
+
+}  // namespace calib::detect
+
+#endif

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/detect/detect_order.hpp"
+
+#include <algorithm>
+
+namespace calib::detect {
+
+namespace {
+
+// Rows shall run this way in the image when the board cannot tell: to the right and somewhat down,
+// so that boards held upright or on their side are far from the change-over.
+constexpr direction preferred = {0.894, 0.447};
+
+// The corner of the grid that corner (column, row) of the turned grid was.
+size_t node_before(const grid &found, int quarters, int column, int row) {
+    int columns = quarters % 2 == 0 ? found.columns : found.rows;
+    int rows = quarters % 2 == 0 ? found.rows : found.columns;
+    for (int turn = 0; turn < quarters; turn++) {
+        // One turn back: see grid::turned.
+        const int old_column = rows - 1 - row;
+        row = column;
+        column = old_column;
+        std::swap(columns, rows);
+    }
+    return static_cast<size_t>(row * columns + column);
+}
+
+// Mean direction of the rows after `quarters` turns, not of length 1.
+direction row_direction(const grid &found, const refined_grid &refined, int quarters) {
+    direction sum;
+    const int columns = quarters % 2 == 0 ? found.columns : found.rows;
+    const int rows = quarters % 2 == 0 ? found.rows : found.columns;
+    for (int row = 0; row < rows; row++) {
+        const refined_corner &from = refined.corners[node_before(found, quarters, 0, row)];
+        const refined_corner &to = refined.corners[node_before(found, quarters, columns - 1, row)];
+        if (from.found && to.found) {
+            sum.x += to.x - from.x;
+            sum.y += to.y - from.y;
+        }
+    }
+    return sum;
+}
+
+}  // namespace
+
+bool has_size_of(const board &board, const grid &found) {
+    return (found.columns == board.columns && found.rows == board.rows) ||
+           (found.columns == board.rows && found.rows == board.columns);
+}
+
+board_view plain_view(const board &board, const grid &found, const refined_grid &refined) {
+    board_view view;
+    int best = -1;
+    double best_score = 0;
+    const bool colours_tell = (board.columns + board.rows) % 2 != 0 ||
+                              (board.columns == board.rows && board.columns % 2 != 0);
+    for (int quarters = 0; quarters < 4; quarters++) {
+        const grid turned = found.turned(quarters);
+        if (turned.columns != board.columns || turned.rows != board.rows ||
+            (colours_tell && turned.light_square(-1, -1))) {
+            continue;
+        }
+        const direction rows_run = row_direction(found, refined, quarters);
+        const double score = preferred.x * rows_run.x + preferred.y * rows_run.y;
+        if (best < 0 || score > best_score) {
+            best = quarters;
+            best_score = score;
+        }
+    }
+    for (int index = 0; best >= 0 && index < board.corner_count(); index++) {
+        const refined_corner &corner =
+            refined.corners[node_before(found, best, index % board.columns, index / board.columns)];
+        if (corner.found) {
+            view.corners.push_back({index, corner.x, corner.y, corner.sigma_px});
+        }
+    }
+    return view;
+}
+
+board_view coded_view(const board &board, const grid &found, const refined_grid &refined,
+                      const board_place &place) {
+    board_view view;
+    const int columns = place.quarters % 2 == 0 ? found.columns : found.rows;
+    const int rows = place.quarters % 2 == 0 ? found.rows : found.columns;
+    for (int row = 0; row < rows; row++) {
+        for (int column = 0; column < columns; column++) {
+            const int x = column + place.column, y = row + place.row;
+            const refined_corner &corner =
+                refined.corners[node_before(found, place.quarters, column, row)];
+            if (corner.found && x >= 0 && y >= 0 && x < board.columns && y < board.rows) {
+                view.corners.push_back(
+                    {y * board.columns + x, corner.x, corner.y, corner.sigma_px});
+            }
+        }
+    }
+    return view;
+}
+
+}  // namespace calib::detect

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The image at full, half, quarter ... size. Each level averages 2x2 pixels of the one before, so
+/// blur and noise shrink and a large board becomes a small one.
+#ifndef VERGENCE_CALIB_DETECT_DETECT_PYRAMID_HPP
+#define VERGENCE_CALIB_DETECT_DETECT_PYRAMID_HPP
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "stereo/image/image.h"
+
+namespace calib::detect {
+
+/// Pixels are grey levels times this, so that averages keep their fraction.
+constexpr int pixel_scale = 16;
+
+struct plane {
+    int width = 0, height = 0;
+    std::vector<uint16_t> pixels;
+
+    const uint16_t *row(int y) const {
+        return pixels.data() + static_cast<ptrdiff_t>(y) * static_cast<ptrdiff_t>(width);
+    }
+    /// Grey level between pixels, times `pixel_scale`; needs 0 <= x < width - 1, likewise y.
+    double between(double x, double y) const;
+    /// Whether `between` may be asked at every point within `margin` of (x, y).
+    bool holds(double x, double y, double margin) const;
+};
+
+/// Level 0 is the image; levels follow while the shorter side is 32 pixels or more.
+std::vector<plane> pyramid_of(const image_u8 &image);
+
+/// A position of `level` in level 0's pixels: pixel centres, not corners, have whole numbers.
+inline double level_to_full(double position, int level) {
+    const double scale = static_cast<double>(1 << level);
+    return (position + 0.5) * scale - 0.5;
+}
+
+inline double full_to_level(double position, int level) {
+    const double scale = static_cast<double>(1 << level);
+    return (position + 0.5) / scale - 0.5;
+}
+
+}  // namespace calib::detect
+
+#endif

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/solve/model_choice.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/solve/seed_pose.hpp"
+#include "calib/solve/solve_parallel.hpp"
+#include "core/error.h"
+#include "core/invariant.h"
+
+namespace calib {
+
+namespace {
+
+const size_t FOLDS = 5;
+
+// A candidate's solution on everything, and what each position of the board cost when held out.
+struct contender {
+    model_candidate candidate;
+    bundle_state state;
+    double squares = 0;               // of all residuals when nothing is held out, in sigmas
+    std::vector<double> cost;         // by used position: mean squared length, in sigmas
+    std::vector<double> squares_px2;  // likewise: sum of squared lengths, in px
+    std::vector<int> corners;
+    bool possible = true;  // its lenses fold nowhere, and their numbers can be told
+};
+
+std::vector<size_t> used_sightings(const bundle &data) {
+    std::vector<size_t> result;
+    for (size_t i = 0; i < data.sightings.size(); i++) {
+        if (data.used(i)) {
+            result.push_back(i);
+        }
+    }
+    return result;
+}
+
+bundle_options options_for(const model_candidate &candidate) {
+    bundle_options options = options_of(candidate.model, candidate.target, 0);
+    options.tolerance = ROUGH_TOLERANCE;
+    return options;
+}
+
+void score_held_out(const bundle &data, size_t sighting, const bundle_state &state, size_t position,
+                    contender *result) {
+    rigid pose = state.T_left_board[sighting];
+    if (fit_pose(data, data.sightings[sighting], state, 0, &pose) < 0) {
+        pose = result->state.T_left_board[sighting];
+    }
+    double cost = 0, squares = 0;
+    int corners = 0;
+    for (int camera = 0; camera < data.cameras; camera++) {
+        const bundle_view &view = data.sightings[sighting][size_t(camera)];
+        for (const bundle_corner &corner : view.corners) {
+            double residual[2];
+            if (view.used && corner.used &&
+                corner_residual(data, camera, corner, state, pose, residual)) {
+                const double square = residual[0] * residual[0] + residual[1] * residual[1];
+                cost += square / (corner.sigma_px * corner.sigma_px);
+                squares += square;
+                corners++;
+            }
+        }
+    }
+    result->cost[position] = cost / std::max(1, corners);
+    result->squares_px2[position] = squares;
+    result->corners[position] = corners;
+}
+
+void run_fold(const bundle &data, const std::vector<size_t> &used, size_t fold, contender *result) {
+    bundle taught = data;
+    for (size_t k = fold; k < used.size(); k += FOLDS) {
+        for (bundle_view &view : taught.sightings[used[k]]) {
+            view.used = false;
+        }
+    }
+    bundle_state state = result->state;
+    adjust(taught, options_for(result->candidate), &state);
+    for (size_t k = fold; k < used.size(); k += FOLDS) {
+        score_held_out(data, used[k], state, k, result);
+    }
+}
+
+// Solves and cross-validates all of them.
+void contend(const bundle &data, int threads, const std::function<void()> &between,
+             std::vector<contender> *contenders) {
+    const std::vector<size_t> used = used_sightings(data);
+    parallel_pieces(
+        threads, int(contenders->size()),
+        [&](int k) {
+            contender &one = (*contenders)[size_t(k)];
+            forget_absent(one.candidate, &one.state);
+            one.squares = 2 * adjust(data, options_for(one.candidate), &one.state).cost;
+            for (int camera = 0; camera < data.cameras; camera++) {
+                const lens lens = lens_from_state(data.frame[camera], one.state.lens[camera]);
+                one.possible = one.possible && lens_validate(&lens) == ERROR_OK;
+            }
+            one.cost.assign(used.size(), 0.0);
+            one.squares_px2.assign(used.size(), 0.0);
+            one.corners.assign(used.size(), 0);
+        },
+        between);
+    const int folds = int(std::min(FOLDS, used.size()));
+    parallel_pieces(
+        threads, int(contenders->size()) * folds,
+        [&](int k) { run_fold(data, used, size_t(k % folds), &(*contenders)[size_t(k / folds)]); },
+        between);
+}
+
+double mean_of(const std::vector<double> &values) {
+    double sum = 0;
+    for (const double value : values) {
+        sum += value;
+    }
+    return sum / double(values.size());
+}
+
+// Mean and standard error of the difference of two contenders, by position.
+struct difference {
+    double mean, error;
+};
+
+difference compare(const contender &one, const contender &other) {
+    std::vector<double> differences(one.cost.size());
+    for (size_t k = 0; k < differences.size(); k++) {
+        differences[k] = one.cost[k] - other.cost[k];
+    }
+    const double middle = mean_of(differences);
+    double square = 0;
+    for (const double value : differences) {
+        square += (value - middle) * (value - middle);
+    }
+    const double count = double(differences.size());
+    return {middle, std::sqrt(square / std::max(1.0, count - 1) / count)};
+}
+
+double held_out_rms_px(const contender &one) {
+    double squares = 0;
+    long corners = 0;
+    for (size_t k = 0; k < one.cost.size(); k++) {
+        squares += one.squares_px2[k];
+        corners += one.corners[k];
+    }
+    return std::sqrt(squares / double(std::max(1L, corners)));
+}
+
+int parameters_of(const bundle &data, const model_candidate &candidate) {
+    return data.cameras * candidate.model.count() + candidate.target.count();
+}
+
+// True when what the simpler one lacks shows in its residuals: their squares grow by more than two
+// variances for each number that it does without.
+// Source: H. Akaike, "A new look at the statistical model identification", 1974.
+bool is_contradicted(const bundle &data, const contender &simpler, const contender &best) {
+    double residuals = 0;
+    for (const int corners : best.corners) {
+        residuals += 2 * corners;
+    }
+    const double spare =
+        residuals - double(POSE_PLACES * best.corners.size()) - parameters_of(data, best.candidate);
+    const double variance = best.squares / std::max(1.0, spare);
+    const int lacking =
+        parameters_of(data, best.candidate) - parameters_of(data, simpler.candidate);
+    return simpler.squares - best.squares > 2 * std::max(0, lacking) * variance;
+}
+
+// Contenders stand in order of simplicity; returns the place of the chosen one. Those before
+// `usual` must be better than it by more than chance: error bars know nothing of a distortion that
+// was left out although it was there, and say too much of one that is estimated in vain only in
+// places where nothing is known.
+size_t elect(const bundle &data, const std::vector<contender> &contenders, size_t usual,
+             std::vector<model_score> *scores) {
+    while (usual > 0 && !contenders[usual].possible) {
+        usual--;
+    }
+    size_t best = usual;
+    for (size_t k = 0; k < contenders.size(); k++) {
+        if (!contenders[k].possible) {
+            continue;
+        }
+        const difference to_usual = compare(contenders[k], contenders[usual]);
+        if (mean_of(contenders[k].cost) < mean_of(contenders[best].cost) &&
+            (k > usual || to_usual.mean < -to_usual.error)) {
+            best = k;
+        }
+    }
+    const size_t simplest = std::min(best, usual);
+    size_t chosen = best;
+    for (size_t k = contenders.size(); k-- > 0;) {
+        const difference to_best = compare(contenders[k], contenders[best]);
+        if (contenders[k].possible && k < best && k >= simplest && to_best.mean <= to_best.error &&
+            !is_contradicted(data, contenders[k], contenders[best])) {
+            chosen = k;
+        }
+        scores->push_back({contenders[k].candidate.model, contenders[k].candidate.target,
+                           held_out_rms_px(contenders[k]), to_best.mean, to_best.error, false});
+    }
+    (*scores)[scores->size() - 1 - chosen].chosen = true;
+    return chosen;
+}
+
+}  // namespace
+
+void forget_absent(const model_candidate &candidate, bundle_state *state) {
+    for (lens_state &lens : state->lens) {
+        for (int place = 0; place < LENS_PLACES; place++) {
+            if (!candidate.model.estimates(place)) {
+                lens.value[size_t(place)] = 0;
+            }
+        }
+    }
+    for (int place = 0; place < WARP_PLACES; place++) {
+        state->warp_mm[place] *= candidate.target.estimates(place) ? 1 : 0;
+    }
+}
+
+model_candidate modest_model() {
+    return {{lens_model::K1, true}, {}};
+}
+
+model_choice choose_model(const bundle &data, const bundle_state &state,
+                          std::optional<lens_model::kind> distortion, int threads,
+                          const std::function<void()> &between) {
+    model_choice result;
+    const auto shape_of = [&](bool square_pixels, board_model target) {
+        return model_candidate{{distortion.value_or(lens_model::K1_K2_P1_P2), square_pixels},
+                               target};
+    };
+    std::vector<contender> contenders;
+    // What both explain is rather the print's fault than the pixels'.
+    for (const model_candidate &candidate :
+         {shape_of(true, {false, false}), shape_of(true, {false, true}),
+          shape_of(true, {true, false}), shape_of(false, {false, false}),
+          shape_of(true, {true, true}), shape_of(false, {true, false})}) {
+        contenders.push_back({candidate, state, 0, {}, {}, {}, true});
+    }
+    contend(data, threads, between, &contenders);
+    contender winner = contenders[elect(data, contenders, 0, &result.scores)];
+    if (!distortion) {
+        contenders.clear();
+        for (int kind = 0; kind < lens_model::KINDS; kind++) {
+            contenders.push_back({winner.candidate, winner.state, 0, {}, {}, {}, true});
+            contenders.back().candidate.model.distortion = lens_model::kind(kind);
+        }
+        contend(data, threads, between, &contenders);
+        for (model_score &score : result.scores) {
+            score.chosen = false;
+        }
+        winner = contenders[elect(data, contenders, lens_model::K1_K2_P1_P2, &result.scores)];
+    }
+    result.chosen = winner.candidate;
+    result.held_out_rms_px = held_out_rms_px(winner);
+    result.state = winner.state;
+    return result;
+}
+
+}  // namespace calib

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Who is wrong: corners and views that the others contradict, each with the reason in words.
+#ifndef VERGENCE_CALIB_SOLVE_ROBUST_HPP
+#define VERGENCE_CALIB_SOLVE_ROBUST_HPP
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "calib/bundle/bundle.hpp"
+#include "calib/solve/seed.hpp"
+
+namespace calib {
+
+/// What is known of one view besides its corners.
+struct view_record {
+    bool judged = false;  // false: it cannot be used, whatever the others say (reason below)
+    bool turned = false;  // was numbered from the other end and is renumbered
+    std::string reason;   // why it is not used, or that it was renumbered; "" when nothing is wrong
+    homography seen;      // when judged
+};
+
+using view_records = std::vector<std::array<view_record, CAMERAS>>;
+
+/// Looks at every view by itself: too few corners, corners in one line, mirrored order, no flat
+/// board. Sets `used` of what can be used.
+view_records inspect_views(bundle *data);
+
+/// Standard deviation of the used corners' residuals over their own sigmas, from the median of
+/// their lengths, so that some blunders among them do no harm.
+double robust_scale(const bundle &data, const bundle_state &state);
+
+/// Length of a residual, in standard deviations, beyond which a corner is a blunder: among
+/// `count` corners with gaussian noise one lies beyond it in one of 100,000 data sets.
+double blunder_limit(size_t count);
+
+/// Judges every view and corner anew, used or not, with the lenses and the rig of `state`; sets
+/// their `used`, the poses of `state`, and the reasons. A corner's limit is `blunder_limit` times
+/// `scale` and at least 0.001 px. A view is wrong when more than a quarter of its corners are; a
+/// pair, when each view fits a board but not the same one. Where the board looks the same after
+/// half a turn, such a right view is renumbered if that helps. Returns true when any `used` has
+/// changed.
+bool judge(bundle *data, bundle_state *state, const board &target, double scale,
+           view_records *records);
+
+}  // namespace calib
+
+#endif

@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/solve/solve.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "calib/bundle/bundle.hpp"
+#include "calib/solve/model_choice.hpp"
+#include "calib/solve/noise_floor.hpp"
+#include "calib/solve/robust.hpp"
+#include "calib/solve/solve_fit.hpp"
+#include "calib/solve/solve_input.hpp"
+#include "calib/solve/solve_result.hpp"
+#include "calib/solve/solve_start.hpp"
+#include "calib/solve/solve_verdict.hpp"
+#include "calib/solve/uncertainty.hpp"
+
+namespace calib {
+
+namespace {
+
+const double LOSS = 3;
+const int CLEANING_ROUNDS = 8, FINAL_ROUNDS = 4;
+const int WARP_FROM = 6;  // positions of the board
+const double SCATTERED_Z = 4;
+const double LEAST_SCATTER_PX = 1e-3;  // rounding scatters, too
+const double AGREE_SIGMAS = 0.05;      // two starts that end nearer to each other agree
+
+int count_views(const bundle &data, int camera) {
+    int views = 0;
+    for (const auto &sighting : data.sightings) {
+        views += sighting[size_t(camera)].used;
+    }
+    return views;
+}
+
+int fewest_views(const bundle &data) {
+    return data.cameras == 1 ? count_views(data, LEFT)
+                             : std::min(count_views(data, LEFT), count_views(data, RIGHT));
+}
+
+// What is estimated while blunders are looked for: enough that no honest corner looks like one.
+bundle_options cleaning_options(const bundle &data) {
+    const int views = fewest_views(data);
+    if (views < LEAST_FOR_CHOICE) {
+        return options_of(modest_model().model, modest_model().target, LOSS);
+    }
+    const bool shape = views >= WARP_FROM;
+    return options_of({lens_model::K1_K2_P1_P2, false}, {shape, shape}, LOSS);
+}
+
+// The part of the residuals that a fit leaves.
+double spare_share(const bundle &data, const bundle_options &options) {
+    double residuals = 0, parameters = 0;
+    for (const bool one : options.free_lens) {
+        parameters += one ? data.cameras : 0;
+    }
+    for (size_t i = 0; i < data.sightings.size(); i++) {
+        parameters += data.used(i) ? POSE_PLACES : 0;
+        for (const bundle_view &view : data.sightings[i]) {
+            residuals += view.used ? 2 * view.used_count() : 0;
+        }
+    }
+    return std::max(1 - parameters / std::max(residuals, 1.0), 0.1);
+}
+
+// Robust scale, with what the fit took from the residuals put back.
+double noise_scale(const bundle &data, const bundle_state &state, const bundle_options &options) {
+    return robust_scale(data, state) / std::sqrt(spare_share(data, options));
+}
+
+class solver {
+  public:
+    solver(const observations &seen, const solve_options &options)
+        : seen_(seen),
+          options_(options),
+          ordered_(order_observations(seen)),
+          floor_(ordered_.data) {}
+
+    solution run() {
+        records_ = inspect_views(&data());
+        say("finding a first solution");
+        const std::string failure = begin(1, 1, &data(), &state_);
+        if (!failure.empty()) {
+            return failed(failure);
+        }
+        clean();
+        const int fewest = fewest_views(data());
+        if (fewest < 3) {
+            return failed("too few boards: blunders left only " + std::to_string(fewest) +
+                          (fewest == 1 ? " usable view" : " usable views") + " of one camera");
+        }
+        const bool few = fewest < LEAST_FOR_CHOICE;
+        choose();
+        finish();
+        if (few && fewest_views(data()) >= LEAST_FOR_CHOICE) {  // some views are right after all
+            choose();
+            finish();
+        }
+        say("starting again from elsewhere");
+        const start_test again = options_.second_start ? start_again() : start_test{};
+        return report(error_model(data(), final_options(), state_), again);
+    }
+
+  private:
+    bundle &data() { return ordered_.data; }
+
+    void say(const char *what) const {
+        if (options_.progress) {
+            options_.progress(what);
+        }
+    }
+
+    solution failed(const std::string &reason) {
+        solution result = describe(seen_, ordered_, records_, state_);
+        result.verdict = refusal(reason);
+        return result;
+    }
+
+    std::string begin(double left_factor, double right_factor, bundle *data, bundle_state *state) {
+        start_options start;
+        start.threads = options_.threads;
+        start.focal_factor[LEFT] = left_factor;
+        start.focal_factor[RIGHT] = right_factor;
+        start.robust = cleaning_options(*data);
+        return find_start(data, records_, start, state);
+    }
+
+    void clean() {
+        for (int round = 0; round < CLEANING_ROUNDS; round++) {
+            say("looking for blunders");
+            bundle_options options = cleaning_options(data());
+            floor_.update(state_, spare_share(data(), options), &data());
+            const double scale = noise_scale(data(), state_, options);
+            const bool changed = judge(&data(), &state_, seen_.target, scale, &records_);
+            options.loss_scale = LOSS * scale;
+            options.tolerance = ROUGH_TOLERANCE;
+            adjust(data(), options, &state_);
+            if (!changed && round > 0) {
+                break;
+            }
+        }
+    }
+
+    void choose() {
+        if (!options_.choose_model) {
+            chosen_ = {options_.model, options_.target};
+        } else if (fewest_views(data()) < LEAST_FOR_CHOICE) {
+            chosen_ = modest_model();
+            chosen_.model.distortion = options_.distortion.value_or(chosen_.model.distortion);
+        } else {
+            const model_choice choice =
+                choose_model(data(), state_, options_.distortion, options_.threads,
+                             [this] { say("choosing the model"); });
+            chosen_ = choice.chosen;
+            state_ = choice.state;
+            scores_ = choice.scores;
+            held_out_rms_px_ = choice.held_out_rms_px;
+            return;
+        }
+        forget_absent(chosen_, &state_);
+    }
+
+    bundle_options final_options() const { return options_of(chosen_.model, chosen_.target, 0); }
+
+    // Least squares on what is right, until what is right does not change.
+    void finish() {
+        const bundle_options options = final_options();
+        floor_.update(state_, spare_share(data(), options), &data());
+        adjust(data(), options, &state_);
+        for (int round = 0; round < FINAL_ROUNDS; round++) {
+            bundle_state judged = state_;
+            const double scale = noise_scale(data(), state_, options);
+            if (!judge(&data(), &judged, seen_.target, scale, &records_)) {
+                break;
+            }
+            state_ = judged;
+            adjust(data(), options, &state_);
+        }
+    }
+
+    // Solves once more from other focal lengths; of two ends that differ the better one is kept.
+    start_test start_again() {
+        const error_model errors(data(), final_options(), state_);
+        bundle copy = data();
+        bundle_state other = state_;
+        start_test result;
+        result.done = true;
+        if (!begin(1.35, 0.75, &copy, &other).empty()) {
+            return result;
+        }
+        for (size_t i = 0; i < copy.sightings.size(); i++) {
+            if (!copy.used(i)) {
+                other.T_left_board[i] = state_.T_left_board[i];
+            }
+        }
+        forget_absent(chosen_, &other);
+        const double other_cost = adjust(data(), final_options(), &other).cost;
+        const double own_cost = adjust(data(), final_options(), &state_).cost;
+        result.cost_ratio = own_cost > 0 ? other_cost / own_cost : 1;
+        for (int camera = 0; camera < data().cameras; camera++) {
+            const double difference = std::fabs(other.lens[camera].value[LOG_FOCAL] -
+                                                state_.lens[camera].value[LOG_FOCAL]);
+            const double sigma = std::max(errors.lens_sigma(camera, LOG_FOCAL), 1e-9);
+            result.focal_difference_sigma =
+                std::max(result.focal_difference_sigma, difference / sigma);
+        }
+        result.agrees = result.focal_difference_sigma < AGREE_SIGMAS;
+        if (!result.agrees && other_cost < own_cost) {
+            state_ = other;
+        }
+        return result;
+    }
+
+    // Error bars that also count what fit and scatter show.
+    error_model widened(const error_model &errors, double rms_px, fit_test *fit) {
+        error_model result = errors;
+        fit->scatter_ratio = errors.scatter_ratio();
+        fit->scatter_z = errors.scatter_z();
+        fit->scattered = errors.scatter_z() > SCATTERED_Z && rms_px > LEAST_SCATTER_PX;
+        if (fit->scattered) {
+            const double by_scatter = std::sqrt(errors.scatter_ratio());
+            result.heed_scatter();
+            fit->widened = std::max(fit->widened, by_scatter);
+            result.widen(fit->widened / by_scatter);
+        } else {
+            result.widen(fit->widened);
+        }
+        // Nobody knows along which of its sides a stretched print has the size that was told.
+        result.doubt_scale(0.5 * print_stretch(data(), state_));
+        return result;
+    }
+
+    solution report(const error_model &errors, const start_test &again) {
+        solution result = describe(seen_, ordered_, records_, state_);
+        result.solved = true;
+        result.model = chosen_.model;
+        result.target = chosen_.target;
+        result.scores = scores_;
+        result.held_out_rms_px = held_out_rms_px_;
+        result.fit = test_fit(data(), state_, errors.sigma0());
+        result.fit.sigma_ratio = floor_.ratio();
+        result.fit.floor_px = floor_.px();
+        const error_model honest = widened(errors, result.rms_px, &result.fit);
+        describe_errors(data(), state_, honest, &result);
+        result.second_start = again;
+        result.verdict = judge_solution(data(), state_, result);
+        return result;
+    }
+
+    const observations &seen_;
+    const solve_options &options_;
+    ordered_bundle ordered_;
+    noise_floor floor_;
+    view_records records_;
+    bundle_state state_;
+    model_candidate chosen_;
+    std::vector<model_score> scores_;
+    double held_out_rms_px_ = 0;
+};
+
+}  // namespace
+
+solution solve(const observations &seen, const solve_options &options) {
+    const std::string fault = check_observations(seen);
+    if (!fault.empty()) {
+        solution result;
+        result.verdict = refusal(fault);
+        return result;
+    }
+    return solver(seen, options).run();
+}
+
+}  // namespace calib

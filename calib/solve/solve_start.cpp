@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/solve/solve_start.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/solve/solve_parallel.hpp"
+
+namespace calib {
+
+namespace {
+
+const double LOSS = 3;  // of the robust scale
+const size_t LEAST_VIEWS = 3;
+const int ROUNDS = 3;
+
+// Sum of the distances, which tells starts apart whatever their losses were.
+double total_distance(const bundle &data, const bundle_state &state) {
+    double sum = 0;
+    for (size_t i = 0; i < data.sightings.size(); i++) {
+        for (int camera = 0; camera < data.cameras; camera++) {
+            const bundle_view &view = data.sightings[i][size_t(camera)];
+            for (const bundle_corner &corner : view.corners) {
+                double residual[2];
+                if (!view.used || !corner.used) {
+                    continue;
+                }
+                const bool seen =
+                    corner_residual(data, camera, corner, state, state.T_left_board[i], residual);
+                sum += seen ? std::hypot(residual[0], residual[1]) / corner.sigma_px : 1e9;
+            }
+        }
+    }
+    return sum;
+}
+
+struct single_start {
+    bundle data;  // of one camera
+    std::vector<homography> seen;
+    std::vector<size_t> sightings;  // of `seen`
+};
+
+single_start prepare(const bundle &data, const view_records &records, int camera) {
+    single_start result;
+    result.data = single_camera(data, camera);
+    for (size_t i = 0; i < data.sightings.size(); i++) {
+        if (data.sightings[i][size_t(camera)].used) {
+            result.seen.push_back(records[i][size_t(camera)].seen);
+            result.sightings.push_back(i);
+        }
+    }
+    return result;
+}
+
+// One camera from one focal length. Views whose homography means no pose are set aside.
+bundle_state start_single(single_start from, double focal_px, const bundle_options &robust) {
+    bundle_state state;
+    state.lens[LEFT].value[LOG_FOCAL] = std::log(focal_px);
+    state.T_left_board.resize(from.data.sightings.size());
+    for (size_t k = 0; k < from.seen.size(); k++) {
+        const size_t i = from.sightings[k];
+        rigid &pose = state.T_left_board[i];
+        const bool possible =
+            pose_from_homography(from.seen[k], focal_px, from.data.frame[LEFT].middle_x_px,
+                                 from.data.frame[LEFT].middle_y_px, &pose);
+        from.data.sightings[i][LEFT].used =
+            possible &&
+            fit_pose_either_way(from.data, from.data.sightings[i], state, LOSS, &pose) >= 0;
+    }
+    bundle_options rough = robust;
+    rough.free_lens = {};
+    rough.free_lens[LOG_FOCAL] = true;
+    rough.free_lens[RADIAL_2] = robust.free_lens[RADIAL_2];
+    rough.free_warp = {};
+    adjust_robustly(from.data, rough, &state);
+    bundle_options flat = robust;
+    flat.free_warp = {};
+    adjust_robustly(from.data, flat, &state);
+    return state;
+}
+
+// The poses and lenses of both cameras in one state; false when no pair says where the right
+// camera stands.
+bool join(bundle *data, const bundle_state (&single)[CAMERAS], bundle_state *state) {
+    std::vector<size_t> pairs;
+    for (size_t i = 0; i < data->sightings.size(); i++) {
+        if (data->sightings[i][LEFT].used && data->sightings[i][RIGHT].used) {
+            pairs.push_back(i);
+        }
+    }
+    if (pairs.empty()) {
+        return false;
+    }
+    const std::vector<rigid> poses[CAMERAS] = {single[LEFT].T_left_board,
+                                               single[RIGHT].T_left_board};
+    const std::vector<double> off =
+        vote_rig(*data, single[RIGHT].lens[LEFT], poses, pairs, &state->T_right_left);
+    std::vector<double> sorted = off;
+    std::nth_element(sorted.begin(), sorted.begin() + long(sorted.size() / 2), sorted.end());
+    const double suspect_px = 5 * sorted[sorted.size() / 2] + 3;
+    for (size_t k = 0; k < pairs.size(); k++) {
+        if (off[k] > suspect_px) {
+            data->sightings[pairs[k]][LEFT].used = false;
+            data->sightings[pairs[k]][RIGHT].used = false;
+        }
+    }
+    state->lens[LEFT] = single[LEFT].lens[LEFT];
+    state->lens[RIGHT] = single[RIGHT].lens[LEFT];
+    state->T_left_board = single[LEFT].T_left_board;
+    for (size_t i = 0; i < data->sightings.size(); i++) {
+        if (!data->sightings[i][LEFT].used && data->sightings[i][RIGHT].used) {
+            state->T_left_board[i] = inverse(state->T_right_left) * single[RIGHT].T_left_board[i];
+            data->sightings[i][RIGHT].used = state->T_left_board[i].t_mm[2] > 0;
+        }
+    }
+    return true;
+}
+
+// Each camera by itself from its best focal lengths.
+std::string start_singles(const bundle &data, const view_records &records,
+                          const start_options &options, bundle_state (&best)[CAMERAS]) {
+    static const char *const whose[CAMERAS] = {"left", "right"};
+    struct attempt {
+        int camera;
+        double focal_px;
+        bundle_state state;
+        double distance;
+    };
+    std::vector<single_start> from;
+    for (int camera = 0; camera < data.cameras; camera++) {
+        from.push_back(prepare(data, records, camera));
+        if (from.back().seen.size() < LEAST_VIEWS) {
+            const std::string who =
+                data.cameras == 1 ? "the camera" : std::string("the ") + whose[camera] + " camera";
+            return "too few boards: " + who + " has " + std::to_string(from.back().seen.size()) +
+                   (from.back().seen.size() == 1 ? " usable view" : " usable views") +
+                   ", three are the least and some fifteen are good";
+        }
+    }
+    std::vector<double> focal_px[CAMERAS];
+    parallel_pieces(options.threads, data.cameras, [&](int camera) {
+        focal_px[camera] = scan_focal_lengths(data.frame[camera], from[size_t(camera)].seen, 2);
+    });
+    std::vector<attempt> attempts;
+    for (int camera = 0; camera < data.cameras; camera++) {
+        for (const double focal : focal_px[camera]) {
+            attempts.push_back({camera, focal * options.focal_factor[camera], {}, 0});
+        }
+    }
+    parallel_pieces(options.threads, int(attempts.size()), [&](int k) {
+        attempt &one = attempts[size_t(k)];
+        const single_start &own = from[size_t(one.camera)];
+        one.state = start_single(own, one.focal_px, options.robust);
+        one.distance = total_distance(own.data, one.state);
+    });
+    for (int camera = 0; camera < data.cameras; camera++) {
+        double least = INFINITY;
+        for (const attempt &one : attempts) {
+            if (one.camera == camera && (one.distance < least || least == INFINITY)) {
+                least = one.distance;
+                best[camera] = one.state;
+            }
+        }
+    }
+    return "";
+}
+
+}  // namespace
+
+void adjust_robustly(const bundle &data, bundle_options options, bundle_state *state) {
+    options.tolerance = ROUGH_TOLERANCE;
+    for (int round = 0; round < ROUNDS; round++) {
+        options.loss_scale = LOSS * robust_scale(data, *state);
+        adjust(data, options, state);
+        const double scale = LOSS * robust_scale(data, *state);
+        bool reversed = false;
+        for (size_t i = 0; i < data.sightings.size(); i++) {
+            if (!data.used(i)) {
+                continue;
+            }
+            rigid same = state->T_left_board[i], other = second_pose(same);
+            const double same_cost = fit_pose(data, data.sightings[i], *state, scale, &same);
+            const double other_cost = fit_pose(data, data.sightings[i], *state, scale, &other);
+            if (other_cost >= 0 && other_cost < 0.99 * same_cost &&
+                turn_between_rad(same, other) > 1e-3) {
+                state->T_left_board[i] = other;
+                reversed = true;
+            }
+        }
+        const bool settled = scale > 0.8 * options.loss_scale;
+        if (!reversed && settled) {
+            break;
+        }
+    }
+}
+
+std::string find_start(bundle *data, const view_records &records, const start_options &options,
+                       bundle_state *state) {
+    bundle_state single[CAMERAS];
+    const std::string failure = start_singles(*data, records, options, single);
+    if (!failure.empty()) {
+        return failure;
+    }
+    if (data->cameras == 1) {
+        *state = single[LEFT];
+    } else if (!join(data, single, state)) {
+        return "no position of the board was seen by both cameras";
+    }
+    for (size_t i = 0; i < data->sightings.size(); i++) {
+        if (!(state->T_left_board[i].t_mm[2] > 0)) {  // no pose was found
+            data->sightings[i][LEFT].used = data->sightings[i][RIGHT].used = false;
+        }
+    }
+    adjust_robustly(*data, options.robust, state);
+    return "";
+}
+
+}  // namespace calib

@@ -1,0 +1,315 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/solve/solve_verdict.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "calib/base/sentence.hpp"
+#include "calib/solve/uncertainty.hpp"
+#include "core/error.h"
+#include "core/math.h"
+#include "stereo/geometry/geometry.h"
+
+namespace calib {
+
+namespace {
+
+const double PARALLEL_RAD = 5 * MATH_PI / 180;  // normals nearer to their mean than this
+const double FOCAL_SHARE = 0.01;                // largest tolerable sigma of f
+const double FOCAL_UNKNOWN = 0.05;              // beyond this f is not measured at all
+const double COVERAGE = 0.4;                    // share of the image's cells with corners
+const int FEW_BOARDS = 6, FEW_PAIRS = 4;
+// What a model may leave as a pattern: this share of the residuals, or so many pixels.
+const double SYSTEMATIC_SHARE = 0.4, SYSTEMATIC_PX = 0.2;
+// What corners may be off by beyond the noise of their images.
+const double FLOOR_PX = 0.5;
+// Of large images both may be more: this share of the diagonal.
+const double LARGE_IMAGE = 1.0 / 4000;
+const double SCATTER_RATIO = 25;     // of the variances that positions of the board show
+const double BASELINE_SHARE = 0.01;  // largest tolerable sigma of the baseline
+const double STRETCH_SHARE = 0.005;  // by which a print's rows and columns may differ
+const double OUTER = 0.7;            // of half a diagonal: where lenses bend most
+const int OUTER_FEWEST = 5;          // corners that must be left out there to mean something
+const double OUTER_REJECTED = 0.02;  // share of corners there that a fitting lens may lose
+
+struct finding {
+    double weight;  // bigger is worse
+    std::string reason;
+};
+
+const char *camera_name(const bundle &data, int camera) {
+    static const char *const names[CAMERAS] = {"left camera", "right camera"};
+    return data.cameras == 1 ? "camera" : names[camera];
+}
+
+// Largest angle between a board's normal and the mean of all, in one camera.
+double normals_spread_rad(const bundle &data, const bundle_state &state, int camera) {
+    double sum[3] = {0, 0, 0};
+    std::vector<std::array<double, 3>> normals;
+    for (size_t i = 0; i < data.sightings.size(); i++) {
+        if (data.sightings[i][size_t(camera)].used) {
+            const double *R = state.T_left_board[i].R;
+            normals.push_back({R[2], R[5], R[8]});
+            for (size_t axis = 0; axis < 3; axis++) {
+                sum[axis] += normals.back()[axis];
+            }
+        }
+    }
+    const double length = geometry_norm(sum);
+    double most = 0;
+    for (const std::array<double, 3> &normal : normals) {
+        const double cosine = geometry_dot(normal.data(), sum) / length;
+        most = std::max(most, std::acos(std::clamp(cosine, -1.0, 1.0)));
+    }
+    return most;
+}
+
+// Share of a 4 x 3 grid of image cells that hold used corners.
+double coverage(const bundle &data, int camera) {
+    const int across = 4, down = 3;
+    bool seen[across * down] = {};
+    const lens_frame &frame = data.frame[camera];
+    for (const auto &sighting : data.sightings) {
+        const bundle_view &view = sighting[size_t(camera)];
+        for (const bundle_corner &corner : view.corners) {
+            if (view.used && corner.used) {
+                const int x =
+                    std::clamp(int((corner.x_px + 0.5) / frame.width_px * across), 0, across - 1);
+                const int y =
+                    std::clamp(int((corner.y_px + 0.5) / frame.height_px * down), 0, down - 1);
+                seen[y * across + x] = true;
+            }
+        }
+    }
+    return double(std::count(seen, seen + across * down, true)) / (across * down);
+}
+
+void look_at_camera(const bundle &data, const bundle_state &state, const solution &found,
+                    int camera, std::vector<finding> *findings) {
+    const char *who = camera_name(data, camera);
+    int views = 0;
+    for (const auto &sighting : data.sightings) {
+        views += sighting[size_t(camera)].used;
+    }
+    const double share = found.errors->lens_sigma(camera, LOG_FOCAL);
+    const double spread = normals_spread_rad(data, state, camera);
+    if (spread < PARALLEL_RAD) {
+        findings->push_back(
+            {1000,
+             sentence("all boards of the %s stand parallel to each other (within %.1f degrees), "
+                      "so its focal length cannot be measured: tilt the board by 30 degrees and "
+                      "more, to different sides",
+                      who, spread * 180 / MATH_PI)});
+    } else if (share > FOCAL_UNKNOWN) {
+        findings->push_back(
+            {900, sentence("the focal length of the %s is not determined (standard "
+                           "deviation %.0f %%): tilt the board more, and to different "
+                           "sides",
+                           who, 100 * share)});
+    } else if (share > FOCAL_SHARE) {
+        findings->push_back(
+            {300 * share / FOCAL_SHARE,
+             sentence("the focal length of the %s is known to %.1f %% only", who, 100 * share)});
+    }
+    if (views < FEW_BOARDS) {
+        findings->push_back(
+            {500 + 10.0 * (FEW_BOARDS - views),
+             sentence("only %d boards in the %s, some fifteen are good", views, who)});
+    }
+    const double covered = coverage(data, camera);
+    if (covered < COVERAGE) {
+        findings->push_back(
+            {200, sentence("the boards cover only %.0f %% of the %s's image", 100 * covered, who)});
+    }
+    if (lens_validate(&found.camera[camera]) != ERROR_OK) {
+        findings->push_back({800, sentence("the lens found for the %s is impossible", who)});
+    }
+}
+
+// The larger one of what is told in pixels and of a share of the image's diagonal.
+double tolerable_px(const bundle &data, double px) {
+    return std::max(px, 2 * LARGE_IMAGE * data.frame[LEFT].radius_px);
+}
+
+bool does_not_fit(const bundle &data, const fit_test &fit) {
+    return fit.alarm && fit.systematic_share > SYSTEMATIC_SHARE &&
+           fit.systematic_px > tolerable_px(data, SYSTEMATIC_PX);
+}
+
+bool contradict(const fit_test &fit) {
+    return fit.scattered && fit.scatter_ratio > SCATTER_RATIO;
+}
+
+std::string scatter_of(const fit_test &fit) {
+    return sentence(
+        "the positions of the board contradict each other %.1f times as much as the noise of "
+        "their corners explains: did the board move between left and right pictures, or a camera, "
+        "or its focus, between positions? Error bars are widened %.1f times",
+        std::sqrt(fit.scatter_ratio), fit.widened);
+}
+
+// Corners of good views that were left out near the edges of the images tell of a lens that the
+// model cannot describe, when they are many there.
+void look_at_edges(const bundle &data, std::vector<finding> *findings) {
+    int rejected = 0, rejected_outside = 0, outside = 0;
+    for (const auto &sighting : data.sightings) {
+        for (int camera = 0; camera < data.cameras; camera++) {
+            const lens_frame &frame = data.frame[camera];
+            const bundle_view &view = sighting[size_t(camera)];
+            for (const bundle_corner &corner : view.corners) {
+                const double radius_px =
+                    std::hypot(corner.x_px - frame.middle_x_px, corner.y_px - frame.middle_y_px);
+                const bool outer = view.used && radius_px > OUTER * frame.radius_px;
+                outside += outer;
+                rejected += view.used && !corner.used;
+                rejected_outside += outer && !corner.used;
+            }
+        }
+    }
+    if (rejected_outside >= OUTER_FEWEST && rejected_outside > OUTER_REJECTED * outside &&
+        2 * rejected_outside > rejected) {
+        findings->push_back(
+            {650, sentence("%d of %d corners near the edges of the images do not fit: the lens "
+                           "bends more there than the model can tell, as wide-angle and fisheye "
+                           "lenses do",
+                           rejected_outside, outside)});
+    }
+}
+
+void look_at_rig(const solution &found, std::vector<finding> *findings) {
+    if (found.pairs_used < FEW_PAIRS) {
+        findings->push_back(
+            {450, sentence("only %d boards were seen by both cameras", found.pairs_used)});
+    }
+    calibration named = found.rig;
+    std::snprintf(named.id, sizeof named.id, "unnamed");
+    if (calibration_validate(&named, nullptr) != ERROR_OK &&
+        lens_validate(&found.rig.left) == ERROR_OK && lens_validate(&found.rig.right) == ERROR_OK) {
+        findings->push_back({800, "the pose found for the right camera is impossible"});
+    }
+    const double baseline_mm = geometry_norm(found.T_right_left.t_mm);
+    if (found.sigma.baseline_mm > BASELINE_SHARE * baseline_mm) {
+        findings->push_back(
+            {700, sentence("the baseline of %.2g mm is known to %.2g mm only: the cameras stand "
+                           "in one place, or --square is not in mm",
+                           baseline_mm, found.sigma.baseline_mm)});
+    }
+}
+
+// What two sides of a print differ by, in words; "" when they do not.
+std::string stretch_of(const bundle &data, const bundle_state &state, const solution &found) {
+    const double stretch = print_stretch(data, state);
+    if (!found.target.stretched) {
+        return "";
+    }
+    return sentence(
+        "the print's rows are %.2f %% %s than drawn against its columns (or pixels are not "
+        "square): all lengths may be wrong by half of that; measure --square along both",
+        100 * stretch, state.warp_mm[board_model::STRETCH] > 0 ? "longer" : "shorter");
+}
+
+std::string pattern_of(const fit_test &fit) {
+    return sentence(
+        "%.0f %% of the residuals (%.2f px) are a pattern that noise does not make (z = %.0f "
+        "over the image, %.0f over the board); error bars are widened %.1f times",
+        100 * fit.systematic_share, fit.systematic_px, fit.image_z, fit.board_z, fit.widened);
+}
+
+void look_at_rest(const bundle &data, const bundle_state &state, const solution &found,
+                  std::vector<finding> *findings) {
+    if (found.errors->is_singular()) {
+        findings->push_back({950, "something that was estimated cannot be known from these views"});
+    }
+    if (data.cameras == CAMERAS) {
+        look_at_rig(found, findings);
+    }
+    look_at_edges(data, findings);
+    if (does_not_fit(data, found.fit)) {
+        findings->push_back({600, "the model does not fit: " + pattern_of(found.fit)});
+    }
+    if (contradict(found.fit)) {
+        findings->push_back({620, scatter_of(found.fit)});
+    }
+    if (print_stretch(data, state) > STRETCH_SHARE) {
+        findings->push_back({610, stretch_of(data, state, found)});
+    }
+    if (found.fit.floor_px > tolerable_px(data, FLOOR_PX)) {
+        findings->push_back({550, sentence("corners are off by %.2f px beyond the noise of their "
+                                           "images: is the board flat and its print exact, and did "
+                                           "nothing move?",
+                                           found.fit.floor_px)});
+    }
+    if (found.second_start.done && !found.second_start.agrees) {
+        findings->push_back(
+            {850, sentence("the solver ends elsewhere from another start (%.1f sigma)",
+                           found.second_start.focal_difference_sigma)});
+    }
+    size_t views = 0, wrong = 0;
+    for (const auto &sighting : data.sightings) {
+        for (const bundle_view &view : sighting) {
+            views += !view.empty();
+            wrong += !view.empty() && !view.used;
+        }
+    }
+    if (4 * wrong > views) {
+        findings->push_back({400, sentence("%zu of %zu views were rejected", wrong, views)});
+    }
+}
+
+}  // namespace
+
+verdict refusal(const std::string &reason) {
+    return {false, "Not calibrated: " + reason + ".", {reason}, {}};
+}
+
+verdict judge_solution(const bundle &data, const bundle_state &state, const solution &found) {
+    std::vector<finding> findings;
+    for (int camera = 0; camera < data.cameras; camera++) {
+        look_at_camera(data, state, found, camera, &findings);
+    }
+    look_at_rest(data, state, found, &findings);
+    std::stable_sort(findings.begin(), findings.end(),
+                     [](const finding &a, const finding &b) { return a.weight > b.weight; });
+    verdict result;
+    for (const finding &one : findings) {
+        result.reasons.push_back(one.reason);
+    }
+    if (found.fit.alarm && !does_not_fit(data, found.fit)) {
+        result.remarks.push_back(pattern_of(found.fit));
+    }
+    if (found.fit.scattered && !contradict(found.fit)) {
+        result.remarks.push_back(scatter_of(found.fit));
+    }
+    if (found.target.stretched && print_stretch(data, state) <= STRETCH_SHARE) {
+        result.remarks.push_back(stretch_of(data, state, found));
+    }
+    result.good = findings.empty();
+    if (!result.good) {
+        result.sentence = "Not good: " + result.reasons[0];
+        if (result.reasons.size() > 1) {
+            result.sentence += sentence("; and %zu more %s", result.reasons.size() - 1,
+                                        result.reasons.size() == 2 ? "reason" : "reasons");
+        }
+        result.sentence += ".";
+        return result;
+    }
+    const double worst = std::max(
+        found.sigma.focal_px[LEFT] / found.camera[LEFT].fx_px,
+        data.cameras == CAMERAS ? found.sigma.focal_px[RIGHT] / found.camera[RIGHT].fx_px : 0.0);
+    result.sentence =
+        sentence("Good: %d boards fit to %.2f px", found.sightings_used, found.rms_px);
+    if (found.held_out_rms_px > 0) {
+        result.sentence += sentence(" (%.2f px where they were not taught)", found.held_out_rms_px);
+    }
+    result.sentence += sentence(", the focal length is known to %.2g %%", 100 * worst);
+    if (data.cameras == CAMERAS) {
+        result.sentence += sentence(", the baseline of %.2f mm to %.2g mm",
+                                    calibration_baseline_mm(&found.rig), found.sigma.baseline_mm);
+    }
+    result.sentence += ".";
+    return result;
+}
+
+}  // namespace calib

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/backends/linux/gpiod_lines.h"
+
+#include <errno.h>
+#include <poll.h>
+#include <stddef.h>
+#include <string.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/backends/linux/device_file.h"
+#include "daemon/backends/linux/monotonic_clock.h"
+#include "daemon/base/monotonic.h"
+
+static const struct {
+    const char *name;
+    bool is_input;
+} kinds[HAL_GPIO_LINES] = {
+    [HAL_GPIO_BRIDGE_RESET] = {"the bridge's reset", false},
+    [HAL_GPIO_BRIDGE_IRQ] = {"the bridge's interrupt", true},
+    [HAL_GPIO_LENS_POWER] = {"the lenses' power", false},
+    [HAL_GPIO_TRIGGER] = {"the cameras' trigger", false},
+};
+
+/// The chip may be a USB device.
+static int failed(struct gpiod_lines *self, int error_number) {
+    const int error = device_file_error(error_number);
+    self->gone = self->gone || error == ERROR_DEVICE;
+    return error;
+}
+
+static int set(void *opaque, enum hal_gpio_line line, bool active) {
+    struct gpiod_lines *self = opaque;
+    INVARIANT((unsigned)line < HAL_GPIO_LINES);
+    if (self->closed) {
+        return ERROR_DEVICE;
+    }
+    if (self->lines[line] == NULL || kinds[line].is_input) {
+        return ERROR_UNSUPPORTED;
+    }
+    return gpiod_shim_set(self->lines[line], active) == 0 ? ERROR_OK : failed(self, errno);
+}
+
+static int get(void *opaque, enum hal_gpio_line line, bool *active) {
+    struct gpiod_lines *self = opaque;
+    INVARIANT((unsigned)line < HAL_GPIO_LINES);
+    if (self->closed) {
+        return ERROR_DEVICE;
+    }
+    if (self->lines[line] == NULL) {
+        return ERROR_UNSUPPORTED;
+    }
+    const int level = gpiod_shim_get(self->lines[line]);
+    if (level < 0) {
+        return failed(self, errno);
+    }
+    *active = level != 0;
+    return ERROR_OK;
+}
+
+static int wait_edge(void *opaque, enum hal_gpio_line line, uint64_t deadline_us,
+                     uint64_t *time_us) {
+    struct gpiod_lines *self = opaque;
+    INVARIANT((unsigned)line < HAL_GPIO_LINES);
+    if (self->closed) {
+        return ERROR_DEVICE;
+    }
+    if (self->lines[line] == NULL || !kinds[line].is_input) {
+        return ERROR_UNSUPPORTED;
+    }
+    for (;;) {
+        short happened = 0;
+        const int error = device_file_wait(gpiod_shim_descriptor(self->lines[line]), POLLIN,
+                                           deadline_us, &happened);
+        if (error != ERROR_OK) {
+            return error;
+        }
+        if ((happened & POLLIN) == 0) {
+            return ERROR_DEVICE;
+        }
+        uint64_t edge_us = 0;
+        if (gpiod_shim_read_edge(self->lines[line], &edge_us) == 0) {
+            // Kernels before 5.7 stamp with the time of day; it can only have been by now.
+            const uint64_t now_us = monotonic_now_us();
+            *time_us = edge_us < now_us ? edge_us : now_us;
+            return ERROR_OK;
+        }
+        if (errno != EINTR && errno != EAGAIN) {
+            return failed(self, errno);
+        }
+    }
+}
+
+static int open_error(int error_number, const char **advice) {
+    switch (error_number) {
+        case ENOSYS:
+            *advice = "this program was built without libgpiod (Debian: libgpiod-dev)";
+            return ERROR_UNSUPPORTED;
+        case EINVAL:
+            *advice = "the chip has no such line (gpioinfo shows what it has)";
+            return ERROR_UNSUPPORTED;
+        case EBUSY:
+            *advice = "another program or driver has it (gpioinfo shows which)";
+            return ERROR_REFUSED;
+        case EACCES:
+        case EPERM:
+            *advice = "the user who runs this must be in the group that owns the chip";
+            return ERROR_REFUSED;
+        case ENOENT:
+        case ENODEV:
+        case ENXIO:
+        case ENOTTY:
+            *advice = "there is no such GPIO chip (gpiodetect shows those that there are)";
+            return ERROR_DEVICE;
+        default:
+            *advice = "see the kernel's messages (dmesg)";
+            return ERROR_IO;
+    }
+}
+
+void gpiod_lines_init(struct gpiod_lines *self) {
+    static const struct hal_gpio_operations operations = {set, get, wait_edge};
+    *self = (struct gpiod_lines){.hal = {&operations, self}, .closed = true};
+}
+
+int gpiod_lines_open(struct gpiod_lines *self, const struct gpiod_lines_place *places,
+                     struct message *message) {
+    gpiod_lines_init(self);
+    for (int i = 0; i < HAL_GPIO_LINES; i++) {
+        const struct gpiod_lines_place *place = &places[i];
+        if (place->chip == NULL) {
+            continue;
+        }
+        const enum gpiod_shim_use use = kinds[i].is_input        ? GPIOD_SHIM_EDGES
+                                        : place->active_at_start ? GPIOD_SHIM_OUTPUT_ACTIVE
+                                                                 : GPIOD_SHIM_OUTPUT_INACTIVE;
+        // Before it is opened: one that is changed meanwhile counts as another one.
+        self->chips[i] = (struct device_file_identity){.number = 0};
+        (void)device_file_identify(place->chip, &self->chips[i]);
+        do {
+            self->lines[i] = gpiod_shim_open(place->chip, place->offset, place->active_low, use);
+        } while (self->lines[i] == NULL && errno == EINTR);
+        if (self->lines[i] == NULL) {
+            const int error_number = errno;
+            const char *advice = "";
+            const int error = open_error(error_number, &advice);
+            gpiod_lines_close(self);
+            return message_set(message, error, "line %u of %s for %s: %s; %s", place->offset,
+                               place->chip, kinds[i].name, strerror(error_number), advice);
+        }
+    }
+    self->closed = false;
+    return ERROR_OK;
+}
+
+void gpiod_lines_close(struct gpiod_lines *self) {
+    for (int i = 0; i < HAL_GPIO_LINES; i++) {
+        gpiod_shim_close(self->lines[i]);
+        self->lines[i] = NULL;
+    }
+    self->closed = true;
+}
+
+bool gpiod_lines_are_current(const struct gpiod_lines *self,
+                             const struct gpiod_lines_place *places) {
+    bool current = !self->closed && !self->gone;
+    for (int i = 0; i < HAL_GPIO_LINES && current; i++) {
+        struct device_file_identity there;
+        current = self->lines[i] == NULL ||
+                  (places[i].chip != NULL && device_file_identify(places[i].chip, &there) &&
+                   device_file_is_same(&self->chips[i], &there));
+    }
+    return current;
+}

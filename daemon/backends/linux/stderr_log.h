@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+/// hal_log on standard error. Where that is no terminal each line begins with its level, <4>, as
+/// journald reads it; on a terminal with a word.
+///
+/// A line that cannot be written at once (a pipe that nobody reads, a terminal that was stopped) is
+/// lost; the next one that can be is preceded by the number of those that were.
+#ifndef VERGENCE_DAEMON_BACKENDS_LINUX_STDERR_LOG_H
+#define VERGENCE_DAEMON_BACKENDS_LINUX_STDERR_LOG_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "hal/log.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// The caller owns it; `hal` points to it, so it must not move.
+struct stderr_log {
+    struct hal_log hal;
+    enum hal_log_level most;  ///< higher levels are not written; may be changed at any time
+    int fd;                   ///< standard error's file, opened anew without blocking
+    bool is_socket, is_terminal;
+    uint32_t lost;
+};
+
+/// Never fails: without standard error all lines are lost. `most`: HAL_LOG_INFO, for example.
+void stderr_log_open(struct stderr_log *self, enum hal_log_level most);
+void stderr_log_close(struct stderr_log *self);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,385 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/backends/linux/v4l2_camera.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/backends/linux/device_file.h"
+#include "daemon/backends/linux/monotonic_clock.h"
+#include "daemon/backends/linux/v4l2_control.h"
+#include "daemon/base/monotonic.h"
+
+enum {
+    RESTARTS_MAX = 3,         // in one call
+    PAUSE_US = 20000,         // before the second restart in a row; twice that before the third
+    MISSED_FRAMES = 3,        // after so many frame times without one the stream is broken
+    MISSED_US = 100000,       // but never sooner
+    FIRST_FRAME_US = 2000000  // webcams take so long to begin
+};
+
+static void tell(const struct v4l2_camera *self, enum hal_log_level level, const char *what) {
+    if (self->log != NULL) {
+        char text[sizeof self->path + sizeof self->stream.trouble.text + 64];
+        snprintf(text, sizeof text, "camera %s: %s", self->path, what);
+        self->log->operations->write(self->log->self, level, text);
+    }
+}
+
+/// Longest time from frame to frame; one that is exposed for longer takes longer.
+static uint32_t frame_time_us(const struct v4l2_camera *self) {
+    const uint32_t told_us =
+        self->stream.frame_us > self->frame_us ? self->stream.frame_us : self->frame_us;
+    return told_us > self->exposure_us ? told_us : self->exposure_us;
+}
+
+/// How long the next frame may take, behind one.
+static uint32_t usual_patience_us(const struct v4l2_camera *self) {
+    const uint64_t patience_us = (uint64_t)MISSED_FRAMES * frame_time_us(self);
+    return patience_us < MISSED_US    ? MISSED_US
+           : patience_us > UINT32_MAX ? UINT32_MAX
+                                      : (uint32_t)patience_us;
+}
+
+/// The stream has just been turned on: numbers begin anew, and the first frame may take long.
+static void begin_waiting(struct v4l2_camera *self) {
+    self->has_sequence = false;
+    self->alive_us = monotonic_now_us();
+    const uint32_t usual_us = usual_patience_us(self);
+    self->patience_us = usual_us > FIRST_FRAME_US ? usual_us : FIRST_FRAME_US;
+}
+
+static bool make_slots(struct v4l2_camera *self, size_t values) {
+    if (values <= self->slot_values) {
+        return true;
+    }
+    for (int i = 0; i < V4L2_CAMERA_LENT_MAX; i++) {
+        free(self->slots[i]);
+        self->slots[i] = NULL;
+    }
+    self->slot_values = 0;
+    for (int i = 0; i < V4L2_CAMERA_LENT_MAX; i++) {
+        self->slots[i] = malloc(values * sizeof *self->slots[i]);
+        if (self->slots[i] == NULL) {
+            return false;
+        }
+    }
+    self->slot_values = values;
+    return true;
+}
+
+/// A camera that was pulled out and put back is another file of the same name.
+static int open_again(struct v4l2_camera *self, struct message *message) {
+    v4l2_stream_close(&self->stream);
+    self->exposure_us = 0;
+    const int error = v4l2_stream_open(&self->stream, self->path, message);
+    self->gone = error != ERROR_OK;
+    return error;
+}
+
+static int stop(void *opaque) {
+    struct v4l2_camera *self = opaque;
+    for (int i = 0; i < V4L2_CAMERA_LENT_MAX; i++) {
+        INVARIANT(!self->lent[i]);
+    }
+    if (!self->started) {
+        return ERROR_OK;
+    }
+    self->started = false;
+    const int error = v4l2_stream_off(&self->stream);
+    self->gone = self->gone || error == ERROR_DEVICE;
+    return error;
+}
+
+static int start(void *opaque, const struct hal_camera_format *format) {
+    struct v4l2_camera *self = opaque;
+    if (format->width_px == 0 || format->height_px == 0) {
+        return ERROR_UNSUPPORTED;
+    }
+    if (!self->gone && self->started && self->stream.on &&
+        self->format.width_px == format->width_px && self->format.height_px == format->height_px) {
+        return ERROR_OK;
+    }
+    self->refused.text[0] = '\0';
+    int error = stop(self);
+    if (self->gone) {
+        struct message message;
+        error = open_again(self, &message);
+        if (error != ERROR_OK) {
+            if (self->log != NULL) {
+                self->log->operations->write(self->log->self, HAL_LOG_ERROR, message.text);
+            }
+            return error;
+        }
+    }
+    if (error == ERROR_OK) {
+        error = v4l2_stream_start(&self->stream, format);
+    }
+    if (error != ERROR_OK) {
+        self->gone = self->gone || error == ERROR_DEVICE;
+        self->refused = self->stream.trouble;
+        tell(self, HAL_LOG_ERROR, self->stream.trouble.text);
+        return error;
+    }
+    self->started = true;
+    self->format = *format;
+    begin_waiting(self);
+    const size_t row = v4l2_pixels_row_values(self->stream.format, format->width_px);
+    if (!make_slots(self, row * format->height_px)) {
+        tell(self, HAL_LOG_ERROR, "no memory for its frames; smaller ones may do");
+        (void)stop(self);
+        return ERROR_IO;
+    }
+    return ERROR_OK;
+}
+
+/// Makes a stream that broke anew. `tries` counts the attempts of this call.
+static int restart(struct v4l2_camera *self, uint64_t deadline_us, int *tries) {
+    int error = ERROR_IO;
+    while (error != ERROR_OK) {
+        char text[sizeof self->stream.trouble.text + 40];
+        snprintf(text, sizeof text, "%s; %s", self->stream.trouble.text,
+                 *tries < RESTARTS_MAX ? "the stream is started again" : "giving up for now");
+        tell(self, *tries < RESTARTS_MAX ? HAL_LOG_WARNING : HAL_LOG_ERROR, text);
+        if (*tries == RESTARTS_MAX) {
+            return ERROR_IO;
+        }
+        const uint64_t pause_us = *tries == 0 ? 0 : (uint64_t)PAUSE_US << (*tries - 1);
+        const uint64_t until_us = monotonic_now_us() + pause_us;
+        if (until_us >= deadline_us) {
+            monotonic_clock_wait_until_us(deadline_us);
+            return ERROR_TIMEOUT;
+        }
+        monotonic_clock_wait_until_us(until_us);
+        ++*tries;
+        self->counts.restarts++;
+        if (self->stream.on) {
+            (void)v4l2_stream_off(&self->stream);
+        }
+        error = v4l2_stream_on(&self->stream);
+        if (error == ERROR_DEVICE || error == ERROR_UNSUPPORTED) {
+            tell(self, HAL_LOG_ERROR, self->stream.trouble.text);
+            return error;
+        }
+    }
+    begin_waiting(self);
+    // How many frames were lost nobody knows; at least one, or it had not broken.
+    self->sequence++;
+    self->counts.gaps++;
+    return ERROR_OK;
+}
+
+/// The next buffer of the driver, over restarts.
+static int next_filled(struct v4l2_camera *self, uint64_t deadline_us, int *tries,
+                       struct v4l2_stream_filled *filled) {
+    for (;;) {
+        int error = ERROR_IO;
+        if (self->stream.on) {
+            const uint64_t lost_us =
+                self->triggered ? UINT64_MAX : self->alive_us + self->patience_us;
+            error = v4l2_stream_next(&self->stream, lost_us < deadline_us ? lost_us : deadline_us,
+                                     filled);
+            if (error == ERROR_TIMEOUT && lost_us < deadline_us) {
+                message_set(&self->stream.trouble, 0, "no frame came for %u ms",
+                            self->patience_us / 1000);
+                error = ERROR_IO;
+            }
+        }
+        if (error != ERROR_IO) {
+            if (error == ERROR_DEVICE) {
+                tell(self, HAL_LOG_ERROR, self->stream.trouble.text);
+            }
+            return error;
+        }
+        error = restart(self, deadline_us, tries);
+        if (error != ERROR_OK) {
+            return error;
+        }
+    }
+}
+
+/// Numbers the frame and counts those that are missing before it. A driver that does not count
+/// (its number stays) gives no gaps.
+static void number(struct v4l2_camera *self, uint32_t driver_sequence) {
+    const uint32_t step = self->has_sequence ? driver_sequence - self->driver_sequence : 1;
+    const bool advances = step != 0 && step < UINT32_C(0x80000000);
+    self->counts.gaps += advances ? step - 1 : 0;
+    self->sequence += advances ? step : 1;
+    self->driver_sequence = driver_sequence;
+    self->has_sequence = true;
+}
+
+/// When the frame's first and last pixel came, the first never too late; see the header.
+static void set_times(const struct v4l2_camera *self, const struct v4l2_stream_filled *filled,
+                      uint64_t now_us, struct hal_camera_frame *frame) {
+    // A readout takes at most the time from frame to frame that the driver says.
+    const uint64_t frame_us = self->stream.frame_us > 0 ? self->stream.frame_us : self->frame_us;
+    if (filled->has_time && filled->time_us <= now_us) {
+        // A row that has begun to be exposed comes only when it has been.
+        const uint64_t whole_after_us = filled->time_begins ? frame_us + self->exposure_us : 0;
+        const uint64_t end_us = filled->time_us + whole_after_us;
+        frame->end_us = end_us < now_us ? end_us : now_us;
+        frame->begin_us = filled->time_begins          ? filled->time_us
+                          : filled->time_us > frame_us ? filled->time_us - frame_us
+                                                       : 0;
+        return;
+    }
+    // It was whole after its buffer had been queued; and only now, when none was there before.
+    const uint64_t whole_us =
+        filled->waited ? now_us : self->stream.buffers[filled->index].queued_us;
+    frame->end_us = now_us;
+    frame->begin_us = whole_us > frame_us ? whole_us - frame_us : 0;
+}
+
+static int free_slot(const struct v4l2_camera *self) {
+    int slot = 0;
+    while (slot < V4L2_CAMERA_LENT_MAX && self->lent[slot]) {
+        slot++;
+    }
+    INVARIANT(slot < V4L2_CAMERA_LENT_MAX);
+    return slot;
+}
+
+static void lend(struct v4l2_camera *self, const struct v4l2_stream_filled *filled,
+                 struct hal_camera_frame *frame) {
+    const int slot = free_slot(self);
+    const struct v4l2_pixels *format = self->stream.format;
+    uint32_t faults = v4l2_pixels_convert(format, &filled->pixels, self->slots[slot]);
+    faults |= filled->damaged ? HAL_CAMERA_DAMAGED : 0;
+    frame->data = self->slots[slot];
+    frame->width_px = self->format.width_px;
+    frame->height_px = self->format.height_px;
+    frame->stride = (uint32_t)v4l2_pixels_row_values(format, self->format.width_px);
+    frame->bits = format->bits;
+    frame->layout = format->layout;
+    frame->sequence = self->sequence;
+    frame->faults = faults;
+    frame->token = self->slots[slot];
+    self->lent[slot] = true;
+    self->counts.frames++;
+    self->counts.faulty += faults != 0;
+}
+
+/// Gives the driver its buffer back. One that it does not take breaks the stream: it is made anew
+/// before the next frame.
+static int requeue(struct v4l2_camera *self, unsigned index) {
+    const int error = v4l2_stream_queue(&self->stream, index);
+    if (error == ERROR_IO) {
+        const struct message trouble = self->stream.trouble;
+        (void)v4l2_stream_off(&self->stream);
+        self->stream.trouble = trouble;
+        return ERROR_OK;
+    }
+    return error;
+}
+
+static int take_one(struct v4l2_camera *self, uint64_t not_before_us, uint64_t deadline_us,
+                    struct hal_camera_frame *frame) {
+    int tries = 0;
+    for (;;) {
+        struct v4l2_stream_filled filled;
+        int error = next_filled(self, deadline_us, &tries, &filled);
+        if (error != ERROR_OK) {
+            return error;
+        }
+        const uint64_t now_us = monotonic_now_us();
+        self->alive_us = now_us;
+        self->patience_us = usual_patience_us(self);
+        number(self, filled.sequence);
+        struct hal_camera_frame got = {.data = NULL};
+        set_times(self, &filled, now_us, &got);
+        const bool late_enough = got.begin_us >= not_before_us;
+        if (late_enough) {
+            lend(self, &filled, &got);
+        }
+        error = requeue(self, filled.index);
+        if (late_enough) {
+            // It is whole and ours; that the device has gone since is for the next call to tell.
+            *frame = got;
+            return ERROR_OK;
+        }
+        if (error != ERROR_OK || monotonic_now_us() >= deadline_us) {
+            return error != ERROR_OK ? error : ERROR_TIMEOUT;
+        }
+    }
+}
+
+static int take(void *opaque, uint64_t not_before_us, uint64_t deadline_us,
+                struct hal_camera_frame *frame) {
+    struct v4l2_camera *self = opaque;
+    INVARIANT(self->started);
+    (void)free_slot(self);
+    const int error = take_one(self, not_before_us, deadline_us, frame);
+    self->counts.timeouts += error == ERROR_TIMEOUT;
+    self->gone = self->gone || error == ERROR_DEVICE;
+    return error;
+}
+
+static void give_back(void *opaque, const struct hal_camera_frame *frame) {
+    struct v4l2_camera *self = opaque;
+    int slot = 0;
+    while (slot < V4L2_CAMERA_LENT_MAX && self->slots[slot] != frame->token) {
+        slot++;
+    }
+    INVARIANT(slot < V4L2_CAMERA_LENT_MAX && self->lent[slot]);
+    self->lent[slot] = false;
+}
+
+static int control(void *opaque, enum hal_camera_control which, int32_t value, int32_t *applied) {
+    struct v4l2_camera *self = opaque;
+    if (self->stream.fd < 0) {
+        return ERROR_DEVICE;
+    }
+    const int error = v4l2_control_set(self->stream.fd, which, value, applied);
+    if (error == ERROR_OK &&
+        (which == HAL_CAMERA_EXPOSURE_US || which == HAL_CAMERA_EXPOSURE_FOUND_US)) {
+        self->exposure_us = *applied > 0 ? (uint32_t)*applied : 0;
+        const uint32_t usual_us = usual_patience_us(self);
+        self->patience_us = usual_us > self->patience_us ? usual_us : self->patience_us;
+    }
+    return error;
+}
+
+static void counts(void *opaque, struct hal_camera_counts *into) {
+    const struct v4l2_camera *self = opaque;
+    *into = self->counts;
+}
+
+void v4l2_camera_init(struct v4l2_camera *self, const char *path, uint32_t frame_us,
+                      const struct hal_log *log) {
+    static const struct hal_camera_operations operations = {start,     stop,    take,
+                                                            give_back, control, counts};
+    INVARIANT(frame_us > 0);
+    *self = (struct v4l2_camera){.hal = {&operations, self},
+                                 .stream = {.fd = -1},
+                                 .log = log,
+                                 .frame_us = frame_us,
+                                 .gone = true};
+    snprintf(self->path, sizeof self->path, "%s", path);
+}
+
+int v4l2_camera_open(struct v4l2_camera *self, const char *path, uint32_t frame_us,
+                     const struct hal_log *log, struct message *message) {
+    v4l2_camera_init(self, path, frame_us, log);
+    return open_again(self, message);
+}
+
+int v4l2_camera_renew(struct v4l2_camera *self, struct message *message) {
+    if (!self->gone && device_file_is_current(self->stream.fd, self->path)) {
+        return ERROR_OK;
+    }
+    (void)stop(self);
+    return open_again(self, message);
+}
+
+void v4l2_camera_close(struct v4l2_camera *self) {
+    v4l2_stream_close(&self->stream);
+    for (int i = 0; i < V4L2_CAMERA_LENT_MAX; i++) {
+        free(self->slots[i]);
+        self->slots[i] = NULL;
+    }
+    self->slot_values = 0;
+    self->started = false;
+}

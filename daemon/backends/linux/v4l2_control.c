@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/backends/linux/v4l2_control.h"
+
+#include <errno.h>
+#include <linux/videodev2.h>
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/backends/linux/device_file.h"
+
+enum { EXPOSURE_UNIT_US = 100, PARTS = 1000 };
+
+/// What there is to a control.
+struct control {
+    uint32_t id;            ///< of the value
+    uint32_t automatic_id;  ///< what has to be `manual` for it to count
+    int32_t manual;
+    uint32_t also_id;  ///< set to 0 as well, where the camera has it; 0: none
+};
+
+static const struct control controls[] = {
+    // With priority a camera stretches the time between frames to expose longer.
+    [HAL_CAMERA_EXPOSURE_US] = {V4L2_CID_EXPOSURE_ABSOLUTE, V4L2_CID_EXPOSURE_AUTO,
+                                V4L2_EXPOSURE_MANUAL, V4L2_CID_EXPOSURE_AUTO_PRIORITY},
+    [HAL_CAMERA_GAIN_PART] = {V4L2_CID_GAIN, V4L2_CID_AUTOGAIN, 0, 0},
+    [HAL_CAMERA_FOCUS_PART] = {V4L2_CID_FOCUS_ABSOLUTE, V4L2_CID_FOCUS_AUTO, 0, 0},
+};
+
+static int error_of(int error_number) {
+    switch (error_number) {
+        case EINVAL:
+        case ENOTTY:
+            return ERROR_UNSUPPORTED;
+        case ERANGE:
+            return ERROR_RANGE;
+        default:
+            return device_file_error(error_number);
+    }
+}
+
+static int write_control(int fd, uint32_t id, int32_t value) {
+    struct v4l2_control control = {.id = id, .value = value};
+    return device_file_control(fd, VIDIOC_S_CTRL, &control) < 0 ? error_of(errno) : ERROR_OK;
+}
+
+/// Turns something off that only some cameras have.
+static int write_if_there(int fd, uint32_t id, int32_t value) {
+    const int error = write_control(fd, id, value);
+    return error == ERROR_UNSUPPORTED ? ERROR_OK : error;
+}
+
+/// `value` of 0 .. `parts`, as a number of the range; to the nearest step.
+static int32_t scale_up(const struct v4l2_queryctrl *range, int64_t value, int64_t parts) {
+    const int64_t span = (int64_t)range->maximum - range->minimum;
+    const int64_t step = range->step > 0 ? range->step : 1;
+    const int64_t steps = (span * value + parts * step / 2) / (parts * step);
+    const int64_t most = span / step;
+    return (int32_t)(range->minimum + (steps < most ? steps : most) * step);
+}
+
+static int32_t scale_down(const struct v4l2_queryctrl *range, int32_t value) {
+    const int64_t span = (int64_t)range->maximum - range->minimum;
+    const int64_t part = ((int64_t)value - range->minimum) * PARTS;
+    const int64_t scaled = (part + span / 2) / span;
+    return (int32_t)(scaled < 0 ? 0 : scaled > PARTS ? PARTS : scaled);
+}
+
+/// The number that the camera is to get for ours.
+static int raw_value(enum hal_camera_control control, const struct v4l2_queryctrl *range,
+                     int32_t value, int32_t *raw) {
+    if (control != HAL_CAMERA_EXPOSURE_US) {
+        *raw = scale_up(range, value, PARTS);
+        return value >= 0 && value <= PARTS ? ERROR_OK : ERROR_RANGE;
+    }
+    // To the nearest unit, and that to the nearest step.
+    const int64_t units = ((int64_t)value + EXPOSURE_UNIT_US / 2) / EXPOSURE_UNIT_US;
+    if (value <= 0 || units < range->minimum || units > range->maximum) {
+        return ERROR_RANGE;
+    }
+    *raw = scale_up(range, units - range->minimum, (int64_t)range->maximum - range->minimum);
+    return ERROR_OK;
+}
+
+/// Of an exposure that is too short or too long; nobody asks for parts that are out of range.
+static void tell_nearest(enum hal_camera_control control, const struct v4l2_queryctrl *range,
+                         int32_t value, int32_t *nearest) {
+    const int64_t least = range->minimum > 0 ? range->minimum : 1;
+    const int64_t units = value < least * EXPOSURE_UNIT_US ? least : range->maximum;
+    const int64_t nearest_us = units * EXPOSURE_UNIT_US;
+    if (control == HAL_CAMERA_EXPOSURE_US && nearest_us > 0 && nearest_us <= INT32_MAX) {
+        *nearest = (int32_t)nearest_us;
+    }
+}
+
+/// So many units that their time is no number here are as good as none: nobody knows.
+static int32_t exposure_us_of(int32_t units) {
+    return units > 0 && units <= INT32_MAX / EXPOSURE_UNIT_US ? units * EXPOSURE_UNIT_US : 0;
+}
+
+/// The exposure in force, where the camera does not choose it by itself.
+static int find_exposure(int fd, int32_t *exposure_us) {
+    struct v4l2_control mode = {.id = V4L2_CID_EXPOSURE_AUTO};
+    int error = device_file_control(fd, VIDIOC_G_CTRL, &mode) < 0 ? error_of(errno) : ERROR_OK;
+    if (error == ERROR_OK && mode.value != V4L2_EXPOSURE_MANUAL &&
+        mode.value != V4L2_EXPOSURE_SHUTTER_PRIORITY) {
+        *exposure_us = 0;
+        return ERROR_OK;
+    }
+    struct v4l2_control now = {.id = V4L2_CID_EXPOSURE_ABSOLUTE};
+    if (error == ERROR_OK || error == ERROR_UNSUPPORTED) {
+        error = device_file_control(fd, VIDIOC_G_CTRL, &now) < 0 ? error_of(errno) : ERROR_OK;
+    }
+    if (error == ERROR_OK) {
+        *exposure_us = exposure_us_of(now.value);
+    }
+    return error;
+}
+
+int v4l2_control_set(int fd, enum hal_camera_control control, int32_t value, int32_t *applied) {
+    INVARIANT(fd >= 0);
+    if (control == HAL_CAMERA_EXPOSURE_FOUND_US) {
+        return find_exposure(fd, applied);
+    }
+    INVARIANT((size_t)control < sizeof controls / sizeof controls[0]);
+    const struct control *entry = &controls[control];
+    struct v4l2_queryctrl range = {.id = entry->id};
+    if (device_file_control(fd, VIDIOC_QUERYCTRL, &range) < 0) {
+        return error_of(errno);
+    }
+    if ((range.flags & V4L2_CTRL_FLAG_DISABLED) != 0 || range.maximum <= range.minimum) {
+        return ERROR_UNSUPPORTED;
+    }
+    struct v4l2_control now = {.id = entry->id};
+    int error = raw_value(control, &range, value, &now.value);
+    if (error != ERROR_OK) {
+        tell_nearest(control, &range, value, applied);
+        return error;
+    }
+    error = write_if_there(fd, entry->automatic_id, entry->manual);
+    if (error == ERROR_OK && entry->also_id != 0) {
+        error = write_if_there(fd, entry->also_id, 0);
+    }
+    if (error == ERROR_OK) {
+        error = write_control(fd, entry->id, now.value);
+    }
+    if (error != ERROR_OK) {
+        return error;
+    }
+    // The camera has the last word.
+    if (device_file_control(fd, VIDIOC_G_CTRL, &now) < 0) {
+        return error_of(errno);
+    }
+    *applied = control == HAL_CAMERA_EXPOSURE_US ? exposure_us_of(now.value)
+                                                 : scale_down(&range, now.value);
+    return ERROR_OK;
+}

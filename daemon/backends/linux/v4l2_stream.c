@@ -1,0 +1,345 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/backends/linux/v4l2_stream.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <linux/videodev2.h>
+#include <poll.h>
+#include <string.h>
+#include <sys/mman.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/backends/linux/device_file.h"
+#include "daemon/backends/linux/monotonic_clock.h"
+#include "daemon/base/monotonic.h"
+
+// poll that says "ready" so often without a buffer behind it is a driver that went wrong.
+enum { EMPTY_ANSWERS_MAX = 8 };
+
+/// Remembers what failed and returns our error for errno.
+static int fail(struct v4l2_stream *self, const char *what) {
+    const int error = device_file_error(errno);
+    // The deadline is ours alone: a driver's ETIMEDOUT is a stream that broke.
+    return message_set(&self->trouble, error == ERROR_TIMEOUT ? ERROR_IO : error, "%s: %s", what,
+                       strerror(errno));
+}
+
+/// A driver's text; what is not printable ASCII becomes '?'.
+static void copy_name(char *name, size_t bytes, const uint8_t *told) {
+    size_t length = 0;
+    while (length + 1 < bytes && told[length] != '\0') {
+        const bool printable = told[length] >= ' ' && told[length] <= '~';
+        name[length] = printable ? (char)told[length] : '?';
+        length++;
+    }
+    name[length] = '\0';
+}
+
+int v4l2_stream_open(struct v4l2_stream *self, const char *path, struct message *message) {
+    *self = (struct v4l2_stream){.fd = -1};
+    const int fd = device_file_open(path, O_RDWR | O_NONBLOCK, "camera", message);
+    if (fd < 0) {
+        return fd;
+    }
+    self->fd = fd;
+    struct v4l2_capability ability = {.capabilities = 0};
+    int error = ERROR_OK;
+    if (device_file_control(fd, VIDIOC_QUERYCAP, &ability) < 0) {
+        const bool other = errno == ENOTTY || errno == EINVAL;
+        error = message_set(message, other ? ERROR_UNSUPPORTED : device_file_error(errno),
+                            "camera %s: %s", path,
+                            other ? "it is no V4L2 device; name /dev/videoN" : strerror(errno));
+    } else {
+        const uint32_t can = (ability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0
+                                 ? ability.device_caps
+                                 : ability.capabilities;
+        copy_name(self->driver, sizeof self->driver, ability.driver);
+        copy_name(self->card, sizeof self->card, ability.card);
+        copy_name(self->bus, sizeof self->bus, ability.bus_info);
+        const uint32_t needed = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
+        if ((can & needed) != needed) {
+            error = message_set(message, ERROR_UNSUPPORTED,
+                                "camera %s (%.31s) does not stream pictures; a camera often has "
+                                "two devices, try the next lower number",
+                                path, self->card);
+        }
+    }
+    if (error != ERROR_OK) {
+        device_file_close(&self->fd);
+    }
+    return error;
+}
+
+void v4l2_stream_close(struct v4l2_stream *self) {
+    if (self->fd >= 0) {
+        (void)v4l2_stream_off(self);
+        device_file_close(&self->fd);
+    }
+}
+
+/// Whether rows of this length fit what the driver says.
+static bool is_layout_possible(const struct v4l2_pixels *format,
+                               const struct v4l2_pix_format *pix) {
+    const uint64_t row = v4l2_pixels_row_bytes(format, pix->width);
+    return pix->sizeimage > 0 &&
+           (format->bytes_per_pixel == 0 ||
+            (pix->bytesperline >= row &&
+             (uint64_t)pix->bytesperline * (pix->height - 1) + row <= pix->sizeimage));
+}
+
+/// Asks the camera for frames of this kind. False when it has none; errno is 0 then, or the error;
+/// `*nearest` is the size that it would have, where it says one.
+static bool set_format(struct v4l2_stream *self, const struct v4l2_pixels *format,
+                       const struct hal_camera_format *wanted, struct hal_camera_format *nearest) {
+    struct v4l2_format request = {.type = V4L2_BUF_TYPE_VIDEO_CAPTURE};
+    struct v4l2_pix_format *pix = &request.fmt.pix;
+    pix->width = wanted->width_px;
+    pix->height = wanted->height_px;
+    pix->pixelformat = format->fourcc;
+    pix->field = V4L2_FIELD_NONE;
+    if (device_file_control(self->fd, VIDIOC_S_FMT, &request) < 0) {
+        // EINVAL: older drivers answer so to formats that they do not know.
+        errno = errno == EINVAL ? 0 : errno;
+        return false;
+    }
+    errno = 0;
+    if (pix->pixelformat != format->fourcc || pix->field != V4L2_FIELD_NONE || pix->width == 0 ||
+        pix->width > UINT16_MAX || pix->height == 0 || pix->height > UINT16_MAX ||
+        !is_layout_possible(format, pix)) {
+        return false;
+    }
+    if (pix->width != wanted->width_px || pix->height != wanted->height_px) {
+        *nearest = (struct hal_camera_format){(uint16_t)pix->width, (uint16_t)pix->height};
+        return false;
+    }
+    self->format = format;
+    self->layout = (struct v4l2_pixels_source){
+        .bytes_per_line = pix->bytesperline,
+        .width_px = wanted->width_px,
+        .height_px = wanted->height_px,
+        .full_range = pix->quantization == V4L2_QUANTIZATION_FULL_RANGE};
+    return true;
+}
+
+/// The time from frame to frame, where the driver tells.
+static uint32_t frame_time_us(const struct v4l2_stream *self) {
+    struct v4l2_streamparm parameters = {.type = V4L2_BUF_TYPE_VIDEO_CAPTURE};
+    const struct v4l2_captureparm *capture = &parameters.parm.capture;
+    if (device_file_control(self->fd, VIDIOC_G_PARM, &parameters) < 0 ||
+        (capture->capability & V4L2_CAP_TIMEPERFRAME) == 0 ||
+        capture->timeperframe.denominator == 0) {
+        return 0;
+    }
+    const uint64_t us =
+        (uint64_t)capture->timeperframe.numerator * 1000000 / capture->timeperframe.denominator;
+    return us <= 60000000 ? (uint32_t)us : 0;
+}
+
+static void clear_buffer(struct v4l2_buffer *buffer, unsigned index) {
+    memset(buffer, 0, sizeof *buffer);
+    buffer->type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    buffer->memory = V4L2_MEMORY_MMAP;
+    buffer->index = index;
+}
+
+static int request_buffers(struct v4l2_stream *self, unsigned count, unsigned *given) {
+    struct v4l2_requestbuffers request = {
+        .count = count, .type = V4L2_BUF_TYPE_VIDEO_CAPTURE, .memory = V4L2_MEMORY_MMAP};
+    if (device_file_control(self->fd, VIDIOC_REQBUFS, &request) < 0) {
+        return fail(self, "REQBUFS");
+    }
+    *given = request.count;
+    return ERROR_OK;
+}
+
+static int map_buffer(struct v4l2_stream *self, unsigned index) {
+    struct v4l2_buffer buffer;
+    clear_buffer(&buffer, index);
+    if (device_file_control(self->fd, VIDIOC_QUERYBUF, &buffer) < 0) {
+        return fail(self, "QUERYBUF");
+    }
+    const struct v4l2_pixels_source *layout = &self->layout;
+    const size_t row = v4l2_pixels_row_bytes(self->format, layout->width_px);
+    const size_t least = (size_t)layout->bytes_per_line * (layout->height_px - 1U) + row;
+    if (self->format->bytes_per_pixel != 0 && buffer.length < least) {
+        return message_set(&self->trouble, ERROR_IO,
+                           "the driver's buffers have %u bytes, a frame has %zu", buffer.length,
+                           least);
+    }
+    void *data = mmap(NULL, buffer.length, PROT_READ, MAP_SHARED, self->fd, (off_t)buffer.m.offset);
+    if (data == MAP_FAILED) {
+        return errno == ENODEV || errno == EINVAL || errno == ENOSYS || errno == EPERM
+                   ? message_set(&self->trouble, ERROR_UNSUPPORTED,
+                                 "its memory cannot be mapped: %s; without an MMU the driver "
+                                 "needs get_unmapped_area",
+                                 strerror(errno))
+                   : fail(self, "mmap");
+    }
+    self->buffers[index] = (struct v4l2_stream_buffer){.data = data, .bytes = buffer.length};
+    self->count = index + 1;
+    return ERROR_OK;
+}
+
+int v4l2_stream_queue(struct v4l2_stream *self, unsigned index) {
+    INVARIANT(index < self->count && !self->buffers[index].queued);
+    struct v4l2_buffer buffer;
+    clear_buffer(&buffer, index);
+    if (device_file_control(self->fd, VIDIOC_QBUF, &buffer) < 0) {
+        return fail(self, "QBUF");
+    }
+    self->buffers[index].queued = true;
+    self->buffers[index].queued_us = monotonic_now_us();
+    return ERROR_OK;
+}
+
+/// Buffers, their memory, and on. What was made stays on an error.
+static int turn_on(struct v4l2_stream *self) {
+    unsigned given = 0;
+    int error = request_buffers(self, V4L2_STREAM_BUFFERS, &given);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    // With one buffer a driver has nowhere to put the next frame.
+    if (given < 2) {
+        return message_set(&self->trouble, ERROR_IO,
+                           "the driver has memory for %u frames only; smaller ones may do", given);
+    }
+    given = given < V4L2_STREAM_BUFFERS_MAX ? given : V4L2_STREAM_BUFFERS_MAX;
+    for (unsigned i = 0; error == ERROR_OK && i < given; i++) {
+        error = map_buffer(self, i);
+    }
+    for (unsigned i = 0; error == ERROR_OK && i < given; i++) {
+        error = v4l2_stream_queue(self, i);
+    }
+    if (error != ERROR_OK) {
+        return error;
+    }
+    int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    if (device_file_control(self->fd, VIDIOC_STREAMON, &type) < 0) {
+        const bool no_room = errno == ENOSPC;
+        error = fail(self, "STREAMON");
+        return no_room ? message_set(&self->trouble, ERROR_FULL,
+                                     "the USB bus has no room for its frames; use another port of "
+                                     "the computer, or smaller frames")
+                       : error;
+    }
+    self->on = true;
+    return ERROR_OK;
+}
+
+int v4l2_stream_on(struct v4l2_stream *self) {
+    INVARIANT(self->fd >= 0 && self->format != NULL && !self->on && self->count == 0);
+    const int error = turn_on(self);
+    if (error != ERROR_OK) {
+        const struct message trouble = self->trouble;
+        (void)v4l2_stream_off(self);
+        self->trouble = trouble;
+    }
+    return error;
+}
+
+int v4l2_stream_start(struct v4l2_stream *self, const struct hal_camera_format *format) {
+    INVARIANT(self->fd >= 0 && !self->on);
+    int error = message_set(&self->trouble, ERROR_UNSUPPORTED,
+                            "it has no frames of %u x %u in a format that we read (v4l2-ctl "
+                            "--list-formats-ext shows what it has)",
+                            format->width_px, format->height_px);
+    struct hal_camera_format nearest = {0, 0};
+    const struct v4l2_pixels *pixels = NULL;
+    for (unsigned i = 0; (pixels = v4l2_pixels_format(i)) != NULL; i++) {
+        if (set_format(self, pixels, format, &nearest)) {
+            self->frame_us = frame_time_us(self);
+            error = v4l2_stream_on(self);
+            // A format with fewer bytes may still fit onto the bus.
+            if (error != ERROR_FULL) {
+                return error;
+            }
+        } else if (errno != 0) {
+            return errno == EBUSY ? message_set(&self->trouble, ERROR_IO,
+                                                "another program uses it; end that first")
+                                  : fail(self, "S_FMT");
+        }
+    }
+    if (error == ERROR_UNSUPPORTED && nearest.width_px != 0) {
+        message_set(&self->trouble, error,
+                    "it has no frames of %u x %u that we read; the nearest are %u x %u (v4l2-ctl "
+                    "--list-formats-ext shows all)",
+                    format->width_px, format->height_px, nearest.width_px, nearest.height_px);
+    }
+    return error == ERROR_FULL ? ERROR_IO : error;
+}
+
+int v4l2_stream_off(struct v4l2_stream *self) {
+    INVARIANT(self->fd >= 0);
+    int error = ERROR_OK;
+    int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    if (self->on && device_file_control(self->fd, VIDIOC_STREAMOFF, &type) < 0) {
+        error = fail(self, "STREAMOFF");
+    }
+    self->on = false;
+    for (unsigned i = 0; i < self->count; i++) {
+        // The address is the one that mmap gave; only its type says that nobody writes there.
+        munmap((void *)(uintptr_t)self->buffers[i].data, self->buffers[i].bytes);
+    }
+    memset(self->buffers, 0, sizeof self->buffers);
+    self->count = 0;
+    unsigned given = 0;
+    const int released = request_buffers(self, 0, &given);
+    return error != ERROR_OK ? error : released;
+}
+
+/// Checks what the driver says about a buffer; false when it cannot be.
+static bool accept(struct v4l2_stream *self, const struct v4l2_buffer *buffer,
+                   struct v4l2_stream_filled *filled) {
+    if (buffer->index >= self->count || !self->buffers[buffer->index].queued) {
+        return false;
+    }
+    struct v4l2_stream_buffer *own = &self->buffers[buffer->index];
+    own->queued = false;
+    const bool possible = buffer->bytesused <= own->bytes;
+    *filled = (struct v4l2_stream_filled){
+        .index = buffer->index,
+        .pixels = self->layout,
+        .sequence = buffer->sequence,
+        .damaged = (buffer->flags & V4L2_BUF_FLAG_ERROR) != 0 || !possible,
+        .has_time =
+            (buffer->flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC,
+        .time_begins =
+            (buffer->flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE,
+        .time_us =
+            (uint64_t)buffer->timestamp.tv_sec * 1000000 + (uint64_t)buffer->timestamp.tv_usec};
+    filled->pixels.data = own->data;
+    filled->pixels.bytes = possible ? buffer->bytesused : own->bytes;
+    return true;
+}
+
+int v4l2_stream_next(struct v4l2_stream *self, uint64_t deadline_us,
+                     struct v4l2_stream_filled *filled) {
+    INVARIANT(self->on);
+    short happened = 0;
+    for (int empty = 0; empty <= EMPTY_ANSWERS_MAX; empty++) {
+        struct v4l2_buffer buffer;
+        clear_buffer(&buffer, 0);
+        if (device_file_control(self->fd, VIDIOC_DQBUF, &buffer) == 0) {
+            if (!accept(self, &buffer, filled)) {
+                return message_set(&self->trouble, ERROR_IO,
+                                   "the driver gave a buffer that it never got");
+            }
+            filled->waited = empty > 0;
+            return ERROR_OK;
+        }
+        if (errno != EAGAIN) {
+            return fail(self, "DQBUF");
+        }
+        if ((happened & (POLLERR | POLLHUP | POLLNVAL)) != 0) {
+            return message_set(&self->trouble, ERROR_IO, "the driver reports an error (POLLERR)");
+        }
+        const int error = device_file_wait(self->fd, POLLIN, deadline_us, &happened);
+        if (error != ERROR_OK) {
+            return error == ERROR_IO ? fail(self, "poll") : error;
+        }
+    }
+    return message_set(&self->trouble, ERROR_IO,
+                       "the driver says that there are frames, without any");
+}

@@ -1,0 +1,375 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/backends/replay/play.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "console/command.h"
+#include "console/reply_none.h"
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/backends/replay/replay.h"
+#include "daemon/backends/replay/replay_profile.h"
+#include "daemon/session/capture.h"
+#include "daemon/session/session_write.h"
+#include "daemon/settings/config.h"
+
+enum { TABLE_MAX = 64, COMMAND_MESSAGE_BYTES = 512 };
+
+/// A play under way. Large: allocated.
+struct play {
+    const struct play_observer *observer;
+    struct play_outcome *outcome;
+    struct replay replay;
+    uint32_t calls;  ///< that were recorded
+    struct session_reader session;
+    struct session_event event;  ///< of the recording
+    struct config config;        ///< its settings
+    bool up;                     ///< `rig` was set up, with those
+    struct rig rig;
+    struct command table[TABLE_MAX];
+    size_t table_count;
+    bool cancelled;          ///< by whoever watches
+    bool command_cancelled;  ///< as it was when it was recorded
+    bool taken;              ///< `again` is a pair that was not compared yet
+    struct session_event again;
+    char line[2][SESSION_LINE_MAX + 1];
+    char why[COMMAND_MESSAGE_BYTES];  ///< of the last command that failed
+};
+
+// ---- who watches
+
+static bool rig_goes_on(void *cookie) {
+    struct play *self = cookie;
+    const struct play_observer *observer = self->observer;
+    self->cancelled =
+        self->cancelled || (observer->go_on != NULL && !observer->go_on(observer->self));
+    self->command_cancelled = self->command_cancelled || replay_cancel_is_next(&self->replay);
+    return !self->cancelled && !self->command_cancelled;
+}
+
+static void show_progress(void *cookie, const char *what, uint32_t done, uint32_t total) {
+    struct play *self = cookie;
+    (void)what, (void)done, (void)total;
+    if (self->observer->progress != NULL && self->calls > 0) {
+        self->observer->progress(self->observer->self, "playing", self->replay.made, self->calls);
+    }
+}
+
+// ---- differences
+
+static bool differs(const struct play *self) {
+    return self->outcome->departed.text[0] != '\0';
+}
+
+/// The first difference counts.
+static void depart(struct play *self, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+static void depart(struct play *self, const char *format, ...) {
+    struct play_outcome *outcome = self->outcome;
+    char what[MESSAGE_BYTES];
+    va_list arguments;
+    if (differs(self)) {
+        return;
+    }
+    va_start(arguments, format);
+    vsnprintf(what, sizeof what, format, arguments);
+    va_end(arguments);
+    outcome->command = outcome->commands + 1;
+    outcome->call = self->replay.made + 1;
+    message_set(&outcome->departed, 0, "%s", what);
+}
+
+/// A call that came otherwise than recorded; not what only the cut of a recording took away.
+static void look_for_trouble(struct play *self) {
+    if (self->replay.ended && !(self->replay.ran_out && self->outcome->cut)) {
+        depart(self, "%s", self->replay.trouble.text);
+    }
+}
+
+/// The words of two lines of an index in which they differ first.
+static void depart_in_pair(struct play *self) {
+    const char *expected = self->line[0];
+    const char *came = self->line[1];
+    for (;;) {
+        const size_t length = strcspn(expected, " ");
+        if (strcspn(came, " ") != length || memcmp(expected, came, length) != 0) {
+            break;
+        }
+        INVARIANT(expected[length] == ' ' && came[length] == ' ');
+        expected += length + 1;
+        came += length + 1;
+    }
+    depart(self, "%s: pair %u: recorded is %.*s, but %.*s came", self->session.path,
+           (unsigned)self->event.pair.number, (int)strcspn(expected, " "), expected,
+           (int)strcspn(came, " "), came);
+}
+
+// ---- commands
+
+/// Keeps what the session would have held of the pair.
+static int run_capture(const struct command_call *call) {
+    struct play *self = call->surroundings;
+    const struct pair_options options = capture_options(call->values);
+    const size_t values = pair_values(call->rig, &options);
+    uint16_t *memory = malloc(values * sizeof *memory);
+    if (memory == NULL) {
+        return ERROR_MEMORY;
+    }
+    struct session_event *again = &self->again;
+    again->kind = SESSION_PAIR;
+    // What they held stands in the recorded calls, which come again or differ.
+    struct registers_all registers;
+    const int error = capture_take(call->rig, &options, memory, values, &again->pair, &registers);
+    self->taken = error == 0;
+    for (int side = 0; self->taken && side < RIG_SIDES; side++) {
+        again->frame_crc[side] = session_writer_frame_crc(&again->pair.frame[side]);
+        again->pair.frame[side].data = NULL;
+    }
+    free(memory);
+    return error;
+}
+
+/// Nothing of what it showed was kept; the frames stand in the recorded calls.
+static int run_snapshot(const struct command_call *call) {
+    const struct pair_options options = {.check_static = false};
+    const size_t values = pair_values(call->rig, &options);
+    struct pair_frame frames[RIG_SIDES];
+    uint16_t *memory = malloc(values * sizeof *memory);
+    const int error = pair_look(call->rig, memory, values, frames);
+    free(memory);
+    return error;
+}
+
+/// The instrument's own commands, capture and snapshot; all others have nothing to do with it.
+static void make_table(struct play *self) {
+    static const struct command more[] = {
+        {.name = "capture",
+         .summary = "",
+         .help = "",
+         .arguments = capture_arguments,
+         .argument_count = CAPTURE_ARGUMENTS,
+         .flags = COMMAND_NEEDS_RIG,
+         .run = run_capture},
+        {.name = "snapshot",
+         .summary = "",
+         .help = "",
+         .arguments = snapshot_arguments,
+         .argument_count = SNAPSHOT_ARGUMENTS,
+         .flags = COMMAND_NEEDS_RIG,
+         .run = run_snapshot},
+    };
+    enum { MORE = sizeof more / sizeof more[0] };
+    size_t count = 0;
+    const struct command *table = command_rig_table(&count);
+    INVARIANT(count + MORE <= TABLE_MAX);
+    memcpy(self->table, table, count * sizeof *table);
+    memcpy(self->table + count, more, sizeof more);
+    self->table_count = count + MORE;
+}
+
+/// As the daemon after its start, or after `record start`.
+static void bring_rig(struct play *self) {
+    const struct rig_observer observer = {rig_goes_on, show_progress, self};
+    struct message why;
+    // A session comes from anywhere, and so do its settings and its calls.
+    if (config_check(&self->config, &why) != 0) {
+        depart(self, "%s: its settings cannot be used: %.900s", self->session.path, why.text);
+        return;
+    }
+    const char *lack = rig_ports_lack(&self->config.profile, &self->replay.ports);
+    if (lack != NULL) {
+        depart(self, "%s: its settings ask for %s, which was not recorded", self->session.path,
+               lack);
+        return;
+    }
+    rig_init(&self->rig, &self->config.profile, &self->replay.ports, &observer);
+    self->up = true;
+}
+
+static void catch_up(struct play *self) {
+    while (replay_idle_is_next(&self->replay)) {
+        rig_idle(&self->rig);
+    }
+}
+
+static void run_command(struct play *self) {
+    char storage[COMMAND_LINE_MAX + 1];
+    struct command_value values[COMMAND_ARGUMENTS_MAX];
+    const struct command *command = NULL;
+    char *const why = self->why;
+    if (!self->up) {
+        bring_rig(self);
+    }
+    if (!self->up) {
+        return;
+    }
+    catch_up(self);
+    why[0] = '\0';
+    self->taken = false;
+    self->command_cancelled = false;
+    const int error = command_parse(self->event.text, self->table, self->table_count, storage,
+                                    values, &command, why, COMMAND_MESSAGE_BYTES);
+    if (error != 0 || command == NULL) {
+        depart(self, "%s: the command \"%.200s\" cannot be played: %s", self->session.path,
+               self->event.text, why);
+        return;
+    }
+    const struct command_call call = {.rig = &self->rig,
+                                      .values = values,
+                                      .reply = reply_none(),
+                                      .message = why,
+                                      .message_bytes = COMMAND_MESSAGE_BYTES,
+                                      .surroundings = self};
+    // Whether it worked is no matter: it did the same as then, or the calls tell.
+    (void)command_run(command, &call);
+    look_for_trouble(self);
+    self->outcome->commands += !differs(self) && !self->replay.ended;
+    show_progress(self, "", 0, 0);
+}
+
+static void compare_pair(struct play *self) {
+    if (!self->taken) {
+        depart(self, "%s: pair %u was recorded here, but none came%s%.500s", self->session.path,
+               (unsigned)self->event.pair.number, self->why[0] != '\0' ? ": " : "", self->why);
+        return;
+    }
+    self->taken = false;
+    self->again.pair.number = self->event.pair.number;  // the session's, not the instrument's
+    for (int side = 0; side < RIG_SIDES; side++) {
+        // Recordings of version 1 do not say how their pictures are.
+        self->again.pair.frame[side].has_picture = self->event.pair.frame[side].has_picture;
+    }
+    const int expected = session_event_print(&self->event, self->line[0]);
+    const int came = session_event_print(&self->again, self->line[1]);
+    INVARIANT(expected > 0 && came > 0);
+    if (strcmp(self->line[0], self->line[1]) != 0) {
+        depart_in_pair(self);
+        return;
+    }
+    self->outcome->pairs++;
+}
+
+/// Those before the first command have been taken, by replay_profile.
+static int refuse_late_setting(const struct play *self, struct message *message) {
+    return self->up ? message_set(message, ERROR_SYNTAX, "%s: \"%.200s\" comes after a command",
+                                  self->session.path, self->event.text)
+                    : 0;
+}
+
+/// One event; 0, or an error that ends the play.
+static int play_event(struct play *self, struct message *message) {
+    switch (self->event.kind) {
+        case SESSION_SETTING:
+            return refuse_late_setting(self, message);
+        case SESSION_COMMAND:
+            run_command(self);
+            break;
+        case SESSION_PAIR:
+            compare_pair(self);
+            break;
+        case SESSION_BEGIN:
+        case SESSION_INSTRUMENT:
+        case SESSION_CALIBRATION:
+        case SESSION_REGISTERS:
+        case SESSION_END:
+        case SESSION_EVENT_KINDS:
+            break;
+    }
+    return self->cancelled ? message_set(message, ERROR_CANCELLED, "cancelled") : 0;
+}
+
+/// Whether the index ends in order, which is known before anything is played.
+static int look_ahead(struct play *self, int parent, const char *path, struct message *message) {
+    struct play_outcome *outcome = self->outcome;
+    uint32_t commands = 0;
+    int got = session_reader_open(&self->session, parent, path, &self->event, message);
+    if (got != 0) {
+        return got;
+    }
+    memcpy(outcome->build, self->event.build, sizeof outcome->build);
+    memcpy(outcome->profile, self->event.profile, sizeof outcome->profile);
+    while ((got = session_reader_next(&self->session, &self->event, message)) == 1) {
+        commands += self->event.kind == SESSION_COMMAND;
+    }
+    outcome->cut = self->session.cut;
+    session_reader_close(&self->session);
+    if (got == 0 && commands == 0) {
+        got = message_set(message, ERROR_MISSING,
+                          "%s: holds no commands to be played again: \"record start\" records them",
+                          path);
+    }
+    return got;
+}
+
+static int open_all(struct play *self, int parent, const char *path, struct message *message) {
+    int error = look_ahead(self, parent, path, message);
+    if (error == 0) {
+        error = replay_open(&self->replay, parent, path, NULL, message);
+    }
+    if (error != 0) {
+        return error;
+    }
+    if (self->replay.log == NULL) {
+        return message_set(message, ERROR_MISSING,
+                           "%s: holds no calls to be played again: \"record start\" records them",
+                           path);
+    }
+    self->calls = self->replay.calls;
+    config_defaults(&self->config);
+    self->config.backend = CONFIG_BACKEND_REPLAY;  // it needs no devices
+    error = replay_profile(parent, path, &self->config, message);
+    return error != 0 ? error : session_reader_open(&self->session, parent, path, NULL, message);
+}
+
+static int play_all(struct play *self, struct message *message) {
+    int error = 0;
+    int got = 1;
+    const bool *const ran_out = &self->replay.ran_out;
+    while (error == 0 && !differs(self) && !*ran_out &&
+           (got = session_reader_next(&self->session, &self->event, message)) == 1) {
+        error = play_event(self, message);
+    }
+    if (error != 0 || got < 0) {
+        return error != 0 ? error : got;
+    }
+    struct play_outcome *outcome = self->outcome;
+    if (self->up && !self->replay.ended) {
+        catch_up(self);
+        look_for_trouble(self);
+    }
+    if (!differs(self) && !outcome->cut && !replay_is_over(&self->replay)) {
+        depart(self, "%s: the last %u recorded calls did not come again", self->session.path,
+               (unsigned)self->replay.calls);
+    }
+    outcome->calls = self->replay.made;
+    outcome->same = !differs(self);
+    if (outcome->same && outcome->commands == 0) {
+        return message_set(message, ERROR_MISSING,
+                           "%s: was cut off before its first command was whole: there is nothing "
+                           "to be compared",
+                           self->session.path);
+    }
+    return 0;
+}
+
+int play_session(int parent, const char *path, const struct play_observer *observer,
+                 struct play_outcome *outcome, struct message *message) {
+    struct play *self = calloc(1, sizeof *self);
+    if (self == NULL) {
+        return message_set(message, ERROR_MEMORY, "%s: no memory", path);
+    }
+    memset(outcome, 0, sizeof *outcome);
+    self->observer = observer;
+    self->outcome = outcome;
+    self->session.directory = self->replay.session.directory = -1;
+    make_table(self);
+    int error = open_all(self, parent, path, message);
+    error = error != 0 ? error : play_all(self, message);
+    session_reader_close(&self->session);
+    replay_close(&self->replay);
+    free(self);
+    return error;
+}

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+/// `vergence replay SESSION`: a recording carried out again and compared, on any machine.
+#ifndef VERGENCE_DAEMON_BACKENDS_REPLAY_REPLAY_COMMAND_H
+#define VERGENCE_DAEMON_BACKENDS_REPLAY_REPLAY_COMMAND_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Runs the command and returns its exit code, see client.h: 0 when all came out the same.
+int replay_command_run(int argc, char **argv);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

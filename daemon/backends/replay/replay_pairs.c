@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pairs alone: both cameras show a pair's frames, over and over, until it was captured, and then
+// the next pair's. Time begins with the first pair and passes by waiting and by frames, which are
+// as long, and within a pair as far apart, as they were, unless somebody asks for later ones.
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/error.h"
+#include "daemon/backends/replay/replay_calls.h"
+
+static uint64_t later(uint64_t a, uint64_t b) {
+    return a > b ? a : b;
+}
+
+static uint64_t now_us(void *context) {
+    return ((const struct replay *)context)->now_us;
+}
+
+static void wait_until_us(void *context, uint64_t time_us) {
+    struct replay *self = context;
+    self->now_us = later(self->now_us, time_us);
+}
+
+static const struct hal_clock_operations clock_operations = {now_us, wait_until_us};
+
+static int start(void *context, const struct hal_camera_format *format) {
+    const struct replay_camera *camera = context;
+    const struct replay *self = camera->replay;
+    const struct pair_frame *first = &self->pairs[0].pair.frame[camera->number];
+    const bool fits = format->width_px == first->width_px && format->height_px == first->height_px;
+    return fits ? 0 : ERROR_UNSUPPORTED;
+}
+
+static int stop(void *context) {
+    (void)context;
+    return 0;
+}
+
+/// When the next frame begins: not before it may, not before the camera's last one ended, and the
+/// right one so long after the left one as it was, where that is possible.
+static uint64_t begin_of(const struct replay_camera *camera, const struct session_event *event,
+                         uint64_t not_before_us) {
+    const struct replay *self = camera->replay;
+    const struct pair_frame *frames = event->pair.frame;
+    const uint64_t least_us = later(not_before_us, camera->end_us);
+    const struct replay_camera *left = &self->camera_state[RIG_LEFT];
+    if (camera->number == RIG_LEFT || left->of_pair != self->next_pair + 1) {
+        return least_us;
+    }
+    const uint64_t skew_us = frames[RIG_RIGHT].begin_us - frames[RIG_LEFT].begin_us;
+    const uint64_t begin_us = left->begin_us + skew_us;
+    return begin_us >= not_before_us && begin_us >= camera->end_us ? begin_us : least_us;
+}
+
+static int take(void *context, uint64_t not_before_us, uint64_t deadline_us,
+                struct hal_camera_frame *frame) {
+    struct replay_camera *camera = context;
+    struct replay *self = camera->replay;
+    if (self->next_pair >= self->pair_count) {
+        self->now_us = later(self->now_us, deadline_us);
+        camera->counts.timeouts++;
+        return message_set(&self->trouble, ERROR_TIMEOUT, "%s: all %u recorded pairs were given",
+                           self->session.path, self->pair_count);
+    }
+    const struct session_event *event = &self->pairs[self->next_pair];
+    const struct pair_frame *form = &event->pair.frame[camera->number];
+    const uint64_t begin_us = begin_of(camera, event, not_before_us);
+    const uint64_t end_us = begin_us + (form->end_us - form->begin_us);
+    if (end_us > later(deadline_us, self->now_us)) {
+        self->now_us = later(self->now_us, deadline_us);
+        camera->counts.timeouts++;
+        return ERROR_TIMEOUT;
+    }
+    const int code = replay_camera_lend(camera, form, event->frame_crc[camera->number], frame);
+    if (code != 0) {
+        return code;
+    }
+    frame->begin_us = camera->begin_us = begin_us;
+    frame->end_us = camera->end_us = end_us;
+    frame->sequence = camera->sequence++;
+    self->now_us = later(self->now_us, end_us);
+    camera->of_pair = self->next_pair + 1;
+    camera->counts.frames++;
+    return 0;
+}
+
+static void give_back(void *context, const struct hal_camera_frame *frame) {
+    replay_camera_take_back(context, frame);
+}
+
+/// What was set then is what the frames have, whatever is asked for.
+static int control(void *context, enum hal_camera_control control, int32_t value,
+                   int32_t *applied) {
+    const struct replay_camera *camera = context;
+    const struct replay *self = camera->replay;
+    const uint32_t last = self->pair_count - 1;
+    const uint32_t at = self->next_pair < last ? self->next_pair : last;
+    const uint32_t exposure_us = self->pairs[at].pair.frame[camera->number].exposure_us;
+    *applied = control == HAL_CAMERA_EXPOSURE_US ? (int32_t)exposure_us : value;
+    return 0;
+}
+
+static void counts(void *context, struct hal_camera_counts *result) {
+    *result = ((const struct replay_camera *)context)->counts;
+}
+
+static const struct hal_camera_operations camera_operations = {start,     stop,    take,
+                                                               give_back, control, counts};
+
+static int add_pair(struct replay *self, const struct session_event *event,
+                    struct message *message) {
+    for (int side = 0; side < RIG_SIDES; side++) {
+        const struct pair_frame *frame = &event->pair.frame[side];
+        if (frame->end_us < frame->begin_us) {
+            return message_set(message, ERROR_RANGE, "%s: pair %u ends before it begins",
+                               self->session.path, event->pair.number);
+        }
+    }
+    struct session_event *more =
+        realloc(self->pairs, (self->pair_count + (size_t)1) * sizeof *more);
+    if (more == NULL) {
+        return message_set(message, ERROR_MEMORY, "%s: no memory", self->session.path);
+    }
+    self->pairs = more;
+    self->pairs[self->pair_count++] = *event;
+    return 0;
+}
+
+int replay_pairs_open(struct replay *self, struct message *message) {
+    struct session_event *event = malloc(sizeof *event);
+    int code =
+        event != NULL ? 1 : message_set(message, ERROR_MEMORY, "%s: no memory", self->session.path);
+    while (code == 1 && (code = session_reader_next(&self->session, event, message)) == 1) {
+        if (event->kind == SESSION_PAIR) {
+            const int added = add_pair(self, event, message);
+            code = added == 0 ? 1 : added;
+        }
+    }
+    free(event);
+    if (code == 0 && self->pair_count == 0) {
+        code = message_set(message, ERROR_MISSING, "%s: has neither calls nor pairs to play",
+                           self->session.path);
+    }
+    if (code != 0) {
+        return code;
+    }
+    const struct pair_frame *first = self->pairs[0].pair.frame;
+    self->now_us = first[first[RIG_RIGHT].begin_us < first[RIG_LEFT].begin_us].begin_us;
+    self->clock = (struct hal_clock){&clock_operations, self};
+    self->ports.clock = &self->clock;
+    for (int side = 0; side < RIG_SIDES; side++) {
+        self->camera_operations[side] = camera_operations;
+        self->ports.camera[side] = &self->camera[side];
+    }
+    return 0;
+}

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/backends/sim/sim_backend.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "core/error.h"
+
+enum { BUS_SPEED_HZ = 400000 };
+
+// What the rig that went knew does not hold for the next one.
+static void look_for_rig(void *opaque) {
+    struct sim_backend *self = opaque;
+    if (sim_connection_gone(&self->connection)) {
+        sim_connection_renew(&self->connection, self->where, SIMRIG_ROLE_BOARD);
+        self->camera_state.armed = false;
+        self->gpio_state.outputs = 0;
+        self->gpio_state.edge_count = 0;
+    }
+}
+
+static const char *missing(void *opaque, enum rig_part part) {
+    struct sim_backend *self = opaque;
+    (void)part;
+    return self->connection.socket < 0 ? self->connection.text : NULL;
+}
+
+int sim_backend_open(struct sim_backend *self, const char *where, int patience_ms) {
+    if (strlen(where) >= sizeof self->where) {
+        self->connection = (struct sim_connection){.socket = -1};
+        snprintf(self->connection.text, sizeof self->connection.text, "this place is too long");
+        return ERROR_ARGUMENT;
+    }
+    strcpy(self->where, where);
+    self->opener = (struct rig_opener){.open = look_for_rig, .missing = missing, .self = self};
+    int error = sim_connection_open(&self->connection, where, SIMRIG_ROLE_BOARD, patience_ms);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = sim_camera_open(&self->camera_state, &self->connection,
+                            (size_t)MT9T001_WIDTH_PX * MT9T001_HEIGHT_PX);
+    if (error != ERROR_OK) {
+        sim_connection_close(&self->connection);
+        snprintf(self->connection.text, sizeof self->connection.text, "no memory for two frames");
+        return error;
+    }
+    self->i2c_state = (struct sim_i2c){&self->connection, BUS_SPEED_HZ};
+    self->gpio_state = (struct sim_gpio){.connection = &self->connection};
+    self->uart_state = (struct sim_uart){.connection = &self->connection};
+    self->clock = sim_clock_hal(&self->connection);
+    self->i2c = sim_i2c_hal(&self->i2c_state);
+    self->camera = sim_camera_hal(&self->camera_state);
+    self->gpio = sim_gpio_hal(&self->gpio_state);
+    self->uart = sim_uart_hal(&self->uart_state);
+    return ERROR_OK;
+}
+
+void sim_backend_close(struct sim_backend *self) {
+    sim_connection_close(&self->connection);
+    sim_camera_close(&self->camera_state);
+}
+
+struct rig_ports sim_backend_ports(const struct sim_backend *self) {
+    return (struct rig_ports){.clock = &self->clock,
+                              .i2c = &self->i2c,
+                              .gpio = &self->gpio,
+                              .camera = {&self->camera, &self->camera},
+                              .lens_uart = &self->uart,
+                              .opener = &self->opener};
+}

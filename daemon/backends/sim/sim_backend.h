@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+/// All backends of a simulated rig together: what the instrument hangs on when it is simulated.
+#ifndef VERGENCE_DAEMON_BACKENDS_SIM_SIM_BACKEND_H
+#define VERGENCE_DAEMON_BACKENDS_SIM_SIM_BACKEND_H
+
+#include "daemon/backends/sim/sim_camera.h"
+#include "daemon/backends/sim/sim_clock.h"
+#include "daemon/backends/sim/sim_connection.h"
+#include "daemon/backends/sim/sim_gpio.h"
+#include "daemon/backends/sim/sim_i2c.h"
+#include "daemon/backends/sim/sim_uart.h"
+#include "rig/rig.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { SIM_BACKEND_WHERE = 320 };
+
+/// The backends. The caller owns them; they must not be moved while they are open.
+struct sim_backend {
+    struct sim_connection connection;
+    struct sim_i2c i2c_state;
+    struct sim_camera camera_state;
+    struct sim_gpio gpio_state;
+    struct sim_uart uart_state;
+    struct hal_clock clock;
+    struct hal_i2c i2c;
+    struct hal_camera camera;
+    struct hal_gpio gpio;
+    struct hal_uart uart;
+    struct rig_opener opener;
+    char where[SIM_BACKEND_WHERE];
+};
+
+/// Connects as the board (see sim_connection_open for `where`, `patience_ms` and errors) and
+/// allocates memory for two full frames. `connection.text` says what is wrong.
+int sim_backend_open(struct sim_backend *self, const char *where, int patience_ms);
+void sim_backend_close(struct sim_backend *self);
+
+/// The ports of a rig of the profile "rig"; without a log. Their opener connects anew when the
+/// simulated rig has gone: each bring-up looks for it.
+struct rig_ports sim_backend_ports(const struct sim_backend *self);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The simulated rig's one parallel port as hal_camera: frames of whichever camera is selected.
+///
+/// The port takes one frame at a time, the next that begins while it is armed, so sequence numbers
+/// have gaps that are no loss: frames that nobody asked for. A take whose deadline passes leaves
+/// the port armed for the next one.
+#ifndef VERGENCE_DAEMON_BACKENDS_SIM_SIM_CAMERA_H
+#define VERGENCE_DAEMON_BACKENDS_SIM_SIM_CAMERA_H
+
+#include "daemon/backends/sim/sim_connection.h"
+#include "hal/camera.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { SIM_CAMERA_LENT_MAX = 2 };
+
+/// The port. The caller owns it and the connection, which must outlive all users.
+struct sim_camera {
+    struct sim_connection *connection;
+    uint16_t *memory[SIM_CAMERA_LENT_MAX];  ///< owned; `capacity` values each
+    size_t capacity;
+    bool lent[SIM_CAMERA_LENT_MAX];
+    bool started, armed;
+    struct hal_camera_format format;
+    struct hal_camera_counts counts;
+};
+
+/// Allocates memory for frames of up to `most_px` pixels; close frees it. ERROR_MEMORY.
+int sim_camera_open(struct sim_camera *self, struct sim_connection *connection, size_t most_px);
+void sim_camera_close(struct sim_camera *self);
+
+struct hal_camera sim_camera_hal(struct sim_camera *self);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/backends/sim/sim_i2c.h"
+
+#include <string.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/backends/sim/sim_bytes.h"
+
+enum {
+    TRANSFER_HEAD = 6,
+    MESSAGE_HEAD = 4,
+    REPLY_HEAD = 4,
+    BODY_MAX = TRANSFER_HEAD + HAL_I2C_MESSAGES_MAX * (MESSAGE_HEAD + HAL_I2C_BYTES_MAX),
+};
+
+static int error_of(int32_t status) {
+    switch (status) {
+        case SIMRIG_OK:
+            return ERROR_OK;
+        case SIMRIG_I2C_NACK_ADDRESS:
+        case SIMRIG_I2C_NACK_DATA:
+            return ERROR_I2C_NACK;
+        case SIMRIG_I2C_ARBITRATION:
+            return ERROR_I2C_ARBITRATION;
+        case SIMRIG_I2C_TIMEOUT:
+            return ERROR_TIMEOUT;
+        case SIMRIG_I2C_STUCK:
+            return ERROR_I2C_STUCK;
+        default:
+            return ERROR_IO;
+    }
+}
+
+size_t sim_i2c_begun(int32_t status, const struct hal_i2c_message *messages, size_t count,
+                     size_t whole, size_t bytes) {
+    INVARIANT(whole <= count);
+    size_t before = 0, all = 0;
+    for (size_t i = 0; i < count; i++) {
+        before += i < whole ? 1u + messages[i].bytes : 0;
+        all += 1u + messages[i].bytes;
+    }
+    if (status == SIMRIG_I2C_STUCK) {
+        return 0;  // the lines were looked at before START
+    }
+    if (status == SIMRIG_I2C_NACK_ADDRESS) {
+        return before < all ? before + 1 : all;
+    }
+    // The address, the bytes that are whole, and the one under way. Where it was lost before that,
+    // in a START or an address, less is true.
+    const size_t most = before + 1 + bytes + 1;
+    return status == SIMRIG_OK || most > all ? all : most;
+}
+
+static size_t write_request(uint8_t *body, const struct hal_i2c_message *messages, size_t count,
+                            uint32_t speed_hz) {
+    sim_bytes_put_u32(body, speed_hz);
+    sim_bytes_put_u16(body + 4, (uint16_t)count);
+    size_t at = TRANSFER_HEAD;
+    for (size_t i = 0; i < count; i++) {
+        const struct hal_i2c_message *message = &messages[i];
+        INVARIANT(message->bytes >= 1 && message->bytes <= HAL_I2C_BYTES_MAX);
+        body[at] = message->address;
+        body[at + 1] = message->read ? SIMRIG_I2C_READ : 0;
+        sim_bytes_put_u16(body + at + 2, message->bytes);
+        at += MESSAGE_HEAD;
+        if (!message->read) {
+            memcpy(body + at, message->data, message->bytes);
+            at += message->bytes;
+        }
+    }
+    return at;
+}
+
+// False: not as many bytes as were asked for.
+static bool take_reads(const struct hal_i2c_message *messages, size_t count, const uint8_t *bytes,
+                       size_t available) {
+    size_t at = 0;
+    for (size_t i = 0; i < count; i++) {
+        if (messages[i].read) {
+            if (available - at < messages[i].bytes) {
+                return false;
+            }
+            memcpy(messages[i].data, bytes + at, messages[i].bytes);
+            at += messages[i].bytes;
+        }
+    }
+    return at == available;
+}
+
+static int transfer(void *context, const struct hal_i2c_message *messages, size_t count,
+                    uint64_t deadline_us, size_t *begun) {
+    struct sim_i2c *self = context;
+    INVARIANT(count >= 1 && count <= HAL_I2C_MESSAGES_MAX);
+    uint8_t body[BODY_MAX], head[REPLY_HEAD], reads[HAL_I2C_MESSAGES_MAX * HAL_I2C_BYTES_MAX];
+    struct sim_exchange exchange = {
+        .type = SIMRIG_I2C,
+        .body = body,
+        .bytes = write_request(body, messages, count, self->speed_hz),
+        .head = head,
+        .head_bytes = sizeof head,
+        .rest = reads,
+        .rest_capacity = sizeof reads,
+    };
+    *begun = sim_i2c_begun(SIMRIG_OK, messages, count, count, 0);
+    int error = sim_connection_run(self->connection, &exchange);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = error_of(exchange.status);
+    if (error == ERROR_IO) {
+        return error;
+    }
+    const size_t whole = sim_bytes_u16(head);
+    if (whole > count ||
+        (error == ERROR_OK && !take_reads(messages, count, reads, exchange.rest_bytes))) {
+        return ERROR_IO;
+    }
+    *begun = sim_i2c_begun(exchange.status, messages, count, whole, sim_bytes_u16(head + 2));
+    if (error == ERROR_OK) {
+        error = sim_connection_ask_time(self->connection);
+        if (error == ERROR_OK && self->connection->now_us > deadline_us) {
+            error = ERROR_TIMEOUT;
+        }
+    }
+    return error;
+}
+
+struct hal_i2c sim_i2c_hal(struct sim_i2c *self) {
+    static const struct hal_i2c_operations operations = {transfer, NULL};
+    return (struct hal_i2c){&operations, self};
+}

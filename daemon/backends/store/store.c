@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/backends/store/store.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/crc.h"
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/files/file_error.h"
+#include "daemon/files/sync_file.h"
+#include "daemon/files/write_all.h"
+
+// Records begin with a letter, so no record's file has such a name.
+#define TEMPORARY_PREFIX ".new-"
+enum {
+    HEADER_BYTES = 58,
+    TEMPORARY_BYTES = sizeof TEMPORARY_PREFIX + HAL_STORE_NAME_MAX,
+    RECORD_MAX = 999999999,  // as many digits as the header has
+};
+
+static bool is_letter(char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+}
+
+static bool is_name(const char *name) {
+    if (!is_letter(name[0])) {
+        return false;
+    }
+    size_t length = 0;
+    for (; name[length] != '\0' && length <= HAL_STORE_NAME_MAX; length++) {
+        const char c = name[length];
+        if (!is_letter(c) && !(c >= '0' && c <= '9') && strchr("-_.", c) == NULL) {
+            return false;
+        }
+    }
+    return length <= HAL_STORE_NAME_MAX;
+}
+
+static void temporary_name(const char *name, char temporary[TEMPORARY_BYTES]) {
+    const int length = snprintf(temporary, TEMPORARY_BYTES, TEMPORARY_PREFIX "%s", name);
+    INVARIANT(length > 0 && length < TEMPORARY_BYTES);
+}
+
+/// The first line of a record's file. The name is part of the checksum, so that a file under
+/// another record's name is not taken for it.
+static void make_header(const char *name, const void *data, size_t bytes,
+                        char header[HEADER_BYTES + 1]) {
+    INVARIANT(bytes <= RECORD_MAX);
+    uint32_t crc = crc_update(0, name, strlen(name) + 1);
+    crc = crc_update(crc, data, bytes);
+    const int length =
+        snprintf(header, HEADER_BYTES + 1, "vergence record 1: %9zu bytes follow, crc32 %08x\n",
+                 bytes, (unsigned)crc);
+    INVARIANT(length == HEADER_BYTES);
+}
+
+/// Opens a file of the directory, again after a signal; -1 with errno.
+static int open_file(const struct store *self, const char *name, int flags) {
+    int fd = -1;
+    do {
+        fd = openat(self->directory_fd, name, flags | O_CLOEXEC | O_NOFOLLOW | O_NOCTTY, 0600);
+    } while (fd < 0 && errno == EINTR);
+    return fd;
+}
+
+/// Closes once, whatever happens: Linux frees the descriptor in any case.
+static bool close_fd(int fd) {
+    return close(fd) == 0 || errno == EINTR;
+}
+
+/// Reads until `bytes` are there or the file ends; their number, or -1 with errno.
+static ssize_t read_all(int fd, void *data, size_t bytes) {
+    char *next = data;
+    size_t got = 0;
+    while (got < bytes) {
+        const ssize_t more = read(fd, next + got, bytes - got);
+        if (more == 0) {
+            break;
+        }
+        if (more > 0) {
+            got += (size_t)more;
+        } else if (errno != EINTR) {
+            return -1;
+        }
+    }
+    return (ssize_t)got;
+}
+
+/// The number of bytes that a header promises, or -1 when it is none.
+static long promised_bytes(const char header[HEADER_BYTES]) {
+    static const char before[] = "vergence record 1: ";
+    enum { DIGITS = 9 };
+    if (memcmp(header, before, sizeof before - 1) != 0) {
+        return -1;
+    }
+    long bytes = 0;
+    for (int i = 0; i < DIGITS; i++) {
+        const char c = header[sizeof before - 1 + (size_t)i];
+        if (c >= '0' && c <= '9') {
+            bytes = 10 * bytes + (c - '0');
+        } else if (c != ' ' || bytes != 0) {
+            return -1;
+        }
+    }
+    return bytes;
+}
+
+static int load_from(int fd, const char *name, void *data, size_t capacity, size_t *bytes) {
+    char header[HEADER_BYTES], expected[HEADER_BYTES + 1], extra;
+    ssize_t got = read_all(fd, header, HEADER_BYTES);
+    if (got < 0) {
+        return file_error(errno);
+    }
+    const long promised = got == HEADER_BYTES ? promised_bytes(header) : -1;
+    if (promised < 0) {
+        return ERROR_CRC;
+    }
+    if ((size_t)promised > capacity) {
+        return ERROR_BUFFER;
+    }
+    got = read_all(fd, data, (size_t)promised);
+    const ssize_t more = got < 0 ? -1 : read_all(fd, &extra, 1);
+    if (got < 0 || more < 0) {
+        return file_error(errno);
+    }
+    make_header(name, data, (size_t)got, expected);
+    if (more != 0 || got != promised || memcmp(header, expected, HEADER_BYTES) != 0) {
+        return ERROR_CRC;
+    }
+    *bytes = (size_t)got;
+    return ERROR_OK;
+}
+
+static int load(void *opaque, const char *name, void *data, size_t capacity, size_t *bytes) {
+    const struct store *self = opaque;
+    INVARIANT(self->directory_fd >= 0);
+    if (!is_name(name)) {
+        return ERROR_ARGUMENT;
+    }
+    const int fd = open_file(self, name, O_RDONLY | O_NONBLOCK);
+    if (fd < 0) {
+        return file_error(errno);
+    }
+    const int error = load_from(fd, name, data, capacity, bytes);
+    close_fd(fd);
+    return error;
+}
+
+/// Writes the whole file under the temporary name, onto the disk. errno after false.
+static bool write_temporary(const struct store *self, const char *temporary, const char *header,
+                            const void *data, size_t bytes) {
+    const int fd = open_file(self, temporary, O_WRONLY | O_CREAT | O_TRUNC);
+    if (fd < 0) {
+        return false;
+    }
+    const bool written =
+        write_all(fd, header, HEADER_BYTES) && write_all(fd, data, bytes) && sync_file(fd);
+    const int error_number = errno;
+    const bool closed = close_fd(fd);
+    if (!written) {
+        errno = error_number;
+    }
+    return written && closed;
+}
+
+static int save(void *opaque, const char *name, const void *data, size_t bytes) {
+    const struct store *self = opaque;
+    INVARIANT(self->directory_fd >= 0 && (data != NULL || bytes == 0));
+    if (!is_name(name)) {
+        return ERROR_ARGUMENT;
+    }
+    if (bytes > RECORD_MAX) {
+        return ERROR_FULL;
+    }
+    char temporary[TEMPORARY_BYTES], header[HEADER_BYTES + 1];
+    temporary_name(name, temporary);
+    make_header(name, data, bytes, header);
+    if (!write_temporary(self, temporary, header, data, bytes) ||
+        renameat(self->directory_fd, temporary, self->directory_fd, name) != 0) {
+        const int error = errno == ENOENT ? ERROR_IO : file_error(errno);
+        // What cannot be removed now is removed at the next start.
+        unlinkat(self->directory_fd, temporary, 0);
+        return error;
+    }
+    return sync_file(self->directory_fd) ? ERROR_OK : file_error(errno);
+}
+
+static int remove_record(void *opaque, const char *name) {
+    const struct store *self = opaque;
+    INVARIANT(self->directory_fd >= 0);
+    if (!is_name(name)) {
+        return ERROR_ARGUMENT;
+    }
+    if (unlinkat(self->directory_fd, name, 0) != 0 || !sync_file(self->directory_fd)) {
+        return file_error(errno);
+    }
+    return ERROR_OK;
+}
+
+/// Removes what saves that were interrupted have left. That some stay does no harm.
+static void remove_temporaries(const struct store *self) {
+    const int fd = open_file(self, ".", O_RDONLY | O_DIRECTORY);
+    DIR *stream = fd < 0 ? NULL : fdopendir(fd);
+    if (stream == NULL) {
+        if (fd >= 0) {
+            close_fd(fd);
+        }
+        return;
+    }
+    for (struct dirent *entry; (entry = readdir(stream)) != NULL;) {
+        if (strncmp(entry->d_name, TEMPORARY_PREFIX, strlen(TEMPORARY_PREFIX)) == 0) {
+            unlinkat(self->directory_fd, entry->d_name, 0);
+        }
+    }
+    closedir(stream);
+}
+
+/// errno as a sentence's end: what to do.
+static const char *advice(int error_number) {
+    switch (error_number) {
+        case EWOULDBLOCK:
+            return "another process uses it; end that first";
+        case ENOENT:
+            return "make the directory above it";
+        case ENOTDIR:
+            return "name a directory";
+        case EACCES:
+        case EPERM:
+            return "the user who runs this must own it";
+        default:
+            return "name a directory that can be written to";
+    }
+}
+
+/// Makes, opens and locks the directory; its descriptor, or -1 with errno. One that was there may
+/// have been made just before a kill: its name is synced, too, where that can be done.
+static int open_directory(const char *path) {
+    const bool made = mkdir(path, 0700) == 0;
+    if (!made && errno != EEXIST) {
+        const int error_number = errno;
+        // A file system that cannot be written to may hold it all the same.
+        if (error_number != EROFS && error_number != EACCES && error_number != EPERM) {
+            return -1;
+        }
+    }
+    int fd = -1;
+    do {
+        fd = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    } while (fd < 0 && errno == EINTR);
+    if (fd >= 0 && (flock(fd, LOCK_EX | LOCK_NB) != 0 || (!sync_directory_at(fd, "..") && made))) {
+        const int error_number = errno;
+        close_fd(fd);
+        errno = error_number;
+        return -1;
+    }
+    return fd;
+}
+
+int store_open(struct store *self, const char *path, struct message *message) {
+    static const struct hal_store_operations operations = {load, save, remove_record};
+    *self = (struct store){.hal = {&operations, self}, .directory_fd = -1};
+    const int fd = open_directory(path);
+    if (fd < 0) {
+        const int error_number = errno;
+        const int error = error_number == EWOULDBLOCK ? ERROR_REFUSED : file_error(error_number);
+        return message_set(message, error, "settings directory %s: %s; %s", path,
+                           error_number == EWOULDBLOCK ? "it is locked" : strerror(error_number),
+                           advice(error_number));
+    }
+    self->directory_fd = fd;
+    remove_temporaries(self);
+    return ERROR_OK;
+}
+
+void store_close(struct store *self) {
+    if (self->directory_fd >= 0) {
+        close_fd(self->directory_fd);
+        self->directory_fd = -1;
+    }
+}

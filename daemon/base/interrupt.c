@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/base/interrupt.h"
+
+#include <signal.h>
+#include <stddef.h>
+#include <unistd.h>
+
+#include "core/invariant.h"
+
+static volatile sig_atomic_t caught_signal;
+
+static _Thread_local struct {
+    bool (*go_on)(void *self);
+    void *self;
+} asked;
+
+/// Calls only what a signal handler may.
+static void set_handler(int number, void (*handler)(int)) {
+    struct sigaction action = {.sa_handler = handler};
+    sigemptyset(&action.sa_mask);
+    sigaction(number, &action, NULL);
+}
+
+static void end_at_once(int number) {
+    static const char text[] =
+        "vergence: ended at once; a hidden directory .vergence-* may be left, which the next run "
+        "there removes\n";
+    const ssize_t written = write(STDERR_FILENO, text, sizeof text - 1);
+    (void)written;  // nobody is left to tell
+    set_handler(number, SIG_DFL);
+    raise(number);
+}
+
+static void remember(int number) {
+    caught_signal = number;
+    set_handler(number, end_at_once);
+}
+
+void interrupt_catch(void) {
+    static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
+    for (size_t i = 0; i < sizeof signals / sizeof signals[0]; i++) {
+        struct sigaction old;
+        if (sigaction(signals[i], NULL, &old) == 0 && old.sa_handler != SIG_IGN) {
+            set_handler(signals[i], remember);
+        }
+    }
+}
+
+void interrupt_ask(bool (*go_on)(void *self), void *self) {
+    asked.go_on = go_on;
+    asked.self = self;
+}
+
+bool interrupt_requested(void) {
+    return caught_signal != 0 || (asked.go_on != NULL && !asked.go_on(asked.self));
+}
+
+int interrupt_exit_code(void) {
+    INVARIANT(caught_signal != 0);
+    return 128 + caught_signal;
+}

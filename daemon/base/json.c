@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/base/json.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stddef.h>
+
+#include "core/invariant.h"
+
+void json_begin(struct json *json, FILE *stream) {
+    *json = (struct json){.stream = stream};
+    json->first[0] = true;
+}
+
+void json_begin_line(struct json *json, FILE *stream) {
+    json_begin(json, stream);
+    json->one_line = true;
+}
+
+/// Length of the well-formed UTF-8 sequence at `text`, 0 when there is none (RFC 3629).
+static int utf8_length(const unsigned char *text) {
+    const unsigned char lead = text[0];
+    if (lead < 0x80) {
+        return 1;
+    }
+    const int length = lead >= 0xc2 && lead <= 0xdf   ? 2
+                       : lead >= 0xe0 && lead <= 0xef ? 3
+                       : lead >= 0xf0 && lead <= 0xf4 ? 4
+                                                      : 0;
+    for (int i = 1; i < length; i++) {
+        if ((text[i] & 0xc0) != 0x80) {
+            return 0;
+        }
+    }
+    const bool overlong = (lead == 0xe0 && text[1] < 0xa0) || (lead == 0xf0 && text[1] < 0x90);
+    const bool surrogate = lead == 0xed && text[1] > 0x9f;
+    const bool beyond = lead == 0xf4 && text[1] > 0x8f;
+    return overlong || surrogate || beyond ? 0 : length;
+}
+
+static void put_text(FILE *stream, const char *text) {
+    fputc('"', stream);
+    for (const unsigned char *at = (const unsigned char *)text; *at != '\0';) {
+        const int length = utf8_length(at);
+        if (length == 0) {
+            fputs("\\ufffd", stream);
+        } else if (*at == '"' || *at == '\\') {
+            fprintf(stream, "\\%c", *at);
+        } else if (*at < ' ' || *at == 0x7f) {
+            fprintf(stream, "\\u%04x", *at);
+        } else {
+            fwrite(at, 1, (size_t)length, stream);
+        }
+        at += length > 0 ? length : 1;
+    }
+    fputc('"', stream);
+}
+
+/// What stands before a value: comma, line, indentation, name.
+static void put_lead(struct json *json, const char *name) {
+    const bool in_line = json->in_line[json->depth];
+    if (!json->first[json->depth]) {
+        fputs(in_line ? ", " : ",", json->stream);
+    }
+    json->first[json->depth] = false;
+    if (json->depth > 0 && !in_line) {
+        fprintf(json->stream, "\n%*s", 2 * json->depth, "");
+    }
+    if (name != NULL) {
+        put_text(json->stream, name);
+        fputs(": ", json->stream);
+    }
+}
+
+static void open_level(struct json *json, const char *name, char bracket, bool in_line) {
+    put_lead(json, name);
+    INVARIANT(json->depth < JSON_MAX_DEPTH);
+    fputc(bracket, json->stream);
+    json->depth++;
+    json->first[json->depth] = true;
+    json->in_line[json->depth] = in_line || json->one_line;
+}
+
+static void close_level(struct json *json, char bracket) {
+    INVARIANT(json->depth > 0);
+    const bool empty = json->first[json->depth];
+    const bool in_line = json->in_line[json->depth];
+    json->depth--;
+    if (!empty && !in_line) {
+        fprintf(json->stream, "\n%*s", 2 * json->depth, "");
+    }
+    fputc(bracket, json->stream);
+}
+
+void json_open_object(struct json *json, const char *name) {
+    open_level(json, name, '{', false);
+}
+
+void json_close_object(struct json *json) {
+    close_level(json, '}');
+}
+
+void json_open_array(struct json *json, const char *name) {
+    open_level(json, name, '[', false);
+}
+
+void json_close_array(struct json *json) {
+    close_level(json, ']');
+}
+
+void json_null(struct json *json, const char *name) {
+    put_lead(json, name);
+    fputs("null", json->stream);
+}
+
+void json_text(struct json *json, const char *name, const char *value) {
+    if (value == NULL) {
+        json_null(json, name);
+        return;
+    }
+    put_lead(json, name);
+    put_text(json->stream, value);
+}
+
+void json_bool(struct json *json, const char *name, bool value) {
+    put_lead(json, name);
+    fputs(value ? "true" : "false", json->stream);
+}
+
+void json_integer(struct json *json, const char *name, int64_t value) {
+    put_lead(json, name);
+    fprintf(json->stream, "%" PRId64, value);
+}
+
+void json_real(struct json *json, const char *name, double value, int digits) {
+    INVARIANT(digits >= 1 && digits <= 17);
+    if (!isfinite(value)) {
+        json_null(json, name);
+        return;
+    }
+    put_lead(json, name);
+    fprintf(json->stream, "%.*g", digits, value);
+}
+
+void json_fixed(struct json *json, const char *name, double value, int decimals) {
+    INVARIANT(decimals >= 0 && decimals <= 17);
+    if (!isfinite(value)) {
+        json_null(json, name);
+        return;
+    }
+    put_lead(json, name);
+    fprintf(json->stream, "%.*f", decimals, value);
+}
+
+void json_reals(struct json *json, const char *name, const double *values, int count, int digits) {
+    open_level(json, name, '[', true);
+    for (int i = 0; i < count; i++) {
+        json_real(json, NULL, values[i], digits);
+    }
+    close_level(json, ']');
+}
+
+void json_end(struct json *json) {
+    INVARIANT(json->depth == 0);
+    fputc('\n', json->stream);
+}

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/client/client.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "core/invariant.h"
+#include "daemon/base/message.h"
+#include "daemon/base/version.h"
+#include "daemon/cli/options.h"
+#include "daemon/client/client_help.h"
+#include "daemon/client/remote.h"
+
+enum { CLIENT_COMMANDS_MAX = 32, CLIENT_NAME_MAX = 32, CLIENT_CLOSED_PIPE = 128 + SIGPIPE };
+
+static const struct client_command *find_command(const char *name,
+                                                 const struct client_command *commands,
+                                                 int command_count) {
+    for (int i = 0; i < command_count; i++) {
+        if (strcmp(name, commands[i].name) == 0) {
+            return &commands[i];
+        }
+    }
+    const char *names[CLIENT_COMMANDS_MAX];
+    for (int i = 0; i < command_count; i++) {
+        names[i] = commands[i].name;
+    }
+    const char *closest = options_closest(name, names, command_count);
+    struct message line;
+    if (closest != NULL) {
+        message_set(&line, 0, "there is no command \"%s\"; did you mean \"%s\"?", name, closest);
+    } else {
+        message_set(&line, 0,
+                    "there is no command \"%s\"; \"vergence --help\" lists them, \"vergence "
+                    "--connect help\" those of an instrument",
+                    name);
+    }
+    fprintf(stderr, "vergence: %s\n", line.text);
+    return NULL;
+}
+
+/// A page of `vergence help`, or one of its forms for man(1) (`form` "--help-man") and for a shell
+/// ("--help-words"). The exit code.
+static int print_page(const char *name, char *form, const struct client_command *commands,
+                      int command_count) {
+    static char connect[] = "--connect";
+    char copy[CLIENT_NAME_MAX];
+    if (strcmp(name, CLIENT_HELP_CONNECT) == 0) {
+        char *remote_argv[] = {connect, connect, form, NULL};
+        return remote_main(3, remote_argv);
+    }
+    const struct client_command *command = find_command(name, commands, command_count);
+    if (command == NULL) {
+        return CLIENT_USAGE;
+    }
+    snprintf(copy, sizeof copy, "%s", command->name);
+    char *command_argv[] = {copy, form, NULL};
+    return command->run(2, command_argv);
+}
+
+/// `vergence help --man [COMMAND]` and `--words` are what the build makes manual pages and
+/// completion of, `--names` says of which commands there are pages.
+static int run_help(int argc, char **argv, const struct client_command *commands,
+                    int command_count) {
+    static char help[] = "--help", manual[] = "--help-man", words[] = "--help-words";
+    const char *first = argc > 2 ? argv[2] : NULL;
+    if (first == NULL) {
+        client_help_print(stdout, commands, command_count);
+    } else if (strcmp(first, "--man") == 0 && argc > 3) {
+        return print_page(argv[3], manual, commands, command_count);
+    } else if (strcmp(first, "--man") == 0) {
+        client_help_print_manual(stdout, commands, command_count);
+    } else if (strcmp(first, "--names") == 0) {
+        client_help_print_names(stdout, commands, command_count);
+    } else if (strcmp(first, "--words") == 0) {
+        client_help_print_words(stdout, commands, command_count);
+        for (int i = 0; i < command_count; i++) {
+            print_page(commands[i].name, words, commands, command_count);
+        }
+        print_page(CLIENT_HELP_CONNECT, words, commands, command_count);
+    } else {
+        return print_page(first, help, commands, command_count);
+    }
+    return CLIENT_OK;
+}
+
+static bool connects_later(int argc, char **argv) {
+    for (int i = 2; i < argc; i++) {
+        if (strcmp(argv[i], "--connect") == 0 || strncmp(argv[i], "--connect=", 10) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static int dispatch(int argc, char **argv, const struct client_command *commands,
+                    int command_count) {
+    if (argc < 2) {
+        fputs("vergence: a command is missing; \"vergence --help\" lists them\n", stderr);
+        return CLIENT_USAGE;
+    }
+    if (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0 ||
+        strcmp(argv[1], "help") == 0) {
+        return run_help(argc, argv, commands, command_count);
+    }
+    if (strcmp(argv[1], "--version") == 0) {
+        printf("vergence %s (build %s)\n", version_text(), version_build_id());
+        return CLIENT_OK;
+    }
+    if (strncmp(argv[1], "--connect", 9) == 0) {
+        return remote_main(argc, argv);
+    }
+    if (argv[1][0] == '-' && connects_later(argc, argv)) {
+        fprintf(
+            stderr,
+            "vergence: \"--connect ADDRESS\" comes first: \"%.40s\" goes between ADDRESS and the "
+            "command\n",
+            argv[1]);
+        return CLIENT_USAGE;
+    }
+    const struct client_command *command = find_command(argv[1], commands, command_count);
+    return command != NULL ? command->run(argc - 1, argv + 1) : CLIENT_USAGE;
+}
+
+bool client_occupy_standard_streams(void) {
+    for (int fd = 0; fd <= 2; fd++) {
+        const int other_way = fd == STDIN_FILENO ? O_WRONLY : O_RDONLY;
+        if (fcntl(fd, F_GETFD) == -1 && open("/dev/null", other_way) != fd) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/// Why standard output took less than it was given, 0: nobody knows. `number` is what the last
+/// flushing said, 0: nothing was left to flush. What failed before it is asked of the descriptor
+/// once more: errno has had other uses since.
+static int output_trouble(int number) {
+    struct pollfd output = {.fd = STDOUT_FILENO, .events = POLLOUT};
+    if (number == 0 && write(STDOUT_FILENO, "", 0) != 0) {
+        number = errno;
+    }
+    if (number == 0 && poll(&output, 1, 0) > 0 && (output.revents & POLLERR) != 0) {
+        number = EPIPE;  // a pipe takes nothing of no length even when nobody reads it
+    }
+    return number;
+}
+
+int client_finish_output(const char *program, int exit_code) {
+    const int last = fflush(stdout) != 0 ? errno : 0;
+    if (last == 0 && ferror(stdout) == 0) {
+        return exit_code;
+    }
+    const int number = output_trouble(last);
+    if (number == EPIPE) {
+        return CLIENT_CLOSED_PIPE;
+    }
+    fprintf(stderr, "%s: writing to standard output failed%s%s\n", program, number != 0 ? ": " : "",
+            number != 0 ? strerror(number) : "");
+    return exit_code == CLIENT_OK ? CLIENT_FAILED : exit_code;
+}
+
+int client_main(int argc, char **argv, const struct client_command *commands, int command_count) {
+    INVARIANT(command_count >= 1 && command_count <= CLIENT_COMMANDS_MAX);
+    if (!client_occupy_standard_streams()) {
+        return CLIENT_FAILED;
+    }
+    // A reader that goes away (head, less) must not stop a command half way through its files.
+    signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN);  // a limit of size is a full disk, and told like one
+    return client_finish_output("vergence", dispatch(argc, argv, commands, command_count));
+}

@@ -1,0 +1,351 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/client/remote.h"
+
+#include <inttypes.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include "core/error.h"
+#include "daemon/base/monotonic.h"
+#include "daemon/base/printable.h"
+#include "daemon/cli/screen.h"
+#include "daemon/client/remote_seal.h"
+#include "daemon/files/token.h"
+
+enum {
+    CALL_TRIES = 12,   ///< of a request that may be repeated
+    SILENT_TRIES = 3,  ///< of them in a row that nothing answers: nobody is there
+    CALL_SERIAL_MS = 3000,
+    CALL_SOCKET_MS = 60000,
+    HELLO_BYTES = sizeof TOKEN_PREFIX + TOKEN_BYTES + 1,
+    BAR_WIDTH = 30,
+    BAR_TEXT = 44,
+    BAR_TEXT_LEAST = 10,  ///< in a narrow window, where the bar is shorter as well
+    BAR_FRAME = 3,        ///< blank and brackets around the bar
+};
+
+bool remote_quote(const char *word, char *text) {
+    size_t length = 0;
+    text[length++] = '"';
+    for (const char *at = word; *at != '\0'; at++) {
+        // Two for the character, two for the end.
+        if (length + 4 > REMOTE_REQUEST_BYTES) {
+            return false;
+        }
+        if (*at == '"' || *at == '\\') {
+            text[length++] = '\\';
+        }
+        text[length++] = *at;
+    }
+    memcpy(text + length, "\"", 2);
+    return true;
+}
+
+bool remote_files_command(const char *name, const char *after, char *command) {
+    char quoted[2][REMOTE_REQUEST_BYTES] = {"", ""};
+    if (!remote_quote(name, quoted[0]) || (after != NULL && !remote_quote(after, quoted[1]))) {
+        return false;
+    }
+    const int length = snprintf(command, REMOTE_REQUEST_BYTES, "files %s%s%s", quoted[0],
+                                after != NULL ? " " : "", quoted[1]);
+    return length > 0 && length < REMOTE_REQUEST_BYTES;
+}
+
+static int between(int least, int value, int most) {
+    return value < least ? least : value > most ? most : value;
+}
+
+void remote_progress(struct remote *self, const char *what, uint64_t done, uint64_t total) {
+    if (isatty(STDERR_FILENO) == 0) {
+        return;
+    }
+    if (total == 0) {
+        if (self->bar_columns > 0) {
+            fprintf(stderr, "\r%*s\r", self->bar_columns, "");
+        }
+        self->bar_columns = 0;
+        return;
+    }
+    // One that reached the last column would go on in the next line, and be seen again and again.
+    const size_t columns = screen_columns(STDERR_FILENO);
+    const int room = columns < SCREEN_COLUMNS ? (int)columns - 1 - BAR_FRAME : SCREEN_COLUMNS;
+    const int text = between(BAR_TEXT_LEAST, room - BAR_WIDTH, BAR_TEXT);
+    const int width = between(1, room - text, BAR_WIDTH);
+    const int full = (int)((done < total ? done : total) * (uint64_t)width / total);
+    char shown[BAR_TEXT + 1];
+    printable_copy(what, shown, sizeof shown);
+    fprintf(stderr, "\r%-*.*s [%.*s%*s]", text, text, shown, full, "##############################",
+            width - full, "");
+    self->bar_columns = text + BAR_FRAME + width;
+}
+
+bool remote_interrupted(struct remote *self) {
+    struct pollfd extra = {.fd = self->extra_fd, .events = POLLIN};
+    while (!self->interrupted && self->extra_fd >= 0 && poll(&extra, 1, 0) > 0) {
+        self->attend(self);
+        extra.fd = self->extra_fd;
+    }
+    return self->interrupted;
+}
+
+void remote_interrupt(struct remote *self) {
+    if (!self->interrupted) {
+        self->interrupted = true;
+        remote_line_send(&self->line, "\003", 1);
+    }
+}
+
+static int give_up(struct message *message) {
+    return message_set(message, ERROR_CANCELLED, "interrupted");
+}
+
+bool remote_show_progress(struct remote *self, const char *text) {
+    if (strncmp(text, "... ", 4) != 0) {
+        return false;
+    }
+    char what[64];
+    const char *blank = strrchr(text, ' ');
+    const char *slash = strrchr(text, '/');
+    if (blank > text + 3 && slash != NULL && slash > blank) {
+        snprintf(what, sizeof what, "%.*s", (int)(blank - text - 4), text + 4);
+        remote_progress(self, what, strtoull(blank + 1, NULL, 10), strtoull(slash + 1, NULL, 10));
+    }
+    return true;
+}
+
+int32_t remote_next_id(const struct remote *self) {
+    return (self->id + 1) % REMOTE_IDS;
+}
+
+int remote_receive(struct remote *self, int limit_ms, char **text) {
+    struct remote_line *line = &self->line;
+    uint64_t since_us = monotonic_now_us();
+    for (;;) {
+        bool extra = false;
+        const uint64_t now_us = monotonic_now_us();
+        // On a serial line what comes, or a sign of life, is worth waiting for more.
+        since_us = line->serial && line->heard_us > since_us ? line->heard_us : since_us;
+        const int64_t left_ms = limit_ms - (int64_t)((now_us - since_us) / MONOTONIC_US_IN_MS);
+        if (limit_ms >= 0 && left_ms <= 0) {
+            return ERROR_TIMEOUT;
+        }
+        const int wait_ms = limit_ms >= 0 ? (int)left_ms : limit_ms;
+        const int error = remote_line_receive(line, wait_ms, self->extra_fd, &extra, text);
+        if (error != ERROR_CANCELLED && error != ERROR_TIMEOUT) {
+            return error;
+        }
+        if (extra && self->attend != NULL) {
+            self->attend(self);
+        }
+    }
+}
+
+/// Whether a line of JSON is the answer itself, and if it says ok.
+static bool is_json_end(const char *text, bool *ok) {
+    const struct json_value all = json_reader_parse(text, strlen(text));
+    const struct json_value value = json_reader_member(all, "ok");
+    *ok = json_reader_true(value);
+    return value.text != NULL;
+}
+
+/// Whether a line of text ends the answer.
+static bool is_text_end(const char *text, bool *ok) {
+    *ok = strncmp(text, "OK", 2) == 0 && (text[2] == '\0' || text[2] == ' ');
+    return *ok || strncmp(text, "ERR ", 4) == 0;
+}
+
+/// Whether a line says that the daemon turns the client away, which it says as text before it has
+/// heard how the client wants it. One that gives no reason is rubbish.
+static bool is_turned_away(const char *text) {
+    return strncmp(text, "ERR ", 4) == 0 && text[4] > ' ';
+}
+
+/// Waits for the answer to the greeting. 0, ERROR_DEVICE, ERROR_TIMEOUT or ERROR_CANCELLED.
+static int await_greeting(struct remote *self, char **text) {
+    int limit_ms = remote_line_left_ms(&self->line);
+    for (;;) {
+        bool extra = false;
+        const int error = remote_line_receive(&self->line, limit_ms, self->extra_fd, &extra, text);
+        if (extra) {
+            self->attend(self);
+        }
+        if (self->interrupted) {
+            return ERROR_CANCELLED;
+        }
+        if (error == ERROR_TIMEOUT && self->person) {
+            fputs("vergence: vergenced does not answer yet; Ctrl-C ends this\n", stderr);
+            limit_ms = REMOTE_FOREVER_MS;
+        } else if (error != ERROR_CANCELLED) {
+            return error;
+        }
+    }
+}
+
+/// The first line: over TCP the token. Where no file is named, and there is none in the default
+/// place, the daemon has to say whether it needs one: a tunnel may lead to a Unix socket.
+static int make_hello(const struct remote *self, char hello[HELLO_BYTES], struct message *message) {
+    char token[TOKEN_BYTES];
+    int error = ERROR_MISSING;
+    if (self->line.tcp) {
+        error = token_read(self->token_path, token, message);
+    }
+    if (error == ERROR_MISSING && self->token_path == NULL) {
+        strcpy(hello, "@text\n");  // as it is anyway
+        return 0;
+    }
+    if (error == 0) {
+        snprintf(hello, HELLO_BYTES, TOKEN_PREFIX "%s\n", token);
+    }
+    return error;
+}
+
+int remote_greet(struct remote *self, remote_show *show, void *cookie, struct message *message) {
+    char hello[HELLO_BYTES];
+    char *text = NULL;
+    if (self->line.serial) {
+        return 0;
+    }
+    int error = make_hello(self, hello, message);
+    if (error != 0) {
+        return error;
+    }
+    // A daemon that has hung up said why: that has come, also when nothing can be sent any more.
+    remote_line_send(&self->line, hello, strlen(hello));
+    error = await_greeting(self, &text);
+    if (error == ERROR_CANCELLED) {
+        return give_up(message);
+    }
+    if (error == ERROR_TIMEOUT) {
+        return message_set(message, error, "nothing answers: is it vergenced, and not stopped?");
+    }
+    if (error != 0) {
+        return message_set(message, ERROR_DEVICE, "the connection broke");
+    }
+    if (is_turned_away(text)) {
+        remote_show_refusal(self, show, cookie, text);
+        return 1;
+    }
+    return strcmp(text, "OK") == 0
+               ? 0
+               : message_set(message, ERROR_VERSION, "vergenced does not answer as it should");
+}
+
+/// remote_ask over a socket, which loses nothing.
+static int ask_socket(struct remote *self, const char *command, remote_show *show, void *cookie,
+                      struct message *message) {
+    char request[REMOTE_REQUEST_BYTES];
+    const int length =
+        snprintf(request, sizeof request, "@%sprogress %s\n", self->json ? "json," : "", command);
+    if (length < 0 || (size_t)length >= sizeof request) {
+        return message_set(message, ERROR_SYNTAX, "the command is too long");
+    }
+    if (remote_interrupted(self)) {
+        return give_up(message);
+    }
+    const bool sent = remote_line_send(&self->line, request, (size_t)length);
+    for (;;) {
+        char *text = NULL;
+        bool ok = false;
+        if (!sent || remote_receive(self, REMOTE_FOREVER_MS, &text) != 0) {
+            remote_progress(self, "", 0, 0);
+            return message_set(message, ERROR_DEVICE, "the connection broke");
+        }
+        if (self->json && json_reader_parse(text, strlen(text)).text == NULL) {
+            return message_set(message, ERROR_VERSION, "vergenced does not answer as it should");
+        }
+        if (!self->json && remote_show_progress(self, text)) {
+            continue;
+        }
+        const bool end = self->json ? is_json_end(text, &ok) : is_text_end(text, &ok);
+        remote_progress(self, "", 0, 0);
+        show(self, cookie, text);
+        if (end) {
+            return ok ? 0 : 1;
+        }
+    }
+}
+
+int remote_ask(struct remote *self, const char *command, remote_show *show, void *cookie,
+               struct message *message) {
+    return (self->line.serial ? remote_ask_sealed : ask_socket)(self, command, show, cookie,
+                                                                message);
+}
+
+/// Whether an answer that arrived whole says that the question did not.
+static bool is_refused(struct json_value answer) {
+    char name[32] = "";
+    return json_reader_member(answer, "id").text == NULL &&
+           json_reader_text(json_reader_member(answer, "error"), name, sizeof name) &&
+           strcmp(name, error_name(ERROR_CRC)) == 0;
+}
+
+/// Waits for the answer with the id of the last request. ERROR_CRC: what came is damaged.
+static int take_answer(struct remote *self, int limit_ms, struct json_value *answer) {
+    for (;;) {
+        char *text = NULL;
+        int64_t id = -1;
+        const int error = remote_receive(self, limit_ms, &text);
+        if (error != 0) {
+            return error;
+        }
+        *answer = json_reader_parse(text, strlen(text));
+        const bool whole = answer->text != NULL && remote_seal_fits_json(text);
+        // Anything else is rubbish, or the answer to an earlier try.
+        if (whole && json_reader_integer(json_reader_member(*answer, "id"), &id) &&
+            id == self->id) {
+            return 0;
+        }
+        if ((!whole && self->line.serial) || (whole && is_refused(*answer))) {
+            return ERROR_CRC;  // not worth waiting for more
+        }
+    }
+}
+
+int remote_call(struct remote *self, const char *command, struct json_value *result,
+                struct message *message) {
+    const int patience_ms = self->line.serial ? CALL_SERIAL_MS : CALL_SOCKET_MS;
+    int error = ERROR_TIMEOUT;
+    int silent = 0;
+    self->refused = false;
+    for (int i = 0; i < CALL_TRIES && silent < SILENT_TRIES; i++) {
+        char request[REMOTE_REQUEST_BYTES];
+        char prefix[32];
+        char name[32] = "";
+        char text[512] = "";
+        struct json_value answer;
+        if (remote_interrupted(self)) {
+            return give_up(message);
+        }
+        self->id = remote_next_id(self);
+        snprintf(prefix, sizeof prefix, "json,id=%" PRId32, self->id);
+        if (!remote_seal_request(prefix, command, request)) {
+            return message_set(message, ERROR_SYNTAX, "the command is too long");
+        }
+        const bool sent = remote_line_send(&self->line, request, strlen(request));
+        error = sent ? take_answer(self, patience_ms, &answer) : ERROR_DEVICE;
+        if (error == ERROR_DEVICE) {
+            return message_set(message, ERROR_DEVICE, "the connection broke");
+        }
+        silent = error == ERROR_TIMEOUT ? silent + 1 : 0;
+        if (error != 0) {
+            continue;
+        }
+        *result = json_reader_member(answer, "result");
+        if (json_reader_true(json_reader_member(answer, "ok"))) {
+            return 0;
+        }
+        json_reader_text(json_reader_member(answer, "error"), name, sizeof name);
+        json_reader_text(json_reader_member(answer, "message"), text, sizeof text);
+        if (self->interrupted && strcmp(name, error_name(ERROR_CANCELLED)) == 0) {
+            return give_up(message);
+        }
+        self->refused = true;
+        return message_set(message, ERROR_REFUSED, "%s %s", name, text);
+    }
+    return message_set(message, ERROR_TIMEOUT, "no answer comes through the line undamaged");
+}

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// `vergence --connect` without an address.
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "core/error.h"
+#include "daemon/client/remote.h"
+#include "daemon/files/places.h"
+
+bool remote_is_address(const char *word) {
+    const size_t first = strcspn(word, " \t");
+    return strcspn(word, ":/.") < first;
+}
+
+int remote_open_default(struct remote_line *line, struct message *message) {
+    char sockets[PLACES_SOCKETS_MAX][PLACES_PATH_BYTES];
+    char tried[MESSAGE_BYTES / 2] = "";
+    const size_t count = places_sockets(sockets);
+    for (size_t i = 0; i < count; i++) {
+        char address[sizeof "unix:" + PLACES_PATH_BYTES];
+        snprintf(address, sizeof address, "unix:%s", sockets[i]);
+        const int error = remote_line_open(line, address, message);
+        if (error == 0 || error == ERROR_MEMORY) {
+            return error;
+        }
+        const bool is_missing = error == ERROR_IO && errno == ENOENT;
+        const char *cause = is_missing          ? ""
+                            : error == ERROR_IO ? strerror(errno)
+                                                : "the path is too long";
+        const size_t used = strlen(tried);
+        snprintf(tried + used, sizeof tried - used, "%s%s%s%s%s", i == 0 ? "" : ", ", sockets[i],
+                 is_missing ? "" : " (", cause, is_missing ? "" : ")");
+    }
+    return message_set(
+        message, ERROR_IO,
+        "no vergenced at %s: start \"vergenced\" (a simulated instrument: \"vergence "
+        "simulate\"), or name its ADDRESS: unix:PATH, tcp:HOST:PORT, serial:DEVICE",
+        tried);
+}

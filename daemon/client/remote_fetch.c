@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: Apache-2.0
+// A file of the instrument, block by block.
+#include <errno.h>
+#include <fcntl.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/crc.h"
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/base/base64.h"
+#include "daemon/client/remote.h"
+#include "daemon/files/sync_file.h"
+#include "daemon/files/write_all.h"
+
+enum {
+    BLOCK_SERIAL = 1536,
+    BLOCK_SOCKET = 49152,
+    PATH_BYTES = 4096,
+    TEXT_BYTES = BASE64_TEXT_BYTES(BLOCK_SOCKET)
+};
+
+/// A fetch under way.
+struct fetch {
+    struct remote *remote;
+    const char *name, *local;
+    char part[PATH_BYTES];
+    int fd;
+    uint64_t size;
+    uint32_t crc;
+    char text[TEXT_BYTES];
+    uint8_t data[BLOCK_SOCKET];
+};
+
+static bool read_crc(struct json_value result, uint32_t *crc) {
+    char text[16];
+    if (!json_reader_text(json_reader_member(result, "crc"), text, sizeof text) ||
+        strlen(text) != 8) {
+        return false;
+    }
+    *crc = (uint32_t)strtoul(text, NULL, 16);
+    return true;
+}
+
+/// The line that asks for it; what follows the name is `rest`. `command` has REMOTE_REQUEST_BYTES.
+static int make_command(const struct fetch *self, const char *rest, char *command,
+                        struct message *message) {
+    char name[REMOTE_REQUEST_BYTES];
+    if (remote_quote(self->name, name)) {
+        const int length = snprintf(command, REMOTE_REQUEST_BYTES, "fetch %s%s", name, rest);
+        if (length > 0 && length < REMOTE_REQUEST_BYTES) {
+            return 0;
+        }
+    }
+    return message_set(message, ERROR_ARGUMENT, "%s: the name is too long", self->name);
+}
+
+/// Length and CRC-32 of the whole.
+static int describe(struct fetch *self, struct message *message) {
+    char command[REMOTE_REQUEST_BYTES];
+    struct json_value result;
+    int64_t size = -1;
+    int error = make_command(self, "", command, message);
+    error = error != 0 ? error : remote_call(self->remote, command, &result, message);
+    if (error != 0) {
+        return error;
+    }
+    if (!json_reader_integer(json_reader_member(result, "size"), &size) || size < 0 ||
+        !read_crc(result, &self->crc)) {
+        return message_set(message, ERROR_VERSION, "vergenced does not answer as it should");
+    }
+    self->size = (uint64_t)size;
+    return 0;
+}
+
+/// Fetches the block at `offset` and appends it. `*got`: its bytes.
+static int fetch_block(struct fetch *self, uint64_t offset, size_t *got, struct message *message) {
+    char command[REMOTE_REQUEST_BYTES];
+    char rest[64];
+    struct json_value result;
+    int64_t at = -1;
+    uint32_t crc = 0;
+    const int most = self->remote->line.serial ? BLOCK_SERIAL : BLOCK_SOCKET;
+    snprintf(rest, sizeof rest, " %" PRIu64 " %d", offset, most);
+    int error = make_command(self, rest, command, message);
+    error = error != 0 ? error : remote_call(self->remote, command, &result, message);
+    if (error != 0) {
+        return error;
+    }
+    long bytes = -1;
+    if (json_reader_integer(json_reader_member(result, "offset"), &at) && (uint64_t)at == offset &&
+        read_crc(result, &crc) &&
+        json_reader_text(json_reader_member(result, "data"), self->text, sizeof self->text)) {
+        bytes = base64_decode(self->text, self->data, sizeof self->data);
+    }
+    if (bytes <= 0 || crc_update(0, self->data, (size_t)bytes) != crc) {
+        return message_set(message, ERROR_CRC, "%s: has changed while it was fetched: try again",
+                           self->name);
+    }
+    INVARIANT((size_t)bytes <= sizeof self->data);
+    if (lseek(self->fd, (off_t)offset, SEEK_SET) < 0 ||
+        !write_all(self->fd, self->data, (size_t)bytes)) {
+        return message_set(message, ERROR_IO, "%s: %s", self->part, strerror(errno));
+    }
+    *got = (size_t)bytes;
+    return 0;
+}
+
+static int fetch_rest(struct fetch *self, uint64_t offset, struct message *message) {
+    while (offset < self->size) {
+        size_t got = 0;
+        const int error = fetch_block(self, offset, &got, message);
+        if (error != 0) {
+            remote_progress(self->remote, "", 0, 0);
+            return error;
+        }
+        offset += got;
+        remote_progress(self->remote, self->name, offset, self->size);
+    }
+    remote_progress(self->remote, "", 0, 0);
+    return 0;
+}
+
+/// CRC-32 of what is there.
+static bool is_right(struct fetch *self) {
+    uint32_t crc = 0;
+    uint64_t at = 0;
+    for (;;) {
+        const ssize_t bytes = pread(self->fd, self->data, sizeof self->data, (off_t)at);
+        if (bytes <= 0) {
+            break;
+        }
+        crc = crc_update(crc, self->data, (size_t)bytes);
+        at += (uint64_t)bytes;
+    }
+    return at == self->size && crc == self->crc;
+}
+
+/// Leaves the first `bytes` of what is there.
+static int cut(struct fetch *self, uint64_t bytes, struct message *message) {
+    return ftruncate(self->fd, (off_t)bytes) == 0
+               ? 0
+               : message_set(message, ERROR_IO, "%s: %s", self->part, strerror(errno));
+}
+
+/// Goes on with what an earlier try has left; from the beginning when that belongs to another file.
+static int fetch_into_part(struct fetch *self, struct message *message) {
+    struct stat about;
+    uint64_t have = 0;
+    if (fstat(self->fd, &about) == 0 && (uint64_t)about.st_size <= self->size) {
+        have = (uint64_t)about.st_size;
+    }
+    int error = cut(self, have, message);
+    error = error != 0 ? error : fetch_rest(self, have, message);
+    if (error == 0 && have > 0 && !is_right(self)) {
+        error = cut(self, 0, message);
+        error = error != 0 ? error : fetch_rest(self, 0, message);
+    }
+    if (error == 0 && !is_right(self)) {
+        return message_set(message, ERROR_CRC, "%s: has changed while it was fetched: try again",
+                           self->name);
+    }
+    return error;
+}
+
+/// What is there under the local name is replaced, so it must be a file or nothing.
+static int look_at_local(const char *local, struct message *message) {
+    struct stat about;
+    if (stat(local, &about) == 0 && !S_ISREG(about.st_mode)) {
+        return message_set(
+            message, ERROR_ARGUMENT, "%s: is there and is no file: %s", local,
+            S_ISDIR(about.st_mode) ? "it is a directory; give a name in it" : "give another name");
+    }
+    return 0;
+}
+
+static int open_part(struct fetch *self, struct message *message) {
+    struct stat about;
+    const int length = snprintf(self->part, sizeof self->part, "%s.part", self->local);
+    if (length < 0 || (size_t)length >= sizeof self->part) {
+        return message_set(message, ERROR_ARGUMENT, "the name of the local file is too long");
+    }
+    // Not blocking: whatever stands there that is no file is only looked at.
+    self->fd =
+        open(self->part, O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC, 0644);
+    if (self->fd < 0) {
+        return message_set(message, ERROR_IO, "%s: %s", self->part, strerror(errno));
+    }
+    return fstat(self->fd, &about) == 0 && S_ISREG(about.st_mode)
+               ? 0
+               : message_set(message, ERROR_ARGUMENT, "%s: is there and is no file; remove it",
+                             self->part);
+}
+
+/// The directory that a local name is in. `parent` has PATH_BYTES, of which `path` leaves some.
+static void parent_of(const char *path, char *parent) {
+    const char *slash = strrchr(path, '/');
+    const size_t length = slash == NULL ? 0 : (size_t)(slash - path) + 1;
+    INVARIANT(length + 1 < PATH_BYTES);
+    memcpy(parent, path, length);
+    strcpy(parent + length, ".");
+}
+
+/// Gives the whole file its name, so that a power loss leaves no name without its bytes, and takes
+/// neither once this was told.
+static int give_name(const struct fetch *self, struct message *message) {
+    char parent[PATH_BYTES];
+    if (!sync_file(self->fd)) {
+        return message_set(message, ERROR_IO, "%s: %s", self->part, strerror(errno));
+    }
+    parent_of(self->local, parent);
+    // A directory that may be written to but not read cannot be synced.
+    if (rename(self->part, self->local) != 0 ||
+        (!sync_directory_at(AT_FDCWD, parent) && errno != EACCES)) {
+        return message_set(message, ERROR_IO, "%s: %s", self->local, strerror(errno));
+    }
+    return 0;
+}
+
+/// The caller frees it. NULL: no memory, and `message` says so.
+static struct fetch *begin(struct remote *remote, const char *name, const char *local,
+                           struct message *message) {
+    struct fetch *self = malloc(sizeof *self);
+    if (self == NULL) {
+        message_set(message, ERROR_MEMORY, "there is no memory");
+        return NULL;
+    }
+    self->remote = remote;
+    self->name = name;
+    self->local = local;
+    self->fd = -1;
+    return self;
+}
+
+int remote_fetch_compare(struct remote *remote, const char *name, const char *local, bool *same,
+                         struct message *message) {
+    struct fetch *self = begin(remote, name, local, message);
+    if (self == NULL) {
+        return ERROR_MEMORY;
+    }
+    int error = look_at_local(local, message);
+    error = error != 0 ? error : describe(self, message);
+    if (error == 0) {
+        self->fd = open(local, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+        *same = self->fd >= 0 && is_right(self);
+        error =
+            self->fd >= 0 ? 0 : message_set(message, ERROR_IO, "%s: %s", local, strerror(errno));
+    }
+    if (error == 0) {
+        close(self->fd);
+    }
+    free(self);
+    return error;
+}
+
+int remote_fetch(struct remote *remote, const char *name, const char *local, uint64_t *bytes,
+                 struct message *message) {
+    struct fetch *self = begin(remote, name, local, message);
+    if (self == NULL) {
+        return ERROR_MEMORY;
+    }
+    int error = describe(self, message);
+    error = error != 0 ? error : look_at_local(local, message);
+    error = error != 0 ? error : open_part(self, message);
+    error = error != 0 ? error : fetch_into_part(self, message);
+    error = error != 0 ? error : give_name(self, message);
+    if (self->fd >= 0) {
+        close(self->fd);
+    }
+    *bytes = error == 0 ? self->size : 0;
+    free(self);
+    return error;
+}

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// The lines that carry whole files: what they mean here, and not on the instrument.
+#include <stdio.h>
+#include <string.h>
+
+#include "console/command.h"
+#include "console/command_words.h"
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/client/remote.h"
+
+/// The local name of a file without its directories.
+static const char *base_name(const char *name) {
+    const char *slash = strrchr(name, '/');
+    return slash != NULL ? slash + 1 : name;
+}
+
+/// A name without the slashes at its end, which completion leaves behind that of a directory.
+static const char *without_end(const char *name, char *text) {
+    size_t length = strlen(name);
+    while (length > 1 && name[length - 1] == '/') {
+        length--;
+    }
+    memcpy(text, name, length);
+    text[length] = '\0';
+    return text;
+}
+
+/// Whether the instrument has a directory of this name.
+static bool is_directory(struct remote *self, const char *name) {
+    char command[REMOTE_REQUEST_BYTES];
+    struct json_value result;
+    struct message unheard;
+    return remote_files_command(name, NULL, command) &&
+           remote_call(self, command, &result, &unheard) == 0;
+}
+
+/// Carries out "fetch" or "send"; `other` is the second name.
+static int move_file(struct remote *self, bool fetch, const char *name, const char *other,
+                     remote_show *show, void *cookie, struct message *message) {
+    struct remote_written written = {.name = other};
+    int error = fetch ? remote_fetch(self, name, other, &written.bytes, message)
+                      : remote_send(self, name, other, &written.bytes, message);
+    if (fetch && error == ERROR_REFUSED && is_directory(self, name)) {
+        error = remote_fetch_directory(self, name, other, &written, message);
+    }
+    if (error == 0) {
+        remote_show_written(self, show, cookie, &written);
+    }
+    return error;
+}
+
+int remote_files(struct remote *self, const char *line, remote_show *show, void *cookie, int *error,
+                 struct message *message) {
+    char storage[COMMAND_LINE_MAX + 1];
+    const char *words[COMMAND_WORDS_MAX];
+    size_t count = 0;
+    const char *why = NULL;
+    if (command_words_split(line, storage, words, &count, &why) != 0 || count < 1 || count > 3) {
+        return 0;
+    }
+    INVARIANT(words[0] != NULL);
+    const bool snapshot = strcmp(words[0], "snapshot") == 0;
+    const bool fetch = strcmp(words[0], "fetch") == 0 && count > 1;
+    const bool send = strcmp(words[0], "send") == 0 && count > 1;
+    // fetch NAME OFFSET is the instrument's.
+    if ((!fetch && !send && !snapshot) ||
+        (fetch && count == 3 && words[2][strspn(words[2], "0123456789")] == '\0')) {
+        return 0;
+    }
+    self->refused = false;
+    if (snapshot) {
+        *error = remote_snapshot(self, line, show, cookie, message);
+    } else {
+        char plain[COMMAND_LINE_MAX + 1];
+        const char *name = fetch ? without_end(words[1], plain) : words[1];
+        const char *other = count == 3 ? words[2] : base_name(name);
+        *error = move_file(self, fetch, name, other, show, cookie, message);
+    }
+    if (self->json && *error == ERROR_REFUSED && self->refused) {
+        char refusal[MESSAGE_BYTES + 8];
+        snprintf(refusal, sizeof refusal, "ERR %s", message->text);  // the daemon's
+        remote_show_refusal(self, show, cookie, refusal);
+    } else if (self->json && *error < 0) {
+        remote_show_error(self, show, cookie, *error, message->text);
+    }
+    return 1;
+}

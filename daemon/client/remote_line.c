@@ -1,0 +1,322 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/client/remote_line.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <netdb.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/base/monotonic.h"
+#include "daemon/base/serial_device.h"
+
+enum {
+    PORT_MOST = 65535,
+    SERIAL_BAUD = 115200,
+    HELLO_MS = 1000,
+    HELLO_TRIES = 4,
+    QUIET_MS = 100,
+    SIGN_OF_LIFE = 0x16,
+    SEND_MS = 10000
+};
+
+int remote_line_left_ms(const struct remote_line *self) {
+    const uint64_t gone_ms = (monotonic_now_us() - self->opened_us) / MONOTONIC_US_IN_MS;
+    return gone_ms < REMOTE_LINE_OPEN_MS ? REMOTE_LINE_OPEN_MS - (int)gone_ms : 0;
+}
+
+/// Connects within the time that is left. False: errno says why.
+static bool connect_in_time(const struct remote_line *self, int fd, const struct sockaddr *address,
+                            socklen_t bytes) {
+    const int left_ms = remote_line_left_ms(self);
+    const struct timeval limit = {.tv_sec = left_ms / 1000, .tv_usec = left_ms % 1000 * 1000 + 1};
+    // Of a connect as well; one that is cut off leaves EAGAIN, or EINPROGRESS over TCP.
+    setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
+    const bool connected = connect(fd, address, bytes) == 0;
+    errno = !connected && (errno == EAGAIN || errno == EINPROGRESS) ? ETIMEDOUT : errno;
+    return connected;
+}
+
+static int open_unix(const struct remote_line *self, const char *path, struct message *message) {
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    if (path[0] == '\0') {
+        return message_set(message, ERROR_ARGUMENT, "unix:: expected is unix:PATH");
+    }
+    if (strlen(path) >= sizeof address.sun_path) {
+        return message_set(message, ERROR_ARGUMENT, "unix:%s: the path is too long", path);
+    }
+    strcpy(address.sun_path, path);
+    const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (fd >= 0 && connect_in_time(self, fd, (const struct sockaddr *)&address, sizeof address)) {
+        return fd;
+    }
+    const int number = errno;
+    if (fd >= 0) {
+        close(fd);
+    }
+    message_set(message, ERROR_IO, "unix:%s: %s; does vergenced run there?", path,
+                strerror(number));
+    errno = number;
+    return ERROR_IO;
+}
+
+/// A whole number in decimal digits alone, up to `most`; -1: it is none.
+static int64_t parse_number(const char *text, int64_t most) {
+    int64_t number = text[0] == '\0' ? -1 : 0;
+    for (; *text != '\0'; text++) {
+        if (*text < '0' || *text > '9' || number > most / 10) {
+            return -1;
+        }
+        number = 10 * number + (*text - '0');
+    }
+    return number <= most ? number : -1;
+}
+
+static int open_tcp(const struct remote_line *self, const char *place, struct message *message) {
+    char host[256];
+    const char *colon = strrchr(place, ':');
+    if (colon == NULL || (size_t)(colon - place) >= sizeof host) {
+        return message_set(message, ERROR_ARGUMENT, "tcp:%s: expected is tcp:HOST:PORT", place);
+    }
+    if (parse_number(colon + 1, PORT_MOST) < 1) {
+        return message_set(message, ERROR_ARGUMENT,
+                           "tcp:%s: \"%s\" is no port: expected is 1 to %d", place, colon + 1,
+                           PORT_MOST);
+    }
+    memcpy(host, place, (size_t)(colon - place));
+    host[colon - place] = '\0';
+    const struct addrinfo hints = {.ai_socktype = SOCK_STREAM};
+    struct addrinfo *list = NULL;
+    const int failed = getaddrinfo(host, colon + 1, &hints, &list);
+    if (failed != 0) {
+        return message_set(message, ERROR_IO, "tcp:%s: %s", place, gai_strerror(failed));
+    }
+    int fd = -1;
+    for (const struct addrinfo *at = list; at != NULL && fd < 0; at = at->ai_next) {
+        fd = socket(at->ai_family, at->ai_socktype | SOCK_CLOEXEC, at->ai_protocol);
+        if (fd >= 0 && !connect_in_time(self, fd, at->ai_addr, at->ai_addrlen)) {
+            const int number = errno;
+            close(fd);
+            errno = number;
+            fd = -1;
+        }
+    }
+    freeaddrinfo(list);
+    if (fd < 0) {
+        return message_set(message, ERROR_IO, "tcp:%s: %s; does vergenced run there?", place,
+                           strerror(errno));
+    }
+    const int one = 1;
+    setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &one, sizeof one);
+    return fd;
+}
+
+static int open_serial(const char *place, struct message *message) {
+    char device[256];
+    uint32_t baud = SERIAL_BAUD;
+    const char *colon = strrchr(place, ':');
+    const size_t length = colon != NULL ? (size_t)(colon - place) : strlen(place);
+    if (length >= sizeof device) {
+        return message_set(message, ERROR_ARGUMENT, "serial:%s: the name is too long", place);
+    }
+    memcpy(device, place, length);
+    device[length] = '\0';
+    if (colon != NULL) {
+        const int64_t given = parse_number(colon + 1, INT32_MAX);
+        if (given < 0) {
+            return message_set(message, ERROR_ARGUMENT, "serial:%s: expected is serial:DEVICE:BAUD",
+                               place);
+        }
+        baud = (uint32_t)given;
+    }
+    return serial_device_open(device, baud, message);
+}
+
+/// Ctrl-C ends whatever somebody has typed there; then the console learns who is here.
+static bool greet(struct remote_line *self) {
+    static const char hello[] = "\003\r@sealed\r";
+    for (int i = 0; i < HELLO_TRIES && remote_line_left_ms(self) > HELLO_MS; i++) {
+        char *text = NULL;
+        bool extra = false;
+        remote_line_quiet(self, QUIET_MS);
+        if (!remote_line_send(self, hello, sizeof hello - 1)) {
+            return false;
+        }
+        const uint64_t end_us = monotonic_now_us() + HELLO_MS * MONOTONIC_US_IN_MS;
+        while (monotonic_now_us() < end_us &&
+               remote_line_receive(self, HELLO_MS, -1, &extra, &text) == 0) {
+            if (strcmp(text, "OK") == 0) {
+                remote_line_quiet(self, QUIET_MS);
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+int remote_line_open(struct remote_line *self, const char *where, struct message *message) {
+    *self = (struct remote_line){.fd = -1, .opened_us = monotonic_now_us()};
+    if (strncmp(where, "unix:", 5) == 0) {
+        self->fd = open_unix(self, where + 5, message);
+    } else if (strncmp(where, "tcp:", 4) == 0) {
+        self->fd = open_tcp(self, where + 4, message);
+        self->tcp = true;
+    } else if (strncmp(where, "serial:", 7) == 0) {
+        self->fd = open_serial(where + 7, message);
+        self->serial = true;
+    } else {
+        return message_set(message, ERROR_ARGUMENT,
+                           "\"%s\": expected is unix:PATH, tcp:HOST:PORT or serial:DEVICE", where);
+    }
+    if (self->fd < 0) {
+        return self->fd;
+    }
+    fcntl(self->fd, F_SETFL, fcntl(self->fd, F_GETFL) | O_NONBLOCK);
+    self->data = malloc(REMOTE_LINE_BYTES);
+    if (self->data == NULL) {
+        return message_set(message, ERROR_MEMORY, "there is no memory");
+    }
+    if (self->serial && !greet(self)) {
+        return message_set(message, ERROR_TIMEOUT,
+                           "%s: no vergenced answers there; is it the right device and speed?",
+                           where);
+    }
+    return 0;
+}
+
+void remote_line_close(struct remote_line *self) {
+    if (self->fd >= 0) {
+        if (self->serial) {
+            remote_line_send(self, "@terminal\r", 10);
+            tcdrain(self->fd);
+            serial_device_close(self->fd);
+        } else {
+            close(self->fd);
+        }
+        self->fd = -1;
+    }
+    free(self->data);
+    self->data = NULL;
+}
+
+bool remote_line_send(struct remote_line *self, const char *data, size_t bytes) {
+    while (bytes > 0) {
+        const ssize_t sent = write(self->fd, data, bytes);
+        if (sent > 0) {
+            data += sent;
+            bytes -= (size_t)sent;
+            continue;
+        }
+        struct pollfd room = {.fd = self->fd, .events = POLLOUT};
+        if (sent < 0 && errno != EAGAIN && errno != EINTR) {
+            return false;
+        }
+        if (poll(&room, 1, SEND_MS) == 0) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/// A whole line that is there already; NULL: none.
+static char *take_line(struct remote_line *self) {
+    char *begin = self->data + self->used;
+    char *end = memchr(begin, '\n', self->filled - self->used);
+    if (end == NULL) {
+        return NULL;
+    }
+    *end = '\0';
+    self->used = (size_t)(end - self->data) + 1;
+    if (end > begin && end[-1] == '\r') {
+        end[-1] = '\0';
+    }
+    return begin;
+}
+
+/// Takes in what was read behind what is there.
+static void take_in(struct remote_line *self, size_t bytes) {
+    const size_t end = self->filled + bytes;
+    size_t kept = self->filled;
+    for (size_t at = self->filled; at < end; at++) {
+        if (!self->serial || self->data[at] != SIGN_OF_LIFE) {
+            self->data[kept++] = self->data[at];
+        }
+    }
+    self->heard_us = monotonic_now_us();
+    self->heard_bytes += kept - self->filled;
+    self->filled = kept;
+}
+
+/// Reads what is there. ERROR_DEVICE at the end.
+static int fill(struct remote_line *self) {
+    if (self->used > 0) {
+        memmove(self->data, self->data + self->used, self->filled - self->used);
+        self->filled -= self->used;
+        self->used = 0;
+    }
+    if (self->filled == REMOTE_LINE_BYTES) {
+        self->filled = 0;  // no answer is so long: rubbish
+        self->skipping = true;
+    }
+    INVARIANT(self->filled < REMOTE_LINE_BYTES);
+    const ssize_t bytes =
+        read(self->fd, self->data + self->filled, REMOTE_LINE_BYTES - self->filled);
+    if (bytes > 0) {
+        take_in(self, (size_t)bytes);
+        return 0;
+    }
+    return bytes == 0 || (errno != EAGAIN && errno != EINTR) ? ERROR_DEVICE : 0;
+}
+
+int remote_line_receive(struct remote_line *self, int limit_ms, int extra_fd, bool *extra_ready,
+                        char **text) {
+    const uint64_t end_us = monotonic_now_us() + (uint64_t)(limit_ms > 0 ? limit_ms : 0) * 1000;
+    *extra_ready = false;
+    for (;;) {
+        *text = take_line(self);
+        if (*text != NULL && !self->skipping) {
+            return 0;
+        }
+        if (*text != NULL) {
+            self->skipping = false;
+            continue;
+        }
+        struct pollfd fds[] = {{.fd = self->fd, .events = POLLIN},
+                               {.fd = extra_fd, .events = POLLIN}};
+        const uint64_t now_us = monotonic_now_us();
+        if (limit_ms >= 0 && now_us >= end_us) {
+            return ERROR_TIMEOUT;
+        }
+        const int wait_ms = limit_ms < 0 ? -1 : (int)((end_us - now_us) / 1000) + 1;
+        if (poll(fds, 2, wait_ms) < 0) {
+            return ERROR_CANCELLED;
+        }
+        if (fds[1].revents != 0) {
+            *extra_ready = true;
+            return ERROR_CANCELLED;
+        }
+        if (fds[0].revents != 0 && fill(self) != 0) {
+            return ERROR_DEVICE;
+        }
+    }
+}
+
+void remote_line_quiet(struct remote_line *self, int quiet_ms) {
+    struct pollfd wait = {.fd = self->fd, .events = POLLIN};
+    const uint64_t end_us = monotonic_now_us() + (uint64_t)quiet_ms * 10000;
+    self->used = 0;
+    self->filled = 0;
+    self->skipping = false;
+    while (monotonic_now_us() < end_us && poll(&wait, 1, quiet_ms) > 0 && fill(self) == 0) {
+        self->filled = 0;
+    }
+}

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/client/remote_script.h"
+
+#include <errno.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include "core/invariant.h"
+
+/// Reads more. False: there is none, or it cannot be read, or the user has interrupted.
+static bool read_more(struct remote_script *self, struct remote *remote) {
+    INVARIANT(self->begin == self->end);
+    for (;;) {
+        struct pollfd fds[2] = {{.fd = STDIN_FILENO, .events = POLLIN},
+                                {.fd = remote->extra_fd, .events = POLLIN}};
+        if (remote_interrupted(remote)) {
+            return false;
+        }
+        if (poll(fds, 2, -1) < 0 || fds[0].revents == 0) {
+            continue;  // the user's turn, or a signal
+        }
+        const ssize_t bytes = read(STDIN_FILENO, self->data, sizeof self->data);
+        if (bytes < 0 && (errno == EINTR || errno == EAGAIN)) {
+            continue;
+        }
+        self->errno_of_read = bytes < 0 ? errno : 0;
+        self->begin = 0;
+        self->end = bytes > 0 ? (size_t)bytes : 0;
+        return bytes > 0;
+    }
+}
+
+enum remote_script_line remote_script_next(struct remote_script *self, struct remote *remote) {
+    enum remote_script_line kind = REMOTE_SCRIPT_LINE;
+    size_t length = 0;
+    bool begun = false;
+    if (remote_interrupted(remote)) {
+        return REMOTE_SCRIPT_END;
+    }
+    for (;;) {
+        if (self->begin == self->end && !read_more(self, remote)) {
+            // What an interrupted user was typing is no line, nor what was cut by an error.
+            kind = self->errno_of_read != 0        ? REMOTE_SCRIPT_BROKEN
+                   : begun && !remote->interrupted ? kind
+                                                   : REMOTE_SCRIPT_END;
+            break;
+        }
+        const char next = self->data[self->begin++];
+        begun = true;
+        if (next == '\n') {
+            break;
+        }
+        if (next == '\0') {
+            kind = REMOTE_SCRIPT_CONTROL;
+        } else if (length + 1 < sizeof self->line) {
+            self->line[length++] = next;
+        } else if (kind == REMOTE_SCRIPT_LINE && next != '\r') {
+            kind = REMOTE_SCRIPT_TOO_LONG;
+        }
+    }
+    if (length > 0 && self->line[length - 1] == '\r') {
+        length--;
+    }
+    self->line[kind == REMOTE_SCRIPT_LINE ? length : 0] = '\0';
+    return kind;
+}

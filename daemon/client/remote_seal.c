@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/client/remote_seal.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/crc.h"
+#include "core/invariant.h"
+#include "daemon/client/remote.h"
+
+enum { CRC_DIGITS = 8, ID_DIGITS_MAX = 9 };
+
+static const char json_mark[] = ", \"crc\": \"";
+static const char json_id[] = "{\"id\": ";
+
+bool remote_seal_request(const char *words, const char *command, char *request) {
+    const int begun = snprintf(request, REMOTE_REQUEST_BYTES, "\r@%s,", words);
+    INVARIANT(begun > 0 && begun < REMOTE_REQUEST_BYTES);
+    // The seal is not part of what it seals, nor is what goes before the line and around it.
+    uint32_t crc = crc_update(0, request + 1, (size_t)begun - 1);
+    crc = crc_update(crc, command, strlen(command));
+    const size_t room = REMOTE_REQUEST_BYTES - (size_t)begun;
+    const int rest = snprintf(request + begun, room, "crc=%08" PRIX32 " %s\n", crc, command);
+    return rest > 0 && (size_t)rest < room;
+}
+
+/// Eight digits of either case, as the daemon and others write them.
+static bool read_crc(const char *text, uint32_t *crc) {
+    if (strspn(text, "0123456789ABCDEFabcdef") < CRC_DIGITS) {
+        return false;
+    }
+    char digits[CRC_DIGITS + 1];
+    memcpy(digits, text, CRC_DIGITS);
+    digits[CRC_DIGITS] = '\0';
+    *crc = (uint32_t)strtoul(digits, NULL, 16);
+    return true;
+}
+
+/// Where the seal of a line of JSON begins; NULL: it has none.
+static const char *find_json(const char *line) {
+    const size_t length = strlen(line);
+    const size_t bytes = sizeof json_mark - 1 + CRC_DIGITS + 2;
+    const char *seal = length > bytes ? line + length - bytes : NULL;
+    const bool found = seal != NULL && strncmp(seal, json_mark, sizeof json_mark - 1) == 0 &&
+                       strcmp(line + length - 2, "\"}") == 0;
+    return found ? seal : NULL;
+}
+
+bool remote_seal_fits_json(const char *line) {
+    const char *seal = find_json(line);
+    uint32_t crc = 0;
+    return seal != NULL && read_crc(seal + sizeof json_mark - 1, &crc) &&
+           crc == crc_update(0, line, (size_t)(seal - line));
+}
+
+void remote_seal_strip_json(char *line) {
+    const char *seal = find_json(line);
+    INVARIANT(seal != NULL);
+    strcpy(line + (seal - line), "}");
+    if (strncmp(line, json_id, sizeof json_id - 1) == 0) {
+        const char *comma = strstr(line, ", ");
+        const char *rest = comma != NULL ? comma + 2 : line + strlen(line) - 1;
+        memmove(line + 1, rest, strlen(rest) + 1);
+    }
+}
+
+enum remote_seal remote_seal_take_text(char *line, uint32_t crc, int32_t *id) {
+    const size_t length = strlen(line);
+    char *const begin = strrchr(line, '#');
+    if (begin == NULL || begin == line || begin[-1] != ' ' || length < CRC_DIGITS + 1) {
+        return REMOTE_SEAL_NONE;
+    }
+    const char *const digits = line + length - CRC_DIGITS;
+    const size_t number = strspn(begin + 1, "0123456789");
+    const bool numbered = begin + 1 + number + 1 == digits && begin[1 + number] == ',';
+    uint32_t told = 0;
+    if (!(begin + 1 == digits || (numbered && number > 0 && number <= ID_DIGITS_MAX)) ||
+        !read_crc(digits, &told)) {
+        return REMOTE_SEAL_NONE;
+    }
+    if (crc_update(crc, line, (size_t)(digits - line)) != told) {
+        return REMOTE_SEAL_DAMAGED;
+    }
+    *id = numbered ? (int32_t)strtol(begin + 1, NULL, 10) : REMOTE_SEAL_NO_ID;
+    begin[-1] = '\0';
+    return REMOTE_SEAL_WHOLE;
+}

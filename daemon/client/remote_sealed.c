@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+// A command over a line that damages and loses bytes. It is sent again, under the same number,
+// until its answer has come whole: the daemon carries a number out once and repeats its answer.
+// While it is under way the daemon gives signs of life, so whoever hears nothing at all need not
+// wait.
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/crc.h"
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/client/remote.h"
+#include "daemon/client/remote_seal.h"
+
+enum {
+    TRIES = 12,
+    SILENT_TRIES = 3,   ///< of them in a row, with nothing at all: nobody is there
+    SILENCE_MS = 3000,  ///< signs of life come more often
+    DAMAGED_MS = 1000,  ///< of silence, where something has come that makes no sense
+    RUBBISH_BYTES = 4 * REMOTE_LINE_BYTES
+};
+
+enum outcome {
+    GOES_ON,
+    ANSWERED_OK,
+    ANSWERED_ERR,
+    NOT_RECEIVED,  ///< it arrived damaged, and was not carried out
+    UNANSWERED,
+    BROKEN
+};
+
+/// An answer on its way.
+struct hearing {
+    struct remote *remote;
+    remote_show *show;
+    void *cookie;
+    char *text;     ///< REMOTE_LINE_BYTES: lines that are not known to be right yet
+    size_t length;  ///< of them
+    bool damaged;   ///< something came in this try that makes no sense
+    bool ever_damaged;
+    bool rounds;  ///< of a watch have come
+};
+
+static void note_damage(struct hearing *self) {
+    self->damaged = true;
+    self->ever_damaged = true;
+    self->length = 0;
+}
+
+/// Shows a line that was right.
+static void show_line(struct hearing *self, const char *line) {
+    remote_progress(self->remote, "", 0, 0);
+    self->show(self->remote, self->cookie, line);
+}
+
+/// Shows the lines that have turned out to be right, the first `length` bytes.
+static void show_lines(struct hearing *self, size_t length) {
+    for (size_t at = 0; at < length;) {
+        char *line = self->text + at;
+        char *end = memchr(line, '\n', length - at);
+        INVARIANT(end != NULL);
+        *end = '\0';
+        at += (size_t)(end - line) + 1;
+        show_line(self, line);
+    }
+}
+
+/// Whether a watch that went well cannot be said to have shown all its rounds.
+static bool lacks_rounds(const struct hearing *self) {
+    return self->rounds && self->ever_damaged;
+}
+
+/// A line of an answer in text.
+static enum outcome hear_text(struct hearing *self, char *line) {
+    int32_t id = REMOTE_SEAL_NO_ID;
+    const uint32_t crc = crc_update(0, self->text, self->length);
+    const enum remote_seal seal = remote_seal_take_text(line, crc, &id);
+    const size_t bytes = strlen(line) + 1;
+    if (seal == REMOTE_SEAL_DAMAGED ||
+        (seal == REMOTE_SEAL_NONE && bytes > REMOTE_LINE_BYTES - self->length)) {
+        note_damage(self);
+        return GOES_ON;
+    }
+    if (seal == REMOTE_SEAL_NONE) {
+        if (!remote_show_progress(self->remote, line)) {
+            memcpy(self->text + self->length, line, bytes - 1);
+            self->text[self->length + bytes - 1] = '\n';
+            self->length += bytes;
+        }
+        return GOES_ON;
+    }
+    const size_t length = self->length;
+    self->length = 0;
+    if (id != self->remote->id) {
+        // The answer to another line, or that this one was damaged.
+        const bool refused = id == REMOTE_SEAL_NO_ID && strncmp(line, "ERR CRC ", 8) == 0;
+        return refused ? NOT_RECEIVED : GOES_ON;
+    }
+    const bool ok = strcmp(line, "OK") == 0;
+    show_lines(self, length);
+    self->rounds = self->rounds || line[0] == '\0';
+    if (!ok || !lacks_rounds(self)) {
+        show_line(self, line);
+    }
+    return line[0] == '\0' ? GOES_ON : ok ? ANSWERED_OK : ANSWERED_ERR;
+}
+
+/// A line of JSON.
+static enum outcome hear_json(struct hearing *self, char *line) {
+    int64_t id = REMOTE_SEAL_NO_ID;
+    char error[32] = "";
+    char event[32] = "";
+    const struct json_value all = json_reader_parse(line, strlen(line));
+    if (all.text == NULL || !remote_seal_fits_json(line)) {
+        note_damage(self);
+        return GOES_ON;
+    }
+    json_reader_integer(json_reader_member(all, "id"), &id);
+    json_reader_text(json_reader_member(all, "error"), error, sizeof error);
+    json_reader_text(json_reader_member(all, "event"), event, sizeof event);
+    if (id != self->remote->id) {
+        const bool refused = id == REMOTE_SEAL_NO_ID && strcmp(error, error_name(ERROR_CRC)) == 0;
+        return refused ? NOT_RECEIVED : GOES_ON;
+    }
+    const bool ok = json_reader_true(json_reader_member(all, "ok"));
+    self->rounds = self->rounds || strcmp(event, "watch") == 0;
+    if (!ok || !lacks_rounds(self)) {
+        remote_seal_strip_json(line);
+        show_line(self, line);
+    }
+    return event[0] != '\0' ? GOES_ON : ok ? ANSWERED_OK : ANSWERED_ERR;
+}
+
+/// Waits for the answer, as long as there are signs of life.
+static enum outcome hear(struct hearing *self) {
+    const struct remote_line *line = &self->remote->line;
+    enum outcome outcome = GOES_ON;
+    uint64_t from = line->heard_bytes;
+    self->length = 0;
+    self->damaged = false;
+    while (outcome == GOES_ON) {
+        char *text = NULL;
+        const int error =
+            remote_receive(self->remote, self->damaged ? DAMAGED_MS : SILENCE_MS, &text);
+        if (error != 0) {
+            return error == ERROR_DEVICE ? BROKEN : UNANSWERED;
+        }
+        outcome = self->remote->json ? hear_json(self, text) : hear_text(self, text);
+        // Nothing that it would answer is so long.
+        if (outcome == GOES_ON && line->heard_bytes - from > RUBBISH_BYTES) {
+            return UNANSWERED;
+        }
+        from = self->rounds && !self->damaged ? line->heard_bytes : from;
+    }
+    return outcome;
+}
+
+static int conclude(const struct hearing *self, enum outcome outcome, bool perhaps,
+                    struct message *message) {
+    const char *const doubt = perhaps ? "; whether the command was carried out is not known" : "";
+    if (outcome == ANSWERED_OK && lacks_rounds(self)) {
+        return message_set(message, ERROR_CRC,
+                           "rounds of the watch may be missing: the line damages what it carries");
+    }
+    if (outcome == ANSWERED_OK || outcome == ANSWERED_ERR) {
+        return outcome == ANSWERED_OK ? 0 : 1;
+    }
+    if (outcome == BROKEN) {
+        return message_set(message, ERROR_DEVICE, "the connection broke%s", doubt);
+    }
+    if (self->remote->interrupted) {
+        return message_set(message, ERROR_CANCELLED, "interrupted%s", doubt);
+    }
+    return message_set(message, ERROR_TIMEOUT, "no answer comes through the line undamaged%s",
+                       doubt);
+}
+
+int remote_ask_sealed(struct remote *self, const char *command, remote_show *show, void *cookie,
+                      struct message *message) {
+    struct hearing hearing = {.remote = self, .show = show, .cookie = cookie};
+    char request[REMOTE_REQUEST_BYTES];
+    char words[64];
+    enum outcome outcome = UNANSWERED;
+    bool perhaps = false;
+    int silent = 0;
+    self->id = remote_next_id(self);
+    snprintf(words, sizeof words, "%sprogress,id=%" PRId32 ",once", self->json ? "json," : "",
+             self->id);
+    if (!remote_seal_request(words, command, request)) {
+        return message_set(message, ERROR_SYNTAX, "the command is too long");
+    }
+    hearing.text = malloc(REMOTE_LINE_BYTES);
+    if (hearing.text == NULL) {
+        return message_set(message, ERROR_MEMORY, "there is no memory");
+    }
+    for (int i = 0; i < TRIES && silent < SILENT_TRIES && !remote_interrupted(self); i++) {
+        const uint64_t before = self->line.heard_bytes;
+        // What cannot be sent was not received whole.
+        const bool sent = remote_line_send(&self->line, request, strlen(request));
+        outcome = sent ? hear(&hearing) : BROKEN;
+        perhaps = perhaps || outcome == UNANSWERED || (sent && outcome == BROKEN);
+        silent = self->line.heard_bytes == before ? silent + 1 : 0;
+        if (outcome != UNANSWERED && outcome != NOT_RECEIVED) {
+            break;
+        }
+    }
+    remote_progress(self, "", 0, 0);
+    free(hearing.text);
+    return conclude(&hearing, outcome, perhaps, message);
+}

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// The line "snapshot": the picture that the instrument has made of it comes here.
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "core/error.h"
+#include "daemon/client/remote.h"
+
+enum { NAME_BYTES = 256, NAMES_MAX = 1000 };
+
+/// The answer to it. Its end is shown when the picture is here.
+struct answer {
+    remote_show *show;
+    void *cookie;
+    char file[NAME_BYTES];
+};
+
+static void take_line(struct remote *self, void *cookie, const char *text) {
+    static const char key[] = "file: ";
+    struct answer *answer = cookie;
+    const struct json_value all =
+        self->json ? json_reader_parse(text, strlen(text)) : (struct json_value){.text = NULL};
+    if (strncmp(text, "ERR ", 4) == 0 ||
+        (all.text != NULL && !json_reader_true(json_reader_member(all, "ok")))) {
+        answer->show(self, answer->cookie, text);
+    } else if (all.text != NULL) {
+        const struct json_value result = json_reader_member(all, "result");
+        json_reader_text(json_reader_member(result, "file"), answer->file, sizeof answer->file);
+    } else if (strncmp(text, key, sizeof key - 1) == 0) {
+        snprintf(answer->file, sizeof answer->file, "%s", text + sizeof key - 1);
+    }
+}
+
+/// Whether it is a name as the instrument gives it: no other file may be asked for, or written.
+static bool is_of_snapshot(const char *name) {
+    static const char begin[] = "snapshot-", end[] = ".png";
+    const size_t length = strlen(name);
+    return length > sizeof begin + sizeof end - 2 && strncmp(name, begin, sizeof begin - 1) == 0 &&
+           strcmp(name + length - (sizeof end - 1), end) == 0 &&
+           name[strspn(name, "abcdefghijklmnopqrstuvwxyz0123456789-.")] == '\0';
+}
+
+/// The same name, or one with a number more where that is there already: an instrument whose clock
+/// is wrong gives the same ones again.
+static void choose_local(const char *name, char local[NAME_BYTES + 8]) {
+    const int stem = (int)(strrchr(name, '.') - name);
+    struct stat about;
+    snprintf(local, NAME_BYTES + 8, "%s", name);
+    for (int i = 2; i < NAMES_MAX && lstat(local, &about) == 0; i++) {
+        snprintf(local, NAME_BYTES + 8, "%.*s-%d%s", stem, name, i, name + stem);
+    }
+}
+
+int remote_snapshot(struct remote *self, const char *line, remote_show *show, void *cookie,
+                    struct message *message) {
+    struct answer answer = {.show = show, .cookie = cookie};
+    char local[NAME_BYTES + 8];
+    struct remote_written written = {.name = local};
+    const int asked = remote_ask(self, line, take_line, &answer, message);
+    if (asked != 0) {
+        return asked;
+    }
+    if (!is_of_snapshot(answer.file)) {
+        return message_set(message, ERROR_VERSION, "vergenced does not answer as it should");
+    }
+    choose_local(answer.file, local);
+    const int error = remote_fetch(self, answer.file, local, &written.bytes, message);
+    if (error == 0) {
+        remote_show_written(self, show, cookie, &written);
+    }
+    return error;
+}

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+// A report for whoever mends the instrument: what the commands that look at it say, in one file.
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/commands/commands_daemon.h"
+#include "daemon/commands/files.h"
+#include "daemon/commands/surroundings.h"
+#include "daemon/reply/item.h"
+#include "daemon/reply/output.h"
+#include "daemon/reply/reply.h"
+#include "daemon/session/record.h"
+#include "daemon/session/scribe.h"
+
+static const char *const sections[] = {
+    "version",  "system", "config",           "status",         "health",          "calibration",
+    "settings", "files",  "registers bridge", "registers left", "registers right", "log 256",
+};
+
+enum { SECTIONS = sizeof sections / sizeof sections[0], MESSAGE_LINE_BYTES = 512 };
+
+/// The answer to one command, as a person at a terminal would see it.
+static void add_section(const struct command_call *call, const char *line, struct reply *reply,
+                        struct output *output) {
+    const struct surroundings *around = surroundings_of(call);
+    char storage[COMMAND_LINE_MAX + 1];
+    char message[MESSAGE_LINE_BYTES] = "";
+    struct command_value values[COMMAND_ARGUMENTS_MAX];
+    const struct command *command = NULL;
+    const struct request request = {.id = REQUEST_ID_NONE};
+    output_put_text(output, "== ");
+    output_put_text(output, line);
+    output_put_text(output, "\n");
+    int error = command_parse(line, around->table, around->table_count, storage, values, &command,
+                              message, sizeof message);
+    INVARIANT(error == 0 && command != NULL);
+    struct command_call inner = *call;
+    inner.values = values;
+    inner.reply = &reply->items;
+    inner.message = message;
+    inner.message_bytes = sizeof message;
+    reply_begin(reply, output, &request, false);
+    error = record_run(around->record, command, &inner, line);
+    reply_end(reply, error, message);
+    output_put_text(output, "\n");
+}
+
+/// The report, as the scribe is told.
+struct report {
+    const struct command_call *call;
+    char name[FILES_NAME_MAX + 1];
+    char *text;
+    size_t bytes;
+    int error;
+};
+
+static void write_file(void *cookie) {
+    struct report *self = cookie;
+    files_name_now(self->call, "bugreport", ".txt", self->name);
+    self->error = files_write(self->call, self->name, self->text, self->bytes);
+}
+
+static int write_report(const struct command_call *call, struct output *output) {
+    struct report report = {.call = call, .text = malloc(OUTPUT_BYTES)};
+    if (report.text == NULL) {
+        return ERROR_MEMORY;
+    }
+    report.bytes = output_peek(output, report.text, OUTPUT_BYTES);
+    scribe_do(surroundings_of(call)->scribe, write_file, &report);
+    free(report.text);
+    if (report.error == 0) {
+        item_text(call, "file", report.name);
+        item_number(call, "size", (double)report.bytes, 0, "bytes");
+    }
+    return report.error;
+}
+
+static int run_bugreport(const struct command_call *call) {
+    const struct surroundings *around = surroundings_of(call);
+    const int lacking = files_need_directory(call);
+    if (lacking != 0) {
+        return lacking;
+    }
+    struct output output;
+    struct reply *reply = malloc(sizeof *reply);
+    const int wake_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    int error = ERROR_MEMORY;
+    if (reply != NULL && wake_fd >= 0 && output_open(&output, wake_fd)) {
+        output_reset(&output, false);
+        error = reply_open(reply) ? 0 : ERROR_MEMORY;
+        for (int i = 0; error == 0 && i < SECTIONS; i++) {
+            add_section(call, sections[i], reply, &output);
+            around->progress(around->self, "looking", (uint32_t)i + 1, SECTIONS);
+            error = around->go_on(around->self) ? 0 : ERROR_CANCELLED;
+        }
+        if (error == 0) {
+            error = write_report(call, &output);
+        }
+        reply_close(reply);
+        output_close(&output);
+    }
+    if (wake_fd >= 0) {
+        close(wake_fd);
+    }
+    free(reply);
+    return error;
+}
+
+static const struct command commands[] = {
+    {.name = "bugreport",
+     .summary = "write all that tells of the instrument's state into one file",
+     .help = "Version, date and system, settings, state, health, registers and the log, to be "
+             "fetched and sent to "
+             "whoever mends the instrument.",
+     .flags = COMMAND_LONG | COMMAND_UNRECORDED,
+     .run = run_bugreport},
+};
+
+const struct command *commands_bugreport_table(size_t *count) {
+    *count = 1;
+    return commands;
+}

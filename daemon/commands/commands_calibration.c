@@ -1,0 +1,388 @@
+// SPDX-License-Identifier: Apache-2.0
+// The calibration that the instrument keeps: shown, set from a file, forgotten.
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/commands/commands_daemon.h"
+#include "daemon/commands/files.h"
+#include "daemon/commands/surroundings.h"
+#include "daemon/reply/item.h"
+#include "daemon/session/calibration_match.h"
+#include "daemon/session/capture.h"
+#include "daemon/session/record.h"
+#include "daemon/session/scribe.h"
+#include "daemon/surface/length_check.h"
+#include "rig/rig.h"
+#include "stereo/geometry/calibration.h"
+
+enum { SHOW, SET, FORGET };
+enum { WHAT, FILE_NAME, ACCEPT, ALSO, ARGUMENTS };
+/// What ACCEPT and ALSO may hold, in this order.
+enum { ACCEPT_MISMATCH, ACCEPT_MM };
+#define ACCEPT_WORDS CAPTURE_ACCEPT_WORD " mm"
+
+_Static_assert((int)SURROUNDINGS_CALIBRATION_BYTES == (int)CALIBRATION_TEXT_MAX_BYTES,
+               "whoever loads the record has room for it");
+
+/// Where the axes stood when it was made; what is not known is left out.
+static void show_origin(const struct command_call *call, const struct calibration_origin *origin) {
+    if (origin->instrument[0] != '\0') {
+        item_text(call, "instrument", origin->instrument);
+    }
+    for (int side = 0; side < RIG_SIDES; side++) {
+        const struct calibration_side_origin *at = &origin->side[side];
+        item_begin(call, side == RIG_LEFT ? "left" : "right", false);
+        if (at->camera[0] != '\0') {
+            item_text(call, "camera", at->camera);
+        }
+        for (int axis = 0; axis < CALIBRATION_AXES; axis++) {
+            if (at->axis[axis].kind == CALIBRATION_AXIS_KNOWN) {
+                item_number(call, calibration_match_axis_name(axis), at->axis[axis].mean, 3,
+                            calibration_match_axis_unit(axis));
+            }
+        }
+        item_end(call);
+    }
+}
+
+static void show(const struct command_call *call, const struct calibration *calibration) {
+    char crc[9];
+    snprintf(crc, sizeof crc, "%08" PRIX32, calibration_crc(calibration));
+    item_text(call, "id", calibration->id);
+    item_text(call, "crc", crc);
+    if (calibration->date[0] != '\0') {
+        item_text(call, "date", calibration->date);
+    }
+    item_number(call, "baseline", calibration_baseline_mm(calibration), 3, "mm");
+    if (calibration->depth_far_mm > 0) {
+        item_number(call, "depth_near", calibration->depth_near_mm, 1, "mm");
+        item_number(call, "depth_far", calibration->depth_far_mm, 1, "mm");
+    }
+    if (calibration->rms_px > 0) {
+        item_number(call, "rms", calibration->rms_px, 3, "px");
+    }
+    if (calibration->has_origin) {
+        show_origin(call, &calibration->origin);
+    }
+}
+
+static int parse(const struct command_call *call, const char *name, const char *text, size_t length,
+                 struct calibration *calibration) {
+    struct calibration_fault fault = {.field = "", .reason = ""};
+    const int error = calibration_parse(text, length, calibration, &fault);
+    if (error == 0) {
+        return 0;
+    }
+    return surroundings_refuse(call, error, "%s:%d: %s%s%s%s%s", name, fault.line, fault.field,
+                               fault.field[0] != '\0' ? ": " : "", error_text(error),
+                               fault.reason[0] != '\0' ? ": " : "", fault.reason);
+}
+
+static int refuse_store(const struct command_call *call, const char *what, int error) {
+    return surroundings_refuse_store(call, error, "calibration: it", what);
+}
+
+// ---- the record
+
+/// What the disk's thread is to do, while the rig is looked after.
+struct record_job {
+    const struct command_call *call;
+    const struct hal_store *store;
+    int what;
+    const char *name;                           // SET: of the file
+    char text[CALIBRATION_TEXT_MAX_BYTES + 1];  // one byte more shows that a file is longer
+    size_t length;
+    int error;
+};
+
+/// The file's text into the job.
+static int read_file(struct record_job *self) {
+    const int fd = files_open(self->call, self->name);
+    if (fd < 0) {
+        return fd;
+    }
+    const ssize_t length = read(fd, self->text, sizeof self->text);
+    close(fd);
+    if (length < 0 || length > CALIBRATION_TEXT_MAX_BYTES) {
+        return surroundings_refuse(self->call, ERROR_SYNTAX, "%s: is no calibration of Vergence",
+                                   self->name);
+    }
+    self->length = (size_t)length;
+    return 0;
+}
+
+static void read_file_job(void *cookie) {
+    struct record_job *self = cookie;
+    self->error = read_file(self);
+}
+
+static void run_record_job(void *cookie) {
+    struct record_job *self = cookie;
+    const struct hal_store_operations *operations = self->store->operations;
+    void *store = self->store->self;
+    switch (self->what) {
+        case SHOW:
+            self->error = operations->load(store, SURROUNDINGS_CALIBRATION, self->text,
+                                           CALIBRATION_TEXT_MAX_BYTES, &self->length);
+            break;
+        case SET:
+            self->error =
+                operations->save(store, SURROUNDINGS_CALIBRATION, self->text, self->length);
+            break;
+        default:
+            self->error = operations->remove(store, SURROUNDINGS_CALIBRATION);
+    }
+}
+
+static int do_record(const struct command_call *call, int what, struct record_job *job) {
+    job->call = call;
+    job->store = surroundings_of(call)->store;
+    job->what = what;
+    job->length = what == SET ? job->length : 0;
+    scribe_do(surroundings_of(call)->scribe, run_record_job, job);
+    INVARIANT(job->error != 0 || job->length <= CALIBRATION_TEXT_MAX_BYTES);
+    return job->error;
+}
+
+// ---- compared with the instrument
+
+int commands_calibration_match(const struct command_call *call,
+                               const struct calibration_match_state *state, const char *accept,
+                               struct message *message) {
+    struct record_job job;
+    struct calibration calibration;
+    message->text[0] = '\0';
+    if (surroundings_of(call)->store == NULL || do_record(call, SHOW, &job) == ERROR_MISSING) {
+        return 0;
+    }
+    if (job.error != 0) {
+        return message_set(message, job.error, "the kept calibration cannot be read: %s",
+                           error_text(job.error));
+    }
+    const int error = calibration_parse(job.text, job.length, &calibration, NULL);
+    return error != 0 ? message_set(message, error, "the kept calibration cannot be read: %s",
+                                    error_text(error))
+                      : calibration_match(&calibration, state, accept, message);
+}
+
+void commands_calibration_instrument(const struct command_call *call,
+                                     struct session_instrument *instrument) {
+    const struct rig_opener *opener = call->rig->ports.opener;
+    *instrument = calibration_match_instrument(&call->rig->profile);
+    for (int side = 0; side < RIG_SIDES; side++) {
+        const enum rig_part part = side == RIG_LEFT ? RIG_PART_LEFT_CAMERA : RIG_PART_RIGHT_CAMERA;
+        const char *identity = opener != NULL && opener->identity != NULL
+                                   ? opener->identity(opener->self, part)
+                                   : NULL;
+        snprintf(instrument->camera[side], sizeof instrument->camera[side], "%s",
+                 identity != NULL ? identity : "");
+    }
+}
+
+/// As a pair that were taken now would say it, as far as it was read.
+static void state_now(const struct command_call *call, struct calibration_match_state *state) {
+    const struct rig *rig = call->rig;
+    struct session_instrument instrument;
+    struct pair pair;
+    memset(&pair, 0, sizeof pair);
+    for (int side = 0; side < RIG_SIDES; side++) {
+        struct pair_frame *frame = &pair.frame[side];
+        frame->before.pan_q4 = rig->pan_q4[side];
+        memcpy(frame->before.position, rig->lens_position[side], sizeof frame->before.position);
+        frame->after = frame->before;
+        frame->width_px = rig->format.width_px;
+        frame->height_px = rig->format.height_px;
+        if (rig->profile.bridge && rig->state == RIG_READY) {
+            const struct mt9t001_window *window = &rig->sensor[side].window;
+            frame->window = (struct pair_window){window->column_px, window->row_px, window->skip};
+        }
+    }
+    commands_calibration_instrument(call, &instrument);
+    calibration_match_pair(rig->profile.name, &instrument, &pair, state);
+}
+
+/// Reads the lenses, which a command may have left anywhere; not into a recording, which knows no
+/// such command.
+static int read_lenses(const struct command_call *call) {
+    int error = 0;
+    for (unsigned side = 0; side < RIG_SIDES && error == 0; side++) {
+        int32_t positions[LENS_AXES];
+        if (call->rig->lens[side].operations != NULL &&
+            !record_is_under_way(surroundings_of(call)->record)) {
+            error = rig_lens_read(call->rig, side, positions);
+        }
+    }
+    return error;
+}
+
+int commands_calibration_put_state(const struct command_call *call) {
+    struct calibration_match_state state;
+    struct record_job job;
+    struct calibration calibration;
+    struct message message;
+    if (surroundings_of(call)->store == NULL || do_record(call, SHOW, &job) != 0 ||
+        calibration_parse(job.text, job.length, &calibration, NULL) != 0) {
+        return 0;  // "calibration" says why
+    }
+    item_begin(call, "calibration", false);
+    item_text(call, "id", calibration.id);
+    int error = 0;
+    if (call->rig->state == RIG_READY) {
+        state_now(call, &state);
+        error = calibration_match(&calibration, &state, CAPTURE_ACCEPT_WORD, &message);
+        item_text(call, "match",
+                  error != 0                                                  ? "no"
+                  : calibration_match_is_partial(&calibration, &state.origin) ? "not known"
+                                                                              : "yes");
+    }
+    item_end(call);
+    return error == 0 ? 0 : surroundings_refuse(call, error, "%s", message.text);
+}
+
+// ---- the command
+
+static int run_show(const struct command_call *call) {
+    struct record_job job;
+    struct calibration calibration;
+    int error = do_record(call, SHOW, &job);
+    if (error == ERROR_MISSING) {
+        return surroundings_refuse(call, error,
+                                   "there is no calibration: \"calibration set FILE\" first");
+    }
+    if (error != 0) {
+        return refuse_store(call, "read", error);
+    }
+    error = parse(call, SURROUNDINGS_CALIBRATION, job.text, job.length, &calibration);
+    if (error == 0) {
+        show(call, &calibration);
+    }
+    return error;
+}
+
+static bool accepts(const struct command_call *call, int what) {
+    const struct command_value *const values = call->values;
+    return (values[ACCEPT].given && values[ACCEPT].choice == what) ||
+           (values[ALSO].given && values[ALSO].choice == what);
+}
+
+/// Refuses one of another instrument, or of axes that stand elsewhere.
+static int check_match(const struct command_call *call, const struct calibration *calibration) {
+    struct calibration_match_state state;
+    struct message message;
+    if (call->rig->state != RIG_READY || !calibration->has_origin) {
+        return 0;
+    }
+    int error = read_lenses(call);
+    if (error != 0) {
+        return error;
+    }
+    state_now(call, &state);
+    const bool accepted = accepts(call, ACCEPT_MISMATCH);
+    error = calibration_match(calibration, &state, accepted ? NULL : CAPTURE_ACCEPT_WORD, &message);
+    if (error != 0 && accepted) {
+        item_text(call, "accepted_mismatch", message.text);
+        return 0;
+    }
+    return error == 0 ? 0 : surroundings_refuse(call, error, "%s", message.text);
+}
+
+static int run_set(const struct command_call *call) {
+    struct record_job job = {.call = call, .name = call->values[FILE_NAME].text};
+    struct calibration calibration;
+    scribe_do(surroundings_of(call)->scribe, read_file_job, &job);
+    int error = job.error;
+    error = error != 0 ? error : parse(call, job.name, job.text, job.length, &calibration);
+    error = error != 0 ? error : check_match(call, &calibration);
+    if (error != 0) {
+        return error;
+    }
+    struct message message;
+    if (!accepts(call, ACCEPT_MM) &&
+        length_check_baseline(calibration_baseline_mm(&calibration), job.name,
+                              "\"calibration set FILE mm\" takes it", &message) != 0) {
+        return surroundings_refuse(call, ERROR_BASELINE, "%s", message.text);
+    }
+    error = do_record(call, SET, &job);
+    if (error != 0) {
+        return refuse_store(call, "kept", error);
+    }
+    show(call, &calibration);
+    return 0;
+}
+
+static int run_forget(const struct command_call *call) {
+    struct record_job job;
+    const int error = do_record(call, FORGET, &job);
+    if (error == ERROR_MISSING) {
+        return surroundings_refuse(call, error, "calibration forget: none is kept");
+    }
+    return error == 0 ? 0 : refuse_store(call, "removed", error);
+}
+
+static int run_calibration(const struct command_call *call) {
+    const struct hal_store *store = surroundings_of(call)->store;
+    const int what = call->values[WHAT].given ? call->values[WHAT].choice : SHOW;
+    if (store == NULL) {
+        return surroundings_refuse(call, ERROR_UNSUPPORTED,
+                                   "calibration: nothing is kept: the setting \"store\" is none");
+    }
+    if (what == SET && !call->values[FILE_NAME].given) {
+        return surroundings_refuse(call, ERROR_MISSING,
+                                   "calibration: FILE is missing: expected is one of \"files\"");
+    }
+    if (what != SET && call->values[FILE_NAME].given) {
+        return surroundings_refuse(
+            call, ERROR_ARGUMENT,
+            "calibration: FILE \"%s\" is too much; it goes with \"set\" alone",
+            call->values[FILE_NAME].text);
+    }
+    return what == SET ? run_set(call) : what == FORGET ? run_forget(call) : run_show(call);
+}
+
+static const struct command_argument arguments[] = {
+    {.name = "WHAT",
+     .kind = COMMAND_CHOICE,
+     .choices = "show set forget",
+     .optional = true,
+     .help = "what to do; show when left out"},
+    {.name = "FILE",
+     .kind = COMMAND_TEXT,
+     .least = 1,
+     .most = FILES_NAME_MAX,
+     .optional = true,
+     .help = "the calibration to be set, one of the instrument's files",
+     .candidates = files_candidates_file},
+    {.name = "ACCEPT",
+     .kind = COMMAND_CHOICE,
+     .choices = ACCEPT_WORDS,
+     .optional = true,
+     .help =
+         CAPTURE_ACCEPT_WORD ": set it although it was made with other axes, cameras or windows; "
+                             "mm: although its baseline is below 5 mm"},
+    {.name = "ALSO",
+     .kind = COMMAND_CHOICE,
+     .choices = ACCEPT_WORDS,
+     .optional = true,
+     .help = "the other one of these"},
+};
+
+static const struct command commands[] = {
+    {.name = "calibration",
+     .summary = "show, set or forget the calibration that the instrument keeps",
+     .help =
+         "It outlives restarts. What is set is checked first, and refused when the instrument is "
+         "up and was calibrated with other axes, cameras or windows.",
+     .arguments = arguments,
+     .argument_count = ARGUMENTS,
+     .flags = COMMAND_UNRECORDED,
+     .run = run_calibration},
+};
+
+const struct command *commands_calibration_table(size_t *count) {
+    *count = 1;
+    return commands;
+}

@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/commands/commands_daemon.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "console/command_text.h"
+#include "console/command_words.h"
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/base/version.h"
+#include "daemon/cli/editor.h"
+#include "daemon/commands/completion.h"
+#include "daemon/commands/surroundings.h"
+#include "daemon/reply/item.h"
+#include "daemon/reply/job.h"
+#include "daemon/reply/logbook.h"
+#include "daemon/settings/config.h"
+
+enum { LOG_USUAL_LINES = 20, USAGE_BYTES = 160 };
+
+static const double us_per_s = 1e6;
+
+static void describe_argument(const struct command_call *call,
+                              const struct command_argument *argument) {
+    item_begin(call, argument->name, false);
+    item_text(call, "meaning", argument->help);
+    if (argument->kind == COMMAND_CHOICE) {
+        item_text(call, "choices", argument->choices);
+    } else {
+        char least[32];
+        struct command_text text = command_text_begin(least, sizeof least);
+        command_text_add_number(&text, argument->least, 6);
+        command_text_add(&text, " to ");
+        command_text_add_number(&text, argument->most, 6);
+        item_text(call, argument->kind == COMMAND_TEXT ? "length" : "range", least);
+        if (argument->unit != NULL) {
+            item_text(call, "unit", argument->unit);
+        }
+    }
+    if (argument->optional) {
+        item_text(call, "optional", "yes");
+    }
+    item_end(call);
+}
+
+static int run_help(const struct command_call *call) {
+    const struct surroundings *around = surroundings_of(call);
+    if (!call->values[0].given) {
+        for (size_t i = 0; i < around->table_count; i++) {
+            item_text(call, around->table[i].name, around->table[i].summary);
+        }
+        return 0;
+    }
+    const char *name = call->values[0].text;
+    const struct command *command = command_find(around->table, around->table_count, name);
+    if (command == NULL) {
+        const char *nearest = command_nearest(around->table, around->table_count, name);
+        return surroundings_refuse(call, ERROR_ARGUMENT, "there is no command \"%s\"%s%s%s", name,
+                                   nearest != NULL ? "; did you mean \"" : "",
+                                   nearest != NULL ? nearest : "", nearest != NULL ? "\"?" : "");
+    }
+    char usage[USAGE_BYTES];
+    command_usage(command, usage, sizeof usage);
+    item_text(call, "usage", usage);
+    item_text(call, "does", command->summary);
+    for (unsigned i = 0; i < command->argument_count; i++) {
+        describe_argument(call, &command->arguments[i]);
+    }
+    if (command->help[0] != '\0') {
+        item_text(call, "more", command->help);
+    }
+    return 0;
+}
+
+static int run_version(const struct command_call *call) {
+    item_text(call, "version", version_text());
+    item_text(call, "build", version_build_id());
+    return 0;
+}
+
+static int run_config(const struct command_call *call) {
+    const struct surroundings *around = surroundings_of(call);
+    bool found = false;
+    for (size_t i = 0; i < config_key_count(); i++) {
+        const char *name = config_key_name(i);
+        if (!call->values[0].given || strcmp(call->values[0].text, name) == 0) {
+            char value[CONFIG_TEXT_BYTES + 16];
+            config_key_print(around->config, i, value, sizeof value);
+            item_text(call, name, value);
+            found = true;
+        }
+    }
+    return found ? 0
+                 : surroundings_refuse(call, ERROR_ARGUMENT,
+                                       "config: there is no key \"%.60s\"; \"config\" shows all",
+                                       call->values[0].text);
+}
+
+static int run_log(const struct command_call *call) {
+    const struct surroundings *around = surroundings_of(call);
+    const uint64_t most =
+        call->values[0].given ? (uint64_t)call->values[0].integer : LOG_USUAL_LINES;
+    struct logbook_line line;
+    uint64_t back = most;
+    item_begin(call, "lines", true);
+    while (back > 0) {
+        back--;
+        if (logbook_line(around->logbook, back, &line)) {
+            char when[32];
+            char text[LOGBOOK_LINE_BYTES + 64];
+            logbook_time_text(line.time_us, when);
+            snprintf(text, sizeof text, "%s %s: %s", when, logbook_level_name(line.level),
+                     line.text);
+            item_text(call, NULL, text);
+        }
+    }
+    item_end(call);
+    return 0;
+}
+
+/// What is repeated is checked once, here.
+static int run_watch(const struct command_call *call) {
+    const struct surroundings *around = surroundings_of(call);
+    struct job_watch *watch = &around->job->watch;
+    const char *line = call->values[1].text;
+    const struct command *command = NULL;
+    char storage[COMMAND_LINE_MAX + 1];
+    struct command_value values[COMMAND_ARGUMENTS_MAX];
+    const int error = command_parse(line, around->table, around->table_count, storage, values,
+                                    &command, call->message, call->message_bytes);
+    if (error != 0) {
+        return error;
+    }
+    if (command == NULL || command->run == run_watch || strcmp(command->name, "quit") == 0) {
+        return surroundings_refuse(call, ERROR_ARGUMENT,
+                                   "watch: COMMAND must be one to be repeated, such as \"status\"");
+    }
+    INVARIANT(strlen(line) < sizeof watch->line);
+    strcpy(watch->line, line);
+    watch->interval_us = (uint64_t)(call->values[0].number * us_per_s);
+    watch->rounds_left = call->values[2].given ? (uint32_t)call->values[2].integer : 0;
+    watch->on = true;
+    return 0;
+}
+
+static int run_quit(const struct command_call *call) {
+    surroundings_of(call)->job->quit = true;
+    return 0;
+}
+
+static int run_complete(const struct command_call *call) {
+    static _Thread_local char words[EDITOR_WORDS_BYTES];
+    completion_words(surroundings_of(call), call->values[0].text, words, sizeof words);
+    if (words[0] != '\0') {
+        item_text(call, "words", words);
+    }
+    return 0;
+}
+
+static void add_commands(const struct command_candidates *to) {
+    const struct surroundings *around = to->surroundings;
+    for (size_t i = 0; i < around->table_count; i++) {
+        to->add(to->self, around->table[i].name);
+    }
+}
+
+static void add_keys(const struct command_candidates *to) {
+    for (size_t i = 0; i < config_key_count(); i++) {
+        to->add(to->self, config_key_name(i));
+    }
+}
+
+static const struct command_argument complete_arguments[] = {
+    {.name = "LINE",
+     .kind = COMMAND_TEXT,
+     .least = 0,
+     .most = 400,
+     .help = "what was typed of a line, in quotes"},
+};
+
+static const struct command_argument help_arguments[] = {
+    {.name = "COMMAND",
+     .kind = COMMAND_TEXT,
+     .least = 1,
+     .most = 32,
+     .optional = true,
+     .help = "one of them; all are listed when left out",
+     .candidates = add_commands},
+};
+
+static const struct command_argument config_arguments[] = {
+    {.name = "KEY",
+     .kind = COMMAND_TEXT,
+     .least = 1,
+     .most = 60,
+     .optional = true,
+     .help = "one setting; all are shown when left out",
+     .candidates = add_keys},
+};
+
+static const struct command_argument log_arguments[] = {
+    {.name = "COUNT",
+     .kind = COMMAND_INTEGER,
+     .unit = "lines",
+     .least = 1,
+     .most = LOGBOOK_LINES,
+     .optional = true,
+     .help = "how many of the last lines; 20 when left out"},
+};
+
+static const struct command_argument watch_arguments[] = {
+    {.name = "INTERVAL",
+     .kind = COMMAND_NUMBER,
+     .unit = "s",
+     .least = 0.1,
+     .most = 86400,
+     .help = "from one round's start to the next"},
+    {.name = "COMMAND",
+     .kind = COMMAND_TEXT,
+     .least = 1,
+     .most = 400,
+     .help = "what is repeated; in quotes when it has arguments",
+     .candidates = add_commands},
+    {.name = "COUNT",
+     .kind = COMMAND_INTEGER,
+     .least = 1,
+     .most = 1000000,
+     .optional = true,
+     .help = "rounds; without it until Ctrl-C"},
+};
+
+static const struct command commands[] = {
+    {.name = "help",
+     .summary = "list the commands, or explain one",
+     .help = "Arguments in brackets may be left out. Answers end in OK or in ERR, a name and a "
+             "sentence. Ctrl-C cancels what runs.",
+     .arguments = help_arguments,
+     .argument_count = 1,
+     .flags = COMMAND_NO_RIG,
+     .run = run_help},
+    {.name = "complete",
+     .summary = "list the words with which a line may go on, as Tab does",
+     .help = "For terminals. Words that end in / go on.",
+     .arguments = complete_arguments,
+     .argument_count = 1,
+     .flags = COMMAND_NO_RIG,
+     .run = run_complete},
+    {.name = "version",
+     .summary = "which version and build of the daemon this is",
+     .help = "The build is what git describe said.",
+     .flags = COMMAND_NO_RIG,
+     .run = run_version},
+    {.name = "config",
+     .summary = "show the settings of the daemon",
+     .help =
+         "They come from its file of settings; see vergenced --help-config. What the instrument "
+         "is set to is kept by \"settings\".",
+     .arguments = config_arguments,
+     .argument_count = 1,
+     .flags = COMMAND_NO_RIG,
+     .run = run_config},
+    {.name = "log",
+     .summary = "show the last lines of the log",
+     .help = "Times are in UTC.",
+     .arguments = log_arguments,
+     .argument_count = 1,
+     .flags = COMMAND_NO_RIG,
+     .run = run_log},
+    {.name = "watch",
+     .summary = "repeat a command at an interval",
+     .help = "watch 2 \"pan left\" 10. Rounds that would come too early for the instrument or for "
+             "the reader are left out. Ends at once when the command fails.",
+     .arguments = watch_arguments,
+     .argument_count = 3,
+     .flags = COMMAND_NO_RIG | COMMAND_LONG,
+     .run = run_watch},
+    {.name = "quit",
+     .summary = "end this connection",
+     .help = "On a serial console the next one begins at once; on standard input the daemon ends. "
+             "Lines behind it are not carried out.",
+     .flags = COMMAND_NO_RIG,
+     .run = run_quit},
+};
+
+const struct command *commands_daemon_table(size_t *count) {
+    *count = sizeof commands / sizeof commands[0];
+    return commands;
+}

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+// The instrument's files for clients: listed, and fetched block by block. A block carries its
+// offset, its length and its CRC-32, so that a client on a bad line asks again for what did not
+// come, and goes on where a broken line left it.
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/crc.h"
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/base/base64.h"
+#include "daemon/commands/commands_daemon.h"
+#include "daemon/commands/files.h"
+#include "daemon/commands/surroundings.h"
+#include "daemon/reply/item.h"
+
+enum { FILES_LISTED_MOST = 500, READ_BYTES = 65536 };
+
+static void put_entry(const struct command_call *call, int directory, const char *name) {
+    struct stat about;
+    if (fstatat(directory, name, &about, AT_SYMLINK_NOFOLLOW) != 0) {
+        return;
+    }
+    if (S_ISDIR(about.st_mode) || S_ISREG(about.st_mode)) {
+        item_begin(call, NULL, false);
+        item_text(call, S_ISDIR(about.st_mode) ? "directory" : "file", name);
+        if (S_ISREG(about.st_mode)) {
+            item_number(call, "size", (double)about.st_size, 0, "bytes");
+        }
+        item_end(call);
+    }
+}
+
+static int run_files(const struct command_call *call) {
+    const char *after = call->values[1].given ? call->values[1].text : "";
+    struct dirent **entries = NULL;
+    const int fd = files_open_directory(call, call->values[0].given ? call->values[0].text : "");
+    if (fd < 0) {
+        return fd;
+    }
+    const int count = files_list_sorted(fd, &entries);
+    if (count < 0) {
+        const int number = errno;
+        close(fd);
+        return files_refuse(call, "files", number);
+    }
+    int listed = 0;
+    item_begin(call, "files", true);
+    for (int i = 0; i < count; i++) {
+        if (strcmp(entries[i]->d_name, after) > 0 && entries[i]->d_name[0] != '.') {
+            if (listed < FILES_LISTED_MOST) {
+                put_entry(call, fd, entries[i]->d_name);
+            }
+            listed++;
+        }
+        free(entries[i]);
+    }
+    item_end(call);
+    free(entries);
+    close(fd);
+    if (listed > FILES_LISTED_MOST) {
+        item_text(call, "more",
+                  "the directory holds more: \"files DIRECTORY LAST\" lists those "
+                  "behind the last one");
+    }
+    return 0;
+}
+
+static void put_crc(const struct command_call *call, uint32_t crc) {
+    char text[9];
+    snprintf(text, sizeof text, "%08" PRIX32, crc);
+    item_text(call, "crc", text);
+}
+
+/// Length and CRC-32 of the whole file.
+static int describe(const struct command_call *call, int fd) {
+    static _Thread_local char data[READ_BYTES];
+    const struct surroundings *around = surroundings_of(call);
+    uint64_t size = 0;
+    uint32_t crc = 0;
+    for (;;) {
+        const ssize_t bytes = read(fd, data, sizeof data);
+        if (bytes < 0) {
+            return surroundings_refuse(call, ERROR_IO, "%s: %s", call->values[0].text,
+                                       strerror(errno));
+        }
+        if (bytes == 0) {
+            break;
+        }
+        crc = crc_update(crc, data, (size_t)bytes);
+        size += (uint64_t)bytes;
+        if (!around->go_on(around->self)) {
+            return ERROR_CANCELLED;
+        }
+    }
+    item_number(call, "size", (double)size, 0, "bytes");
+    put_crc(call, crc);
+    return 0;
+}
+
+static int send_block(const struct command_call *call, int fd) {
+    static _Thread_local char data[FILES_BLOCK_MOST];
+    static _Thread_local char text[BASE64_TEXT_BYTES(FILES_BLOCK_MOST)];
+    const int64_t offset = call->values[1].integer;
+    const size_t most = call->values[2].given ? (size_t)call->values[2].integer : FILES_BLOCK_USUAL;
+    INVARIANT(most <= sizeof data);
+    const ssize_t bytes = pread(fd, data, most, offset);
+    if (bytes < 0) {
+        return surroundings_refuse(call, ERROR_IO, "%s: %s", call->values[0].text, strerror(errno));
+    }
+    item_number(call, "offset", (double)offset, 0, "bytes");
+    item_number(call, "bytes", (double)bytes, 0, NULL);
+    put_crc(call, crc_update(0, data, (size_t)bytes));
+    base64_encode(data, (size_t)bytes, text);
+    item_text(call, "data", text);
+    return 0;
+}
+
+static int run_fetch(const struct command_call *call) {
+    const int fd = files_open(call, call->values[0].text);
+    if (fd < 0) {
+        return fd;
+    }
+    const int error = call->values[1].given ? send_block(call, fd) : describe(call, fd);
+    close(fd);
+    return error;
+}
+
+static const struct command_argument files_arguments[] = {
+    {.name = "DIRECTORY",
+     .kind = COMMAND_TEXT,
+     .least = 1,
+     .most = FILES_NAME_MAX,
+     .optional = true,
+     .help = "one of those that are listed without it",
+     .candidates = files_candidates_directory},
+    {.name = "AFTER",
+     .kind = COMMAND_TEXT,
+     .least = 1,
+     .most = FILES_NAME_MAX,
+     .optional = true,
+     .help = "only names behind this one"},
+};
+
+static const struct command_argument fetch_arguments[] = {
+    {.name = "NAME",
+     .kind = COMMAND_TEXT,
+     .least = 1,
+     .most = FILES_NAME_MAX,
+     .help = "of a file, with its directories",
+     .candidates = files_candidates_file},
+    {.name = "OFFSET",
+     .kind = COMMAND_INTEGER,
+     .unit = "bytes",
+     .least = 0,
+     .most = 1e15,
+     .optional = true,
+     .help = "where the block begins; without it length and CRC-32 of the whole file come"},
+    {.name = "BYTES",
+     .kind = COMMAND_INTEGER,
+     .unit = "bytes",
+     .least = 1,
+     .most = FILES_BLOCK_MOST,
+     .optional = true,
+     .help = "of the block, at most; 3072 when left out"},
+};
+
+static const struct command commands[] = {
+    {.name = "files",
+     .summary = "list the files that can be fetched",
+     .help = "Sessions and other results, as they stand in the setting \"files\", in the order of "
+             "their names, at most 500.",
+     .arguments = files_arguments,
+     .argument_count = 2,
+     .flags = COMMAND_NO_RIG,
+     .run = run_files},
+    {.name = "fetch",
+     .summary = "read a block of a file; vergence --connect fetches whole files",
+     .help = "The data is in Base64, with its CRC-32 (that of zlib).",
+     .arguments = fetch_arguments,
+     .argument_count = 3,
+     .flags = COMMAND_NO_RIG,
+     .run = run_fetch},
+};
+
+const struct command *commands_files_table(size_t *count) {
+    *count = sizeof commands / sizeof commands[0];
+    return commands;
+}

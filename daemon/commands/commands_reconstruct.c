@@ -1,0 +1,361 @@
+// SPDX-License-Identifier: Apache-2.0
+// A surface from a recorded pair, into a directory of the instrument's files. It needs no rig: the
+// pair may be of last year, and the next one can be aimed at meanwhile.
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/commands/commands_daemon.h"
+#include "daemon/commands/files.h"
+#include "daemon/commands/surroundings.h"
+#include "daemon/reply/item.h"
+#include "daemon/session/calibration_match.h"
+#include "daemon/session/capture.h"
+#include "daemon/session/session_pairs.h"
+#include "daemon/settings/config.h"
+#include "daemon/surface/length_check.h"
+#include "daemon/surface/reconstruct_job.h"
+#include "daemon/surface/reconstruct_session.h"
+#include "daemon/surface/result/result_figures.h"
+
+enum { SESSION, PAIR, SCALE, NEAR, FAR, ACCEPT, ARGUMENTS };
+
+static const struct reconstruct_words words = {.scale = "SCALE",
+                                               .smaller = "SCALE",
+                                               .depth = "NEAR and FAR",
+                                               .search = "NEAR and FAR",
+                                               .accept = CAPTURE_ACCEPT_WORD};
+
+/// One call. Large: allocated.
+struct surface {
+    const struct command_call *call;
+    char session[FILES_NAME_MAX + 1];
+    char result[FILES_NAME_MAX + 64];
+    char out_path[OUTDIR_PATH_BYTES];
+    char kept[SURROUNDINGS_CALIBRATION_BYTES];
+    struct session_pairs pairs;  // work space
+    struct reconstruct_session source;
+    struct reconstruct_request request;
+    struct reconstruct_job job;
+};
+
+/// Whether it is known that there is no pair in a session: a capture was killed, or nothing was
+/// captured yet. One that is damaged has to say so itself.
+static bool is_empty(int root, const char *name, struct session_pairs *pairs) {
+    struct session_reader reader;
+    struct message message;
+    memset(pairs, 0, sizeof *pairs);
+    if (session_reader_open(&reader, root, name, NULL, &message) != 0) {
+        return false;
+    }
+    const bool empty = session_pairs_next(pairs, &reader, &message) == ERROR_MISSING;
+    session_reader_close(&reader);
+    return empty;
+}
+
+/// The directory whose index was written last, of those with a pair.
+static bool find_newest(int root, char *name, struct session_pairs *pairs) {
+    DIR *directory = files_list_below(root, "");
+    struct timespec newest = {0, 0};
+    bool found = false;
+    if (directory == NULL) {
+        return false;
+    }
+    for (const struct dirent *entry = readdir(directory); entry != NULL;
+         entry = readdir(directory)) {
+        char index[FILES_NAME_MAX + sizeof SESSION_INDEX_NAME + 1];
+        struct stat about;
+        if (entry->d_name[0] == '.' || strlen(entry->d_name) > FILES_NAME_MAX) {
+            continue;
+        }
+        snprintf(index, sizeof index, "%s/" SESSION_INDEX_NAME, entry->d_name);
+        if (fstatat(root, index, &about, AT_SYMLINK_NOFOLLOW) != 0) {
+            continue;
+        }
+        const struct timespec when = about.st_mtim;
+        const bool newer = !found || when.tv_sec > newest.tv_sec ||
+                           (when.tv_sec == newest.tv_sec && when.tv_nsec > newest.tv_nsec);
+        if (newer && !is_empty(root, entry->d_name, pairs)) {
+            found = true;
+            newest = when;
+            strcpy(name, entry->d_name);
+        }
+    }
+    closedir(directory);
+    return found;
+}
+
+static int choose_session(struct surface *self) {
+    const struct command_call *call = self->call;
+    const struct command_value *value = &call->values[SESSION];
+    int error = files_need_directory(call);
+    if (error != 0) {
+        return error;
+    }
+    if (value->given && strcmp(value->text, "-") != 0) {
+        error = files_check_plain(call, value->text);
+        snprintf(self->session, sizeof self->session, "%s", value->text);
+    } else if (!commands_session_last(self->session, sizeof self->session) &&
+               !find_newest(surroundings_of(call)->files_fd, self->session, &self->pairs)) {
+        error =
+            surroundings_refuse(call, ERROR_MISSING, "there is no session: \"capture\" takes one");
+    }
+    if (error != 0) {
+        return error;
+    }
+    // No links: what is read is below "files".
+    const int fd = files_open_directory(call, self->session);
+    if (fd >= 0) {
+        close(fd);
+    }
+    return fd < 0 ? fd : 0;
+}
+
+static void load_kept(struct surface *self) {
+    const struct hal_store *store = surroundings_of(self->call)->store;
+    size_t length = 0;
+    if (store == NULL) {
+        return;
+    }
+    const int error = store->operations->load(store->self, SURROUNDINGS_CALIBRATION, self->kept,
+                                              sizeof self->kept, &length);
+    if (error == 0) {
+        INVARIANT(length <= sizeof self->kept);
+        self->source.kept_text = self->kept;
+        self->source.kept_length = length;
+    } else if (error != ERROR_MISSING) {
+        self->source.kept_error = error;  // for sessions that have their own it does not matter
+    }
+}
+
+static int make_request(struct surface *self) {
+    const struct surroundings *around = surroundings_of(self->call);
+    const struct command_value *values = self->call->values;
+    self->request = reconstruct_request_usual();
+    if (values[SCALE].given) {
+        self->request.scale = values[SCALE].number;
+    }
+    if (values[NEAR].given && !values[FAR].given) {
+        return surroundings_refuse(self->call, ERROR_MISSING, "reconstruct: FAR goes with NEAR");
+    }
+    if (values[FAR].given && !(values[NEAR].number < values[FAR].number)) {
+        return surroundings_refuse(self->call, ERROR_RANGE,
+                                   "reconstruct: NEAR must be less than FAR");
+    }
+    self->request.depth_mm[0] = values[NEAR].given ? values[NEAR].number : 0;
+    self->request.depth_mm[1] = values[FAR].given ? values[FAR].number : 0;
+    self->request.accept_mismatch = values[ACCEPT].given;
+    struct message message;
+    const int error = length_check_depth(self->request.depth_mm[0], self->request.depth_mm[1],
+                                         "reconstruct: NEAR and FAR", "", &message);
+    if (error != 0) {
+        return surroundings_refuse(self->call, error, "%s", message.text);
+    }
+    self->source.lack = ", and none is kept: \"calibration set FILE\" first";
+    self->source.parent = around->files_fd;
+    self->source.path = self->session;
+    self->source.pair = values[PAIR].given ? (uint32_t)values[PAIR].integer : 0;
+    return 0;
+}
+
+/// Where the results go depends on which pair it is: known once the session was read.
+static int read_session(void *cookie, const struct reconstruct_request *request,
+                        struct reconstruct_inputs *inputs, struct reconstruct_context *context,
+                        struct message *message) {
+    struct surface *self = cookie;
+    const char *files = surroundings_of(self->call)->config->files;
+    const int error = reconstruct_session_read(&self->source, request, inputs, context, message);
+    if (error != 0) {
+        return error;
+    }
+    struct stat about;
+    snprintf(self->result, sizeof self->result, "surface-%s-%u", self->session, self->source.found);
+    // No links here either: what is written is below "files".
+    if (fstatat(surroundings_of(self->call)->files_fd, self->result, &about, AT_SYMLINK_NOFOLLOW) ==
+            0 &&
+        S_ISLNK(about.st_mode)) {
+        return message_set(message, ERROR_ARGUMENT, "%s: is a link; remove it", self->result);
+    }
+    const int length =
+        snprintf(self->out_path, sizeof self->out_path, "%s/%s", files, self->result);
+    INVARIANT(length > 0 && (size_t)length < sizeof self->out_path);
+    return 0;
+}
+
+static bool go_on(void *cookie) {
+    const struct surface *self = cookie;
+    const struct surroundings *around = surroundings_of(self->call);
+    return around->go_on(around->self);
+}
+
+static void show_progress(void *cookie, int stage, const char *what, int done, int total) {
+    const struct surface *self = cookie;
+    const struct surroundings *around = surroundings_of(self->call);
+    (void)stage;
+    if (total > 0) {
+        around->progress(around->self, what, (uint32_t)done, (uint32_t)total);
+    }
+}
+
+static void put_figures(const struct surface *self) {
+    const struct command_call *call = self->call;
+    const struct reconstruct_context *context = &self->job.context;
+    const struct reconstruct_result *result = context->result;
+    struct result_figures_quantiles spread;
+    item_text(call, "session", self->session);
+    item_number(call, "pair", self->source.found, 0, NULL);
+    item_number(call, "skew", (double)self->source.event.pair.skew_us, 0, "us");
+    item_text(call, "result", self->result);
+    item_text(call, "calibration", context->calibration->id);
+    item_text(call, "calibration_from", self->source.own ? "session" : "kept");
+    item_text(call, "calibration_cut", self->source.cut ? "yes" : "no");
+    item_number(call, "points", result->vertex_count, 0, NULL);
+    item_number(call, "triangles", result->triangle_count, 0, NULL);
+    item_number(call, "density", result_figures_density_percent(result), 1, "%");
+    if (result->vertex_count > 0 && result_figures_spread(result, &spread)) {
+        item_number(call, "depth_median", spread.depth_mm[1], 3, "mm");
+        item_number(call, "depth_near", spread.depth_mm[0], 3, "mm");
+        item_number(call, "depth_far", spread.depth_mm[2], 3, "mm");
+        item_number(call, "deviation", spread.sigma_mm[1], 3, "mm");
+    }
+    const double common_mm = context->depth_sigma_common_mm;
+    if (common_mm >= 0) {
+        item_number(call, "deviation_common", common_mm, 3, "mm");
+    }
+    if (context->mismatch.text[0] != '\0') {
+        item_text(call, "accepted_mismatch", context->mismatch.text);
+    }
+    if (result->vertical.samples > 0) {
+        item_number(call, "rows_apart", result->vertical.median_px, 3, "px");
+    }
+    item_number(call, "time", (double)context->total_us / 1e6, 2, "s");
+    item_begin(call, "notes", true);
+    for (int i = 0; i < context->warning_count; i++) {
+        item_text(call, NULL, context->warnings[i].text);
+    }
+    item_end(call);
+}
+
+/// What was doubtful before the work is a likely cause of its failure.
+static int refuse_with_notes(const struct surface *self, int error) {
+    const struct reconstruct_context *context = &self->job.context;
+    char text[MESSAGE_BYTES];
+    size_t length = (size_t)snprintf(text, sizeof text, "%s", self->job.message.text);
+    const int notes = error == ERROR_NO_SURFACE ? context->warning_count : 0;
+    for (int i = 0; i < notes && length < sizeof text; i++) {
+        length += (size_t)snprintf(text + length, sizeof text - length, "; note: %s",
+                                   context->warnings[i].text);
+    }
+    // The job's buffer is the disk.
+    return surroundings_refuse(self->call, error == ERROR_BUFFER ? ERROR_IO : error, "%s", text);
+}
+
+static int compute(struct surface *self) {
+    const struct reconstruct_source source = {read_session, self};
+    const struct reconstruct_observer observer = {
+        .go_on = go_on, .progress = show_progress, .self = self};
+    struct reconstruct_job *job = &self->job;
+    self->request.out_path = self->out_path;
+    job->outputs = &reconstruct_outputs_plain;
+    job->request = &self->request;
+    job->source = &source;
+    job->words = &words;
+    job->observer = &observer;
+    job->modest = true;
+    int error = reconstruct_job_run(job);
+    if (error == 0) {
+        put_figures(self);
+    } else {
+        error = refuse_with_notes(self, error);
+    }
+    reconstruct_job_end(job);
+    return error;
+}
+
+static int run_reconstruct(const struct command_call *call) {
+    struct surface *self = calloc(1, sizeof *self);
+    if (self == NULL) {
+        return surroundings_refuse(call, ERROR_MEMORY, "reconstruct: there is no memory");
+    }
+    self->call = call;
+    int error = choose_session(self);
+    error = error != 0 ? error : make_request(self);
+    if (error == 0) {
+        load_kept(self);
+        error = compute(self);
+    }
+    free(self);
+    return error;
+}
+
+static const struct command_argument reconstruct_arguments[] = {
+    {.name = "SESSION",
+     .kind = COMMAND_TEXT,
+     .least = 1,
+     .most = FILES_NAME_MAX,
+     .optional = true,
+     .help = "of the pair; the last one captured when left out (or -), else the newest",
+     .candidates = files_candidates_session},
+    {.name = "PAIR",
+     .kind = COMMAND_INTEGER,
+     .least = 0,
+     .most = 1000000,
+     .optional = true,
+     .help = "which pair of the session, from 1; the last when left out (or 0)"},
+    {.name = "SCALE",
+     .kind = COMMAND_NUMBER,
+     .least = 0.05,
+     .most = 4,
+     .optional = true,
+     .help = "of the rectified images against the frames; 1 when left out"},
+    {.name = "NEAR",
+     .kind = COMMAND_NUMBER,
+     .unit = "mm",
+     .least = 1e-3,
+     .most = 1e6,
+     .optional = true,
+     .help =
+         "least depth to search, from the left camera; no point lies outside NEAR and FAR; what "
+         "the calibration says when left out"},
+    {.name = "FAR",
+     .kind = COMMAND_NUMBER,
+     .unit = "mm",
+     .least = 1e-3,
+     .most = 1e6,
+     .optional = true,
+     .help = "greatest depth to search"},
+    {.name = "MISMATCH",
+     .kind = COMMAND_CHOICE,
+     .choices = CAPTURE_ACCEPT_WORD,
+     .optional = true,
+     .help = CAPTURE_ACCEPT_WORD
+     ": measure although the calibration was made with other axes, cameras or windows; lengths are "
+     "wrong then, and the results say so"},
+};
+
+static const struct command commands[] = {
+    {.name = "reconstruct",
+     .summary = "measure a surface from a recorded pair",
+     .help =
+         "Into the directory surface-SESSION-PAIR: mesh.ply, points.pcd, disparity.pfm, "
+         "reasons.pgm, result.json. It is there when all of it is written. The calibration is "
+         "the session's, else the kept one; one of the whole sensor is cut to the frames' "
+         "window. depth_near and depth_far: 1 % of the points are nearer, and 1 % farther. Less "
+         "SCALE costs less memory and time.",
+     .arguments = reconstruct_arguments,
+     .argument_count = ARGUMENTS,
+     .flags = COMMAND_NO_RIG | COMMAND_LONG,
+     .run = run_reconstruct},
+};
+
+const struct command *commands_reconstruct_table(size_t *count) {
+    *count = 1;
+    return commands;
+}

@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: Apache-2.0
+// A file of a client, received block by block into the instrument's files. Each line says which
+// file it belongs to (name, length and CRC-32 of the whole), so nothing has to be remembered in
+// between: a client may lose its line, and the daemon may be killed. What has come stands in a
+// hidden file until it is whole and right; only then does it get its name, in one step.
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "core/crc.h"
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/base/base64.h"
+#include "daemon/commands/commands_daemon.h"
+#include "daemon/commands/files.h"
+#include "daemon/commands/surroundings.h"
+#include "daemon/files/sync_file.h"
+#include "daemon/reply/item.h"
+
+/// Of the hidden files, by which abandoned ones are found.
+#define PART_END ".send"
+
+enum {
+    NAME_MAX_CHARACTERS = 60,
+    SEND_MOST = 16 * 1024 * 1024,
+    TEXT_MOST = 400,  ///< of a block, so that all of it fits into a line
+    CRC_DIGITS = 8,
+    CHECK_BYTES = 16384,
+    ABANDONED_AFTER_S = 24 * 3600,
+};
+
+enum { NAME, SIZE, CRC, OFFSET, BLOCK_CRC, DATA };
+
+/// One command: what it says about the file, and how much of that is there.
+struct receipt {
+    const struct command_call *call;
+    int root;
+    const char *name;
+    int64_t size;
+    uint32_t crc;
+    char part[NAME_MAX_CHARACTERS + 48];
+    int fd;  ///< of the part
+    int64_t have;
+};
+
+static bool parse_crc(const char *text, uint32_t *crc) {
+    char *end = NULL;
+    *crc = (uint32_t)strtoul(text, &end, 16);
+    return strlen(text) == CRC_DIGITS && strspn(text, "0123456789ABCDEFabcdef") == CRC_DIGITS;
+}
+
+static int take_arguments(struct receipt *self) {
+    const struct command_value *values = self->call->values;
+    struct stat about;
+    self->name = values[NAME].text;
+    self->size = values[SIZE].integer;
+    int error = files_need_directory(self->call);
+    error = error != 0 ? error : files_check_plain(self->call, self->name);
+    if (error != 0) {
+        return error;
+    }
+    if (!parse_crc(values[CRC].text, &self->crc)) {
+        return surroundings_refuse(self->call, ERROR_SYNTAX, "send: CRC is not of eight digits");
+    }
+    self->root = surroundings_of(self->call)->files_fd;
+    if (fstatat(self->root, self->name, &about, AT_SYMLINK_NOFOLLOW) == 0 &&
+        !S_ISREG(about.st_mode)) {
+        return surroundings_refuse(self->call, ERROR_ARGUMENT,
+                                   "%s: is no file here: send it under another name", self->name);
+    }
+    const int length = snprintf(self->part, sizeof self->part, ".%s.%" PRId64 "-%08" PRIX32 "%s",
+                                self->name, self->size, self->crc, PART_END);
+    INVARIANT(length > 0 && (size_t)length < sizeof self->part);
+    return 0;
+}
+
+/// Parts that nobody has gone on with for long.
+static void remove_abandoned(int root) {
+    DIR *directory = files_list_below(root, "");
+    if (directory == NULL) {
+        return;
+    }
+    for (const struct dirent *entry = readdir(directory); entry != NULL;
+         entry = readdir(directory)) {
+        struct stat about;
+        const size_t length = strlen(entry->d_name);
+        const bool part = entry->d_name[0] == '.' && length > strlen(PART_END) &&
+                          strcmp(entry->d_name + length - strlen(PART_END), PART_END) == 0;
+        if (part && fstatat(root, entry->d_name, &about, AT_SYMLINK_NOFOLLOW) == 0 &&
+            time(NULL) - about.st_mtime > ABANDONED_AFTER_S) {
+            unlinkat(root, entry->d_name, 0);
+        }
+    }
+    closedir(directory);
+}
+
+/// Whether the file has the announced length and CRC-32. 0 or ERROR_CANCELLED.
+static int compare(const struct receipt *self, int fd, bool *same) {
+    static _Thread_local char data[CHECK_BYTES];
+    const struct surroundings *around = surroundings_of(self->call);
+    struct stat about;
+    uint32_t crc = 0;
+    int64_t at = 0;
+    *same = false;
+    if (fstat(fd, &about) != 0 || !S_ISREG(about.st_mode) || about.st_size != self->size) {
+        return 0;
+    }
+    for (;;) {
+        const ssize_t bytes = pread(fd, data, sizeof data, at);
+        if (bytes <= 0) {
+            break;
+        }
+        crc = crc_update(crc, data, (size_t)bytes);
+        at += bytes;
+        if (!around->go_on(around->self)) {
+            return ERROR_CANCELLED;
+        }
+    }
+    *same = at == self->size && crc == self->crc;
+    return 0;
+}
+
+static int answer(const struct receipt *self, bool whole) {
+    INVARIANT(!whole || self->have == self->size);
+    item_number(self->call, "have", (double)self->have, 0, "bytes");
+    item_text(self->call, "whole", whole ? "yes" : "no");
+    return 0;
+}
+
+/// Whether the very file came before, whoever sent it.
+static int is_there(struct receipt *self, bool *there) {
+    const int fd = openat(self->root, self->name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+    *there = false;
+    if (fd < 0) {
+        return 0;
+    }
+    const int error = compare(self, fd, there);
+    close(fd);
+    self->have = *there ? self->size : 0;
+    return error;
+}
+
+/// All bytes have come: they must be the announced ones, and safe before they get their name.
+static int finish(struct receipt *self) {
+    bool same = false;
+    const int error = compare(self, self->fd, &same);
+    if (error != 0) {
+        return error;
+    }
+    if (!same) {
+        unlinkat(self->root, self->part, 0);
+        return surroundings_refuse(self->call, ERROR_VERIFY,
+                                   "%s: what came is not what was announced: send it once more",
+                                   self->name);
+    }
+    if (fsync(self->fd) != 0) {
+        // What is in memory would look right the next time, and not be on the disk.
+        const int number = errno;
+        unlinkat(self->root, self->part, 0);
+        return files_refuse(self->call, self->name, number);
+    }
+    if (renameat(self->root, self->part, self->root, self->name) != 0 ||
+        !sync_directory_at(self->root, ".")) {
+        return files_refuse(self->call, self->name, errno);
+    }
+    return answer(self, true);
+}
+
+/// Without a block: how much is there already. The first time this makes the part.
+static int announce(struct receipt *self) {
+    bool there = false;
+    remove_abandoned(self->root);
+    const int error = is_there(self, &there);
+    if (error != 0 || there) {
+        return error != 0 ? error : answer(self, true);
+    }
+    struct stat about;
+    self->fd = openat(self->root, self->part, O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0640);
+    if (self->fd < 0 || fstat(self->fd, &about) != 0) {
+        return files_refuse(self->call, self->name, errno);
+    }
+    self->have = about.st_size;
+    return self->have >= self->size ? finish(self) : answer(self, false);
+}
+
+/// Puts a block where it belongs. A disk that takes a part of it is told of, and has none of it.
+static int write_block(struct receipt *self, int64_t offset, const uint8_t *data, size_t bytes) {
+    size_t done = 0;
+    while (done < bytes) {
+        const ssize_t written = pwrite(self->fd, data + done, bytes - done, offset + (int64_t)done);
+        if (written <= 0) {
+            const int number = written == 0 ? EIO : errno;
+            const bool kept = ftruncate(self->fd, self->have) == 0;
+            return files_refuse(self->call, kept ? self->name : self->part, number);
+        }
+        done += (size_t)written;
+    }
+    const int64_t end = offset + (int64_t)bytes;
+    self->have = end > self->have ? end : self->have;
+    return 0;
+}
+
+/// A block may come more than once: its sender cannot know which answers got lost.
+static int take_block(struct receipt *self) {
+    const struct command_value *values = self->call->values;
+    const int64_t offset = values[OFFSET].integer;
+    uint8_t data[TEXT_MOST];
+    uint32_t crc = 0;
+    struct stat about;
+    const long bytes = base64_decode(values[DATA].text, data, sizeof data);
+    if (bytes < 0 || !parse_crc(values[BLOCK_CRC].text, &crc) ||
+        crc_update(0, data, (size_t)bytes) != crc) {
+        return surroundings_refuse(self->call, ERROR_CRC,
+                                   "the block was damaged on its way: send it again");
+    }
+    self->fd = openat(self->root, self->part, O_RDWR | O_NOFOLLOW | O_CLOEXEC);
+    if (self->fd < 0) {
+        bool there = false;
+        const int error = errno == ENOENT ? is_there(self, &there) : 0;
+        if (error != 0 || there) {
+            return error != 0 ? error : answer(self, true);
+        }
+        return surroundings_refuse(self->call, ERROR_MISSING,
+                                   "%s: was not announced: \"send NAME SIZE CRC\" first",
+                                   self->name);
+    }
+    if (fstat(self->fd, &about) != 0) {
+        return files_refuse(self->call, self->name, errno);
+    }
+    self->have = about.st_size;
+    if (offset > self->have || offset + bytes > self->size) {
+        return surroundings_refuse(self->call, ERROR_RANGE,
+                                   "%s: bytes %" PRId64 " to %" PRId64 " do not follow: %" PRId64
+                                   " of %" PRId64 " are there",
+                                   self->name, offset, offset + bytes, self->have, self->size);
+    }
+    const int error = write_block(self, offset, data, (size_t)bytes);
+    if (error != 0) {
+        return error;
+    }
+    return self->have == self->size ? finish(self) : answer(self, false);
+}
+
+static int run_send(const struct command_call *call) {
+    struct receipt receipt = {.call = call, .root = -1, .fd = -1};
+    if (call->values[OFFSET].given && !call->values[DATA].given) {
+        return surroundings_refuse(call, ERROR_MISSING,
+                                   "send: OFFSET goes with the block's CRC-32 and its DATA");
+    }
+    int error = take_arguments(&receipt);
+    if (error == 0) {
+        error = call->values[OFFSET].given ? take_block(&receipt) : announce(&receipt);
+    }
+    if (receipt.fd >= 0) {
+        close(receipt.fd);
+    }
+    return error;
+}
+
+static const struct command_argument send_arguments[] = {
+    {.name = "NAME",
+     .kind = COMMAND_TEXT,
+     .least = 1,
+     .most = NAME_MAX_CHARACTERS,
+     .help = "of the file here, a plain one; a file of that name is replaced"},
+    {.name = "SIZE",
+     .kind = COMMAND_INTEGER,
+     .unit = "bytes",
+     .least = 0,
+     .most = SEND_MOST,
+     .help = "of the whole file"},
+    {.name = "CRC",
+     .kind = COMMAND_TEXT,
+     .least = CRC_DIGITS,
+     .most = CRC_DIGITS,
+     .help = "CRC-32 of the whole file in eight digits"},
+    {.name = "OFFSET",
+     .kind = COMMAND_INTEGER,
+     .unit = "bytes",
+     .least = 0,
+     .most = SEND_MOST,
+     .optional = true,
+     .help = "where the block begins; how much is there already is shown when left out"},
+    {.name = "BLOCK_CRC",
+     .kind = COMMAND_TEXT,
+     .least = CRC_DIGITS,
+     .most = CRC_DIGITS,
+     .optional = true,
+     .help = "CRC-32 of the block in eight digits"},
+    {.name = "DATA",
+     .kind = COMMAND_TEXT,
+     .least = 4,
+     .most = TEXT_MOST,
+     .optional = true,
+     .help = "the block in Base64"},
+};
+
+static const struct command commands[] = {
+    {.name = "send",
+     .summary = "take a block of a file; vergence --connect sends whole files",
+     .help = "The file appears when all of it has come and its CRC-32 (that of zlib) is right. "
+             "What came of others is kept for a day, to go on with.",
+     .arguments = send_arguments,
+     .argument_count = 6,
+     .flags = COMMAND_NO_RIG,
+     .run = run_send},
+};
+
+const struct command *commands_send_table(size_t *count) {
+    *count = 1;
+    return commands;
+}

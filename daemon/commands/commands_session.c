@@ -1,0 +1,496 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pairs taken and sessions recorded, into the instrument's files. All of it is for the thread that
+// has the rig; what goes to the disk is written by the scribe, for which it waits.
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/base/version.h"
+#include "daemon/commands/commands_daemon.h"
+#include "daemon/commands/files.h"
+#include "daemon/commands/surroundings.h"
+#include "daemon/reply/item.h"
+#include "daemon/session/calibration_match.h"
+#include "daemon/session/capture.h"
+#include "daemon/session/record.h"
+#include "daemon/session/scribe.h"
+#include "daemon/session/session_write.h"
+#include "daemon/settings/config.h"
+#include "rig/pair.h"
+#include "rig/rig.h"
+
+enum { START, STOP, COMMAND_TEXT_BYTES = 128 };
+
+static const double permille_a_percent = 10;
+
+/// The session that is being written: a recording, or one pair.
+static struct {
+    struct session_writer writer;
+    bool recording;
+    char name[FILES_NAME_MAX + 1];
+} session = {.writer = {.directory = -1, .index = -1}};
+
+/// Where the last pair went, for other threads.
+static struct {
+    pthread_mutex_t lock;
+    char name[FILES_NAME_MAX + 1];
+} last = {.lock = PTHREAD_MUTEX_INITIALIZER};
+
+static void remember_session(void) {
+    pthread_mutex_lock(&last.lock);
+    strcpy(last.name, session.name);
+    pthread_mutex_unlock(&last.lock);
+}
+
+bool commands_session_last(char *name, size_t bytes) {
+    pthread_mutex_lock(&last.lock);
+    snprintf(name, bytes, "%s", last.name);
+    pthread_mutex_unlock(&last.lock);
+    return name[0] != '\0';
+}
+
+/// "-" stands for a name that is not given, so that what follows it can be.
+static bool is_name(const struct command_value *value) {
+    return value->given && strcmp(value->text, "-") != 0;
+}
+
+/// The calibration that the instrument keeps, if it has one, is part of every session.
+static int write_calibration(const struct command_call *call, struct message *message) {
+    const struct hal_store *store = surroundings_of(call)->store;
+    char text[SURROUNDINGS_CALIBRATION_BYTES];
+    size_t length = 0;
+    if (store == NULL) {
+        return 0;
+    }
+    const int error =
+        store->operations->load(store->self, SURROUNDINGS_CALIBRATION, text, sizeof text, &length);
+    if (error != 0) {
+        return error == ERROR_MISSING
+                   ? 0
+                   : message_set(message, error, "the kept calibration cannot be read: %s",
+                                 error_text(error));
+    }
+    INVARIANT(length <= sizeof text);
+    return session_writer_calibration(&session.writer, text, length, message);
+}
+
+/// A session that is to begin, as the scribe is told.
+struct beginning {
+    const struct command_call *call;
+    const struct command_value *name;
+    const char *kind;
+    struct session_instrument instrument;
+    int error;
+};
+
+static void look_for_name(void *cookie) {
+    struct beginning *self = cookie;
+    struct message message;
+    const int error =
+        session_writer_check(surroundings_of(self->call)->files_fd, self->name->text, &message);
+    self->error = error == 0 ? 0 : surroundings_refuse(self->call, error, "%s", message.text);
+}
+
+/// Whether a session of this name can be begun, as far as that is known before there is anything
+/// to be put into it.
+static int check_name(const struct command_call *call, const struct command_value *name) {
+    struct beginning beginning = {.call = call, .name = name};
+    int error = files_need_directory(call);
+    if (error != 0 || !is_name(name)) {
+        return error;
+    }
+    error = files_check_new(call, name->text);
+    if (error == 0) {
+        scribe_do(surroundings_of(call)->scribe, look_for_name, &beginning);
+    }
+    return error != 0 ? error : beginning.error;
+}
+
+static void write_beginning(void *cookie) {
+    struct beginning *self = cookie;
+    const struct command_call *call = self->call;
+    const struct surroundings *around = surroundings_of(call);
+    struct message message;
+    const time_t now = time(NULL);
+    struct tm parts;
+    char date[32];
+    if (is_name(self->name)) {
+        snprintf(session.name, sizeof session.name, "%s", self->name->text);
+    } else {
+        files_name_now(call, self->kind, "", session.name);
+    }
+    gmtime_r(&now, &parts);
+    strftime(date, sizeof date, "%Y-%m-%dT%H:%M:%SZ", &parts);
+    int error = session_writer_begin(&session.writer, around->files_fd, session.name,
+                                     version_build_id(), call->rig->profile.name, date, &message);
+    if (error == 0) {
+        error = session_writer_instrument(&session.writer, &self->instrument, &message);
+        error = error != 0 ? error : write_calibration(call, &message);
+        if (error != 0) {
+            session_writer_discard(&session.writer, around->files_fd);
+        }
+    }
+    self->error = error == 0 ? 0 : surroundings_refuse(call, error, "%s", message.text);
+}
+
+/// After `check_name`.
+static int begin_session(const struct command_call *call, const struct command_value *name,
+                         const char *kind) {
+    struct beginning beginning = {.call = call, .name = name, .kind = kind};
+    commands_calibration_instrument(call, &beginning.instrument);
+    scribe_do(surroundings_of(call)->scribe, write_beginning, &beginning);
+    return beginning.error;
+}
+
+static void put_picture(const struct command_call *call, const struct pair_frame *frame) {
+    const struct picture_stats *picture = &frame->picture;
+    INVARIANT(frame->has_picture);
+    item_number(call, "brightness", picture->brightness_permille / permille_a_percent, 1, "%");
+    item_number(call, "saturated", picture->saturated_permille / permille_a_percent, 1, "%");
+    item_number(call, "black", picture->black_permille / permille_a_percent, 1, "%");
+    item_number(call, "sharpness", picture->sharpness_permille / permille_a_percent, 1, "%");
+}
+
+static void put_pair(const struct command_call *call, const struct pair *pair) {
+    item_text(call, "session", session.name);
+    // Its place in the session, as "reconstruct" counts; the rig's own count goes on.
+    item_number(call, "pair", session.writer.pairs, 0, NULL);
+    item_number(call, "skew", (double)pair->skew_us, 0, "us");
+    if (pair->checked) {
+        item_number(call, "change", pair->change_permille / 10.0, 1, "%");
+    }
+    for (int side = 0; side < RIG_SIDES; side++) {
+        const struct pair_frame *frame = &pair->frame[side];
+        item_begin(call, side == RIG_LEFT ? "left" : "right", false);
+        item_number(call, "width", frame->width_px, 0, "px");
+        item_number(call, "height", frame->height_px, 0, "px");
+        item_number(call, "sequence", frame->sequence, 0, NULL);
+        // 0: nobody has set it here, and the camera does as it likes.
+        if (frame->exposure_us != 0) {
+            item_number(call, "exposure", frame->exposure_us, 0, "us");
+        }
+        if (frame->gain_q3 != 0) {
+            item_number(call, "gain", frame->gain_q3 / 8.0, 3, NULL);
+        }
+        put_picture(call, frame);
+        item_end(call);
+    }
+}
+
+/// What the scribe is to write into a session, and what became of it.
+struct writing {
+    const struct pair *pair;
+    const struct registers_all *registers;
+    const char *command;
+    int files_fd;
+    int error;
+    struct message message;
+};
+
+/// A pair, with the registers as they stood with it.
+static int write_with_registers(struct writing *self) {
+    int error = 0;
+    for (size_t i = 0; error == 0 && i < self->registers->count; i++) {
+        const struct registers_run *run = &self->registers->run[i];
+        error = session_writer_registers(&session.writer, rig_part_text(run->part), run->at_us,
+                                         run->first, run->values, run->count, &self->message);
+    }
+    return error != 0 ? error : session_writer_pair(&session.writer, self->pair, &self->message);
+}
+
+/// A session of one pair, or none.
+static void write_whole(void *cookie) {
+    struct writing *self = cookie;
+    int error = session_writer_command(&session.writer, self->command, &self->message);
+    if (error == 0) {
+        error = write_with_registers(self);
+    }
+    if (error == 0) {
+        error = session_writer_end(&session.writer, &self->message);
+    } else {
+        session_writer_discard(&session.writer, self->files_fd);
+    }
+    self->error = error;
+}
+
+static void write_pair(void *cookie) {
+    struct writing *self = cookie;
+    self->error = write_with_registers(self);
+}
+
+/// Writes a pair into its session; of a recording all calls that led to it go first.
+static int keep_pair(const struct command_call *call, const struct pair *pair,
+                     const struct registers_all *registers) {
+    const struct surroundings *around = surroundings_of(call);
+    struct writing writing = {
+        .pair = pair,
+        .registers = registers,
+        .command = call->values[CAPTURE_ACCEPT].given ? "capture " CAPTURE_ACCEPT_WORD : "capture",
+        .files_fd = around->files_fd};
+    if (session.recording) {
+        writing.error = record_flush(around->record, &writing.message);
+    }
+    if (writing.error == 0) {
+        scribe_do(around->scribe, session.recording ? write_pair : write_whole, &writing);
+    }
+    return writing.error == 0
+               ? 0
+               : surroundings_refuse(call, writing.error, "%s", writing.message.text);
+}
+
+/// What the kept calibration does not fit; in a recording, whose pairs must play, once the pair is
+/// written.
+static int match_calibration(const struct command_call *call, const struct pair *pair) {
+    struct calibration_match_state state;
+    struct session_instrument instrument;
+    struct message message;
+    commands_calibration_instrument(call, &instrument);
+    calibration_match_pair(call->rig->profile.name, &instrument, pair, &state);
+    const bool accepted = call->values[CAPTURE_ACCEPT].given;
+    const int error =
+        commands_calibration_match(call, &state, accepted ? NULL : CAPTURE_ACCEPT_WORD, &message);
+    if (error != ERROR_MISMATCH) {
+        return error == 0 ? 0 : surroundings_refuse(call, error, "%s", message.text);
+    }
+    if (accepted) {
+        item_text(call, "accepted_mismatch", message.text);
+        return 0;
+    }
+    return surroundings_refuse(call, error, "%s", message.text);
+}
+
+static int take_pair(const struct command_call *call, uint16_t *memory, size_t values,
+                     const struct pair_options *options) {
+    struct pair pair;
+    struct registers_all registers;
+    int error = capture_take(call->rig, options, memory, values, &pair, &registers);
+    if (error != 0) {
+        return error;
+    }
+    const struct surroundings *around = surroundings_of(call);
+    if (around->pair_was_taken != NULL) {
+        around->pair_was_taken(around->replay);
+    }
+    const int mismatch = match_calibration(call, &pair);
+    if (!session.recording) {
+        error = mismatch;
+        error = error != 0 ? error : begin_session(call, &call->values[CAPTURE_NAME], "capture");
+    }
+    error = error != 0 ? error : keep_pair(call, &pair, &registers);
+    if (error == 0) {
+        remember_session();
+        put_pair(call, &pair);
+    }
+    return error != 0 ? error : mismatch;
+}
+
+static int run_capture(const struct command_call *call) {
+    const struct pair_options options = capture_options(call->values);
+    if (session.recording && is_name(&call->values[CAPTURE_NAME])) {
+        return surroundings_refuse(call, ERROR_ARGUMENT,
+                                   "capture: pairs go into the recording %s: give no name (or -)",
+                                   session.name);
+    }
+    const int refused = session.recording ? 0 : check_name(call, &call->values[CAPTURE_NAME]);
+    if (refused != 0) {
+        return refused;
+    }
+    const size_t values = pair_values(call->rig, &options);
+    uint16_t *memory = malloc(values * sizeof *memory);
+    if (memory == NULL) {
+        return surroundings_refuse(call, ERROR_MEMORY, "capture: there is no memory for %zu pixels",
+                                   values);
+    }
+    const int error = take_pair(call, memory, values, &options);
+    free(memory);
+    return error;
+}
+
+/// "the recording r1 begins"
+static void tell(const struct hal_log *log, const char *what) {
+    char text[FILES_NAME_MAX + 64];
+    snprintf(text, sizeof text, "the recording %s %s", session.name, what);
+    log->operations->write(log->self, HAL_LOG_NOTICE, text);
+}
+
+/// As after the daemon's start: what is to be played must begin where the player begins.
+static void begin_afresh(struct rig *rig) {
+    const struct rig_profile profile = rig->profile;
+    const struct rig_ports ports = rig->ports;
+    const struct rig_observer observer = rig->observer;
+    if (rig->state != RIG_DOWN) {
+        rig_safe(rig);
+    }
+    rig_init(rig, &profile, &ports, &observer);
+}
+
+/// In what the instrument differs from the profile of its name, or which one it is like: whoever
+/// plays this has no file of settings, and none of a profile.
+static int write_settings(const struct command_call *call, struct message *message) {
+    const struct config *config = surroundings_of(call)->config;
+    const bool named = strcmp(config->profile.name, config->like) == 0;
+    struct config usual;
+    config_defaults(&usual);
+    int error = config_set(&usual, CONFIG_PROFILE_KEY, config->like, message);
+    INVARIANT(error == 0);
+    if (!named) {
+        error = session_writer_setting(&session.writer, CONFIG_PROFILE_KEY, config->like, message);
+    }
+    for (size_t i = 0; error == 0 && i < config_key_count(); i++) {
+        char value[CONFIG_TEXT_BYTES + 16];
+        char before[CONFIG_TEXT_BYTES + 16];
+        config_key_print(config, i, value, sizeof value);
+        config_key_print(&usual, i, before, sizeof before);
+        if (config_key_is_of_rig(i) && strcmp(value, before) != 0) {
+            error = session_writer_setting(&session.writer, config_key_name(i), value, message);
+            // Some set others, too: what remains to be said shows once they are set.
+            error = error != 0 ? error : config_set(&usual, config_key_name(i), value, message);
+        }
+    }
+    return error;
+}
+
+static int start_recording(const struct command_call *call) {
+    struct message message;
+    if (session.recording) {
+        return surroundings_refuse(call, ERROR_BUSY, "record: %s is being recorded already",
+                                   session.name);
+    }
+    int error = check_name(call, &call->values[1]);
+    error = error != 0 ? error : begin_session(call, &call->values[1], "record");
+    if (error != 0) {
+        return error;
+    }
+    begin_afresh(call->rig);
+    error = write_settings(call, &message);
+    error =
+        error != 0 ? error : record_start(surroundings_of(call)->record, &session.writer, &message);
+    if (error != 0) {
+        session_writer_discard(&session.writer, surroundings_of(call)->files_fd);
+        return surroundings_refuse(call, error, "%s", message.text);
+    }
+    session.recording = true;
+    tell(surroundings_of(call)->log, "begins");
+    item_text(call, "session", session.name);
+    return 0;
+}
+
+static void write_end(void *cookie) {
+    struct writing *self = cookie;
+    self->error = session_writer_end(&session.writer, &self->message);
+}
+
+/// A recording of which something is missing gets no end, so that readers know.
+static int stop_recording(struct record *record, const struct hal_log *log,
+                          struct message *message) {
+    struct writing end = {.error = 0};
+    end.error = record_stop(record, &end.message);
+    session.recording = false;
+    if (end.error != 0) {
+        session_writer_leave(&session.writer);
+        return message_set(message, end.error, "%.900s; the recording is cut off there",
+                           end.message.text);
+    }
+    scribe_do(record->scribe, write_end, &end);
+    if (end.error == 0) {
+        tell(log, "has ended");
+    }
+    *message = end.message;
+    return end.error;
+}
+
+void commands_session_put_state(const struct command_call *call) {
+    const char *cut = record_cut(surroundings_of(call)->record);
+    if (!session.recording) {
+        return;
+    }
+    item_text(call, "recording", session.name);
+    if (cut != NULL) {
+        item_text(call, "cut_off", cut);
+    }
+}
+
+static int run_record(const struct command_call *call) {
+    struct message message;
+    if (!call->values[0].given) {
+        commands_session_put_state(call);
+        if (!session.recording) {
+            item_text(call, "recording", "nothing");
+        }
+        return 0;
+    }
+    if (call->values[0].choice == START) {
+        return start_recording(call);
+    }
+    if (call->values[1].given) {
+        return surroundings_refuse(call, ERROR_ARGUMENT,
+                                   "record: NAME \"%s\" is too much; it goes with \"start\" alone",
+                                   call->values[1].text);
+    }
+    if (!session.recording) {
+        return surroundings_refuse(call, ERROR_ARGUMENT, "record: nothing is being recorded");
+    }
+    item_text(call, "session", session.name);
+    item_number(call, "pairs", session.writer.pairs, 0, NULL);
+    const struct surroundings *around = surroundings_of(call);
+    const int error = stop_recording(around->record, around->log, &message);
+    return error == 0 ? 0 : surroundings_refuse(call, error, "%s", message.text);
+}
+
+void commands_session_end(struct record *record, const struct hal_log *log) {
+    struct message message;
+    if (session.recording && stop_recording(record, log, &message) != 0) {
+        log->operations->write(log->self, HAL_LOG_ERROR, message.text);
+    }
+}
+
+static const struct command_argument record_arguments[] = {
+    {.name = "WHAT",
+     .kind = COMMAND_CHOICE,
+     .choices = "start stop",
+     .optional = true,
+     .help = "what to do; what is being recorded is shown when left out"},
+    {.name = "NAME",
+     .kind = COMMAND_TEXT,
+     .least = 1,
+     .most = 60,
+     .optional = true,
+     .help = "of the new session: letters, digits and - _ . + = , @; one that tells "
+             "the time when left out"},
+};
+
+static const struct command commands[] = {
+    {.name = "capture",
+     .summary = "take a pair of frames that belong together, into a session",
+     .help =
+         "Into the recording that is under way, else into a session of its own, below \"files\". "
+         "Refused when something moved between the two frames, and when the kept calibration was "
+         "made with other axes, cameras or windows. Of each side's picture it reports brightness "
+         "(mean, of full scale), saturated and black shares, and sharpness (of edges as steep as "
+         "can be; blur lowers it, light does not).",
+     .arguments = capture_arguments,
+     .argument_count = CAPTURE_ARGUMENTS,
+     .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,
+     .run = run_capture},
+    {.name = "record",
+     .summary = "record all that the instrument's parts do and say, to be replayed",
+     .help =
+         "Every call of a bus, a line, a camera and the clock, and the pairs that are captured "
+         "meanwhile. The instrument is put down first: its bring-up is the beginning of what is "
+         "recorded, with every command. \"replay SESSION\" plays it. One that the disk had no room "
+         "for is cut off; this and \"status\" tell so.",
+     .arguments = record_arguments,
+     .argument_count = 2,
+     .flags = COMMAND_MOVES | COMMAND_UNRECORDED,
+     .run = run_record},
+};
+
+const struct command *commands_session_table(size_t *count) {
+    *count = sizeof commands / sizeof commands[0];
+    return commands;
+}

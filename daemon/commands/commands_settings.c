@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the instrument is set to, kept in the store: shown, saved, given to the instrument again,
+// forgotten.
+#include <stdio.h>
+#include <string.h>
+
+#include "console/commands.h"
+#include "console/reply_none.h"
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/commands/commands_daemon.h"
+#include "daemon/commands/surroundings.h"
+#include "daemon/reply/item.h"
+#include "daemon/session/record.h"
+#include "daemon/session/scribe.h"
+#include "daemon/settings/config.h"
+#include "daemon/settings/kept_settings.h"
+#include "rig/rig.h"
+
+enum { SHOW, SAVE, RESTORE, FORGET };
+
+#define URAD_PER_DEGREE (1e6 * 3.14159265358979323846 / 180.0)
+
+// ---- what is told
+
+static void put_side(const struct command_call *call, const struct kept_settings *kept,
+                     unsigned side) {
+    static const struct {
+        const char *key;
+        double parts;
+        int decimals;
+        const char *unit;
+    } shown[KEPT_VALUES] = {
+        [KEPT_EXPOSURE_US] = {"exposure", 1, 0, "us"},
+        [KEPT_GAIN_Q3] = {"gain", 8, 3, NULL},
+        [KEPT_PAN_URAD] = {"pan", URAD_PER_DEGREE, 3, "deg"},
+        [KEPT_ZOOM] = {"zoom", 1, 0, "counts"},
+        [KEPT_FOCUS] = {"focus", 1, 0, "counts"},
+        [KEPT_IRIS] = {"iris", 1, 0, "counts"},
+    };
+    item_begin(call, commands_side_name(side), false);
+    for (int i = 0; i < KEPT_VALUES; i++) {
+        const int32_t value = kept->values[side][i];
+        if (value != INT32_MIN) {
+            item_number(call, shown[i].key, value / shown[i].parts, shown[i].decimals,
+                        shown[i].unit);
+        }
+    }
+    item_end(call);
+}
+
+static void put(const struct command_call *call, const struct kept_settings *kept) {
+    item_text(call, "profile", kept->profile);
+    if (kept->width_px != 0) {
+        item_begin(call, "window", false);
+        item_number(call, "width", kept->width_px, 0, "px");
+        item_number(call, "height", kept->height_px, 0, "px");
+        item_number(call, "skip", kept->skip, 0, NULL);
+        item_end(call);
+    }
+    put_side(call, kept, RIG_LEFT);
+    put_side(call, kept, RIG_RIGHT);
+}
+
+// ---- the record
+
+/// What the scribe is to do with the record: the rig is looked after meanwhile.
+struct errand {
+    const struct hal_store *store;
+    int what;
+    char text[KEPT_SETTINGS_BYTES];
+    size_t length;
+    int error;
+};
+
+static void run_errand(void *cookie) {
+    struct errand *self = cookie;
+    const struct hal_store_operations *operations = self->store->operations;
+    void *store = self->store->self;
+    self->error = self->what == SAVE
+                      ? operations->save(store, KEPT_SETTINGS_RECORD, self->text, self->length)
+                  : self->what == FORGET ? operations->remove(store, KEPT_SETTINGS_RECORD)
+                                         : operations->load(store, KEPT_SETTINGS_RECORD, self->text,
+                                                            sizeof self->text, &self->length);
+}
+
+static int do_errand(const struct command_call *call, struct errand *errand, int what) {
+    const struct surroundings *around = surroundings_of(call);
+    errand->store = around->store;
+    errand->what = what;
+    scribe_do(around->scribe, run_errand, errand);
+    return errand->error;
+}
+
+static int refuse_store(const struct command_call *call, const char *what, int error) {
+    return surroundings_refuse_store(call, error, "settings: they", what);
+}
+
+static int load(const struct command_call *call, struct kept_settings *kept) {
+    struct errand errand;
+    struct message why = {.text = "its checksum is wrong"};
+    int error = do_errand(call, &errand, RESTORE);
+    if (error == ERROR_MISSING) {
+        return surroundings_refuse(call, error,
+                                   "settings: none are kept: \"settings save\" keeps those that "
+                                   "are in force");
+    }
+    if (error == 0) {
+        INVARIANT(errand.length <= sizeof errand.text);
+        error = kept_settings_parse(errand.text, errand.length, kept, &why);
+    }
+    // Longer than any that was saved.
+    error = error == ERROR_BUFFER ? ERROR_CRC : error;
+    if (error == ERROR_CRC || error == ERROR_SYNTAX) {
+        return surroundings_refuse(call, error,
+                                   "settings: what the store %s keeps is damaged and is not used: "
+                                   "%s; \"settings forget\", or \"settings save\" anew",
+                                   surroundings_of(call)->config->store, why.text);
+    }
+    return error == 0 ? 0 : refuse_store(call, "read", error);
+}
+
+// ---- the commands
+
+/// One command of the instrument, as if somebody had given it: so a recording holds what was done,
+/// and needs no store to be played.
+static int give(const struct command_call *call, const char *line) {
+    const struct surroundings *around = surroundings_of(call);
+    char storage[COMMAND_LINE_MAX + 1];
+    struct command_value values[COMMAND_ARGUMENTS_MAX];
+    const struct command *command = NULL;
+    int error = command_parse(line, around->table, around->table_count, storage, values, &command,
+                              call->message, call->message_bytes);
+    INVARIANT(error == 0 && command != NULL);
+    struct command_call inner = *call;
+    inner.values = values;
+    inner.reply = reply_none();
+    error = record_run(around->record, command, &inner, line);
+    if (error != 0 && error != ERROR_CANCELLED) {
+        char why[256];
+        snprintf(why, sizeof why, "%s", call->message);
+        return surroundings_refuse(call, error, "settings: \"%s\" failed: %s", line, why);
+    }
+    return error;
+}
+
+/// Gives the kept ones to the instrument, once all of them are known to be for it.
+static int restore(const struct command_call *call, bool axes, struct kept_settings *kept) {
+    const struct surroundings *around = surroundings_of(call);
+    char lines[KEPT_SETTINGS_LINES][KEPT_SETTINGS_LINE_BYTES];
+    struct message why;
+    size_t of_cameras = 0;
+    int error = load(call, kept);
+    if (error != 0) {
+        return error;
+    }
+    error = kept_settings_check(kept, call->rig, &why);
+    if (error != 0) {
+        return surroundings_refuse(call, error, "settings: %s", why.text);
+    }
+    const size_t all = kept_settings_commands(kept, call->rig, lines, &of_cameras);
+    const size_t count = axes ? all : of_cameras;
+    for (size_t i = 0; i < count && error == 0; i++) {
+        around->progress(around->self, "restoring", (uint32_t)i, (uint32_t)count);
+        error = around->go_on(around->self) ? give(call, lines[i]) : ERROR_CANCELLED;
+    }
+    return error;
+}
+
+static int run_show(const struct command_call *call) {
+    struct kept_settings kept;
+    const int error = load(call, &kept);
+    if (error == 0) {
+        put(call, &kept);
+    }
+    return error;
+}
+
+static int run_save(const struct command_call *call) {
+    struct kept_settings kept;
+    struct errand errand;
+    kept_settings_take(call->rig, &kept);
+    errand.length = kept_settings_print(&kept, errand.text);
+    const int error = do_errand(call, &errand, SAVE);
+    if (error != 0) {
+        return refuse_store(call, "kept", error);
+    }
+    put(call, &kept);
+    return 0;
+}
+
+static int run_restore(const struct command_call *call) {
+    struct kept_settings kept;
+    const int error = restore(call, true, &kept);
+    if (error == 0) {
+        put(call, &kept);
+    }
+    return error;
+}
+
+static int run_forget(const struct command_call *call) {
+    struct errand errand;
+    const int error = do_errand(call, &errand, FORGET);
+    if (error == ERROR_MISSING) {
+        return surroundings_refuse(call, error, "settings: none are kept");
+    }
+    return error == 0 ? 0 : refuse_store(call, "removed", error);
+}
+
+static int run_settings(const struct command_call *call) {
+    const int what = call->values[0].given ? call->values[0].choice : SHOW;
+    if (surroundings_of(call)->store == NULL) {
+        return surroundings_refuse(call, ERROR_UNSUPPORTED,
+                                   "settings: nothing is kept: the setting \"store\" is none");
+    }
+    if ((what == SAVE || what == RESTORE) && call->rig->state != RIG_READY) {
+        return commands_not_ready(call, what == SAVE ? "settings save" : "settings restore");
+    }
+    return what == SAVE      ? run_save(call)
+           : what == RESTORE ? run_restore(call)
+           : what == FORGET  ? run_forget(call)
+                             : run_show(call);
+}
+
+int commands_settings_after_bringup(const struct command_call *call) {
+    const struct surroundings *around = surroundings_of(call);
+    const struct hal_log *log = around->log;
+    struct kept_settings kept;
+    // What is played was restored by commands of its own, if it was.
+    if (!around->config->restore || around->store == NULL || around->idle_is_next != NULL) {
+        return 0;
+    }
+    const int error = restore(call, false, &kept);
+    if (error == ERROR_CANCELLED || (error != 0 && call->rig->state != RIG_READY)) {
+        return error;
+    }
+    if (error != 0 && error != ERROR_MISSING) {
+        // The instrument works, but not as it was set: that is told, and no failure of it.
+        log->operations->write(log->self, HAL_LOG_WARNING, call->message);
+    }
+    item_text(call, "settings",
+              error == 0               ? "restored"
+              : error == ERROR_MISSING ? "none are kept"
+                                       : call->message);
+    call->message[0] = '\0';
+    return 0;
+}
+
+static const struct command_argument arguments[] = {
+    {.name = "WHAT",
+     .kind = COMMAND_CHOICE,
+     .choices = "show save restore forget",
+     .optional = true,
+     .help = "what to do; show when left out"},
+};
+
+static const struct command commands[] = {
+    {.name = "settings",
+     .summary = "keep what the instrument is set to, or set it so again",
+     .help =
+         "Exposure, gain and window, and where pan, zoom, focus and iris were sent. \"save\" keeps "
+         "what is in force in the store, where it outlives restarts; \"restore\" gives it to the "
+         "instrument after a bring-up, the cameras first, then the axes. Of another profile, or "
+         "beyond what this instrument can do, none of it is given. With the setting restore = yes "
+         "bringup itself sets the cameras so.",
+     .arguments = arguments,
+     .argument_count = 1,
+     .flags = COMMAND_LONG | COMMAND_MOVES | COMMAND_UNRECORDED,
+     .run = run_settings},
+};
+
+const struct command *commands_settings_table(size_t *count) {
+    *count = 1;
+    return commands;
+}

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// What both cameras see now, side by side in one picture among the instrument's files.
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "core/error.h"
+#include "daemon/commands/commands_daemon.h"
+#include "daemon/commands/files.h"
+#include "daemon/commands/surroundings.h"
+#include "daemon/images/picture.h"
+#include "daemon/reply/item.h"
+#include "daemon/session/capture.h"
+#include "daemon/session/scribe.h"
+#include "rig/rig.h"
+
+enum { SMALL_SIDE_MAX_PX = 640 };
+
+/// One call, and what the scribe is to make of it.
+struct snapshot {
+    const struct command_call *call;
+    struct pair_frame frame[RIG_SIDES];
+    struct picture picture;
+    char name[FILES_NAME_MAX + 1];
+    size_t bytes;
+    int error;
+};
+
+/// By which whole number the frames are divided so that a side is no larger than this.
+static int shrink_of(const struct pair_frame *frame, bool full) {
+    const int side_px = frame->width_px > frame->height_px ? frame->width_px : frame->height_px;
+    return full ? 1 : (side_px + SMALL_SIDE_MAX_PX - 1) / SMALL_SIDE_MAX_PX;
+}
+
+/// The left picture, and the right one beside it, with the colours of the same white.
+static int develop(struct snapshot *self, int shrink) {
+    const struct reconstruct_image left = picture_raw(&self->frame[RIG_LEFT]);
+    const struct develop_balance balance = develop_balance_of(&left);
+    int error = 0;
+    for (int side = 0; error == 0 && side < RIG_SIDES; side++) {
+        struct picture half = self->picture;
+        half.width_px /= RIG_SIDES;
+        half.pixels += (size_t)side * (size_t)half.width_px * (size_t)half.channels;
+        error = picture_develop(&self->frame[side], &balance, shrink, &half);
+    }
+    return error;
+}
+
+static int write_png(struct snapshot *self) {
+    uint8_t *png = picture_png(&self->picture, &self->bytes);
+    if (png == NULL) {
+        return ERROR_MEMORY;
+    }
+    files_name_now(self->call, "snapshot", ".png", self->name);
+    const int error = files_write(self->call, self->name, png, self->bytes);
+    free(png);
+    return error;
+}
+
+/// On the scribe's thread: all of it may take seconds, and the bridge wants to be fed.
+static void make_file(void *cookie) {
+    struct snapshot *self = cookie;
+    const struct pair_frame *left = &self->frame[RIG_LEFT];
+    struct picture *picture = &self->picture;
+    const bool full = self->call->values[SNAPSHOT_SIZE].given;
+    const int shrink = shrink_of(left, full);
+    picture->channels = full && left->layout != HAL_CAMERA_GREY ? 3 : 1;
+    picture->width_px = RIG_SIDES * (left->width_px / shrink);
+    picture->height_px = left->height_px / shrink;
+    picture->row_bytes = (size_t)picture->width_px * (size_t)picture->channels;
+    picture->pixels = malloc(picture->row_bytes * (size_t)picture->height_px);
+    self->error = picture->pixels != NULL ? develop(self, shrink) : ERROR_MEMORY;
+    self->error = self->error == 0 ? write_png(self) : self->error;
+    free(picture->pixels);
+}
+
+static int take(struct snapshot *self, uint16_t *memory, size_t values) {
+    const struct command_call *call = self->call;
+    const int error = pair_look(call->rig, memory, values, self->frame);
+    if (error != 0) {
+        return error;
+    }
+    scribe_do(surroundings_of(call)->scribe, make_file, self);
+    if (self->error == 0) {
+        item_text(call, "file", self->name);
+        item_number(call, "size", (double)self->bytes, 0, "bytes");
+        item_number(call, "width", self->picture.width_px, 0, "px");
+        item_number(call, "height", self->picture.height_px, 0, "px");
+    }
+    return self->error;
+}
+
+static int run_snapshot(const struct command_call *call) {
+    static struct snapshot snapshot;  // one thread has the rig
+    const struct pair_options options = {.check_static = false};
+    const int lacking = files_need_directory(call);
+    if (lacking != 0) {
+        return lacking;
+    }
+    const size_t values = pair_values(call->rig, &options);
+    uint16_t *memory = malloc(values * sizeof *memory);
+    snapshot = (struct snapshot){.call = call};
+    const int error = memory != NULL ? take(&snapshot, memory, values) : ERROR_MEMORY;
+    free(memory);
+    return error != ERROR_MEMORY
+               ? error
+               : surroundings_refuse(call, error, "snapshot: out of memory for %zu pixels", values);
+}
+
+static const struct command commands[] = {
+    {.name = "snapshot",
+     .summary = "show what both cameras see now, in one picture",
+     .help = "The left picture and the right one beside it, as a PNG file below \"files\", to be "
+             "fetched; our own client fetches it. Nothing is compared, and things may move; "
+             "\"capture\" takes a pair to be measured.",
+     .arguments = snapshot_arguments,
+     .argument_count = SNAPSHOT_ARGUMENTS,
+     .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,
+     .run = run_snapshot},
+};
+
+const struct command *commands_snapshot_table(size_t *count) {
+    *count = sizeof commands / sizeof commands[0];
+    return commands;
+}

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/commands/files.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/commands/surroundings.h"
+#include "daemon/files/file_error.h"
+#include "daemon/files/sync_file.h"
+#include "daemon/files/write_all.h"
+#include "daemon/settings/config.h"
+
+int files_refuse(const struct command_call *call, const char *name, int number) {
+    return surroundings_refuse(call, file_error(number), "%s: %s", name, strerror(number));
+}
+
+/// Goes down one directory after the other, so that no link on the way is followed.
+static int open_below(int root, const char *name, int flags) {
+    int directory = openat(root, ".", O_PATH | O_DIRECTORY | O_CLOEXEC);
+    while (directory >= 0) {
+        const size_t bytes = strcspn(name, "/");
+        char part[FILES_NAME_MAX + 1];
+        if (bytes == 0 || bytes > FILES_NAME_MAX || name[0] == '.') {
+            close(directory);
+            errno = ENOENT;
+            return -1;
+        }
+        memcpy(part, name, bytes);
+        part[bytes] = '\0';
+        const bool last = name[bytes] == '\0';
+        const int next =
+            openat(directory, part, O_NOFOLLOW | O_CLOEXEC | (last ? flags : O_PATH | O_DIRECTORY));
+        const int number = errno;
+        close(directory);
+        errno = number;
+        if (last || next < 0) {
+            return next;
+        }
+        directory = next;
+        name += bytes + 1;
+    }
+    return -1;
+}
+
+int files_need_directory(const struct command_call *call) {
+    const struct surroundings *around = surroundings_of(call);
+    struct stat about;
+    if (around->files_fd < 0) {
+        return surroundings_refuse(call, ERROR_UNSUPPORTED,
+                                   "there is no place for files: the setting \"files\" is none");
+    }
+    if (fstat(around->files_fd, &about) == 0 && about.st_nlink > 0) {
+        return 0;
+    }
+    // One of the same name is another one.
+    return surroundings_refuse(call, ERROR_DEVICE,
+                               "the directory of files, %s, was taken away while the daemon runs: "
+                               "start it again, which makes a new one",
+                               around->config->files);
+}
+
+int files_check_plain(const struct command_call *call, const char *name) {
+    if (name[0] == '\0' || name[0] == '.' || strchr(name, '/') != NULL) {
+        return surroundings_refuse(call, ERROR_ARGUMENT,
+                                   "NAME must be a plain name, without / and not beginning with a "
+                                   "dot");
+    }
+    return 0;
+}
+
+int files_check_new(const struct command_call *call, const char *name) {
+    static const char good[] =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_.+=,@";
+    const int error = files_check_plain(call, name);
+    if (error != 0 || name[strspn(name, good)] == '\0') {
+        return error;
+    }
+    return surroundings_refuse(call, ERROR_ARGUMENT,
+                               "NAME may have letters (A-Z, a-z), digits and - _ . + = , @ alone");
+}
+
+void files_name_now(const struct command_call *call, const char *kind, const char *ending,
+                    char *name) {
+    enum { NAMES_A_SECOND = 1000 };
+    const int root = surroundings_of(call)->files_fd;
+    const time_t now = time(NULL);
+    struct tm parts;
+    char when[32];
+    gmtime_r(&now, &parts);
+    strftime(when, sizeof when, "%Y%m%d-%H%M%S", &parts);
+    snprintf(name, FILES_NAME_MAX + 1, "%s-%s%s", kind, when, ending);
+    for (int i = 2; i < NAMES_A_SECOND && faccessat(root, name, F_OK, AT_SYMLINK_NOFOLLOW) == 0;
+         i++) {
+        snprintf(name, FILES_NAME_MAX + 1, "%s-%s-%d%s", kind, when, i, ending);
+    }
+}
+
+int files_open(const struct command_call *call, const char *name) {
+    const int error = files_need_directory(call);
+    if (error != 0) {
+        return error;
+    }
+    // Not blocking: a named pipe must not hold up anybody.
+    const int fd = open_below(surroundings_of(call)->files_fd, name, O_RDONLY | O_NONBLOCK);
+    struct stat about;
+    if (fd < 0) {
+        return files_refuse(call, name, errno);
+    }
+    if (fstat(fd, &about) != 0 || !S_ISREG(about.st_mode)) {
+        close(fd);
+        return surroundings_refuse(call, ERROR_ARGUMENT, "%s: is no file", name);
+    }
+    return fd;
+}
+
+int files_open_below(int root, const char *name) {
+    return name[0] == '\0' ? openat(root, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC)
+                           : open_below(root, name, O_RDONLY | O_DIRECTORY);
+}
+
+DIR *files_list_below(int root, const char *name) {
+    const int fd = files_open_below(root, name);
+    DIR *directory = fd >= 0 ? fdopendir(fd) : NULL;
+    if (directory == NULL && fd >= 0) {
+        const int number = errno;
+        close(fd);
+        errno = number;
+    }
+    return directory;
+}
+
+static int by_name(const struct dirent **a, const struct dirent **b) {
+    return strcmp((*a)->d_name, (*b)->d_name);
+}
+
+int files_list_sorted(int directory, struct dirent ***entries) {
+    return scandirat(directory, ".", entries, NULL, by_name);
+}
+
+int files_open_directory(const struct command_call *call, const char *name) {
+    const int error = files_need_directory(call);
+    if (error != 0) {
+        return error;
+    }
+    const int fd = files_open_below(surroundings_of(call)->files_fd, name);
+    return fd >= 0 ? fd : files_refuse(call, name[0] == '\0' ? "files" : name, errno);
+}
+
+int files_write(const struct command_call *call, const char *name, const void *data, size_t bytes) {
+    const int error = files_need_directory(call);
+    INVARIANT(strchr(name, '/') == NULL && strlen(name) <= FILES_NAME_MAX);
+    if (error != 0) {
+        return error;
+    }
+    const int root = surroundings_of(call)->files_fd;
+    char part[FILES_NAME_MAX + 8];
+    snprintf(part, sizeof part, ".%s.part", name);
+    const int fd = openat(root, part, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0640);
+    if (fd < 0) {
+        return files_refuse(call, name, errno);
+    }
+    const bool written = write_all(fd, data, bytes) && fsync(fd) == 0;
+    int number = errno;
+    const bool closed = close(fd) == 0;
+    if (written && closed && renameat(root, part, root, name) == 0) {
+        return sync_directory_at(root, ".") ? 0 : files_refuse(call, name, errno);
+    }
+    number = written ? errno : number;
+    unlinkat(root, part, 0);
+    return files_refuse(call, name, number);
+}

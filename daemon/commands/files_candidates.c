@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// What may be typed for a file of the instrument's.
+#include <dirent.h>
+#include <fcntl.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "daemon/commands/files.h"
+#include "daemon/commands/surroundings.h"
+#include "daemon/session/session.h"
+
+enum { NAME_BYTES = 2 * FILES_NAME_MAX + 3 };
+
+enum kind { KIND_OTHER, KIND_FILE, KIND_DIRECTORY, KIND_SESSION };
+
+static enum kind kind_of(int directory, const char *name) {
+    char index[FILES_NAME_MAX + sizeof SESSION_INDEX_NAME + 1];
+    struct stat about;
+    if (name[0] == '.' || strlen(name) > FILES_NAME_MAX ||
+        fstatat(directory, name, &about, AT_SYMLINK_NOFOLLOW) != 0) {
+        return KIND_OTHER;
+    }
+    if (!S_ISDIR(about.st_mode)) {
+        return S_ISREG(about.st_mode) ? KIND_FILE : KIND_OTHER;
+    }
+    snprintf(index, sizeof index, "%s/" SESSION_INDEX_NAME, name);
+    return fstatat(directory, index, &about, AT_SYMLINK_NOFOLLOW) == 0 ? KIND_SESSION
+                                                                       : KIND_DIRECTORY;
+}
+
+/// The entries of the directory that the word begins with, in the order of `files`: those wanted,
+/// and where they are files, the directories that lead to some.
+static void add_entries(const struct command_candidates *to, enum kind wanted) {
+    const struct surroundings *around = to->surroundings;
+    const char *slash = strrchr(to->begun, '/');
+    const size_t bytes = slash == NULL ? 0 : (size_t)(slash - to->begun);
+    char place[FILES_NAME_MAX + 1];
+    if (bytes > FILES_NAME_MAX || (slash != NULL && wanted == KIND_SESSION)) {
+        return;
+    }
+    memcpy(place, to->begun, bytes);
+    place[bytes] = '\0';
+    const int directory = around->files_fd < 0 ? -1 : files_open_below(around->files_fd, place);
+    struct dirent **entries = NULL;
+    const int count = directory < 0 ? 0 : files_list_sorted(directory, &entries);
+    for (int i = 0; i < count; i++) {
+        const char *entry = entries[i]->d_name;
+        const enum kind kind = kind_of(directory, entry);
+        const bool leads = wanted == KIND_FILE && kind > KIND_FILE;
+        if (kind != KIND_OTHER && (leads || kind >= wanted)) {
+            char name[NAME_BYTES];
+            snprintf(name, sizeof name, "%s%s%s%s", place, slash != NULL ? "/" : "", entry,
+                     leads ? "/" : "");
+            to->add(to->self, name);
+        }
+        free(entries[i]);
+    }
+    free(entries);
+    if (directory >= 0) {
+        close(directory);
+    }
+}
+
+void files_candidates_file(const struct command_candidates *to) {
+    add_entries(to, KIND_FILE);
+}
+
+void files_candidates_directory(const struct command_candidates *to) {
+    add_entries(to, KIND_DIRECTORY);
+}
+
+void files_candidates_session(const struct command_candidates *to) {
+    add_entries(to, KIND_SESSION);
+}

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Manual pages of the daemon's settings and commands, and what a shell may fill in of them, from
+/// the tables that `--help-config` and `help` print.
+#ifndef VERGENCE_DAEMON_COMMANDS_MANUALS_H
+#define VERGENCE_DAEMON_COMMANDS_MANUALS_H
+
+#include <stddef.h>
+#include <stdio.h>
+
+#include "console/command.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// vergenced.conf(5).
+void manuals_print_config(FILE *file);
+
+/// vergence-console(7): `count` commands.
+void manuals_print_console(FILE *file, const struct command *table, size_t count);
+
+/// Settings behind `vergenced`, commands behind `vergence --connect WHERE` (shell_words.h).
+void manuals_print_words(FILE *file, const struct command *table, size_t count);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

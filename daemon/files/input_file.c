@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/files/input_file.h"
+
+#include <errno.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "core/error.h"
+
+bool input_file_is_directory(const char *path) {
+    struct stat status;
+    return stat(path, &status) == 0 && S_ISDIR(status.st_mode);
+}
+
+FILE *input_file_open(const char *path, struct message *message) {
+    struct stat status;
+    // Before it is opened: opening a pipe would wait already.
+    if (stat(path, &status) == 0 && !S_ISREG(status.st_mode)) {
+        message_set(message, ERROR_ARGUMENT, "%s is %s, not a file", path,
+                    S_ISDIR(status.st_mode) ? "a directory" : "a device or pipe");
+        return NULL;
+    }
+    FILE *stream = fopen(path, "rb");
+    if (stream == NULL) {
+        message_set(message, ERROR_ARGUMENT, "%s: %s", path, strerror(errno));
+    }
+    return stream;
+}

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/files/places.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/auxv.h>
+#include <sys/stat.h>
+
+#define SOCKET "/vergence/vergenced.sock"
+#define STATE "/.local/state"
+
+static const struct places of_system = {
+    .config = "/etc/vergence/vergenced.conf",
+    .socket = "/run" SOCKET,
+    .files = "/var/lib/vergence/files",
+    .store = "/var/lib/vergence/store",
+};
+
+/// Without a system call: a confined daemon asks for the defaults, too.
+static uid_t user(void) {
+    return (uid_t)getauxval(AT_EUID);
+}
+
+/// A service of systemd has its directories from there.
+static bool is_system(void) {
+    return user() == 0 || getenv("RUNTIME_DIRECTORY") != NULL || getenv("STATE_DIRECTORY") != NULL;
+}
+
+/// Joins the value of a variable, or a place in the home directory where it is not set, with
+/// `rest`. XDG: a path that is not absolute counts as not set. False: there is no such place.
+static bool join(char path[PLACES_PATH_BYTES], const char *variable, const char *in_home,
+                 const char *rest) {
+    const char *value = getenv(variable);
+    const char *home = getenv("HOME");
+    const bool set = value != NULL && value[0] == '/';
+    if (!set && (home == NULL || home[0] != '/')) {
+        return false;
+    }
+    return snprintf(path, PLACES_PATH_BYTES, "%s%s%s", set ? value : home, set ? "" : in_home,
+                    rest) < PLACES_PATH_BYTES;
+}
+
+/// After "su" the variable may name the directory of another user.
+static bool runtime_socket(char path[PLACES_PATH_BYTES]) {
+    const char *directory = getenv("XDG_RUNTIME_DIR");
+    struct stat status;
+    return directory != NULL && directory[0] == '/' && stat(directory, &status) == 0 &&
+           S_ISDIR(status.st_mode) && status.st_uid == user() &&
+           snprintf(path, PLACES_PATH_BYTES, "%s" SOCKET, directory) < PLACES_PATH_BYTES;
+}
+
+static bool state_socket(char path[PLACES_PATH_BYTES]) {
+    return join(path, "XDG_STATE_HOME", STATE, SOCKET);
+}
+
+void places_default(struct places *places) {
+    places->of_user =
+        !is_system() &&
+        join(places->config, "XDG_CONFIG_HOME", "/.config", "/vergence/vergenced.conf") &&
+        (runtime_socket(places->socket) || state_socket(places->socket)) &&
+        join(places->files, "XDG_DATA_HOME", "/.local/share", "/vergence/files") &&
+        join(places->store, "XDG_STATE_HOME", STATE, "/vergence/store") &&
+        join(places->log, "XDG_STATE_HOME", STATE, "/vergence/vergenced.log");
+    if (!places->of_user) {
+        *places = of_system;
+    }
+}
+
+size_t places_sockets(char sockets[PLACES_SOCKETS_MAX][PLACES_PATH_BYTES]) {
+    size_t count = 0;
+    if (user() != 0) {
+        count += runtime_socket(sockets[count]);
+        count += state_socket(sockets[count]);
+    }
+    memcpy(sockets[count], of_system.socket, sizeof of_system.socket);
+    return count + 1;
+}
+
+bool places_make_parent(const char *path, mode_t mode) {
+    char parent[PLACES_PATH_BYTES];
+    const char *last = strrchr(path, '/');
+    if (last == NULL || last == path) {
+        return true;
+    }
+    if (snprintf(parent, sizeof parent, "%.*s", (int)(last - path), path) >= (int)sizeof parent) {
+        errno = ENAMETOOLONG;
+        return false;
+    }
+    struct stat status;
+    if (stat(parent, &status) == 0 || mkdir(parent, mode) == 0 || errno == EEXIST) {
+        return true;
+    }
+    return errno == ENOENT && places_make_parent(parent, mode) &&
+           (mkdir(parent, mode) == 0 || errno == EEXIST);
+}

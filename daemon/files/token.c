@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/files/token.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/random.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/files/file_error.h"
+#include "daemon/files/places.h"
+#include "daemon/files/sync_file.h"
+#include "daemon/files/write_all.h"
+
+#define SYSTEM_FOLDER "/var/lib/vergence"
+#define NAME "tcp_token"
+#define NEW_SUFFIX ".new"
+
+static const char digits[] = "0123456789abcdef";
+
+static void default_path(char path[TOKEN_PATH_BYTES]) {
+    const char *state = getenv("XDG_STATE_HOME");
+    const char *home = getenv("HOME");
+    int length = -1;
+    // As the XDG base directory specification has it: a relative path is ignored.
+    if (state != NULL && state[0] == '/') {
+        length = snprintf(path, TOKEN_PATH_BYTES, "%s/vergence/" NAME, state);
+    } else if (home != NULL && home[0] == '/' && access(SYSTEM_FOLDER, W_OK) != 0) {
+        length = snprintf(path, TOKEN_PATH_BYTES, "%s/.local/state/vergence/" NAME, home);
+    }
+    if (length < 0 || length >= TOKEN_PATH_BYTES) {
+        strcpy(path, SYSTEM_FOLDER "/" NAME);
+    }
+}
+
+static int fail(const char *path, struct message *message) {
+    const int number = errno;
+    return message_set(message, file_error(number), "%s: %s", path, strerror(number));
+}
+
+/// Reads the token of an open file.
+static int read_token(int fd, const char *path, bool own, char token[TOKEN_BYTES],
+                      struct message *message) {
+    char text[TOKEN_BYTES + 1] = "";
+    struct stat about;
+    if (fstat(fd, &about) != 0) {
+        return fail(path, message);
+    }
+    if (!S_ISREG(about.st_mode)) {
+        return message_set(message, ERROR_REFUSED, "%s: not a file", path);
+    }
+    if ((about.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
+        return message_set(message, ERROR_REFUSED,
+                           "%s: other users can read the token: remove the file, or chmod 600",
+                           path);
+    }
+    if (own && about.st_uid != geteuid()) {
+        return message_set(message, ERROR_REFUSED,
+                           "%s: the token belongs to another user: remove the file", path);
+    }
+    const ssize_t bytes = read(fd, text, sizeof text);
+    if (bytes < 0) {
+        return fail(path, message);
+    }
+    const bool ends = bytes == TOKEN_DIGITS || (bytes == TOKEN_BYTES && text[TOKEN_DIGITS] == '\n');
+    if (!ends || strspn(text, digits) != TOKEN_DIGITS) {
+        return message_set(message, ERROR_SYNTAX,
+                           "%s: not a token of %d hexadecimal digits: remove the file, and "
+                           "vergenced makes a new one",
+                           path, TOKEN_DIGITS);
+    }
+    memcpy(token, text, TOKEN_DIGITS);
+    token[TOKEN_DIGITS] = '\0';
+    return 0;
+}
+
+static int read_file(const char *path, bool own, char token[TOKEN_BYTES], struct message *message) {
+    const int fd = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+    if (fd < 0) {
+        return fail(path, message);
+    }
+    const int error = read_token(fd, path, own, token, message);
+    close(fd);
+    return error;
+}
+
+/// The path itself, or the default one, in `text`, for none. Whether it was given.
+static bool choose_path(const char *path, char text[TOKEN_PATH_BYTES]) {
+    const bool given = path != NULL && path[0] != '\0';
+    INVARIANT(!given || strlen(path) < TOKEN_PATH_BYTES);
+    if (given) {
+        strcpy(text, path);
+    } else {
+        default_path(text);
+    }
+    return given;
+}
+
+int token_read(const char *path, char token[TOKEN_BYTES], struct message *message) {
+    char chosen[TOKEN_PATH_BYTES];
+    choose_path(path, chosen);
+    return read_file(chosen, false, token, message);
+}
+
+static bool make_token(char token[TOKEN_BYTES]) {
+    unsigned char random[TOKEN_DIGITS / 2];
+    if (getrandom(random, sizeof random, 0) != (ssize_t)sizeof random) {
+        return false;
+    }
+    for (size_t i = 0; i < sizeof random; i++) {
+        token[2 * i] = digits[random[i] >> 4];
+        token[2 * i + 1] = digits[random[i] & 15];
+    }
+    token[TOKEN_DIGITS] = '\0';
+    return true;
+}
+
+/// The file gets its name when it is whole, and is never readable for others.
+static int make_file(const char *path, char token[TOKEN_BYTES], struct message *message) {
+    char beside[TOKEN_PATH_BYTES + sizeof NEW_SUFFIX];
+    char text[TOKEN_BYTES + 1];
+    snprintf(beside, sizeof beside, "%s" NEW_SUFFIX, path);
+    unlink(beside);
+    const int fd = open(beside, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600);
+    if (fd < 0) {
+        return fail(path, message);
+    }
+    const bool made = make_token(token);
+    snprintf(text, sizeof text, "%s\n", token);
+    const bool written = made && write_all(fd, text, TOKEN_BYTES) && sync_file(fd);
+    const bool closed = close(fd) == 0;
+    if (written && closed && rename(beside, path) == 0) {
+        return 0;
+    }
+    const int error = fail(path, message);
+    unlink(beside);
+    return error;
+}
+
+int token_open(const char *path, char token[TOKEN_BYTES], struct message *message) {
+    char chosen[TOKEN_PATH_BYTES];
+    const bool given = choose_path(path, chosen);
+    const int error = read_file(chosen, true, token, message);
+    if (error != ERROR_MISSING) {
+        return error;
+    }
+    if (!given) {
+        places_make_parent(chosen, 0700);  // where that fails, the file says why
+    }
+    return make_file(chosen, token, message);
+}
+
+bool token_is(const char token[TOKEN_BYTES], const char *given, size_t length) {
+    unsigned differences = 0;
+    if (length != TOKEN_DIGITS) {
+        return false;
+    }
+    for (size_t i = 0; i < TOKEN_DIGITS; i++) {
+        differences |= (unsigned)(unsigned char)(token[i] ^ given[i]);
+    }
+    return differences == 0;
+}

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/reply/logbook.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "core/invariant.h"
+#include "daemon/base/monotonic.h"
+
+static int open_file(const char *path) {
+    return open(path, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | O_NOCTTY | O_NONBLOCK, 0640);
+}
+
+int logbook_open(struct logbook *self, const char *path, int level) {
+    memset(self, 0, sizeof *self);
+    self->level = level;
+    self->path = path;
+    self->fd = STDERR_FILENO;
+    self->systemd = getenv("JOURNAL_STREAM") != NULL && path[0] == '\0';
+    if (pthread_mutex_init(&self->lock, NULL) != 0) {
+        return ENOMEM;
+    }
+    if (path[0] != '\0') {
+        self->fd = open_file(path);
+    }
+    return self->fd < 0 ? errno : 0;
+}
+
+void logbook_close(struct logbook *self) {
+    logbook_flush(self);
+    if (self->path[0] != '\0' && self->fd >= 0) {
+        close(self->fd);
+    }
+    pthread_mutex_destroy(&self->lock);
+}
+
+void logbook_reopen(struct logbook *self) {
+    if (self->path[0] == '\0') {
+        return;
+    }
+    const int fd = open_file(self->path);
+    if (fd < 0) {
+        logbook_print(self, HAL_LOG_ERROR, "%s: %s; the log goes on where it was", self->path,
+                      strerror(errno));
+        return;
+    }
+    if (self->fd >= 0) {
+        close(self->fd);
+    }
+    self->fd = fd;
+}
+
+const char *logbook_level_name(enum hal_log_level level) {
+    static const char *const names[] = {[HAL_LOG_ERROR] = "error",
+                                        [HAL_LOG_WARNING] = "warning",
+                                        [HAL_LOG_NOTICE] = "notice",
+                                        [HAL_LOG_INFO] = "info",
+                                        [HAL_LOG_DEBUG] = "debug"};
+    INVARIANT(level >= HAL_LOG_ERROR && level <= HAL_LOG_DEBUG);
+    return names[level];
+}
+
+static void write_line(void *cookie, enum hal_log_level level, const char *text) {
+    struct logbook *self = cookie;
+    if ((int)level > self->level) {
+        return;
+    }
+    struct timespec now;
+    uint64_t held = 0;
+    char before[64] = "";
+    clock_gettime(CLOCK_REALTIME, &now);
+    pthread_mutex_lock(&self->lock);
+    const enum flood_answer answer = flood_ask(&self->flood, text, monotonic_now_us() + 1, &held);
+    if (answer == FLOOD_HOLD) {
+        pthread_mutex_unlock(&self->lock);
+        return;
+    }
+    if (held > 0) {
+        snprintf(before, sizeof before, "(after %llu more such lines) ", (unsigned long long)held);
+    } else if (answer == FLOOD_TELL_LAST) {
+        strcpy(before, "(and no more such lines for a while) ");
+    }
+    struct logbook_line *line = &self->lines[self->written % LOGBOOK_LINES];
+    line->time_us = (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
+    line->level = level;
+    snprintf(line->text, sizeof line->text, "%s%s", before, text);
+    for (char *at = line->text; *at != '\0'; at++) {
+        *at = (unsigned char)*at < ' ' || *at == 0x7F ? '?' : *at;
+    }
+    self->written++;
+    pthread_mutex_unlock(&self->lock);
+}
+
+struct hal_log logbook_log(struct logbook *self) {
+    static const struct hal_log_operations operations = {.write = write_line};
+    return (struct hal_log){&operations, self};
+}
+
+void logbook_print(struct logbook *self, enum hal_log_level level, const char *format, ...) {
+    char text[LOGBOOK_LINE_BYTES];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    write_line(self, level, text);
+}
+
+void logbook_time_text(int64_t time_us, char *text) {
+    const time_t seconds = (time_t)(time_us / 1000000);
+    struct tm parts;
+    gmtime_r(&seconds, &parts);
+    const size_t length = strftime(text, 24, "%Y-%m-%d %H:%M:%S", &parts);
+    snprintf(text + length, 32 - length, ".%03d", (int)(time_us / 1000 % 1000));
+}
+
+/// Sends one line; false: not now.
+static bool send_line(struct logbook *self, const struct logbook_line *line, uint64_t lost) {
+    char when[32];
+    char text[LOGBOOK_LINE_BYTES + 128];
+    char gap[64] = "";
+    if (lost > 0) {
+        snprintf(gap, sizeof gap, "(%llu lines are missing here) ", (unsigned long long)lost);
+    }
+    logbook_time_text(line->time_us, when);
+    const int length =
+        self->systemd ? snprintf(text, sizeof text, "<%d>%s%s\n", (int)line->level, gap, line->text)
+                      : snprintf(text, sizeof text, "%s %s: %s%s\n", when,
+                                 logbook_level_name(line->level), gap, line->text);
+    INVARIANT(length > 0 && (size_t)length < sizeof text);
+    // A pipe that can take something takes a line of this length, so nothing waits here.
+    struct pollfd room = {.fd = self->fd, .events = POLLOUT};
+    if (poll(&room, 1, 0) <= 0) {
+        return false;
+    }
+    const ssize_t sent = write(self->fd, text, (size_t)length);
+    self->failed_number = sent == length ? 0 : sent < 0 ? errno : ENOSPC;
+    // Half a line is no line: it is sent again, behind an end for the half.
+    if (sent > 0 && sent < length && write(self->fd, "\n", 1) < 0) {
+        self->failed_number = errno;
+    }
+    return sent == length;
+}
+
+void logbook_flush(struct logbook *self) {
+    for (;;) {
+        pthread_mutex_lock(&self->lock);
+        const uint64_t oldest = self->written > LOGBOOK_LINES ? self->written - LOGBOOK_LINES : 0;
+        if (self->sent < oldest) {
+            self->lost += oldest - self->sent;
+            self->sent = oldest;
+        }
+        const bool more = self->sent < self->written;
+        struct logbook_line line = {0};
+        if (more) {
+            line = self->lines[self->sent % LOGBOOK_LINES];
+        }
+        pthread_mutex_unlock(&self->lock);
+        if (!more || !send_line(self, &line, self->lost)) {
+            return;
+        }
+        self->lost = 0;
+        self->sent++;
+    }
+}
+
+bool logbook_line(struct logbook *self, uint64_t back, struct logbook_line *line) {
+    pthread_mutex_lock(&self->lock);
+    const bool there = back < LOGBOOK_LINES && back < self->written;
+    if (there) {
+        *line = self->lines[(self->written - 1 - back) % LOGBOOK_LINES];
+    }
+    pthread_mutex_unlock(&self->lock);
+    return there;
+}

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/reply/output.h"
+
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "core/invariant.h"
+
+bool output_open(struct output *self, int wake_fd) {
+    *self = (struct output){.wake_fd = wake_fd, .closed = true};
+    self->data = malloc(OUTPUT_BYTES);
+    return self->data != NULL && pthread_mutex_init(&self->lock, NULL) == 0;
+}
+
+void output_close(struct output *self) {
+    free(self->data);
+    free(self->kept);
+    self->data = NULL;
+    self->kept = NULL;
+    pthread_mutex_destroy(&self->lock);
+}
+
+void output_reset(struct output *self, bool closed) {
+    pthread_mutex_lock(&self->lock);
+    self->head = 0;
+    self->length = 0;
+    self->closed = closed;
+    self->overrun = false;
+    pthread_mutex_unlock(&self->lock);
+}
+
+/// Copies to the end; there is room.
+static void append(struct output *self, const char *data, size_t bytes) {
+    INVARIANT(self->length + bytes <= OUTPUT_BYTES);
+    const size_t tail = (self->head + self->length) % OUTPUT_BYTES;
+    const size_t first = bytes < OUTPUT_BYTES - tail ? bytes : OUTPUT_BYTES - tail;
+    memcpy(self->data + tail, data, first);
+    memcpy(self->data, data + first, bytes - first);
+    self->length += bytes;
+}
+
+void output_put(struct output *self, const void *data, size_t bytes) {
+    if (bytes == 0) {
+        return;
+    }
+    pthread_mutex_lock(&self->lock);
+    const bool wake = self->length == 0;
+    if (!self->closed && bytes <= OUTPUT_BYTES - self->length) {
+        append(self, data, bytes);
+    } else {
+        self->overrun = self->overrun || !self->closed;
+    }
+    pthread_mutex_unlock(&self->lock);
+    if (wake) {
+        const uint64_t one = 1;
+        const ssize_t told = write(self->wake_fd, &one, sizeof one);
+        (void)told;  // it cannot fail but for being told often enough already
+    }
+}
+
+void output_put_text(struct output *self, const char *text) {
+    output_put(self, text, strlen(text));
+}
+
+bool output_open_kept(struct output *self) {
+    self->kept = malloc(OUTPUT_BYTES);
+    return self->kept != NULL;
+}
+
+void output_keep_begin(struct output *self) {
+    self->kept_bytes = 0;
+}
+
+void output_keep(struct output *self, const char *data, size_t bytes) {
+    if (self->kept != NULL && bytes <= OUTPUT_BYTES - self->kept_bytes) {
+        memcpy(self->kept + self->kept_bytes, data, bytes);
+        self->kept_bytes += bytes;
+    }
+}
+
+void output_repeat(struct output *self) {
+    INVARIANT(self->kept_bytes <= OUTPUT_BYTES);
+    output_put(self, self->kept, self->kept_bytes);
+}
+
+size_t output_peek(struct output *self, void *data, size_t capacity) {
+    pthread_mutex_lock(&self->lock);
+    const size_t bytes = self->length < capacity ? self->length : capacity;
+    const size_t first = bytes < OUTPUT_BYTES - self->head ? bytes : OUTPUT_BYTES - self->head;
+    memcpy(data, self->data + self->head, first);
+    memcpy((char *)data + first, self->data, bytes - first);
+    pthread_mutex_unlock(&self->lock);
+    return bytes;
+}
+
+void output_take(struct output *self, size_t bytes) {
+    pthread_mutex_lock(&self->lock);
+    // A reset between peek and take leaves less.
+    const size_t taken = bytes < self->length ? bytes : self->length;
+    self->head = (self->head + taken) % OUTPUT_BYTES;
+    self->length -= taken;
+    pthread_mutex_unlock(&self->lock);
+}
+
+size_t output_length(struct output *self) {
+    pthread_mutex_lock(&self->lock);
+    const size_t length = self->length;
+    pthread_mutex_unlock(&self->lock);
+    INVARIANT(length <= OUTPUT_BYTES);
+    return length;
+}
+
+bool output_overrun(struct output *self) {
+    pthread_mutex_lock(&self->lock);
+    const bool overrun = self->overrun;
+    pthread_mutex_unlock(&self->lock);
+    return overrun;
+}

@@ -1,0 +1,315 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/session/calibration_match.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "device/mt9t001.h"
+
+static const double degree_per_rad = 180.0 / 3.14159265358979323846;
+static const double rad_per_degree = 3.14159265358979323846 / 180.0;
+static const double urad_per_rad = 1e6;
+static const double share_per_ppm = 1e-6;
+/// Of the text's decimals: a limit that is just reached is kept.
+static const double rounding = 2e-3;
+
+static const char *const side_names[RIG_SIDES] = {"left", "right"};
+static const char *const axis_names[CALIBRATION_AXES] = {"pan", "zoom", "focus", "iris"};
+static const char *const axis_units[CALIBRATION_AXES] = {"deg", "counts", "counts", "counts"};
+
+const char *calibration_match_axis_name(int axis) {
+    INVARIANT(axis >= 0 && axis < CALIBRATION_AXES);
+    return axis_names[axis];
+}
+
+const char *calibration_match_axis_unit(int axis) {
+    INVARIANT(axis >= 0 && axis < CALIBRATION_AXES);
+    return axis_units[axis];
+}
+
+static double limit_of(const struct session_instrument *instrument, int axis) {
+    return axis == CALIBRATION_PAN
+               ? instrument->pan_repeatability_urad / urad_per_rad * degree_per_rad
+               : instrument->lens_repeatability_counts;
+}
+
+bool calibration_match_is_apart(const struct session_instrument *instrument, int axis, double one,
+                                double other) {
+    return fabs(one - other) > limit_of(instrument, axis) + rounding;
+}
+
+// ---- what a pair was taken with
+
+struct session_instrument calibration_match_instrument(const struct rig_profile *profile) {
+    struct session_instrument instrument = {
+        .pan_repeatability_urad = profile->pan_repeatability_urad,
+        .lens_repeatability_counts = (uint32_t)profile->lens_repeatability_counts,
+        .lens_zoom_ppm = (uint32_t)profile->lens_zoom_ppm,
+    };
+    for (int side = 0; side < RIG_SIDES && profile->servos; side++) {
+        instrument.servo_centre_q4[side] = profile->servo[side].centre_q4;
+        instrument.servo_q4_per_rad[side] = profile->servo[side].q4_per_rad;
+    }
+    return instrument;
+}
+
+/// One line of printable ASCII, as the calibration's text takes it.
+static void copy_name(char target[CALIBRATION_NAME_BYTES], const char *name) {
+    snprintf(target, CALIBRATION_NAME_BYTES, "%s", name + strspn(name, " "));
+    for (char *at = target; *at != '\0'; at++) {
+        *at = *at < ' ' || *at > '~' ? '?' : *at;
+    }
+    for (size_t end = strlen(target); end > 0 && target[end - 1] == ' '; end--) {
+        target[end - 1] = '\0';
+    }
+}
+
+static struct calibration_axis between(double before, double after) {
+    return (struct calibration_axis){CALIBRATION_AXIS_KNOWN, (before + after) / 2,
+                                     fabs(after - before) / 2};
+}
+
+static struct calibration_axis pan_of(const struct session_instrument *instrument, int side,
+                                      const struct pair_frame *frame) {
+    const double centre_q4 = instrument->servo_centre_q4[side];
+    const double q4_per_degree = instrument->servo_q4_per_rad[side] / degree_per_rad;
+    if (!(q4_per_degree > 0)) {
+        return (struct calibration_axis){
+            .kind = frame->before.pan_q4 == 0 ? CALIBRATION_AXIS_NONE : CALIBRATION_AXIS_UNKNOWN};
+    }
+    if (frame->before.pan_q4 == 0 || frame->after.pan_q4 == 0) {
+        return (struct calibration_axis){.kind = CALIBRATION_AXIS_UNKNOWN};
+    }
+    return between((frame->before.pan_q4 - centre_q4) / q4_per_degree,
+                   (frame->after.pan_q4 - centre_q4) / q4_per_degree);
+}
+
+void calibration_match_pair(const char *profile, const struct session_instrument *instrument,
+                            const struct pair *pair, struct calibration_match_state *state) {
+    struct rig_profile built_in;
+    memset(state, 0, sizeof *state);
+    if (instrument != NULL) {
+        state->instrument = *instrument;
+    } else if (rig_profile_named(profile, &built_in) == ERROR_OK) {
+        state->instrument = calibration_match_instrument(&built_in);
+    }
+    copy_name(state->origin.instrument, profile);
+    for (int side = 0; side < RIG_SIDES; side++) {
+        const struct pair_frame *frame = &pair->frame[side];
+        struct calibration_side_origin *origin = &state->origin.side[side];
+        copy_name(origin->camera, state->instrument.camera[side]);
+        origin->window = (struct calibration_window){frame->window.column_px, frame->window.row_px,
+                                                     frame->window.skip};
+        origin->axis[CALIBRATION_PAN] = pan_of(&state->instrument, side, frame);
+        for (int axis = 0; axis < LENS_AXES; axis++) {
+            const int32_t before = frame->before.position[axis];
+            const int32_t after = frame->after.position[axis];
+            origin->axis[CALIBRATION_ZOOM + axis] =
+                before == INT32_MIN || after == INT32_MIN
+                    ? (struct calibration_axis){.kind = CALIBRATION_AXIS_NONE}
+                    : between(before, after);
+        }
+        state->width_px[side] = frame->width_px;
+        state->height_px[side] = frame->height_px;
+    }
+}
+
+// ---- comparing
+
+/// Appends what to do to the fact that `message` states, unless it was accepted. ERROR_MISMATCH.
+static int advise(struct message *message, const char *advice, const char *accept) {
+    const size_t used = strlen(message->text);
+    if (accept != NULL) {
+        snprintf(message->text + used, sizeof message->text - used, ": %s, or continue with %s",
+                 advice, accept);
+    }
+    return ERROR_MISMATCH;
+}
+
+static bool differ(const char *a, const char *b) {
+    return a[0] != '\0' && b[0] != '\0' && strcmp(a, b) != 0;
+}
+
+static int match_cameras(const struct calibration_origin *made,
+                         const struct calibration_origin *now, const char *accept,
+                         struct message *message) {
+    if (differ(made->instrument, now->instrument)) {
+        message_set(message, ERROR_MISMATCH,
+                    "the instrument is \"%s\", but the calibration was made with \"%s\"",
+                    now->instrument, made->instrument);
+        return advise(message, "calibrate this one", accept);
+    }
+    for (int side = 0; side < RIG_SIDES; side++) {
+        const char *camera = now->side[side].camera;
+        if (!differ(made->side[side].camera, camera)) {
+            continue;
+        }
+        const bool swapped = strcmp(camera, made->side[1 - side].camera) == 0;
+        message_set(message, ERROR_MISMATCH,
+                    "%sthe %s camera is \"%s\", but the calibration was made with \"%s\" there",
+                    swapped ? "the cameras are swapped: " : "", side_names[side], camera,
+                    made->side[side].camera);
+        return advise(
+            message, swapped ? "exchange left_camera and right_camera" : "calibrate again", accept);
+    }
+    return ERROR_OK;
+}
+
+static bool is_whole_sensor(const struct lens *lens, const struct calibration_window *window) {
+    return lens->width_px == MT9T001_WIDTH_PX && lens->height_px == MT9T001_HEIGHT_PX &&
+           window->column_px == 0 && window->row_px == 0 && window->skip == 1;
+}
+
+static int match_window(const struct calibration *calibration, int side,
+                        const struct calibration_match_state *state, const char *accept,
+                        struct message *message) {
+    const struct lens *lens = side == RIG_LEFT ? &calibration->left : &calibration->right;
+    const struct calibration_window *made = &calibration->origin.side[side].window;
+    const struct calibration_window *now = &state->origin.side[side].window;
+    const int width_px = state->width_px[side], height_px = state->height_px[side];
+    if (made->skip == 0 || now->skip == 0 || is_whole_sensor(lens, made) ||
+        (lens->width_px == width_px && lens->height_px == height_px &&
+         made->column_px == now->column_px && made->row_px == now->row_px &&
+         made->skip == now->skip)) {
+        return ERROR_OK;
+    }
+    message_set(message, ERROR_MISMATCH,
+                "the %s window is %d x %d px at %d,%d with skip %d, but the calibration was made "
+                "with %d x %d px at %d,%d with skip %d",
+                side_names[side], width_px, height_px, now->column_px, now->row_px, now->skip,
+                lens->width_px, lens->height_px, made->column_px, made->row_px, made->skip);
+    return advise(message, "set it (\"window\"), calibrate again", accept);
+}
+
+/// Whether a servo was not set since the bring-up, so that it may stand anywhere.
+static bool is_unset(const struct calibration_axis *here, int side, int axis,
+                     const struct session_instrument *instrument) {
+    return axis == CALIBRATION_PAN && here->kind == CALIBRATION_AXIS_UNKNOWN &&
+           instrument->servo_q4_per_rad[side] > 0;
+}
+
+static int match_axis(const struct calibration_axis *then, const struct calibration_axis *here,
+                      int side, int axis, const struct session_instrument *instrument,
+                      const char *accept, struct message *message) {
+    const double limit = limit_of(instrument, axis);
+    const bool apart = calibration_match_is_apart(instrument, axis, then->mean, here->mean);
+    const char *const side_name = side_names[side], *const name = axis_names[axis];
+    const char *const unit = axis_units[axis];
+    const int decimals = axis == CALIBRATION_PAN ? 3 : 1;
+    const bool unset = is_unset(here, side, axis, instrument);
+    char advice[96];
+    if (then->kind != CALIBRATION_AXIS_KNOWN ||
+        (!unset && (here->kind != CALIBRATION_AXIS_KNOWN || !apart))) {
+        return ERROR_OK;
+    }
+    if (unset) {
+        message_set(message, ERROR_MISMATCH,
+                    "%s %s is not known (not set since the bring-up), but the calibration was made "
+                    "at %.*f %s",
+                    side_name, name, decimals, then->mean, unit);
+    } else {
+        message_set(message, ERROR_MISMATCH,
+                    "%s %s is at %.*f %s, but the calibration was made at %.*f %s (%.*f %s apart, "
+                    "at most %.*f)",
+                    side_name, name, decimals, here->mean, unit, decimals, then->mean, unit,
+                    decimals, fabs(then->mean - here->mean), unit, decimals, limit);
+    }
+    snprintf(advice, sizeof advice, "set it%s (\"%s %s %.*f\"), calibrate again",
+             unset ? "" : " back", name, side_name, axis == CALIBRATION_PAN ? decimals : 0,
+             then->mean);
+    return advise(message, advice, accept);
+}
+
+static int match_axes(const struct calibration_side_origin *made,
+                      const struct calibration_side_origin *now, int side,
+                      const struct session_instrument *instrument, const char *accept,
+                      struct message *message) {
+    int error = ERROR_OK;
+    for (int axis = 0; error == ERROR_OK && axis < CALIBRATION_AXES; axis++) {
+        error = match_axis(&made->axis[axis], &now->axis[axis], side, axis, instrument, accept,
+                           message);
+    }
+    return error;
+}
+
+int calibration_match(const struct calibration *calibration,
+                      const struct calibration_match_state *state, const char *accept,
+                      struct message *message) {
+    const struct calibration_origin *made = &calibration->origin;
+    const struct calibration_origin *now = &state->origin;
+    if (!calibration->has_origin) {
+        return ERROR_OK;
+    }
+    int error = match_cameras(made, now, accept, message);
+    for (int side = 0; error == ERROR_OK && side < RIG_SIDES; side++) {
+        error = match_window(calibration, side, state, accept, message);
+        if (error == ERROR_OK) {
+            error = match_axes(&made->side[side], &now->side[side], side, &state->instrument,
+                               accept, message);
+        }
+    }
+    return error;
+}
+
+bool calibration_match_is_partial(const struct calibration *calibration,
+                                  const struct calibration_origin *now) {
+    for (int side = 0; side < RIG_SIDES; side++) {
+        for (int axis = 0; axis < CALIBRATION_AXES; axis++) {
+            const enum calibration_axis_kind made =
+                calibration->has_origin ? calibration->origin.side[side].axis[axis].kind
+                                        : CALIBRATION_AXIS_UNKNOWN;
+            const enum calibration_axis_kind here = now->side[side].axis[axis].kind;
+            if ((made == CALIBRATION_AXIS_KNOWN) != (here == CALIBRATION_AXIS_KNOWN)) {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+// ---- the deviation that all points share
+
+static bool is_known(const struct calibration *calibration, int side, int axis) {
+    return calibration->origin.side[side].axis[axis].kind == CALIBRATION_AXIS_KNOWN;
+}
+
+double calibration_match_sigma_mm(const struct calibration *calibration,
+                                  const struct session_instrument *instrument, double depth_mm) {
+    struct session_instrument usual;
+    const bool given = instrument != NULL;
+    INVARIANT(depth_mm >= 0);
+    if (!calibration->has_origin) {
+        return -1;
+    }
+    if (instrument == NULL) {
+        struct rig_profile rig;
+        const int error = rig_profile_named("rig", &rig);
+        INVARIANT(error == ERROR_OK);
+        usual = calibration_match_instrument(&rig);
+        instrument = &usual;
+    }
+    const double pan_rad = limit_of(instrument, CALIBRATION_PAN) * rad_per_degree;
+    // The depth follows the mean of both focal lengths.
+    const double zoom_share = instrument->lens_repeatability_counts * instrument->lens_zoom_ppm *
+                              share_per_ppm / RIG_SIDES;
+    const double own_mm = calibration_depth_sigma_mm(calibration, depth_mm);
+    double sum_mm2 = own_mm * own_mm;
+    for (int side = 0; side < RIG_SIDES; side++) {
+        // A servo that was not set when the calibration was made can have been anywhere.
+        const bool has_pan =
+            calibration->origin.side[side].axis[CALIBRATION_PAN].kind != CALIBRATION_AXIS_NONE;
+        if (is_known(calibration, side, CALIBRATION_PAN) ||
+            (has_pan && given && instrument->servo_q4_per_rad[side] > 0)) {
+            const double mm = pan_rad * depth_mm * depth_mm / calibration_baseline_mm(calibration);
+            sum_mm2 += mm * mm;
+        }
+        if (is_known(calibration, side, CALIBRATION_ZOOM)) {
+            const double mm = zoom_share * depth_mm;
+            sum_mm2 += mm * mm;
+        }
+    }
+    return sqrt(sum_mm2);
+}

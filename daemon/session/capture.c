@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/session/capture.h"
+
+const struct command_argument capture_arguments[CAPTURE_ARGUMENTS] = {
+    [CAPTURE_NAME] = {.name = "NAME",
+                      .kind = COMMAND_TEXT,
+                      .least = 1,
+                      .most = 60,
+                      .optional = true,
+                      .help =
+                          "of the new session: letters, digits and - _ . + = , @; one that tells "
+                          "the time when left out"},
+    [CAPTURE_CHECK] = {.name = "CHECK",
+                       .kind = COMMAND_CHOICE,
+                       .choices = "static",
+                       .optional = true,
+                       .help = "static: the left camera once more, and the scene must not have "
+                               "moved"},
+    [CAPTURE_ACCEPT] = {.name = "MISMATCH",
+                        .kind = COMMAND_CHOICE,
+                        .choices = CAPTURE_ACCEPT_WORD,
+                        .optional = true,
+                        .help = CAPTURE_ACCEPT_WORD
+                        ": although the kept calibration was made with other axes, cameras or "
+                        "windows"},
+};
+
+const struct command_argument snapshot_arguments[SNAPSHOT_ARGUMENTS] = {
+    [SNAPSHOT_SIZE] = {.name = "SIZE",
+                       .kind = COMMAND_CHOICE,
+                       .choices = "full",
+                       .optional = true,
+                       .help = "full: all pixels, in colour; at most 640 a side, in grey, when "
+                               "left out"},
+};
+
+struct pair_options capture_options(const struct command_value *values) {
+    return (struct pair_options){.check_static = values[CAPTURE_CHECK].given};
+}
+
+int capture_take(struct rig *rig, const struct pair_options *options, uint16_t *memory,
+                 size_t values, struct pair *pair, struct registers_all *registers) {
+    int error = pair_capture(rig, options, memory, values, pair);
+    error = error != 0 ? error : registers_read_all(rig, registers);
+    for (int side = 0; error == 0 && side < RIG_SIDES; side++) {
+        pair_frame_judge(&pair->frame[side]);
+    }
+    return error;
+}

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/session/capture_stamp.h"
+
+#include <inttypes.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "core/invariant.h"
+#include "device/lens_drive.h"
+
+static const double q3 = 8, q4 = 16, permille_a_percent = 10;
+static const char *const sides[RIG_SIDES] = {"left", "right"};
+static const char *const axes[LENS_AXES] = {"zoom", "focus", "iris"};
+
+// ---- lines
+
+static void add(char text[CAPTURE_STAMP_BYTES], const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+static void add(char text[CAPTURE_STAMP_BYTES], const char *format, ...) {
+    const size_t length = strlen(text);
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text + length, CAPTURE_STAMP_BYTES - length, format, arguments);
+    va_end(arguments);
+}
+
+static void add_pair(const struct capture_stamp *stamp, char text[CAPTURE_STAMP_BYTES]) {
+    const struct pair *pair = stamp->pair;
+    add(text, "%.300s pair %" PRIu32 ": skew %" PRId64 " us", stamp->session, pair->number,
+        pair->skew_us);
+    if (pair->checked) {
+        add(text, ", static scene (%.1f %% changed)", pair->change_permille / permille_a_percent);
+    }
+    // A directory can be called anything, and a line feed would end the comment.
+    for (char *at = text; *at != '\0'; at++) {
+        *at = (unsigned char)*at < ' ' || *at == 0x7F ? '?' : *at;
+    }
+}
+
+static void add_frame(const struct pair_frame *frame, const char *side,
+                      char text[CAPTURE_STAMP_BYTES]) {
+    add(text, "%s: sequence %" PRIu32, side, frame->sequence);
+    if (frame->exposure_us != 0) {
+        add(text, ", exposure %" PRIu32 " us", frame->exposure_us);
+    }
+    if (frame->gain_q3 != 0) {
+        add(text, ", gain %.3f", frame->gain_q3 / q3);
+    }
+    if (frame->before.pan_q4 != 0) {
+        add(text, ", pan %.4f us", frame->before.pan_q4 / q4);
+    }
+    for (int axis = 0; axis < LENS_AXES; axis++) {
+        if (frame->before.position[axis] != INT32_MIN) {
+            add(text, ", %s %" PRId32, axes[axis], frame->before.position[axis]);
+        }
+    }
+}
+
+void capture_stamp_line(const struct capture_stamp *stamp, int line,
+                        char text[CAPTURE_STAMP_BYTES]) {
+    INVARIANT(stamp->session != NULL && stamp->pair != NULL);
+    INVARIANT(line >= 0 && line < CAPTURE_STAMP_LINES);
+    text[0] = '\0';
+    if (line == 0) {
+        add_pair(stamp, text);
+    } else {
+        add_frame(&stamp->pair->frame[line - 1], sides[line - 1], text);
+    }
+}
+
+// ---- JSON
+
+/// 0 stands for a value that nobody knows.
+static void put_known(struct json *json, const char *name, double value) {
+    if (value > 0) {
+        json_real(json, name, value, 10);
+    } else {
+        json_null(json, name);
+    }
+}
+
+static void put_frame(struct json *json, const struct pair_frame *frame, const char *side) {
+    const struct pair_stand *before = &frame->before, *after = &frame->after;
+    json_open_object(json, side);
+    json_integer(json, "sequence", frame->sequence);
+    json_integer(json, "begin_us", (int64_t)frame->begin_us);
+    json_integer(json, "end_us", (int64_t)frame->end_us);
+    put_known(json, "exposure_us", frame->exposure_us);
+    put_known(json, "gain", frame->gain_q3 / q3);
+    if (before->pan_q4 != 0) {
+        json_reals(json, "pan_us", (const double[]){before->pan_q4 / q4, after->pan_q4 / q4}, 2,
+                   10);
+    } else {
+        json_null(json, "pan_us");
+    }
+    for (int axis = 0; axis < LENS_AXES; axis++) {
+        if (before->position[axis] != INT32_MIN) {
+            json_reals(json, axes[axis],
+                       (const double[]){before->position[axis], after->position[axis]}, 2, 10);
+        } else {
+            json_null(json, axes[axis]);
+        }
+    }
+    json_close_object(json);
+}
+
+void capture_stamp_json(const struct capture_stamp *stamp, struct json *json) {
+    if (stamp->session == NULL) {
+        json_null(json, "capture");
+        return;
+    }
+    const struct pair *pair = stamp->pair;
+    INVARIANT(pair != NULL);
+    json_open_object(json, "capture");
+    json_text(json, "session", stamp->session);
+    json_integer(json, "pair", pair->number);
+    json_integer(json, "skew_us", pair->skew_us);
+    json_bool(json, "static_checked", pair->checked);
+    if (pair->checked) {
+        json_real(json, "changed_percent", pair->change_permille / permille_a_percent, 6);
+    } else {
+        json_null(json, "changed_percent");
+    }
+    for (int side = 0; side < RIG_SIDES; side++) {
+        put_frame(json, &pair->frame[side], sides[side]);
+    }
+    json_close_object(json);
+}

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/session/scribe.h"
+
+#include "core/invariant.h"
+#include "daemon/base/monotonic.h"
+#include "daemon/base/thread.h"
+
+enum { LOOK_US = 50000 };
+
+static bool has_thread(const struct scribe *self) {
+    return self != NULL && self->started;
+}
+
+static void *run(void *cookie) {
+    struct scribe *self = cookie;
+    pthread_mutex_lock(&self->lock);
+    for (;;) {
+        while (self->first == NULL && !self->stopping) {
+            pthread_cond_wait(&self->news, &self->lock);
+        }
+        struct scribe_task *task = self->first;
+        if (task == NULL) {
+            break;
+        }
+        const size_t bytes = task->bytes;
+        self->first = task->next;
+        pthread_mutex_unlock(&self->lock);
+        task->work(task);
+        pthread_mutex_lock(&self->lock);
+        INVARIANT(self->held_bytes >= bytes);
+        self->held_bytes -= bytes;
+        pthread_cond_broadcast(&self->moved);
+    }
+    pthread_mutex_unlock(&self->lock);
+    return NULL;
+}
+
+bool scribe_start(struct scribe *self) {
+    INVARIANT(!self->started);
+    pthread_condattr_t attributes;
+    if (pthread_mutex_init(&self->lock, NULL) != 0 || pthread_condattr_init(&attributes) != 0) {
+        return false;
+    }
+    pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
+    self->started = pthread_cond_init(&self->news, NULL) == 0 &&
+                    pthread_cond_init(&self->moved, &attributes) == 0 &&
+                    thread_start(&self->thread, run, self);
+    pthread_condattr_destroy(&attributes);
+    return self->started;
+}
+
+void scribe_stop(struct scribe *self) {
+    if (!self->started) {
+        return;
+    }
+    pthread_mutex_lock(&self->lock);
+    self->stopping = true;
+    pthread_cond_signal(&self->news);
+    pthread_mutex_unlock(&self->lock);
+    pthread_join(self->thread, NULL);
+    INVARIANT(self->first == NULL && self->held_bytes == 0);
+    self->started = false;
+    pthread_cond_destroy(&self->news);
+    pthread_cond_destroy(&self->moved);
+    pthread_mutex_destroy(&self->lock);
+}
+
+/// With the lock.
+static void append(struct scribe *self, struct scribe_task *task) {
+    task->next = NULL;
+    if (self->first == NULL) {
+        self->first = task;
+    } else {
+        self->last->next = task;
+    }
+    self->last = task;
+    self->held_bytes += task->bytes;
+    pthread_cond_signal(&self->news);
+}
+
+void scribe_later(struct scribe *self, struct scribe_task *task) {
+    if (!has_thread(self)) {
+        task->work(task);
+        return;
+    }
+    INVARIANT(pthread_equal(self->thread, pthread_self()) == 0);
+    pthread_mutex_lock(&self->lock);
+    while (self->held_bytes > self->held_max_bytes) {
+        pthread_cond_wait(&self->moved, &self->lock);
+    }
+    append(self, task);
+    pthread_mutex_unlock(&self->lock);
+}
+
+/// Work that somebody waits for.
+struct errand {
+    struct scribe_task task;
+    struct scribe *scribe;
+    void (*work)(void *cookie);
+    void *cookie;
+    bool done;
+};
+
+static void run_errand(struct scribe_task *task) {
+    // The task is its first member.
+    struct errand *errand = (struct errand *)task;
+    errand->work(errand->cookie);
+    pthread_mutex_lock(&errand->scribe->lock);
+    errand->done = true;
+    pthread_mutex_unlock(&errand->scribe->lock);
+}
+
+void scribe_do(struct scribe *self, void (*work)(void *cookie), void *cookie) {
+    if (!has_thread(self)) {
+        work(cookie);
+        return;
+    }
+    INVARIANT(pthread_equal(self->thread, pthread_self()) == 0);
+    struct errand errand = {
+        .task = {.work = run_errand}, .scribe = self, .work = work, .cookie = cookie};
+    pthread_mutex_lock(&self->lock);
+    append(self, &errand.task);
+    uint64_t look_us = monotonic_now_us() + LOOK_US;
+    while (!errand.done) {
+        const struct timespec until = monotonic_timespec(look_us);
+        pthread_cond_timedwait(&self->moved, &self->lock, &until);
+        const uint64_t now_us = monotonic_now_us();
+        if (!errand.done && now_us >= look_us) {
+            pthread_mutex_unlock(&self->lock);
+            if (self->meanwhile != NULL) {
+                self->meanwhile(self->self);
+            }
+            look_us = now_us + LOOK_US;
+            pthread_mutex_lock(&self->lock);
+        }
+    }
+    pthread_mutex_unlock(&self->lock);
+}

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/session/session_pairs.h"
+
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+
+// ---- as events
+
+int session_pairs_next(struct session_pairs *self, struct session_reader *reader,
+                       struct message *message) {
+    struct session_event *event = &self->event;
+    int got = 0;
+    while ((got = session_reader_next(reader, event, message)) == 1) {
+        if (event->kind == SESSION_CALIBRATION) {
+            self->next_has_calibration = true;
+            self->next_calibration_crc = event->crc32;
+        } else if (event->kind == SESSION_INSTRUMENT) {
+            self->has_instrument = true;
+            self->instrument = event->instrument;
+        } else if (event->kind == SESSION_PAIR) {
+            self->pair = *event;
+            self->has_calibration = self->next_has_calibration;
+            self->calibration_crc = self->next_calibration_crc;
+            self->count++;
+            return 1;
+        }
+    }
+    if (got == 0 && self->count == 0) {
+        return message_set(message, ERROR_MISSING,
+                           "%s: the session holds no pair: nothing was captured", reader->path);
+    }
+    INVARIANT(got <= 0);
+    return got;
+}
+
+int session_pairs_find(struct session_pairs *self, struct session_reader *reader, uint32_t number,
+                       struct message *message) {
+    int got = 1;
+    while (got == 1 && (number == 0 || self->count != number)) {
+        got = session_pairs_next(self, reader, message);
+    }
+    if (got < 0) {
+        return got;
+    }
+    if (number != 0 && self->count != number) {
+        return message_set(message, ERROR_MISSING,
+                           "%s: the session holds %u pair%s: pair %u is none", reader->path,
+                           (unsigned)self->count, self->count == 1 ? "" : "s", (unsigned)number);
+    }
+    return ERROR_OK;
+}
+
+// ---- as files
+
+/// "PATH/NAME" into `file`; false when that is too long.
+static bool join(const char *path, const char *name, char file[SESSION_PAIRS_PATH_BYTES]) {
+    const int length = snprintf(file, SESSION_PAIRS_PATH_BYTES, "%s/%s", path, name);
+    return length > 0 && length < SESSION_PAIRS_PATH_BYTES;
+}
+
+bool session_pairs_here(const char *path) {
+    char index[SESSION_PAIRS_PATH_BYTES];
+    struct stat status;
+    return join(path, SESSION_INDEX_NAME, index) && stat(index, &status) == 0;
+}
+
+/// Names the frames' files, which must be what was recorded.
+static int look_at_files(const struct session_reader *reader, const struct session_event *event,
+                         struct session_pair_files *files, struct message *message) {
+    for (int side = 0; side < RIG_SIDES; side++) {
+        char name[SESSION_NAME_MAX + 1];
+        session_frame_name(event->frame_crc[side], name);
+        if (!join(reader->path, name, files->path[side])) {
+            return message_set(message, ERROR_ARGUMENT, "%s: the path is too long", reader->path);
+        }
+        const int error = session_reader_frame(reader, &event->pair.frame[side],
+                                               event->frame_crc[side], NULL, 0, message);
+        if (error != ERROR_OK) {
+            return error;
+        }
+    }
+    files->mosaic = event->pair.frame[RIG_LEFT].layout == HAL_CAMERA_BAYER_GRBG;
+    return ERROR_OK;
+}
+
+/// What session_pairs_read works with.
+struct reading {
+    struct session_reader reader;
+    struct session_pairs pairs;
+    struct session_pair_files files;
+    char profile[SESSION_NAME_MAX + 1];
+};
+
+int session_pairs_read(const char *path,
+                       void (*each)(void *self, const struct session_pair_files *files), void *self,
+                       struct message *message) {
+    struct reading *reading = calloc(1, sizeof *reading);
+    if (reading == NULL) {
+        return message_set(message, ERROR_MEMORY, "%s: no memory", path);
+    }
+    struct session_pairs *pairs = &reading->pairs;
+    int code = session_reader_open(&reading->reader, AT_FDCWD, path, &pairs->event, message);
+    if (code == ERROR_OK) {
+        memcpy(reading->profile, pairs->event.profile, sizeof reading->profile);
+        while ((code = session_pairs_next(pairs, &reading->reader, message)) == 1) {
+            code = look_at_files(&reading->reader, &pairs->pair, &reading->files, message);
+            if (code != ERROR_OK) {
+                break;
+            }
+            calibration_match_pair(reading->profile,
+                                   pairs->has_instrument ? &pairs->instrument : NULL,
+                                   &pairs->pair.pair, &reading->files.state);
+            each(self, &reading->files);
+        }
+        session_reader_close(&reading->reader);
+    }
+    code = code == ERROR_OK ? (int)pairs->count : code;
+    free(reading);
+    return code;
+}

@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/session/session_read.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/crc.h"
+#include "core/error.h"
+
+enum { VALUE_ROOM = 4096 };
+
+FILE *session_reader_file(const struct session_reader *self, const char *name,
+                          struct message *message) {
+    // Neither out of the session by a link, nor for ever at a pipe that nobody writes into.
+    const int file = openat(self->directory, name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+    struct stat about;
+    const bool known = file >= 0 && fstat(file, &about) == 0;
+    const bool usual = known && S_ISREG(about.st_mode);
+    FILE *stream = usual ? fdopen(file, "rb") : NULL;
+    if (stream == NULL) {
+        message_set(message, ERROR_MISSING, "%s/%s: cannot be read: %s", self->path, name,
+                    known && !usual ? "it is no usual file" : strerror(errno));
+        if (file >= 0) {
+            close(file);
+        }
+    }
+    return stream;
+}
+
+/// Reads a whole stream of at most `limit` bytes into memory that the caller frees.
+static int slurp(FILE *stream, const char *path, size_t limit, char **text, size_t *length,
+                 struct message *message) {
+    size_t capacity = 1 << 16, count;
+    *length = 0;
+    *text = malloc(capacity);
+    while (*text != NULL && (count = fread(*text + *length, 1, capacity - *length, stream)) > 0) {
+        *length += count;
+        if (*length > limit) {
+            free(*text);
+            return message_set(message, ERROR_TOO_LARGE, "%s: is larger than %zu bytes", path,
+                               limit);
+        }
+        if (*length == capacity) {
+            capacity *= 2;
+            char *more = realloc(*text, capacity);
+            if (more == NULL) {
+                free(*text);
+            }
+            *text = more;
+        }
+    }
+    if (*text == NULL) {
+        return message_set(message, ERROR_MEMORY, "%s: no memory", path);
+    }
+    if (ferror(stream) != 0) {
+        free(*text);
+        return message_set(message, ERROR_IO, "%s: cannot be read: %s", path, strerror(errno));
+    }
+    return 0;
+}
+
+static int load_index(struct session_reader *self, struct message *message) {
+    FILE *stream = session_reader_file(self, SESSION_INDEX_NAME, message);
+    if (stream == NULL) {
+        return message_set(message, ERROR_ARGUMENT, "%s: is no session: it has no %s", self->path,
+                           SESSION_INDEX_NAME);
+    }
+    const int code = slurp(stream, self->path, SESSION_READ_INDEX_MAX_BYTES, &self->text,
+                           &self->length, message);
+    fclose(stream);
+    if (code != 0) {
+        self->text = NULL;
+    }
+    return code;
+}
+
+/// Whether this is a whole line: its last word is the CRC of all before it.
+static bool crc_fits(const struct session_reader *self, const char *line, size_t length) {
+    char word[1 + SESSION_CRC_DIGITS + 1];
+    if (length < sizeof word) {
+        return false;
+    }
+    const size_t body = length - (sizeof word - 1);
+    snprintf(word, sizeof word, " %08" PRIx32, crc_update(self->crc, line, body));
+    return memcmp(line + body, word, sizeof word - 1) == 0;
+}
+
+int session_reader_next(struct session_reader *self, struct session_event *event,
+                        struct message *message) {
+    if (self->at == self->length) {
+        self->cut = !self->ended;
+        return 0;
+    }
+    const char *const line = self->text + self->at;
+    const char *const end = memchr(line, '\n', self->length - self->at);
+    const bool last = end == NULL || end + 1 == self->text + self->length;
+    const size_t length = end != NULL ? (size_t)(end - line) : self->length - self->at;
+    if (end == NULL || !crc_fits(self, line, length)) {
+        if (last) {
+            self->at = self->length;
+            self->cut = true;
+            return 0;
+        }
+        return message_set(message, ERROR_CRC, "%s/%s: line %d is not what was written there",
+                           self->path, SESSION_INDEX_NAME, self->line + 1);
+    }
+    self->line++;
+    const int code = session_event_parse(line, length - (1 + SESSION_CRC_DIGITS), event);
+    if (code != 0 || self->ended || (event->kind == SESSION_BEGIN) != (self->line == 1)) {
+        return message_set(message, ERROR_SYNTAX,
+                           "%s/%s: line %d is no event that may stand there: was it made by a "
+                           "newer version?",
+                           self->path, SESSION_INDEX_NAME, self->line);
+    }
+    self->crc = crc_update(self->crc, line, length + 1);
+    self->at += length + 1;
+    self->ended = event->kind == SESSION_END;
+    return 1;
+}
+
+int session_reader_open(struct session_reader *self, int parent, const char *path,
+                        struct session_event *begin, struct message *message) {
+    memset(self, 0, sizeof *self);
+    self->directory = -1;
+    if (strlen(path) >= sizeof self->path) {
+        return message_set(message, ERROR_ARGUMENT, "%s: the name is too long", path);
+    }
+    snprintf(self->path, sizeof self->path, "%s", path);
+    // On a PC a session may be named by a link; for clients nothing leads out of "files".
+    const int links = parent == AT_FDCWD ? 0 : O_NOFOLLOW;
+    self->directory = openat(parent, path, O_RDONLY | O_DIRECTORY | O_CLOEXEC | links);
+    if (self->directory < 0) {
+        const int code = errno == ENOENT ? ERROR_MISSING : ERROR_ARGUMENT;
+        return message_set(message, code, "%s: %s", path, strerror(errno));
+    }
+    int code = load_index(self, message);
+    if (code != 0) {
+        session_reader_close(self);
+        return code;
+    }
+    struct session_event event;
+    const int got = session_reader_next(self, &event, message);
+    if (got == 1 && begin != NULL) {
+        *begin = event;
+    }
+    code = got < 0    ? got
+           : got == 0 ? message_set(message, ERROR_ARGUMENT,
+                                    "%s: is no session: nothing was recorded", self->path)
+                      : 0;
+    if (code != 0) {
+        session_reader_close(self);
+    }
+    return code;
+}
+
+static int damaged(const struct session_reader *self, const char *name, struct message *message) {
+    return message_set(message, ERROR_CRC, "%s/%s: is not what was recorded", self->path, name);
+}
+
+/// Reads the rows behind the head; the CRC of all bytes, the head's included, goes to `crc`.
+static bool read_rows(FILE *stream, const struct pair_frame *frame, uint16_t *data, uint32_t *crc) {
+    const unsigned value_bytes = session_frame_value_bytes(frame);
+    size_t left = (size_t)session_frame_row_values(frame) * frame->height_px;
+    unsigned char bytes[2 * VALUE_ROOM];
+    while (left > 0) {
+        const size_t count = left < VALUE_ROOM ? left : VALUE_ROOM;
+        if (fread(bytes, value_bytes, count, stream) != count) {
+            return false;
+        }
+        *crc = crc_update(*crc, bytes, count * value_bytes);
+        left -= count;
+        if (data == NULL) {
+            continue;
+        }
+        for (size_t i = 0; i < count; i++) {
+            const int value = value_bytes == 1 ? bytes[i] : bytes[2 * i] << 8 | bytes[2 * i + 1];
+            data[i] = (uint16_t)value;
+        }
+        data += count;
+    }
+    return fgetc(stream) == EOF;
+}
+
+static size_t values_of(const struct pair_frame *frame) {
+    return (size_t)session_frame_row_values(frame) * frame->height_px;
+}
+
+/// Opens a frame's file behind its head, whose CRC goes to `crc`. 0, ERROR_MISSING or ERROR_CRC.
+static int open_frame(const struct session_reader *self, const struct pair_frame *frame,
+                      const char *name, FILE **stream, uint32_t *crc, struct message *message) {
+    char head[SESSION_NAME_MAX + 1], found[SESSION_NAME_MAX + 1];
+    const size_t head_bytes = (size_t)session_frame_head(frame, head);
+    const uint64_t bytes =
+        head_bytes + (uint64_t)values_of(frame) * session_frame_value_bytes(frame);
+    struct stat about;
+    *stream = session_reader_file(self, name, message);
+    if (*stream == NULL) {
+        return ERROR_MISSING;
+    }
+    *crc = crc_update(0, head, head_bytes);
+    if (fstat(fileno(*stream), &about) == 0 && (uint64_t)about.st_size == bytes &&
+        fread(found, 1, head_bytes, *stream) == head_bytes &&
+        memcmp(found, head, head_bytes) == 0) {
+        return 0;
+    }
+    fclose(*stream);
+    return damaged(self, name, message);
+}
+
+int session_reader_frame_fits(const struct session_reader *self, const struct pair_frame *frame,
+                              uint32_t crc32, struct message *message) {
+    char name[SESSION_NAME_MAX + 1];
+    FILE *stream = NULL;
+    uint32_t crc = 0;
+    session_frame_name(crc32, name);
+    const int error = open_frame(self, frame, name, &stream, &crc, message);
+    if (error == 0) {
+        fclose(stream);
+    }
+    return error;
+}
+
+int session_reader_frame(const struct session_reader *self, const struct pair_frame *frame,
+                         uint32_t crc32, uint16_t *data, size_t values, struct message *message) {
+    char name[SESSION_NAME_MAX + 1];
+    FILE *stream = NULL;
+    uint32_t crc = 0;
+    session_frame_name(crc32, name);
+    if (data != NULL && values < values_of(frame)) {
+        return message_set(message, ERROR_MEMORY, "%s/%s: is larger than expected", self->path,
+                           name);
+    }
+    const int error = open_frame(self, frame, name, &stream, &crc, message);
+    if (error != 0) {
+        return error;
+    }
+    const bool good = read_rows(stream, frame, data, &crc) && crc == crc32;
+    fclose(stream);
+    return good ? 0 : damaged(self, name, message);
+}
+
+int session_reader_calibration(const struct session_reader *self, uint32_t crc32, char *text,
+                               size_t capacity, struct message *message) {
+    char name[SESSION_NAME_MAX + 1];
+    session_calibration_name(crc32, name);
+    FILE *stream = session_reader_file(self, name, message);
+    if (stream == NULL) {
+        return ERROR_MISSING;
+    }
+    const size_t length = fread(text, 1, capacity, stream);
+    const bool whole = fgetc(stream) == EOF && crc_update(0, text, length) == crc32;
+    fclose(stream);
+    return whole ? (int)length : damaged(self, name, message);
+}
+
+void session_reader_close(struct session_reader *self) {
+    free(self->text);
+    self->text = NULL;
+    if (self->directory >= 0) {
+        close(self->directory);
+    }
+    self->directory = -1;
+    self->length = self->at = 0;
+}

@@ -1,0 +1,388 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/session/session_write.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/crc.h"
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/files/file_error.h"
+#include "daemon/files/sync_file.h"
+#include "daemon/files/write_all.h"
+
+#define PART_NAME ".part"
+#define DIRECTORY_MODE 0750
+enum { SUM_BYTES = 4096 };
+
+static int fail(const struct session_writer *self, const char *name, struct message *message) {
+    const int reason = errno;
+    const bool full = file_error_is_full(reason);
+    return message_set(message, full ? ERROR_FULL : ERROR_IO, "%s/%s: cannot be written: %s",
+                       self->path, name, strerror(reason));
+}
+
+/// Appends a line; the disk has it when this returns 0, those of registers with the next line of
+/// another kind. What could not be written whole is cut off again, here or by the next call.
+static int append(struct session_writer *self, const char *line, size_t length,
+                  struct message *message) {
+    const bool later = self->event.kind == SESSION_REGISTERS;
+    if (ftruncate(self->index, self->good_bytes) != 0 ||
+        lseek(self->index, self->good_bytes, SEEK_SET) != self->good_bytes ||
+        !write_all(self->index, line, length) || (!later && fsync(self->index) != 0)) {
+        const int code = fail(self, SESSION_INDEX_NAME, message);
+        // The reader leaves out a line that is not whole, should this fail as well.
+        if (ftruncate(self->index, self->good_bytes) == 0) {
+            fsync(self->index);
+        }
+        return code;
+    }
+    self->good_bytes += (int64_t)length;
+    self->crc = crc_update(self->crc, line, length);
+    return 0;
+}
+
+static int append_event(struct session_writer *self, struct message *message) {
+    char line[SESSION_LINE_MAX + 1 + 1 + SESSION_CRC_DIGITS + 1 + 1];
+    const int length = session_event_print(&self->event, line);
+    if (length < 0) {
+        return message_set(message, length,
+                           "%s: what is to be recorded is too long for a line, or no legal frame",
+                           self->path);
+    }
+    const uint32_t crc = crc_update(self->crc, line, (size_t)length);
+    const int tail = snprintf(line + length, sizeof line - (size_t)length, " %08" PRIx32 "\n", crc);
+    return append(self, line, (size_t)(length + tail), message);
+}
+
+static int name_is_taken(const char *path, struct message *message) {
+    return message_set(message, ERROR_ARGUMENT, "%s: holds a session already: give another name",
+                       path);
+}
+
+int session_writer_check(int parent, const char *path, struct message *message) {
+    struct stat status;
+    if (fstatat(parent, path, &status, AT_SYMLINK_NOFOLLOW) != 0) {
+        return 0;  // whatever else is wrong shows when it is made
+    }
+    if (!S_ISDIR(status.st_mode)) {
+        return message_set(message, ERROR_ARGUMENT,
+                           "%s: is there and no directory: give another name", path);
+    }
+    char index[SESSION_WRITE_PATH_BYTES + sizeof SESSION_INDEX_NAME + 1];
+    snprintf(index, sizeof index, "%s/" SESSION_INDEX_NAME, path);
+    return fstatat(parent, index, &status, AT_SYMLINK_NOFOLLOW) == 0 ? name_is_taken(path, message)
+                                                                     : 0;
+}
+
+static int begin_directory(struct session_writer *self, int parent, struct message *message) {
+    self->made = mkdirat(parent, self->path, DIRECTORY_MODE) == 0;
+    if (!self->made && errno != EEXIST) {
+        return message_set(message, file_error(errno), "%s: cannot be made: %s", self->path,
+                           strerror(errno));
+    }
+    self->directory = openat(parent, self->path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+    // Only a directory without an index may become a session; an index is never written over.
+    self->index = self->directory < 0
+                      ? -1
+                      : openat(self->directory, SESSION_INDEX_NAME,
+                               O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, SESSION_FILE_MODE);
+    if (self->index < 0) {
+        const int reason = errno;
+        if (self->directory >= 0) {
+            close(self->directory);
+            self->directory = -1;
+        }
+        if (self->made) {
+            unlinkat(parent, self->path, AT_REMOVEDIR);
+        }
+        return reason == EEXIST ? name_is_taken(self->path, message)
+                                : message_set(message, file_error(reason),
+                                              "%s: no session can be begun there: %s", self->path,
+                                              strerror(reason));
+    }
+    return 0;
+}
+
+static void copy_text(char *target, size_t bytes, const char *text) {
+    snprintf(target, bytes, "%s", text != NULL ? text : "");
+}
+
+int session_writer_begin(struct session_writer *self, int parent, const char *path,
+                         const char *build, const char *profile, const char *date,
+                         struct message *message) {
+    memset(self, 0, sizeof *self);
+    self->directory = self->index = -1;
+    if (strlen(path) >= sizeof self->path) {
+        return message_set(message, ERROR_ARGUMENT, "%s: the name is too long", path);
+    }
+    copy_text(self->path, sizeof self->path, path);
+    const int code = begin_directory(self, parent, message);
+    if (code != 0) {
+        return code;
+    }
+    struct session_event *event = &self->event;
+    event->kind = SESSION_BEGIN;
+    event->version = SESSION_VERSION;
+    copy_text(event->build, sizeof event->build, build);
+    copy_text(event->profile, sizeof event->profile, profile);
+    copy_text(event->date, sizeof event->date, date);
+    int appended = append_event(self, message);
+    // The index is in the session's directory, and that in the one above.
+    if (appended == 0 &&
+        !(sync_file(self->directory) && sync_directory_at(self->directory, ".."))) {
+        appended = fail(self, SESSION_INDEX_NAME, message);
+    }
+    if (appended != 0) {
+        session_writer_discard(self, parent);
+    }
+    return appended;
+}
+
+int session_writer_instrument(struct session_writer *self,
+                              const struct session_instrument *instrument,
+                              struct message *message) {
+    self->event.kind = SESSION_INSTRUMENT;
+    self->event.instrument = *instrument;
+    return append_event(self, message);
+}
+
+// ---- files that are named by their contents
+
+static int begin_part(const struct session_writer *self) {
+    return openat(self->directory, PART_NAME, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC,
+                  SESSION_FILE_MODE);
+}
+
+/// Gives the part its name once the disk has it. `written` says whether all went well so far.
+static int finish_part(struct session_writer *self, int part, bool written, const char *name,
+                       struct message *message) {
+    bool safe = written && fsync(part) == 0;
+    int reason = errno;
+    safe = close(part) == 0 && safe;
+    if (safe && renameat(self->directory, PART_NAME, self->directory, name) == 0 &&
+        sync_file(self->directory)) {
+        return 0;
+    }
+    reason = safe ? errno : reason;
+    unlinkat(self->directory, PART_NAME, 0);
+    errno = reason;
+    return fail(self, name, message);
+}
+
+static bool is_there(const struct session_writer *self, const char *name) {
+    struct stat status;
+    return fstatat(self->directory, name, &status, AT_SYMLINK_NOFOLLOW) == 0;
+}
+
+int session_writer_calibration(struct session_writer *self, const char *text, size_t length,
+                               struct message *message) {
+    char name[SESSION_NAME_MAX + 1];
+    self->event.kind = SESSION_CALIBRATION;
+    self->event.crc32 = crc_update(0, text, length);
+    session_calibration_name(self->event.crc32, name);
+    if (!is_there(self, name)) {
+        const int part = begin_part(self);
+        if (part < 0) {
+            return fail(self, name, message);
+        }
+        const bool written = write_all(part, text, length);
+        const int code = finish_part(self, part, written, name, message);
+        if (code != 0) {
+            return code;
+        }
+    }
+    return append_event(self, message);
+}
+
+/// Takes the bytes of a frame's file as they come: sums them, or writes them too.
+struct frame_sink {
+    unsigned char *buffer;
+    size_t capacity, filled;
+    int part;  // -1: only the sum is wanted
+    uint32_t crc;
+    bool failed;
+};
+
+static void flush_sink(struct frame_sink *sink) {
+    sink->crc = crc_update(sink->crc, sink->buffer, sink->filled);
+    if (sink->part >= 0 && !sink->failed) {
+        sink->failed = !write_all(sink->part, sink->buffer, sink->filled);
+    }
+    sink->filled = 0;
+}
+
+static void sink_byte(struct frame_sink *sink, unsigned byte) {
+    if (sink->filled == sink->capacity) {
+        flush_sink(sink);
+    }
+    sink->buffer[sink->filled++] = (unsigned char)byte;
+}
+
+static void pour_frame(const struct pair_frame *frame, struct frame_sink *sink) {
+    char head[SESSION_NAME_MAX + 1];
+    const int head_bytes = session_frame_head(frame, head);
+    for (int i = 0; i < head_bytes; i++) {
+        sink_byte(sink, (unsigned char)head[i]);
+    }
+    const uint32_t row_values = session_frame_row_values(frame);
+    const bool wide = session_frame_value_bytes(frame) == 2;
+    for (uint32_t y = 0; y < frame->height_px; y++) {
+        const uint16_t *row = frame->data + (size_t)y * frame->stride;
+        for (uint32_t x = 0; x < row_values; x++) {
+            if (wide) {
+                sink_byte(sink, row[x] >> 8);
+            }
+            sink_byte(sink, row[x] & 0xFFu);
+        }
+    }
+    flush_sink(sink);
+}
+
+uint32_t session_writer_frame_crc(const struct pair_frame *frame) {
+    unsigned char buffer[SUM_BYTES];
+    INVARIANT(frame->data != NULL && frame->stride >= session_frame_row_values(frame));
+    struct frame_sink sum = {.buffer = buffer, .capacity = sizeof buffer, .part = -1};
+    pour_frame(frame, &sum);
+    return sum.crc;
+}
+
+int session_writer_frame(struct session_writer *self, const struct pair_frame *frame,
+                         uint32_t *crc32, struct message *message) {
+    INVARIANT(frame->data != NULL && frame->stride >= session_frame_row_values(frame));
+    if (frame->bits < 8 || frame->bits > 16 || frame->width_px == 0 || frame->height_px == 0) {
+        return message_set(message, ERROR_RANGE, "%s: a frame of %d x %d pixels of %d bits is none",
+                           self->path, frame->width_px, frame->height_px, frame->bits);
+    }
+    const uint32_t sum = session_writer_frame_crc(frame);
+    char name[SESSION_NAME_MAX + 1];
+    session_frame_name(sum, name);
+    if (!is_there(self, name)) {
+        const int part = begin_part(self);
+        if (part < 0) {
+            return fail(self, name, message);
+        }
+        struct frame_sink file = {
+            .buffer = self->buffer, .capacity = sizeof self->buffer, .part = part};
+        pour_frame(frame, &file);
+        const int code = finish_part(self, part, !file.failed, name, message);
+        if (code != 0) {
+            return code;
+        }
+    }
+    *crc32 = sum;
+    return 0;
+}
+
+static int write_text(struct session_writer *self, enum session_event_kind kind, const char *text,
+                      struct message *message) {
+    self->event.kind = kind;
+    if (strlen(text) > SESSION_TEXT_MAX) {
+        return message_set(message, ERROR_RANGE, "%s: a text of more than %d bytes", self->path,
+                           SESSION_TEXT_MAX);
+    }
+    copy_text(self->event.text, sizeof self->event.text, text);
+    return append_event(self, message);
+}
+
+int session_writer_command(struct session_writer *self, const char *text, struct message *message) {
+    return write_text(self, SESSION_COMMAND, text, message);
+}
+
+int session_writer_setting(struct session_writer *self, const char *key, const char *value,
+                           struct message *message) {
+    char text[SESSION_TEXT_MAX + 2];
+    snprintf(text, sizeof text, "%s = %s", key, value);
+    return write_text(self, SESSION_SETTING, text, message);
+}
+
+int session_writer_registers(struct session_writer *self, const char *part, uint64_t at_us,
+                             uint16_t first, const uint16_t *values, uint16_t count,
+                             struct message *message) {
+    struct session_event *event = &self->event;
+    INVARIANT(count > 0 && count <= SESSION_REGISTERS_MAX);
+    event->kind = SESSION_REGISTERS;
+    event->at_us = at_us;
+    event->first = first;
+    event->count = count;
+    copy_text(event->part, sizeof event->part, part);
+    memcpy(event->values, values, count * sizeof *values);
+    return append_event(self, message);
+}
+
+int session_writer_pair(struct session_writer *self, const struct pair *pair,
+                        struct message *message) {
+    struct session_event *event = &self->event;
+    for (int side = 0; side < RIG_SIDES; side++) {
+        const int code =
+            session_writer_frame(self, &pair->frame[side], &event->frame_crc[side], message);
+        if (code != 0) {
+            return code;
+        }
+    }
+    event->kind = SESSION_PAIR;
+    event->pair = *pair;
+    // The instrument counts from its bring-up, of which a session may have several.
+    event->pair.number = self->pairs + 1;
+    const int code = append_event(self, message);
+    self->pairs += code == 0;
+    return code;
+}
+
+int session_writer_end(struct session_writer *self, struct message *message) {
+    if (self->index < 0) {
+        return 0;
+    }
+    self->event.kind = SESSION_END;
+    const int code = append_event(self, message);
+    session_writer_leave(self);
+    return code;
+}
+
+void session_writer_leave(struct session_writer *self) {
+    if (self->index >= 0) {
+        close(self->index);
+        close(self->directory);
+        self->directory = self->index = -1;
+    }
+}
+
+/// Of a directory that was made for the session; what has not its kind of names is not its own.
+static void remove_files(const struct session_writer *self) {
+    static const char *const own[] = {"frame-", "calibration-", PART_NAME};
+    const int fd = openat(self->directory, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    DIR *stream = fd >= 0 ? fdopendir(fd) : NULL;
+    if (stream == NULL) {
+        if (fd >= 0) {
+            close(fd);
+        }
+        return;
+    }
+    for (const struct dirent *entry = readdir(stream); entry != NULL; entry = readdir(stream)) {
+        for (size_t i = 0; i < sizeof own / sizeof own[0]; i++) {
+            if (strncmp(entry->d_name, own[i], strlen(own[i])) == 0) {
+                unlinkat(self->directory, entry->d_name, 0);
+            }
+        }
+    }
+    closedir(stream);
+}
+
+void session_writer_discard(struct session_writer *self, int parent) {
+    if (self->index < 0) {
+        return;
+    }
+    // First: what is left without it is no session, should the rest fail.
+    unlinkat(self->directory, SESSION_INDEX_NAME, 0);
+    if (self->made) {
+        remove_files(self);
+        unlinkat(parent, self->path, AT_REMOVEDIR);
+    }
+    session_writer_leave(self);
+}

@@ -1,0 +1,400 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/settings/kept_settings.h"
+
+#include <inttypes.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "device/mt9t001.h"
+
+#define FIRST_LINE "vergence settings 1"
+
+enum {
+    NOT_KEPT = INT32_MIN,
+    SIZE_LEAST_PX = 16,
+    SIZE_MOST_PX = 16384,
+    SKIP_MOST = 8,
+    PAN_MOST_URAD = 1570796,
+    POSITION_MOST = 65535,
+};
+
+static const char *const side_names[RIG_SIDES] = {"left", "right"};
+
+/// What a value is called, and between what it must lie.
+static const struct {
+    const char *name;
+    int32_t least, most;
+} values[KEPT_VALUES] = {
+    [KEPT_EXPOSURE_US] = {"exposure_us", 1, RIG_EXPOSURE_MOST_US},
+    [KEPT_GAIN_Q3] = {"gain_q3", MT9T001_GAIN_Q3_MIN, MT9T001_GAIN_Q3_MAX},
+    [KEPT_PAN_URAD] = {"pan_urad", -PAN_MOST_URAD, PAN_MOST_URAD},
+    [KEPT_ZOOM] = {"zoom", 0, POSITION_MOST},
+    [KEPT_FOCUS] = {"focus", 0, POSITION_MOST},
+    [KEPT_IRIS] = {"iris", 0, POSITION_MOST},
+};
+
+static int32_t within(int64_t value, int32_t least, int32_t most) {
+    return (int32_t)(value < least ? least : value > most ? most : value);
+}
+
+// ---- what is in force
+
+static void take_side(const struct rig *rig, unsigned side, int32_t *kept) {
+    const struct rig_profile *profile = &rig->profile;
+    if (rig->exposure_us[side] != 0) {
+        // Rounded to rows it may lie beyond the longest that can be asked for.
+        kept[KEPT_EXPOSURE_US] = within(rig->exposure_us[side], 1, RIG_EXPOSURE_MOST_US);
+    }
+    if (rig->gain_q3[side] != 0) {
+        kept[KEPT_GAIN_Q3] = rig->gain_q3[side];
+    }
+    if (profile->servos && rig->pan_q4[side] != 0) {
+        // A turn that was broken off may have ended where its approach goes, and nothing else.
+        kept[KEPT_PAN_URAD] = within(servo_angle_urad(&profile->servo[side], rig->pan_q4[side]),
+                                     profile->pan_least_urad, profile->pan_most_urad);
+    }
+    for (int axis = 0; axis < LENS_AXES; axis++) {
+        kept[KEPT_ZOOM + axis] = rig->lens_commanded[side][axis];
+    }
+}
+
+void kept_settings_take(const struct rig *rig, struct kept_settings *kept) {
+    INVARIANT(rig->state == RIG_READY);
+    *kept = (struct kept_settings){.skip = 1};
+    memcpy(kept->profile, rig->profile.name, sizeof kept->profile);
+    if (rig->profile.bridge) {
+        const struct mt9t001_window *window = &rig->sensor[RIG_LEFT].window;
+        kept->width_px = window->width_px;
+        kept->height_px = window->height_px;
+        kept->skip = window->skip;
+    } else {
+        kept->width_px = rig->format.width_px;
+        kept->height_px = rig->format.height_px;
+    }
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        for (int i = 0; i < KEPT_VALUES; i++) {
+            kept->values[side][i] = NOT_KEPT;
+        }
+        take_side(rig, side, kept->values[side]);
+    }
+}
+
+// ---- the text
+
+size_t kept_settings_print(const struct kept_settings *kept, char text[KEPT_SETTINGS_BYTES]) {
+    int length = snprintf(text, KEPT_SETTINGS_BYTES, FIRST_LINE "\nprofile %s\n", kept->profile);
+    if (kept->width_px != 0) {
+        length +=
+            snprintf(text + length, KEPT_SETTINGS_BYTES - (size_t)length, "window %u %u %u\n",
+                     (unsigned)kept->width_px, (unsigned)kept->height_px, (unsigned)kept->skip);
+    }
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        for (int i = 0; i < KEPT_VALUES; i++) {
+            if (kept->values[side][i] != NOT_KEPT) {
+                length += snprintf(text + length, KEPT_SETTINGS_BYTES - (size_t)length,
+                                   "%s_%s %" PRId32 "\n", side_names[side], values[i].name,
+                                   kept->values[side][i]);
+            }
+        }
+    }
+    INVARIANT(length > 0 && length < KEPT_SETTINGS_BYTES);
+    return (size_t)length;
+}
+
+static bool is_name(const char *name) {
+    static const char characters[] =
+        "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_.";
+    const size_t length = strlen(name);
+    return length > 0 && length < sizeof((struct kept_settings *)0)->profile &&
+           strspn(name, characters) == length;
+}
+
+/// Numbers with a blank between; false when there are others, or more.
+static bool read_numbers(const char *text, int32_t *numbers, int count) {
+    for (int i = 0; i < count; i++) {
+        const bool negative = *text == '-';
+        int64_t number = 0;
+        text += negative;
+        const size_t digits = strspn(text, "0123456789");
+        if (digits == 0 || digits > 9) {
+            return false;
+        }
+        for (const char *end = text + digits; text < end; text++) {
+            number = 10 * number + (*text - '0');
+        }
+        numbers[i] = (int32_t)(negative ? -number : number);
+        if (*text++ != (i + 1 < count ? ' ' : '\0')) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool read_window(const char *text, struct kept_settings *kept) {
+    int32_t numbers[3];
+    if (!read_numbers(text, numbers, 3) || numbers[0] < SIZE_LEAST_PX ||
+        numbers[0] > SIZE_MOST_PX || numbers[1] < SIZE_LEAST_PX || numbers[1] > SIZE_MOST_PX ||
+        numbers[2] < 1 || numbers[2] > SKIP_MOST) {
+        return false;
+    }
+    kept->width_px = (uint16_t)numbers[0];
+    kept->height_px = (uint16_t)numbers[1];
+    kept->skip = (uint8_t)numbers[2];
+    return true;
+}
+
+static bool read_value(const char *key, const char *text, struct kept_settings *kept) {
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        const size_t bytes = strlen(side_names[side]);
+        for (int i = 0; i < KEPT_VALUES; i++) {
+            if (strncmp(key, side_names[side], bytes) == 0 && key[bytes] == '_' &&
+                strcmp(key + bytes + 1, values[i].name) == 0) {
+                int32_t *value = &kept->values[side][i];
+                return read_numbers(text, value, 1) && *value >= values[i].least &&
+                       *value <= values[i].most;
+            }
+        }
+    }
+    return false;
+}
+
+/// A line behind the first; false: it is none.
+static bool read_line(char *line, struct kept_settings *kept) {
+    char *blank = strchr(line, ' ');
+    if (blank == NULL) {
+        return false;
+    }
+    *blank = '\0';
+    const char *value = blank + 1;
+    if (strcmp(line, "profile") == 0) {
+        if (!is_name(value)) {
+            return false;
+        }
+        strcpy(kept->profile, value);
+        return true;
+    }
+    return strcmp(line, "window") == 0 ? read_window(value, kept) : read_value(line, value, kept);
+}
+
+int kept_settings_parse(const char *text, size_t length, struct kept_settings *kept,
+                        struct message *message) {
+    char again[KEPT_SETTINGS_BYTES];
+    *kept = (struct kept_settings){.skip = 1};
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        for (int i = 0; i < KEPT_VALUES; i++) {
+            kept->values[side][i] = NOT_KEPT;
+        }
+    }
+    int number = 0;
+    for (size_t at = 0; at < length;) {
+        const char *end = memchr(text + at, '\n', length - at);
+        const size_t bytes = end != NULL ? (size_t)(end - text) - at : length - at;
+        char line[KEPT_SETTINGS_LINE_BYTES];
+        number++;
+        const bool fits =
+            end != NULL && bytes < sizeof line && memchr(text + at, '\0', bytes) == NULL;
+        memcpy(line, text + at, fits ? bytes : 0);
+        line[fits ? bytes : 0] = '\0';
+        if (!fits || !(number == 1 ? strcmp(line, FIRST_LINE) == 0 : read_line(line, kept))) {
+            return message_set(message, ERROR_SYNTAX,
+                               "line %d is none that this version keeps settings in", number);
+        }
+        at += bytes + 1;
+    }
+    // The order, each line once, no zeros in front: as they are printed.
+    if (kept->profile[0] == '\0' || kept_settings_print(kept, again) != length ||
+        memcmp(text, again, length) != 0) {
+        return message_set(message, ERROR_SYNTAX,
+                           "the lines are not those that settings are kept in");
+    }
+    return 0;
+}
+
+// ---- whether an instrument can be set so
+
+static int refuse(struct message *message, int error, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+static int refuse(struct message *message, int error, const char *format, ...) {
+    char why[MESSAGE_BYTES - 128];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(why, sizeof why, format, arguments);
+    va_end(arguments);
+    return message_set(message, error,
+                       "what is kept is not for this instrument: %s; set it as "
+                       "wanted, then \"settings save\"",
+                       why);
+}
+
+static int check_window(const struct kept_settings *kept, const struct rig *rig,
+                        struct message *message) {
+    struct mt9t001_window window;
+    const bool good = !rig->profile.bridge ? kept->skip == 1
+                                           : mt9t001_centred_window(kept->width_px, kept->height_px,
+                                                                    kept->skip, 1, &window) == 0;
+    return kept->width_px == 0 || good
+               ? 0
+               : refuse(message, ERROR_RANGE, "its cameras have no window of %u x %u px, skip %u",
+                        (unsigned)kept->width_px, (unsigned)kept->height_px, (unsigned)kept->skip);
+}
+
+static int check_pan(const struct kept_settings *kept, const struct rig *rig, unsigned side,
+                     struct message *message) {
+    const struct rig_profile *profile = &rig->profile;
+    const int32_t pan_urad = kept->values[side][KEPT_PAN_URAD];
+    if (pan_urad == NOT_KEPT) {
+        return 0;
+    }
+    if (!profile->servos) {
+        return refuse(message, ERROR_NOT_CONNECTED, "it has no pan servos");
+    }
+    uint16_t width_q4 = 0;
+    const bool good = pan_urad >= profile->pan_least_urad && pan_urad <= profile->pan_most_urad &&
+                      servo_width_q4(&profile->servo[side], pan_urad, &width_q4) == 0;
+    return good ? 0
+                : refuse(message, ERROR_RANGE, "its %s camera does not turn to %" PRId32 " urad",
+                         side_names[side], pan_urad);
+}
+
+static bool has_axis(const struct rig *rig, unsigned side, int axis) {
+    const enum rig_profile_lenses lenses = rig->profile.lenses;
+    const bool lens = lenses == RIG_LENSES_V3LC || (lenses == RIG_LENSES_V1LC && side == RIG_LEFT);
+    return lens && (rig->lens_abilities[side].axes >> axis & 1) != 0;
+}
+
+static int check_lens(const struct kept_settings *kept, struct rig *rig, unsigned side,
+                      struct message *message) {
+    for (int axis = 0; axis < LENS_AXES; axis++) {
+        const int32_t position = kept->values[side][KEPT_ZOOM + axis];
+        const char *name = values[KEPT_ZOOM + axis].name;
+        struct lens_limits limits;
+        if (position == NOT_KEPT) {
+            continue;
+        }
+        if (!has_axis(rig, side, axis) ||
+            rig_lens_limits(rig, side, (enum lens_axis)axis, &limits) != 0) {
+            return refuse(message, ERROR_NOT_CONNECTED, "its %s lens has no motor for the %s",
+                          side_names[side], name);
+        }
+        if (position < limits.least || position > limits.most) {
+            return refuse(message, ERROR_RANGE,
+                          "the %s of its %s lens goes from %" PRId32 " to %" PRId32
+                          ", not to %" PRId32,
+                          name, side_names[side], limits.least, limits.most, position);
+        }
+    }
+    return 0;
+}
+
+int kept_settings_check(const struct kept_settings *kept, struct rig *rig,
+                        struct message *message) {
+    INVARIANT(rig->state == RIG_READY);
+    if (strcmp(kept->profile, rig->profile.name) != 0) {
+        return refuse(message, ERROR_ARGUMENT, "they are of the profile %s, and this is %s",
+                      kept->profile, rig->profile.name);
+    }
+    int error = check_window(kept, rig, message);
+    for (unsigned side = 0; side < RIG_SIDES && error == 0; side++) {
+        error = check_pan(kept, rig, side, message);
+        error = error != 0 ? error : check_lens(kept, rig, side, message);
+    }
+    return error;
+}
+
+// ---- commands
+
+struct list {
+    char (*lines)[KEPT_SETTINGS_LINE_BYTES];
+    size_t count;
+};
+
+static void add(struct list *list, const char *format, ...) __attribute__((format(printf, 2, 3)));
+static void add(struct list *list, const char *format, ...) {
+    INVARIANT(list->count < KEPT_SETTINGS_LINES);
+    va_list arguments;
+    va_start(arguments, format);
+    const int length =
+        vsnprintf(list->lines[list->count++], KEPT_SETTINGS_LINE_BYTES, format, arguments);
+    va_end(arguments);
+    INVARIANT(length > 0 && length < KEPT_SETTINGS_LINE_BYTES);
+}
+
+/// A number of `parts` to one, with `decimals` of them; `parts` is 10 to the power of that.
+static const char *decimal(int64_t number, int64_t parts, int decimals, char text[32]) {
+    const int64_t size = number < 0 ? -number : number;
+    snprintf(text, 32, "%s%" PRId64 ".%0*" PRId64, number < 0 ? "-" : "", size / parts, decimals,
+             size % parts);
+    return text;
+}
+
+/// So many decimals that the angle is the same again in urad.
+static const char *degrees(int32_t urad, char text[32]) {
+    enum { DECIMALS = 6, PARTS = 1000000 };
+    const double parts = urad * 180.0 / 3.14159265358979323846;
+    return decimal((int64_t)(parts < 0 ? parts - 0.5 : parts + 0.5), PARTS, DECIMALS, text);
+}
+
+static void add_cameras(const struct kept_settings *kept, const struct rig *rig,
+                        struct list *list) {
+    enum { GAIN_PARTS = 8, THOUSANDTHS = 1000 };
+    struct kept_settings now;
+    kept_settings_take(rig, &now);
+    // Frames that are so large already need no new beginning.
+    const bool same = kept->width_px == now.width_px && kept->height_px == now.height_px &&
+                      kept->skip == now.skip;
+    if (kept->width_px != 0 && !same) {
+        add(list, "window %u %u %u", (unsigned)kept->width_px, (unsigned)kept->height_px,
+            (unsigned)kept->skip);
+    }
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        char text[32];
+        const int32_t *value = kept->values[side];
+        if (value[KEPT_EXPOSURE_US] != NOT_KEPT) {
+            add(list, "exposure %s %" PRId32, side_names[side], value[KEPT_EXPOSURE_US]);
+        }
+        if (value[KEPT_GAIN_Q3] != NOT_KEPT) {
+            const int64_t gain = (int64_t)value[KEPT_GAIN_Q3] * (THOUSANDTHS / GAIN_PARTS);
+            add(list, "gain %s %s", side_names[side], decimal(gain, THOUSANDTHS, 3, text));
+        }
+    }
+}
+
+static void add_axes(const struct kept_settings *kept, struct list *list) {
+    char text[RIG_SIDES][32];
+    const int32_t *left = kept->values[RIG_LEFT], *right = kept->values[RIG_RIGHT];
+    if (left[KEPT_PAN_URAD] != NOT_KEPT && right[KEPT_PAN_URAD] != NOT_KEPT) {
+        add(list, "pan both %s %s", degrees(left[KEPT_PAN_URAD], text[RIG_LEFT]),
+            degrees(right[KEPT_PAN_URAD], text[RIG_RIGHT]));
+    }
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        const int32_t pan_urad = kept->values[side][KEPT_PAN_URAD];
+        if (pan_urad != NOT_KEPT && kept->values[1 - side][KEPT_PAN_URAD] == NOT_KEPT) {
+            add(list, "pan %s %s", side_names[side], degrees(pan_urad, text[side]));
+        }
+    }
+    for (int i = KEPT_ZOOM; i <= KEPT_IRIS; i++) {
+        if (left[i] != NOT_KEPT && left[i] == right[i]) {
+            add(list, "%s both %" PRId32, values[i].name, left[i]);
+            continue;
+        }
+        for (unsigned side = 0; side < RIG_SIDES; side++) {
+            if (kept->values[side][i] != NOT_KEPT) {
+                add(list, "%s %s %" PRId32, values[i].name, side_names[side],
+                    kept->values[side][i]);
+            }
+        }
+    }
+}
+
+size_t kept_settings_commands(const struct kept_settings *kept, const struct rig *rig,
+                              char lines[KEPT_SETTINGS_LINES][KEPT_SETTINGS_LINE_BYTES],
+                              size_t *of_cameras) {
+    struct list list = {.lines = lines};
+    add_cameras(kept, rig, &list);
+    *of_cameras = list.count;
+    add_axes(kept, &list);
+    return list.count;
+}

@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/surface/export_command.h"
+
+#include <fcntl.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/base/interrupt.h"
+#include "daemon/cli/exit_code.h"
+#include "daemon/cli/options.h"
+#include "daemon/cli/progress.h"
+#include "daemon/files/outdir.h"
+#include "daemon/files/output_file.h"
+#include "daemon/images/picture.h"
+#include "daemon/session/capture_stamp.h"
+#include "daemon/session/session_pairs.h"
+
+enum { LABEL_MAX = 200, NAME_BYTES = 256, PAIRS_MAX = 1000000 };
+
+struct arguments {
+    bool png;
+    int pair;
+    const char *out;
+    bool quiet;
+};
+
+/// One run. Large: static.
+struct run {
+    struct arguments arguments;
+    const char *session;
+    char label[LABEL_MAX + 1];  // the session's name in those of the files
+    struct session_reader reader;
+    struct session_pairs pairs;
+    uint32_t first, count;  // which pairs
+    char (*names)[NAME_BYTES];
+    const char **files;  // the same, as outdir_commit takes them
+    int file_count;
+    struct outdir out;
+    struct progress progress;
+    bool failed_here;  // what went wrong is no fault of the session's
+    struct message message;
+};
+
+static const struct option options[] = {
+    {.name = "png",
+     .kind = OPTION_FLAG,
+     .offset = offsetof(struct arguments, png),
+     .help = "As PNG, 8 bits a value, in colour where the camera is; so far there is no other "
+             "format, so it may be left out."},
+    {.name = "pair",
+     .kind = OPTION_INT,
+     .offset = offsetof(struct arguments, pair),
+     .value_name = "N",
+     .help = "Only this pair, from 1. Default: all.",
+     .minimum = 1,
+     .maximum = PAIRS_MAX},
+    {.name = "out",
+     .kind = OPTION_TEXT,
+     .offset = offsetof(struct arguments, out),
+     .value_name = "DIR",
+     .help = "Where the pictures go; made if missing. Default: the working directory."},
+    {.name = "quiet",
+     .kind = OPTION_FLAG,
+     .offset = offsetof(struct arguments, quiet),
+     .help = "Print only errors."},
+};
+
+static const struct option_page page = {
+    .command = "vergence export",
+    .operands = "SESSION",
+    .summary = "write the pairs of a session as pictures",
+    .description =
+        "Writes both frames of each pair as SESSION-pair1-left.png and SESSION-pair1-right.png: "
+        "demosaiced, and as bright as a reconstruction takes them (the square root of light). "
+        "Where each camera stood is in the file, as a comment.\n"
+        "All pictures are written, or none. Pictures of an earlier export are replaced, any other "
+        "file is not.\n"
+        "Exit code: 0 OK; 1 writing failed; 2 the command line makes no sense; 3 no session, no "
+        "such pair, or a damaged one.",
+    .examples =
+        "vergence export files/scene --png\n"
+        "vergence export files/scene --pair 1 --out pictures",
+    .options = options,
+    .option_count = sizeof options / sizeof options[0],
+    .operands_min = 1,
+    .operands_max = 1,
+};
+
+/// The last part of the session's path, whatever it is called here ("."), as one word.
+static void set_label(struct run *self) {
+    char *whole = realpath(self->session, NULL);
+    const char *path = whole != NULL ? whole : self->session;
+    const char *slash = strrchr(path, '/');
+    snprintf(self->label, sizeof self->label, "%s", slash != NULL ? slash + 1 : path);
+    for (char *at = self->label; *at != '\0'; at++) {
+        *at = (unsigned char)*at < ' ' || *at == 0x7F ? '?' : *at;
+    }
+    free(whole);
+}
+
+static int open_session(struct run *self) {
+    memset(&self->pairs, 0, sizeof self->pairs);
+    return session_reader_open(&self->reader, AT_FDCWD, self->session, NULL, &self->message);
+}
+
+/// Which pairs there are, and which are wanted.
+static int choose_pairs(struct run *self) {
+    const uint32_t wanted = (uint32_t)self->arguments.pair;
+    int error = open_session(self);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = session_pairs_find(&self->pairs, &self->reader, wanted, &self->message);
+    if (error == ERROR_OK && self->reader.cut) {
+        fprintf(stderr,
+                "vergence: note: %s was cut off, or is still being written: there may have been "
+                "more pairs\n",
+                self->session);
+    }
+    session_reader_close(&self->reader);
+    self->first = wanted != 0 ? wanted : 1;
+    self->count = wanted != 0 ? 1 : self->pairs.count;
+    return error;
+}
+
+static int make_names(struct run *self) {
+    static const char *const sides[RIG_SIDES] = {"left", "right"};
+    self->names = calloc((size_t)self->count * RIG_SIDES, sizeof *self->names);
+    self->files = calloc((size_t)self->count * RIG_SIDES, sizeof *self->files);
+    if (self->names == NULL || self->files == NULL) {
+        return message_set(&self->message, ERROR_MEMORY, "out of memory");
+    }
+    for (uint32_t i = 0; i < self->count * RIG_SIDES; i++) {
+        snprintf(self->names[i], NAME_BYTES, "%s-pair%u-%s.png", self->label,
+                 (unsigned)(self->first + i / RIG_SIDES), sides[i % RIG_SIDES]);
+        self->files[i] = self->names[i];
+    }
+    return ERROR_OK;
+}
+
+/// Whether a file of this name may be written: there is none, or one of ours.
+static int check_name(struct run *self, const char *name) {
+    char path[OUTDIR_PATH_BYTES];
+    struct stat about;
+    uint8_t head[PICTURE_HEAD_BYTES];
+    const int length = snprintf(path, sizeof path, "%s/%s", self->arguments.out, name);
+    if (length < 0 || length >= (int)sizeof path || lstat(path, &about) != 0) {
+        return ERROR_OK;  // what else is wrong shows when it is written
+    }
+    const int fd = S_ISREG(about.st_mode) ? open(path, O_RDONLY | O_NOFOLLOW | O_CLOEXEC) : -1;
+    const ssize_t bytes = fd >= 0 ? read(fd, head, sizeof head) : 0;
+    if (fd >= 0) {
+        close(fd);
+    }
+    return bytes > 0 && picture_png_is_ours(head, (size_t)bytes)
+               ? ERROR_OK
+               : message_set(&self->message, ERROR_ARGUMENT,
+                             "%s exists and is not from vergence export; move it away, or give "
+                             "another --out",
+                             path);
+}
+
+/// Reads, develops and encodes a frame. The caller frees `*png`.
+static int make_png(struct run *self, int side, const struct develop_balance *balance,
+                    struct pair_frame *frame, uint8_t **png, size_t *bytes) {
+    char text[2 * CAPTURE_STAMP_BYTES], line[CAPTURE_STAMP_BYTES];
+    const struct capture_stamp stamp = {self->label, &self->pairs.pair.pair};
+    struct picture picture = {.width_px = frame->width_px,
+                              .height_px = frame->height_px,
+                              .channels = frame->layout == HAL_CAMERA_GREY ? 1 : 3,
+                              .text = text};
+    capture_stamp_line(&stamp, 0, line);
+    snprintf(text, sizeof text, "%s\n", line);
+    capture_stamp_line(&stamp, 1 + side, line);
+    strcat(text, line);
+    for (char *at = text; *at != '\0'; at++) {
+        *at = (unsigned char)*at >= 0x7F ? '?' : *at;
+    }
+    picture.row_bytes = (size_t)picture.width_px * (size_t)picture.channels;
+    picture.pixels = malloc(picture.row_bytes * (size_t)picture.height_px);
+    int error =
+        picture.pixels != NULL ? picture_develop(frame, balance, 1, &picture) : ERROR_MEMORY;
+    *png = error == ERROR_OK ? picture_png(&picture, bytes) : NULL;
+    free(picture.pixels);
+    if (error == ERROR_ARGUMENT) {
+        return message_set(&self->message, error,
+                           "%s: pair %u: frames of %d bits are not supported", self->session,
+                           (unsigned)self->pairs.count, frame->bits);
+    }
+    return *png != NULL ? ERROR_OK
+                        : message_set(&self->message, ERROR_MEMORY, "%s: out of memory for a frame",
+                                      self->session);
+}
+
+static int write_png(struct run *self, const char *name, const uint8_t *png, size_t bytes) {
+    char path[OUTDIR_PATH_BYTES];
+    struct output_file file;
+    outdir_file_path(&self->out, name, path);
+    output_file_open(&file, path);
+    if (file.stream != NULL) {
+        output_file_write(&file, png, bytes);
+    }
+    const int error = output_file_close(&file, &self->message);
+    self->failed_here = error != ERROR_OK;
+    outdir_name_final(&self->out, &self->message);
+    return error;
+}
+
+/// `data` belongs to the caller, who frees it.
+static int read_frame(struct run *self, int side, struct pair_frame *frame) {
+    const uint32_t crc32 = self->pairs.pair.frame_crc[side];
+    const int error = session_reader_frame_fits(&self->reader, frame, crc32, &self->message);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    const size_t values = (size_t)session_frame_row_values(frame) * frame->height_px;
+    frame->data = malloc(values * sizeof *frame->data);
+    return frame->data == NULL ? message_set(&self->message, ERROR_MEMORY,
+                                             "%s: out of memory for a frame", self->session)
+                               : session_reader_frame(&self->reader, frame, crc32, frame->data,
+                                                      values, &self->message);
+}
+
+/// The pair that was found last. White is white by the left frame, as in a reconstruction.
+static int export_pair(struct run *self) {
+    struct develop_balance balance = {{0, 0, 0}};
+    int error = ERROR_OK;
+    for (int side = 0; error == ERROR_OK && side < RIG_SIDES; side++) {
+        struct pair_frame frame = self->pairs.pair.pair.frame[side];
+        uint8_t *png = NULL;
+        size_t bytes = 0;
+        error = read_frame(self, side, &frame);
+        if (error == ERROR_OK && side == RIG_LEFT) {
+            const struct reconstruct_image raw = picture_raw(&frame);
+            balance = develop_balance_of(&raw);
+        }
+        if (error == ERROR_OK) {
+            error = make_png(self, side, &balance, &frame, &png, &bytes);
+        }
+        free(frame.data);
+        if (error == ERROR_OK) {
+            error = write_png(self, self->names[self->file_count++], png, bytes);
+        }
+        free(png);
+        progress_show(&self->progress, 0, "exporting", self->file_count,
+                      (int)self->count * RIG_SIDES);
+    }
+    return error;
+}
+
+static int export_pairs(struct run *self) {
+    int error = open_session(self);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    while (error == ERROR_OK && self->pairs.count + 1 < self->first + self->count) {
+        const int got = session_pairs_next(&self->pairs, &self->reader, &self->message);
+        if (got != 1) {
+            error = got != 0 ? got
+                             : message_set(&self->message, ERROR_MISSING,
+                                           "%s: has changed meanwhile", self->session);
+        } else if (self->pairs.count >= self->first) {
+            error = export_pair(self);
+        }
+    }
+    session_reader_close(&self->reader);
+    return error;
+}
+
+static int export_session(struct run *self) {
+    const double work = 1;
+    int error = choose_pairs(self);
+    error = error != ERROR_OK ? error : make_names(self);
+    for (uint32_t i = 0; error == ERROR_OK && i < self->count * RIG_SIDES; i++) {
+        error = check_name(self, self->names[i]);
+    }
+    if (error != ERROR_OK) {
+        return error;
+    }
+    self->failed_here = true;
+    error = outdir_begin(&self->out, self->arguments.out, &self->message);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    self->failed_here = false;
+    progress_begin(&self->progress, self->arguments.quiet);
+    progress_expect(&self->progress, &work, 1);
+    error = export_pairs(self);
+    progress_end(&self->progress);
+    if (error != ERROR_OK) {
+        outdir_abort(&self->out);
+        return error;
+    }
+    self->failed_here = true;
+    return outdir_commit(&self->out, self->files, self->file_count,
+                         self->files[self->file_count - 1], &self->message);
+}
+
+static int exit_code_of(const struct run *self, int error) {
+    return error == ERROR_OK                            ? CLIENT_OK
+           : error == ERROR_CANCELLED                   ? interrupt_exit_code()
+           : self->failed_here || error == ERROR_MEMORY ? CLIENT_FAILED
+                                                        : CLIENT_BAD_INPUT;
+}
+
+int export_command_run(int argc, char **argv) {
+    static struct run self;
+    int count = 0;
+    self = (struct run){.arguments = {.out = "."}};
+    const int exit_code = options_parse(&page, argc, argv, &self.arguments, &self.session, &count);
+    if (exit_code != OPTIONS_CONTINUE) {
+        return exit_code;
+    }
+    interrupt_catch();
+    set_label(&self);
+    const int error = export_session(&self);
+    if (error != ERROR_OK) {
+        fprintf(stderr, "vergence export: %s\n", self.message.text);
+    }
+    const bool here = strcmp(self.arguments.out, ".") == 0;
+    for (int i = 0; error == ERROR_OK && !self.arguments.quiet && i < self.file_count; i++) {
+        printf("written: %s%s%s\n", here ? "" : self.arguments.out, here ? "" : "/", self.files[i]);
+    }
+    free(self.names);
+    free(self.files);
+    return exit_code_of(&self, error);
+}

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/surface/reconstruct_command.h"
+
+#include <fcntl.h>
+#include <stdio.h>
+
+#include "core/error.h"
+#include "daemon/base/interrupt.h"
+#include "daemon/cli/exit_code.h"
+#include "daemon/cli/options.h"
+#include "daemon/cli/progress.h"
+#include "daemon/surface/reconstruct_session.h"
+#include "daemon/surface/reconstruct_summary.h"
+#include "daemon/surface/result/result_files.h"
+#include "daemon/surface/result/result_json.h"
+
+static const struct reconstruct_words words = {
+    .scale = "--scale",
+    .smaller = "--scale or --region",
+    .depth = "--depth",
+    .search = "--depth or --disparity",
+    .accept = "--accept-mismatch",
+};
+
+static void expect(void *self, const double *work_ns, int stages) {
+    progress_expect(self, work_ns, stages);
+}
+
+static void show_progress(void *self, int stage, const char *what, int done, int total) {
+    progress_show(self, stage, what, done, total);
+}
+
+static int exit_code_of(int error) {
+    switch (error) {
+        case ERROR_OK:
+            return CLIENT_OK;
+        case ERROR_CANCELLED:
+            return interrupt_exit_code();
+        case ERROR_NO_SURFACE:
+            return CLIENT_NO_SURFACE;
+        case ERROR_MEMORY:
+        case ERROR_BUFFER:
+        case ERROR_FULL:
+            return CLIENT_FAILED;
+        default:
+            return CLIENT_BAD_INPUT;
+    }
+}
+
+static void print_outcome(const struct reconstruct_job *job) {
+    const struct reconstruct_request *request = job->request;
+    for (int i = 0; i < job->context.warning_count && !request->quiet; i++) {
+        fprintf(stderr, "vergence: note: %s\n", job->context.warnings[i].text);
+    }
+    if (request->json) {
+        result_json_print(&job->context, stdout);
+    } else if (!request->quiet) {
+        reconstruct_summary_print(&job->context, request->out_path, stdout);
+    }
+}
+
+int reconstruct_command_run(const struct reconstruct_command_abilities *abilities, int argc,
+                            char **argv) {
+    struct reconstruct_request request;
+    struct reconstruct_files files = abilities->files;
+    struct progress progress;
+    static struct reconstruct_session session;
+    struct reconstruct_source source = {reconstruct_inputs_read, &files};
+    const struct reconstruct_observer observer = {
+        .expect = expect, .progress = show_progress, .self = &progress};
+    struct reconstruct_job job = {.outputs = abilities->outputs,
+                                  .request = &request,
+                                  .source = &source,
+                                  .words = &words,
+                                  .observer = &observer};
+    const int exit_code = reconstruct_request_parse(argc, argv, &request);
+    if (exit_code != OPTIONS_CONTINUE) {
+        return exit_code;
+    }
+    if (request.debug_path != NULL && abilities->outputs->debug_maker == NULL) {
+        fputs("vergence reconstruct: --debug is not for this program: it writes no pictures\n",
+              stderr);
+        return CLIENT_USAGE;
+    }
+    if (abilities->outputs->mesh_maker == NULL &&
+        (request.triangles > 0 || request.error_mm > 0 || request.compress)) {
+        fputs(
+            "vergence reconstruct: --triangles, --error and --compress are not for this program: "
+            "it writes the full mesh only\n",
+            stderr);
+        return CLIENT_USAGE;
+    }
+    if (result_files_check(request.files, abilities->outputs->writers,
+                           abilities->outputs->writer_count, &job.message) != ERROR_OK) {
+        fprintf(stderr, "vergence reconstruct: %s\n", job.message.text);
+        return CLIENT_USAGE;
+    }
+    if (request.session_path != NULL) {
+        session.parent = AT_FDCWD;
+        session.path = request.session_path;
+        session.pair = (uint32_t)request.pair;
+        session.load_calibration = files.load_calibration;
+        session.lack =
+            ": --calibration FILE is missing (or --rectified for a rectified pair without one)";
+        source = (struct reconstruct_source){reconstruct_session_read, &session};
+    }
+    interrupt_catch();
+    progress_begin(&progress, request.quiet);
+    const int error = reconstruct_job_run(&job);
+    progress_end(&progress);
+    if (error == ERROR_OK) {
+        print_outcome(&job);
+    } else {
+        fprintf(stderr, "vergence reconstruct: %s%s\n",
+                error == ERROR_MISMATCH ? "ERR MISMATCH " : "", job.message.text);
+    }
+    reconstruct_job_end(&job);
+    return exit_code_of(error);
+}

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+/// `vergence reconstruct`: two images and a calibration in, a directory of results out. What it can
+/// read and write is what its caller gives it: the board's main gives less than the host's.
+#ifndef VERGENCE_DAEMON_SURFACE_RECONSTRUCT_COMMAND_H
+#define VERGENCE_DAEMON_SURFACE_RECONSTRUCT_COMMAND_H
+
+#include "daemon/surface/reconstruct_job.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+struct reconstruct_command_abilities {
+    struct reconstruct_files files;
+    const struct reconstruct_outputs *outputs;
+};
+
+/// Runs the command and returns its exit code, see client.h.
+int reconstruct_command_run(const struct reconstruct_command_abilities *abilities, int argc,
+                            char **argv);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/surface/reconstruct_inputs.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "core/error.h"
+#include "daemon/session/calibration_match.h"
+
+/// Assumed where nobody knows better; the focal length is then the width, 53 degrees across, and in
+/// narrow images a quarter of the height.
+static const double assumed_baseline_mm = 100.0;
+
+int reconstruct_inputs_check(const struct reconstruct_inputs *inputs, struct message *message) {
+    const struct image_file *left = &inputs->left, *right = &inputs->right;
+    if (left->file_width_px != right->file_width_px ||
+        left->file_height_px != right->file_height_px) {
+        return message_set(message, ERROR_SIZE_MISMATCH,
+                           "the images differ in size: %s is %dx%d, %s is %dx%d pixels", left->path,
+                           left->file_width_px, left->file_height_px, right->path,
+                           right->file_width_px, right->file_height_px);
+    }
+    if (left->image.width_px < MATCH_MIN_WIDTH_PX || left->image.height_px < MATCH_MIN_HEIGHT_PX) {
+        return message_set(message, ERROR_TOO_SMALL,
+                           "%s: %dx%d pixels are too few to be matched; at least %dx%d are needed",
+                           left->path, left->image.width_px, left->image.height_px,
+                           MATCH_MIN_WIDTH_PX, MATCH_MIN_HEIGHT_PX);
+    }
+    return ERROR_OK;
+}
+
+static int read_images(const struct reconstruct_request *request,
+                       const struct reconstruct_files *files,
+                       const struct image_request *image_request, struct reconstruct_inputs *inputs,
+                       struct message *message) {
+    int error = image_file_read(request->left_path, files->formats, files->format_count,
+                                image_request, &inputs->left, message);
+    if (error == ERROR_OK) {
+        error = image_file_read(request->right_path, files->formats, files->format_count,
+                                image_request, &inputs->right, message);
+    }
+    if (error == ERROR_OK) {
+        error = reconstruct_inputs_check(inputs, message);
+    }
+    if (error != ERROR_OK) {
+        reconstruct_inputs_free(inputs);
+    }
+    return error;
+}
+
+static void warn_if_dark(const struct image_file *file, struct reconstruct_context *context) {
+    const int bits = file->image.bits;
+    int used = 8;
+    while (used < bits && file->brightest >> used != 0) {
+        used++;
+    }
+    if (bits - used >= 3) {
+        reconstruct_context_warn(context,
+                                 "%s: the brightest of %d bit pixels is %d; if the data have only "
+                                 "%d significant bits, say so by --bits",
+                                 file->path, bits, file->brightest, used);
+    }
+}
+
+static void note_turn(const struct image_file *file, struct reconstruct_context *context) {
+    if (file->orientation > 1) {
+        reconstruct_context_warn(context,
+                                 "%s: turned as its orientation (%d) says, like OpenCV does it; a "
+                                 "calibration must come from images turned alike",
+                                 file->path, file->orientation);
+    }
+}
+
+static struct lens shrunk_lens(struct lens lens, int factor, int width_px, int height_px) {
+    // Pixel centres: x' = (x + 1/2) / factor - 1/2.
+    lens.fx_px /= factor;
+    lens.fy_px /= factor;
+    lens.cx_px = (lens.cx_px + 0.5) / factor - 0.5;
+    lens.cy_px = (lens.cy_px + 0.5) / factor - 0.5;
+    lens.width_px = width_px;
+    lens.height_px = height_px;
+    return lens;
+}
+
+static bool lens_fits(const struct lens *lens, int width_px, int height_px) {
+    return lens->width_px == width_px && lens->height_px == height_px;
+}
+
+int reconstruct_inputs_fit(struct reconstruct_inputs *inputs, const char *name,
+                           struct message *message) {
+    const struct image_file *file = &inputs->left;
+    struct calibration *calibration = &inputs->calibration;
+    const int width_px = file->image.width_px, height_px = file->image.height_px;
+    if (lens_fits(&calibration->left, width_px, height_px) &&
+        lens_fits(&calibration->right, width_px, height_px)) {
+        return ERROR_OK;
+    }
+    if (!lens_fits(&calibration->left, file->file_width_px, file->file_height_px) ||
+        !lens_fits(&calibration->right, file->file_width_px, file->file_height_px)) {
+        return message_set(message, ERROR_SIZE_MISMATCH,
+                           "the images are %dx%d pixels, but %s is for %dx%d (left) and %dx%d "
+                           "(right)",
+                           file->file_width_px, file->file_height_px, name,
+                           calibration->left.width_px, calibration->left.height_px,
+                           calibration->right.width_px, calibration->right.height_px);
+    }
+    calibration->left = shrunk_lens(calibration->left, file->shrink, width_px, height_px);
+    calibration->right = shrunk_lens(calibration->right, file->shrink, width_px, height_px);
+    const int error = calibration_round(calibration);
+    if (error != ERROR_OK) {
+        return message_set(message, error, "the calibration does not survive a shrink by %d: %s",
+                           file->shrink, error_text(error));
+    }
+    return ERROR_OK;
+}
+
+static int assume_calibration(const struct reconstruct_request *request,
+                              struct reconstruct_inputs *inputs,
+                              struct reconstruct_context *context, struct message *message) {
+    const struct image_file *file = &inputs->left;
+    // Narrow images would reach farther to the sides of the axis than rays are measured.
+    const double quarter_px = file->file_height_px / 4.0;
+    const double assumed_px = file->file_width_px > quarter_px ? file->file_width_px : quarter_px;
+    const double focal_px = request->focal_px > 0 ? request->focal_px : assumed_px;
+    const double baseline_mm =
+        request->baseline_mm > 0 ? request->baseline_mm : assumed_baseline_mm;
+    const struct lens lens = {
+        .width_px = file->file_width_px,
+        .height_px = file->file_height_px,
+        .fx_px = focal_px,
+        .fy_px = focal_px,
+        .cx_px = (file->file_width_px - 1) / 2.0,
+        .cy_px = (file->file_height_px - 1) / 2.0,
+    };
+    struct calibration made = {
+        .id = "assumed",
+        .rectified = true,
+        .translation_right_left_mm = {-baseline_mm, 0, 0},
+    };
+    made.left = made.right =
+        shrunk_lens(lens, file->shrink, file->image.width_px, file->image.height_px);
+    inputs->metric = request->focal_px > 0 && request->baseline_mm > 0;
+    snprintf(made.note, sizeof made.note, "focal length %s, baseline %s, centres assumed",
+             request->focal_px > 0 ? "given" : "assumed",
+             request->baseline_mm > 0 ? "given" : "assumed");
+    int error = calibration_round(&made);
+    if (error == ERROR_OK) {
+        error = calibration_validate(&made, NULL);
+    }
+    if (error != ERROR_OK) {
+        return message_set(message, error, "--focal or --baseline cannot be used: %s",
+                           error_text(error));
+    }
+    inputs->calibration = made;
+    snprintf(inputs->calibration_format, sizeof inputs->calibration_format, "assumed");
+    if (inputs->metric) {
+        reconstruct_context_warn(
+            context, "principal points are assumed to stand in the middle of the images");
+    } else {
+        reconstruct_context_warn(
+            context,
+            "the geometry is assumed (focal length %.6g px, baseline %.6g mm): "
+            "shapes are right only up to a stretch in depth, lengths mean "
+            "nothing",
+            focal_px, baseline_mm);
+    }
+    return ERROR_OK;
+}
+
+static int load_calibration(const struct reconstruct_request *request, calibration_loader *load,
+                            struct reconstruct_inputs *inputs, struct reconstruct_context *context,
+                            struct message *message) {
+    const struct calibration_request wanted = {
+        .path = request->calibration_path,
+        .image_width_px = inputs->left.file_width_px,
+        .image_height_px = inputs->left.file_height_px,
+        .unit = reconstruct_request_unit(request),
+        .rectified = request->rectified,
+        .first_camera = request->first_camera,
+    };
+    // A pipe would make whoever opens it wait for its other end; lists of files are no path.
+    struct stat status;
+    if (stat(wanted.path, &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)) {
+        return message_set(message, ERROR_ARGUMENT, "%s is neither a file nor a directory",
+                           wanted.path);
+    }
+    const int error = load(&wanted, &inputs->calibration, inputs->calibration_format, message);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    inputs->metric = true;
+    if (inputs->calibration.note[0] != '\0') {
+        reconstruct_context_warn(context, "calibration: %s", inputs->calibration.note);
+    }
+    inputs->calibration_path = request->calibration_path;
+    return ERROR_OK;
+}
+
+/// Pictures without a session do not say where the axes stood; a fixed rig has none.
+static void note_axes(const struct reconstruct_inputs *inputs,
+                      struct reconstruct_context *context) {
+    static const struct calibration_origin nothing;
+    if (inputs->calibration.has_origin &&
+        calibration_match_is_partial(&inputs->calibration, &nothing)) {
+        reconstruct_context_warn(context,
+                                 "these images do not say where pan, zoom, focus and iris stood: "
+                                 "the calibration is taken to belong to them");
+    }
+}
+
+int reconstruct_inputs_calibrate(const struct reconstruct_request *request,
+                                 calibration_loader *load, struct reconstruct_inputs *inputs,
+                                 struct reconstruct_context *context, struct message *message) {
+    return request->calibration_path != NULL
+               ? load_calibration(request, load, inputs, context, message)
+               : assume_calibration(request, inputs, context, message);
+}
+
+void reconstruct_inputs_doubt(const struct reconstruct_inputs *inputs,
+                              struct reconstruct_context *context) {
+    const struct image_file *const sides[2] = {&inputs->left, &inputs->right};
+    for (int side = 0; side < 2; side++) {
+        warn_if_dark(sides[side], context);
+        note_turn(sides[side], context);
+    }
+    if (inputs->left.shrink > 1) {
+        reconstruct_context_warn(context, "the images were shrunk by %d while reading",
+                                 inputs->left.shrink);
+    }
+}
+
+int reconstruct_inputs_read(void *self, const struct reconstruct_request *request,
+                            struct reconstruct_inputs *inputs, struct reconstruct_context *context,
+                            struct message *message) {
+    const struct reconstruct_files *files = self;
+    const struct image_request image_request = {
+        .bits = request->bits,
+        .bayer = request->bayer < 0    ? IMAGE_BAYER_BY_FORMAT
+                 : request->bayer == 0 ? IMAGE_BAYER_NONE
+                                       : IMAGE_BAYER_GRBG,
+        .raw_width_px = request->raw_px[0],
+        .raw_height_px = request->raw_px[1],
+        .scale = request->scale,
+    };
+    memset(inputs, 0, sizeof *inputs);
+    int error = read_images(request, files, &image_request, inputs, message);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    inputs->left.request = inputs->right.request = NULL;  // it ends with this call
+    error =
+        reconstruct_inputs_calibrate(request, files->load_calibration, inputs, context, message);
+    if (error == ERROR_OK && request->calibration_path != NULL) {
+        note_axes(inputs, context);
+        error = reconstruct_inputs_fit(inputs, request->calibration_path, message);
+    }
+    if (error != ERROR_OK) {
+        reconstruct_inputs_free(inputs);
+        return error;
+    }
+    reconstruct_inputs_doubt(inputs, context);
+    return ERROR_OK;
+}
+
+void reconstruct_inputs_free(struct reconstruct_inputs *inputs) {
+    image_file_free(&inputs->left);
+    image_file_free(&inputs->right);
+}

@@ -1,0 +1,473 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/surface/reconstruct_job.h"
+
+#include <errno.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/base/interrupt.h"
+#include "daemon/base/memory_available.h"
+#include "daemon/base/monotonic.h"
+#include "daemon/base/version.h"
+#include "daemon/base/workers.h"
+#include "daemon/session/calibration_match.h"
+#include "daemon/surface/reconstruct_pictures.h"
+#include "daemon/surface/reconstruct_summary.h"
+#include "daemon/surface/reconstruct_work.h"
+#include "daemon/surface/result/result_figures.h"
+#include "daemon/surface/result/result_files.h"
+
+/// A pair whose calibration fits gives more than this, short of blank walls; one whose rows are
+/// some pixels apart does not.
+static const double sparse_percent = 25;
+
+/// Everyday pictures have up to 20 % of such texture, a wall of tiles or a chessboard more than 80.
+static const double repeating_max_percent = 35;
+
+static const char interrupted[] = "interrupted; nothing was written";
+
+static bool show_progress(void *self, enum reconstruct_stage stage, int done, int total) {
+    const struct reconstruct_job *job = self;
+    job->observer->progress(job->observer->self, (int)stage, reconstruct_stage_text(stage), done,
+                            total);
+    return !interrupt_requested();
+}
+
+static uint64_t now_us(void *self) {
+    (void)self;
+    return monotonic_now_us();
+}
+
+static void choose_options(struct reconstruct_job *job) {
+    const struct reconstruct_request *request = job->request;
+    struct reconstruct_options *options = &job->options;
+    *options = reconstruct_default_options();
+    options->rectify.depth_near_mm = request->depth_mm[0];
+    options->rectify.depth_far_mm = request->depth_mm[1];
+    options->rectify.disparity_min = request->disparity[0];
+    options->rectify.disparity_count = request->disparity[1];
+    if (request->region_px[2] > 0) {
+        options->rectify.region_x_px = request->region_px[0];
+        options->rectify.region_y_px = request->region_px[1];
+        options->rectify.region_width_px = request->region_px[2];
+        options->rectify.region_height_px = request->region_px[3];
+    }
+    // The reader has done its part of the shrinking already.
+    options->rectify.scale = request->scale * job->inputs.left.shrink;
+    options->keep_all = request->keep_all;
+    options->refine = !request->no_refine;
+    if (request->preset >= 0) {
+        options->preset = (enum match_preset)request->preset;
+    }
+    if (request->speckle_px >= 0) {
+        options->speckle_px = request->speckle_px;
+    }
+}
+
+static void fill_context(struct reconstruct_job *job) {
+    struct reconstruct_context *context = &job->context;
+    context->result = &job->result;
+    context->calibration = &job->inputs.calibration;
+    context->options = &job->options;
+    context->left = job->inputs.left.image;
+    context->right = job->inputs.right.image;
+    context->left_path = job->inputs.left.path;
+    context->right_path = job->inputs.right.path;
+    context->calibration_path = job->inputs.calibration_path;
+    context->calibration_format = job->inputs.calibration_format;
+    context->ground_truth_path = job->request->ground_truth_path;
+    context->mask_path = job->request->mask_path;
+    context->ground_truth_scale = job->request->ground_truth_scale;
+    context->metric = job->inputs.metric;
+    context->shrink = job->inputs.left.shrink;
+    context->compress = job->request->compress;
+    if (job->request->mesh_unit >= 0) {
+        context->mesh_unit = (enum reconstruct_unit)job->request->mesh_unit;
+    }
+    context->version = version_text();
+    context->build_id = version_build_id();
+}
+
+/// Files that are only needed at the end are missed before the work, not after it.
+static int check_readable(const char *path, struct message *message) {
+    if (path != NULL && access(path, R_OK) != 0) {
+        return message_set(message, ERROR_ARGUMENT, "%s: %s", path, strerror(errno));
+    }
+    struct stat status;
+    if (path != NULL && (stat(path, &status) != 0 || !S_ISREG(status.st_mode))) {
+        return message_set(message, ERROR_ARGUMENT, "%s is not a file", path);
+    }
+    return ERROR_OK;
+}
+
+/// The input that the file `name` in `directory` would replace; NULL: none.
+static const char *replaced_input(const struct reconstruct_request *request, const char *directory,
+                                  const char *name) {
+    const char *const inputs[] = {request->left_path, request->right_path,
+                                  request->calibration_path, request->ground_truth_path,
+                                  request->mask_path};
+    for (size_t i = 0; i < sizeof inputs / sizeof inputs[0]; i++) {
+        if (inputs[i] != NULL && outdir_replaces(directory, name, inputs[i])) {
+            return inputs[i];
+        }
+    }
+    return NULL;
+}
+
+/// Results that stand in the same directory as what they are made from must not replace it.
+static int protect_inputs(const struct reconstruct_job *job, struct message *message) {
+    const struct reconstruct_request *request = job->request;
+    const char *option = "--out";
+    const char *name = NULL;
+    const char *input = NULL;
+    for (int k = 0; input == NULL && k < job->outputs->writer_count; k++) {
+        name = job->outputs->writers[k].file_name;
+        input = replaced_input(request, request->out_path, name);
+    }
+    if (input == NULL && request->debug_path != NULL) {
+        const struct reconstruct_debug_maker *maker = job->outputs->debug_maker;
+        option = "--debug";
+        for (int k = 0; input == NULL && k < maker->file_count; k++) {
+            name = maker->file_names[k];
+            input = replaced_input(request, request->debug_path, name);
+        }
+    }
+    return input == NULL
+               ? ERROR_OK
+               : message_set(message, ERROR_ARGUMENT,
+                             "%s would be replaced by the result %s; give %s another name", input,
+                             name, option);
+}
+
+/// Ground truth that cannot be read is refused; what cannot be compared is said.
+static int check_truth(struct reconstruct_job *job) {
+    struct reconstruct_context *context = &job->context;
+    const struct rectify_plan *plan = &job->result.plan;
+    int size_px[2] = {0, 0};
+    if (context->ground_truth_path == NULL) {
+        return ERROR_OK;
+    }
+    if (job->outputs->check_truth == NULL) {
+        reconstruct_context_warn(context,
+                                 "--ground-truth is not used: this program writes no page "
+                                 "that would compare with it");
+        return ERROR_OK;
+    }
+    const int error = job->outputs->check_truth(context, size_px, &job->message);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    if (size_px[0] != plan->width_px || size_px[1] != plan->height_px) {
+        const bool resized = job->request->scale < 1 || job->request->scale > 1;
+        const bool cut = job->request->region_px[2] > 0;
+        reconstruct_context_warn(
+            context,
+            "the ground truth %s is not used: it is %dx%d pixels, the rectified left image %dx%d%s",
+            context->ground_truth_path, size_px[0], size_px[1], plan->width_px, plan->height_px,
+            resized && cut ? " (by --region and --scale: compare without them)"
+            : resized      ? " (by --scale: compare without it)"
+            : cut          ? " (by --region: compare without it)"
+                           : "");
+    }
+    return ERROR_OK;
+}
+
+static void note_assumed_depths(struct reconstruct_job *job) {
+    const struct rectify_plan *plan = &job->result.plan;
+    if (plan->depth_range_assumed) {
+        reconstruct_context_warn(&job->context,
+                                 "no depth range was stated; disparities %d to %d px were searched "
+                                 "(%s say what to search)",
+                                 plan->disparity_min,
+                                 plan->disparity_min + plan->disparity_count - 1,
+                                 job->context.words->search);
+    }
+}
+
+static int prepare(struct reconstruct_job *job) {
+    int error = check_readable(job->request->ground_truth_path, &job->message);
+    if (error == ERROR_OK) {
+        error = check_readable(job->request->mask_path, &job->message);
+    }
+    if (error == ERROR_OK) {
+        error = protect_inputs(job, &job->message);
+    }
+    if (error == ERROR_OK) {
+        const struct reconstruct_source *source = job->source;
+        error =
+            source->read(source->self, job->request, &job->inputs, &job->context, &job->message);
+    }
+    if (error != ERROR_OK) {
+        return error;
+    }
+    choose_options(job);
+    fill_context(job);
+    job->context.read_us = monotonic_now_us() - job->start_us;
+    error = reconstruct_pictures_judge(&job->context, &job->message);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = rectify_plan_make(&job->inputs.calibration, &job->options.rectify, &job->result.plan);
+    if (error != ERROR_OK) {
+        reconstruct_summary_no_plan(error, &job->context, &job->message);
+        return error;
+    }
+    struct triangulate_plan measurable;
+    error = triangulate_plan_make(&job->result.plan, NULL, &measurable);
+    if (error != ERROR_OK) {
+        const struct rectify_plan *plan = &job->result.plan;
+        return message_set(
+            &job->message, error,
+            "images of %dx%d pixels with a focal length of %.6g px and a baseline of "
+            "%.6g mm cannot be measured: they may reach %.0f times the focal length "
+            "to each side of the axis, and the baseline 100 m; is the focal length "
+            "wrong, or does --region leave a part that can?",
+            plan->width_px, plan->height_px, plan->f_px, plan->baseline_mm, TRIANGULATE_SLOPE_MAX);
+    }
+    note_assumed_depths(job);
+    return check_truth(job);
+}
+
+static int refuse_memory(struct reconstruct_job *job) {
+    return message_set(&job->message, ERROR_MEMORY,
+                       "not enough memory: %.0f MB are needed; make the images smaller by %s",
+                       (double)job->memory_bytes / 1e6, job->context.words->smaller);
+}
+
+static int allocate(struct reconstruct_job *job) {
+    job->workers = workers_create(job->request->threads);
+    if (job->workers == NULL) {
+        return message_set(&job->message, ERROR_MEMORY, "not enough memory for threads");
+    }
+    job->context.threads = workers_parallel(job->workers)->threads;
+    job->memory_bytes =
+        reconstruct_need_bytes(job->context.left.width_px, job->context.left.height_px,
+                               &job->result.plan, &job->options, job->context.threads);
+    job->context.arena_bytes = job->memory_bytes;
+    if (job->modest && job->memory_bytes > memory_available_bytes()) {
+        return refuse_memory(job);
+    }
+    job->memory = mmap(NULL, job->memory_bytes, PROT_READ | PROT_WRITE,
+                       MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (job->memory == MAP_FAILED) {
+        job->memory = NULL;
+        return refuse_memory(job);
+    }
+    return ERROR_OK;
+}
+
+static int compute(struct reconstruct_job *job) {
+    const struct reconstruct_environment environment = {
+        .parallel = workers_parallel(job->workers),
+        .now_us = now_us,
+        .progress = show_progress,
+        .self = job,
+    };
+    double work_ns[RECONSTRUCT_WORK_STAGES];
+    reconstruct_work_estimate(&job->context.left, &job->result.plan, &job->options,
+                              job->context.threads, work_ns);
+    if (job->observer->expect != NULL) {
+        job->observer->expect(job->observer->self, work_ns, RECONSTRUCT_WORK_STAGES);
+    }
+    struct arena arena;
+    arena_init(&arena, job->memory, job->memory_bytes);
+    const struct rectify_plan plan = job->result.plan;
+    const int error =
+        reconstruct_run(&job->context.left, &job->context.right, &job->inputs.calibration, &plan,
+                        &job->options, &environment, &arena, &job->result);
+    job->context.total_us = monotonic_now_us() - job->start_us;
+    struct rusage usage = {0};
+    getrusage(RUSAGE_SELF, &usage);
+    job->context.rss_peak_bytes = (size_t)usage.ru_maxrss * 1024;
+    if (error == ERROR_NO_SURFACE) {
+        reconstruct_summary_no_surface(&job->context, &job->message);
+    } else if (error == ERROR_CANCELLED) {
+        message_set(&job->message, error, "%s", interrupted);
+    } else if (error != ERROR_OK) {
+        message_set(&job->message, error, "the reconstruction failed: %s", error_text(error));
+    }
+    return error;
+}
+
+static void find_common_sigma(struct reconstruct_job *job) {
+    struct reconstruct_context *context = &job->context;
+    struct result_figures_quantiles spread;
+    context->depth_sigma_common_mm = -1;
+    if (context->metric && job->result.vertex_count > 0 &&
+        result_figures_spread(&job->result, &spread)) {
+        context->depth_sigma_common_mm = calibration_match_sigma_mm(
+            context->calibration, context->has_instrument ? &context->instrument : NULL,
+            spread.depth_mm[1]);
+    }
+}
+
+static void note_doubts(struct reconstruct_job *job) {
+    const double density_percent = result_figures_density_percent(&job->result);
+    struct message cause;
+    if (reconstruct_pictures_blame(&job->context, &cause)) {
+        reconstruct_context_warn(&job->context, "only %.0f %% of the pixels could be measured: %s",
+                                 density_percent, cause.text);
+    } else if (density_percent < sparse_percent) {
+        reconstruct_context_warn(&job->context,
+                                 "only %.0f %% of the pixels could be measured: does the "
+                                 "calibration belong to these images, and is the scene within the "
+                                 "search?",
+                                 density_percent);
+    }
+    const uint32_t points = job->result.vertex_count;
+    const double repeating_percent = points > 0 ? 100.0 * job->result.repeating_count / points : 0;
+    if (repeating_percent > repeating_max_percent) {
+        reconstruct_context_warn(&job->context,
+                                 "%.0f %% of the points lie on texture that repeats itself: they "
+                                 "may be off by a period, all of them alike; a narrower search "
+                                 "(%s) leaves fewer periods",
+                                 repeating_percent < 100 ? repeating_percent : 100,
+                                 job->context.words->search);
+    }
+    const struct triangulate_vertical *vertical = &job->result.vertical;
+    const double scale = job->options.rectify.scale;
+    if (vertical->samples == 0) {
+        reconstruct_context_warn(&job->context,
+                                 "too few textured matches to check that the rows of the rectified "
+                                 "images correspond");
+    }
+    const char *fault = result_figures_rows_fault(vertical, &job->result.plan, scale);
+    if (fault != NULL) {
+        reconstruct_context_warn(&job->context,
+                                 "the rows of the rectified images are %.2f px apart (median; "
+                                 "95 %%: %.2f px): the calibration does not fit these images well; "
+                                 "%s",
+                                 vertical->median_px, vertical->p95_px, fault);
+    }
+}
+
+static bool is_wanted(const struct reconstruct_job *job, const char *file_name) {
+    const char *list = job->request->files;
+    return list == NULL || result_files_has(list, file_name);
+}
+
+/// Only where a file will hold it.
+static int simplify(struct reconstruct_job *job) {
+    const struct reconstruct_mesh_maker *maker = job->outputs->mesh_maker;
+    const struct reconstruct_request *request = job->request;
+    const bool requested = request->triangles > 0 || request->error_mm > 0;
+    if (maker == NULL || job->result.triangle_count == 0 ||
+        !(is_wanted(job, "mesh.glb") || (requested && is_wanted(job, "mesh.ply")))) {
+        return ERROR_OK;
+    }
+    const int error = maker->make(&job->context, request, &job->mesh, &job->message);
+    if (error == ERROR_OK) {
+        job->mesh.requested = requested;
+        job->context.mesh = &job->mesh;
+    }
+    return error;
+}
+
+/// Into the hidden directory.
+static int write_results(struct reconstruct_job *job) {
+    const struct reconstruct_outputs *outputs = job->outputs;
+    for (int i = 0; i < outputs->writer_count; i++) {
+        const struct result_writer *writer = &outputs->writers[i];
+        char path[OUTDIR_PATH_BYTES];
+        job->observer->progress(job->observer->self, RECONSTRUCT_WORK_WRITE, "write", i,
+                                outputs->writer_count);
+        if (interrupt_requested()) {
+            return message_set(&job->message, ERROR_CANCELLED, "%s", interrupted);
+        }
+        if (!is_wanted(job, writer->file_name) || (writer->metric_only && !job->context.metric)) {
+            continue;
+        }
+        outdir_file_path(&job->directory, writer->file_name, path);
+        const int error = writer->write(&job->context, path, &job->message);
+        if (error != ERROR_OK) {
+            outdir_name_final(&job->directory, &job->message);
+            return error;
+        }
+    }
+    return ERROR_OK;
+}
+
+static int commit_results(struct reconstruct_job *job) {
+    const struct reconstruct_outputs *outputs = job->outputs;
+    const char *names[RECONSTRUCT_JOB_WRITERS_MAX];
+    INVARIANT(outputs->writer_count >= 1 && outputs->writer_count <= RECONSTRUCT_JOB_WRITERS_MAX);
+    for (int i = 0; i < outputs->writer_count; i++) {
+        names[i] = outputs->writers[i].file_name;
+    }
+    return outdir_commit(&job->directory, names, outputs->writer_count,
+                         names[outputs->writer_count - 1], &job->message);
+}
+
+/// Pictures are there as well where no surface was found: they may say why. Where they cannot be
+/// written, nothing is.
+static int draw(struct reconstruct_job *job, int error) {
+    struct message message;
+    const int debug_error = reconstruct_debug_finish(&job->debug, &job->context, &message);
+    if (debug_error != ERROR_OK) {
+        job->message = message;
+    }
+    return debug_error != ERROR_OK ? debug_error : error;
+}
+
+static int run(struct reconstruct_job *job) {
+    int error = prepare(job);
+    if (error == ERROR_OK) {
+        error = outdir_begin(&job->directory, job->request->out_path, &job->message);
+        // Not being able to write is a failure, not a bad input.
+        error = error == ERROR_ARGUMENT ? ERROR_BUFFER : error;
+    }
+    if (error == ERROR_OK) {
+        error = reconstruct_debug_begin(&job->debug, job->outputs->debug_maker, job->request,
+                                        &job->result.plan, &job->options, &job->message);
+    }
+    if (error == ERROR_OK) {
+        error = allocate(job);
+    }
+    if (error == ERROR_OK) {
+        error = compute(job);
+    }
+    if (error == ERROR_OK) {
+        find_common_sigma(job);
+        note_doubts(job);
+        error = simplify(job);
+    }
+    if (error == ERROR_OK) {
+        error = write_results(job);
+    }
+    if (error == ERROR_OK || error == ERROR_NO_SURFACE) {
+        error = draw(job, error);
+    }
+    if (error == ERROR_OK) {
+        error = commit_results(job);
+    }
+    return error;
+}
+
+int reconstruct_job_run(struct reconstruct_job *job) {
+    job->start_us = monotonic_now_us();
+    job->context.words = job->words;
+    job->directory = job->debug.directory = (struct outdir){.lock_fd = -1};
+    interrupt_ask(job->observer->go_on, job->observer->self);
+    const int error = run(job);
+    interrupt_ask(NULL, NULL);
+    INVARIANT(error == ERROR_OK || job->message.text[0] != '\0');
+    return error;
+}
+
+void reconstruct_job_end(struct reconstruct_job *job) {
+    if (job->outputs->mesh_maker != NULL) {
+        job->outputs->mesh_maker->free(&job->mesh);
+    }
+    reconstruct_debug_end(&job->debug);
+    outdir_abort(&job->directory);
+    workers_destroy(job->workers);
+    if (job->memory != NULL) {
+        munmap(job->memory, job->memory_bytes);
+    }
+    reconstruct_inputs_free(&job->inputs);
+}

@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/surface/reconstruct_session.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/images/picture.h"
+#include "daemon/session/calibration_match.h"
+#include "daemon/session/session_pairs.h"
+#include "daemon/session/session_read.h"
+#include "device/mt9t001.h"
+
+static int read_frame(const struct reconstruct_session *self, const struct session_reader *reader,
+                      int side, const struct image_request *request, struct image_file *file,
+                      struct message *message) {
+    const struct pair_frame *frame = &self->event.pair.frame[side];
+    const size_t row_values = session_frame_row_values(frame);
+    const size_t values = row_values * frame->height_px;
+    int error = session_reader_frame_fits(reader, frame, self->event.frame_crc[side], message);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    uint16_t *data = malloc(values * sizeof *data);
+    if (data == NULL) {
+        return message_set(message, ERROR_MEMORY, "%s: no memory for a frame", self->path);
+    }
+    memset(file, 0, sizeof *file);
+    file->path = self->name[side];
+    file->request = request;
+    error = session_reader_frame(reader, frame, self->event.frame_crc[side], data, values, message);
+    if (error == ERROR_OK) {
+        error = image_file_begin(file, frame->width_px, frame->height_px,
+                                 frame->layout == HAL_CAMERA_RGB ? 3 : 1, frame->bits,
+                                 picture_raw(frame).layout, message);
+    }
+    for (size_t y = 0; error == ERROR_OK && y < frame->height_px; y++) {
+        error = image_file_row(file, data + y * row_values, message);
+    }
+    free(data);
+    free(file->sums);
+    file->sums = NULL;
+    file->request = NULL;
+    return error;
+}
+
+static int parse_calibration(const char *name, const char *text, size_t length,
+                             struct calibration *calibration, struct message *message) {
+    struct calibration_fault fault = {.field = "", .reason = ""};
+    const int error = calibration_parse(text, length, calibration, &fault);
+    return error == ERROR_OK
+               ? ERROR_OK
+               : message_set(message, error, "%s:%d: %s%s%s", name, fault.line, fault.field,
+                             fault.field[0] != '\0' ? ": " : "",
+                             fault.reason[0] != '\0' ? fault.reason : error_text(error));
+}
+
+/// The session's own, which was in force when the pair was taken.
+static int read_own(struct reconstruct_session *self, const struct session_reader *reader,
+                    uint32_t crc32, struct calibration *calibration, struct message *message) {
+    char text[CALIBRATION_TEXT_MAX_BYTES], file[SESSION_NAME_MAX + 1];
+    session_calibration_name(crc32, file);
+    snprintf(self->calibration_name, sizeof self->calibration_name, "%s/%s", self->path, file);
+    const int length = session_reader_calibration(reader, crc32, text, sizeof text, message);
+    return length < 0 ? length
+                      : parse_calibration(self->calibration_name, text, (size_t)length, calibration,
+                                          message);
+}
+
+/// That of the request before the session's own, and that before the kept one.
+static int read_calibration(struct reconstruct_session *self, const struct session_reader *reader,
+                            const struct session_pairs *pairs,
+                            const struct reconstruct_request *request,
+                            struct reconstruct_inputs *inputs, struct reconstruct_context *context,
+                            struct message *message) {
+    struct calibration *const calibration = &inputs->calibration;
+    if (request->calibration_path != NULL || request->rectified) {
+        snprintf(self->calibration_name, sizeof self->calibration_name, "%s",
+                 request->calibration_path != NULL ? request->calibration_path : "");
+        return reconstruct_inputs_calibrate(request, self->load_calibration, inputs, context,
+                                            message);
+    }
+    self->own = pairs->has_calibration;
+    int error = ERROR_OK;
+    if (self->own) {
+        error = read_own(self, reader, pairs->calibration_crc, calibration, message);
+    } else if (self->kept_text != NULL) {
+        snprintf(self->calibration_name, sizeof self->calibration_name, "the kept calibration");
+        error = parse_calibration(self->calibration_name, self->kept_text, self->kept_length,
+                                  calibration, message);
+    } else if (self->kept_error != 0) {
+        return message_set(message, self->kept_error,
+                           "%s: has no calibration, and the kept one cannot be read: %s",
+                           self->path, error_text(self->kept_error));
+    } else {
+        return message_set(message, ERROR_MISSING, "%s: the session holds no calibration%s",
+                           self->path, self->lack);
+    }
+    if (error != ERROR_OK) {
+        return error;
+    }
+    inputs->metric = true;
+    inputs->calibration_path = self->calibration_name;
+    snprintf(inputs->calibration_format, sizeof inputs->calibration_format, "vergence");
+    if (calibration->note[0] != '\0') {
+        reconstruct_context_warn(context, "calibration: %s", calibration->note);
+    }
+    return ERROR_OK;
+}
+
+struct lens reconstruct_session_cut(const struct lens *lens, const struct pair_window *window,
+                                    int width_px, int height_px) {
+    INVARIANT(window->skip >= 1);
+    // Pixel u of the frame stands at column + skip u of the sensor when u is even, and skip - 1
+    // before that when it is odd; the mean of both is (skip - 1) / 2 before.
+    const double skip = window->skip;
+    const double middle = (skip - 1) / 2;
+    struct lens cut = *lens;
+    cut.width_px = width_px;
+    cut.height_px = height_px;
+    cut.fx_px = lens->fx_px / skip;
+    cut.fy_px = lens->fy_px / skip;
+    cut.cx_px = (lens->cx_px - window->column_px + middle) / skip;
+    cut.cy_px = (lens->cy_px - window->row_px + middle) / skip;
+    return cut;
+}
+
+static bool is_for(const struct lens *lens, int width_px, int height_px) {
+    return lens->width_px == width_px && lens->height_px == height_px;
+}
+
+static bool is_part(const struct pair_frame *frame) {
+    return frame->window.skip != 0 &&
+           (frame->width_px != MT9T001_WIDTH_PX || frame->height_px != MT9T001_HEIGHT_PX);
+}
+
+/// Makes the calibration one of the frames as they were taken.
+static int cut_to_window(struct reconstruct_session *self, struct calibration *calibration,
+                         struct reconstruct_context *context, struct message *message) {
+    struct lens *const lenses[RIG_SIDES] = {&calibration->left, &calibration->right};
+    for (int side = 0; side < RIG_SIDES; side++) {
+        const struct pair_frame *frame = &self->event.pair.frame[side];
+        if (!is_part(frame)) {
+            continue;
+        }
+        if (is_for(lenses[side], frame->width_px, frame->height_px)) {
+            if (calibration->origin.side[side].window.skip == 0) {  // of one that knows, see match
+                reconstruct_context_warn(
+                    context,
+                    "%s is of %dx%d pixels, as the %s frame, and is taken to be of "
+                    "the same part of the sensor",
+                    self->calibration_name, frame->width_px, frame->height_px,
+                    side == RIG_LEFT ? "left" : "right");
+            }
+        } else if (is_for(lenses[side], MT9T001_WIDTH_PX, MT9T001_HEIGHT_PX)) {
+            *lenses[side] = reconstruct_session_cut(lenses[side], &frame->window, frame->width_px,
+                                                    frame->height_px);
+            calibration->origin.side[side].window = (struct calibration_window){
+                frame->window.column_px, frame->window.row_px, frame->window.skip};
+            self->cut = true;
+        }
+        if (side == RIG_LEFT && frame->window.skip > 1) {
+            reconstruct_context_warn(context,
+                                     "pixels are taken to stand evenly, though with a skip of %d "
+                                     "the two of a colour pair are %.3g px off that",
+                                     frame->window.skip,
+                                     (frame->window.skip - 1) / (2.0 * frame->window.skip));
+        }
+    }
+    const int error = self->cut ? calibration_round(calibration) : ERROR_OK;
+    if (error != ERROR_OK || (self->cut && calibration_validate(calibration, NULL) != ERROR_OK)) {
+        return message_set(message, ERROR_SIZE_MISMATCH,
+                           "%s cannot be cut to what the frames show of the sensor: choose a "
+                           "larger window",
+                           self->calibration_name);
+    }
+    return ERROR_OK;
+}
+
+/// Refuses a calibration that was made with other axes, cameras or windows, or notes that it was.
+static int match(struct reconstruct_session *self, const struct session_pairs *pairs,
+                 const struct reconstruct_request *request, struct reconstruct_inputs *inputs,
+                 struct reconstruct_context *context, struct message *message) {
+    struct calibration *calibration = &inputs->calibration;
+    struct calibration_match_state state;
+    calibration_match_pair(self->profile, pairs->has_instrument ? &pairs->instrument : NULL,
+                           &self->event.pair, &state);
+    context->has_instrument = true;
+    context->instrument = state.instrument;
+    context->axes_compared = !calibration_match_is_partial(calibration, &state.origin);
+    const char *accept = request->accept_mismatch ? NULL : context->words->accept;
+    const int error = calibration_match(calibration, &state, accept, &context->mismatch);
+    if (error != ERROR_OK && !request->accept_mismatch) {
+        *message = context->mismatch;
+        return error;
+    }
+    if (error != ERROR_OK) {
+        reconstruct_context_warn(context, "accepted mismatch, lengths are not to be trusted: %s",
+                                 context->mismatch.text);
+    } else if (!context->axes_compared) {
+        reconstruct_context_warn(context,
+                                 "whether %s belongs to this pair is not known: not both say where "
+                                 "pan, zoom, focus and iris stood",
+                                 self->calibration_name);
+    }
+    return ERROR_OK;
+}
+
+/// A calibration that was assumed is of the frames already.
+static int fit_calibration(struct reconstruct_session *self, const struct session_pairs *pairs,
+                           const struct reconstruct_request *request,
+                           struct reconstruct_inputs *inputs, struct reconstruct_context *context,
+                           struct message *message) {
+    if (inputs->calibration_path == NULL) {
+        return ERROR_OK;
+    }
+    int error = match(self, pairs, request, inputs, context, message);
+    if (error == ERROR_OK) {
+        error = cut_to_window(self, &inputs->calibration, context, message);
+    }
+    return error != ERROR_OK ? error
+                             : reconstruct_inputs_fit(inputs, self->calibration_name, message);
+}
+
+static int read_all(struct reconstruct_session *self, const struct session_reader *reader,
+                    const struct session_pairs *pairs, const struct reconstruct_request *request,
+                    struct reconstruct_inputs *inputs, struct reconstruct_context *context,
+                    struct message *message) {
+    struct image_file *const files[RIG_SIDES] = {&inputs->left, &inputs->right};
+    const struct image_request image_request = {.scale = request->scale};
+    int error = ERROR_OK;
+    for (int side = 0; error == ERROR_OK && side < RIG_SIDES; side++) {
+        char file[SESSION_NAME_MAX + 1];
+        session_frame_name(self->event.frame_crc[side], file);
+        snprintf(self->name[side], sizeof self->name[side], "%s/%s", self->path, file);
+        error = read_frame(self, reader, side, &image_request, files[side], message);
+    }
+    if (error == ERROR_OK) {
+        error = reconstruct_inputs_check(inputs, message);
+    }
+    if (error == ERROR_OK) {
+        error = read_calibration(self, reader, pairs, request, inputs, context, message);
+    }
+    if (error == ERROR_OK) {
+        error = fit_calibration(self, pairs, request, inputs, context, message);
+    }
+    return error;
+}
+
+/// The last part of its path: results go to other places, where the rest would mean nothing.
+static void set_label(struct reconstruct_session *self) {
+    const char *end = self->path + strlen(self->path);
+    while (end > self->path && end[-1] == '/') {
+        end--;
+    }
+    const char *begin = end;
+    while (begin > self->path && begin[-1] != '/') {
+        begin--;
+    }
+    snprintf(self->label, sizeof self->label, "%.*s", (int)(end - begin), begin);
+}
+
+static int find_pair(struct reconstruct_session *self, struct session_reader *reader,
+                     struct session_pairs *pairs, struct reconstruct_context *context,
+                     struct message *message) {
+    const int error = session_pairs_find(pairs, reader, self->pair, message);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    self->event = pairs->pair;
+    self->found = pairs->count;
+    set_label(self);
+    context->capture = (struct capture_stamp){self->label, &self->event.pair};
+    if (reader->cut) {
+        reconstruct_context_warn(context,
+                                 "%s was cut off, or is still being written: there may have been "
+                                 "pairs after this one",
+                                 self->path);
+    }
+    return ERROR_OK;
+}
+
+int reconstruct_session_read(void *session, const struct reconstruct_request *request,
+                             struct reconstruct_inputs *inputs, struct reconstruct_context *context,
+                             struct message *message) {
+    struct reconstruct_session *self = session;
+    struct session_reader reader;
+    memset(inputs, 0, sizeof *inputs);
+    self->found = 0;
+    self->own = self->cut = false;
+    struct session_pairs *pairs = calloc(1, sizeof *pairs);
+    if (pairs == NULL) {
+        return message_set(message, ERROR_MEMORY, "%s: no memory", self->path);
+    }
+    int error = session_reader_open(&reader, self->parent, self->path, &pairs->event, message);
+    if (error == ERROR_OK) {
+        memcpy(self->profile, pairs->event.profile, sizeof self->profile);
+        error = find_pair(self, &reader, pairs, context, message);
+        if (error == ERROR_OK) {
+            error = read_all(self, &reader, pairs, request, inputs, context, message);
+        }
+        session_reader_close(&reader);
+    }
+    free(pairs);
+    if (error != ERROR_OK) {
+        reconstruct_inputs_free(inputs);
+        return error;
+    }
+    reconstruct_inputs_doubt(inputs, context);
+    return ERROR_OK;
+}

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/surface/reconstruct_summary.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <string.h>
+
+#include "core/error.h"
+#include "daemon/surface/reconstruct_pictures.h"
+#include "daemon/surface/result/result_figures.h"
+
+static void print_search(const struct reconstruct_context *context, FILE *stream) {
+    const struct rectify_plan *plan = &context->result->plan;
+    fprintf(stream, "rectified   %d x %d px, f %.6g px, baseline %.6g mm\n", plan->width_px,
+            plan->height_px, plan->f_px, plan->baseline_mm);
+    fprintf(stream, "searched    disparities %d to %d px", plan->disparity_min,
+            plan->disparity_min + plan->disparity_count - 1);
+    if (context->metric) {
+        fprintf(stream, ", depths %.6g mm to ", plan->depth_near_mm);
+        if (isfinite(plan->depth_far_mm)) {
+            fprintf(stream, "%.6g mm", plan->depth_far_mm);
+        } else {
+            fputs("infinity", stream);
+        }
+    }
+    fprintf(stream, "%s\n", plan->depth_range_assumed ? " (assumed)" : "");
+}
+
+static void print_surface(const struct reconstruct_context *context, FILE *stream) {
+    const struct reconstruct_result *result = context->result;
+    fprintf(stream,
+            "surface     %" PRIu32 " points, %" PRIu32 " triangles, %.1f %% of the pixels\n",
+            result->vertex_count, result->triangle_count, result_figures_density_percent(result));
+    struct result_figures_quantiles spread;
+    if (context->metric && result->vertex_count > 0 && result_figures_spread(result, &spread)) {
+        fprintf(stream, "depth       %.6g mm (median), %.6g mm to %.6g mm (1 %% to 99 %%)\n",
+                spread.depth_mm[1], spread.depth_mm[0], spread.depth_mm[2]);
+        if (context->options->refine) {
+            fprintf(stream, "deviation   %.3g mm predicted (median), %.3g mm (95 %%)\n",
+                    spread.sigma_mm[1], spread.sigma_mm[2]);
+        }
+    }
+    const double common_mm = context->depth_sigma_common_mm;
+    if (common_mm >= 0) {
+        fprintf(stream, "common      %.3g mm: all depths together, from calibration and axes\n",
+                common_mm);
+    }
+    if (result->vertical.samples > 0) {
+        fprintf(stream, "rows        off by %.3f px (median), %.3f px (95 %%) in %d samples\n",
+                result->vertical.median_px, result->vertical.p95_px, result->vertical.samples);
+    }
+}
+
+/// "pictures    left 14.3 % bright, 0.0 % saturated, ...".
+static void print_pictures(const struct reconstruct_context *context, FILE *stream) {
+    for (int side = 0; side < 2; side++) {
+        const struct picture_stats *picture = &context->picture[side];
+        fprintf(
+            stream,
+            "%-12s%s: brightness %.1f %%, saturated %.1f %%, black %.1f %%, sharpness %.0f %%\n",
+            side == 0 ? "pictures" : "", side == 0 ? "left" : "right",
+            picture->brightness_permille / 10.0, picture->saturated_permille / 10.0,
+            picture->black_permille / 10.0, picture->sharpness_permille / 10.0);
+    }
+}
+
+static void print_mesh(const struct reconstruct_context *context, FILE *stream) {
+    const struct reconstruct_mesh *mesh = context->mesh;
+    if (mesh == NULL) {
+        return;
+    }
+    fprintf(stream, "mesh        %" PRIu32 " triangles in %s", mesh->result.triangle_count,
+            mesh->requested ? "mesh.glb and mesh.ply" : "mesh.glb");
+    if (context->metric) {
+        fprintf(stream, ", %.3g mm off the points (median), %.3g mm (99 %%)", mesh->median_mm,
+                mesh->p99_mm);
+    }
+    fputc('\n', stream);
+}
+
+void reconstruct_summary_print(const struct reconstruct_context *context, const char *out_path,
+                               FILE *stream) {
+    for (int line = 0; context->capture.session != NULL && line < CAPTURE_STAMP_LINES; line++) {
+        char text[CAPTURE_STAMP_BYTES];
+        capture_stamp_line(&context->capture, line, text);
+        fprintf(stream, "%-12s%s\n", line == 0 ? "capture" : "", text);
+    }
+    if (context->mismatch.text[0] != '\0') {
+        fprintf(stream, "MISMATCH    %s\n", context->mismatch.text);
+    }
+    print_pictures(context, stream);
+    print_search(context, stream);
+    print_surface(context, stream);
+    print_mesh(context, stream);
+    fprintf(stream, "cost        %.2f s, %.0f MB, %d thread%s\n", (double)context->total_us / 1e6,
+            (double)context->rss_peak_bytes / 1e6, context->threads,
+            context->threads == 1 ? "" : "s");
+    fprintf(stream, "results     %s\n", out_path);
+}
+
+void reconstruct_summary_no_surface(const struct reconstruct_context *context,
+                                    struct message *message) {
+    const struct reconstruct_result *result = context->result;
+    struct message cause;
+    if (reconstruct_pictures_blame(context, &cause)) {
+        message_set(message, ERROR_NO_SURFACE, "no surface was found: %s", cause.text);
+        return;
+    }
+    double total = 0;
+    int main_reason = REASON_BORDER;
+    for (int reason = 0; reason < REASON_COUNT; reason++) {
+        total += result->reason_count[reason];
+        if (reason != REASON_VALID &&
+            result->reason_count[reason] > result->reason_count[main_reason]) {
+            main_reason = reason;
+        }
+    }
+    message_set(message, ERROR_NO_SURFACE,
+                "no surface was found: %.0f %% of the pixels are \"%s\"; do both images show the "
+                "same scene, left and right in this order, and is it within the depths or "
+                "disparities searched (%d to %d px)?",
+                total > 0 ? 100.0 * result->reason_count[main_reason] / total : 0.0,
+                reason_text(main_reason), result->plan.disparity_min,
+                result->plan.disparity_min + result->plan.disparity_count - 1);
+}
+
+/// Stated disparities that the matcher could search fail for one reason only: nothing is there.
+static void no_disparities(int error, const struct reconstruct_context *context,
+                           struct message *message) {
+    const struct rectify_options *rectify = &context->options->rectify;
+    const struct reconstruct_words *words = context->words;
+    const int first_px = rectify->disparity_min, count = rectify->disparity_count;
+    if (count > 0 && count <= MATCH_MAX_DISPARITIES && first_px >= -MATCH_DISPARITY_LIMIT &&
+        first_px <= MATCH_DISPARITY_LIMIT - count) {
+        message_set(message, error,
+                    "disparities %d to %d px lie beyond infinity: nothing can be there; raise "
+                    "--disparity, and are left and right in the right order?",
+                    first_px, first_px + count - 1);
+    } else {
+        message_set(message, error,
+                    "the search needs disparities that are not between %d and %d px, or more than "
+                    "%d of them; narrow it by %s, or make the images smaller by %s",
+                    -MATCH_DISPARITY_LIMIT, MATCH_DISPARITY_LIMIT, MATCH_MAX_DISPARITIES,
+                    words->search, words->scale);
+    }
+}
+
+void reconstruct_summary_no_plan(int error, const struct reconstruct_context *context,
+                                 struct message *message) {
+    const struct calibration *calibration = context->calibration;
+    const struct rectify_options *rectify = &context->options->rectify;
+    const struct reconstruct_words *words = context->words;
+    switch (error) {
+        case ERROR_DEPTH_RANGE:
+            message_set(
+                message, error, "the depth range %.6g:%.6g mm is empty; give %s",
+                rectify->depth_near_mm > 0 ? rectify->depth_near_mm : calibration->depth_near_mm,
+                rectify->depth_near_mm > 0 ? rectify->depth_far_mm : calibration->depth_far_mm,
+                words->depth);
+            break;
+        case ERROR_DISPARITY_RANGE:
+            no_disparities(error, context, message);
+            break;
+        case ERROR_OVERLAP:
+            message_set(
+                message, error,
+                "the two cameras share no field of view in the depths searched; are left and "
+                "right swapped, or is %s wrong?",
+                words->depth);
+            break;
+        case ERROR_TOO_LARGE:
+            message_set(
+                message, error,
+                "the rectified images would be larger than the maximum of %dx%d pixels; give "
+                "a %s below %.3g",
+                IMAGE_MAX_SIDE_PX, IMAGE_MAX_SIDE_PX, words->scale,
+                // As the user counts it: the reader may have done a part of the shrinking.
+                rectify->scale / context->shrink);
+            break;
+        case ERROR_TOO_SMALL:
+            message_set(message, error,
+                        "what is left of the images is too small to be matched; at least %dx%d "
+                        "rectified pixels are needed",
+                        MATCH_MIN_WIDTH_PX, MATCH_MIN_HEIGHT_PX);
+            break;
+        case ERROR_ARGUMENT:
+            if (rectify->region_width_px > 0) {
+                message_set(message, error, "--region lies outside the rectified image");
+                break;
+            }
+            // fall through
+        default:
+            message_set(message, error, "the pair cannot be rectified: %s", error_text(error));
+    }
+}

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What `vergence reconstruct` tells people at its end.
+#ifndef VERGENCE_DAEMON_SURFACE_RECONSTRUCT_SUMMARY_H
+#define VERGENCE_DAEMON_SURFACE_RECONSTRUCT_SUMMARY_H
+
+#include <stdio.h>
+
+#include "daemon/surface/result/reconstruct_context.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Prints the main figures and where the results lie.
+void reconstruct_summary_print(const struct reconstruct_context *context, const char *out_path,
+                               FILE *stream);
+
+/// One line that says why no surface was found.
+void reconstruct_summary_no_surface(const struct reconstruct_context *context,
+                                    struct message *message);
+
+/// One line that says why no plan could be made: `error` is what rectify_plan_make returned for the
+/// calibration and the options of `context`, whose result is not looked at.
+void reconstruct_summary_no_plan(int error, const struct reconstruct_context *context,
+                                 struct message *message);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

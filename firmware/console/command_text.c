@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "console/command_text.h"
+
+#include <stdbool.h>
+
+#include "core/decimal.h"
+#include "core/invariant.h"
+
+enum { TYPED_MAX = 40 };
+
+struct command_text command_text_begin(char *data, size_t bytes) {
+    INVARIANT(data != NULL && bytes > 0);
+    data[0] = '\0';
+    return (struct command_text){data, bytes, 0};
+}
+
+static void add_character(struct command_text *text, char added) {
+    INVARIANT(text->length < text->bytes);
+    if (text->length + 1 < text->bytes) {
+        text->data[text->length++] = added;
+        text->data[text->length] = '\0';
+    }
+}
+
+void command_text_add(struct command_text *text, const char *added) {
+    INVARIANT(added != NULL);
+    for (const char *at = added; *at != '\0'; at++) {
+        add_character(text, *at);
+    }
+}
+
+void command_text_add_typed(struct command_text *text, const char *added) {
+    INVARIANT(added != NULL);
+    for (size_t i = 0; added[i] != '\0'; i++) {
+        // A character of several bytes is not cut in two: its later bytes begin with the bits 10.
+        if (i >= TYPED_MAX && ((unsigned char)added[i] & 0xC0) != 0x80) {
+            command_text_add(text, "...");
+            return;
+        }
+        const bool control = (unsigned char)added[i] < ' ' || added[i] == 0x7F;
+        add_character(text, control ? '?' : added[i]);
+    }
+}
+
+void command_text_add_number(struct command_text *text, double value, int decimals) {
+    INVARIANT(decimals >= 0 && decimals <= 6);
+    int64_t scaled = 0;
+    // A large number has no room for all its decimals.
+    while (decimals > 0 && decimal_from_double(value, decimals, &scaled) != 0) {
+        decimals--;
+    }
+    if (decimal_from_double(value, decimals, &scaled) != 0) {
+        command_text_add(text, "?");
+        return;
+    }
+    while (decimals > 0 && scaled % 10 == 0) {
+        scaled /= 10;
+        decimals--;
+    }
+    char digits[DECIMAL_TEXT_BYTES];
+    decimal_print(scaled, decimals, digits);
+    command_text_add(text, digits);
+}
+
+void command_text_add_integer(struct command_text *text, int64_t value) {
+    char digits[24];
+    size_t at = sizeof digits;
+    uint64_t left = value < 0 ? 0 - (uint64_t)value : (uint64_t)value;
+    digits[--at] = '\0';
+    do {
+        digits[--at] = (char)('0' + left % 10);
+        left /= 10;
+    } while (left > 0);
+    if (value < 0) {
+        digits[--at] = '-';
+    }
+    INVARIANT(at < sizeof digits);
+    command_text_add(text, digits + at);
+}
+
+void command_text_add_unit(struct command_text *text, const char *unit) {
+    if (unit != NULL) {
+        command_text_add(text, " ");
+        command_text_add(text, unit);
+    }
+}
+
+void command_text_add_hex(struct command_text *text, uint32_t value, int digits) {
+    INVARIANT(digits >= 1 && digits <= 8);
+    command_text_add(text, "0x");
+    for (int shift = 4 * (digits - 1); shift >= 0; shift -= 4) {
+        add_character(text, "0123456789ABCDEF"[(value >> shift) & 15]);
+    }
+}

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "console/commands.h"
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "rig/rig.h"
+
+unsigned commands_sides(const struct command_value *value) {
+    static const unsigned sides[] = {1U << RIG_LEFT, 1U << RIG_RIGHT, 3U};
+    INVARIANT(!value->given || (value->choice >= 0 && value->choice < 3));
+    return value->given ? sides[value->choice] : 3U;
+}
+
+const char *commands_side_name(unsigned at) {
+    INVARIANT(at < RIG_SIDES);
+    return at == RIG_LEFT ? "left" : "right";
+}
+
+struct command_text commands_sentence(const struct command_call *call) {
+    return command_text_begin(call->message, call->message_bytes);
+}
+
+void commands_put_number(const struct command_call *call, const char *key, double value,
+                         int decimals, const char *unit) {
+    call->reply->operations->number(call->reply->self, key, value, decimals, unit);
+}
+
+void commands_put_text(const struct command_call *call, const char *key, const char *value) {
+    call->reply->operations->text(call->reply->self, key, value);
+}
+
+void commands_put_begin(const struct command_call *call, const char *key, bool array) {
+    call->reply->operations->begin(call->reply->self, key, array);
+}
+
+void commands_put_end(const struct command_call *call) {
+    call->reply->operations->end(call->reply->self);
+}
+
+int commands_not_ready(const struct command_call *call, const char *name) {
+    const struct rig *rig = call->rig;
+    struct command_text sentence = commands_sentence(call);
+    INVARIANT(rig->state != RIG_READY);
+    command_text_add(&sentence, name);
+    if (rig->state == RIG_DOWN) {
+        command_text_add(&sentence, ": the instrument is down; \"bringup\" first");
+        return ERROR_NOT_READY;
+    }
+    command_text_add(&sentence, ": the instrument is in its safe state");
+    // A cancelled command left it so without a word: it was somebody's wish.
+    if (rig->trouble.error != 0 && rig->trouble.text[0] != '\0') {
+        command_text_add(&sentence, " (");
+        command_text_add(&sentence, rig->trouble.text);
+        command_text_add(&sentence, ")");
+    }
+    command_text_add(&sentence, "; \"bringup\" again");
+    return ERROR_NOT_READY;
+}
+
+/// The sentence of an error of a command that gave none: a part's failure, or the rig's refusal,
+/// was told where it happened.
+static void tell_error(const struct command *command, const struct command_call *call, int error) {
+    struct command_text sentence = commands_sentence(call);
+    const struct rig_trouble *told = NULL;
+    if ((command->flags & COMMAND_NO_RIG) == 0) {
+        const struct rig *rig = call->rig;
+        told = rig->refusal.error == error   ? &rig->refusal
+               : rig->trouble.error == error ? &rig->trouble
+                                             : NULL;
+    }
+    if (told != NULL && told->text[0] != '\0') {
+        command_text_add(&sentence, told->text);
+        return;
+    }
+    if (error != ERROR_CANCELLED) {
+        command_text_add(&sentence, command->name);
+        command_text_add(&sentence, ": ");
+    }
+    command_text_add(&sentence, error_text(error));
+}
+
+int command_run(const struct command *command, const struct command_call *call) {
+    INVARIANT(call->message_bytes > 0);
+    call->message[0] = '\0';
+    if ((command->flags & COMMAND_NO_RIG) == 0) {
+        call->rig->refusal = (struct rig_trouble){.error = ERROR_OK};
+    }
+    if ((command->flags & COMMAND_NEEDS_RIG) != 0 && call->rig->state != RIG_READY) {
+        return commands_not_ready(call, command->name);
+    }
+    const int error = command->run(call);
+    if (error != 0 && call->message[0] == '\0') {
+        tell_error(command, call, error);
+    }
+    return error;
+}

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the cameras look and what their lenses do: pan, zoom, focus, iris.
+#include "console/commands.h"
+#include "core/error.h"
+#include "core/invariant.h"
+#include "rig/lens_move.h"
+#include "rig/rig.h"
+
+enum { ANGLE_DECIMALS = 3 };
+
+static const double urad_per_degree = 1e6 * 3.14159265358979323846 / 180.0;
+
+static int show_pan(const struct command_call *call, unsigned sides) {
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        int32_t angle_urad = 0;
+        if ((sides >> side & 1) == 0) {
+            continue;
+        }
+        const int error = rig_pan_read(call->rig, side, &angle_urad);
+        if (error != 0) {
+            return error;
+        }
+        commands_put_number(call, commands_side_name(side), (double)angle_urad / urad_per_degree,
+                            ANGLE_DECIMALS, "deg");
+    }
+    return 0;
+}
+
+/// The angle of an argument, if this instrument turns so far.
+static int angle_of(const struct command_call *call, const struct command_value *value,
+                    int32_t *angle_urad) {
+    const struct rig_profile *profile = &call->rig->profile;
+    const double exact_urad = value->number * urad_per_degree;
+    // To the nearest first: a limit's own angle, with so many digits as it takes, lies within.
+    const int64_t urad = (int64_t)(exact_urad < 0 ? exact_urad - 0.5 : exact_urad + 0.5);
+    if (urad < profile->pan_least_urad || urad > profile->pan_most_urad) {
+        struct command_text sentence = commands_sentence(call);
+        command_text_add(&sentence, "pan: ANGLE ");
+        command_text_add_typed(&sentence, value->text);
+        command_text_add(&sentence, ": this instrument turns from ");
+        command_text_add_number(&sentence, profile->pan_least_urad / urad_per_degree,
+                                ANGLE_DECIMALS);
+        command_text_add(&sentence, " to ");
+        command_text_add_number(&sentence, profile->pan_most_urad / urad_per_degree,
+                                ANGLE_DECIMALS);
+        command_text_add(&sentence, " deg");
+        return ERROR_RANGE;
+    }
+    *angle_urad = (int32_t)urad;
+    return 0;
+}
+
+int commands_aim_pan(const struct command_call *call) {
+    const unsigned sides = commands_sides(&call->values[0]);
+    INVARIANT(sides > 0 && sides <= 3);
+    if (!call->rig->profile.servos) {
+        struct command_text sentence = commands_sentence(call);
+        command_text_add(&sentence, "this instrument has no pan servos");
+        return ERROR_NOT_CONNECTED;
+    }
+    if (!call->values[1].given) {
+        return show_pan(call, sides);
+    }
+    int32_t first_urad = 0;
+    int error = angle_of(call, &call->values[1], &first_urad);
+    if (error != 0) {
+        return error;
+    }
+    if (sides != 3 && call->values[2].given) {
+        struct command_text sentence = commands_sentence(call);
+        command_text_add(&sentence, "pan: a second angle is for \"both\" alone");
+        return ERROR_ARGUMENT;
+    }
+    int32_t second_urad = first_urad;
+    if (call->values[2].given) {
+        error = angle_of(call, &call->values[2], &second_urad);
+    }
+    if (error == 0) {
+        error = sides == 3 ? rig_pan_both(call->rig, first_urad, second_urad)
+                           : rig_pan(call->rig, sides - 1, first_urad);
+    }
+    return error != 0 ? error : show_pan(call, sides);
+}
+
+static const char *const axis_names[LENS_AXES] = {"zoom", "focus", "iris"};
+
+/// Whether the profile has a lens there that moves.
+static bool has_lens(const struct rig *rig, unsigned side) {
+    return rig->profile.lenses == RIG_LENSES_V3LC ||
+           (rig->profile.lenses == RIG_LENSES_V1LC && side == RIG_LEFT);
+}
+
+/// The sides that are meant: all that have a lens when none was named.
+static int lens_sides(const struct command_call *call, unsigned *sides) {
+    *sides = commands_sides(&call->values[0]);
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        if ((*sides >> side & 1) != 0 && !has_lens(call->rig, side)) {
+            if (!call->values[0].given && has_lens(call->rig, RIG_LEFT)) {
+                *sides &= ~(1U << side);
+                continue;
+            }
+            struct command_text sentence = commands_sentence(call);
+            command_text_add(&sentence, "this instrument has no motorized lens on the ");
+            command_text_add(&sentence, commands_side_name(side));
+            return ERROR_NOT_CONNECTED;
+        }
+    }
+    return 0;
+}
+
+static int check_position(const struct command_call *call, unsigned side, enum lens_axis axis) {
+    struct lens_limits limits;
+    const int error = rig_lens_limits(call->rig, side, axis, &limits);
+    if (error != 0) {
+        return error;
+    }
+    const int64_t position = call->values[1].integer;
+    if (position >= limits.least && position <= limits.most) {
+        return 0;
+    }
+    struct command_text sentence = commands_sentence(call);
+    command_text_add(&sentence, axis_names[axis]);
+    command_text_add(&sentence, ": POSITION ");
+    command_text_add_integer(&sentence, position);
+    command_text_add(&sentence, ": the ");
+    command_text_add(&sentence, commands_side_name(side));
+    command_text_add(&sentence, " lens goes from ");
+    command_text_add_integer(&sentence, limits.least);
+    command_text_add(&sentence, " to ");
+    command_text_add_integer(&sentence, limits.most);
+    command_text_add(&sentence, " counts");
+    return ERROR_RANGE;
+}
+
+/// Where a lens was sent to a target that it cannot come to from its usual side.
+static void put_play(const struct command_call *call, const struct lens_limits *limits) {
+    const struct rig_profile *profile = &call->rig->profile;
+    if (!call->values[1].given ||
+        lens_move_from_below(profile, limits, (int32_t)call->values[1].integer)) {
+        return;
+    }
+    commands_put_text(call, "note",
+                      "too near the lower end to be approached from below, as other targets are: "
+                      "the motor's play remains");
+    commands_put_number(call, "play", profile->lens_backlash_counts, 0, "counts");
+}
+
+static int show_axis(const struct command_call *call, unsigned side, enum lens_axis axis) {
+    int32_t positions[LENS_AXES];
+    struct lens_limits limits;
+    int error = rig_lens_read(call->rig, side, positions);
+    if (error == 0) {
+        error = rig_lens_limits(call->rig, side, axis, &limits);
+    }
+    if (error == 0) {
+        commands_put_begin(call, commands_side_name(side), false);
+        commands_put_number(call, "position", positions[axis], 0, "counts");
+        commands_put_number(call, "least", limits.least, 0, "counts");
+        commands_put_number(call, "most", limits.most, 0, "counts");
+        put_play(call, &limits);
+        commands_put_end(call);
+    }
+    return error;
+}
+
+static int run_axis(const struct command_call *call, enum lens_axis axis) {
+    unsigned sides = 0;
+    int error = lens_sides(call, &sides);
+    INVARIANT(error != 0 || sides != 0);
+    if (error == 0 && call->values[1].given) {
+        for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {
+            error = (sides >> side & 1) != 0 ? check_position(call, side, axis) : 0;
+        }
+        if (error == 0) {
+            error = rig_lens_go(call->rig, sides, axis, (int32_t)call->values[1].integer);
+        }
+    }
+    for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {
+        error = (sides >> side & 1) != 0 ? show_axis(call, side, axis) : 0;
+    }
+    return error;
+}
+
+int commands_aim_zoom(const struct command_call *call) {
+    return run_axis(call, LENS_ZOOM);
+}
+
+int commands_aim_focus(const struct command_call *call) {
+    return run_axis(call, LENS_FOCUS);
+}
+
+int commands_aim_iris(const struct command_call *call) {
+    return run_axis(call, LENS_IRIS);
+}

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+// Registers of the bridge, by the names of their map, and of the sensors.
+#include <string.h>
+
+#include "console/command_words.h"
+#include "console/commands.h"
+#include "core/error.h"
+#include "core/invariant.h"
+#include "rig/registers.h"
+
+enum { VALUE_BYTES = 24 };
+
+static int put_value(const struct command_call *call, const char *name, uint16_t value) {
+    char text[VALUE_BYTES];
+    struct command_text number = command_text_begin(text, sizeof text);
+    command_text_add_hex(&number, value, 4);
+    commands_put_text(call, name, text);
+    return 0;
+}
+
+static int read_one(const struct command_call *call, enum registers_place where,
+                    const struct registers_entry *entry) {
+    uint16_t value = 0;
+    const int error = registers_read(call->rig, where, entry->index, &value);
+    if (error == 0) {
+        return put_value(call, entry->name, value);
+    }
+    static const char *const devices[] = {[REGISTERS_BRIDGE] = "bridge",
+                                          [REGISTERS_LEFT] = "left sensor",
+                                          [REGISTERS_RIGHT] = "right sensor"};
+    struct command_text sentence = commands_sentence(call);
+    command_text_add(&sentence, "registers: ");
+    command_text_add(&sentence, entry->name);
+    command_text_add(&sentence, " of the ");
+    command_text_add(&sentence, devices[where]);
+    command_text_add(&sentence, " cannot be read: ");
+    command_text_add(&sentence, error_text(error));
+    command_text_add(&sentence, "; \"health\" looks at every part");
+    return error;
+}
+
+static int no_such(const struct command_call *call, const char *word,
+                   const struct registers_entry *entries, size_t count) {
+    struct command_text sentence = commands_sentence(call);
+    command_text_add(&sentence, "registers: there is no readable register \"");
+    command_text_add_typed(&sentence, word);
+    command_text_add(&sentence, "\"");
+    for (size_t i = 0; i < count; i++) {
+        if (command_words_distance(word, entries[i].name) <= 2) {
+            command_text_add(&sentence, "; did you mean \"");
+            command_text_add(&sentence, entries[i].name);
+            command_text_add(&sentence, "\"?");
+            return ERROR_ARGUMENT;
+        }
+    }
+    command_text_add(&sentence, "; without a name all are shown");
+    return ERROR_ARGUMENT;
+}
+
+static int read_named(const struct command_call *call, enum registers_place where,
+                      const struct registers_entry *entries, size_t count) {
+    const char *word = call->values[1].text;
+    int64_t index = -1;
+    const bool number = command_words_integer(word, &index);
+    for (size_t i = 0; i < count; i++) {
+        const bool meant = number ? index == entries[i].index : strcmp(word, entries[i].name) == 0;
+        if (meant && registers_readable(where, entries[i].index)) {
+            return read_one(call, where, &entries[i]);
+        }
+    }
+    // Sensors have more registers than those with a name here.
+    if (number && where != REGISTERS_BRIDGE && index >= 0 && index <= UINT8_MAX) {
+        return read_one(call, where, &(struct registers_entry){word, (uint8_t)index});
+    }
+    return no_such(call, word, entries, count);
+}
+
+void commands_registers_candidates(const struct command_candidates *to) {
+    const int choice =
+        to->count == 2 ? command_words_choice(to->words[1], REGISTERS_PLACE_NAMES) : -1;
+    if (choice < 0) {
+        return;
+    }
+    const enum registers_place where = (enum registers_place)choice;
+    size_t count = 0;
+    const struct registers_entry *entries = registers_entries(where, &count);
+    for (size_t i = 0; i < count; i++) {
+        if (registers_readable(where, entries[i].index)) {
+            to->add(to->self, entries[i].name);
+        }
+    }
+}
+
+int commands_registers_run(const struct command_call *call) {
+    const enum registers_place where = (enum registers_place)call->values[0].choice;
+    if (!call->rig->profile.bridge) {
+        struct command_text sentence = commands_sentence(call);
+        command_text_add(&sentence, "this instrument has no bridge and no sensors on its bus");
+        return ERROR_NOT_CONNECTED;
+    }
+    size_t count = 0;
+    const struct registers_entry *entries = registers_entries(where, &count);
+    if (call->values[1].given) {
+        return read_named(call, where, entries, count);
+    }
+    int error = 0;
+    for (size_t i = 0; error == 0 && i < count; i++) {
+        error =
+            registers_readable(where, entries[i].index) ? read_one(call, where, &entries[i]) : 0;
+    }
+    return error;
+}

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+// The self test: every part is looked at, and a test picture of the bridge goes all the way that
+// pictures go and must arrive bit for bit. Nothing moves.
+#include "console/commands.h"
+#include "core/error.h"
+#include "core/invariant.h"
+#include "rig/failure.h"
+#include "rig/rig.h"
+#include "rig/rig_camera.h"
+#include "rig/watch.h"
+
+enum {
+    PICTURE_WIDTH_PX = 256,
+    PICTURE_HEIGHT_PX = 64,
+    PICTURE_SEED = 0x155,
+    PICTURE_BITS = 10,
+    PICTURE_LIMIT_US = 500000,
+    SETTLE_US = RIG_CAMERA_SWITCH_LIMIT_MS * 1000,  ///< a change of the source ends within it
+};
+
+/// Pixels that differ from the pseudo-random sequence of `prbs` in fpga/registers.rdl, and which
+/// of their bits ever do.
+static uint32_t wrong_pixels(const struct hal_camera_frame *frame, uint16_t *wrong_bits) {
+    uint32_t wrong = 0;
+    uint16_t expected = PICTURE_SEED;
+    *wrong_bits = 0;
+    for (uint32_t y = 0; y < frame->height_px; y++) {
+        for (uint32_t x = 0; x < frame->width_px; x++) {
+            const uint16_t difference =
+                (uint16_t)(frame->data[(size_t)y * frame->stride + x] ^ expected);
+            wrong += difference != 0;
+            *wrong_bits |= difference;
+            const unsigned next = ((unsigned)expected >> 9 ^ (unsigned)expected >> 6) & 1U;
+            expected = (uint16_t)(((unsigned)expected << 1 | next) & ((1U << PICTURE_BITS) - 1));
+        }
+    }
+    return wrong;
+}
+
+static int judge(const struct command_call *call, const struct hal_camera_frame *frame) {
+    INVARIANT(frame->data != NULL);
+    if (frame->faults != 0 || frame->width_px != PICTURE_WIDTH_PX ||
+        frame->height_px != PICTURE_HEIGHT_PX) {
+        struct command_text sentence = commands_sentence(call);
+        command_text_add(&sentence, "selftest: the bridge's test picture arrives torn");
+        return ERROR_FRAME;
+    }
+    uint16_t wrong_bits = 0;
+    const uint32_t wrong = wrong_pixels(frame, &wrong_bits);
+    commands_put_number(call, "wrong_pixels", wrong, 0, NULL);
+    if (wrong == 0) {
+        return 0;
+    }
+    struct command_text sentence = commands_sentence(call);
+    command_text_add(&sentence,
+                     "selftest: the bridge's test picture arrives with wrong data bits ");
+    command_text_add_hex(&sentence, wrong_bits, 4);
+    command_text_add(&sentence, ": look at the lines from the bridge to the parallel port");
+    return ERROR_VERIFY;
+}
+
+static int nothing_arrived(const struct command_call *call, int error) {
+    struct command_text sentence = commands_sentence(call);
+    if (error == ERROR_TIMEOUT) {
+        command_text_add(&sentence,
+                         "selftest: the bridge's test picture does not arrive: look at the lines "
+                         "from the bridge to the parallel port");
+    } else {
+        command_text_add(&sentence, "selftest: the port behind the bridge gives no picture (");
+        command_text_add(&sentence, error_text(error));
+        command_text_add(&sentence, "): look into the system's log");
+    }
+    return error;
+}
+
+static int take_picture(const struct command_call *call) {
+    struct rig *rig = call->rig;
+    const struct hal_camera *port = rig->ports.camera[RIG_LEFT];
+    struct hal_camera_frame frame;
+    const uint64_t begin_us = watch_now_us(rig) + SETTLE_US;
+    int error = ERROR_TIMEOUT;
+    for (uint64_t now_us = begin_us - SETTLE_US;
+         error == ERROR_TIMEOUT && now_us < begin_us + PICTURE_LIMIT_US;
+         now_us = watch_now_us(rig)) {
+        error = watch_look(rig);
+        if (error != ERROR_OK) {
+            return error;  // said already
+        }
+        error = port->operations->take(port->self, begin_us, now_us + WATCH_STEP_US, &frame);
+    }
+    if (error != ERROR_OK) {
+        return nothing_arrived(call, error);
+    }
+    error = judge(call, &frame);
+    port->operations->give_back(port->self, &frame);
+    return error;
+}
+
+static int show_picture(const struct command_call *call) {
+    static const struct fpga_bridge_pattern pattern = {
+        .width = PICTURE_WIDTH_PX,
+        .height = PICTURE_HEIGHT_PX,
+        .hblank = 144,
+        .vblank = 25,
+        .kind = BRIDGE_PATTERN_KIND_IS_PRBS,
+        .seed = PICTURE_SEED,
+    };
+    const struct hal_camera_format format = {PICTURE_WIDTH_PX, PICTURE_HEIGHT_PX};
+    struct rig *rig = call->rig;
+    int error = rig_camera_stop(rig);  // the port's size is another meanwhile
+    if (error == ERROR_OK) {
+        error = failure_of_bridge(rig, fpga_bridge_camera_pattern(&rig->bridge, &pattern));
+    }
+    if (error == ERROR_OK) {
+        error = failure_of_bridge(
+            rig, fpga_bridge_camera_select(&rig->bridge, BRIDGE_CAM_SELECT_SOURCE_IS_PATTERN));
+    }
+    if (error == ERROR_OK) {
+        error = rig_camera_start(rig, &format);
+    }
+    return error == ERROR_OK ? take_picture(call) : error;
+}
+
+// The cameras' frames again, of the source that was chosen before.
+static int restore(struct rig *rig, uint16_t select, const struct hal_camera_format *format) {
+    const int stopped = rig_camera_stop(rig);
+    int error = failure_of_bridge(rig, fpga_bridge_write(&rig->bridge, BRIDGE_CAM_SELECT, select));
+    if (error == ERROR_OK) {
+        error = rig_camera_start(rig, format);
+    }
+    rig->format = *format;
+    return error != ERROR_OK ? error : stopped;
+}
+
+static int test_picture(const struct command_call *call) {
+    struct rig *rig = call->rig;
+    const struct hal_camera_format format = rig->format;
+    uint16_t select = 0;
+    int error = failure_of_bridge(rig, fpga_bridge_read(&rig->bridge, BRIDGE_CAM_SELECT, &select));
+    if (error != ERROR_OK) {
+        return error;  // nothing was changed
+    }
+    error = show_picture(call);
+    const struct rig_trouble first = rig->trouble;
+    const int restored = restore(rig, select, &format);
+    if (error == ERROR_OK) {
+        error = restored;
+    } else {
+        rig->trouble = first;
+    }
+    // Without the cameras, or after its bridge has gone, it is not ready.
+    const bool ready = restored == ERROR_OK && rig->state == RIG_READY;
+    return ready ? error : failure_make_safe(rig, error);
+}
+
+int commands_selftest_run(const struct command_call *call) {
+    struct rig *rig = call->rig;
+    int error = rig_check(rig);
+    commands_put_text(call, "parts", error == 0 ? "all work" : error_text(error));
+    if (error != 0 || !rig->profile.bridge) {
+        return error;
+    }
+    if ((rig->bridge.caps & BRIDGE_CAPS_PATTERN_MASK) == 0) {
+        commands_put_text(call, "picture", "this bridge makes no test picture");
+        return 0;
+    }
+    error = test_picture(call);
+    commands_put_text(call, "picture", error == 0 ? "arrives bit for bit" : error_text(error));
+    return error;
+}

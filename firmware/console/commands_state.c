@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+// How the instrument stands: status, health, bringup, safe, wait.
+#include "console/commands.h"
+#include "core/error.h"
+#include "core/invariant.h"
+#include "rig/rig.h"
+
+enum { IDLE_US = 50000 };
+
+static const double us_per_s = 1e6;
+static const double us_per_ms = 1e3;
+static const double urad_per_degree = 1e6 * 3.14159265358979323846 / 180.0;
+
+static const char *state_name(enum rig_state state) {
+    static const char *const names[] = {[RIG_DOWN] = "down", [RIG_READY] = "ready", "safe"};
+    INVARIANT(state >= RIG_DOWN && state <= RIG_SAFE);
+    return names[state];
+}
+
+/// Whether what went wrong last did not last: a capture was refused, a lens did not get where it
+/// should, but the instrument is ready, and its part answers.
+static bool trouble_is_over(const struct rig *rig) {
+    return rig->state == RIG_READY && rig->health[rig->trouble.part].error == 0;
+}
+
+static void put_trouble(const struct command_call *call) {
+    // A cancelled command leaves none in words: it was somebody's wish.
+    if (call->rig->trouble.error != 0 && call->rig->trouble.text[0] != '\0') {
+        commands_put_text(call, trouble_is_over(call->rig) ? "last_trouble" : "trouble",
+                          call->rig->trouble.text);
+    }
+}
+
+static int put_pan(const struct command_call *call, unsigned side) {
+    int32_t angle_urad = 0;
+    const int error = rig_pan_read(call->rig, side, &angle_urad);
+    if (error == 0) {
+        commands_put_number(call, "pan", (double)angle_urad / urad_per_degree, 3, "deg");
+    }
+    return error;
+}
+
+static int put_lens(const struct command_call *call, unsigned side) {
+    static const char *const names[LENS_AXES] = {"zoom", "focus", "iris"};
+    int32_t positions[LENS_AXES];
+    const int error = rig_lens_read(call->rig, side, positions);
+    for (int axis = 0; error == 0 && axis < LENS_AXES; axis++) {
+        if ((call->rig->lens_abilities[side].axes >> axis & 1) != 0) {
+            commands_put_number(call, names[axis], positions[axis], 0, "counts");
+        }
+    }
+    return error;
+}
+
+static int put_side(const struct command_call *call, unsigned side) {
+    const struct rig *rig = call->rig;
+    INVARIANT(side < RIG_SIDES);
+    int error = 0;
+    commands_put_begin(call, commands_side_name(side), false);
+    if (rig->profile.servos) {
+        error = put_pan(call, side);
+    }
+    if (error == 0 && (rig->profile.lenses == RIG_LENSES_V3LC ||
+                       (rig->profile.lenses == RIG_LENSES_V1LC && side == RIG_LEFT))) {
+        error = put_lens(call, side);
+    }
+    // 0: nobody has set it here, and the camera does as it likes.
+    if (rig->exposure_us[side] != 0) {
+        commands_put_number(call, "exposure", rig->exposure_us[side], 0, "us");
+    }
+    if (rig->gain_q3[side] != 0) {
+        commands_put_number(call, "gain", rig->gain_q3[side] / 8.0, 3, NULL);
+    }
+    commands_put_end(call);
+    return error;
+}
+
+int commands_state_status(const struct command_call *call) {
+    const struct rig *rig = call->rig;
+    commands_put_text(call, "state", state_name(rig->state));
+    commands_put_text(call, "profile", rig->profile.name);
+    put_trouble(call);
+    if (rig->state != RIG_READY) {
+        return call->put_state != NULL ? call->put_state(call) : 0;
+    }
+    commands_put_begin(call, "window", false);
+    commands_put_number(call, "width", rig->format.width_px, 0, "px");
+    commands_put_number(call, "height", rig->format.height_px, 0, "px");
+    commands_put_end(call);
+    commands_put_number(call, "pairs", rig->pairs, 0, NULL);
+    int error = put_side(call, RIG_LEFT);
+    if (error == 0) {
+        error = put_side(call, RIG_RIGHT);
+    }
+    return error == 0 && call->put_state != NULL ? call->put_state(call) : error;
+}
+
+/// Which part, how it is, and where its device could not be opened, why.
+static void put_state(const struct command_call *call, enum rig_part part, const char *state) {
+    const struct rig_opener *opener = call->rig->ports.opener;
+    const bool failed = call->rig->health[part].error != 0;
+    const char *why = failed && opener != NULL ? opener->missing(opener->self, part) : NULL;
+    commands_put_text(call, "part", rig_part_text(part));
+    commands_put_text(call, "state", state);
+    if (why != NULL) {
+        commands_put_text(call, "why", why);
+    }
+}
+
+static void put_part(const struct command_call *call, enum rig_part part, uint64_t now_us) {
+    const struct rig_part_health *health = &call->rig->health[part];
+    commands_put_begin(call, NULL, false);
+    put_state(call, part,
+              !health->present     ? "missing"
+              : health->error == 0 ? "works"
+                                   : error_text(health->error));
+    commands_put_number(call, "uses", health->uses, 0, NULL);
+    commands_put_number(call, "failures", health->failures, 0, NULL);
+    if (health->last_us != 0 && now_us >= health->last_us) {
+        commands_put_number(call, "last", (double)(now_us - health->last_us) / us_per_s, 3,
+                            "s ago");
+    }
+    commands_put_end(call);
+}
+
+static void put_bus(const struct command_call *call) {
+    const struct fpga_bridge_counts *counts = &call->rig->bridge.bus.counts;
+    commands_put_begin(call, "bus", false);
+    commands_put_number(call, "transfers", counts->transfers, 0, NULL);
+    commands_put_number(call, "nacks", counts->nacks, 0, NULL);
+    commands_put_number(call, "arbitration", counts->arbitration, 0, NULL);
+    commands_put_number(call, "timeouts", counts->timeouts, 0, NULL);
+    commands_put_number(call, "stuck", counts->stuck, 0, NULL);
+    commands_put_number(call, "verify", counts->verify, 0, NULL);
+    commands_put_number(call, "repeats", counts->repeats, 0, NULL);
+    commands_put_number(call, "recoveries", counts->recoveries, 0, NULL);
+    commands_put_number(call, "unrecovered", counts->unrecovered, 0, NULL);
+    commands_put_end(call);
+}
+
+static void put_watchdog(const struct command_call *call) {
+    commands_put_begin(call, "watchdog", false);
+    commands_put_number(call, "period", call->rig->profile.watchdog_ms, 0, "ms");
+    commands_put_number(call, "longest_gap", (double)call->rig->feed_gap_us / us_per_ms, 3, "ms");
+    commands_put_end(call);
+}
+
+static void put_cameras(const struct command_call *call) {
+    const struct rig *rig = call->rig;
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        const struct hal_camera *camera = rig->ports.camera[side];
+        if (camera == NULL || (side == RIG_RIGHT && rig->profile.bridge)) {
+            continue;
+        }
+        struct hal_camera_counts counts = {0};
+        camera->operations->counts(camera->self, &counts);
+        commands_put_begin(call, rig->profile.bridge ? "port" : commands_side_name(side), false);
+        commands_put_number(call, "frames", counts.frames, 0, NULL);
+        commands_put_number(call, "faulty", counts.faulty, 0, NULL);
+        commands_put_number(call, "gaps", counts.gaps, 0, NULL);
+        // Not its time-outs: the rig asks in slices of 100 ms, and most of these end in one.
+        commands_put_number(call, "restarts", counts.restarts, 0, NULL);
+        commands_put_end(call);
+    }
+}
+
+int commands_state_health(const struct command_call *call) {
+    struct rig *rig = call->rig;
+    // Looking costs nothing but time; before a bring-up there is nothing to look at.
+    const int error = rig->state == RIG_DOWN ? 0 : rig_check(rig);
+    const uint64_t now_us = rig->ports.clock->operations->now_us(rig->ports.clock->self);
+    commands_put_text(call, "state", state_name(rig->state));
+    put_trouble(call);
+    commands_put_begin(call, "parts", true);
+    for (int part = RIG_PART_NONE + 1; part < RIG_PARTS; part++) {
+        if (rig->health[part].present || rig->health[part].error != 0) {
+            put_part(call, (enum rig_part)part, now_us);
+        }
+    }
+    commands_put_end(call);
+    if (rig->profile.bridge && rig->state != RIG_DOWN) {
+        put_bus(call);
+        put_watchdog(call);
+    }
+    put_cameras(call);
+    if (rig->state != RIG_SAFE) {
+        return error;
+    }
+    // What brought it there, when that was a failure; it may have been this look.
+    const bool failed = rig->trouble.error != 0 && rig->health[rig->trouble.part].error != 0;
+    return failed ? rig->trouble.error : commands_not_ready(call, "health");
+}
+
+int commands_state_bringup(const struct command_call *call) {
+    const int error = rig_bringup(call->rig);
+    commands_put_text(call, "state", state_name(call->rig->state));
+    commands_put_begin(call, "parts", true);
+    for (int part = RIG_PART_NONE + 1; part < RIG_PARTS; part++) {
+        const struct rig_part_health *health = &call->rig->health[part];
+        if (health->present || health->error != 0) {
+            commands_put_begin(call, NULL, false);
+            put_state(call, (enum rig_part)part,
+                      health->error == 0 ? "works" : error_text(health->error));
+            commands_put_end(call);
+        }
+    }
+    commands_put_end(call);
+    return error;
+}
+
+int commands_state_safe(const struct command_call *call) {
+    if (trouble_is_over(call->rig)) {
+        // It would be told as the reason.
+        call->rig->trouble = (struct rig_trouble){.error = ERROR_OK};
+    }
+    const int error = rig_safe(call->rig);
+    commands_put_text(call, "state", state_name(call->rig->state));
+    return error;
+}
+
+int commands_state_wait(const struct command_call *call) {
+    struct rig *rig = call->rig;
+    const struct hal_clock *clock = rig->ports.clock;
+    const uint64_t begin_us = clock->operations->now_us(clock->self);
+    const uint64_t total_us = (uint64_t)(call->values[0].number * us_per_s);
+    const uint64_t end_us = begin_us + total_us;
+    for (uint64_t now_us = begin_us; now_us < end_us;) {
+        if (rig->observer.go_on != NULL && !rig->observer.go_on(rig->observer.self)) {
+            return ERROR_CANCELLED;
+        }
+        if (rig->observer.progress != NULL) {
+            rig->observer.progress(rig->observer.self, "waiting",
+                                   (uint32_t)((now_us - begin_us) / 1000),
+                                   (uint32_t)(total_us / 1000));
+        }
+        const int error = rig->state == RIG_READY ? rig_idle(rig) : 0;
+        if (error != 0) {
+            return error;
+        }
+        const uint64_t next_us = now_us + IDLE_US;
+        clock->operations->wait_until_us(clock->self, next_us < end_us ? next_us : end_us);
+        now_us = clock->operations->now_us(clock->self);
+    }
+    return 0;
+}

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/develop.h"
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "core/root.h"
+#include "stereo/image/debayer.h"
+
+enum { CHANNELS = 3, BALANCE_MOST = 4 };
+
+struct develop {
+    const struct reconstruct_image *raw;
+    struct image_u8 *grey;
+    struct image_rgb8 *colour;
+    uint8_t *tone;                // 8 bit value of each raw value
+    uint8_t *balanced[CHANNELS];  // the same of a channel, balanced
+    uint16_t *rgb;                // a part: 3 * width
+    int32_t *work;                // a part: 3 * (width + DEBAYER_MARGIN_PX)
+    int parts;
+};
+
+size_t develop_need_bytes(int width_px, int bits, int threads) {
+    const size_t width = (size_t)width_px;
+    const size_t parts = (size_t)threads;
+    return (1 + CHANNELS) * arena_need_bytes((size_t)1 << bits, 1) +
+           arena_need_bytes(parts * CHANNELS * width, sizeof(uint16_t)) +
+           arena_need_bytes(parts * CHANNELS * (width + DEBAYER_MARGIN_PX), sizeof(int32_t));
+}
+
+static uint32_t rounded_root(uint32_t value) {
+    return ((uint32_t)root_of(4 * (int64_t)value) + 1) / 2;
+}
+
+// Mean of the fourth powers of what one pixel in four shows, in 1/256 of the largest value; a
+// histogram would do as well and would need memory.
+static uint64_t fourth_power(const struct reconstruct_image *raw, int column, int row) {
+    uint64_t sum = 0;
+    uint64_t count = 0;
+    for (int y = row; y < raw->height_px; y += 2) {
+        const uint16_t *values = raw->data + (ptrdiff_t)y * raw->stride;
+        for (int x = column; x < raw->width_px; x += 2) {
+            const uint32_t value = (uint32_t)values[x] << 8 >> raw->bits;
+            const uint64_t limited = value < UINT8_MAX ? value : UINT8_MAX;
+            sum += limited * limited * limited * limited;
+            count++;
+        }
+    }
+    return count > 0 ? sum / count : 0;
+}
+
+struct develop_balance develop_balance_of(const struct reconstruct_image *raw) {
+    struct develop_balance balance = {
+        {DEVELOP_BALANCE_ONE, DEVELOP_BALANCE_ONE, DEVELOP_BALANCE_ONE}};
+    if (raw->layout != PIXEL_BAYER_GRBG) {
+        return balance;
+    }
+    // Rows G R, B G.
+    const uint64_t powers[CHANNELS] = {fourth_power(raw, 1, 0), fourth_power(raw, 0, 0),
+                                       fourth_power(raw, 0, 1)};
+    int64_t roots_q4[CHANNELS];
+    int64_t greatest = 1;
+    for (int c = 0; c < CHANNELS; c++) {
+        roots_q4[c] = root_of(root_of((int64_t)powers[c]) << 8);
+        greatest = roots_q4[c] > greatest ? roots_q4[c] : greatest;
+    }
+    for (int c = 0; c < CHANNELS; c++) {
+        const bool dark = roots_q4[c] * BALANCE_MOST < greatest;
+        balance.gain_q8[c] = (uint16_t)(dark ? BALANCE_MOST * DEVELOP_BALANCE_ONE
+                                             : greatest * DEVELOP_BALANCE_ONE / roots_q4[c]);
+        INVARIANT(balance.gain_q8[c] >= DEVELOP_BALANCE_ONE);
+    }
+    return balance;
+}
+
+// UINT8_MAX * sqrt(value / largest) for light, UINT8_MAX * value / largest for encoded values.
+static void fill_tone(const struct reconstruct_image *raw, uint32_t gain_q8, uint8_t *tone) {
+    const uint32_t largest = (1U << raw->bits) - 1;
+    for (uint32_t value = 0; value <= largest; value++) {
+        const uint32_t gained = value * gain_q8 / DEVELOP_BALANCE_ONE;
+        const uint64_t light = gained < largest ? gained : largest;
+        const uint32_t toned =
+            raw->layout == PIXEL_BAYER_GRBG
+                ? rounded_root((uint32_t)(light * UINT8_MAX * UINT8_MAX / largest))
+                : (value * UINT8_MAX + largest / 2) / largest;
+        INVARIANT(toned <= UINT8_MAX);
+        tone[value] = (uint8_t)toned;
+    }
+}
+
+// Luma of ITU-R BT.601 in 1/256.
+static uint32_t luma(const uint16_t *rgb) {
+    return (77U * rgb[0] + 150U * rgb[1] + 29U * rgb[2] + 128U) >> 8;
+}
+
+static void develop_row(const struct develop *develop, int y, uint16_t *rgb, int32_t *work) {
+    const struct reconstruct_image *raw = develop->raw;
+    const uint16_t largest = (uint16_t)((1U << raw->bits) - 1);
+    uint8_t *grey = image_u8_row(develop->grey, y);
+    uint8_t *colour = image_rgb8_row(develop->colour, y);
+    const uint16_t *row = raw->data + (ptrdiff_t)y * raw->stride;
+    if (raw->layout == PIXEL_BAYER_GRBG) {
+        const struct image_u16 mosaic = {(uint16_t *)(uintptr_t)raw->data, raw->width_px,
+                                         raw->height_px, raw->stride};
+        debayer_row(&mosaic, raw->bits, y, rgb, work);
+        row = rgb;
+    }
+    for (int x = 0; x < raw->width_px; x++) {
+        uint16_t pixel[CHANNELS];
+        for (int c = 0; c < CHANNELS; c++) {
+            const uint16_t value = raw->layout == PIXEL_GREY ? row[x] : row[CHANNELS * x + c];
+            pixel[c] = value < largest ? value : largest;
+            colour[CHANNELS * x + c] = develop->balanced[c][pixel[c]];
+        }
+        grey[x] = develop->tone[luma(pixel)];
+    }
+}
+
+static void develop_part(void *context, int index) {
+    const struct develop *develop = context;
+    const size_t width = (size_t)develop->raw->width_px;
+    const size_t part = (size_t)index;
+    const int begin = (int)((int64_t)develop->raw->height_px * index / develop->parts);
+    const int end = (int)((int64_t)develop->raw->height_px * (index + 1) / develop->parts);
+    INVARIANT(begin <= end && end <= develop->raw->height_px);
+    for (int y = begin; y < end; y++) {
+        develop_row(develop, y, develop->rgb + part * CHANNELS * width,
+                    develop->work + part * CHANNELS * (width + DEBAYER_MARGIN_PX));
+    }
+}
+
+int develop_image(const struct reconstruct_image *raw, const struct develop_balance *balance,
+                  const struct parallel *parallel, struct arena *arena, struct image_u8 *grey,
+                  struct image_rgb8 *colour) {
+    INVARIANT(grey->width == raw->width_px && grey->height == raw->height_px);
+    INVARIANT(colour->width == raw->width_px && colour->height == raw->height_px);
+    if (raw->bits < 8 || raw->bits > 16 ||
+        (raw->layout == PIXEL_BAYER_GRBG && (raw->width_px < 2 || raw->height_px < 2))) {
+        return ERROR_ARGUMENT;
+    }
+    const size_t mark = arena_mark(arena);
+    const size_t width = (size_t)raw->width_px;
+    INVARIANT(parallel->threads >= 1);
+    const size_t parts = (size_t)parallel->threads;
+    struct develop develop = {
+        .raw = raw, .grey = grey, .colour = colour, .parts = parallel->threads};
+    develop.tone = arena_take(arena, (size_t)1 << raw->bits, 1);
+    bool whole = develop.tone != NULL;
+    for (int c = 0; c < CHANNELS; c++) {
+        develop.balanced[c] = arena_take(arena, (size_t)1 << raw->bits, 1);
+        whole = whole && develop.balanced[c] != NULL;
+    }
+    develop.rgb = arena_take(arena, parts * CHANNELS * width, sizeof *develop.rgb);
+    develop.work =
+        arena_take(arena, parts * CHANNELS * (width + DEBAYER_MARGIN_PX), sizeof *develop.work);
+    if (!whole || develop.rgb == NULL || develop.work == NULL) {
+        arena_release(arena, mark);
+        return ERROR_MEMORY;
+    }
+    fill_tone(raw, DEVELOP_BALANCE_ONE, develop.tone);
+    for (int c = 0; c < CHANNELS; c++) {
+        fill_tone(raw, balance->gain_q8[c], develop.balanced[c]);
+    }
+    parallel->run(parallel->self, develop_part, &develop, develop.parts);
+    arena_release(arena, mark);
+    return ERROR_OK;
+}

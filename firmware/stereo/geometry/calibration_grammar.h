@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The grammar of the calibration text as data: one entry a line, in the order of the text.
+/// A line is the field's name and its values, separated by single spaces and closed by a line feed.
+/// Before the fields stands the line CALIBRATION_GRAMMAR_FIRST_LINE, or that of version 2, which
+/// has more fields; after them the line
+/// `crc32 XXXXXXXX` (eight lower-case hexadecimal digits, over all bytes before it).
+#ifndef VERGENCE_STEREO_GEOMETRY_CALIBRATION_GRAMMAR_H
+#define VERGENCE_STEREO_GEOMETRY_CALIBRATION_GRAMMAR_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "stereo/geometry/calibration.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define CALIBRATION_GRAMMAR_MAGIC "vergence-calibration "
+#define CALIBRATION_GRAMMAR_FIRST_LINE CALIBRATION_GRAMMAR_MAGIC "1"
+#define CALIBRATION_GRAMMAR_FIRST_LINE_2 CALIBRATION_GRAMMAR_MAGIC "2"
+#define CALIBRATION_GRAMMAR_CRC "crc32"
+#define CALIBRATION_GRAMMAR_UNKNOWN "unknown"
+#define CALIBRATION_GRAMMAR_NO_AXIS "none"
+
+enum calibration_field_kind {
+    CALIBRATION_FIELD_ID,        // one or more of A-Z a-z 0-9 . _ -
+    CALIBRATION_FIELD_DATE,      // YYYY-MM-DD or "unknown"
+    CALIBRATION_FIELD_NOTE,      // the rest of the line, may be empty
+    CALIBRATION_FIELD_FLAG,      // "yes" or "no"
+    CALIBRATION_FIELD_INTEGERS,  // `count` integers, stored as int
+    CALIBRATION_FIELD_DECIMALS,  // `count` numbers with `decimals` decimals, stored as double
+    CALIBRATION_FIELD_NAME,      // the rest of the line, or "unknown"
+    CALIBRATION_FIELD_WINDOW,    // three integers, or "unknown"
+    CALIBRATION_FIELD_AXIS,      // mean and spread with `decimals` decimals, "none" or "unknown"
+};
+
+enum { CALIBRATION_FIELD_MAX_COUNT = 3 };
+
+struct calibration_field {
+    const char *name;
+    enum calibration_field_kind kind;
+    int version;       // of the text that has it first
+    int count;         // values
+    int decimals;      // exactly that many after the point
+    int64_t min, max;  // legal range of each value, in whole units, both ends included
+    const char *unit;  // "" when it has none
+    const char *meaning;
+    size_t offset[CALIBRATION_FIELD_MAX_COUNT];  // of each value in struct calibration
+};
+
+/// All fields in the order of the text; static storage. `count` takes how many. Those of later
+/// versions stand behind those of earlier ones.
+const struct calibration_field *calibration_grammar_fields(int *count);
+
+/// How many of them a text of `version`, 1 or 2, has.
+int calibration_grammar_count(int version);
+
+/// The place of a field that is no number in a calibration: the text (CALIBRATION_NAME_BYTES), the
+/// window, or the axis.
+char *calibration_grammar_name(const struct calibration_field *field,
+                               struct calibration *calibration);
+struct calibration_window *calibration_grammar_window(const struct calibration_field *field,
+                                                      struct calibration *calibration);
+struct calibration_axis *calibration_grammar_axis(const struct calibration_field *field,
+                                                  struct calibration *calibration);
+
+/// Value i, 0 <= i < count, of a number field.
+double calibration_grammar_value(const struct calibration_field *field, int i,
+                                 const struct calibration *calibration);
+/// Stores value i of a number field; an integer field takes whole numbers only.
+void calibration_grammar_set(const struct calibration_field *field, int i, double value,
+                             struct calibration *calibration);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

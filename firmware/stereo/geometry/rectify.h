@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Rectification: rotates both cameras' images into a common orientation whose rows are
+/// epipolar lines. Set-up (double): `rectify_plan_make` chooses the frames, `rectify_table_make`
+/// samples raw coordinates on a coarse grid. Per row (integer): coordinates by cubic
+/// interpolation of the grid in fixed point, pixels by bilinear interpolation.
+///
+/// Rectified frame ("rect"): x along the baseline, z forward. A point p of the rect frame
+/// (origin: left camera) is seen at x = cx_left + f x/z, y = cy + f_y y/z in the left rectified
+/// image and at x = cx_right + f (x - baseline)/z in the right one, so that
+///     depth_rect_mm = f baseline / (d - (cx_left - cx_right)),  d = x_left - x_right.
+#ifndef VERGENCE_STEREO_GEOMETRY_RECTIFY_H
+#define VERGENCE_STEREO_GEOMETRY_RECTIFY_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "core/arena.h"
+#include "stereo/geometry/calibration.h"
+#include "stereo/image/image.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// What the matcher takes: a plan never asks for more.
+enum {
+    MATCH_MIN_WIDTH_PX = 16,
+    MATCH_MIN_HEIGHT_PX = 8,
+    MATCH_MAX_DISPARITIES = 1024,
+    MATCH_DISPARITY_LIMIT = 1024,  // |disparity_min| and disparity_min + count stay within
+};
+
+/// A stated disparity range is one of the full image's; it changes what is searched, never the
+/// frames. A region crops the left image; the right crop stands, by whole pixels, where the
+/// region's matches lie, and `disparity_min` of the plan moves with it.
+struct rectify_options {
+    double depth_near_mm, depth_far_mm;  // working range of left z, far may be INFINITY; 0 0: the
+                                         // calibration's, else a default
+    double scale;                        // 1 keeps the raw resolution; (0, 4]
+    int region_x_px, region_y_px;        // sub-window of the rectified image (after scaling);
+    int region_width_px, region_height_px;  // width 0: all of it
+    int disparity_min;                      // with disparity_count > 0: overrides what the depth
+    int disparity_count;                    // range asks for
+};
+
+/// Depth range when nothing states one: around the vergence depth for a verged pair, else
+/// disparities up to a quarter of the width. Both ends are in the plan.
+struct rectify_plan {
+    int width_px, height_px;  // of both rectified images
+    double f_px, fy_px;       // equal unless the input was rectified with fx != fy
+    double cx_left_px, cx_right_px, cy_px;
+    double baseline_mm;                  // > 0
+    double R_rect_left[9];               // left camera frame -> rect frame
+    double R_rect_right[9];              // right camera frame -> rect frame
+    double depth_near_mm, depth_far_mm;  // rect depths that the search covers; far may be INFINITY
+    int disparity_min, disparity_count;  // the disparities to search
+    bool identity;                       // images pass through pixel for pixel
+    bool depth_range_assumed;            // nobody stated a depth range
+};
+
+/// Chooses the rectified frames for a valid calibration: the shared field of view over the depth
+/// range fills the image, the depth range falls into the disparities. The focal length keeps
+/// the raw resolution at the centre of the shared view (times scale).
+/// ERROR_DEPTH_RANGE, ERROR_DISPARITY_RANGE (more than MATCH_MAX_DISPARITIES), ERROR_OVERLAP,
+/// ERROR_TOO_LARGE (rectified or raw images), ERROR_TOO_SMALL, ERROR_ARGUMENT (scale, region).
+/// Verged pairs may give negative disparities. The x axis always points from the left to the right
+/// camera's centre: with a camera above the other the rectified images are turned by 90 degrees,
+/// with swapped cameras by 180; points are in the left camera's frame all the same.
+int rectify_plan_make(const struct calibration *calibration, const struct rectify_options *options,
+                      struct rectify_plan *plan);
+
+enum rectify_side { RECTIFY_LEFT, RECTIFY_RIGHT };
+
+/// Half-open range of columns [begin, end) of a row whose pixels come from inside the raw image,
+/// where the lens sees (`lens_view_radius`).
+struct rectify_span {  // 0 0 when there is none
+    int16_t begin, end;
+};
+
+/// Raw coordinates on a coarse grid over a rectified image, in 1/65536 px.
+struct rectify_table {
+    int32_t *x_q16, *y_q16;  // nodes, row-major, in the arena that made the table
+    int columns, rows;       // node counts; node (i, j) stands at ((i - 1) step, (j - 1) step)
+    int step_log2;
+    struct rectify_span *view;  // per row, the columns within the lens' view, whatever the raw
+                                // coordinates say; in the arena too. NULL: all
+    int width_px, height_px;    // of the rectified image
+    int raw_width_px, raw_height_px;
+    bool identity;                 // no nodes: rectified (x, y) is raw (x, y) + offset
+    int offset_x_px, offset_y_px;  // of a region of an identity; else 0
+};
+
+/// Takes the nodes from `arena`. ERROR_MEMORY; ERROR_DISTORTION when a node cannot be computed.
+int rectify_table_make(const struct rectify_plan *plan, const struct calibration *calibration,
+                       enum rectify_side side, struct arena *arena, struct rectify_table *table);
+size_t rectify_table_need_bytes(const struct rectify_plan *plan);
+
+/// Raw coordinates of rectified row y, 0 <= y < height: `x_q16` and `y_q16` take width_px
+/// values each. Outside the table's `view` they mean nothing.
+void rectify_row_coordinates(const struct rectify_table *table, int y, int32_t *x_q16,
+                             int32_t *y_q16);
+
+/// One rectified row of a raw image (grey, 16 bit grey, colour). Pixels outside the span are 0.
+/// `row` takes width_px pixels; `work_q16` takes 2 * width_px values.
+struct rectify_span rectify_row_u8(const struct rectify_table *table, const struct image_u8 *raw,
+                                   int y, uint8_t *row, int32_t *work_q16);
+struct rectify_span rectify_row_u16(const struct rectify_table *table, const struct image_u16 *raw,
+                                    int y, uint16_t *row, int32_t *work_q16);
+struct rectify_span rectify_row_rgb8(const struct rectify_table *table,
+                                     const struct image_rgb8 *raw, int y, uint8_t *row,
+                                     int32_t *work_q16);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: Apache-2.0
+// One rectified row at a time, integers only.
+#include <string.h>
+
+#include "core/invariant.h"
+#include "stereo/geometry/rectify.h"
+
+enum {
+    STEP_LOG2_MIN = 2,
+    STEP_LOG2_MAX = 4,
+    STEP_PX = 1 << STEP_LOG2_MAX,  // what most tables have, and the fractions count in
+    NODES_MAX = ((IMAGE_MAX_SIDE_PX - 1) >> STEP_LOG2_MIN) + 4,
+};
+
+// Between the nodes n1 and n2 of n0 n1 n2 n3 the cubic through all four is, at t = m/16
+// (Everett's form of Lagrange's interpolation; e1, e2: second differences at n1, n2),
+//     n1 + t (n2 - n1) - t (1-t) (2-t) / 6 e1 - t (1-t) (1+t) / 6 e2.
+// The last two factors in 1/16384:
+#define FACTOR(m) (-((2 * (m) * (16 - (m)) * (32 - (m)) + 1) / 3))
+static const int32_t factor_near_q14[STEP_PX] = {
+    FACTOR(0), FACTOR(1), FACTOR(2),  FACTOR(3),  FACTOR(4),  FACTOR(5),  FACTOR(6),  FACTOR(7),
+    FACTOR(8), FACTOR(9), FACTOR(10), FACTOR(11), FACTOR(12), FACTOR(13), FACTOR(14), FACTOR(15),
+};
+static const int32_t factor_far_q14[STEP_PX] = {
+    FACTOR(16), FACTOR(15), FACTOR(14), FACTOR(13), FACTOR(12), FACTOR(11), FACTOR(10), FACTOR(9),
+    FACTOR(8),  FACTOR(7),  FACTOR(6),  FACTOR(5),  FACTOR(4),  FACTOR(3),  FACTOR(2),  FACTOR(1),
+};
+
+// Any nodes, at m/16 of the way.
+static int32_t interpolate(int64_t n1, int64_t n2, int64_t e1, int64_t e2, int m) {
+    const int64_t bend = (factor_near_q14[m] * e1 + factor_far_q14[m] * e2) >> 10;
+    return (int32_t)(n1 + ((m * (n2 - n1) + bend + STEP_PX / 2) >> STEP_LOG2_MAX));
+}
+
+// The table's nodes at the height of row y.
+static void cut_nodes(const struct rectify_table *table, const int32_t *nodes_q16, int y,
+                      int32_t *cut_q16) {
+    const int step_log2 = table->step_log2;
+    const int cell = y >> step_log2;
+    const int m = (y & ((1 << step_log2) - 1)) << (STEP_LOG2_MAX - step_log2);
+    INVARIANT(cell + 3 < table->rows);
+    const int32_t *n0 = nodes_q16 + (ptrdiff_t)cell * table->columns;
+    const int32_t *n1 = n0 + table->columns;
+    const int32_t *n2 = n1 + table->columns;
+    const int32_t *n3 = n2 + table->columns;
+    for (int i = 0; i < table->columns; i++) {
+        const int64_t e1 = (int64_t)n0[i] - 2 * (int64_t)n1[i] + n2[i];
+        const int64_t e2 = (int64_t)n1[i] - 2 * (int64_t)n2[i] + n3[i];
+        cut_q16[i] = interpolate(n1[i], n2[i], e1, e2, m);
+    }
+}
+
+static bool is_within(int64_t value, int64_t limit) {
+    return value >= -limit && value <= limit;
+}
+
+// One cell of a row: `count` pixels from n[1] towards n[2].
+static void fill_cell(const int32_t n[4], int step_log2, int count, int32_t *q16) {
+    const int64_t rise = (int64_t)n[2] - n[1];
+    const int64_t e1 = (int64_t)n[0] - 2 * (int64_t)n[1] + n[2];
+    const int64_t e2 = (int64_t)n[1] - 2 * (int64_t)n[2] + n[3];
+    if (count < STEP_PX || !is_within(rise, 1 << 26) || !is_within(e1, 1 << 19) ||
+        !is_within(e2, 1 << 19)) {
+        for (int x = 0; x < count; x++) {
+            q16[x] = interpolate(n[1], n[2], e1, e2, x << (STEP_LOG2_MAX - step_log2));
+        }
+        return;
+    }
+    // The same in 32 bits: |factor| < 2^11 and 16 |rise| < 2^31.
+    const int32_t first = n[1], rise32 = (int32_t)rise, e1_32 = (int32_t)e1, e2_32 = (int32_t)e2;
+    for (int32_t m = 0; m < STEP_PX; m++) {
+        const int32_t bend = (factor_near_q14[m] * e1_32 + factor_far_q14[m] * e2_32) >> 10;
+        q16[m] = first + ((m * rise32 + bend + STEP_PX / 2) >> STEP_LOG2_MAX);
+    }
+}
+
+static void fill_row(const struct rectify_table *table, const int32_t *nodes_q16, int y,
+                     int32_t *q16) {
+    int32_t cut_q16[NODES_MAX];
+    INVARIANT(table->columns <= NODES_MAX);
+    INVARIANT(table->step_log2 >= STEP_LOG2_MIN && table->step_log2 <= STEP_LOG2_MAX);
+    cut_nodes(table, nodes_q16, y, cut_q16);
+    const int step_px = 1 << table->step_log2;
+    for (int x = 0; x < table->width_px; x += step_px) {
+        const int left = table->width_px - x;
+        fill_cell(cut_q16 + (x >> table->step_log2), table->step_log2,
+                  left < step_px ? left : step_px, q16 + x);
+    }
+}
+
+void rectify_row_coordinates(const struct rectify_table *table, int y, int32_t *x_q16,
+                             int32_t *y_q16) {
+    INVARIANT(y >= 0 && y < table->height_px);
+    if (table->identity) {
+        for (int x = 0; x < table->width_px; x++) {
+            x_q16[x] = (x + table->offset_x_px) * 65536;
+            y_q16[x] = (y + table->offset_y_px) * 65536;
+        }
+        return;
+    }
+    fill_row(table, table->x_q16, y, x_q16);
+    fill_row(table, table->y_q16, y, y_q16);
+}
+
+// The coordinates whose four pixels lie inside: 0 <= x < limit.
+struct inside {
+    uint32_t x_limit_q16, y_limit_q16;
+};
+
+static bool is_inside(const struct inside *inside, int32_t x_q16, int32_t y_q16) {
+    return (uint32_t)x_q16 < inside->x_limit_q16 && (uint32_t)y_q16 < inside->y_limit_q16;
+}
+
+// A row that crosses a curved border twice has several runs: the longest one counts.
+static struct rectify_span longest_run(const struct inside *inside, const int32_t *x_q16,
+                                       const int32_t *y_q16, struct rectify_span view) {
+    struct rectify_span best = {0, 0};
+    int begin = view.begin;
+    for (int x = view.begin; x <= view.end; x++) {
+        if (x < view.end && is_inside(inside, x_q16[x], y_q16[x])) {
+            continue;
+        }
+        if (x - begin > best.end - best.begin) {
+            best = (struct rectify_span){(int16_t)begin, (int16_t)x};
+        }
+        begin = x + 1;
+    }
+    return best;
+}
+
+static struct rectify_span find_span(const struct rectify_table *table, int y, const int32_t *x_q16,
+                                     const int32_t *y_q16) {
+    const struct inside inside = {(uint32_t)(table->raw_width_px - 1) << 16,
+                                  (uint32_t)(table->raw_height_px - 1) << 16};
+    const struct rectify_span view =
+        table->view == NULL ? (struct rectify_span){0, (int16_t)table->width_px} : table->view[y];
+    INVARIANT(view.begin >= 0 && view.begin <= view.end && view.end <= table->width_px);
+    int begin = view.begin, end = view.end;
+    while (begin < end && !is_inside(&inside, x_q16[begin], y_q16[begin])) {
+        begin++;
+    }
+    if (begin == end) {
+        return (struct rectify_span){0, 0};
+    }
+    while (end > begin && !is_inside(&inside, x_q16[end - 1], y_q16[end - 1])) {
+        end--;
+    }
+    int outside = 0;
+    for (int x = begin; x < end; x++) {
+        outside +=
+            ((uint32_t)x_q16[x] >= inside.x_limit_q16) | ((uint32_t)y_q16[x] >= inside.y_limit_q16);
+    }
+    if (outside != 0) {
+        return longest_run(&inside, x_q16, y_q16, view);
+    }
+    INVARIANT(begin <= end && end <= INT16_MAX);
+    return (struct rectify_span){(int16_t)begin, (int16_t)end};
+}
+
+// Coordinates of a row into `work_q16` (x, then y) and the columns that lie inside.
+static struct rectify_span prepare_row(const struct rectify_table *table, int raw_width,
+                                       int raw_height, int y, int32_t *work_q16) {
+    INVARIANT(raw_width == table->raw_width_px && raw_height == table->raw_height_px);
+    rectify_row_coordinates(table, y, work_q16, work_q16 + table->width_px);
+    return find_span(table, y, work_q16, work_q16 + table->width_px);
+}
+
+// Rounds a Q16 fraction to 1/2048; 2048 itself is right: it takes all of the next pixel.
+static int32_t fraction_q11(int32_t q16) {
+    return ((q16 & 0xffff) + 16) >> 5;
+}
+
+static uint8_t blend_u8(int32_t a, int32_t b, int32_t c, int32_t d, int32_t fx_q11,
+                        int32_t fy_q11) {
+    const int32_t above = a * 2048 + (b - a) * fx_q11;
+    const int32_t below = c * 2048 + (d - c) * fx_q11;
+    return (uint8_t)((above * (2048 - fy_q11) + below * fy_q11 + (1 << 21)) >> 22);
+}
+
+struct rectify_span rectify_row_u8(const struct rectify_table *table, const struct image_u8 *raw,
+                                   int y, uint8_t *row, int32_t *work_q16) {
+    const int width = table->width_px;
+    if (table->identity) {
+        memcpy(row, image_u8_row(raw, y + table->offset_y_px) + table->offset_x_px, (size_t)width);
+        return (struct rectify_span){0, (int16_t)width};
+    }
+    const struct rectify_span span = prepare_row(table, raw->width, raw->height, y, work_q16);
+    const int32_t *x_q16 = work_q16, *y_q16 = work_q16 + width;
+    const ptrdiff_t stride = raw->stride;
+    memset(row, 0, (size_t)span.begin);
+    memset(row + span.end, 0, (size_t)(width - span.end));
+    for (int x = span.begin; x < span.end; x++) {
+        const uint8_t *p = raw->data + (y_q16[x] >> 16) * stride + (x_q16[x] >> 16);
+        row[x] = blend_u8(p[0], p[1], p[stride], p[stride + 1], fraction_q11(x_q16[x]),
+                          fraction_q11(y_q16[x]));
+    }
+    return span;
+}
+
+// All 16 bits of both fractions: a grey level is 1/65535 of the range here.
+static uint16_t blend_u16(uint32_t a, uint32_t b, uint32_t c, uint32_t d, uint32_t fx_q16,
+                          uint32_t fy_q16) {
+    const uint64_t above = a * (uint64_t)(65536u - fx_q16) + b * (uint64_t)fx_q16;
+    const uint64_t below = c * (uint64_t)(65536u - fx_q16) + d * (uint64_t)fx_q16;
+    return (uint16_t)((above * (65536u - fy_q16) + below * fy_q16 + (1u << 31)) >> 32);
+}
+
+struct rectify_span rectify_row_u16(const struct rectify_table *table, const struct image_u16 *raw,
+                                    int y, uint16_t *row, int32_t *work_q16) {
+    const int width = table->width_px;
+    if (table->identity) {
+        memcpy(row, image_u16_row(raw, y + table->offset_y_px) + table->offset_x_px,
+               (size_t)width * sizeof *row);
+        return (struct rectify_span){0, (int16_t)width};
+    }
+    const struct rectify_span span = prepare_row(table, raw->width, raw->height, y, work_q16);
+    const int32_t *x_q16 = work_q16, *y_q16 = work_q16 + width;
+    const ptrdiff_t stride = raw->stride;
+    memset(row, 0, (size_t)span.begin * sizeof *row);
+    memset(row + span.end, 0, (size_t)(width - span.end) * sizeof *row);
+    for (int x = span.begin; x < span.end; x++) {
+        const uint16_t *p = raw->data + (y_q16[x] >> 16) * stride + (x_q16[x] >> 16);
+        row[x] = blend_u16(p[0], p[1], p[stride], p[stride + 1], (uint32_t)x_q16[x] & 0xffffu,
+                           (uint32_t)y_q16[x] & 0xffffu);
+    }
+    return span;
+}
+
+struct rectify_span rectify_row_rgb8(const struct rectify_table *table,
+                                     const struct image_rgb8 *raw, int y, uint8_t *row,
+                                     int32_t *work_q16) {
+    const int width = table->width_px;
+    if (table->identity) {
+        memcpy(row, image_rgb8_row(raw, y + table->offset_y_px) + 3 * table->offset_x_px,
+               3 * (size_t)width);
+        return (struct rectify_span){0, (int16_t)width};
+    }
+    const struct rectify_span span = prepare_row(table, raw->width, raw->height, y, work_q16);
+    const int32_t *x_q16 = work_q16, *y_q16 = work_q16 + width;
+    const ptrdiff_t stride = raw->stride;
+    memset(row, 0, 3 * (size_t)span.begin);
+    memset(row + 3 * span.end, 0, 3 * (size_t)(width - span.end));
+    for (int x = span.begin; x < span.end; x++) {
+        const uint8_t *p = raw->data + (y_q16[x] >> 16) * stride + 3 * (x_q16[x] >> 16);
+        const int32_t fx_q11 = fraction_q11(x_q16[x]), fy_q11 = fraction_q11(y_q16[x]);
+        for (int channel = 0; channel < 3; channel++, p++) {
+            row[3 * x + channel] = blend_u8(p[0], p[3], p[stride], p[stride + 3], fx_q11, fy_q11);
+        }
+    }
+    return span;
+}

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <math.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "stereo/geometry/geometry.h"
+#include "stereo/geometry/rectify.h"
+
+// Nodes farther outside are moved here: differences of any two nodes then fit 32 bits.
+static const double COORDINATE_LIMIT_PX = 15000;
+
+// The error of the cubic between nodes grows with the fourth power of their distance as an angle:
+// with 16 px at a focal length of 400 px it is some 0.003 px for common lenses.
+static int choose_step_log2(const struct rectify_plan *plan) {
+    return plan->f_px >= 400 ? 4 : plan->f_px >= 200 ? 3 : 2;
+}
+
+// One node before the image, and two behind the last cell's start.
+static int node_count(int pixels, int step_log2) {
+    return ((pixels - 1) >> step_log2) + 4;
+}
+
+size_t rectify_table_need_bytes(const struct rectify_plan *plan) {
+    if (plan->identity) {
+        return 0;
+    }
+    const int step_log2 = choose_step_log2(plan);
+    const size_t nodes = (size_t)node_count(plan->width_px, step_log2) *
+                         (size_t)node_count(plan->height_px, step_log2);
+    return 2 * arena_need_bytes(nodes, sizeof(int32_t)) +
+           arena_need_bytes((size_t)plan->height_px, sizeof(struct rectify_span));
+}
+
+// The raw camera behind one rectified image.
+struct source {
+    const struct lens *lens;
+    const double *R_rect_camera;
+    double cx_px, cy_px, f_px, fy_px;  // of the rectified image
+    double view_radius;                // of the lens; INFINITY: no bound
+};
+
+static int32_t node_q16(double pixel_px) {
+    const double low = pixel_px < COORDINATE_LIMIT_PX ? pixel_px : COORDINATE_LIMIT_PX;
+    const double limited = low > -COORDINATE_LIMIT_PX ? low : -COORDINATE_LIMIT_PX;
+    const double scaled = limited * 65536.0;
+    return (int32_t)(scaled < 0 ? scaled - 0.5 : scaled + 0.5);
+}
+
+// Ideal coordinates of a rectified pixel; false where the camera does not look.
+static bool find_ideal(const struct source *source, int x, int y, double ideal[2]) {
+    const double ray_rect[3] = {(x - source->cx_px) / source->f_px,
+                                (y - source->cy_px) / source->fy_px, 1.0};
+    double ray[3];
+    geometry_rotate_back(source->R_rect_camera, ray_rect, ray);
+    if (!(ray[2] > 1e-3)) {
+        return false;
+    }
+    ideal[0] = ray[0] / ray[2];
+    ideal[1] = ray[1] / ray[2];
+    return true;
+}
+
+// Nodes beyond the lens' view follow the same polynomial, however it turns: cells across the rim
+// are then as exact as any other. `view` says where the rim is.
+static int compute_node(const struct source *source, int x, int y, int32_t *x_q16, int32_t *y_q16) {
+    double ideal[2], distorted[2];
+    if (!find_ideal(source, x, y, ideal)) {
+        return ERROR_DISTORTION;
+    }
+    lens_distort(source->lens, ideal, distorted);
+    *x_q16 = node_q16(source->lens->fx_px * distorted[0] + source->lens->cx_px);
+    *y_q16 = node_q16(source->lens->fy_px * distorted[1] + source->lens->cy_px);
+    return ERROR_OK;
+}
+
+static bool is_in_view(const struct source *source, int x, int y) {
+    double ideal[2];
+    return find_ideal(source, x, y, ideal) &&
+           sqrt(ideal[0] * ideal[0] + ideal[1] * ideal[1]) <= source->view_radius;
+}
+
+// The view is a circular cone: it cuts a row in one run.
+static struct rectify_span cut_view(const struct source *source, int width_px, int y) {
+    int begin = 0, end = width_px;
+    while (begin < end && !is_in_view(source, begin, y)) {
+        begin++;
+    }
+    while (end > begin && !is_in_view(source, end - 1, y)) {
+        end--;
+    }
+    INVARIANT(begin <= end && end <= INT16_MAX);
+    return begin < end ? (struct rectify_span){(int16_t)begin, (int16_t)end}
+                       : (struct rectify_span){0, 0};
+}
+
+static int round_int(double x) {
+    return (int)(x < 0 ? x - 0.5 : x + 0.5);
+}
+
+int rectify_table_make(const struct rectify_plan *plan, const struct calibration *calibration,
+                       enum rectify_side side, struct arena *arena, struct rectify_table *table) {
+    INVARIANT(plan->width_px >= 1 && plan->width_px <= IMAGE_MAX_SIDE_PX);
+    INVARIANT(plan->height_px >= 1 && plan->height_px <= IMAGE_MAX_SIDE_PX);
+    const bool is_left = side == RECTIFY_LEFT;
+    const struct lens *lens = is_left ? &calibration->left : &calibration->right;
+    INVARIANT(lens->width_px <= IMAGE_MAX_SIDE_PX && lens->height_px <= IMAGE_MAX_SIDE_PX);
+    const double cx_px = is_left ? plan->cx_left_px : plan->cx_right_px;
+    struct rectify_table made = {
+        .step_log2 = choose_step_log2(plan),
+        .width_px = plan->width_px,
+        .height_px = plan->height_px,
+        .raw_width_px = lens->width_px,
+        .raw_height_px = lens->height_px,
+        .identity = plan->identity,
+    };
+    if (plan->identity) {
+        made.offset_x_px = round_int(lens->cx_px - cx_px);
+        made.offset_y_px = round_int(lens->cy_px - plan->cy_px);
+        INVARIANT(made.offset_x_px >= 0 && made.offset_x_px <= lens->width_px - plan->width_px);
+        INVARIANT(made.offset_y_px >= 0 && made.offset_y_px <= lens->height_px - plan->height_px);
+        *table = made;
+        return ERROR_OK;
+    }
+    made.columns = node_count(plan->width_px, made.step_log2);
+    made.rows = node_count(plan->height_px, made.step_log2);
+    const size_t nodes = (size_t)made.columns * (size_t)made.rows;
+    const size_t mark = arena_mark(arena);
+    made.x_q16 = arena_take(arena, nodes, sizeof(int32_t));
+    made.y_q16 = arena_take(arena, nodes, sizeof(int32_t));
+    struct rectify_span *view =
+        arena_take(arena, (size_t)plan->height_px, sizeof(struct rectify_span));
+    if (made.x_q16 == NULL || made.y_q16 == NULL || view == NULL) {
+        arena_release(arena, mark);
+        return ERROR_MEMORY;
+    }
+    const struct source source = {
+        .lens = lens,
+        .R_rect_camera = is_left ? plan->R_rect_left : plan->R_rect_right,
+        .cx_px = cx_px,
+        .cy_px = plan->cy_px,
+        .f_px = plan->f_px,
+        .fy_px = plan->fy_px,
+        .view_radius = lens_view_radius(lens),
+    };
+    const int step_px = 1 << made.step_log2;
+    for (int j = 0; j < made.rows; j++) {
+        for (int i = 0; i < made.columns; i++) {
+            const size_t node = (size_t)j * (size_t)made.columns + (size_t)i;
+            const int error = compute_node(&source, (i - 1) * step_px, (j - 1) * step_px,
+                                           &made.x_q16[node], &made.y_q16[node]);
+            if (error != ERROR_OK) {
+                arena_release(arena, mark);
+                return error;
+            }
+        }
+    }
+    if (source.view_radius < INFINITY) {
+        for (int y = 0; y < plan->height_px; y++) {
+            view[y] = cut_view(&source, plan->width_px, y);
+        }
+        made.view = view;
+    }
+    *table = made;
+    return ERROR_OK;
+}

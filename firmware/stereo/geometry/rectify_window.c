@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/geometry/rectify_window.h"
+
+#include <math.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "stereo/geometry/geometry.h"
+
+enum {
+    SIDE_SAMPLES = RECTIFY_OUTLINE_POINTS / 4,  // of each of the four sides of an image
+    ROW_LEVELS = 256,
+};
+
+// Rays flatter than this on the rectified plane are of no use: 83 degrees off its axis.
+static const double FACING_MIN = 0.125;
+
+static double smaller(double a, double b) {
+    return a < b ? a : b;
+}
+static double larger(double a, double b) {
+    return a > b ? a : b;
+}
+
+// Pixel number i of the outline of an image, clockwise from the top left.
+static void outline_pixel(const struct lens *lens, int i, double pixel_px[2]) {
+    const double right = lens->width_px - 1, bottom = lens->height_px - 1;
+    const double share = (double)(i % SIDE_SAMPLES) / SIDE_SAMPLES;
+    INVARIANT(i >= 0 && i < RECTIFY_OUTLINE_POINTS);
+    switch (i / SIDE_SAMPLES) {
+        case 0:
+            pixel_px[0] = share * right, pixel_px[1] = 0;
+            break;
+        case 1:
+            pixel_px[0] = right, pixel_px[1] = share * bottom;
+            break;
+        case 2:
+            pixel_px[0] = (1.0 - share) * right, pixel_px[1] = bottom;
+            break;
+        default:
+            pixel_px[0] = 0, pixel_px[1] = (1.0 - share) * bottom;
+            break;
+    }
+}
+
+// Direction of the border's pixel, or, where the lens does not see so far, of the rim of its view
+// on the way there from the principal point. Returns false when there is neither: the pixel stands
+// 89.9 degrees or more off the axis of a lens whose view has no rim.
+static bool outline_ray(const struct lens *lens, double view_radius, int i, double ray[3]) {
+    double pixel_px[2];
+    outline_pixel(lens, i, pixel_px);
+    if (lens_ray(lens, pixel_px, ray) && sqrt(ray[0] * ray[0] + ray[1] * ray[1]) <= view_radius) {
+        return true;
+    }
+    if (!(view_radius < INFINITY)) {
+        return false;
+    }
+    const double x = (pixel_px[0] - lens->cx_px) / lens->fx_px;
+    const double y = (pixel_px[1] - lens->cy_px) / lens->fy_px;
+    const double length = sqrt(x * x + y * y);
+    INVARIANT(length > 0);
+    ray[0] = x * view_radius / length;
+    ray[1] = y * view_radius / length;
+    ray[2] = 1.0;
+    return true;
+}
+
+int rectify_window_trace(const struct lens *lens, const double R_rect_camera[9],
+                         struct rectify_outline *outline) {
+    const double view_radius = lens_view_radius(lens);
+    outline->depth_ratio.min = INFINITY;
+    outline->depth_ratio.max = 0;
+    for (int i = 0; i < RECTIFY_OUTLINE_POINTS; i++) {
+        double ray_camera[3], ray_rect[3];
+        if (!outline_ray(lens, view_radius, i, ray_camera)) {
+            return ERROR_OVERLAP;
+        }
+        geometry_rotate(R_rect_camera, ray_camera, ray_rect);
+        if (!(ray_rect[2] > FACING_MIN * geometry_norm(ray_camera))) {
+            return ERROR_OVERLAP;
+        }
+        outline->slope[i][0] = ray_rect[0] / ray_rect[2];
+        outline->slope[i][1] = ray_rect[1] / ray_rect[2];
+        outline->depth_ratio.min = smaller(outline->depth_ratio.min, ray_rect[2]);
+        outline->depth_ratio.max = larger(outline->depth_ratio.max, ray_rect[2]);
+    }
+    INVARIANT(outline->depth_ratio.min > 0);
+    return ERROR_OK;
+}
+
+// Interval of an outline at height y; empty (low > high) where it does not reach.
+static void cut_outline(const struct rectify_outline *outline, double y, double *low,
+                        double *high) {
+    *low = INFINITY;
+    *high = -INFINITY;
+    for (int i = 0; i < RECTIFY_OUTLINE_POINTS; i++) {
+        const double *a = outline->slope[i];
+        const double *b = outline->slope[(i + 1) % RECTIFY_OUTLINE_POINTS];
+        if (y < smaller(a[1], b[1]) || y > larger(a[1], b[1])) {
+            continue;
+        }
+        const double share = a[1] == b[1] ? 0 : (y - a[1]) / (b[1] - a[1]);
+        const double x = a[0] + share * (b[0] - a[0]);
+        *low = smaller(*low, x);
+        *high = larger(*high, x);
+    }
+}
+
+bool rectify_window_find(const struct rectify_outline *left, const struct rectify_outline *right,
+                         double parallax_far, double parallax_near, struct rectify_window *window) {
+    INVARIANT(parallax_far >= 0 && parallax_far < parallax_near);
+    double top = -INFINITY, bottom = INFINITY;
+    const struct rectify_outline *both[2] = {left, right};
+    for (int side = 0; side < 2; side++) {
+        double low = INFINITY, high = -INFINITY;
+        for (int i = 0; i < RECTIFY_OUTLINE_POINTS; i++) {
+            low = smaller(low, both[side]->slope[i][1]);
+            high = larger(high, both[side]->slope[i][1]);
+        }
+        top = larger(top, low);
+        bottom = smaller(bottom, high);
+    }
+    *window =
+        (struct rectify_window){INFINITY, -INFINITY, INFINITY, -INFINITY, INFINITY, -INFINITY};
+    if (!(top < bottom)) {
+        return false;
+    }
+    for (int level = 0; level <= ROW_LEVELS; level++) {
+        const double y = top + (bottom - top) * level / ROW_LEVELS;
+        double left_low, left_high, right_low, right_high;
+        cut_outline(left, y, &left_low, &left_high);
+        cut_outline(right, y, &right_low, &right_high);
+        const double low = larger(left_low, right_low + parallax_far);
+        const double high = smaller(left_high, right_high + parallax_near);
+        if (!(low < high)) {
+            continue;
+        }
+        window->left_low = smaller(window->left_low, low);
+        window->left_high = larger(window->left_high, high);
+        window->right_low = smaller(window->right_low, larger(right_low, low - parallax_near));
+        window->right_high = larger(window->right_high, smaller(right_high, high - parallax_far));
+        window->top = smaller(window->top, y);
+        window->bottom = larger(window->bottom, y);
+    }
+    return window->left_low < window->left_high && window->top < window->bottom;
+}

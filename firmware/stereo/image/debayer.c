@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/image/debayer.h"
+
+#include <stddef.h>
+
+#include "core/invariant.h"
+
+// Columns of green kept on either side of a row.
+enum { PAD = DEBAYER_MARGIN_PX / 2 };
+
+static int32_t absolute(int32_t v) {
+    return v < 0 ? -v : v;
+}
+
+// Mirrors an index about the first and last element; the colour pattern continues.
+static int mirror(int i, int size) {
+    const int period = 2 * (size - 1);
+    INVARIANT(size >= 2);
+    const int j = i % period + (i < 0 && i % period != 0 ? period : 0);
+    return j < size ? j : period - j;
+}
+
+static const uint16_t *row_at(const struct image_u16 *raw, int y) {
+    return image_u16_row(raw, mirror(y, raw->height));
+}
+
+// Green where red or blue was measured, from the two greens and the two like-coloured pixels on
+// either side along the row and across it.
+static int32_t estimate_green(int32_t middle, int32_t left2, int32_t left, int32_t right,
+                              int32_t right2, int32_t up2, int32_t up, int32_t down,
+                              int32_t down2) {
+    const int32_t along_bend = 2 * middle - left2 - right2;
+    const int32_t across_bend = 2 * middle - up2 - down2;
+    const int32_t along_change = absolute(left - right) + absolute(along_bend);
+    const int32_t across_change = absolute(up - down) + absolute(across_bend);
+    const int32_t along_q2 = 2 * (left + right) + along_bend;
+    const int32_t across_q2 = 2 * (up + down) + across_bend;
+    const int32_t both_q3 = along_change == across_change  ? along_q2 + across_q2
+                            : along_change < across_change ? 2 * along_q2
+                                                           : 2 * across_q2;
+    return (both_q3 + 4) >> 3;
+}
+
+// Green of the columns -1..width of row y into green[x + PAD]: measured, or estimated.
+static void fill_green(const struct image_u16 *raw, int y, int32_t *green) {
+    const uint16_t *up2 = row_at(raw, y - 2), *up = row_at(raw, y - 1), *here = row_at(raw, y);
+    const uint16_t *down = row_at(raw, y + 1), *down2 = row_at(raw, y + 2);
+    const int width = raw->width;
+    const int first = 1 - (y & 1);  // first column without green; mirroring rows keeps it
+    for (int x = 1 - first; x < width; x += 2) {
+        green[x + PAD] = here[x];
+    }
+    for (int x = first; x < width; x += 2) {
+        if (x < 2 || x >= width - 2) {
+            const int l2 = mirror(x - 2, width), l = mirror(x - 1, width);
+            const int r = mirror(x + 1, width), r2 = mirror(x + 2, width);
+            green[x + PAD] = estimate_green(here[x], here[l2], here[l], here[r], here[r2], up2[x],
+                                            up[x], down[x], down2[x]);
+        }
+    }
+    for (int x = first + 2; x < width - 2; x += 2) {
+        green[x + PAD] = estimate_green(here[x], here[x - 2], here[x - 1], here[x + 1], here[x + 2],
+                                        up2[x], up[x], down[x], down2[x]);
+    }
+    green[PAD - 1] = green[PAD + 1];
+    green[PAD + width] = green[PAD + width - 2];
+}
+
+static uint16_t clamp(int32_t value, int32_t largest) {
+    return (uint16_t)(value < 0 ? 0 : value > largest ? largest : value);
+}
+
+// Rows above, at and below an output row; green has its padding in front.
+struct context {
+    const uint16_t *up, *here, *down;
+    const int32_t *green_up, *green, *green_down;
+};
+
+// The colour that the rows above and below have, where this row has its own: from the diagonal
+// that changes less.
+static int32_t estimate_other(const struct context *c, int x, int left, int right) {
+    const int32_t *up = c->green_up + PAD + x, *down = c->green_down + PAD + x;
+    const int32_t here2 = 2 * c->green[PAD + x];
+    const int32_t falling_bend = here2 - up[-1] - down[1];
+    const int32_t rising_bend = here2 - up[1] - down[-1];
+    const int32_t falling_change = absolute(c->up[left] - c->down[right]) + absolute(falling_bend);
+    const int32_t rising_change = absolute(c->up[right] - c->down[left]) + absolute(rising_bend);
+    const int32_t falling_q1 = c->up[left] + c->down[right] + falling_bend;
+    const int32_t rising_q1 = c->up[right] + c->down[left] + rising_bend;
+    const int32_t both_q2 = falling_change == rising_change  ? falling_q1 + rising_q1
+                            : falling_change < rising_change ? 2 * falling_q1
+                                                             : 2 * rising_q1;
+    return (both_q2 + 2) >> 2;
+}
+
+// A pixel whose own colour (the red of even rows, the blue of odd ones) was measured.
+static void fill_site(const struct context *c, int x, int left, int right, int own, int32_t largest,
+                      uint16_t *rgb) {
+    rgb[own] = clamp(c->here[x], largest);
+    rgb[1] = clamp(c->green[PAD + x], largest);
+    rgb[2 - own] = clamp(estimate_other(c, x, left, right), largest);
+}
+
+// A pixel whose green was measured: its row's colour from left and right, the other one from above
+// and below, both as differences to green.
+static void fill_green_site(const struct context *c, int x, int left, int right, int own,
+                            int32_t largest, uint16_t *rgb) {
+    const int32_t *green = c->green + PAD + x;
+    const int32_t beside_q1 = c->here[left] - green[-1] + c->here[right] - green[1];
+    const int32_t above_q1 = c->up[x] - c->green_up[PAD + x] + c->down[x] - c->green_down[PAD + x];
+    rgb[own] = clamp(green[0] + ((beside_q1 + 1) >> 1), largest);
+    rgb[1] = clamp(green[0], largest);
+    rgb[2 - own] = clamp(green[0] + ((above_q1 + 1) >> 1), largest);
+}
+
+void debayer_row(const struct image_u16 *raw, int bits, int y, uint16_t *rgb, int32_t *work) {
+    INVARIANT(raw->width >= 2 && raw->height >= 2);
+    INVARIANT(bits >= 8 && bits <= 16 && y >= 0 && y < raw->height);
+    const int width = raw->width;
+    int32_t *green_up = work;
+    int32_t *green = green_up + width + 2 * PAD;
+    int32_t *green_down = green + width + 2 * PAD;
+    fill_green(raw, mirror(y - 1, raw->height), green_up);
+    fill_green(raw, y, green);
+    fill_green(raw, mirror(y + 1, raw->height), green_down);
+    const struct context context = {row_at(raw, y - 1), row_at(raw, y), row_at(raw, y + 1),
+                                    green_up,           green,          green_down};
+    const int32_t largest = (1 << bits) - 1;
+    INVARIANT(rgb != NULL && work != NULL);
+    const int own = 2 * (y & 1);  // red or blue
+    const int first = 1 - (y & 1);
+    for (int x = 0; x < width; x++) {
+        const int left = x > 0 ? x - 1 : 1, right = x < width - 1 ? x + 1 : width - 2;
+        if ((x & 1) == first) {
+            fill_site(&context, x, left, right, own, largest, rgb + 3 * x);
+        } else {
+            fill_green_site(&context, x, left, right, own, largest, rgb + 3 * x);
+        }
+    }
+}

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Why a pixel has, or has not, a disparity.
+#ifndef VERGENCE_STEREO_IMAGE_REASON_H
+#define VERGENCE_STEREO_IMAGE_REASON_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// X(name, number, text)
+#define REASON_LIST(X)                                                   \
+    X(VALID, 0, "valid")                                                 \
+    X(BORDER, 1, "border: outside what one of the cameras sees")         \
+    X(OCCLUDED, 2, "occluded: left and right disagree")                  \
+    X(NO_TEXTURE, 3, "no texture: nothing to match")                     \
+    X(AMBIGUOUS, 4, "ambiguous: another disparity fits as well")         \
+    X(SPECKLE, 5, "speckle: a small island apart from its surroundings") \
+    X(OUT_OF_RANGE, 6,                                                   \
+      "out of range: nothing alike within the depths searched, or outside those asked for")
+
+enum reason {
+#define REASON_ENUM(name, number, text) REASON_##name = (number),
+    REASON_LIST(REASON_ENUM)
+#undef REASON_ENUM
+        REASON_COUNT
+};
+
+/// Text of a reason; "unknown" for any other number. Static storage.
+const char *reason_text(int reason);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

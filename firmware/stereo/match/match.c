@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/match/match.h"
+
+#include <string.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "stereo/match/match_kernels.h"
+#include "stereo/match/match_level.h"
+#include "stereo/match/match_paper.h"
+#include "stereo/match/match_rules.h"
+#include "stereo/match/match_state.h"
+#include "stereo/match/vet.h"
+
+// Chosen as match.md says; the order is that of enum match_preset.
+static const struct match_method methods[MATCH_PRESET_COUNT] = {
+    {.name = "fast",
+     .coarse_disparities = 16,
+     .halvings = 2,
+     .halved_rows = 1,
+     .lanes = 48,
+     .around_columns = 3,
+     .around_rows = 2,
+     .margin = 6},
+    {.name = "standard",
+     .coarse_disparities = 16,
+     .halvings = 2,
+     .lanes = 48,
+     .around_columns = 3,
+     .around_rows = 2,
+     .margin = 6},
+    {.name = "best",
+     .coarse_disparities = 16,
+     .halvings = 2,
+     .around_columns = 3,
+     .around_rows = 2,
+     .margin = 6,
+     .whole_range = true},
+    {.name = "board",
+     .coarse_disparities = 16,
+     .halvings = 1,
+     .lanes = 32,
+     .around_columns = 4,
+     .around_rows = 2,
+     .margin = 3},
+    {.name = "paper"},
+};
+
+const char *match_preset_name(enum match_preset preset) {
+    return (unsigned)preset < MATCH_PRESET_COUNT ? methods[preset].name : NULL;
+}
+
+enum match_preset match_preset_named(const char *name) {
+    unsigned preset = 0;
+    while (preset < MATCH_PRESET_COUNT && strcmp(methods[preset].name, name) != 0) {
+        preset++;
+    }
+    return (enum match_preset)preset;
+}
+
+struct match_options match_default_options(int disparity_min, int disparity_count) {
+    return (struct match_options){.disparity_min = disparity_min,
+                                  .disparity_count = disparity_count,
+                                  .preset = MATCH_PRESET_STANDARD,
+                                  .speckle_px = 60};
+}
+
+static void set_state(struct match_state *state, int width, int height,
+                      const struct match_options *options, int threads) {
+    state->options = *options;
+    if (options->kernels == NULL) {
+        state->options.kernels = match_kernels_best();
+    }
+    state->method = &methods[options->preset];
+    state->threads = threads < 1 ? 1 : (threads > MATCH_MAX_THREADS ? MATCH_MAX_THREADS : threads);
+    match_set_levels(state, width, height);
+}
+
+size_t match_need_bytes(int width, const struct match_options *options, int threads) {
+    if (width < 1 || width > IMAGE_MAX_SIDE_PX || !match_range_is_legal(options) ||
+        options->speckle_px < 0 || (unsigned)options->preset >= MATCH_PRESET_COUNT) {
+        return 0;
+    }
+    if (options->preset == MATCH_PRESET_PAPER) {
+        return match_paper_need_bytes(width, options);
+    }
+    struct match_state state;
+    // No height has more levels than the greatest.
+    set_state(&state, width, IMAGE_MAX_SIDE_PX, options, threads);
+    struct match_memory memory = {0};
+    match_take_memory(&state, &memory);
+    const size_t vetting = vet_need_bytes(width, options->speckle_px, threads);
+    return memory.need_bytes > vetting ? memory.need_bytes : vetting;
+}
+
+uint64_t match_work(int width, int height, const struct match_options *options) {
+    // A pixel of the greedy path takes as long as so many disparities (measured on aloe).
+    enum { GREEDY_LANES = 240 };
+    if (height < 1 || height > IMAGE_MAX_SIDE_PX || match_need_bytes(width, options, 1) == 0) {
+        return 0;
+    }
+    if (options->preset == MATCH_PRESET_PAPER) {
+        return (uint64_t)GREEDY_LANES * (uint64_t)width * (uint64_t)height;
+    }
+    struct match_state state;
+    set_state(&state, width, height, options, 1);
+    uint64_t cells = 0;
+    for (int i = 0; i < state.levels; i++) {
+        cells += (uint64_t)state.level[i].row_bytes * (uint64_t)state.level[i].height;
+    }
+    return cells;
+}
+
+static bool run_levels(struct match_state *state, match_progress *progress, void *progress_self) {
+    struct match_level *finest = &state->level[0];
+    const int height = state->input->left.height;
+    match_begin_levels(state);
+    bool wanted = true;
+    while (wanted && finest->rows_done < finest->height) {
+        const int rows = finest->rows_done + MATCH_BAND_ROWS;
+        match_advance(finest, rows < finest->height ? rows : finest->height);
+        const bool done = finest->rows_done == finest->height;
+        const int rows_done = done ? height : finest->rows_done << finest->shift_y;
+        wanted = progress == NULL || progress(progress_self, rows_done, height);
+    }
+    match_finish(state);
+    return wanted;
+}
+
+int match_run(const struct match_input *input, const struct match_options *options,
+              const struct parallel *parallel, match_progress *progress, void *progress_self,
+              struct arena *arena, struct match_output *output) {
+    const int error = match_check(input, options, output);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    if (options->preset == MATCH_PRESET_PAPER) {
+        return match_paper_run(input, options, progress, progress_self, arena, output);
+    }
+    const size_t mark = arena_mark(arena);
+    struct match_state state = {.input = input, .output = output, .parallel = parallel};
+    set_state(&state, input->left.width, input->left.height, options, parallel->threads);
+    struct match_memory memory = {.arena = arena};
+    match_take_memory(&state, &memory);
+    const bool finished = !memory.failed && run_levels(&state, progress, progress_self);
+    arena_release(arena, mark);
+    if (!finished) {
+        return memory.failed ? ERROR_MEMORY : ERROR_CANCELLED;
+    }
+    return options->keep_all ? ERROR_OK
+                             : vet_speckles(options->speckle_px, parallel, arena, output);
+}

@@ -1,0 +1,423 @@
+// SPDX-License-Identifier: Apache-2.0
+// Phase 2 (included by match_plain.c and its like): edge-aware averages down the columns and, with
+// a bounded look-ahead, up; then the dynamic-programming message from the row above. A tile goes
+// through row by row: neighbouring columns do not wait for each other, and its cells stay in the
+// fastest memory.
+#ifndef VERGENCE_STEREO_MATCH_MATCH_COLUMN_PHASE_H
+#define VERGENCE_STEREO_MATCH_MATCH_COLUMN_PHASE_H
+
+#include <string.h>
+
+#include "core/invariant.h"
+#include "stereo/match/match_message.h"
+#include "stereo/match/match_state.h"
+
+struct column_view {
+    const struct match_level *level;
+    const struct match_band *band;
+    const struct match_tile *before, *tile, *next;  // windows of three bands
+    int x_begin, columns;
+    int last;                           // row that has none below it yet
+    uint16_t mass[MATCH_TILE_COLUMNS];  // of what comes from the row before, on the way
+    // What arrives from below at each row of the band.
+    uint16_t mass_below[MATCH_BAND_ROWS][MATCH_TILE_COLUMNS];
+};
+
+struct share_row {
+    match_share of_column[MATCH_TILE_COLUMNS];
+};
+
+struct column_shares {
+    match_share before[MATCH_TILE_COLUMNS];  // of what comes from the row before
+    match_share below[MATCH_TILE_COLUMNS];   // of what comes from below
+    uint8_t penalty[MATCH_TILE_COLUMNS];     // large penalty between the row before and this one
+};
+
+// Edges between the rows y - 1 and y, by column of the tile; none outside the image.
+/*@ predicate is_column_view{L}(struct column_view *of) =
+        \valid_read(of) && match_has_guide(of->level) && 0 <= of->x_begin &&
+        1 <= of->columns <= MATCH_TILE_COLUMNS && of->x_begin + of->columns <= of->level->width; */
+
+/*@ requires is_column_view(view) && 0 <= y < IMAGE_MAX_SIDE_PX;
+    requires \valid(step + (0 .. MATCH_TILE_COLUMNS - 1));
+    assigns step[0 .. MATCH_TILE_COLUMNS - 1]; */
+static inline void steps_above(const struct column_view *view, int y,
+                               uint8_t step[MATCH_TILE_COLUMNS]) {
+    const uint8_t *here = match_guide(view->level, y) + view->x_begin;
+    const uint8_t *above = match_guide(view->level, y - 1) + view->x_begin;
+    if (view->columns == MATCH_TILE_COLUMNS) {
+        /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS;
+            loop assigns c, step[0 .. MATCH_TILE_COLUMNS - 1];
+            loop variant MATCH_TILE_COLUMNS - c; */
+        for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
+            step[c] = (uint8_t)match_step(here[c], above[c]);
+        }
+    } else {
+        /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS;
+            loop assigns c, step[0 .. MATCH_TILE_COLUMNS - 1];
+            loop variant MATCH_TILE_COLUMNS - c; */
+        for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
+            step[c] = c < view->columns ? (uint8_t)match_step(here[c], above[c]) : 0;
+        }
+    }
+}
+
+/*@ requires \valid_read(view) && \valid_read(view->level) && \valid_read(tile) && 0 <= y;
+    requires 1 <= view->level->ring_rows <= MATCH_MAX_RING_ROWS;
+    assigns \nothing;
+    ensures \result == view->level->ring[y % view->level->ring_rows] + tile->offset; */
+static inline uint8_t *ring_cells(const struct column_view *view, const struct match_tile *tile,
+                                  int y) {
+    return match_cell(view->level->ring[y % view->level->ring_rows], tile, 0);
+}
+
+// The blend where each lane of `a` may be replaced by a neighbour's value plus MATCH_LEAN: an
+// average along a surface that leans by up to a disparity a row, instead of one that stands
+// upright.
+/*@ requires are_lanes(lanes) && shares.first + shares.second == MATCH_WEIGHT_ONE;
+    requires \valid_read(a) && \valid_read(b) && \valid(result);
+    assigns result->part[0 .. lanes / MATCH_LANES - 1]; */
+MATCH_INLINE void blend_leaning(const struct lanes *a, const struct lanes *b,
+                                struct vector_shares shares, struct lanes *result,
+                                const int lanes) {
+    const struct vector lean = vector_all(MATCH_LEAN);
+    struct vector before = vector_all(UINT8_MAX);
+    /*@ loop invariant 0 <= k <= lanes / MATCH_LANES;
+        loop assigns k, before, result->part[0 .. lanes / MATCH_LANES - 1];
+        loop variant lanes - k; */
+    for (int k = 0; k < lanes / MATCH_LANES; k++) {
+        const struct vector here = a->part[k];
+        const struct vector beside = lower_neighbour(a, k, before, lanes);
+        const struct vector leaning = vector_min(here, vector_add(beside, lean));
+        result->part[k] = vector_blend(leaning, b->part[k], shares);
+        before = here;
+    }
+}
+
+/*@ requires are_lanes(lanes) && 0 <= c <= MATCH_TILE_COLUMNS - VECTOR_MEMBERS;
+    requires \valid(at + (0 .. VECTOR_MEMBERS - 1));
+    assigns at[0 .. VECTOR_MEMBERS - 1];
+    ensures \forall integer m; 0 <= m < VECTOR_MEMBERS ==> at[m] == cells + (c + m) * lanes; */
+MATCH_INLINE void member_cells(uint8_t *cells, int c, uint8_t *at[VECTOR_MEMBERS],
+                               const int lanes) {
+    /*@ loop invariant 0 <= member <= VECTOR_MEMBERS;
+        loop invariant \forall integer m; 0 <= m < member ==> at[m] == cells + (c + m) * lanes;
+        loop assigns member, at[0 .. VECTOR_MEMBERS - 1];
+        loop variant VECTOR_MEMBERS - member; */
+    for (int member = 0; member < VECTOR_MEMBERS; member++) {
+        at[member] = cells + (ptrdiff_t)(c + member) * lanes;
+    }
+}
+
+/*@ requires \valid_read(shares + (0 .. VECTOR_MEMBERS - 1));
+    requires are_shares(shares, 0, VECTOR_MEMBERS);
+    assigns \nothing;
+    ensures \result.first + \result.second == MATCH_WEIGHT_ONE; */
+MATCH_INLINE struct vector_shares member_shares(const match_share *shares) {
+    const match_share *at[VECTOR_MEMBERS];
+    /*@ loop invariant 0 <= member <= VECTOR_MEMBERS;
+        loop invariant \forall integer m; 0 <= m < member ==> at[m] == shares + m;
+        loop assigns member, at[0 .. VECTOR_MEMBERS - 1];
+        loop variant VECTOR_MEMBERS - member; */
+    for (int member = 0; member < VECTOR_MEMBERS; member++) {
+        at[member] = shares + member;
+    }
+    return vector_shares_each(at, 0);
+}
+
+/*@ predicate tile_valid{L}(uint8_t *cells, integer lanes) =
+        \valid(cells + (0 .. MATCH_TILE_COLUMNS * lanes - 1)); */
+
+// The averages of the rows below y, at `below`, take in row y: into `to`, which may be `below`.
+/*@ requires are_lanes(lanes) && \valid_read(shares);
+    requires are_shares(&shares->of_column[0], 0, MATCH_TILE_COLUMNS);
+    requires tile_valid(below, lanes) && tile_valid(cost, lanes) && tile_valid(to, lanes);
+    assigns to[0 .. MATCH_TILE_COLUMNS * lanes - 1]; */
+MATCH_INLINE void climb(const struct share_row *shares, uint8_t *below, uint8_t *cost, uint8_t *to,
+                        const int lanes) {
+    /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS && c % VECTOR_MEMBERS == 0;
+        loop assigns c, to[0 .. MATCH_TILE_COLUMNS * lanes - 1];
+        loop variant MATCH_TILE_COLUMNS - c; */
+    for (int c = 0; c < MATCH_TILE_COLUMNS; c += VECTOR_MEMBERS) {
+        //@ assert 0 <= c * lanes <= (MATCH_TILE_COLUMNS - VECTOR_MEMBERS) * lanes;
+        uint8_t *below_at[VECTOR_MEMBERS];
+        uint8_t *cost_at[VECTOR_MEMBERS];
+        uint8_t *to_at[VECTOR_MEMBERS];
+        member_cells(below, c, below_at, lanes);
+        member_cells(cost, c, cost_at, lanes);
+        member_cells(to, c, to_at, lanes);
+        struct lanes from_below;
+        struct lanes own;
+        load_lanes((const uint8_t *const *)below_at, 0, &from_below, lanes);
+        load_lanes((const uint8_t *const *)cost_at, 0, &own, lanes);
+        struct lanes average;
+        blend_leaning(&from_below, &own, member_shares(shares->of_column + c), &average, lanes);
+        store_lanes(&average, to_at, 0, lanes);
+    }
+}
+
+/*@ predicate is_mass_row{L}(uint16_t *mass) =
+        \forall integer c; 0 <= c < MATCH_TILE_COLUMNS ==> match_is_mass(mass[c]); */
+
+// What the masses below row y become on the way into it.
+/*@ requires is_column_view(view) && \valid(view) && 0 <= y < IMAGE_MAX_SIDE_PX - 1;
+    requires is_mass_row(&view->mass[0]) && \valid(shares);
+    requires \valid_read(view->band) && 0 <= view->band->begin <= y;
+    requires view->band->end <= view->band->begin + MATCH_BAND_ROWS;
+    requires \separated(view, view->level) && \separated(view, view->band, shares);
+    assigns view->mass[0 .. MATCH_TILE_COLUMNS - 1], shares->of_column[0 .. MATCH_TILE_COLUMNS - 1],
+        view->mass_below[y - view->band->begin][0 .. MATCH_TILE_COLUMNS - 1];
+    ensures is_mass_row(&view->mass[0]);
+    ensures are_shares(&shares->of_column[0], 0, MATCH_TILE_COLUMNS); */
+static inline void carry_up(struct column_view *view, int y, struct share_row *shares) {
+    uint8_t step[MATCH_TILE_COLUMNS];
+    steps_above(view, y + 1, step);
+    uint16_t carried[MATCH_TILE_COLUMNS];
+    /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS && is_mass_row(&view->mass[0]);
+        loop invariant are_shares(&shares->of_column[0], 0, c);
+        loop assigns c, carried[0 .. MATCH_TILE_COLUMNS - 1],
+            view->mass[0 .. MATCH_TILE_COLUMNS - 1],
+            shares->of_column[0 .. MATCH_TILE_COLUMNS - 1];
+        loop variant MATCH_TILE_COLUMNS - c; */
+    for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
+        carried[c] = match_carry(view->mass[c], match_weight(step[c]));
+        shares->of_column[c] = match_share_between(carried[c], MATCH_MASS_ONE);
+        view->mass[c] = (uint16_t)(MATCH_MASS_ONE + carried[c]);
+    }
+    if (y < view->band->end) {
+        memcpy(view->mass_below[y - view->band->begin], carried, sizeof carried);
+    }
+}
+
+// Through the rows of the next band that have arrived, into `running`.
+MATCH_INLINE void climb_ahead(struct column_view *view, uint8_t *running, const int lanes) {
+    for (int y = view->last - 1; y >= view->band->end; y--) {
+        struct share_row shares;
+        carry_up(view, y, &shares);
+        climb(&shares, running, ring_cells(view, view->next, y), running, lanes);
+    }
+}
+
+// Through the rows of the band: from_above of each row becomes the average of those below it.
+MATCH_INLINE void climb_band(struct column_view *view, int y_begin, const int lanes) {
+    const struct match_band *band = view->band;
+    for (int y = y_begin; y >= band->begin; y--) {
+        struct share_row shares;
+        carry_up(view, y, &shares);
+        const int row = y - band->begin;
+        if (row > 0) {
+            climb(&shares, match_cell(band->from_above[row], view->tile, 0),
+                  ring_cells(view, view->tile, y),
+                  match_cell(band->from_above[row - 1], view->tile, 0), lanes);
+        }
+    }
+}
+
+// Brings the cells of the tile's columns from one window into another; where the old one has no
+// value, the row's own cells count, or infinity where `fill` is NULL.
+/*@ requires match_is_tile(from) && match_is_tile(to) && tile_valid(to_cells, to->lanes);
+    requires \valid_read(cells + (0 .. MATCH_TILE_COLUMNS * from->lanes - 1));
+    requires fill != NULL ==> \valid_read(fill + (0 .. MATCH_TILE_COLUMNS * to->lanes - 1));
+    requires \separated(to_cells + (0 .. MATCH_TILE_COLUMNS * to->lanes - 1),
+                        cells + (0 .. MATCH_TILE_COLUMNS * from->lanes - 1));
+    requires fill != NULL ==> \separated(to_cells + (0 .. MATCH_TILE_COLUMNS * to->lanes - 1),
+                                         fill + (0 .. MATCH_TILE_COLUMNS * to->lanes - 1));
+    assigns to_cells[0 .. MATCH_TILE_COLUMNS * to->lanes - 1]; */
+static void realign_columns(const uint8_t *cells, const struct match_tile *from,
+                            const uint8_t *fill, const struct match_tile *to, uint8_t *to_cells) {
+    /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS;
+        loop assigns c, to_cells[0 .. MATCH_TILE_COLUMNS * to->lanes - 1];
+        loop variant MATCH_TILE_COLUMNS - c; */
+    for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
+        //@ assert times(0, c, to->lanes) && times(c + 1, MATCH_TILE_COLUMNS, to->lanes);
+        //@ assert times(0, c, from->lanes) && times(c + 1, MATCH_TILE_COLUMNS, from->lanes);
+        /*@ assert fill != NULL ==>
+                \valid_read(fill + (c * to->lanes .. (c + 1) * to->lanes - 1)); */
+        match_realign(cells + (ptrdiff_t)c * from->lanes, from,
+                      fill == NULL ? NULL : fill + (ptrdiff_t)c * to->lanes, to,
+                      to_cells + (ptrdiff_t)c * to->lanes);
+    }
+}
+
+// Leaves in from_above the average of the rows below each row of the band (those that have
+// arrived) and in mass_below its mass.
+static void average_upwards(struct column_view *view, uint8_t *running) {
+    const struct match_band *band = view->band;
+    const struct match_tile *tile = view->tile;
+    const int last = view->last;
+    const int below_band = band->end - band->begin;
+    INVARIANT(last >= band->end - 1);
+    for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
+        view->mass[c] = MATCH_MASS_ONE;
+    }
+    if (last < band->end) {
+        // The last row of the image: the one above it is the first to have something below it.
+        if (below_band > 1) {
+            memcpy(match_cell(band->from_above[below_band - 2], tile, 0),
+                   ring_cells(view, tile, last), (size_t)tile->lanes * MATCH_TILE_COLUMNS);
+        }
+#define CLIMB_BAND(lanes) climb_band(view, last - 1, lanes)
+        MATCH_WITH_CONSTANT_LANES(tile->lanes, CLIMB_BAND);
+#undef CLIMB_BAND
+        return;
+    }
+    const struct match_tile *next = view->next;
+    memcpy(running, ring_cells(view, next, last), (size_t)next->lanes * MATCH_TILE_COLUMNS);
+#define CLIMB_AHEAD(lanes) climb_ahead(view, running, lanes)
+    MATCH_WITH_CONSTANT_LANES(next->lanes, CLIMB_AHEAD);
+#undef CLIMB_AHEAD
+    realign_columns(running, next, ring_cells(view, tile, band->end - 1), tile,
+                    match_cell(band->from_above[below_band - 1], tile, 0));
+#define CLIMB_BAND(lanes) climb_band(view, band->end - 1, lanes)
+    MATCH_WITH_CONSTANT_LANES(tile->lanes, CLIMB_BAND);
+#undef CLIMB_BAND
+}
+
+// One row on the way down: the average of the rows above, at `down`, takes in the costs at `cost`;
+// with what comes from below, which `message` holds, it becomes the average of all rows, at `cost`;
+// and the messages from the row above, at `previous`, become this row's, at `message`.
+/*@ requires are_lanes(lanes) && \valid_read(shares);
+    requires are_shares(&shares->before[0], 0, MATCH_TILE_COLUMNS);
+    requires are_shares(&shares->below[0], 0, MATCH_TILE_COLUMNS);
+    requires tile_valid(down, lanes) && tile_valid(cost, lanes);
+    requires tile_valid(previous, lanes) && tile_valid(message, lanes);
+    assigns down[0 .. MATCH_TILE_COLUMNS * lanes - 1], cost[0 .. MATCH_TILE_COLUMNS * lanes - 1],
+        message[0 .. MATCH_TILE_COLUMNS * lanes - 1]; */
+MATCH_INLINE void descend(const struct column_shares *shares, bool below, uint8_t *down,
+                          uint8_t *cost, uint8_t *previous, uint8_t *message, const int lanes) {
+    const struct vector small = vector_all(MATCH_SMALL_PENALTY);
+    /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS && c % VECTOR_MEMBERS == 0;
+        loop assigns c, down[0 .. MATCH_TILE_COLUMNS * lanes - 1],
+            cost[0 .. MATCH_TILE_COLUMNS * lanes - 1], message[0 .. MATCH_TILE_COLUMNS * lanes - 1];
+        loop variant MATCH_TILE_COLUMNS - c; */
+    for (int c = 0; c < MATCH_TILE_COLUMNS; c += VECTOR_MEMBERS) {
+        //@ assert 0 <= c * lanes <= (MATCH_TILE_COLUMNS - VECTOR_MEMBERS) * lanes;
+        uint8_t *down_at[VECTOR_MEMBERS];
+        uint8_t *cost_at[VECTOR_MEMBERS];
+        uint8_t *previous_at[VECTOR_MEMBERS];
+        uint8_t *message_at[VECTOR_MEMBERS];
+        const uint8_t *penalty_at[VECTOR_MEMBERS];
+        member_cells(down, c, down_at, lanes);
+        member_cells(cost, c, cost_at, lanes);
+        member_cells(previous, c, previous_at, lanes);
+        member_cells(message, c, message_at, lanes);
+        /*@ loop invariant 0 <= member <= VECTOR_MEMBERS;
+            loop invariant \forall integer m; 0 <= m < member ==>
+                penalty_at[m] == &shares->penalty[c + m];
+            loop assigns member, penalty_at[0 .. VECTOR_MEMBERS - 1];
+            loop variant VECTOR_MEMBERS - member; */
+        for (int member = 0; member < VECTOR_MEMBERS; member++) {
+            penalty_at[member] = shares->penalty + c + member;
+        }
+        struct lanes average;
+        struct lanes own;
+        load_lanes((const uint8_t *const *)down_at, 0, &average, lanes);
+        load_lanes((const uint8_t *const *)cost_at, 0, &own, lanes);
+        blend_leaning(&average, &own, member_shares(shares->before + c), &own, lanes);
+        store_lanes(&own, down_at, 0, lanes);
+        if (below) {
+            load_lanes((const uint8_t *const *)message_at, 0, &average, lanes);
+            blend_leaning(&average, &own, member_shares(shares->below + c), &own, lanes);
+        }
+        store_lanes(&own, cost_at, 0, lanes);
+        struct lanes running;
+        load_lanes((const uint8_t *const *)previous_at, 0, &running, lanes);
+        const struct message_penalties penalties = {small, vector_each(penalty_at, 0)};
+        pass_message(&own, penalties, &running, lanes);
+        store_lanes(&running, message_at, 0, lanes);
+    }
+}
+
+// What the masses above row y become on the way into it. The first row of the image has nothing
+// above it: its average is its cost, and so is its message.
+/*@ requires is_column_view(view) && \valid(view) && 0 <= y < IMAGE_MAX_SIDE_PX;
+    requires is_mass_row(&view->mass[0]) && \valid(shares) && \valid_read(view->band);
+    requires 0 <= view->band->begin <= y < view->band->begin + MATCH_BAND_ROWS;
+    requires is_mass_row(&view->mass_below[y - view->band->begin][0]);
+    requires \separated(view, view->level) && \separated(view, view->band, shares);
+    assigns view->mass[0 .. MATCH_TILE_COLUMNS - 1], *shares;
+    ensures is_mass_row(&view->mass[0]);
+    ensures are_shares(&shares->before[0], 0, MATCH_TILE_COLUMNS);
+    ensures are_shares(&shares->below[0], 0, MATCH_TILE_COLUMNS); */
+static inline void carry_down(struct column_view *view, int y, struct column_shares *shares) {
+    uint8_t step[MATCH_TILE_COLUMNS];
+    steps_above(view, y, step);
+    const uint16_t *mass_below = view->mass_below[y - view->band->begin];
+    /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS && is_mass_row(&view->mass[0]);
+        loop invariant is_mass_row(mass_below);
+        loop invariant are_shares(&shares->before[0], 0, c) && are_shares(&shares->below[0], 0, c);
+        loop assigns c, view->mass[0 .. MATCH_TILE_COLUMNS - 1],
+            shares->before[0 .. MATCH_TILE_COLUMNS - 1], shares->below[0 .. MATCH_TILE_COLUMNS - 1],
+            shares->penalty[0 .. MATCH_TILE_COLUMNS - 1];
+        loop variant MATCH_TILE_COLUMNS - c; */
+    for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
+        const uint16_t carried = match_carry(view->mass[c], match_weight(step[c]));
+        shares->before[c] = match_share_between(carried, MATCH_MASS_ONE);
+        const uint16_t mass = (uint16_t)(MATCH_MASS_ONE + carried);
+        view->mass[c] = mass;
+        shares->below[c] = match_share_swapped(match_share_between(mass, mass_below[c]));
+        shares->penalty[c] = match_large_penalty(step[c]);
+    }
+    if (y == 0) {
+        memset(shares->penalty, 0, sizeof shares->penalty);
+    }
+}
+
+MATCH_INLINE void descend_band(struct column_view *view, uint8_t *spare, const int lanes) {
+    const struct match_band *band = view->band;
+    const struct match_tile *tile = view->tile;
+    uint8_t *down = match_cell(band->down, tile, 0);
+    uint8_t *previous = spare;
+    uint8_t *cost = ring_cells(view, tile, band->begin);
+    if (band->begin == 0) {
+        // A 128th of it changes no cost up to MATCH_COST_MAX.
+        memset(down, MATCH_WEIGHT_ONE / 2 - 1, (size_t)lanes * MATCH_TILE_COLUMNS);
+        memset(previous, 0, (size_t)lanes * MATCH_TILE_COLUMNS);
+    } else {
+        if (band->down_before != band->down) {
+            realign_columns(match_cell(band->down_before, view->before, 0), view->before, cost,
+                            tile, down);
+        }
+        realign_columns(match_cell(band->last_above, view->before, 0), view->before, NULL, tile,
+                        previous);
+    }
+    for (int y = band->begin; y < band->end; y++) {
+        struct column_shares shares;
+        carry_down(view, y, &shares);
+        cost = ring_cells(view, tile, y);
+        uint8_t *message = match_cell(band->from_above[y - band->begin], tile, 0);
+        descend(&shares, y < view->last, down, cost, previous, message, lanes);
+        previous = message;
+    }
+}
+
+// Tiles [begin, end) of the band.
+static void columns(struct match_level *level, struct match_scratch *scratch, int begin, int end) {
+    const struct match_band *band = scratch->band;
+    INVARIANT(band->cost_end >= band->end);
+    for (int t = begin; t < end; t++) {
+        struct column_view view = {
+            .level = level,
+            .band = band,
+            .before = &band->before[t],
+            .tile = &band->tile[t],
+            .next = &band->next[t],
+            .x_begin = t * MATCH_TILE_COLUMNS,
+            .columns = match_tile_columns(level, t),
+            .last = (band->cost_end < level->height ? band->cost_end : level->height) - 1,
+        };
+        average_upwards(&view, scratch->running);
+        uint16_t *down_mass = level->down_mass + view.x_begin;
+        for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
+            view.mass[c] = down_mass[c];
+        }
+#define DESCEND_BAND(lanes) descend_band(&view, scratch->running, lanes)
+        MATCH_WITH_CONSTANT_LANES(view.tile->lanes, DESCEND_BAND);
+#undef DESCEND_BAND
+        for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
+            down_mass[c] = (uint16_t)view.mass[c];
+        }
+    }
+}
+
+#endif

@@ -1,0 +1,349 @@
+// SPDX-License-Identifier: Apache-2.0
+// Phase 1 (included by match_plain.c and its like): cost of every disparity and its edge-aware
+// average along the row, up to MATCH_ROWS_ABREAST rows side by side.
+#ifndef VERGENCE_STEREO_MATCH_MATCH_COST_PHASE_H
+#define VERGENCE_STEREO_MATCH_MATCH_COST_PHASE_H
+
+#include <string.h>
+
+#include "core/invariant.h"
+#include "stereo/match/match_feature_phase.h"
+#include "stereo/match/match_message.h"
+#include "stereo/match/match_state.h"
+
+enum { COST_GROUPS = MATCH_ROWS_ABREAST / VECTOR_MEMBERS };
+
+struct cost_view {
+    const struct match_level *level;
+    const struct match_tile *tiles;
+    const struct match_line *line;          // one a row
+    uint8_t *raw[MATCH_ROWS_ABREAST];       // costs
+    uint8_t *averaged[MATCH_ROWS_ABREAST];  // rows of the ring
+    // What comes from the neighbour on the way, in the window of the present tile.
+    uint8_t *running[MATCH_ROWS_ABREAST];
+};
+
+/*@ logic integer first_right{L}(struct match_level *of, struct match_tile *tile) =
+        of->width - 1 + of->right_pad + of->disparity_min + tile->base;
+    predicate features_in_rows{L}(struct match_features *of, integer begin, integer end) =
+        \valid_read(of) && \valid_read(of->gradient + (begin .. end - 1)) &&
+        (\forall integer i; 0 <= i < MATCH_CENSUS_PLANES ==>
+            \valid_read(of->census[i] + (begin .. end - 1)));
+    predicate at_features{L}(uint8_t *a, uint8_t *b, uint8_t *c, uint8_t *gradient,
+                             struct match_features *of) =
+        a == of->census[0] && b == of->census[1] && c == of->census[2] &&
+        gradient == of->gradient; */
+
+// Costs of the columns [0, columns) of a tile that begins at x_begin, for the rows from r_begin on.
+/*@ requires VECTOR_MEMBERS == 1 && 0 <= r_begin < MATCH_ROWS_ABREAST && are_lanes(lanes);
+    requires \valid_read(view) && \valid_read(tile) && is_level(view->level);
+    requires 1 <= columns <= MATCH_TILE_COLUMNS && 0 <= x_begin <= INT16_MAX + 1 - columns;
+    requires 0 <= first_right(view->level, tile) - (x_begin + columns - 1);
+    requires first_right(view->level, tile) - x_begin + lanes <= view->level->right_length;
+    requires \valid_read(view->line + r_begin);
+    requires features_in_rows(&view->line[r_begin].cost.left, x_begin, x_begin + columns);
+    requires features_in_rows(&view->line[r_begin].cost.right, 0, view->level->right_length);
+    requires \valid(view->raw[r_begin] +
+                    (tile->offset .. tile->offset + columns * lanes - 1)); */
+MATCH_INLINE void tile_costs(const struct cost_view *view, int r_begin,
+                             const struct match_tile *tile, int x_begin, int columns,
+                             const int lanes) {
+    const struct match_level *level = view->level;
+    const int first = level->width - 1 + level->right_pad + level->disparity_min + tile->base;
+    INVARIANT(first - (x_begin + columns - 1) >= 0);
+    INVARIANT(first - x_begin + lanes <= level->right_length);
+    const uint8_t *left_at[MATCH_CENSUS_PLANES + 1][VECTOR_MEMBERS];
+    const uint8_t *right_at[MATCH_CENSUS_PLANES + 1][VECTOR_MEMBERS];
+    uint8_t *to[VECTOR_MEMBERS];
+    /*@ loop invariant 0 <= r <= VECTOR_MEMBERS;
+        loop invariant r == 1 ==> to[0] == view->raw[r_begin] + tile->offset;
+        loop invariant r == 1 ==> at_features(left_at[0][0], left_at[1][0], left_at[2][0],
+            left_at[3][0], &view->line[r_begin].cost.left);
+        loop invariant r == 1 ==> at_features(right_at[0][0], right_at[1][0], right_at[2][0],
+            right_at[3][0], &view->line[r_begin].cost.right);
+        loop assigns r, to[0], left_at[0][0], left_at[1][0], left_at[2][0], left_at[3][0],
+            right_at[0][0], right_at[1][0], right_at[2][0], right_at[3][0];
+        loop variant VECTOR_MEMBERS - r; */
+    for (int r = 0; r < VECTOR_MEMBERS; r++) {
+        const struct match_line *line = &view->line[r_begin + r];
+        /*@ loop invariant 0 <= plane <= MATCH_CENSUS_PLANES;
+            loop invariant plane > 0 ==> left_at[0][0] == line->cost.left.census[0] &&
+                right_at[0][0] == line->cost.right.census[0];
+            loop invariant plane > 1 ==> left_at[1][0] == line->cost.left.census[1] &&
+                right_at[1][0] == line->cost.right.census[1];
+            loop invariant plane > 2 ==> left_at[2][0] == line->cost.left.census[2] &&
+                right_at[2][0] == line->cost.right.census[2];
+            loop assigns plane, left_at[0][0], left_at[1][0], left_at[2][0], right_at[0][0],
+                right_at[1][0], right_at[2][0];
+            loop variant MATCH_CENSUS_PLANES - plane; */
+        for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {
+            left_at[plane][r] = line->cost.left.census[plane];
+            right_at[plane][r] = line->cost.right.census[plane];
+        }
+        left_at[MATCH_CENSUS_PLANES][r] = line->cost.left.gradient;
+        right_at[MATCH_CENSUS_PLANES][r] = line->cost.right.gradient;
+        to[r] = view->raw[r_begin + r] + tile->offset;
+    }
+    /*@ loop invariant 0 <= column <= columns;
+        loop assigns column, to[0][0 .. columns * lanes - 1];
+        loop variant columns - column; */
+    for (int column = 0; column < columns; column++) {
+        //@ assert times(0, column, lanes) && times(column + 1, columns, lanes);
+        const int x = x_begin + column;
+        struct vector left[MATCH_CENSUS_PLANES + 1];
+        /*@ loop invariant 0 <= plane <= MATCH_CENSUS_PLANES + 1;
+            loop assigns plane, left[0 .. MATCH_CENSUS_PLANES];
+            loop variant MATCH_CENSUS_PLANES + 1 - plane; */
+        for (int plane = 0; plane <= MATCH_CENSUS_PLANES; plane++) {
+            left[plane] = vector_each(left_at[plane], x);
+        }
+        /*@ loop invariant 0 <= i <= lanes && i % MATCH_LANES == 0;
+            loop assigns i, to[0][column * lanes .. column * lanes + lanes - 1];
+            loop variant lanes - i; */
+        for (int i = 0; i < lanes; i += MATCH_LANES) {
+            struct vector right[MATCH_CENSUS_PLANES + 1];
+            /*@ loop invariant 0 <= plane <= MATCH_CENSUS_PLANES + 1;
+                loop assigns plane, right[0 .. MATCH_CENSUS_PLANES];
+                loop variant MATCH_CENSUS_PLANES + 1 - plane; */
+            for (int plane = 0; plane <= MATCH_CENSUS_PLANES; plane++) {
+                right[plane] = vector_load(right_at[plane], first - x + i);
+            }
+            vector_store(to, column * lanes + i, vector_cost(left, right));
+        }
+    }
+}
+
+/*@ predicate tile_in_rows{L}(struct cost_view *of, struct match_tile *tile, integer x_begin,
+                              integer columns, integer rows, integer lanes) =
+        \valid_read(of) && \valid_read(tile) && are_lanes(lanes) &&
+        1 <= rows <= MATCH_ROWS_ABREAST && 0 <= columns <= MATCH_TILE_COLUMNS &&
+        0 <= x_begin <= INT16_MAX + 1 - columns &&
+        0 <= tile->offset <= INT32_MAX - columns * lanes &&
+        (\forall integer r; 0 <= r < rows ==>
+            \valid_read(of->raw[r] + (tile->offset .. tile->offset + columns * lanes - 1)) &&
+            \valid(of->averaged[r] + (tile->offset .. tile->offset + columns * lanes - 1)) &&
+            \valid(of->running[r] + (0 .. lanes - 1)) && \valid_read(of->line + r)); */
+
+// Averages of the costs up to each column, weighed by the edges between.
+/*@ requires VECTOR_MEMBERS == 1;
+    requires tile_in_rows(of, tile, x_begin, columns, groups, lanes);
+    requires \forall integer r; 0 <= r < groups ==>
+        \valid_read(of->line[r].cost.forward + (x_begin .. x_begin + columns - 1)) &&
+        are_shares(of->line[r].cost.forward, x_begin, x_begin + columns); */
+MATCH_INLINE void average_forward(const struct cost_view *of, const struct match_tile *tile,
+                                  int x_begin, int columns, const int groups, const int lanes) {
+    // A copy: stores of bytes cannot change it.
+    const struct cost_view view = *of;
+    /*@ admit copied: view.line == of->line && (\forall integer r; 0 <= r < MATCH_ROWS_ABREAST ==>
+            view.raw[r] == of->raw[r] && view.averaged[r] == of->averaged[r] &&
+            view.running[r] == of->running[r]); */
+    const match_share *shares_at[MATCH_ROWS_ABREAST];
+    /*@ loop invariant 0 <= r <= groups;
+        loop invariant \forall integer i; 0 <= i < r ==> shares_at[i] == of->line[i].cost.forward;
+        loop assigns r, shares_at[0 .. groups - 1];
+        loop variant groups - r; */
+    for (int r = 0; r < groups * VECTOR_MEMBERS; r++) {
+        shares_at[r] = view.line[r].cost.forward;
+    }
+    struct lanes average[COST_GROUPS];
+    /*@ loop invariant 0 <= q <= groups;
+        loop assigns q, average[0 .. groups - 1];
+        loop variant groups - q; */
+    for (int q = 0; q < groups; q++) {
+        load_lanes((const uint8_t *const *)view.running + q * VECTOR_MEMBERS, 0, &average[q],
+                   lanes);
+    }
+    ptrdiff_t cell = tile->offset;
+    /*@ loop invariant x_begin <= x <= x_begin + columns;
+        loop invariant cell == tile->offset + (x - x_begin) * lanes;
+        loop assigns x, cell, average[0 .. groups - 1],
+            view.averaged[0 .. groups - 1][tile->offset .. tile->offset + columns * lanes - 1];
+        loop variant x_begin + columns - x; */
+    for (int x = x_begin; x < x_begin + columns; x++, cell += lanes) {
+        //@ assert times(0, x - x_begin, lanes) && times(x - x_begin + 1, columns, lanes);
+        /*@ loop invariant 0 <= q <= groups;
+            loop assigns q, average[0 .. groups - 1],
+                view.averaged[0 .. groups - 1][cell .. cell + lanes - 1];
+            loop variant groups - q; */
+        for (int q = 0; q < groups; q++) {
+            const int r = q * VECTOR_MEMBERS;
+            const struct vector_shares shares = vector_shares_each(shares_at + r, x);
+            /*@ loop invariant 0 <= k <= lanes / MATCH_LANES;
+                loop assigns k, average[q].part[0 .. lanes / MATCH_LANES - 1],
+                    view.averaged[r][cell .. cell + lanes - 1];
+                loop variant lanes - k; */
+            for (int k = 0; k < lanes / MATCH_LANES; k++) {
+                const ptrdiff_t at = cell + (ptrdiff_t)k * MATCH_LANES;
+                const struct vector cost = vector_load((const uint8_t *const *)view.raw + r, at);
+                average[q].part[k] = vector_blend(average[q].part[k], cost, shares);
+                vector_store(view.averaged + r, at, average[q].part[k]);
+            }
+        }
+    }
+    /*@ loop invariant 0 <= q <= groups;
+        loop assigns q, view.running[0 .. groups - 1][0 .. lanes - 1];
+        loop variant groups - q; */
+    for (int q = 0; q < groups; q++) {
+        store_lanes(&average[q], view.running + q * VECTOR_MEMBERS, 0, lanes);
+    }
+}
+
+// The averages of the costs to the right of each column join those from the left.
+/*@ requires VECTOR_MEMBERS == 1;
+    requires tile_in_rows(of, tile, x_begin, columns, groups, lanes);
+    requires \forall integer r; 0 <= r < groups ==>
+        \valid_read(of->line[r].cost.joined + (x_begin .. x_begin + columns - 1)) &&
+        are_shares(of->line[r].cost.joined, x_begin, x_begin + columns) &&
+        \valid_read(of->line[r].cost.backward + (x_begin .. x_begin + columns - 1)) &&
+        are_shares(of->line[r].cost.backward, x_begin, x_begin + columns); */
+MATCH_INLINE void average_backward(const struct cost_view *of, const struct match_tile *tile,
+                                   int x_begin, int columns, const int groups, const int lanes) {
+    const struct cost_view view = *of;
+    /*@ admit copied: view.line == of->line && (\forall integer r; 0 <= r < MATCH_ROWS_ABREAST ==>
+            view.raw[r] == of->raw[r] && view.averaged[r] == of->averaged[r] &&
+            view.running[r] == of->running[r]); */
+    const match_share *joined_at[MATCH_ROWS_ABREAST];
+    const match_share *backward_at[MATCH_ROWS_ABREAST];
+    /*@ loop invariant 0 <= r <= groups;
+        loop invariant \forall integer i; 0 <= i < r ==>
+            joined_at[i] == of->line[i].cost.joined && backward_at[i] == of->line[i].cost.backward;
+        loop assigns r, joined_at[0 .. groups - 1], backward_at[0 .. groups - 1];
+        loop variant groups - r; */
+    for (int r = 0; r < groups * VECTOR_MEMBERS; r++) {
+        joined_at[r] = view.line[r].cost.joined;
+        backward_at[r] = view.line[r].cost.backward;
+    }
+    struct lanes average[COST_GROUPS];
+    /*@ loop invariant 0 <= q <= groups;
+        loop assigns q, average[0 .. groups - 1];
+        loop variant groups - q; */
+    for (int q = 0; q < groups; q++) {
+        load_lanes((const uint8_t *const *)view.running + q * VECTOR_MEMBERS, 0, &average[q],
+                   lanes);
+    }
+    ptrdiff_t cell = tile->offset + (ptrdiff_t)columns * lanes;
+    /*@ loop invariant x_begin - 1 <= x <= x_begin + columns - 1;
+        loop invariant cell == tile->offset + (x - x_begin + 1) * lanes;
+        loop assigns x, cell, average[0 .. groups - 1],
+            view.averaged[0 .. groups - 1][tile->offset .. tile->offset + columns * lanes - 1];
+        loop variant x - x_begin + 1; */
+    for (int x = x_begin + columns - 1; x >= x_begin; x--) {
+        //@ assert times(0, x - x_begin, lanes) && times(x - x_begin + 1, columns, lanes);
+        cell -= lanes;
+        /*@ loop invariant 0 <= q <= groups;
+            loop assigns q, average[0 .. groups - 1],
+                view.averaged[0 .. groups - 1][cell .. cell + lanes - 1];
+            loop variant groups - q; */
+        for (int q = 0; q < groups; q++) {
+            const int r = q * VECTOR_MEMBERS;
+            const struct vector_shares joined = vector_shares_each(joined_at + r, x);
+            const struct vector_shares backward = vector_shares_each(backward_at + r, x);
+            /*@ loop invariant 0 <= k <= lanes / MATCH_LANES;
+                loop assigns k, average[q].part[0 .. lanes / MATCH_LANES - 1],
+                    view.averaged[r][cell .. cell + lanes - 1];
+                loop variant lanes - k; */
+            for (int k = 0; k < lanes / MATCH_LANES; k++) {
+                const ptrdiff_t at = cell + (ptrdiff_t)k * MATCH_LANES;
+                const struct vector from_left =
+                    vector_load((const uint8_t *const *)view.averaged + r, at);
+                const struct vector cost = vector_load((const uint8_t *const *)view.raw + r, at);
+                vector_store(view.averaged + r, at,
+                             vector_blend(from_left, average[q].part[k], joined));
+                average[q].part[k] = vector_blend(average[q].part[k], cost, backward);
+            }
+        }
+    }
+    /*@ loop invariant 0 <= q <= groups;
+        loop assigns q, view.running[0 .. groups - 1][0 .. lanes - 1];
+        loop variant groups - q; */
+    for (int q = 0; q < groups; q++) {
+        store_lanes(&average[q], view.running + q * VECTOR_MEMBERS, 0, lanes);
+    }
+}
+
+// Brings what comes from the neighbour, in the window of the tile `from`, into that of `tile`;
+// where that has no value, the neighbour has no say: the pixel's own cost. The first pixel on the
+// way
+// (`from` is NULL) is its own average.
+/*@ requires \valid_read(view) && 1 <= rows <= MATCH_ROWS_ABREAST && match_is_tile(tile);
+    requires from != NULL ==> match_is_tile(from);
+    requires \forall integer r; 0 <= r < rows ==>
+        \let own = view->raw[r] + tile->offset + column * tile->lanes;
+        \valid(view->running[r] + (0 .. tile->lanes - 1)) &&
+        (from != NULL ==> \valid_read(view->running[r] + (0 .. from->lanes - 1))) &&
+        \valid_read(own + (0 .. tile->lanes - 1)) &&
+        \separated(view->running[r] + (0 .. tile->lanes - 1), own + (0 .. tile->lanes - 1));
+    assigns view->running[0 .. rows - 1][0 .. tile->lanes - 1]; */
+static void enter_tile_with_averages(const struct cost_view *view, const int rows,
+                                     const struct match_tile *from, const struct match_tile *tile,
+                                     int column) {
+    /*@ loop invariant 0 <= r <= rows;
+        loop assigns r, view->running[0 .. rows - 1][0 .. tile->lanes - 1];
+        loop variant rows - r; */
+    for (int r = 0; r < rows; r++) {
+        const uint8_t *own = match_cell(view->raw[r], tile, column);
+        if (from == NULL) {
+            memcpy(view->running[r], own, (size_t)tile->lanes);
+        } else if (!match_same_window(from, tile)) {
+            uint8_t realigned[MATCH_MAX_DISPARITIES];
+            match_realign(view->running[r], from, own, tile, realigned);
+            memcpy(view->running[r], realigned, (size_t)tile->lanes);
+        }
+    }
+}
+
+MATCH_INLINE void average_rows(const struct cost_view *view, const int groups) {
+    const struct match_level *level = view->level;
+    const int rows = groups * VECTOR_MEMBERS;
+    for (int t = 0; t < level->tiles; t++) {
+        const struct match_tile *tile = &view->tiles[t];
+        const int columns = match_tile_columns(level, t);
+        const int x = t * MATCH_TILE_COLUMNS;
+        for (int r = 0; r < rows; r += VECTOR_MEMBERS) {
+#define TILE_COSTS(lanes) tile_costs(view, r, tile, x, columns, lanes)
+            MATCH_WITH_CONSTANT_LANES(tile->lanes, TILE_COSTS);
+#undef TILE_COSTS
+        }
+        enter_tile_with_averages(view, rows, t == 0 ? NULL : tile - 1, tile, 0);
+#define AVERAGE_FORWARD(lanes) average_forward(view, tile, x, columns, groups, lanes)
+        MATCH_WITH_CONSTANT_LANES(tile->lanes, AVERAGE_FORWARD);
+#undef AVERAGE_FORWARD
+    }
+    for (int t = level->tiles - 1; t >= 0; t--) {
+        const struct match_tile *tile = &view->tiles[t];
+        const bool first = t == level->tiles - 1;
+        const int columns = match_tile_columns(level, t);
+        enter_tile_with_averages(view, rows, first ? NULL : tile + 1, tile, columns - 1);
+#define AVERAGE_BACKWARD(lanes)                                                                \
+    average_backward(view, tile, t *MATCH_TILE_COLUMNS, first ? columns - 1 : columns, groups, \
+                     lanes)
+        MATCH_WITH_CONSTANT_LANES(tile->lanes, AVERAGE_BACKWARD);
+#undef AVERAGE_BACKWARD
+    }
+}
+
+// Rows [y_begin, y_begin + rows), all in the band or all in the next one.
+static void cost_rows(struct match_level *level, struct match_scratch *scratch, int y_begin,
+                      int rows) {
+    INVARIANT(rows == MATCH_ROWS_ABREAST || rows == MATCH_PAIR_ROWS);
+    struct cost_view view = {.level = level, .line = scratch->line};
+    const struct match_band *band = scratch->band;
+    view.tiles = y_begin < band->begin + MATCH_BAND_ROWS ? band->tile : band->next;
+    for (int r = 0; r < rows; r++) {
+        view.averaged[r] = level->ring[(y_begin + r) % level->ring_rows];
+        // Messages from above are not there before phase 2.
+        view.raw[r] = band->from_above[r];
+        view.running[r] = scratch->running + (size_t)r * (size_t)level->lanes;
+    }
+    right_features(level, scratch, y_begin, rows);
+    left_features(level, scratch, y_begin, rows);
+    if (rows == MATCH_ROWS_ABREAST) {
+        row_shares(level, scratch, MATCH_ROWS_ABREAST);
+        average_rows(&view, MATCH_ROWS_ABREAST / VECTOR_MEMBERS);
+    } else {
+        row_shares(level, scratch, MATCH_PAIR_ROWS);
+        average_rows(&view, MATCH_PAIR_ROWS / VECTOR_MEMBERS);
+    }
+}
+
+#endif

@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: Apache-2.0
+// The beginning of phase 1 (included by match_plain.c and its like): rows at a level's scale, their
+// features, and the shares of the averages along the row.
+#ifndef VERGENCE_STEREO_MATCH_MATCH_FEATURE_PHASE_H
+#define VERGENCE_STEREO_MATCH_MATCH_FEATURE_PHASE_H
+
+#include <string.h>
+
+#include "core/invariant.h"
+#include "stereo/match/match_state.h"
+
+// Means of rectangles of 2^shift_x columns and 2^shift_y rows, into `width` pixels. `box` has room
+// for a full row.
+static void scale_row(const struct image_u8 *image, int y, int shift_x, int shift_y, int width,
+                      uint16_t *restrict box, uint8_t *restrict pixels) {
+    const int length = width << shift_x;
+    // The sum of a rectangle must fit 16 bits.
+    const int early = shift_x + shift_y > 8 ? shift_x + shift_y - 8 : 0;
+    memset(box, 0, (size_t)length * sizeof *box);
+    for (int j = 0; j < 1 << shift_y; j++) {
+        const uint8_t *restrict from = image_u8_row(image, (y << shift_y) + j);
+        for (int x = 0; x < length; x++) {
+            box[x] = (uint16_t)(box[x] + from[x]);
+        }
+    }
+    for (int x = 0; x < length && early > 0; x++) {
+        box[x] = (uint16_t)(box[x] >> early);
+    }
+    for (int half = length / 2, i = 0; i < shift_x; i++, half /= 2) {
+        for (int x = 0; x < half; x++) {
+            box[x] = (uint16_t)(box[2 * x] + box[2 * x + 1]);
+        }
+    }
+    const int down = shift_x + shift_y - early;
+    for (int x = 0; x < width; x++) {
+        pixels[x] = (uint8_t)((box[x] + (1 << down >> 1)) >> down);
+    }
+}
+
+// Pixels of row y for index -MATCH_CENSUS_RADIUS to width + MATCH_CENSUS_RADIUS - 1 of a level,
+// with the ends of the valid span repeated outwards.
+static void source_row(const struct match_level *level, const struct image_u8 *image,
+                       const struct rectify_span *spans, int y, uint16_t *box, uint8_t *padded) {
+    const int row = y < 0 ? 0 : (y < level->height ? y : level->height - 1);
+    const struct rectify_span span = match_span(level, image, spans, row);
+    const int padded_width = level->width + 2 * MATCH_CENSUS_RADIUS;
+    if (span.begin >= span.end) {
+        memset(padded, 0, (size_t)padded_width);
+        return;
+    }
+    uint8_t *pixels = padded + MATCH_CENSUS_RADIUS;
+    if (level->shift_x == 0 && level->shift_y == 0) {
+        memcpy(pixels, image_u8_row(image, row), (size_t)level->width);
+    } else {
+        scale_row(image, row, level->shift_x, level->shift_y, level->width, box, pixels);
+    }
+    memset(padded, pixels[span.begin], (size_t)(span.begin + MATCH_CENSUS_RADIUS));
+    memset(pixels + span.end, pixels[span.end - 1],
+           (size_t)(level->width + MATCH_CENSUS_RADIUS - span.end));
+}
+
+/*@ predicate are_padded{L}(uint8_t **window, integer width) =
+        \valid_read(window + (0 .. 2 * MATCH_CENSUS_RADIUS)) &&
+        (\forall integer i; 0 <= i <= 2 * MATCH_CENSUS_RADIUS ==>
+            \valid_read(window[i] + (0 .. width + 2 * MATCH_CENSUS_RADIUS - 1)));
+    predicate are_places{L}(int8_t (*offset)[2]) =
+        \valid_read(offset + (0 .. 7)) && (\forall integer i; 0 <= i < 8 ==>
+            0 <= offset[i][0] <= 2 * MATCH_CENSUS_RADIUS &&
+            0 <= offset[i][1] <= 2 * MATCH_CENSUS_RADIUS); */
+
+// Eight comparisons with the centre, a bit each. offset[] holds (row, column) of the neighbours.
+/*@ requires 1 <= width <= IMAGE_MAX_SIDE_PX && are_padded(window, width);
+    requires are_places(offset) && \valid(plane + (0 .. width - 1));
+    assigns plane[0 .. width - 1]; */
+static void census_plane(uint8_t *const window[], const int8_t offset[8][2], int width,
+                         uint8_t *restrict plane) {
+    const uint8_t *restrict centre = window[MATCH_CENSUS_RADIUS] + MATCH_CENSUS_RADIUS;
+    const uint8_t *neighbour[8];
+    /*@ loop invariant 0 <= i <= 8;
+        loop invariant \forall integer j; 0 <= j < i ==>
+            \valid_read(neighbour[j] + (0 .. width - 1));
+        loop assigns i, neighbour[0 .. 7];
+        loop variant 8 - i; */
+    for (int i = 0; i < 8; i++) {
+        neighbour[i] = window[offset[i][0]] + offset[i][1];
+    }
+    /*@ loop invariant 0 <= x <= width;
+        loop assigns x, plane[0 .. width - 1];
+        loop variant width - x; */
+    for (int x = 0; x < width; x++) {
+        uint8_t bits = 0;
+        /*@ loop invariant 0 <= i <= 8;
+            loop assigns i, bits;
+            loop variant 8 - i; */
+        for (int i = 0; i < 8; i++) {
+            bits = (uint8_t)(bits | (neighbour[i][x] > centre[x] ? 1 << i : 0));
+        }
+        plane[x] = bits;
+    }
+}
+
+/*@ requires 1 <= width <= IMAGE_MAX_SIDE_PX && are_padded(window, width);
+    requires \valid(gradient + (0 .. width - 1));
+    assigns gradient[0 .. width - 1]; */
+static void gradient_row(uint8_t *const window[], int width, uint8_t *restrict gradient) {
+    const uint8_t *restrict above = window[1] + 1;
+    const uint8_t *restrict row = window[2] + 1;
+    const uint8_t *restrict below = window[3] + 1;
+    /*@ loop invariant 0 <= x <= width;
+        loop assigns x, gradient[0 .. width - 1];
+        loop variant width - x; */
+    for (int x = 0; x < width; x++) {
+        const int16_t slope = (int16_t)(above[x + 2] - above[x] + 2 * (row[x + 2] - row[x]) +
+                                        below[x + 2] - below[x]);
+        const int16_t shifted = (int16_t)(128 + slope / 4);
+        gradient[x] = (uint8_t)(shifted < 0 ? 0 : (shifted > 255 ? 255 : shifted));
+    }
+}
+
+// Census of the 5x5 window (R. Zabih and J. Woodfill, ECCV 1994) and the Sobel gradient along
+// the row, of `width` pixels.
+static void compute_features(uint8_t *const window[], int width,
+                             const struct match_features *features) {
+    static const int8_t neighbours[MATCH_CENSUS_PLANES][8][2] = {
+        {{0, 0}, {0, 1}, {0, 2}, {0, 3}, {0, 4}, {1, 0}, {1, 1}, {1, 2}},
+        {{1, 3}, {1, 4}, {2, 0}, {2, 1}, {2, 3}, {2, 4}, {3, 0}, {3, 1}},
+        {{3, 2}, {3, 3}, {3, 4}, {4, 0}, {4, 1}, {4, 2}, {4, 3}, {4, 4}},
+    };
+    for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {
+        census_plane(window, neighbours[plane], width, features->census[plane]);
+    }
+    gradient_row(window, width, features->gradient);
+}
+
+// Index i of the result is right pixel (width - 1 + pad) - i; the ends are repeated.
+/*@ requires \valid_read(level) && match_is_size(level->width, level->height);
+    requires 0 <= level->right_pad <= MATCH_DISPARITY_LIMIT;
+    requires level->width + level->right_pad <= level->right_length <= INT16_MAX;
+    requires \valid_read(from + (0 .. level->width - 1));
+    requires \valid(to + (0 .. level->right_length - 1));
+    assigns to[0 .. level->right_length - 1]; */
+static void reverse_feature(const struct match_level *level, const uint8_t *restrict from,
+                            uint8_t *restrict to) {
+    const int width = level->width;
+    uint8_t *restrict reversed = to + level->right_pad;
+    /*@ loop invariant 0 <= i <= width;
+        loop assigns i, reversed[0 .. width - 1];
+        loop variant width - i; */
+    for (int i = 0; i < width; i++) {
+        reversed[i] = from[width - 1 - i];
+    }
+    memset(to, reversed[0], (size_t)level->right_pad);
+    const int end = level->right_pad + width;
+    memset(to + end, to[end - 1], (size_t)(level->right_length - end));
+}
+
+static void left_features(struct match_level *level, struct match_scratch *scratch, int y_begin,
+                          int rows) {
+    const struct match_input *input = level->state->input;
+    for (int j = 0; j < rows + 2 * MATCH_CENSUS_RADIUS; j++) {
+        source_row(level, &input->left, input->left_span, y_begin + j - MATCH_CENSUS_RADIUS,
+                   scratch->box, scratch->source[j]);
+    }
+    for (int r = 0; r < rows; r++) {
+        compute_features(scratch->source + r, level->width, &scratch->line[r].cost.left);
+        if (level->guide[0] != NULL) {
+            memcpy(level->guide[(y_begin + r) % level->guide_rows],
+                   scratch->source[r + MATCH_CENSUS_RADIUS] + MATCH_CENSUS_RADIUS,
+                   (size_t)level->width);
+        }
+    }
+}
+
+static void right_features(const struct match_level *level, struct match_scratch *scratch,
+                           int y_begin, int rows) {
+    const struct match_input *input = level->state->input;
+    for (int j = 0; j < rows + 2 * MATCH_CENSUS_RADIUS; j++) {
+        source_row(level, &input->right, input->right_span, y_begin + j - MATCH_CENSUS_RADIUS,
+                   scratch->box, scratch->source[j]);
+    }
+    for (int r = 0; r < rows; r++) {
+        const struct match_line *line = &scratch->line[r];
+        // The left features are not there yet: room for these before they are turned round.
+        compute_features(scratch->source + r, level->width, &line->cost.left);
+        for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {
+            reverse_feature(level, line->cost.left.census[plane], line->cost.right.census[plane]);
+        }
+        reverse_feature(level, line->cost.left.gradient, line->cost.right.gradient);
+    }
+}
+
+// Masses of the averages along the rows, from both sides, and what arrives with them at each pixel.
+// Rows go side by side: each waits for its own previous mass, not for the other rows.
+MATCH_INLINE void row_masses(struct match_line *line, int width, const int rows) {
+    uint16_t mass[MATCH_ROWS_ABREAST];
+    const uint16_t *weight[MATCH_ROWS_ABREAST];
+    uint16_t *from_left[MATCH_ROWS_ABREAST];
+    uint16_t *from_right[MATCH_ROWS_ABREAST];
+    for (int r = 0; r < rows; r++) {
+        weight[r] = line[r].cost.weight;
+        from_left[r] = line[r].cost.forward;
+        from_right[r] = line[r].cost.backward;
+        mass[r] = 0;
+    }
+    for (int x = 0; x < width; x++) {
+        for (int r = 0; r < rows; r++) {
+            from_left[r][x] = match_carry(mass[r], weight[r][x]);
+            mass[r] = (uint16_t)(MATCH_MASS_ONE + from_left[r][x]);
+        }
+    }
+    for (int r = 0; r < rows; r++) {
+        from_right[r][width - 1] = 0;
+        mass[r] = MATCH_MASS_ONE;
+    }
+    for (int x = width - 2; x >= 0; x--) {
+        for (int r = 0; r < rows; r++) {
+            from_right[r][x] = match_carry(mass[r], weight[r][x + 1]);
+            mass[r] = (uint16_t)(MATCH_MASS_ONE + from_right[r][x]);
+        }
+    }
+}
+
+MATCH_INLINE void row_shares(const struct match_level *level, struct match_scratch *scratch,
+                             const int rows) {
+    const int width = level->width;
+    for (int r = 0; r < rows; r++) {
+        const uint8_t *restrict guide =
+            scratch->source[r + MATCH_CENSUS_RADIUS] + MATCH_CENSUS_RADIUS;
+        uint16_t *restrict weight = scratch->line[r].cost.weight;
+        for (int x = 0; x < width; x++) {
+            // The pixel before the first one repeats it, but nothing comes from there.
+            weight[x] = match_weight(match_step(guide[x], guide[x - 1]));
+        }
+    }
+    row_masses(scratch->line, width, rows);
+    for (int r = 0; r < rows; r++) {
+        match_share *restrict forward = scratch->line[r].cost.forward;
+        match_share *restrict joined = scratch->line[r].cost.joined;
+        match_share *restrict backward = scratch->line[r].cost.backward;
+        for (int x = 0; x < width; x++) {
+            const uint16_t from_left = forward[x];
+            const uint16_t from_right = backward[x];
+            joined[x] = match_share_between((uint16_t)(MATCH_MASS_ONE + from_left), from_right);
+            forward[x] = match_share_between(from_left, MATCH_MASS_ONE);
+            backward[x] = match_share_between(from_right, MATCH_MASS_ONE);
+        }
+    }
+}
+
+#endif

@@ -1,0 +1,394 @@
+// SPDX-License-Identifier: Apache-2.0
+// The end of phase 3 (included by match_plain.c and its like): what becomes of the winners of a
+// row: sub-pixel position, left-right consistency, and the reason why a pixel has no disparity.
+// Loops over a row without branches, so that compilers take many pixels at once.
+#ifndef VERGENCE_STEREO_MATCH_MATCH_JUDGE_PHASE_H
+#define VERGENCE_STEREO_MATCH_MATCH_JUDGE_PHASE_H
+
+#include <string.h>
+
+#include "core/invariant.h"
+#include "stereo/image/reason.h"
+#include "stereo/match/match_finish_phase.h"
+#include "stereo/match/match_rules.h"
+#include "stereo/match/match_state.h"
+
+enum {
+    CLAIM_FIT = MATCH_MAX_DISPARITIES,  // a claim: cost times this, and the nearer lane first
+    // Averaged cost of a winner: 99 % of the right ones on the same pairs stay below; images that
+    // have nothing to do with each other mostly lie above.
+    FIT_MAX = 40,
+};
+
+/*@ predicate are_winners{L}(int16_t *lane, integer width) =
+        \forall integer x; 0 <= x < width ==> -1 <= lane[x] < MATCH_MAX_DISPARITIES; */
+
+// Offset of the lowest point of the "V" through three costs, in 1/256 of a disparity, [-128, 128].
+// It is taken from the averaged costs: the messages' sums hold the penalty for leaving a whole
+// disparity, which would pull every offset towards 0 (by 0.15 px, measured). Without branches and
+// in 16 bits, so that compilers take many pixels at once.
+/*@ requires 0 <= before <= UINT8_MAX && 0 <= middle <= UINT8_MAX && 0 <= after <= UINT8_MAX;
+    assigns \nothing;
+    ensures -DISPARITY_ONE / 2 <= \result <= DISPARITY_ONE / 2; */
+static inline int16_t sub_pixel_q8(int16_t before, int16_t middle, int16_t after) {
+    const int16_t rise_before = (int16_t)(before - middle);
+    const int16_t rise_after = (int16_t)(after - middle);
+    const int16_t steeper = rise_before > rise_after ? rise_before : rise_after;
+    const int16_t fall = (int16_t)(rise_before - rise_after);
+    const int16_t size = fall < 0 ? (int16_t)-fall : fall;
+    // The quotient size / (2 steeper) in 8 binary places. Where a neighbour is lower, the messages
+    // overruled it: half way is as far as they may be overruled.
+    int16_t rest = size;
+    int16_t quotient = 0;
+    /*@ loop invariant 0 <= i <= 7 && 0 <= quotient < 1 << i;
+        loop assigns i, rest, quotient;
+        loop variant 7 - i; */
+    for (int i = 0; i < 7; i++) {
+        rest = (int16_t)(2 * rest);
+        const int16_t taken = rest >= steeper ? steeper : 0;
+        rest = (int16_t)(rest - taken);
+        quotient = (int16_t)(2 * quotient + (taken != 0 ? 1 : 0));
+    }
+    const int16_t half_way = fall == 0 ? 0 : DISPARITY_ONE / 2;
+    const int16_t offset = steeper <= 0 || size >= steeper ? half_way : quotient;
+    return fall < 0 ? (int16_t)-offset : offset;
+}
+
+// Completes what is known of the winner of pixel x, line->row.lane[x], in a window of which the
+// lanes [begin, end) could win. `cost`: the pixel's averaged costs. Each right pixel belongs to the
+// left one whose cost there is lowest.
+/*@ requires \valid_read(line) && match_is_tile(tile) && 0 <= x < IMAGE_MAX_SIDE_PX;
+    requires tile->base + tile->lanes <= MATCH_MAX_DISPARITIES;
+    requires -MATCH_DISPARITY_LIMIT <= origin <= MATCH_DISPARITY_LIMIT;
+    requires 0 <= begin && end <= tile->lanes && \valid_read(cost + (0 .. tile->lanes - 1));
+    requires \valid(line->row.lane + x) && begin <= line->row.lane[x] < end;
+    requires \valid(line->row.margin + x) && \valid(line->row.around + x);
+    requires \valid(line->row.right_x + x);
+    requires \let right = x - origin - line->row.lane[x] - tile->base;
+        0 <= right <= IMAGE_MAX_SIDE_PX && \valid(line->row.claim + right);
+    requires \separated(line->row.lane + x, line->row.right_x + x, tile);
+    assigns line->row.lane[x], line->row.margin[x], line->row.around[x], line->row.right_x[x],
+        line->row.claim[x - origin - line->row.lane[x] - tile->base];
+    ensures line->row.lane[x] == \old(line->row.lane[x]) + tile->base;
+    ensures line->row.right_x[x] == x - origin - line->row.lane[x]; */
+static inline void note_winner(struct match_line *line, int origin, const struct match_tile *tile,
+                               int x, const uint8_t *cost, int begin, int end) {
+    const int lane = line->row.lane[x];
+    INVARIANT(lane >= begin && lane < end);
+    uint32_t around;
+    if (lane > begin && lane + 1 < end) {
+        around = cost[lane - 1] | (uint32_t)cost[lane] << 8 | (uint32_t)cost[lane + 1] << 16;
+    } else {
+        // No neighbour on one side: no sub-pixel position.
+        around = cost[lane] * 0x010101u;
+    }
+    const uint32_t fit = around >> 8 & 0xff;
+    const int index = lane + tile->base;
+    //@ assert 0 <= index < CLAIM_FIT;
+    const int right_x = x - origin - index;
+    uint32_t *claim = &line->row.claim[right_x];
+    // Without a branch: which one of two claims is lower cannot be foreseen.
+    const uint32_t own = fit * CLAIM_FIT + (uint32_t)(CLAIM_FIT - 1 - index);
+    *claim = own < *claim ? own : *claim;
+    if (tile->doubtful && line->row.margin[x] >= MATCH_MARGIN_MIN) {
+        line->row.margin[x] = MATCH_MARGIN_MIN - 1;
+    }
+    line->row.around[x] = around;
+    line->row.lane[x] = (int16_t)index;
+    line->row.right_x[x] = (int16_t)right_x;
+}
+
+// Whether the right pixel of each pixel belongs to it or to a neighbour on the same surface.
+/*@ requires \valid_read(level) && match_is_size(level->width, level->height);
+    requires \valid_read(line) && \valid(line->row.consistent + (0 .. level->width - 1));
+    requires \valid_read(line->row.lane + (0 .. level->width - 1));
+    requires \valid_read(line->row.right_x + (0 .. level->width - 1));
+    requires \valid_read(line->row.claim + (0 .. level->width));
+    requires \forall integer x; 0 <= x < level->width ==>
+        0 <= line->row.right_x[x] <= level->width;
+    assigns line->row.consistent[0 .. level->width - 1]; */
+static void check_claims(const struct match_level *level, const struct match_line *line) {
+    uint8_t *restrict consistent = line->row.consistent;
+    const int16_t *restrict lane = line->row.lane;
+    const int16_t *restrict right_x = line->row.right_x;
+    const uint32_t *restrict claim = line->row.claim;
+    const int width = level->width;
+    /*@ loop invariant 0 <= x <= width;
+        loop assigns x, consistent[0 .. width - 1];
+        loop variant width - x; */
+    for (int x = 0; x < width; x++) {
+        // 0 and 2 are one lane off.
+        const uint32_t gap =
+            (uint32_t)CLAIM_FIT - claim[right_x[x]] % CLAIM_FIT - (uint32_t)lane[x];
+        consistent[x] = gap <= 2;
+    }
+}
+
+// Whether the winners lie inside the range asked for, not at the ends of the search or in the lanes
+// beyond, and fit.
+/*@ requires \valid_read(level) && match_is_size(level->width, level->height);
+    requires -1 <= level->believed.first <= MATCH_MAX_DISPARITIES;
+    requires -1 <= level->believed.last < MATCH_MAX_DISPARITIES;
+    requires \valid_read(line) && \valid(line->row.fits + (0 .. level->width - 1));
+    requires \valid(line->row.fit + (0 .. level->width - 1));
+    requires \valid_read(line->row.lane + (0 .. level->width - 1));
+    requires \valid_read(line->row.around + (0 .. level->width - 1));
+    assigns line->row.fit[0 .. level->width - 1], line->row.fits[0 .. level->width - 1]; */
+static void check_fits(const struct match_level *level, const struct match_line *line) {
+    uint8_t *restrict fits = line->row.fits;
+    const int16_t *restrict lane = line->row.lane;
+    const uint32_t *restrict around = line->row.around;
+    uint8_t *restrict fit = line->row.fit;
+    const int width = level->width;
+    /*@ loop invariant 0 <= x <= width;
+        loop assigns x, fit[0 .. width - 1];
+        loop variant width - x; */
+    for (int x = 0; x < width; x++) {
+        fit[x] = (uint8_t)(around[x] >> 8);
+    }
+    const int16_t first = (int16_t)level->believed.first;
+    const int16_t last = (int16_t)level->believed.last;
+    /*@ loop invariant 0 <= x <= width;
+        loop assigns x, fits[0 .. width - 1];
+        loop variant width - x; */
+    for (int x = 0; x < width; x++) {
+        fits[x] = (lane[x] >= first) & (lane[x] <= last) & (fit[x] <= FIT_MAX);
+    }
+}
+
+// Extremes of twice as many pixels as before, `reach`, from each on; the last ones of the row have
+// fewer.
+/*@ requires 1 <= reach <= MATCH_TEXTURE_COLUMNS && reach <= width;
+    requires \valid(darkest + (0 .. width - 1)) && \valid(brightest + (0 .. width - 1));
+    assigns darkest[0 .. width - 1], brightest[0 .. width - 1]; */
+static inline __attribute__((always_inline)) void widen(uint8_t *restrict darkest,
+                                                        uint8_t *restrict brightest, int width,
+                                                        const int reach) {
+    // Each pixel is written after it was read as a neighbour's.
+    /*@ loop invariant 0 <= x <= width;
+        loop assigns x, darkest[0 .. width - 1];
+        loop variant width - x; */
+    for (int x = 0; x < width - reach; x++) {
+        darkest[x] = darkest[x + reach] < darkest[x] ? darkest[x + reach] : darkest[x];
+    }
+    /*@ loop invariant 0 <= x <= width;
+        loop assigns x, brightest[0 .. width - 1];
+        loop variant width - x; */
+    for (int x = 0; x < width - reach; x++) {
+        brightest[x] = brightest[x + reach] > brightest[x] ? brightest[x + reach] : brightest[x];
+    }
+}
+
+// Whether the grey levels around each pixel differ; near the ends of the span, those inside of it.
+/*@ requires \valid_read(level) && match_is_size(level->width, level->height);
+    requires MATCH_MIN_WIDTH_PX <= level->width && match_is_span(span, level->width);
+    requires \valid_read(line) && \valid_read(guide + (0 .. level->width - 1));
+    requires \valid(textured + (0 .. level->width - 1));
+    requires \valid(line->row.darkest + (0 .. level->width - 1));
+    requires \valid(line->row.brightest + (0 .. level->width - 1));
+    requires \separated(guide + (0 .. level->width - 1), line->row.darkest + (0 .. level->width -
+   1), line->row.brightest + (0 .. level->width - 1)); assigns line->row.darkest[0 .. level->width -
+   1], line->row.brightest[0 .. level->width - 1], textured[0 .. level->width - 1]; */
+static void check_texture(const struct match_level *level, const struct match_line *line,
+                          const uint8_t *guide, struct rectify_span span,
+                          uint8_t *restrict textured) {
+    uint8_t *restrict darkest = line->row.darkest;
+    uint8_t *restrict brightest = line->row.brightest;
+    const int width = level->width;
+    memcpy(darkest, guide, (size_t)width);
+    if (span.begin < span.end) {
+        // A span narrower than the window sees nothing but itself.
+        memset(darkest, guide[span.begin], (size_t)span.begin);
+        memset(darkest + span.end, guide[span.end - 1], (size_t)(width - span.end));
+    }
+    memcpy(brightest, darkest, (size_t)width);
+    widen(darkest, brightest, width, 1);
+    widen(darkest, brightest, width, 2);
+    widen(darkest, brightest, width, 4);
+    widen(darkest, brightest, width, 8);
+    const int half = MATCH_TEXTURE_COLUMNS / 2;
+    const int begin = span.begin + half < span.end ? span.begin + half : span.end;
+    const int end = span.end - half > begin ? span.end - half : begin;
+    /*@ loop invariant begin <= x <= end;
+        loop assigns x, textured[0 .. width - 1];
+        loop variant end - x; */
+    for (int x = begin; x < end; x++) {
+        textured[x] = brightest[x - half] - darkest[x - half] >= TEXTURE_MIN;
+    }
+    const int first = span.begin;
+    const int last =
+        span.end - MATCH_TEXTURE_COLUMNS > first ? span.end - MATCH_TEXTURE_COLUMNS : first;
+    /*@ loop invariant span.begin <= x <= begin;
+        loop assigns x, textured[0 .. width - 1];
+        loop variant begin - x; */
+    for (int x = span.begin; x < begin; x++) {
+        textured[x] = brightest[first] - darkest[first] >= TEXTURE_MIN;
+    }
+    /*@ loop invariant end <= x <= span.end;
+        loop assigns x, textured[0 .. width - 1];
+        loop variant span.end - x; */
+    for (int x = end; x < span.end; x++) {
+        textured[x] = brightest[last] - darkest[last] >= TEXTURE_MIN;
+    }
+}
+
+/*@ requires \valid_read(level - 1) && \valid_read(level) && 0 <= y;
+    requires match_is_size(level->width, level->height);
+    requires 0 <= level->shift_x - (level - 1)->shift_x <= 2;
+    requires -MATCH_DISPARITY_LIMIT <= level->disparity_min <= MATCH_DISPARITY_LIMIT;
+    requires -MATCH_DISPARITY_LIMIT <= (level - 1)->disparity_min <= MATCH_DISPARITY_LIMIT;
+    requires 0 <= (level - 1)->shift_x && level->shift_x <= MATCH_SHIFT_MAX;
+    requires 1 <= level->surface_rows <= MATCH_MAX_SURFACE_ROWS;
+    requires \valid(level->surface[y % level->surface_rows] + (0 .. level->width - 1));
+    requires \valid_read(line) && \valid_read(line->row.consistent + (0 .. level->width - 1));
+    requires \valid_read(line->row.fits + (0 .. level->width - 1));
+    requires \valid_read(line->row.margin + (0 .. level->width - 1));
+    requires \valid_read(line->row.lane + (0 .. level->width - 1));
+    requires \separated(line->row.lane + (0 .. level->width - 1),
+        level->surface[y % level->surface_rows] + (0 .. level->width - 1));
+    requires are_winners(line->row.lane, level->width);
+    assigns level->surface[y % level->surface_rows][0 .. level->width - 1]; */
+static void write_surface(struct match_level *level, const struct match_line *line, int y) {
+    const uint8_t *restrict consistent = line->row.consistent;
+    const uint8_t *restrict fits = line->row.fits;
+    int16_t *restrict surface = level->surface[y % level->surface_rows];
+    const int16_t *restrict lane = line->row.lane;
+    const uint8_t *restrict margin = line->row.margin;
+    // In indices of the finer level, whose pixels are half as large.
+    const int factor = 1 << (level->shift_x - (level - 1)->shift_x);
+    //@ assert factor == 1 || factor == 2 || factor == 4;
+    const int origin = factor * level->disparity_min - (level - 1)->disparity_min;
+    const int width = level->width;
+    /*@ loop invariant 0 <= x <= width;
+        loop assigns x, surface[0 .. width - 1];
+        loop variant width - x; */
+    for (int x = 0; x < width; x++) {
+        const int finer = origin + factor * lane[x];
+        const int index = finer < 0 ? 0 : finer;
+        const int doubt = margin[x] < MATCH_MARGIN_MIN ? MATCH_DOUBTFUL : 0;
+        surface[x] = (int16_t)(consistent[x] & fits[x] ? index + doubt : -1);
+    }
+}
+
+// Why the winner of each pixel is not to be believed, or REASON_VALID.
+/*@ requires 0 <= width && \valid_read(line) && \valid(reason + (0 .. width - 1));
+    requires \valid_read(line->row.consistent + (0 .. width - 1));
+    requires \valid_read(line->row.fits + (0 .. width - 1));
+    requires \valid_read(line->row.textured + (0 .. width - 1));
+    requires \valid_read(line->row.margin + (0 .. width - 1));
+    requires \valid_read(line->row.lane + (0 .. width - 1));
+    assigns reason[0 .. width - 1]; */
+static void write_reasons(const struct match_line *line, int width, uint8_t *restrict reason) {
+    const uint8_t *restrict consistent = line->row.consistent;
+    const uint8_t *restrict fits = line->row.fits;
+    const uint8_t *restrict textured = line->row.textured;
+    const uint8_t *restrict margin = line->row.margin;
+    /*@ loop invariant 0 <= x <= width;
+        loop assigns x, reason[0 .. width - 1];
+        loop variant width - x; */
+    for (int x = 0; x < width; x++) {
+        uint8_t doubt = fits[x] == 0 ? REASON_OUT_OF_RANGE : REASON_AMBIGUOUS;
+        doubt = textured[x] == 0 ? REASON_NO_TEXTURE : doubt;
+        const uint8_t certain = margin[x] >= MATCH_MARGIN_MIN ? fits[x] : 0;
+        doubt = certain == 0 ? doubt : REASON_VALID;
+        reason[x] = consistent[x] == 0 ? REASON_OCCLUDED : doubt;
+    }
+    const int16_t *restrict lane = line->row.lane;
+    /*@ loop invariant 0 <= x <= width;
+        loop assigns x, reason[0 .. width - 1];
+        loop variant width - x; */
+    for (int x = 0; x < width; x++) {
+        reason[x] = lane[x] < 0 ? REASON_BORDER : reason[x];
+    }
+}
+
+/*@ requires \valid_read(level) && match_is_size(level->width, level->height) && 0 <= y;
+    requires 0 <= level->shift_y <= MATCH_SHIFT_MAX && y << level->shift_y < IMAGE_MAX_SIDE_PX;
+    requires -MATCH_DISPARITY_LIMIT <= level->disparity_min <= MATCH_DISPARITY_LIMIT;
+    requires 1 <= level->disparity_count <= MATCH_MAX_DISPARITIES;
+    requires \valid_read(level->state) && \valid_read(level->state->output);
+    requires \let image = &level->state->output->disparity_q8; match_is_stride(image->stride) &&
+        \valid(image->data + (y << level->shift_y) * image->stride + (0 .. level->width - 1));
+    requires \valid_read(line) && \valid_read(line->row.around + (0 .. level->width - 1));
+    requires \valid_read(line->row.lane + (0 .. level->width - 1));
+    requires are_winners(line->row.lane, level->width); */
+static void write_disparities(const struct match_level *level, const struct match_line *line,
+                              int y) {
+    const int16_t *restrict lane = line->row.lane;
+    const uint32_t *restrict around = line->row.around;
+    int32_t *restrict disparity_q8 =
+        image_i32_row(&level->state->output->disparity_q8, y << level->shift_y);
+    const int lowest_q8 = DISPARITY_ONE * level->disparity_min;
+    const int16_t last = (int16_t)(level->disparity_count - 1);
+    const int width = level->width;
+    /*@ loop invariant 0 <= x <= width;
+        loop assigns x, disparity_q8[0 .. width - 1];
+        loop variant width - x; */
+    for (int x = 0; x < width; x++) {
+        const int16_t offset_q8 =
+            sub_pixel_q8((int16_t)(around[x] & 0xff), (int16_t)(around[x] >> 8 & 0xff),
+                         (int16_t)(around[x] >> 16 & 0xff));
+        const int16_t inside = lane[x] < last ? lane[x] : last;
+        const int whole_q8 = lowest_q8 + DISPARITY_ONE * (inside > 0 ? inside : 0);
+        disparity_q8[x] = whole_q8 + (lane[x] >= 0 && lane[x] <= last ? offset_q8 : 0);
+    }
+}
+
+// Medians of three along the row; the ends stay as they are.
+/*@ requires 1 <= width && \valid(disparity_q8 + (0 .. width - 1));
+    assigns disparity_q8[0 .. width - 1]; */
+static void smooth_along(int32_t *disparity_q8, int width) {
+    int32_t before = disparity_q8[0];
+    /*@ loop invariant 1 <= x <= \max(width - 1, 1);
+        loop assigns x, before, disparity_q8[0 .. width - 1];
+        loop variant width - x; */
+    for (int x = 1; x + 1 < width; x++) {
+        const int32_t was = disparity_q8[x];
+        disparity_q8[x] = median_of_three(before, was, disparity_q8[x + 1]);
+        before = was;
+    }
+}
+
+// Row y of the finest level, and the reasons of all rows of the image that it stands for; their
+// disparities come when all is done.
+static void write_output(const struct match_level *level, const struct match_line *line, int y,
+                         struct rectify_span span) {
+    const struct match_output *output = level->state->output;
+    const int row = y << level->shift_y;
+    uint8_t *reason = image_u8_row(&output->reason, row);
+    uint8_t *confidence = image_u8_row(&output->confidence, row);
+    const int width = level->width;
+    write_disparities(level, line, y);
+    smooth_along(image_i32_row(&output->disparity_q8, row), width);
+    if (level->state->options.keep_all) {
+        for (int x = 0; x < width; x++) {
+            reason[x] = line->row.lane[x] < 0 ? REASON_BORDER : REASON_VALID;
+        }
+    } else {
+        check_texture(level, line, match_guide(level, y), span, line->row.textured);
+        write_reasons(line, width, reason);
+    }
+    for (int x = 0; x < width; x++) {
+        confidence[x] = line->row.lane[x] < 0 ? 0 : line->row.margin[x];
+    }
+    const int end = y == level->height - 1 ? output->reason.height : (y + 1) << level->shift_y;
+    for (int copy = row + 1; copy < end; copy++) {
+        memcpy(image_u8_row(&output->reason, copy), reason, (size_t)width);
+        memcpy(image_u8_row(&output->confidence, copy), confidence, (size_t)width);
+    }
+}
+
+// Judges the winners of row y and writes it out: into the output on level 0, into the surface on
+// others.
+static void judge_row(struct match_level *level, struct match_line *line, int y,
+                      struct rectify_span left) {
+    check_claims(level, line);
+    check_fits(level, line);
+    if (level == &level->state->level[0]) {
+        write_output(level, line, y, left);
+    } else {
+        write_surface(level, line, y);
+    }
+}
+
+#endif

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The three phases of the matcher, compiled once a processor level from the same text
+/// (match_*_phase.h) over the level's own operations on the disparities of a pixel or two
+/// (match_vector_*.h). Plain C is the definition; every level gives the same bytes.
+#ifndef VERGENCE_STEREO_MATCH_MATCH_KERNELS_H
+#define VERGENCE_STEREO_MATCH_MATCH_KERNELS_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+struct match_level;
+struct match_scratch;
+
+struct match_kernels {
+    const char *name;
+
+    /// Phase 1, rows [y_begin, y_begin + rows) of a level: features, costs and their edge-aware
+    /// average along the row, into the ring. An even count up to MATCH_ROWS_ABREAST, all in the
+    /// present band or all in the next one.
+    void (*cost_rows)(struct match_level *level, struct match_scratch *scratch, int y_begin,
+                      int rows);
+
+    /// Phase 2, tiles [begin, end) of the band: averages along the columns, messages down.
+    void (*columns)(struct match_level *level, struct match_scratch *scratch, int begin, int end);
+
+    /// Phase 3, rows [y_begin, y_begin + rows) of the band: messages along the rows, winners and
+    /// checks, into the output or the surface. An even count up to MATCH_ROWS_ABREAST.
+    void (*rows)(struct match_level *level, struct match_scratch *scratch, int y_begin, int rows);
+
+    /// After the last band, columns [x_begin, x_end) of the output: medians of three along the
+    /// columns, and the rows between those of the finest level.
+    void (*finish)(const struct match_level *level, struct match_scratch *scratch, int x_begin,
+                   int x_end);
+};
+
+extern const struct match_kernels match_plain_kernels;
+#if defined(__x86_64__)
+extern const struct match_kernels match_sse41_kernels;
+extern const struct match_kernels match_avx2_kernels;
+#endif
+#if defined(__ARM_NEON)
+extern const struct match_kernels match_neon_kernels;
+#endif
+
+/// The fastest set that this processor runs.
+const struct match_kernels *match_kernels_best(void);
+
+/// The set of this name, for tests and measurements; NULL when there is none or the processor
+/// does not run it.
+const struct match_kernels *match_kernels_named(const char *name);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

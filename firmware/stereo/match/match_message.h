@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// The dynamic-programming step of phases 2 and 3 (included by them).
+#ifndef VERGENCE_STEREO_MATCH_MATCH_MESSAGE_H
+#define VERGENCE_STEREO_MATCH_MATCH_MESSAGE_H
+
+#include "stereo/match/match_state.h"
+
+enum { MESSAGE_VECTORS = MATCH_MAX_DISPARITIES / MATCH_LANES };
+
+/// All lanes of a pixel, or of one pixel for each member.
+struct lanes {
+    struct vector part[MESSAGE_VECTORS];
+};
+
+struct message_penalties {
+    struct vector small;  // of a change by one disparity
+    struct vector large;  // of any other
+};
+
+/*@ predicate are_lanes(integer lanes) =
+        MATCH_LANES <= lanes <= MATCH_MAX_DISPARITIES && lanes % MATCH_LANES == 0;
+    predicate is_cell(integer cell) = 0 <= cell <= INT32_MAX;
+    predicate are_shares{L}(match_share *of, integer begin, integer end) =
+        \forall integer i; begin <= i < end ==> match_is_share(of[i]);
+    predicate is_level{L}(struct match_level *of) =
+        \valid_read(of) && MATCH_MIN_WIDTH_PX <= of->width <= INT16_MAX &&
+        0 <= of->right_pad <= INT16_MAX && 0 <= of->right_length <= 4 * INT16_MAX &&
+        -MATCH_DISPARITY_LIMIT <= of->disparity_min <= MATCH_DISPARITY_LIMIT;
+    // A product that provers find when they are told to look for it.
+    predicate times(integer a, integer b, integer lanes) = a * lanes <= b * lanes;
+    lemma times: \forall integer a, b, lanes; a <= b ==> 0 <= lanes ==> times(a, b, lanes); */
+
+/*@ requires are_lanes(lanes) && is_cell(cell);
+    requires \valid_read(at) && \valid_read(at[0] + (cell .. cell + lanes - 1)) && \valid(to);
+    assigns to->part[0 .. lanes / MATCH_LANES - 1]; */
+MATCH_INLINE void load_lanes(const uint8_t *const at[], ptrdiff_t cell, struct lanes *to,
+                             const int lanes) {
+    /*@ loop invariant 0 <= k <= lanes / MATCH_LANES;
+        loop assigns k, to->part[0 .. lanes / MATCH_LANES - 1];
+        loop variant lanes - k; */
+    for (int k = 0; k < lanes / MATCH_LANES; k++) {
+        to->part[k] = vector_load(at, cell + (ptrdiff_t)k * MATCH_LANES);
+    }
+}
+
+/*@ requires are_lanes(lanes) && is_cell(cell);
+    requires \valid_read(at) && \valid(at[0] + (cell .. cell + lanes - 1)) && \valid_read(from);
+    assigns at[0][cell .. cell + lanes - 1]; */
+MATCH_INLINE void store_lanes(const struct lanes *from, uint8_t *const at[], ptrdiff_t cell,
+                              const int lanes) {
+    /*@ loop invariant 0 <= k <= lanes / MATCH_LANES;
+        loop assigns k, at[0][cell .. cell + lanes - 1];
+        loop variant lanes - k; */
+    for (int k = 0; k < lanes / MATCH_LANES; k++) {
+        vector_store(at, cell + (ptrdiff_t)k * MATCH_LANES, from->part[k]);
+    }
+}
+
+// The lower neighbour and the upper neighbour of each lane, whichever is lower; those beyond the
+// ends are infinite. `before` is the part before part k, whatever `lanes` holds there now.
+/*@ requires are_lanes(lanes) && 0 <= k < lanes / MATCH_LANES;
+    requires \valid_read(of);
+    assigns \nothing; */
+MATCH_INLINE struct vector lower_neighbour(const struct lanes *of, int k, struct vector before,
+                                           const int lanes) {
+    const struct vector after =
+        k + 1 < lanes / MATCH_LANES ? of->part[k + 1] : vector_all(UINT8_MAX);
+    return vector_min(vector_up(of->part[k], before), vector_down(of->part[k], after));
+}
+
+// message[i] = cost[i] + min(p[i], p[i-1] + small, p[i+1] + small, large), with p the previous
+// message in `message` and neighbours beyond the ends infinite; then minus its lowest lane. Source:
+// H. Hirschmueller, "Stereo processing by semiglobal matching and mutual information", PAMI 30(2),
+// 2008, equation 13.
+/*@ requires are_lanes(lanes);
+    requires \valid_read(cost) && \valid(message) && \separated(cost, message);
+    assigns message->part[0 .. lanes / MATCH_LANES - 1]; */
+MATCH_INLINE void pass_message(const struct lanes *cost, struct message_penalties penalties,
+                               struct lanes *message, const int lanes) {
+    const int count = lanes / MATCH_LANES;
+    struct vector before = vector_all(UINT8_MAX);
+    struct vector smallest = vector_all(UINT8_MAX);
+    /*@ loop invariant 0 <= k <= count;
+        loop assigns k, before, smallest, message->part[0 .. count - 1];
+        loop variant count - k; */
+    for (int k = 0; k < count; k++) {
+        const struct vector here = message->part[k];
+        const struct vector beside = lower_neighbour(message, k, before, lanes);
+        const struct vector step =
+            vector_min(vector_min(here, vector_add(beside, penalties.small)), penalties.large);
+        message->part[k] = vector_add(cost->part[k], step);
+        smallest = vector_min(smallest, message->part[k]);
+        before = here;
+    }
+    const struct vector lowest = vector_lowest(smallest);
+    /*@ loop invariant 0 <= k <= count;
+        loop assigns k, message->part[0 .. count - 1];
+        loop variant count - k; */
+    for (int k = 0; k < count; k++) {
+        message->part[k] = vector_sub(message->part[k], lowest);
+    }
+}
+
+#endif

@@ -1,0 +1,500 @@
+// SPDX-License-Identifier: Apache-2.0
+// Phase 3 (included by match_plain.c and its like): messages along the row from both sides, and the
+// winner of their sum with those from above. Up to MATCH_ROWS_ABREAST rows go side by side: each
+// waits for its own previous pixel, not for the other rows.
+#ifndef VERGENCE_STEREO_MATCH_MATCH_ROW_PHASE_H
+#define VERGENCE_STEREO_MATCH_MATCH_ROW_PHASE_H
+
+#include <string.h>
+
+#include "core/invariant.h"
+#include "stereo/match/match_judge_phase.h"
+#include "stereo/match/match_message.h"
+#include "stereo/match/match_state.h"
+
+enum {
+    // What a message may add to a sum of two that has to fit 8 bits.
+    SUMMAND_MAX = 127,
+    // Lanes beside a winner, which are not its rivals, at the middle of near_lanes.
+    NEAR_MIDDLE = MATCH_MAX_DISPARITIES,
+    ROW_GROUPS = MATCH_ROWS_ABREAST / VECTOR_MEMBERS,
+};
+
+static const uint8_t near_lanes[2 * MATCH_MAX_DISPARITIES + MATCH_LANES] = {
+    [NEAR_MIDDLE - 1] = UINT8_MAX, [NEAR_MIDDLE] = UINT8_MAX, [NEAR_MIDDLE + 1] = UINT8_MAX};
+
+// outside_lanes + 16 - n: the first n of 16 lanes; outside_lanes + 32 - n: all but the first n.
+static const uint8_t outside_lanes[3 * MATCH_LANES] = {
+    0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF,        0xFF, 0xFF, 0xFF, 0xFF, 0xFF,
+    0xFF, 0xFF, 0xFF, 0xFF, 0xFF, [32] = 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF,
+    0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF,        0xFF, 0xFF, 0xFF, 0xFF};
+
+struct row_view {
+    const struct match_level *level;
+    const struct match_tile *tiles;
+    struct match_line *line;  // one a row
+    const uint8_t *cost[MATCH_ROWS_ABREAST];
+    const uint8_t *above[MATCH_ROWS_ABREAST];  // messages from above
+    uint8_t *sum[MATCH_ROWS_ABREAST];  // of those and the messages from the left; may be `above`
+    uint8_t *message[MATCH_ROWS_ABREAST];  // of the last pixel of a tile
+    struct rectify_span left[MATCH_ROWS_ABREAST], right[MATCH_ROWS_ABREAST];
+};
+
+/*@ predicate tile_in_lines{L}(struct row_view *of, struct match_tile *tile, integer x_begin,
+                               integer columns, integer rows, integer lanes) =
+        \valid_read(of) && \valid_read(tile) && are_lanes(lanes) && is_level(of->level) &&
+        1 <= rows <= MATCH_ROWS_ABREAST && 0 <= columns <= MATCH_TILE_COLUMNS &&
+        0 <= x_begin <= INT16_MAX + 1 - columns &&
+        0 <= tile->offset <= INT32_MAX - columns * lanes &&
+        (\forall integer r; 0 <= r < rows ==>
+            \valid_read(of->cost[r] + (tile->offset .. tile->offset + columns * lanes - 1)) &&
+            \valid_read(of->above[r] + (tile->offset .. tile->offset + columns * lanes - 1)) &&
+            \valid(of->sum[r] + (tile->offset .. tile->offset + columns * lanes - 1)) &&
+            \valid(of->message[r] + (0 .. lanes - 1)) && \valid_read(of->line + r) &&
+            \valid_read(of->line[r].row.penalty + (x_begin .. x_begin + columns)) &&
+            \valid(of->line[r].row.lane + (x_begin .. x_begin + columns - 1)) &&
+            \valid(of->line[r].row.margin + (x_begin .. x_begin + columns - 1))); */
+
+/*@ logic integer first_may_win{L}(struct row_view *of, integer r, struct match_tile *tile,
+                                   integer x) =
+        x - of->level->disparity_min - tile->base - of->right[r].end + 1;
+    logic integer beyond_may_win{L}(struct row_view *of, integer r, struct match_tile *tile,
+                                    integer x) =
+        x - of->level->disparity_min - tile->base - of->right[r].begin + 1;
+    predicate all_may_win{L}(struct row_view *of, integer r, struct match_tile *tile, integer x) =
+        first_may_win(of, r, tile, x) <= 0 && tile->lanes <= beyond_may_win(of, r, tile, x); */
+
+// Which lanes of the window may win at x: those whose right pixel lies inside the right row's span.
+/*@ requires \valid_read(view) && is_level(view->level) && 0 <= r < MATCH_ROWS_ABREAST;
+    requires \valid_read(tile) && 0 <= x <= INT16_MAX;
+    requires \valid(begin) && \valid(end) && \separated(begin, end);
+    assigns *begin, *end;
+    ensures *begin == \old(\max(first_may_win(view, r, tile, x), 0));
+    ensures *end == \old(\min(beyond_may_win(view, r, tile, x), tile->lanes)); */
+static inline void searched(const struct row_view *view, int r, const struct match_tile *tile,
+                            int x, int *begin, int *end) {
+    const struct match_level *level = view->level;
+    const int position = x - level->disparity_min - tile->base;
+    const int first = position - view->right[r].end + 1;
+    const int beyond = position - view->right[r].begin + 1;
+    *begin = first > 0 ? first : 0;
+    *end = beyond < tile->lanes ? beyond : tile->lanes;
+}
+
+// Messages from the left through one tile, each summed with the one from above.
+/*@ requires VECTOR_MEMBERS == 1;
+    requires tile_in_lines(of, tile, x_begin, columns, groups, lanes); */
+MATCH_INLINE void pass_right(const struct row_view *of, const struct match_tile *tile, int x_begin,
+                             int columns, const int groups, const int lanes) {
+    // A copy: stores of bytes cannot change it.
+    const struct row_view view = *of;
+    /*@ admit copied: view.level == of->level && view.line == of->line &&
+            (\forall integer r; 0 <= r < MATCH_ROWS_ABREAST ==> view.cost[r] == of->cost[r] &&
+                view.above[r] == of->above[r] && view.sum[r] == of->sum[r] &&
+                view.message[r] == of->message[r]); */
+    const uint8_t *penalty[MATCH_ROWS_ABREAST];
+    /*@ loop invariant 0 <= r <= groups;
+        loop invariant \forall integer i; 0 <= i < r ==> penalty[i] == of->line[i].row.penalty;
+        loop assigns r, penalty[0 .. groups - 1];
+        loop variant groups - r; */
+    for (int r = 0; r < groups * VECTOR_MEMBERS; r++) {
+        penalty[r] = view.line[r].row.penalty;
+    }
+    const struct vector small = vector_all(MATCH_SMALL_PENALTY);
+    const struct vector most = vector_all(SUMMAND_MAX);
+    const int count = lanes / MATCH_LANES;
+    struct lanes message[ROW_GROUPS];
+    /*@ loop invariant 0 <= q <= groups;
+        loop assigns q, message[0 .. groups - 1];
+        loop variant groups - q; */
+    for (int q = 0; q < groups; q++) {
+        load_lanes((const uint8_t *const *)view.message + q * VECTOR_MEMBERS, 0, &message[q],
+                   lanes);
+    }
+    ptrdiff_t cell = tile->offset;
+    /*@ loop invariant x_begin <= x <= x_begin + columns;
+        loop invariant cell == tile->offset + (x - x_begin) * lanes;
+        loop assigns x, cell, message[0 .. groups - 1],
+            view.sum[0 .. groups - 1][tile->offset .. tile->offset + columns * lanes - 1];
+        loop variant x_begin + columns - x; */
+    for (int x = x_begin; x < x_begin + columns; x++, cell += lanes) {
+        //@ assert times(0, x - x_begin, lanes) && times(x - x_begin + 1, columns, lanes);
+        /*@ loop invariant 0 <= q <= groups;
+            loop assigns q, message[0 .. groups - 1],
+                view.sum[0 .. groups - 1][cell .. cell + lanes - 1];
+            loop variant groups - q; */
+        for (int q = 0; q < groups; q++) {
+            const int r = q * VECTOR_MEMBERS;
+            const struct message_penalties penalties = {small, vector_each(penalty + r, x)};
+            struct lanes cost;
+            load_lanes(view.cost + r, cell, &cost, lanes);
+            pass_message(&cost, penalties, &message[q], lanes);
+            /*@ loop invariant 0 <= k <= count;
+                loop assigns k, view.sum[r][cell .. cell + lanes - 1];
+                loop variant count - k; */
+            for (int k = 0; k < count; k++) {
+                const ptrdiff_t at = cell + (ptrdiff_t)k * MATCH_LANES;
+                const struct vector above = vector_load(view.above + r, at);
+                vector_store(
+                    view.sum + r, at,
+                    vector_add(vector_min(above, most), vector_min(message[q].part[k], most)));
+            }
+        }
+    }
+    /*@ loop invariant 0 <= q <= groups;
+        loop assigns q, view.message[0 .. groups - 1][0 .. lanes - 1];
+        loop variant groups - q; */
+    for (int q = 0; q < groups; q++) {
+        store_lanes(&message[q], view.message + q * VECTOR_MEMBERS, 0, lanes);
+    }
+}
+
+// Hides the lanes from i on that may not win.
+/*@ requires VECTOR_MEMBERS == 1 && 0 <= r_begin < MATCH_ROWS_ABREAST;
+    requires \valid_read(view) && is_level(view->level) && \valid_read(tile);
+    requires 0 <= x <= INT16_MAX && 0 <= i < MATCH_MAX_DISPARITIES;
+    assigns \nothing; */
+static inline struct vector hide_outside(const struct row_view *view, int r_begin,
+                                         const struct match_tile *tile, int x, int i,
+                                         struct vector total) {
+    const uint8_t *front[VECTOR_MEMBERS];
+    const uint8_t *behind[VECTOR_MEMBERS];
+    /*@ loop invariant 0 <= r <= VECTOR_MEMBERS;
+        loop invariant r == 1 ==> \valid_read(front[0] + (0 .. MATCH_LANES - 1)) &&
+            \valid_read(behind[0] + (0 .. MATCH_LANES - 1));
+        loop assigns r, front[0], behind[0];
+        loop variant VECTOR_MEMBERS - r; */
+    for (int r = 0; r < VECTOR_MEMBERS; r++) {
+        int begin;
+        int end;
+        searched(view, r_begin + r, tile, x, &begin, &end);
+        begin = begin < i ? 0 : (begin > i + MATCH_LANES ? MATCH_LANES : begin - i);
+        end = end < i ? 0 : (end > i + MATCH_LANES ? MATCH_LANES : end - i);
+        front[r] = outside_lanes + MATCH_LANES - begin;
+        behind[r] = outside_lanes + 2 * MATCH_LANES - end;
+    }
+    return vector_or(total, vector_or(vector_load(front, 0), vector_load(behind, 0)));
+}
+
+// The first lane of a member that is the lowest of all `total`.
+/*@ requires VECTOR_MEMBERS == 1 && 1 <= count <= MESSAGE_VECTORS;
+    requires \valid_read(total + (0 .. count - 1)) && \valid(lane);
+    requires count == 1 ==>
+        (\exists integer i; 0 <= i < MATCH_LANES && total[0].lane[i] == lowest.lane[i]);
+    assigns lane[0];
+    ensures -1 <= lane[0] < MATCH_LANES * count; */
+MATCH_INLINE void first_lowest(const struct vector *total, struct vector lowest,
+                               int lane[VECTOR_MEMBERS], const int count) {
+    /*@ loop invariant 0 <= r <= VECTOR_MEMBERS;
+        loop invariant r == 1 ==> lane[0] == -1;
+        loop assigns r, lane[0];
+        loop variant VECTOR_MEMBERS - r; */
+    for (int r = 0; r < VECTOR_MEMBERS; r++) {
+        lane[r] = -1;
+    }
+    /*@ loop invariant 0 <= k <= count;
+        loop invariant -1 <= lane[0] < MATCH_LANES * count;
+        loop assigns k, lane[0];
+        loop variant count - k; */
+    for (int k = 0; k < count; k++) {
+        const uint32_t equal = vector_equal(total[k], lowest);
+        /*@ loop invariant 0 <= r <= VECTOR_MEMBERS;
+            loop invariant -1 <= lane[0] < MATCH_LANES * count;
+            loop assigns r, lane[0];
+            loop variant VECTOR_MEMBERS - r; */
+        for (int r = 0; r < VECTOR_MEMBERS; r++) {
+            const uint32_t bits = equal >> (MATCH_LANES * r) & 0xffff;
+            if (count == 1) {
+                lane[r] = __builtin_ctz(bits);
+            } else if (lane[r] < 0 && bits != 0) {
+                lane[r] = MATCH_LANES * k + __builtin_ctz(bits);
+            }
+        }
+    }
+}
+
+// Sums up all messages of pixel x of the rows from r_begin on and notes the winner of each.
+/*@ requires VECTOR_MEMBERS == 1 && 0 <= r_begin < MATCH_ROWS_ABREAST && are_lanes(lanes);
+    requires \valid_read(view) && is_level(view->level) && \valid_read(tile);
+    requires 0 <= x <= INT16_MAX && is_cell(cell) && \valid_read(message);
+    requires \valid_read(view->sum[r_begin] + (cell .. cell + lanes - 1));
+    requires \valid_read(view->line + r_begin);
+    requires \valid(view->line[r_begin].row.lane + x);
+    requires \valid(view->line[r_begin].row.margin + x);
+    assigns view->line[r_begin].row.lane[x], view->line[r_begin].row.margin[x]; */
+MATCH_INLINE void choose(const struct row_view *view, int r_begin, const struct match_tile *tile,
+                         int x, ptrdiff_t cell, const struct lanes *message, const bool hide,
+                         const int lanes) {
+    const int count = lanes / MATCH_LANES;
+    struct vector total[MESSAGE_VECTORS];
+    struct vector lowest = vector_all(UINT8_MAX);
+    /*@ loop invariant 0 <= k <= count;
+        loop invariant k == 1 ==>
+            (\forall integer i; 0 <= i < MATCH_LANES ==> lowest.lane[i] == total[0].lane[i]);
+        loop invariant k == 0 ==>
+            (\forall integer i; 0 <= i < MATCH_LANES ==> lowest.lane[i] == UINT8_MAX);
+        loop assigns k, lowest, total[0 .. count - 1];
+        loop variant count - k; */
+    for (int k = 0; k < count; k++) {
+        total[k] = vector_add(vector_load((const uint8_t *const *)view->sum + r_begin,
+                                          cell + (ptrdiff_t)k * MATCH_LANES),
+                              message->part[k]);
+        if (hide) {
+            total[k] = hide_outside(view, r_begin, tile, x, k * MATCH_LANES, total[k]);
+        }
+        lowest = vector_min(lowest, total[k]);
+    }
+    lowest = vector_lowest(lowest);
+    int lane[VECTOR_MEMBERS];
+    first_lowest(total, lowest, lane, count);
+    const uint8_t *near[VECTOR_MEMBERS];
+    /*@ loop invariant 0 <= r <= VECTOR_MEMBERS;
+        loop invariant r == 1 ==> near[0] == &near_lanes[NEAR_MIDDLE - lane[0]];
+        loop assigns r, near[0];
+        loop variant VECTOR_MEMBERS - r; */
+    for (int r = 0; r < VECTOR_MEMBERS; r++) {
+        near[r] = near_lanes + NEAR_MIDDLE - lane[r];
+    }
+    struct vector rival = vector_all(UINT8_MAX);
+    /*@ loop invariant 0 <= k <= count;
+        loop assigns k, rival;
+        loop variant count - k; */
+    for (int k = 0; k < count; k++) {
+        rival =
+            vector_min(rival, vector_or(total[k], vector_load(near, (ptrdiff_t)k * MATCH_LANES)));
+    }
+    const struct vector margin = vector_sub(vector_lowest(rival), lowest);
+    /*@ loop invariant 0 <= r <= VECTOR_MEMBERS;
+        loop assigns r, view->line[r_begin].row.lane[x], view->line[r_begin].row.margin[x];
+        loop variant VECTOR_MEMBERS - r; */
+    for (int r = 0; r < VECTOR_MEMBERS; r++) {
+        view->line[r_begin + r].row.lane[x] = (int16_t)lane[r];
+        view->line[r_begin + r].row.margin[x] = vector_first(margin, r);
+    }
+}
+
+// Messages from the right through one tile, each summed with the others and decided as it comes.
+/*@ requires VECTOR_MEMBERS == 1;
+    requires tile_in_lines(of, tile, x_begin, columns, groups, lanes); */
+MATCH_INLINE void pass_left(const struct row_view *of, const struct match_tile *tile, int x_begin,
+                            int columns, const bool hide, const int groups, const int lanes) {
+    const struct row_view view = *of;
+    /*@ admit copied: view.level == of->level && view.line == of->line &&
+            (\forall integer r; 0 <= r < MATCH_ROWS_ABREAST ==> view.cost[r] == of->cost[r] &&
+                view.above[r] == of->above[r] && view.sum[r] == of->sum[r] &&
+                view.message[r] == of->message[r]); */
+    const uint8_t *penalty[MATCH_ROWS_ABREAST];
+    /*@ loop invariant 0 <= r <= groups;
+        loop invariant \forall integer i; 0 <= i < r ==> penalty[i] == of->line[i].row.penalty + 1;
+        loop assigns r, penalty[0 .. groups - 1];
+        loop variant groups - r; */
+    for (int r = 0; r < groups * VECTOR_MEMBERS; r++) {
+        penalty[r] = view.line[r].row.penalty + 1;
+    }
+    const struct vector small = vector_all(MATCH_SMALL_PENALTY);
+    struct lanes message[ROW_GROUPS];
+    /*@ loop invariant 0 <= q <= groups;
+        loop assigns q, message[0 .. groups - 1];
+        loop variant groups - q; */
+    for (int q = 0; q < groups; q++) {
+        load_lanes((const uint8_t *const *)view.message + q * VECTOR_MEMBERS, 0, &message[q],
+                   lanes);
+    }
+    ptrdiff_t cell = tile->offset + (ptrdiff_t)columns * lanes;
+    /*@ loop invariant x_begin - 1 <= x <= x_begin + columns - 1;
+        loop invariant cell == tile->offset + (x - x_begin + 1) * lanes;
+        loop assigns x, cell, message[0 .. groups - 1],
+            of->line[0 .. groups - 1].row.lane[x_begin .. x_begin + columns - 1],
+            of->line[0 .. groups - 1].row.margin[x_begin .. x_begin + columns - 1];
+        loop variant x - x_begin + 1; */
+    for (int x = x_begin + columns - 1; x >= x_begin; x--) {
+        //@ assert times(0, x - x_begin, lanes) && times(x - x_begin + 1, columns, lanes);
+        cell -= lanes;
+        /*@ loop invariant 0 <= q <= groups;
+            loop assigns q, message[0 .. groups - 1], of->line[0 .. groups - 1].row.lane[x],
+                of->line[0 .. groups - 1].row.margin[x];
+            loop variant groups - q; */
+        for (int q = 0; q < groups; q++) {
+            const int r = q * VECTOR_MEMBERS;
+            const struct message_penalties penalties = {small, vector_each(penalty + r, x)};
+            struct lanes cost;
+            load_lanes(view.cost + r, cell, &cost, lanes);
+            pass_message(&cost, penalties, &message[q], lanes);
+            choose(&view, r, tile, x, cell, &message[q], hide, lanes);
+        }
+    }
+    /*@ loop invariant 0 <= q <= groups;
+        loop assigns q, view.message[0 .. groups - 1][0 .. lanes - 1];
+        loop variant groups - q; */
+    for (int q = 0; q < groups; q++) {
+        store_lanes(&message[q], view.message + q * VECTOR_MEMBERS, 0, lanes);
+    }
+}
+
+// Brings the messages from one window into another; nothing comes from beyond the ends of a row
+// (`from` is NULL): the first message is the cost.
+/*@ requires \valid_read(view) && 1 <= rows <= MATCH_ROWS_ABREAST && match_is_tile(tile);
+    requires from != NULL ==> match_is_tile(from);
+    requires \forall integer r; 0 <= r < rows ==>
+        \valid(view->message[r] + (0 .. tile->lanes - 1)) &&
+        (from != NULL ==> \valid_read(view->message[r] + (0 .. from->lanes - 1)));
+    assigns view->message[0 .. rows - 1][0 .. tile->lanes - 1]; */
+static void enter_tile_with_messages(const struct row_view *view, const int rows,
+                                     const struct match_tile *from, const struct match_tile *tile) {
+    /*@ loop invariant 0 <= r <= rows;
+        loop assigns r, view->message[0 .. rows - 1][0 .. tile->lanes - 1];
+        loop variant rows - r; */
+    for (int r = 0; r < rows; r++) {
+        if (from == NULL) {
+            memset(view->message[r], 0, (size_t)tile->lanes);
+        } else if (!match_same_window(from, tile)) {
+            uint8_t realigned[MATCH_MAX_DISPARITIES];
+            match_realign(view->message[r], from, NULL, tile, realigned);
+            memcpy(view->message[r], realigned, (size_t)tile->lanes);
+        }
+    }
+}
+
+// Whether some lane of some pixel of the tile may not win.
+/*@ requires \valid_read(view) && 1 <= rows <= MATCH_ROWS_ABREAST && is_level(view->level);
+    requires \valid_read(tile) && 1 <= columns <= MATCH_TILE_COLUMNS;
+    requires 0 <= x_begin && x_begin + columns <= view->level->width;
+    assigns \nothing;
+    ensures \result == \false ==> (\forall integer r; 0 <= r < rows ==>
+        (\forall integer x; x_begin <= x < x_begin + columns ==>
+            all_may_win(view, r, tile, x))); */
+static bool hides(const struct row_view *view, const int rows, const struct match_tile *tile,
+                  int x_begin, int columns) {
+    /*@ loop invariant 0 <= r <= rows;
+        loop invariant \forall integer i; 0 <= i < r ==>
+            (\forall integer x; x_begin <= x < x_begin + columns ==>
+                all_may_win(view, i, tile, x));
+        loop assigns r;
+        loop variant rows - r; */
+    for (int r = 0; r < rows; r++) {
+        int begin;
+        int end;
+        searched(view, r, tile, x_begin + columns - 1, &begin, &end);
+        const int last_begin = begin;
+        searched(view, r, tile, x_begin, &begin, &end);
+        if (last_begin > 0 || end < tile->lanes || x_begin < view->left[r].begin ||
+            x_begin + columns > view->left[r].end) {
+            return true;
+        }
+    }
+    return false;
+}
+
+// Notes the winners of a tile.
+static void note_tile(const struct row_view *view, const int rows, const struct match_tile *tile,
+                      int x_begin, int columns, bool hidden) {
+    // Lanes from here on are padding. They may win, which tells that nothing searched fits; but a
+    // pixel that sees the right row through them alone is at a border: no place for any match.
+    const int wanted = view->level->disparity_count - tile->base;
+    for (int r = 0; r < rows; r++) {
+        struct match_line *line = &view->line[r];
+        const uint8_t *cost = view->cost[r] + tile->offset;
+        for (int x = x_begin; x < x_begin + columns; x++, cost += tile->lanes) {
+            int begin = 0;
+            int end = tile->lanes;
+            if (hidden) {
+                searched(view, r, tile, x, &begin, &end);
+                if (x < view->left[r].begin || x >= view->left[r].end || begin >= end ||
+                    begin >= wanted) {
+                    // Its right pixel is one beyond the row.
+                    line->row.lane[x] = -1;
+                    line->row.right_x[x] = (int16_t)view->level->width;
+                    continue;
+                }
+                // Where every lane that may win is as dear as a hidden one, the first of them wins.
+                line->row.lane[x] =
+                    (int16_t)(line->row.lane[x] < begin ? begin : line->row.lane[x]);
+            }
+            note_winner(line, view->level->disparity_min, tile, x, cost, begin, end);
+        }
+    }
+}
+
+MATCH_INLINE void pass_both_ways(const struct row_view *view, const int groups) {
+    const struct match_level *level = view->level;
+    const int rows = groups * VECTOR_MEMBERS;
+    for (int t = 0; t < level->tiles; t++) {
+        const struct match_tile *tile = &view->tiles[t];
+        const int columns = match_tile_columns(level, t);
+        enter_tile_with_messages(view, rows, t == 0 ? NULL : tile - 1, tile);
+#define PASS_RIGHT(lanes) pass_right(view, tile, t *MATCH_TILE_COLUMNS, columns, groups, lanes)
+        MATCH_WITH_CONSTANT_LANES(tile->lanes, PASS_RIGHT);
+#undef PASS_RIGHT
+    }
+    for (int t = level->tiles - 1; t >= 0; t--) {
+        const struct match_tile *tile = &view->tiles[t];
+        const int columns = match_tile_columns(level, t);
+        const int x = t * MATCH_TILE_COLUMNS;
+        const bool hidden = hides(view, rows, tile, x, columns);
+        enter_tile_with_messages(view, rows, t == level->tiles - 1 ? NULL : tile + 1, tile);
+        if (hidden) {
+#define PASS_LEFT(lanes) pass_left(view, tile, x, columns, true, groups, lanes)
+            MATCH_WITH_CONSTANT_LANES(tile->lanes, PASS_LEFT);
+#undef PASS_LEFT
+        } else {
+#define PASS_LEFT(lanes) pass_left(view, tile, x, columns, false, groups, lanes)
+            MATCH_WITH_CONSTANT_LANES(tile->lanes, PASS_LEFT);
+#undef PASS_LEFT
+        }
+        note_tile(view, rows, tile, x, columns, hidden);
+    }
+}
+
+/*@ requires match_has_guide(level) && \valid_read(line);
+    requires \valid(line->row.penalty + (0 .. level->width));
+    requires \valid(line->row.claim + (0 .. level->width));
+    requires \separated(line, line->row.claim + (0 .. level->width)) &&
+        \separated(level, line->row.claim + (0 .. level->width));
+    assigns line->row.penalty[0 .. level->width], line->row.claim[0 .. level->width]; */
+static void prepare_line(const struct match_level *level, struct match_line *line, int y) {
+    const uint8_t *restrict guide = match_guide(level, y);
+    uint8_t *restrict penalty = line->row.penalty;
+    const int width = level->width;
+    penalty[0] = 0;
+    /*@ loop invariant 1 <= x <= width;
+        loop assigns x, penalty[0 .. width - 1];
+        loop variant width - x; */
+    for (int x = 1; x < width; x++) {
+        penalty[x] = match_large_penalty(match_step(guide[x], guide[x - 1]));
+    }
+    penalty[width] = 0;
+    memset(line->row.claim, UINT8_MAX, (size_t)(width + 1) * sizeof *line->row.claim);
+}
+
+// Rows [y_begin, y_begin + row_count) of the band.
+static void rows(struct match_level *level, struct match_scratch *scratch, int y_begin,
+                 int row_count) {
+    INVARIANT(row_count == MATCH_ROWS_ABREAST || row_count == MATCH_PAIR_ROWS);
+    const struct match_band *band = scratch->band;
+    struct row_view view = {.level = level, .tiles = band->tile, .line = scratch->line};
+    for (int r = 0; r < row_count; r++) {
+        const int y = y_begin + r;
+        const int row = y - band->begin;
+        INVARIANT(row < MATCH_BAND_ROWS);
+        prepare_line(level, &scratch->line[r], y);
+        view.cost[r] = level->ring[y % level->ring_rows];
+        view.above[r] = band->from_above[row];
+        // The last row's messages are still needed by the next band.
+        view.sum[r] = y == band->end - 1 ? band->last_sum : band->from_above[row];
+        view.message[r] = scratch->running + (size_t)r * (size_t)level->lanes;
+        const int known = y < level->height ? y : level->height - 1;
+        const struct match_input *input = level->state->input;
+        view.left[r] = match_span(level, &input->left, input->left_span, known);
+        view.right[r] = match_span(level, &input->right, input->right_span, known);
+    }
+    if (row_count == MATCH_ROWS_ABREAST) {
+        pass_both_ways(&view, MATCH_ROWS_ABREAST / VECTOR_MEMBERS);
+    } else {
+        pass_both_ways(&view, MATCH_PAIR_ROWS / VECTOR_MEMBERS);
+    }
+    for (int r = 0; r < row_count && y_begin + r < level->height; r++) {
+        judge_row(level, &scratch->line[r], y_begin + r, view.left[r]);
+    }
+}
+
+#endif

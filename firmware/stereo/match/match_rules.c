@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/match/match_rules.h"
+
+#include "core/error.h"
+
+// No sum here can overflow.
+bool match_range_is_legal(const struct match_options *options) {
+    return options->disparity_count >= 1 && options->disparity_count <= MATCH_MAX_DISPARITIES &&
+           options->extra_below >= 0 && options->extra_below <= MATCH_MAX_DISPARITIES &&
+           options->extra_above >= 0 && options->extra_above <= MATCH_MAX_DISPARITIES &&
+           match_searched_count(options) <= MATCH_MAX_DISPARITIES &&
+           options->disparity_min >= -MATCH_DISPARITY_LIMIT + options->extra_below &&
+           match_searched_count(options) - options->extra_below <=
+               MATCH_DISPARITY_LIMIT - options->disparity_min;
+}
+
+int match_check(const struct match_input *input, const struct match_options *options,
+                const struct match_output *output) {
+    const struct image_u8 *left = &input->left;
+    if (input->right.width != left->width || input->right.height != left->height ||
+        output->disparity_q8.width != left->width || output->disparity_q8.height != left->height ||
+        output->reason.width != left->width || output->reason.height != left->height ||
+        output->confidence.width != left->width || output->confidence.height != left->height) {
+        return ERROR_SIZE_MISMATCH;
+    }
+    if (left->width > IMAGE_MAX_SIDE_PX || left->height > IMAGE_MAX_SIDE_PX) {
+        return ERROR_TOO_LARGE;
+    }
+    if (left->width < MATCH_MIN_WIDTH_PX || left->height < MATCH_MIN_HEIGHT_PX) {
+        return ERROR_TOO_SMALL;
+    }
+    if (!match_range_is_legal(options)) {
+        return ERROR_DISPARITY_RANGE;
+    }
+    const bool legal = options->speckle_px >= 0 && (unsigned)options->preset < MATCH_PRESET_COUNT;
+    return legal ? ERROR_OK : ERROR_ARGUMENT;
+}

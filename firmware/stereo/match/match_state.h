@@ -1,0 +1,423 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What the parts of the matcher share during one run. Private to match*.c.
+///
+/// The pair is matched on one or more levels: level 0 is the full size, each further one half the
+/// size of the one before. Every level goes through its rows in bands of MATCH_BAND_ROWS, cut into
+/// tiles of MATCH_TILE_COLUMNS columns; a tile searches a window of disparities of its own (all of
+/// them on the coarsest level, those near the coarser level's surface on the others). A band goes
+/// through three phases:
+///   1. by rows:  features, cost, edge-aware average along the row            (match_cost_phase.h)
+///   2. by tiles: edge-aware average down and up (with MATCH_AHEAD_ROWS rows of look-ahead),
+///                dynamic-programming message from the row above            (match_column_phase.h)
+///   3. by rows:  messages from the left and the right, winner, checks         (match_row_phase.h)
+/// Threads take one band each, so that nearly all of a band's cells stay in one processor's cache;
+/// in phase 2 a tile waits for the one above it.
+#ifndef VERGENCE_STEREO_MATCH_MATCH_STATE_H
+#define VERGENCE_STEREO_MATCH_MATCH_STATE_H
+
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "stereo/match/match.h"
+#include "stereo/match/match_rules.h"
+
+// Rows of what the bands in work share, for so many threads.
+#define MATCH_RING_ROWS(threads) ((threads)*MATCH_BAND_ROWS + MATCH_AHEAD_ROWS)
+#define MATCH_GUIDE_ROWS(threads) ((threads)*MATCH_BAND_ROWS + 8)
+#define MATCH_SURFACE_ROWS(threads) (2 * (threads)*MATCH_BAND_ROWS + 16)
+
+enum {
+    MATCH_LANES = 16,          // disparities are padded to a multiple of this
+    MATCH_SMALL_PENALTY = 20,  // of a change by one disparity
+    MATCH_COST_MAX = 127,      // so that a message stays below 256
+    MATCH_WEIGHT_ONE = 128,    // shares of a blend are in 1/128, between 1 and 127
+    MATCH_CENSUS_PLANES = 3,
+    MATCH_CENSUS_WEIGHT = 4,
+    MATCH_CENSUS_RADIUS = 2,
+    MATCH_GRADIENT_TRUNCATION = 18,
+    MATCH_LEAN = 3,  // price of a neighbouring disparity in an average along a column
+    MATCH_TILE_COLUMNS = 16,
+    MATCH_BAND_ROWS = 8,
+    MATCH_AHEAD_ROWS = 6,
+    MATCH_MAX_THREADS = 8,
+    MATCH_MAX_RING_ROWS = MATCH_RING_ROWS(MATCH_MAX_THREADS),
+    MATCH_MAX_GUIDE_ROWS = MATCH_GUIDE_ROWS(MATCH_MAX_THREADS),
+    MATCH_MAX_SURFACE_ROWS = MATCH_SURFACE_ROWS(MATCH_MAX_THREADS),
+    // A winner that beats its best rival by less than this is wrong more often than one in four
+    // times (measured on ten pairs with ground truth).
+    MATCH_MARGIN_MIN = 24,
+    MATCH_DOUBTFUL = 1 << 14,  // added to an index of a surface with such a rival
+    MATCH_TEXTURE_COLUMNS = 16,
+    MATCH_ROWS_ABREAST = 4,  // rows that one call of a kernel takes at most
+    MATCH_PAIR_ROWS = 2,     // fewest rows that one call of a kernel takes
+    MATCH_MAX_LEVELS = 7,
+    MATCH_SHIFT_MAX = 8,   // of a level's columns and rows: see match_set_levels
+    MATCH_MASS_ONE = 512,  // masses of recursive averages are in 1/512, below 10 each
+};
+
+/// A share of the first of two values in a blend, and of the second: low and high byte, together
+/// MATCH_WEIGHT_ONE.
+typedef uint16_t match_share;
+
+/// The window of disparities that a tile searches, and where its cells lie in a row of cells:
+/// column x of the tile at offset + (x - first column) * lanes.
+struct match_tile {
+    int32_t offset;  // bytes
+    int16_t base;    // index of the first lane: disparity - disparity_min of the level
+    int16_t lanes;   // a multiple of MATCH_LANES
+    bool doubtful;   // the coarser level saw other places that fit as well
+};
+
+/// Features of one row: 24 census bits in three byte planes, and the horizontal gradient.
+struct match_features {
+    uint8_t *census[MATCH_CENSUS_PLANES];
+    uint8_t *gradient;  // 128 + clipped gradient
+};
+
+/// One row on its way through phases 1 and 3. Phase 1 is done with its part before phase 3 begins,
+/// so both lie in the same memory.
+struct match_line {
+    struct {
+        struct match_features left, right;  // right: reversed, padded on both sides
+        uint16_t *weight;                   // by column: of the edge between x - 1 and x
+        match_share *forward;   // of what comes from the left, where the pixel's own cost joins it
+        match_share *joined;    // of that average, where it meets what comes from the right
+        match_share *backward;  // of what comes from the right, where the pixel's own cost joins it
+    } cost;
+    struct {
+        uint8_t *penalty;     // large penalty between x - 1 and x
+        uint8_t *margin;      // by which the winner beats its best rival
+        int16_t *lane;        // the winner, first in its window, then in the level's range;
+                              // -1: none
+        uint32_t *around;     // averaged costs before, at and after the winner, in the lower bytes
+        uint8_t *fit;         // averaged cost of the winner
+        int16_t *right_x;     // the winner's right pixel
+        uint8_t *consistent;  // whether left and right agree
+        uint8_t *textured;    // whether there is something to match
+        uint8_t *fits;        // whether the winner may be right
+        uint8_t *darkest, *brightest;  // of MATCH_TEXTURE_COLUMNS pixels from x on
+        uint32_t *claim;               // lowest cost that claims a right pixel, and its lane
+    } row;
+};
+
+/// Scratch of one thread.
+struct match_scratch {
+    uint8_t *source[2 * MATCH_CENSUS_RADIUS + MATCH_ROWS_ABREAST];  // padded image rows
+    struct match_band *band;                                        // in work
+    uint16_t *box;  // sums while a row is scaled down
+    struct match_line line[MATCH_ROWS_ABREAST];
+    uint8_t *running;  // averages or messages of MATCH_TILE_COLUMNS columns, all lanes
+    int32_t *finish;   // a row of disparities when all is done
+};
+
+/// A band in work.
+struct match_band {
+    int begin, end;            // rows
+    int cost_begin, cost_end;  // rows whose costs its thread computes: some are of the next band
+    struct match_tile *before, *tile, *next;  // windows of the band above, of it, of the one below
+    uint8_t *last_above;                      // messages of the last row of the band above
+    uint8_t *from_above[MATCH_BAND_ROWS];
+    uint8_t *last_sum;            // sums of messages of the last row
+    uint8_t *down_before, *down;  // downward average before the band and after it
+    atomic_int tiles_done;        // of phase 2
+};
+
+/// How a preset works.
+struct match_method {
+    const char *name;
+    int coarse_disparities;  // a level of more disparities than this gets a coarser one; 0: never
+    int halvings;            // of columns, disparities and rows from one level to the next
+    int halved_rows;         // of the finest level: 1 where a row of it stands for two
+    int lanes;               // a column on average, for which there is memory
+    // A tile searches the disparities that the coarser level found in the tile and so many of its
+    // pixels around, and `margin` more to both sides.
+    int around_columns, around_rows, margin;
+    // All of the range asked for is searched everywhere; near a coarser surface only beyond it.
+    bool whole_range;
+};
+
+/// Rows of a pair at one scale.
+struct match_level {
+    struct match_state *state;
+    struct match_level *coarser;  // NULL: searches everything
+    int shift_x, shift_y;         // 2^shift_x columns and 2^shift_y rows of the input make a pixel
+    int width, height;
+    int tiles;  // a row
+    int disparity_min, disparity_count;
+    struct match_believed believed;
+    int right_pad;     // padding in front of the reversed right features
+    int right_length;  // of the padded features
+    int lanes;         // most lanes of a tile
+    size_t row_bytes;  // of one row of cells
+    int rows_done;
+
+    struct match_band band[MATCH_MAX_THREADS];       // one below the other
+    int bands;                                       // in work
+    struct match_tile *tile[MATCH_MAX_THREADS + 2];  // windows of the bands, one above, one below
+    uint8_t *down[MATCH_MAX_THREADS + 1];            // downward averages between the bands
+    // What the bands in work share. Row y lies in slot y % ring_rows and so on.
+    int ring_rows, guide_rows, surface_rows;
+    uint8_t *ring[MATCH_MAX_RING_ROWS];        // aggregated cost
+    uint16_t *down_mass;                       // by column
+    uint8_t *guide[MATCH_MAX_GUIDE_ROWS];      // left rows, where they are scaled down
+    int16_t *surface[MATCH_MAX_SURFACE_ROWS];  // disparity indices of the finer level, -1: none
+};
+
+struct match_state {
+    const struct match_input *input;
+    struct match_options options;
+    struct match_output *output;
+    const struct match_method *method;
+    const struct parallel *parallel;
+    struct match_level level[MATCH_MAX_LEVELS];
+    int levels;
+    int threads;
+    struct match_scratch *scratch;  // one a thread
+};
+
+/// Runs `call(N)` with the count of lanes as a constant where it is a common one, so that the loops
+/// over lanes unroll. The functions below it are inlined into each case.
+#define MATCH_WITH_CONSTANT_LANES(lanes, call) \
+    do {                                       \
+        switch (lanes) {                       \
+            case 16:                           \
+                call(16);                      \
+                break;                         \
+            case 32:                           \
+                call(32);                      \
+                break;                         \
+            case 48:                           \
+                call(48);                      \
+                break;                         \
+            case 64:                           \
+                call(64);                      \
+                break;                         \
+            default:                           \
+                call(lanes);                   \
+                break;                         \
+        }                                      \
+    } while (0)
+
+#define MATCH_INLINE static inline __attribute__((always_inline))
+
+/*@ predicate match_is_share(integer pair) =
+        1 <= (pair & 0xff) < MATCH_WEIGHT_ONE && pair >> 8 == MATCH_WEIGHT_ONE - (pair & 0xff);
+    predicate match_is_mass(integer mass) = 0 <= mass < 10 * MATCH_MASS_ONE;
+    predicate match_are_lanes(integer lanes) =
+        MATCH_LANES <= lanes <= MATCH_MAX_DISPARITIES && lanes % MATCH_LANES == 0;
+    predicate match_is_tile{L}(struct match_tile *of) =
+        \valid_read(of) && match_are_lanes(of->lanes) && 0 <= of->base < MATCH_MAX_DISPARITIES;
+    predicate match_is_size(integer width, integer height) =
+        1 <= width <= IMAGE_MAX_SIDE_PX && 1 <= height <= IMAGE_MAX_SIDE_PX;
+    predicate match_is_span(struct rectify_span of, integer width) =
+        0 <= of.begin <= of.end <= INT16_MAX && (of.begin < of.end ==> of.end <= width);
+    predicate match_is_stride(integer stride) = -INT32_MAX <= stride <= INT32_MAX;
+    predicate match_is_image{L}(struct image_u8 *of) =
+        \valid_read(of) && match_is_size(of->width, of->height) && match_is_stride(of->stride) &&
+        (\forall integer y; 0 <= y < of->height ==>
+            \valid_read(of->data + y * of->stride + (0 .. of->width - 1)));
+    predicate match_has_guide{L}(struct match_level *of) =
+        \valid_read(of) && match_is_size(of->width, of->height) &&
+        (of->shift_x == 0 && of->shift_y == 0 ?
+            \valid_read(of->state) && \valid_read(of->state->input) &&
+            match_is_image(&of->state->input->left) &&
+            of->width <= of->state->input->left.width &&
+            of->height <= of->state->input->left.height :
+            1 <= of->guide_rows <= MATCH_MAX_GUIDE_ROWS &&
+            (\forall integer i; 0 <= i < of->guide_rows ==>
+                \valid_read(of->guide[i] + (0 .. of->width - 1)))); */
+
+/// A pair of shares from the first one, between 1 and 127.
+/*@ requires 1 <= share < MATCH_WEIGHT_ONE;
+    assigns \nothing;
+    ensures match_is_share(\result) && (\result & 0xff) == share; */
+static inline match_share match_share_of(uint16_t share) {
+    return (match_share)((MATCH_WEIGHT_ONE << 8) - UINT8_MAX * share);
+}
+
+/// What two masses, of which one at least is not 0, get in a blend: 128 a / (a + b) in binary
+/// places and 16 bits, without branches, so that compilers take many at once.
+/*@ requires match_is_mass(mass_a) && match_is_mass(mass_b);
+    assigns \nothing;
+    ensures match_is_share(\result); */
+static inline match_share match_share_between(uint16_t mass_a, uint16_t mass_b) {
+    const uint16_t whole = (uint16_t)(mass_a + mass_b);
+    uint16_t rest = mass_a;
+    uint16_t share = 0;
+    /*@ loop invariant 0 <= i <= 7 && rest <= whole && share < 1 << i;
+        loop assigns i, rest, share;
+        loop variant 7 - i; */
+    for (int i = 0; i < 7; i++) {
+        rest = (uint16_t)(2 * rest);
+        const uint16_t taken = rest >= whole ? whole : 0;
+        rest = (uint16_t)(rest - taken);
+        share = (uint16_t)(2 * share + (taken != 0 ? 1 : 0));
+    }
+    return match_share_of(share == 0 ? 1 : share);
+}
+
+/// Both shares the other way round.
+/*@ requires match_is_share(share);
+    assigns \nothing;
+    ensures match_is_share(\result) && (\result & 0xff) == share >> 8; */
+static inline match_share match_share_swapped(match_share share) {
+    return (match_share)(share >> 8 | share << 8);
+}
+
+/// How much a neighbour counts across a step of grey levels, in 1/65536: 0.9 (1 - step / 112)^8,
+/// which is close to 0.9 exp(-step / 14).
+/*@ assigns \nothing;
+    ensures \result <= 58982; */
+static inline uint16_t match_weight(uint8_t step) {
+    const uint16_t capped = step < 112 ? step : 112;
+    const uint16_t base = (uint16_t)(65520 - 585 * capped);
+    const uint16_t square = (uint16_t)((uint32_t)base * base >> 16);
+    const uint16_t fourth = (uint16_t)((uint32_t)square * square >> 16);
+    const uint16_t eighth = (uint16_t)((uint32_t)fourth * fourth >> 16);
+    return (uint16_t)((uint32_t)eighth * 58982 >> 16);
+}
+
+/// A neighbour's mass as it arrives across an edge of `weight`.
+/*@ assigns \nothing;
+    ensures match_is_mass(mass) && weight <= 58982 ==> \result < 9 * MATCH_MASS_ONE; */
+static inline uint16_t match_carry(uint16_t mass, uint16_t weight) {
+    return (uint16_t)((uint32_t)mass * weight >> 16);
+}
+
+/// Penalty of a jump across a step of grey levels: an edge makes it plausible.
+/*@ assigns \nothing;
+    ensures 40 <= \result <= 120; */
+static inline uint8_t match_large_penalty(uint8_t step) {
+    enum { LARGE_MAX = 120, LARGE_MIN = 40, LARGE_SLOPE = 6 };
+    const uint8_t steps = (LARGE_MAX - LARGE_MIN) / LARGE_SLOPE + 1;
+    const uint8_t lowered = (uint8_t)(LARGE_MAX - LARGE_SLOPE * (step < steps ? step : steps));
+    return lowered > LARGE_MIN ? lowered : (uint8_t)LARGE_MIN;
+}
+
+/*@ assigns \nothing;
+    ensures \result == \abs(a - b); */
+static inline uint8_t match_step(uint8_t a, uint8_t b) {
+    return a > b ? (uint8_t)(a - b) : (uint8_t)(b - a);
+}
+
+/// The cells of column `column` of a tile in a row of cells.
+/*@ requires \valid_read(tile);
+    assigns \nothing;
+    ensures \result == row + tile->offset + column * tile->lanes; */
+static inline uint8_t *match_cell(uint8_t *row, const struct match_tile *tile, int column) {
+    return row + tile->offset + (ptrdiff_t)column * tile->lanes;
+}
+
+/// Left row y of a level, for its edges; rows above and below the image repeat its ends.
+/*@ requires match_has_guide(level);
+    assigns \nothing;
+    ensures \valid_read(\result + (0 .. level->width - 1)); */
+static inline const uint8_t *match_guide(const struct match_level *level, int y) {
+    const int row = y < 0 ? 0 : (y < level->height ? y : level->height - 1);
+    if (level->shift_x == 0 && level->shift_y == 0) {
+        return image_u8_row(&level->state->input->left, row);
+    }
+    return level->guide[row % level->guide_rows];
+}
+
+/// Valid pixels of row y of a level: all input pixels below them are valid.
+/*@ requires \valid_read(level) && \valid_read(image);
+    requires 0 <= level->shift_x <= MATCH_SHIFT_MAX && 0 <= level->shift_y <= MATCH_SHIFT_MAX;
+    requires match_is_size(level->width, level->height) && 0 <= y < level->height;
+    requires match_is_size(image->width, image->height);
+    requires (y + 1) << level->shift_y <= image->height;
+    requires spans != NULL ==>
+        (\forall integer i; y << level->shift_y <= i < (y + 1) << level->shift_y ==>
+            \valid_read(spans + i) && 0 <= spans[i].begin <= image->width && 0 <= spans[i].end);
+    assigns \nothing;
+    ensures match_is_span(\result, level->width); */
+static inline struct rectify_span match_span(const struct match_level *level,
+                                             const struct image_u8 *image,
+                                             const struct rectify_span *spans, int y) {
+    const struct rectify_span whole = {0, (int16_t)level->width};
+    if (spans == NULL) {
+        return whole;
+    }
+    int begin = 0;
+    int end = image->width;
+    /*@ loop invariant y << level->shift_y <= row <= (y + 1) << level->shift_y;
+        loop invariant 0 <= begin <= image->width && 0 <= end <= image->width;
+        loop assigns row, begin, end;
+        loop variant ((y + 1) << level->shift_y) - row; */
+    for (int row = y << level->shift_y; row < (y + 1) << level->shift_y; row++) {
+        begin = spans[row].begin > begin ? spans[row].begin : begin;
+        end = spans[row].end < end ? spans[row].end : end;
+    }
+    begin = (begin + (1 << level->shift_x) - 1) >> level->shift_x;
+    end >>= level->shift_x;
+    end = end < level->width ? end : level->width;
+    return (struct rectify_span){(int16_t)begin, (int16_t)(begin < end ? end : begin)};
+}
+
+/// Columns of tile t; the last one may be narrower.
+/*@ requires \valid_read(level) && match_is_size(level->width, level->height);
+    requires 0 <= t && t * MATCH_TILE_COLUMNS < level->width;
+    assigns \nothing;
+    ensures \result == \min(level->width - t * MATCH_TILE_COLUMNS, MATCH_TILE_COLUMNS); */
+static inline int match_tile_columns(const struct match_level *level, int t) {
+    const int rest = level->width - t * MATCH_TILE_COLUMNS;
+    return rest < MATCH_TILE_COLUMNS ? rest : MATCH_TILE_COLUMNS;
+}
+
+/// Moves the cells of one pixel from the window `from` to the window `to`. Lanes that `from` does
+/// not have take the value of `fill`, or UINT8_MAX where that is NULL.
+/*@ requires match_is_tile(from) && match_is_tile(to);
+    requires \valid_read(from_cells + (0 .. from->lanes - 1));
+    requires fill != NULL ==> \valid_read(fill + (0 .. to->lanes - 1));
+    requires \valid(to_cells + (0 .. to->lanes - 1));
+    requires \separated(to_cells + (0 .. to->lanes - 1), from_cells + (0 .. from->lanes - 1));
+    requires fill != NULL ==>
+        \separated(to_cells + (0 .. to->lanes - 1), fill + (0 .. to->lanes - 1));
+    assigns to_cells[0 .. to->lanes - 1]; */
+static inline void match_realign(const uint8_t *from_cells, const struct match_tile *from,
+                                 const uint8_t *fill, const struct match_tile *to,
+                                 uint8_t *to_cells) {
+    const int shift = to->base - from->base;  // to lane i is from lane i + shift
+    const int first = shift < 0 ? -shift : 0;
+    const int beyond = from->lanes - shift < to->lanes ? from->lanes - shift : to->lanes;
+    // In steps of constant size, which compilers turn into single moves.
+    /*@ loop invariant 0 <= i <= to->lanes && i % MATCH_LANES == 0;
+        loop assigns i, to_cells[0 .. to->lanes - 1];
+        loop variant to->lanes - i; */
+    for (int i = 0; i < to->lanes; i += MATCH_LANES) {
+        if (fill == NULL) {
+            memset(to_cells + i, UINT8_MAX, MATCH_LANES);
+        } else {
+            memcpy(to_cells + i, fill + i, MATCH_LANES);
+        }
+    }
+    if (beyond - first >= MATCH_LANES) {
+        // The last step ends where the lanes end, over the one before.
+        /*@ loop invariant first <= i <= beyond + MATCH_LANES;
+            loop assigns i, to_cells[0 .. to->lanes - 1];
+            loop variant beyond - i; */
+        for (int i = first; i < beyond; i += MATCH_LANES) {
+            const int at = i + MATCH_LANES <= beyond ? i : beyond - MATCH_LANES;
+            memcpy(to_cells + at, from_cells + at + shift, MATCH_LANES);
+        }
+    } else {
+        /*@ loop invariant first <= i;
+            loop assigns i, to_cells[0 .. to->lanes - 1];
+            loop variant beyond - i; */
+        for (int i = first; i < beyond; i++) {
+            to_cells[i] = from_cells[i + shift];
+        }
+    }
+}
+
+/*@ requires \valid_read(a) && \valid_read(b);
+    assigns \nothing;
+    ensures \result <==> a->base == b->base && a->lanes == b->lanes; */
+static inline bool match_same_window(const struct match_tile *a, const struct match_tile *b) {
+    return a->base == b->base && a->lanes == b->lanes;
+}
+
+#endif

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/match/match_tap.h"
+
+#include <string.h>
+
+#include "core/invariant.h"
+#include "stereo/match/match_vector_plain.h"
+// The step uses the vectors included above.
+#include "stereo/match/match_message.h"
+#include "stereo/match/match_state.h"
+
+// The kernels are the tap's first member.
+static const struct match_tap *tap_of(const struct match_level *level) {
+    return (const struct match_tap *)level->state->options.kernels;
+}
+
+static struct match_tap_row row_of(const struct match_level *level, const struct match_band *band,
+                                   enum match_tap_event event, int y) {
+    INVARIANT(y >= band->begin && y < level->height);
+    return (struct match_tap_row){
+        .event = event,
+        .level = (int)(level - level->state->level),
+        .y = y,
+        .width = level->width,
+        .height = level->height,
+        .shift_x = level->shift_x,
+        .shift_y = level->shift_y,
+        .disparity_min = level->disparity_min,
+        .disparity_count = level->disparity_count,
+        .plane_bytes = level->row_bytes,
+        .tiles = y < band->begin + MATCH_BAND_ROWS ? band->tile : band->next,
+        .owner = level,
+    };
+}
+
+static void tapped_cost_rows(struct match_level *level, struct match_scratch *scratch, int y_begin,
+                             int rows) {
+    const struct match_tap *tap = tap_of(level);
+    tap->real->cost_rows(level, scratch, y_begin, rows);
+    for (int r = 0; r < rows && y_begin + r < level->height; r++) {
+        const struct match_features *left = &scratch->line[r].cost.left;
+        struct match_tap_row row = row_of(level, scratch->band, MATCH_TAP_COSTS, y_begin + r);
+        for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {
+            row.census[plane] = left->census[plane];
+        }
+        row.gradient = left->gradient;
+        row.cost = scratch->band->from_above[r];
+        row.cost_along = level->ring[row.y % level->ring_rows];
+        tap->look(tap->self, &row);
+    }
+}
+
+static void look_at_messages(const struct match_level *level, const struct match_band *band,
+                             int y) {
+    const struct match_tap *tap = tap_of(level);
+    INVARIANT(y >= band->begin && y < band->end);
+    struct match_tap_row row = row_of(level, band, MATCH_TAP_MESSAGES, y);
+    row.cost_around = level->ring[y % level->ring_rows];
+    row.from_above = band->from_above[y - band->begin];
+    tap->look(tap->self, &row);
+}
+
+static void look_at_winners(const struct match_level *level, const struct match_band *band,
+                            const struct match_line *line, int y) {
+    const struct match_tap *tap = tap_of(level);
+    struct match_tap_row row = row_of(level, band, MATCH_TAP_WINNERS, y);
+    row.winner = line->row.lane;
+    row.around = line->row.around;
+    row.margin = line->row.margin;
+    row.consistent = line->row.consistent;
+    row.fits = line->row.fits;
+    if (row.level == 0) {
+        row.reason = image_u8_row(&level->state->output->reason, y << level->shift_y);
+    }
+    tap->look(tap->self, &row);
+}
+
+// What phase 2 left is shown before phase 3 takes its memory.
+static void tapped_rows(struct match_level *level, struct match_scratch *scratch, int y_begin,
+                        int rows) {
+    const int end = y_begin + rows < level->height ? y_begin + rows : level->height;
+    for (int y = y_begin; y < end; y++) {
+        look_at_messages(level, scratch->band, y);
+    }
+    tap_of(level)->real->rows(level, scratch, y_begin, rows);
+    for (int y = y_begin; y < end; y++) {
+        look_at_winners(level, scratch->band, &scratch->line[y - y_begin], y);
+    }
+}
+
+struct match_tap match_tap_of(const struct match_kernels *real, match_tap_look *look, void *self) {
+    const struct match_kernels *kernels = real != NULL ? real : match_kernels_best();
+    struct match_tap tap = {.kernels = *kernels, .real = kernels, .look = look, .self = self};
+    tap.kernels.cost_rows = tapped_cost_rows;
+    tap.kernels.rows = tapped_rows;
+    return tap;
+}
+
+struct match_tap_window match_tap_window_at(const struct match_tap_row *row, int x) {
+    INVARIANT(x >= 0 && x < row->width);
+    const struct match_tile *tile = &row->tiles[x / MATCH_TILE_COLUMNS];
+    const size_t column = (size_t)(x % MATCH_TILE_COLUMNS);
+    return (struct match_tap_window){.first = tile->base,
+                                     .count = tile->lanes,
+                                     .cell = (size_t)tile->offset + column * (size_t)tile->lanes,
+                                     .doubtful = tile->doubtful};
+}
+
+// Takes a message on to the pixel at `cell` of a plane of costs and leaves it in `message`.
+static void pass_on(const uint8_t *costs, size_t cell, uint8_t penalty, uint8_t *message,
+                    int lanes) {
+    const uint8_t *const cost_at[] = {costs};
+    uint8_t *const message_at[] = {message};
+    struct lanes cost;
+    struct lanes running;
+    load_lanes(cost_at, (ptrdiff_t)cell, &cost, lanes);
+    load_lanes((const uint8_t *const *)message_at, 0, &running, lanes);
+    const struct message_penalties penalties = {vector_all(MATCH_SMALL_PENALTY),
+                                                vector_all(penalty)};
+    pass_message(&cost, penalties, &running, lanes);
+    store_lanes(&running, message_at, 0, lanes);
+}
+
+void match_tap_messages(const struct match_tap_row *row, bool from_right, uint8_t *plane) {
+    INVARIANT(row->event == MATCH_TAP_MESSAGES);
+    const uint8_t *guide = match_guide(row->owner, row->y);
+    uint8_t message[MATCH_MAX_DISPARITIES] = {0};
+    uint8_t realigned[MATCH_MAX_DISPARITIES];
+    const struct match_tile *from = NULL;
+    for (int i = 0; i < row->width; i++) {
+        const int x = from_right ? row->width - 1 - i : i;
+        const struct match_tile *tile = &row->tiles[x / MATCH_TILE_COLUMNS];
+        if (from != NULL && !match_same_window(from, tile)) {
+            match_realign(message, from, NULL, tile, realigned);
+            memcpy(message, realigned, (size_t)tile->lanes);
+        }
+        from = tile;
+        const uint8_t before = guide[i == 0 ? x : (from_right ? x + 1 : x - 1)];
+        const uint8_t penalty = i == 0 ? 0 : match_large_penalty(match_step(guide[x], before));
+        const size_t cell = match_tap_window_at(row, x).cell;
+        pass_on(row->cost_around, cell, penalty, message, tile->lanes);
+        memcpy(plane + cell, message, (size_t)tile->lanes);
+    }
+}

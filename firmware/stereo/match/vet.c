@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/match/vet.h"
+
+#include <string.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "stereo/image/reason.h"
+
+// Marks in the reason map while islands are being measured; above all reasons.
+enum { MARK_QUEUED = 0x40, MARK_UNDECIDED = 0x60, MARK_LARGE = 0x80 };
+
+enum { MAX_PARTS = 8 };
+
+struct place {
+    int16_t x, y;
+};
+
+// One thread's share of the rows, and its memory.
+struct strip {
+    struct match_output *output;
+    int begin, end;       // rows
+    struct place *queue;  // pixels of an island in the order they were found
+    uint8_t *stop;        // by column: whether the pixel does not go on what is left of it
+    uint8_t *joins;       // whether it goes on a large island above it
+    int count, limit;     // of the island
+    bool large;           // it touches pixels already known to belong to a large one
+    bool cut;             // it may go on beyond the strip
+};
+
+struct vetting {
+    struct match_output *output;
+    int limit, parts;
+    struct strip strip[MAX_PARTS];
+};
+
+static int part_count(int threads) {
+    return threads < MAX_PARTS ? threads : MAX_PARTS;
+}
+
+size_t vet_need_bytes(int width, int speckle_px, int threads) {
+    const size_t strip = arena_need_bytes((size_t)speckle_px, sizeof(struct place)) +
+                         2 * arena_need_bytes((size_t)width, 1);
+    return (size_t)part_count(threads) * strip;
+}
+
+// In one comparison, of numbers without a sign.
+static inline bool is_step(int32_t a_q8, int32_t b_q8) {
+    return (uint32_t)a_q8 - (uint32_t)b_q8 + VET_ISLAND_STEP_Q8 > 2 * VET_ISLAND_STEP_Q8;
+}
+
+static void visit(struct strip *strip, int32_t from_q8, int x, int y) {
+    struct match_output *output = strip->output;
+    if (x < 0 || x >= output->reason.width) {
+        return;
+    }
+    if (y < strip->begin || y >= strip->end) {
+        strip->cut = strip->cut || (y >= 0 && y < output->reason.height);
+        return;
+    }
+    uint8_t *reason = image_u8_row(&output->reason, y) + x;
+    if (is_step(image_i32_row(&output->disparity_q8, y)[x], from_q8)) {
+        return;
+    }
+    if (*reason == MARK_LARGE) {
+        strip->large = true;
+    } else if (*reason == REASON_VALID && strip->count < strip->limit) {
+        *reason = MARK_QUEUED;
+        strip->queue[strip->count++] = (struct place){(int16_t)x, (int16_t)y};
+    }
+}
+
+// Grows the island around (x, y) until it ends, meets a large one or reaches the limit, and marks
+// its pixels. Stopping at the limit keeps the work per pixel constant: what was found is marked as
+// large, and whatever grows into it later is large as well.
+static void measure_island(struct strip *strip, int x, int y) {
+    struct match_output *output = strip->output;
+    strip->count = 0;
+    strip->large = false;
+    strip->cut = false;
+    visit(strip, image_i32_row(&output->disparity_q8, y)[x], x, y);
+    for (int i = 0; i < strip->count && strip->count < strip->limit && !strip->large; i++) {
+        const struct place at = strip->queue[i];
+        const int32_t here_q8 = image_i32_row(&output->disparity_q8, at.y)[at.x];
+        visit(strip, here_q8, at.x + 1, at.y);
+        visit(strip, here_q8, at.x - 1, at.y);
+        visit(strip, here_q8, at.x, at.y + 1);
+        visit(strip, here_q8, at.x, at.y - 1);
+    }
+    const bool large = strip->large || strip->count == strip->limit;
+    const uint8_t small = strip->cut ? MARK_UNDECIDED : REASON_SPECKLE;
+    for (int i = 0; i < strip->count; i++) {
+        image_u8_row(&output->reason, strip->queue[i].y)[strip->queue[i].x] =
+            large ? MARK_LARGE : small;
+    }
+}
+
+// Cuts row y into runs of valid pixels without a step, and of others. Loops without branches, so
+// that compilers take many pixels at once.
+static void find_runs(const struct strip *strip, int y) {
+    const struct match_output *output = strip->output;
+    const uint8_t *restrict reason = image_u8_row(&output->reason, y);
+    const int32_t *restrict here_q8 = image_i32_row(&output->disparity_q8, y);
+    uint8_t *restrict stop = strip->stop;
+    uint8_t *restrict joins = strip->joins;
+    const int width = output->reason.width;
+    stop[0] = 1;
+    for (int x = 1; x < width; x++) {
+        const bool valid = (reason[x] & ~MARK_LARGE) == REASON_VALID;
+        const bool valid_before = (reason[x - 1] & ~MARK_LARGE) == REASON_VALID;
+        stop[x] = (valid != valid_before) | (valid & is_step(here_q8[x], here_q8[x - 1]));
+    }
+    if (y == strip->begin) {
+        memset(joins, 0, (size_t)width);
+        return;
+    }
+    const uint8_t *restrict above = image_u8_row(&output->reason, y - 1);
+    const int32_t *restrict above_q8 = image_i32_row(&output->disparity_q8, y - 1);
+    for (int x = 0; x < width; x++) {
+        joins[x] = (above[x] == MARK_LARGE) & !is_step(above_q8[x], here_q8[x]);
+    }
+}
+
+// All pixels of a run belong to one island, or to none. Most runs are large by themselves or go on
+// a large island: no need to measure them.
+static void vet_run(struct strip *strip, int y, int begin, int end) {
+    uint8_t *run = image_u8_row(&strip->output->reason, y) + begin;
+    const size_t length = (size_t)(end - begin);
+    if (*run != REASON_VALID && *run != MARK_LARGE) {
+        return;
+    }
+    const bool known = end - begin >= strip->limit ||
+                       memchr(strip->joins + begin, 1, length) != NULL ||
+                       memchr(run, MARK_LARGE, length) != NULL;
+    if (!known) {
+        measure_island(strip, begin, y);
+    }
+    if (known || *run == MARK_LARGE) {
+        memset(run, MARK_LARGE, length);
+    }
+}
+
+static void vet_rows(struct strip *strip, int begin, int end) {
+    const int width = strip->output->reason.width;
+    for (int y = begin; y < end; y++) {
+        find_runs(strip, y);
+        int run_end;
+        for (int x = 0; x < width; x = run_end) {
+            const uint8_t *next = memchr(strip->stop + x + 1, 1, (size_t)(width - x - 1));
+            run_end = next == NULL ? width : (int)(next - strip->stop);
+            vet_run(strip, y, x, run_end);
+        }
+    }
+}
+
+static void replace_marks(struct match_output *output, int begin, int end, uint8_t mark) {
+    const int width = output->reason.width;
+    for (int y = begin; y < end; y++) {
+        uint8_t *restrict reason = image_u8_row(&output->reason, y);
+        for (int x = 0; x < width; x++) {
+            reason[x] = reason[x] == mark ? (uint8_t)REASON_VALID : reason[x];
+        }
+    }
+}
+
+static void vet_part(void *context, int index) {
+    struct strip *strip = &((struct vetting *)context)->strip[index];
+    vet_rows(strip, strip->begin, strip->end);
+}
+
+static void unmark_part(void *context, int index) {
+    const struct strip *strip = &((struct vetting *)context)->strip[index];
+    replace_marks(strip->output, strip->begin, strip->end, MARK_LARGE);
+}
+
+// Rows within the limit of row y, where two strips meet. Undecided islands reach no farther.
+static void seam_rows(const struct vetting *vetting, int y, int *begin, int *end) {
+    const int height = vetting->output->reason.height;
+    *begin = y > vetting->limit ? y - vetting->limit : 0;
+    *end = height - y > vetting->limit ? y + vetting->limit : height;
+}
+
+// Decides about the islands on both sides of a seam. All of them must be unmarked before: an island
+// may cross several.
+static void vet_seams(const struct vetting *vetting) {
+    struct strip whole = vetting->strip[0];
+    whole.end = vetting->output->reason.height;
+    int begin;
+    int end;
+    for (int i = 1; i < vetting->parts; i++) {
+        seam_rows(vetting, vetting->strip[i].begin, &begin, &end);
+        replace_marks(vetting->output, begin, end, MARK_UNDECIDED);
+    }
+    for (int i = 1; i < vetting->parts; i++) {
+        seam_rows(vetting, vetting->strip[i].begin, &begin, &end);
+        vet_rows(&whole, begin, end);
+    }
+}
+
+static bool take_strips(struct vetting *vetting, struct arena *arena) {
+    const int width = vetting->output->reason.width;
+    const int height = vetting->output->reason.height;
+    for (int i = 0; i < vetting->parts; i++) {
+        struct strip *strip = &vetting->strip[i];
+        *strip = (struct strip){.output = vetting->output, .limit = vetting->limit};
+        strip->begin = height * i / vetting->parts;
+        strip->end = height * (i + 1) / vetting->parts;
+        strip->queue = arena_take(arena, (size_t)vetting->limit, sizeof *strip->queue);
+        strip->stop = arena_take(arena, (size_t)width, 1);
+        strip->joins = arena_take(arena, (size_t)width, 1);
+        if (strip->queue == NULL || strip->stop == NULL || strip->joins == NULL) {
+            return false;
+        }
+    }
+    return true;
+}
+
+int vet_speckles(int speckle_px, const struct parallel *parallel, struct arena *arena,
+                 struct match_output *output) {
+    INVARIANT(speckle_px >= 0);
+    INVARIANT(output->reason.width <= IMAGE_MAX_SIDE_PX);
+    if (speckle_px < 2) {
+        return ERROR_OK;
+    }
+    const size_t mark = arena_mark(arena);
+    struct vetting vetting = {.output = output, .limit = speckle_px};
+    vetting.parts = part_count(parallel->threads);
+    if (!take_strips(&vetting, arena)) {
+        arena_release(arena, mark);
+        return ERROR_MEMORY;
+    }
+    parallel->run(parallel->self, vet_part, &vetting, vetting.parts);
+    vet_seams(&vetting);
+    parallel->run(parallel->self, unmark_part, &vetting, vetting.parts);
+    arena_release(arena, mark);
+    return ERROR_OK;
+}

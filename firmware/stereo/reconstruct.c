@@ -1,0 +1,416 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/reconstruct.h"
+
+#include <string.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "stereo/develop.h"
+#include "stereo/match_repeats.h"
+#include "stereo/mesh.h"
+#include "stereo/surface.h"
+
+enum {
+    // Without the fit's own prediction: what the winner's parabola is good for.
+    UNREFINED_SIGMA_Q8 = 64,
+    // Fewer valid pixels than one in this many are chance: images swapped or of different scenes
+    // leave up to 7 % (measured), pairs that belong together more than 85 %.
+    SURFACE_SHARE = 10,
+};
+
+const char *reconstruct_stage_text(enum reconstruct_stage stage) {
+    static const char *const texts[] = {
+#define RECONSTRUCT_STAGE_NAME(name, text) text,
+        RECONSTRUCT_STAGE_LIST(RECONSTRUCT_STAGE_NAME)
+#undef RECONSTRUCT_STAGE_NAME
+    };
+    INVARIANT((int)stage >= 0 && stage < RECONSTRUCT_STAGES);
+    return texts[stage];
+}
+
+struct reconstruct_options reconstruct_default_options(void) {
+    return (struct reconstruct_options){
+        .rectify = {.scale = 1.0},
+        .preset = match_default_options(0, 1).preset,
+        .speckle_px = match_default_options(0, 1).speckle_px,
+        .refine = true,
+        .max_gap_q8 = MESH_DEFAULT_GAP_Q8,
+    };
+}
+
+// One run: what every stage needs.
+struct run {
+    const struct reconstruct_image *raw[2];
+    const struct calibration *calibration;
+    const struct reconstruct_options *options;
+    const struct reconstruct_environment *environment;
+    const struct parallel *parallel;
+    struct arena *arena;
+    struct reconstruct_result *result;
+    struct rectify_table table[2];
+    struct image_u8 raw_grey[2];
+    struct image_rgb8 raw_colour[2];
+    int32_t *coordinates_q16;  // a part: 2 * width
+    uint64_t stage_begin_us;
+};
+
+static uint64_t now_us(const struct reconstruct_environment *environment) {
+    return environment->now_us == NULL ? 0 : environment->now_us(environment->self);
+}
+
+static bool report(const struct run *run, enum reconstruct_stage stage, int done, int total) {
+    const struct reconstruct_environment *environment = run->environment;
+    INVARIANT(done >= 0 && done <= total);
+    return environment->progress == NULL ||
+           environment->progress(environment->self, stage, done, total);
+}
+
+static int begin_stage(struct run *run, enum reconstruct_stage stage) {
+    run->stage_begin_us = now_us(run->environment);
+    return report(run, stage, 0, 1) ? ERROR_OK : ERROR_CANCELLED;
+}
+
+static int end_stage(struct run *run, enum reconstruct_stage stage, int error) {
+    run->result->stage_us[stage] = now_us(run->environment) - run->stage_begin_us;
+    if (error != ERROR_OK) {
+        return error;
+    }
+    return report(run, stage, 1, 1) ? ERROR_OK : ERROR_CANCELLED;
+}
+
+static bool take_u8(struct arena *arena, int width, int height, struct image_u8 *image) {
+    *image = (struct image_u8){arena_take(arena, (size_t)width * (size_t)height, 1), width, height,
+                               width};
+    return image->data != NULL;
+}
+
+static bool take_rgb8(struct arena *arena, int width, int height, struct image_rgb8 *image) {
+    *image = (struct image_rgb8){arena_take(arena, (size_t)width * (size_t)height, 3), width,
+                                 height, (ptrdiff_t)3 * width};
+    return image->data != NULL;
+}
+
+static bool take_images(struct arena *arena, struct reconstruct_result *result) {
+    const int width = result->plan.width_px;
+    const int height = result->plan.height_px;
+    INVARIANT(width >= MATCH_MIN_WIDTH_PX && height >= MATCH_MIN_HEIGHT_PX);
+    const size_t pixels = (size_t)width * (size_t)height;
+    struct match_output *match = &result->match;
+    result->left_span = arena_take(arena, (size_t)height, sizeof *result->left_span);
+    result->right_span = arena_take(arena, (size_t)height, sizeof *result->right_span);
+    match->disparity_q8 =
+        (struct image_i32){arena_take(arena, pixels, sizeof(int32_t)), width, height, width};
+    result->sigma_q8 =
+        (struct image_u16){arena_take(arena, pixels, sizeof(uint16_t)), width, height, width};
+    return take_u8(arena, width, height, &result->left) &&
+           take_u8(arena, width, height, &result->right) &&
+           take_rgb8(arena, width, height, &result->left_colour) &&
+           take_rgb8(arena, width, height, &result->right_colour) &&
+           take_u8(arena, width, height, &match->reason) &&
+           take_u8(arena, width, height, &match->confidence) && match->disparity_q8.data != NULL &&
+           result->sigma_q8.data != NULL && result->left_span != NULL && result->right_span != NULL;
+}
+
+static size_t images_need_bytes(int width, int height) {
+    const size_t pixels = (size_t)width * (size_t)height;
+    return 2 * arena_need_bytes((size_t)height, sizeof(struct rectify_span)) +
+           4 * arena_need_bytes(pixels, 1) + 2 * arena_need_bytes(pixels, 3) +
+           arena_need_bytes(pixels, sizeof(int32_t)) + arena_need_bytes(pixels, sizeof(uint16_t));
+}
+
+static int smaller(int a, int b) {
+    return a < b ? a : b;
+}
+
+// What stands before or behind the range asked for has its best match outside of it, and would take
+// the next best within. So the search goes on to infinity, and to half the nearest depth: near a
+// coarser surface that costs little.
+static void search_beyond(const struct rectify_plan *plan, struct match_options *match) {
+    enum {
+        BEYOND_INFINITY = 4,  // so that what is there does not lie at the end of the search
+        STEP = 16,            // disparities go in vectors of so many
+    };
+    // No pixel has a partner beyond the width.
+    const double width = plan->width_px;
+    const double infinity_px = plan->cx_left_px - plan->cx_right_px;
+    const int first = plan->disparity_min;
+    const int last = first + plan->disparity_count - 1;
+    if (first > infinity_px && first > -width) {
+        const double lowest_px = (infinity_px > -width ? infinity_px : -width) - BEYOND_INFINITY;
+        match->extra_below = first - (int)(lowest_px - 1);
+    }
+    const double nearest_px = last + (last - infinity_px);
+    if (last < width) {
+        match->extra_above = (int)(nearest_px < width ? nearest_px : width) - last;
+    }
+    // Whole vectors, within what can be searched.
+    const int room = MATCH_MAX_DISPARITIES - plan->disparity_count;
+    match->extra_below = smaller(match->extra_below, smaller(room, first + MATCH_DISPARITY_LIMIT));
+    const int count = match->extra_below + plan->disparity_count;
+    match->extra_above += (STEP - (count + match->extra_above) % STEP) % STEP;
+    match->extra_above = smaller(match->extra_above, smaller(MATCH_MAX_DISPARITIES - count,
+                                                             MATCH_DISPARITY_LIMIT - 1 - last));
+}
+
+struct match_options reconstruct_match_options(const struct rectify_plan *plan,
+                                               const struct reconstruct_options *options) {
+    struct match_options match = match_default_options(plan->disparity_min, plan->disparity_count);
+    match.preset = options->preset;
+    match.speckle_px = options->speckle_px;
+    match.keep_all = options->keep_all;
+    match.kernels = options->kernels;
+    if (!options->keep_all) {
+        search_beyond(plan, &match);
+    }
+    return match;
+}
+
+static size_t larger(size_t a, size_t b) {
+    return a > b ? a : b;
+}
+
+size_t reconstruct_need_bytes(int raw_width_px, int raw_height_px, const struct rectify_plan *plan,
+                              const struct reconstruct_options *options, int threads) {
+    const size_t raw_pixels = (size_t)raw_width_px * (size_t)raw_height_px;
+    const size_t valid = (size_t)plan->width_px * (size_t)plan->height_px;
+    const struct match_options match = reconstruct_match_options(plan, options);
+    const size_t developing =
+        2 * arena_need_bytes(raw_pixels, 1) + 2 * arena_need_bytes(raw_pixels, 3) +
+        larger(develop_need_bytes(raw_width_px, 16, threads),
+               2 * rectify_table_need_bytes(plan) +
+                   arena_need_bytes((size_t)threads * 2 * (size_t)plan->width_px, sizeof(int32_t)));
+    size_t largest = larger(developing, match_need_bytes(plan->width_px, &match, threads));
+    largest = larger(largest, refine_need_bytes(plan->width_px, plan->height_px, threads));
+    largest = larger(largest, refine_vertical_need_bytes());
+    largest = larger(largest, surface_need_bytes(plan->width_px, plan->height_px, valid));
+    return images_need_bytes(plan->width_px, plan->height_px) + largest;
+}
+
+static int develop(struct run *run) {
+    for (int side = 0; side < 2; side++) {
+        const struct reconstruct_image *raw = run->raw[side];
+        if (!take_u8(run->arena, raw->width_px, raw->height_px, &run->raw_grey[side]) ||
+            !take_rgb8(run->arena, raw->width_px, raw->height_px, &run->raw_colour[side])) {
+            return ERROR_MEMORY;
+        }
+    }
+    // One balance for both: they look at the same things in the same light.
+    const struct develop_balance balance = develop_balance_of(run->raw[0]);
+    for (int side = 0; side < 2; side++) {
+        const int error = develop_image(run->raw[side], &balance, run->parallel, run->arena,
+                                        &run->raw_grey[side], &run->raw_colour[side]);
+        if (error != ERROR_OK) {
+            return error;
+        }
+    }
+    return ERROR_OK;
+}
+
+static void rectify_part(void *context, int index) {
+    const struct run *run = context;
+    struct reconstruct_result *result = run->result;
+    const int height = result->plan.height_px;
+    const int begin = (int)((int64_t)height * index / run->parallel->threads);
+    const int end = (int)((int64_t)height * (index + 1) / run->parallel->threads);
+    int32_t *work = run->coordinates_q16 + (size_t)index * 2 * (size_t)result->plan.width_px;
+    for (int y = begin; y < end; y++) {
+        result->left_span[y] = rectify_row_u8(&run->table[0], &run->raw_grey[0], y,
+                                              image_u8_row(&result->left, y), work);
+        result->right_span[y] = rectify_row_u8(&run->table[1], &run->raw_grey[1], y,
+                                               image_u8_row(&result->right, y), work);
+        (void)rectify_row_rgb8(&run->table[0], &run->raw_colour[0], y,
+                               image_rgb8_row(&result->left_colour, y), work);
+        (void)rectify_row_rgb8(&run->table[1], &run->raw_colour[1], y,
+                               image_rgb8_row(&result->right_colour, y), work);
+    }
+}
+
+static int rectify(struct run *run) {
+    const size_t width = (size_t)run->result->plan.width_px;
+    run->coordinates_q16 = arena_take(run->arena, (size_t)run->parallel->threads * 2 * width,
+                                      sizeof *run->coordinates_q16);
+    if (run->coordinates_q16 == NULL) {
+        return ERROR_MEMORY;
+    }
+    for (int side = 0; side < 2; side++) {
+        const int error = rectify_table_make(&run->result->plan, run->calibration,
+                                             side == 0 ? RECTIFY_LEFT : RECTIFY_RIGHT, run->arena,
+                                             &run->table[side]);
+        if (error != ERROR_OK) {
+            return error;
+        }
+    }
+    run->parallel->run(run->parallel->self, rectify_part, run, run->parallel->threads);
+    return ERROR_OK;
+}
+
+static struct match_input match_input_of(const struct reconstruct_result *result) {
+    return (struct match_input){.left = result->left,
+                                .right = result->right,
+                                .left_span = result->left_span,
+                                .right_span = result->right_span,
+                                .resampled = !result->plan.identity};
+}
+
+static bool match_band_done(void *self, int rows_done, int rows) {
+    return report(self, RECONSTRUCT_MATCH, rows_done, rows);
+}
+
+static int match(struct run *run) {
+    struct reconstruct_result *result = run->result;
+    const struct match_options options = reconstruct_match_options(&result->plan, run->options);
+    const struct match_input input = match_input_of(result);
+    // A view of the arena's rest, so that the matcher's own peak is seen.
+    struct arena rest;
+    arena_init(&rest, run->arena->base + run->arena->used_bytes,
+               run->arena->size_bytes - run->arena->used_bytes);
+    const int error =
+        match_run(&input, &options, run->parallel, match_band_done, run, &rest, &result->match);
+    if (error == ERROR_OK && !options.keep_all) {
+        result->repeating_count =
+            match_count_repeats(&input, &options, run->parallel, &result->match);
+    }
+    result->match_peak_bytes = rest.peak_bytes;
+    const size_t peak = run->arena->used_bytes + rest.peak_bytes;
+    run->arena->peak_bytes = larger(run->arena->peak_bytes, peak);
+    return error;
+}
+
+static int refine(struct run *run) {
+    struct reconstruct_result *result = run->result;
+    const struct match_input input = match_input_of(result);
+    if (run->options->refine) {
+        const int error = refine_disparities(&input, run->parallel, run->arena, &result->match,
+                                             &result->sigma_q8);
+        if (error != ERROR_OK) {
+            return error;
+        }
+    } else {
+        for (int y = 0; y < result->plan.height_px; y++) {
+            const uint8_t *reason = image_u8_row(&result->match.reason, y);
+            uint16_t *sigma_q8 = image_u16_row(&result->sigma_q8, y);
+            for (int x = 0; x < result->plan.width_px; x++) {
+                sigma_q8[x] = reason[x] == REASON_VALID ? UNREFINED_SIGMA_Q8 : 0;
+            }
+        }
+    }
+    return refine_measure_vertical(&input, &result->match, run->arena, &result->vertical);
+}
+
+static void count_reasons(struct reconstruct_result *result) {
+    memset(result->reason_count, 0, sizeof result->reason_count);
+    for (int y = 0; y < result->plan.height_px; y++) {
+        const uint8_t *reason = image_u8_row(&result->match.reason, y);
+        for (int x = 0; x < result->plan.width_px; x++) {
+            INVARIANT(reason[x] < REASON_COUNT);
+            result->reason_count[reason[x]]++;
+        }
+    }
+}
+
+static bool surface_found(const struct reconstruct_result *result) {
+    uint32_t searched = 0;
+    for (int reason = 0; reason < REASON_COUNT; reason++) {
+        searched += reason == REASON_BORDER ? 0 : result->reason_count[reason];
+    }
+    const uint32_t valid = result->reason_count[REASON_VALID];
+    return valid > 0 && valid >= searched / SURFACE_SHARE;
+}
+
+static int images_stages(struct run *run) {
+    const size_t mark = arena_mark(run->arena);
+    int error = begin_stage(run, RECONSTRUCT_DEVELOP);
+    if (error == ERROR_OK) {
+        error = end_stage(run, RECONSTRUCT_DEVELOP, develop(run));
+    }
+    if (error == ERROR_OK) {
+        error = begin_stage(run, RECONSTRUCT_RECTIFY);
+    }
+    if (error == ERROR_OK) {
+        error = end_stage(run, RECONSTRUCT_RECTIFY, rectify(run));
+    }
+    arena_release(run->arena, mark);
+    return error;
+}
+
+// What is searched is wider than what was asked for: whole disparities, and more of them where
+// few would be judged badly.
+static struct surface_depths depths_asked_for(const struct reconstruct_options *options) {
+    const struct rectify_options *rectify = &options->rectify;
+    return options->keep_all || rectify->disparity_count != 0
+               ? surface_depths_of(0, 0)
+               : surface_depths_of(rectify->depth_near_mm, rectify->depth_far_mm);
+}
+
+static int surface_stages(struct run *run) {
+    struct reconstruct_result *result = run->result;
+    const struct surface_depths depths = depths_asked_for(run->options);
+    int error = begin_stage(run, RECONSTRUCT_TRIANGULATE);
+    if (error == ERROR_OK) {
+        error = end_stage(run, RECONSTRUCT_TRIANGULATE,
+                          surface_triangulate(run->parallel, run->arena, &depths, result));
+    }
+    if (error == ERROR_OK) {
+        error = begin_stage(run, RECONSTRUCT_MESH);
+    }
+    if (error == ERROR_OK) {
+        error = end_stage(run, RECONSTRUCT_MESH,
+                          surface_mesh(run->options->max_gap_q8, run->arena, result));
+    }
+    return error;
+}
+
+static int all_stages(struct run *run) {
+    static const struct {
+        enum reconstruct_stage stage;
+        int (*run)(struct run *run);
+    } matching[] = {{RECONSTRUCT_MATCH, match}, {RECONSTRUCT_REFINE, refine}};
+    if (!take_images(run->arena, run->result)) {
+        return ERROR_MEMORY;
+    }
+    int error = images_stages(run);
+    for (int i = 0; i < 2 && error == ERROR_OK; i++) {
+        error = begin_stage(run, matching[i].stage);
+        if (error == ERROR_OK) {
+            error = end_stage(run, matching[i].stage, matching[i].run(run));
+        }
+    }
+    if (error != ERROR_OK) {
+        return error;
+    }
+    count_reasons(run->result);
+    if (!surface_found(run->result)) {
+        return ERROR_NO_SURFACE;
+    }
+    error = surface_stages(run);
+    count_reasons(run->result);
+    return error == ERROR_OK && run->result->vertex_count == 0 ? ERROR_NO_SURFACE : error;
+}
+
+static bool sizes_match(const struct reconstruct_image *raw, const struct lens *lens) {
+    return raw->width_px == lens->width_px && raw->height_px == lens->height_px;
+}
+
+int reconstruct_run(const struct reconstruct_image *left, const struct reconstruct_image *right,
+                    const struct calibration *calibration, const struct rectify_plan *plan,
+                    const struct reconstruct_options *options,
+                    const struct reconstruct_environment *environment, struct arena *arena,
+                    struct reconstruct_result *result) {
+    static const struct reconstruct_environment bare = {0};
+    if (!sizes_match(left, &calibration->left) || !sizes_match(right, &calibration->right)) {
+        return ERROR_SIZE_MISMATCH;
+    }
+    memset(result, 0, sizeof *result);
+    result->plan = *plan;
+    result->calibration_crc = calibration_crc(calibration);
+    struct run run = {.raw = {left, right},
+                      .calibration = calibration,
+                      .options = options,
+                      .environment = environment == NULL ? &bare : environment,
+                      .arena = arena,
+                      .result = result};
+    run.parallel = run.environment->parallel == NULL ? &parallel_serial : run.environment->parallel;
+    const int error = all_stages(&run);
+    result->arena_peak_bytes = arena->peak_bytes;
+    return error;
+}

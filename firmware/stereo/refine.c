@@ -1,0 +1,366 @@
+// SPDX-License-Identifier: Apache-2.0
+// Smooths the disparities where neighbours agree, then moves each to where the window around it
+// fits best. Each pixel of a window is compared at its own disparity, so that slanted and
+// curved surfaces need no model, and only the correction is averaged over the window. The
+// mean difference is taken out, which makes the fit blind to a difference of exposure.
+// Source of the fit: B. D. Lucas and T. Kanade, "An iterative image registration technique", 1981;
+// of the predicted sigma: the Cramer-Rao bound of that fit with the noise seen in the residuals.
+#include "stereo/refine.h"
+
+#include <string.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "core/root.h"
+#include "stereo/image/reason.h"
+
+enum {
+    RADIUS = 2,
+    WINDOW_ROWS = 2 * RADIUS + 1,
+    SMOOTH_RADIUS = 2,
+    SMOOTH_ROWS = 2 * SMOOTH_RADIUS + 1 + 2,  // a window and two rows of sums
+    UNUSED_Q8 = INT32_MIN / 4,                // disagrees with everything
+    SMOOTH_STEP_Q8 = 192,  // neighbours further away in disparity belong to something else
+    MOVE_MAX_Q8 = 128,     // a fit that wants more has lost its place
+    PRIOR_SIGMA_Q8 = 50,   // of the disparities before the fit
+    // The residuals of a window are neither independent nor pure noise (interpolation, aliasing,
+    // reflections): they count this many times (measured on pairs with ground truth).
+    MISFIT = 8,
+    CORRELATION = 1,
+    // What sampling leaves in the best texture, and what rectification adds: it blurs the two
+    // images differently.
+    FLOOR_SIGMA_Q8 = 6,
+    RESAMPLED_SIGMA_Q8 = 13,
+    SIGMA_MAX_Q8 = 256,         // the messages hold what has no texture of its own to a pixel
+    ROUNDING_VARIANCE_Q8 = 43,  // of the difference of two rounded grey levels, 1/256
+    BAND_ROWS = 32,             // rows that one part of the parallel work takes
+};
+
+// Sums over the window; gradient in 1/2 grey level a pixel, difference (right - left) in 1/16.
+struct moments {
+    int32_t count, gradient, difference, gradient2, product, difference2;
+    int32_t neighbours;  // difference times that of the pixel to the left
+};
+
+struct work {
+    const struct match_input *input;
+    struct match_output *output;
+    struct image_u16 *sigma_q8;
+    int32_t *next_q8;         // width x height: disparities of the next step
+    int32_t *rows_q8;         // a group: SMOOTH_ROWS padded rows
+    struct moments *columns;  // a group: WINDOW_ROWS rows of width, then one row of column sums
+    int width, height, bands;
+};
+
+// Bands of rows are dealt out to groups; each group has scratch of its own.
+struct group_context {
+    const struct work *work;
+    int groups;
+};
+
+static const int32_t *disparity_row(const struct work *work, int y) {
+    return image_i32_row(&work->output->disparity_q8, y);
+}
+
+static const uint8_t *reason_row(const struct work *work, int y) {
+    return image_u8_row(&work->output->reason, y);
+}
+
+// Value of a row at x_q8 (1/256 px) by cubic convolution (R. G. Keys, 1981), in 1/16 grey
+// level. Ends are repeated.
+static int32_t sample_q4(const uint8_t *row, int width, int32_t x_q8) {
+    const int x = x_q8 >> 8;
+    const int32_t t = x_q8 & 255;
+    int32_t p[4];
+    for (int i = 0; i < 4; i++) {
+        const int at = x - 1 + i;
+        p[i] = row[at < 0 ? 0 : (at >= width ? width - 1 : at)];
+    }
+    const int32_t cubic = 3 * (p[1] - p[2]) + p[3] - p[0];
+    const int32_t square = 2 * p[0] - 5 * p[1] + 4 * p[2] - p[3];
+    const int32_t inner = square * 256 + cubic * t;                // 1/256
+    const int32_t middle = (p[2] - p[0]) * 256 + inner * t / 256;  // 1/256
+    return p[1] * 16 + middle * t / (2 * 4096);
+}
+
+static int32_t slope_q1(const uint8_t *row, int width, int x) {
+    const int before = x > 0 ? x - 1 : 0;
+    const int after = x + 1 < width ? x + 1 : width - 1;
+    return row[after] - row[before];
+}
+
+// What one pixel at its present disparity says about the fit.
+static struct moments moments_at(const struct work *work, int x, int y) {
+    const uint8_t *left = image_u8_row(&work->input->left, y);
+    const uint8_t *right = image_u8_row(&work->input->right, y);
+    const int32_t x_right_q8 = x * 256 - disparity_row(work, y)[x];
+    const int whole = x_right_q8 >> 8;
+    if (reason_row(work, y)[x] != REASON_VALID || whole < 1 || whole + 2 >= work->width) {
+        return (struct moments){0};
+    }
+    const int32_t t = x_right_q8 & 255;
+    const int32_t right_slope = (slope_q1(right, work->width, whole) * (256 - t) +
+                                 slope_q1(right, work->width, whole + 1) * t) /
+                                256;
+    const int32_t gradient = (slope_q1(left, work->width, x) + right_slope) / 2;
+    const int32_t difference = sample_q4(right, work->width, x_right_q8) - left[x] * 16;
+    return (struct moments){1,
+                            gradient,
+                            difference,
+                            gradient * gradient,
+                            gradient * difference,
+                            difference * difference,
+                            0};
+}
+
+static void add_moments(struct moments *sum, const struct moments *term, int sign) {
+    sum->count += sign * term->count;
+    sum->gradient += sign * term->gradient;
+    sum->difference += sign * term->difference;
+    sum->gradient2 += sign * term->gradient2;
+    sum->product += sign * term->product;
+    sum->difference2 += sign * term->difference2;
+    sum->neighbours += sign * term->neighbours;
+}
+
+struct fit {
+    int32_t move_q8;
+    uint32_t sigma_q8;
+};
+
+// Solves the window's normal equation with the prior that the present disparity is good to
+// PRIOR_SIGMA_Q8: where there is no texture nothing moves. Sigma is the bound without the prior,
+// which shares its noise with the window.
+static struct fit solve(const struct moments *sum, int64_t floor2_q16) {
+    struct fit result = {0, SIGMA_MAX_Q8};
+    const int64_t count = sum->count;
+    if (count < WINDOW_ROWS) {
+        return result;
+    }
+    // Centred moments times count: gradient^2 in 1/4, product in 1/32, difference^2 in 1/256.
+    const int64_t gg = count * sum->gradient2 - (int64_t)sum->gradient * sum->gradient;
+    const int64_t gd = count * sum->product - (int64_t)sum->gradient * sum->difference;
+    const int64_t dd = count * sum->difference2 - (int64_t)sum->difference * sum->difference;
+    INVARIANT(gg >= 0 && dd >= 0);
+    INVARIANT(gd < INT32_MAX && gd > -INT32_MAX);  // so that its square fits
+    const int64_t explained = gg > 0 ? gd * gd / gg : 0;
+    const int64_t left_over = dd > explained ? dd - explained : 0;
+    // Variance of a difference in 1/256 grey level^2, never below that of rounding to grey levels.
+    // Differences that go together (noise that rectification has blurred, a surface that the window
+    // does not follow) tell less than their number: with CORRELATION times their covariance added,
+    // the variance is what so many independent ones would need.
+    const int64_t together = count * sum->neighbours - (int64_t)sum->difference * sum->difference;
+    const int64_t spread = left_over + (together > 0 ? CORRELATION * together : 0);
+    int64_t variance = spread / (count * (count - 2));
+    variance = variance > ROUNDING_VARIANCE_Q8 ? variance : ROUNDING_VARIANCE_Q8;
+    // Cramer-Rao bound of the window in (1/256 px)^2; the matches around, which smoothing has taken
+    // in, lower it to three quarters (measured on synthetic pairs).
+    const int64_t noise = count * variance * 1024;
+    const int64_t bound_q16 = gg > 0 ? 3 * noise / (4 * gg) : SIGMA_MAX_Q8 * SIGMA_MAX_Q8;
+    const int64_t sigma2_q16 = bound_q16 + floor2_q16;
+    result.sigma_q8 =
+        sigma2_q16 < SIGMA_MAX_Q8 * SIGMA_MAX_Q8 ? (uint32_t)root_of(sigma2_q16) : SIGMA_MAX_Q8;
+    const int64_t prior = MISFIT * noise / (PRIOR_SIGMA_Q8 * PRIOR_SIGMA_Q8);
+    const int64_t move_q8 = 32 * gd / (gg + prior);
+    if (move_q8 <= MOVE_MAX_Q8 && move_q8 >= -MOVE_MAX_Q8) {
+        result.move_q8 = (int32_t)move_q8;
+    }
+    return result;
+}
+
+static void fit_row(const struct work *work, const struct moments *column_sums, int y) {
+    const int64_t floor_q8 = work->input->resampled ? RESAMPLED_SIGMA_Q8 : FLOOR_SIGMA_Q8;
+    const uint8_t *reason = reason_row(work, y);
+    const int32_t *present_q8 = disparity_row(work, y);
+    int32_t *next_q8 = work->next_q8 + (ptrdiff_t)y * work->width;
+    uint16_t *sigma_q8 = image_u16_row(work->sigma_q8, y);
+    struct moments sum = {0};
+    for (int x = 0; x < RADIUS && x < work->width; x++) {
+        add_moments(&sum, &column_sums[x], 1);
+    }
+    for (int x = 0; x < work->width; x++) {
+        if (x + RADIUS < work->width) {
+            add_moments(&sum, &column_sums[x + RADIUS], 1);
+        }
+        if (x - RADIUS - 1 >= 0) {
+            add_moments(&sum, &column_sums[x - RADIUS - 1], -1);
+        }
+        next_q8[x] = present_q8[x];
+        sigma_q8[x] = 0;
+        if (reason[x] == REASON_VALID) {
+            const struct fit fit = solve(&sum, floor_q8 * floor_q8);
+            next_q8[x] += fit.move_q8;
+            sigma_q8[x] = (uint16_t)fit.sigma_q8;
+        }
+    }
+}
+
+static void band_rows(const struct work *work, int index, int *begin, int *end) {
+    *begin = index * BAND_ROWS;
+    *end = *begin + BAND_ROWS < work->height ? *begin + BAND_ROWS : work->height;
+}
+
+static void fit_band(const struct work *work, struct moments *ring, int begin, int end) {
+    const size_t width = (size_t)work->width;
+    struct moments *column_sums = ring + WINDOW_ROWS * width;
+    memset(ring, 0, (WINDOW_ROWS + 1) * width * sizeof *ring);
+    for (int arriving = begin - RADIUS; arriving < end + RADIUS; arriving++) {
+        struct moments *row = ring + (size_t)((arriving + WINDOW_ROWS) % WINDOW_ROWS) * width;
+        for (int x = 0; x < work->width; x++) {
+            add_moments(&column_sums[x], &row[x], -1);
+            row[x] = arriving >= 0 && arriving < work->height ? moments_at(work, x, arriving)
+                                                              : (struct moments){0};
+            row[x].neighbours = x > 0 ? row[x].difference * row[x - 1].difference : 0;
+            add_moments(&column_sums[x], &row[x], 1);
+        }
+        if (arriving - RADIUS >= begin) {
+            fit_row(work, column_sums, arriving - RADIUS);
+        }
+    }
+}
+
+// Disparities of a row with UNUSED where there is none (and beyond the ends), from index
+// SMOOTH_RADIUS on.
+static void masked_row(const struct work *work, int y, int32_t *masked_q8) {
+    const int padded = work->width + 2 * SMOOTH_RADIUS;
+    for (int x = 0; x < padded; x++) {
+        masked_q8[x] = UNUSED_Q8;
+    }
+    if (y < 0 || y >= work->height) {
+        return;
+    }
+    const int32_t *disparity_q8 = disparity_row(work, y);
+    const uint8_t *reason = reason_row(work, y);
+    for (int x = 0; x < work->width; x++) {
+        masked_q8[x + SMOOTH_RADIUS] = reason[x] == REASON_VALID ? disparity_q8[x] : UNUSED_Q8;
+    }
+}
+
+// Adds one pair of opposite neighbours where both agree with the middle.
+static void add_pair(const int32_t *restrict middle_q8, const int32_t *restrict one_q8,
+                     const int32_t *restrict other_q8, int width, int32_t *restrict excess_q8,
+                     int32_t *restrict count) {
+    for (int x = 0; x < width; x++) {
+        const int32_t one = one_q8[x] - middle_q8[x];
+        const int32_t other = other_q8[x] - middle_q8[x];
+        const int32_t agree = one <= SMOOTH_STEP_Q8 && one >= -SMOOTH_STEP_Q8 &&
+                                      other <= SMOOTH_STEP_Q8 && other >= -SMOOTH_STEP_Q8
+                                  ? -1
+                                  : 0;
+        excess_q8[x] += (one + other) & agree;
+        count[x] -= 2 * agree;
+    }
+}
+
+// Mean over opposite pairs of neighbours: unbiased on any slope, also beside an edge.
+static void smooth_row(int32_t *const window[], int width, int32_t *restrict excess_q8,
+                       int32_t *restrict count, int32_t *restrict next_q8) {
+    const int32_t *middle_q8 = window[SMOOTH_RADIUS] + SMOOTH_RADIUS;
+    for (int x = 0; x < width; x++) {
+        excess_q8[x] = 0;
+        count[x] = 1;
+    }
+    for (int j = 0; j <= SMOOTH_RADIUS; j++) {
+        for (int i = j == 0 ? 1 : -SMOOTH_RADIUS; i <= SMOOTH_RADIUS; i++) {
+            add_pair(middle_q8, window[SMOOTH_RADIUS + j] + SMOOTH_RADIUS + i,
+                     window[SMOOTH_RADIUS - j] + SMOOTH_RADIUS - i, width, excess_q8, count);
+        }
+    }
+    for (int x = 0; x < width; x++) {
+        next_q8[x] = middle_q8[x] + excess_q8[x] / count[x];
+    }
+}
+
+static void smooth_part(void *context_pointer, int index) {
+    const struct group_context *context = context_pointer;
+    const struct work *work = context->work;
+    const size_t padded = (size_t)work->width + 2 * SMOOTH_RADIUS;
+    int32_t *scratch = work->rows_q8 + (size_t)index * SMOOTH_ROWS * padded;
+    int32_t *excess_q8 = scratch + (SMOOTH_ROWS - 2) * padded;
+    int32_t *count = scratch + (SMOOTH_ROWS - 1) * padded;
+    for (int band = index; band < work->bands; band += context->groups) {
+        int begin;
+        int end;
+        band_rows(work, band, &begin, &end);
+        int32_t *window[2 * SMOOTH_RADIUS + 1];
+        for (int j = 0; j <= 2 * SMOOTH_RADIUS; j++) {
+            window[j] = scratch + (size_t)j * padded;
+            masked_row(work, begin + j - SMOOTH_RADIUS, window[j]);
+        }
+        for (int y = begin; y < end; y++) {
+            int32_t *next_q8 = work->next_q8 + (ptrdiff_t)y * work->width;
+            smooth_row(window, work->width, excess_q8, count, next_q8);
+            const uint8_t *reason = reason_row(work, y);
+            for (int x = 0; x < work->width; x++) {
+                next_q8[x] = reason[x] == REASON_VALID ? next_q8[x] : disparity_row(work, y)[x];
+            }
+            int32_t *oldest = window[0];
+            memmove(window, window + 1, 2 * SMOOTH_RADIUS * sizeof *window);
+            window[2 * SMOOTH_RADIUS] = oldest;
+            masked_row(work, y + 1 + SMOOTH_RADIUS, oldest);
+        }
+    }
+}
+
+static void take_over_part(void *context, int index) {
+    const struct work *work = context;
+    int begin;
+    int end;
+    band_rows(work, index, &begin, &end);
+    for (int y = begin; y < end; y++) {
+        memcpy(image_i32_row(&work->output->disparity_q8, y),
+               work->next_q8 + (ptrdiff_t)y * work->width, (size_t)work->width * sizeof(int32_t));
+    }
+}
+
+static void fit_part(void *context_pointer, int index) {
+    const struct group_context *context = context_pointer;
+    const struct work *work = context->work;
+    struct moments *ring = work->columns + (size_t)index * (WINDOW_ROWS + 1) * (size_t)work->width;
+    for (int band = index; band < work->bands; band += context->groups) {
+        int begin;
+        int end;
+        band_rows(work, band, &begin, &end);
+        fit_band(work, ring, begin, end);
+    }
+}
+
+size_t refine_need_bytes(int width, int height, int threads) {
+    const size_t pixels = (size_t)width * (size_t)height;
+    return arena_need_bytes(pixels, sizeof(int32_t)) +
+           arena_need_bytes((size_t)threads * (WINDOW_ROWS + 1) * (size_t)width,
+                            sizeof(struct moments)) +
+           arena_need_bytes((size_t)threads * SMOOTH_ROWS * ((size_t)width + 2 * SMOOTH_RADIUS),
+                            sizeof(int32_t));
+}
+
+int refine_disparities(const struct match_input *input, const struct parallel *parallel,
+                       struct arena *arena, struct match_output *output,
+                       struct image_u16 *sigma_q8) {
+    INVARIANT(parallel->threads >= 1);
+    const size_t mark = arena_mark(arena);
+    struct work work = {.input = input,
+                        .output = output,
+                        .sigma_q8 = sigma_q8,
+                        .width = input->left.width,
+                        .height = input->left.height};
+    const size_t width = (size_t)work.width;
+    work.next_q8 = arena_take(arena, width * (size_t)work.height, sizeof *work.next_q8);
+    work.columns = arena_take(arena, (size_t)parallel->threads * (WINDOW_ROWS + 1) * width,
+                              sizeof *work.columns);
+    work.rows_q8 =
+        arena_take(arena, (size_t)parallel->threads * SMOOTH_ROWS * (width + 2 * SMOOTH_RADIUS),
+                   sizeof *work.rows_q8);
+    if (work.next_q8 == NULL || work.columns == NULL || work.rows_q8 == NULL) {
+        arena_release(arena, mark);
+        return ERROR_MEMORY;
+    }
+    work.bands = (work.height + BAND_ROWS - 1) / BAND_ROWS;
+    struct group_context context = {&work, parallel->threads};
+    parallel->run(parallel->self, smooth_part, &context, context.groups);
+    parallel->run(parallel->self, take_over_part, &work, work.bands);
+    parallel->run(parallel->self, fit_part, &context, context.groups);
+    parallel->run(parallel->self, take_over_part, &work, work.bands);
+    arena_release(arena, mark);
+    return ERROR_OK;
+}

@@ -1,0 +1,382 @@
+// SPDX-License-Identifier: Apache-2.0
+// Residual vertical disparity. Matches lie on one row by construction, so whether the rows really
+// correspond must be measured: windows of a textured sample are aligned in both directions
+// (Gauss-Newton on position, with the mean difference taken out), and offset and slopes are fitted
+// to the vertical parts by reweighted least squares.
+#include <math.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "stereo/image/reason.h"
+#include "stereo/refine.h"
+
+enum {
+    SAMPLES_MAX = 4096,
+    SAMPLES_MIN = 50,
+    STEP_MIN = 4,  // of the lattice, in pixels
+    RADIUS = 4,    // of the window: 9x9
+    REACH = 3,     // rows searched up and down
+    MARGIN = RADIUS + REACH + 3,
+    STEPS = 6,
+    FIT_ROUNDS = 10,
+    PLANE_TERMS = 3,
+    SURFACE_MAX_TERMS = 6,
+    WINDOW = (2 * RADIUS + 1) * (2 * RADIUS + 1),
+};
+
+struct sample {
+    int16_t x, y;
+    float vertical_px;
+};
+
+static double value_at(const struct image_u8 *image, double x, double y) {
+    const int column = (int)x;
+    const int row = (int)y;
+    const double tx = x - column;
+    const double ty = y - row;
+    double rows[4];
+    for (int j = 0; j < 4; j++) {
+        const uint8_t *p = image_u8_row(image, row - 1 + j) + column - 1;
+        const double a = p[1];
+        rows[j] = a + 0.5 * tx *
+                          (p[2] - p[0] +
+                           tx * (2.0 * p[0] - 5.0 * a + 4.0 * p[2] - p[3] +
+                                 tx * (3.0 * (a - p[2]) + p[3] - p[0])));
+    }
+    return rows[1] + 0.5 * ty *
+                         (rows[2] - rows[0] +
+                          ty * (2.0 * rows[0] - 5.0 * rows[1] + 4.0 * rows[2] - rows[3] +
+                                ty * (3.0 * (rows[1] - rows[2]) + rows[3] - rows[0])));
+}
+
+static int64_t squared_difference(const struct match_input *input, int x, int y, int x_right,
+                                  int y_right) {
+    int64_t sum = 0;
+    int64_t sum2 = 0;
+    for (int j = -RADIUS; j <= RADIUS; j++) {
+        const uint8_t *left = image_u8_row(&input->left, y + j) + x;
+        const uint8_t *right = image_u8_row(&input->right, y_right + j) + x_right;
+        for (int i = -RADIUS; i <= RADIUS; i++) {
+            const int difference = left[i] - right[i];
+            sum += difference;
+            sum2 += difference * difference;
+        }
+    }
+    return sum2 * WINDOW - sum * sum;
+}
+
+// Structure tensor of the left window, centred; false when either direction lacks texture.
+static bool textured(const struct match_input *input, int x, int y, double tensor[3]) {
+    double xx = 0.0;
+    double xy = 0.0;
+    double yy = 0.0;
+    for (int j = -RADIUS; j <= RADIUS; j++) {
+        const uint8_t *above = image_u8_row(&input->left, y + j - 1) + x;
+        const uint8_t *row = image_u8_row(&input->left, y + j) + x;
+        const uint8_t *below = image_u8_row(&input->left, y + j + 1) + x;
+        for (int i = -RADIUS; i <= RADIUS; i++) {
+            const double gx = 0.5 * (row[i + 1] - row[i - 1]);
+            const double gy = 0.5 * (below[i] - above[i]);
+            xx += gx * gx;
+            xy += gx * gy;
+            yy += gy * gy;
+        }
+    }
+    tensor[0] = xx;
+    tensor[1] = xy;
+    tensor[2] = yy;
+    // Least eigenvalue of the tensor against 4 grey levels^2 a pixel.
+    const double half_trace = 0.5 * (xx + yy);
+    const double spread = sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy);
+    return half_trace - spread > 4.0 * WINDOW;
+}
+
+static bool inside(const struct match_input *input, double x, double y) {
+    return x >= MARGIN && y >= MARGIN && x < input->right.width - MARGIN &&
+           y < input->right.height - MARGIN;
+}
+
+// Aligns the window at (x, y) with the right image near (x_right, y + start). The gradient is
+// that of the left window, so its tensor serves all steps. Returns false when it does not settle.
+static bool align(const struct match_input *input, int x, int y, double x_right, double start,
+                  const double tensor[3], double *vertical_px) {
+    const double determinant = tensor[0] * tensor[2] - tensor[1] * tensor[1];
+    double dx = 0.0;
+    double dy = start;
+    double last = 1.0;
+    for (int step = 0; step < STEPS; step++) {
+        double bx = 0.0;
+        double by = 0.0;
+        double mean = 0.0;
+        double sum_x = 0.0;
+        double sum_y = 0.0;
+        for (int j = -RADIUS; j <= RADIUS; j++) {
+            const uint8_t *row = image_u8_row(&input->left, y + j) + x;
+            const uint8_t *above = image_u8_row(&input->left, y + j - 1) + x;
+            const uint8_t *below = image_u8_row(&input->left, y + j + 1) + x;
+            for (int i = -RADIUS; i <= RADIUS; i++) {
+                const double gx = 0.5 * (row[i + 1] - row[i - 1]);
+                const double gy = 0.5 * (below[i] - above[i]);
+                const double difference =
+                    value_at(&input->right, x_right + dx + i, y + dy + j) - row[i];
+                bx += gx * difference;
+                by += gy * difference;
+                mean += difference;
+                sum_x += gx;
+                sum_y += gy;
+            }
+        }
+        bx -= sum_x * mean / WINDOW;
+        by -= sum_y * mean / WINDOW;
+        const double move_x = -(tensor[2] * bx - tensor[1] * by) / determinant;
+        const double move_y = -(tensor[0] * by - tensor[1] * bx) / determinant;
+        dx += move_x;
+        dy += move_y;
+        last = move_x * move_x + move_y * move_y;
+        if (!(dx * dx < 4.0 && (dy - start) * (dy - start) < 2.25)) {
+            return false;
+        }
+    }
+    *vertical_px = dy;
+    return last < 0.01 * 0.01;
+}
+
+static bool measure(const struct match_input *input, const struct match_output *output, int x,
+                    int y, double *vertical_px) {
+    const double x_right = x - image_i32_row(&output->disparity_q8, y)[x] / 256.0;
+    double tensor[3];
+    if (!inside(input, x_right, y) || !inside(input, x, y) || !textured(input, x, y, tensor)) {
+        return false;
+    }
+    const int nearest = (int)(x_right + 0.5);
+    int best = 0;
+    int64_t lowest = INT64_MAX;
+    for (int dy = -REACH; dy <= REACH; dy++) {
+        const int64_t cost = squared_difference(input, x, y, nearest, y + dy);
+        if (cost < lowest) {
+            lowest = cost;
+            best = dy;
+        }
+    }
+    // A minimum at the end of the search is no minimum.
+    if (best == REACH || best == -REACH) {
+        return false;
+    }
+    return align(input, x, y, x_right, best, tensor, vertical_px) && *vertical_px > -REACH &&
+           *vertical_px < REACH;
+}
+
+static void sort(float *values, int count) {
+    // Heap sort: no recursion, no memory.
+    for (int start = count / 2 - 1, end = count; end > 1;) {
+        int root;
+        if (start >= 0) {
+            root = start--;
+        } else {
+            end--;
+            const float kept = values[end];
+            values[end] = values[0];
+            values[0] = kept;
+            root = 0;
+        }
+        for (int child = 2 * root + 1; child < end; child = 2 * root + 1) {
+            if (child + 1 < end && values[child] < values[child + 1]) {
+                child++;
+            }
+            if (values[root] >= values[child]) {
+                break;
+            }
+            const float kept = values[root];
+            values[root] = values[child];
+            values[child] = kept;
+            root = child;
+        }
+    }
+}
+
+// A polynomial over the image: offset, slopes, and with SURFACE_MAX_TERMS its curvature and twist.
+struct surface {
+    int terms, width, height;
+    double factor[SURFACE_MAX_TERMS];
+};
+
+static void basis_at(const struct surface *surface, const struct sample *sample,
+                     double basis[SURFACE_MAX_TERMS]) {
+    const double u = (sample->x - surface->width / 2) / (double)surface->width;
+    const double v = (sample->y - surface->height / 2) / (double)surface->height;
+    basis[0] = 1.0;
+    basis[1] = u;
+    basis[2] = v;
+    basis[3] = u * u;
+    basis[4] = u * v;
+    basis[5] = v * v;
+}
+
+static double value_of(const struct surface *surface, const struct sample *sample) {
+    double basis[SURFACE_MAX_TERMS];
+    basis_at(surface, sample, basis);
+    INVARIANT(surface->terms <= SURFACE_MAX_TERMS);
+    double value = 0.0;
+    for (int i = 0; i < surface->terms; i++) {
+        value += surface->factor[i] * basis[i];
+    }
+    return value;
+}
+
+struct normal_equations {
+    double a[SURFACE_MAX_TERMS][SURFACE_MAX_TERMS], b[SURFACE_MAX_TERMS];
+};
+
+// Solves a symmetric system of so many unknowns by elimination, which writes over it; false when it
+// is close to singular.
+static bool solve(struct normal_equations *n, int terms, double result[SURFACE_MAX_TERMS]) {
+    double share = 1.0;
+    for (int i = 0; i < terms; i++) {
+        const double diagonal = n->a[i][i];
+        for (int k = 0; k < i; k++) {
+            const double factor = n->a[i][k] / n->a[k][k];
+            for (int j = k; j < terms; j++) {
+                n->a[i][j] -= factor * n->a[k][j];
+            }
+            n->b[i] -= factor * n->b[k];
+        }
+        share *= n->a[i][i] / diagonal;
+        if (!(diagonal > 0.0 && share > 1e-9)) {
+            return false;
+        }
+    }
+    for (int i = terms - 1; i >= 0; i--) {
+        double rest = n->b[i];
+        for (int j = i + 1; j < terms; j++) {
+            rest -= n->a[i][j] * result[j];
+        }
+        result[i] = rest / n->a[i][i];
+    }
+    return true;
+}
+
+static double magnitude(double value) {
+    return value < 0.0 ? -value : value;
+}
+
+static float quantile(float *work, int count, double share) {
+    sort(work, count);
+    return work[(int)(share * (count - 1))];
+}
+
+// Reweighted least squares with Cauchy weights; its scale is the residuals' median. Returns that
+// scale.
+static double fit(const struct sample *samples, int count, float *work, struct surface *surface) {
+    for (int i = 0; i < count; i++) {
+        work[i] = samples[i].vertical_px;
+    }
+    surface->factor[0] = (double)quantile(work, count, 0.5);
+    double scale = 0.0;
+    for (int round = 0; round < FIT_ROUNDS; round++) {
+        for (int i = 0; i < count; i++) {
+            work[i] = (float)magnitude(samples[i].vertical_px - value_of(surface, &samples[i]));
+        }
+        scale = 1.4826 * (double)quantile(work, count, 0.5) + 1e-3;
+        struct normal_equations n = {{{0}}, {0}};
+        for (int i = 0; i < count; i++) {
+            const double r =
+                (samples[i].vertical_px - value_of(surface, &samples[i])) / (2 * scale);
+            const double weight = 1.0 / (1.0 + r * r);
+            double basis[SURFACE_MAX_TERMS];
+            basis_at(surface, &samples[i], basis);
+            for (int j = 0; j < surface->terms; j++) {
+                for (int k = 0; k < surface->terms; k++) {
+                    n.a[j][k] += weight * basis[j] * basis[k];
+                }
+                n.b[j] += weight * basis[j] * (double)samples[i].vertical_px;
+            }
+        }
+        double solution[SURFACE_MAX_TERMS];
+        if (!solve(&n, surface->terms, solution)) {
+            break;
+        }
+        for (int j = 0; j < surface->terms; j++) {
+            surface->factor[j] = solution[j];
+        }
+    }
+    return scale;
+}
+
+// The model that triangulation takes off, and how far the rows are off by it and by their
+// curvature where the samples are.
+static void fit_trend(const struct sample *samples, int count, int width, int height, float *work,
+                      struct triangulate_vertical *vertical) {
+    struct surface plane = {.terms = PLANE_TERMS, .width = width, .height = height};
+    vertical->rms_px = fit(samples, count, work, &plane);
+    vertical->offset_px = plane.factor[0];
+    vertical->slope_x = plane.factor[1] / width;
+    vertical->slope_y = plane.factor[2] / height;
+    struct surface curved = {.terms = SURFACE_MAX_TERMS, .width = width, .height = height};
+    (void)fit(samples, count, work, &curved);
+    for (int i = 0; i < count; i++) {
+        work[i] = (float)magnitude(value_of(&plane, &samples[i]));
+    }
+    vertical->trend_px = (double)quantile(work, count, 0.95);
+    for (int i = 0; i < count; i++) {
+        work[i] = (float)magnitude(value_of(&curved, &samples[i]) - value_of(&plane, &samples[i]));
+    }
+    vertical->curve_px = (double)quantile(work, count, 0.95);
+}
+
+// The textured matches on a lattice; at most SAMPLES_MAX.
+static int sample_lattice(const struct match_input *input, const struct match_output *output,
+                          int step, struct sample *samples) {
+    int count = 0;
+    for (int y = step / 2; y < input->left.height; y += step) {
+        for (int x = step / 2; x < input->left.width && count < SAMPLES_MAX; x += step) {
+            double vertical_px;
+            if (image_u8_row(&output->reason, y)[x] == REASON_VALID &&
+                measure(input, output, x, y, &vertical_px)) {
+                samples[count++] = (struct sample){(int16_t)x, (int16_t)y, (float)vertical_px};
+            }
+        }
+    }
+    return count;
+}
+
+int refine_measure_vertical(const struct match_input *input, const struct match_output *output,
+                            struct arena *arena, struct triangulate_vertical *vertical) {
+    const int width = input->left.width;
+    const int height = input->left.height;
+    const size_t mark = arena_mark(arena);
+    struct sample *samples = arena_take(arena, SAMPLES_MAX, sizeof *samples);
+    float *work = arena_take(arena, SAMPLES_MAX, sizeof *work);
+    if (samples == NULL || work == NULL) {
+        arena_release(arena, mark);
+        return ERROR_MEMORY;
+    }
+    // A lattice that spreads at most SAMPLES_MAX places over the image; a finer one where little of
+    // the image is textured, as with an object before a wall out of focus.
+    int step = STEP_MIN;
+    while ((int64_t)(width / step + 1) * (height / step + 1) > SAMPLES_MAX) {
+        step++;
+    }
+    int count = sample_lattice(input, output, step, samples);
+    while (count < SAMPLES_MIN && step > STEP_MIN) {
+        step = step / 2 > STEP_MIN ? step / 2 : STEP_MIN;
+        count = sample_lattice(input, output, step, samples);
+    }
+    *vertical = (struct triangulate_vertical){0};
+    if (count >= SAMPLES_MIN) {
+        vertical->samples = count;
+        for (int i = 0; i < count; i++) {
+            const float r = samples[i].vertical_px;
+            work[i] = r < 0.0F ? -r : r;
+        }
+        vertical->median_px = (double)quantile(work, count, 0.5);
+        vertical->p95_px = (double)work[(int)(0.95 * (count - 1))];
+        fit_trend(samples, count, width, height, work, vertical);
+    }
+    arena_release(arena, mark);
+    return ERROR_OK;
+}
+
+size_t refine_vertical_need_bytes(void) {
+    return arena_need_bytes(SAMPLES_MAX, sizeof(struct sample)) +
+           arena_need_bytes(SAMPLES_MAX, sizeof(float));
+}

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: Apache-2.0
+# One folder, one static library. tools/arrows.txt names the folders that each may include; a folder
+# that it does not name is not on a target's include path, so that a wrong-way include does not
+# compile.
+
+file(STRINGS ${PROJECT_SOURCE_DIR}/tools/arrows.txt vergence_arrows REGEX "^[a-z]")
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tools/arrows.txt)
+
+# firmware/core -> core, daemon/base -> daemon_base, tools/host/formats -> host_formats
+function(vergence_target folder result)
+  string(REGEX REPLACE "^(firmware|tools)/" "" name ${folder})
+  string(REPLACE "/" "_" name ${name})
+  set(${result} ${name} PARENT_SCOPE)
+endfunction()
+
+# vergence_folder(FOLDER SOURCE...): the library of a folder; a folder of headers has no sources.
+# Its headers are included by their path below firmware/ or below the root, through a link in the
+# build directory that leads to this folder alone.
+function(vergence_folder folder)
+  vergence_target(${folder} target)
+  set(sources ${ARGN})
+  if(sources)
+    list(TRANSFORM sources PREPEND ${PROJECT_SOURCE_DIR}/${folder}/)
+    add_library(${target} STATIC ${sources})
+    set(scope PUBLIC)
+    target_link_libraries(${target} PRIVATE vergence_warnings)
+    set_property(GLOBAL APPEND PROPERTY VERGENCE_LIBRARIES ${target})
+  else()
+    add_library(${target} INTERFACE)
+    set(scope INTERFACE)
+  endif()
+  if(folder MATCHES "^daemon/")
+    target_compile_definitions(${target} PRIVATE _GNU_SOURCE)
+  endif()
+  string(REGEX REPLACE "^firmware/" "" include ${folder})
+  set(root ${PROJECT_BINARY_DIR}/include/${target})
+  cmake_path(GET include PARENT_PATH parent)
+  file(MAKE_DIRECTORY ${root}/${parent})
+  if(NOT EXISTS ${root}/${include})
+    file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${folder} ${root}/${include} SYMBOLIC)
+  endif()
+  target_include_directories(${target} ${scope} ${root})
+  set(known NO)
+  foreach(line ${vergence_arrows})
+    if(line MATCHES "^${folder}:(.*)$")
+      set(known YES)
+      separate_arguments(allowed UNIX_COMMAND "${CMAKE_MATCH_1}")
+      foreach(other ${allowed})
+        if(other MATCHES "^fpga/")
+          target_include_directories(${target} ${scope} ${PROJECT_SOURCE_DIR}/${other})
+        else()
+          vergence_target(${other} library)
+          target_link_libraries(${target} ${scope} ${library})
+        endif()
+      endforeach()
+    endif()
+  endforeach()
+  if(NOT known)
+    message(FATAL_ERROR "tools/arrows.txt does not name ${folder}")
+  endif()
+endfunction()

@@ -1,0 +1,396 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/host/calibrate/calibrate_job.hpp"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <sstream>
+
+#include "calib/solve/solve.hpp"
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/base/interrupt.h"
+#include "daemon/base/monotonic.h"
+#include "daemon/base/workers.h"
+#include "daemon/cli/exit_code.h"
+#include "daemon/cli/progress.h"
+#include "daemon/files/outdir.h"
+#include "daemon/files/output_file.h"
+#include "stereo/geometry/geometry.h"
+#include "tools/host/calibrate/calibrate_mirror.hpp"
+#include "tools/host/calibrate/calibrate_refusal.hpp"
+#include "tools/host/calibrate/calibrate_result.hpp"
+#include "tools/host/calibrate/calibrate_views.hpp"
+#include "tools/host/calibration_report/calibration_report.hpp"
+
+namespace {
+
+enum { STAGE_DETECT, STAGE_SOLVE, STAGE_WRITE, STAGES };
+
+const int solve_steps = 5;
+// Work of the stages: a picture's corners, the solution for one picture, the files.
+const double detect_work = 3, solve_work = 2, write_work = 4;
+
+const char *const result_names[] = {"rig.calibration", "corners.vnl", "calibration.html",
+                                    "calibration.json"};
+const int result_count = sizeof result_names / sizeof result_names[0];
+
+/// Thrown where the solver says how far it is, after Ctrl-C.
+struct interrupted {};
+
+struct workers_closer {
+    void operator()(workers *pool) const { workers_destroy(pool); }
+};
+
+/// Removes the hidden directory again unless the results were put in place.
+struct outdir_guard {
+    outdir directory{};
+    outdir_guard() { directory.lock_fd = -1; }
+    ~outdir_guard() { outdir_abort(&directory); }
+    outdir_guard(const outdir_guard &) = delete;
+    outdir_guard &operator=(const outdir_guard &) = delete;
+};
+
+class runner {
+  public:
+    explicit runner(const calibrate_job &job) : job_(job) {}
+
+    int run() {
+        interrupt_catch();
+        // What its solver has to say of strange numbers, the verdict says better.
+        FLAGS_minloglevel = google::GLOG_FATAL;
+        start_us_ = monotonic_now_us();
+        progress_begin(&progress_, job_.quiet);
+        int code;
+        try {
+            code = steps();
+        } catch (const interrupted &) {
+            code = interrupt_exit_code();
+            message_ = "interrupted; nothing was written";
+        }
+        progress_end(&progress_);
+        if (code == CLIENT_OK || code == CLIENT_NOT_GOOD) {
+            print_outcome();
+        } else {
+            print_notes(reasons_);
+        }
+        if (code != CLIENT_OK) {
+            message line{};
+            message_set(&line, 0, "%s", message_.c_str());
+            std::fprintf(stderr, "vergence calibrate: %s\n", line.text);
+        }
+        return code;
+    }
+
+  private:
+    int fail(int code, const std::string &text) {
+        message_ = text;
+        return code;
+    }
+
+    void stop_if_interrupted() const {
+        if (interrupt_requested()) {
+            throw interrupted{};
+        }
+    }
+
+    int steps() {
+        message trouble{};
+        if (outdir_begin(&out_.directory, job_.out_path.c_str(), &trouble) != ERROR_OK) {
+            return fail(CLIENT_FAILED, trouble.text);
+        }
+        threads_.reset(workers_create(job_.threads));
+        if (threads_ == nullptr) {
+            return fail(CLIENT_FAILED, "not enough memory for threads");
+        }
+        find_views();
+        if (!have_enough()) {
+            return CLIENT_BAD_INPUT;
+        }
+        if (is_plainly_mirrored()) {
+            return fail(CLIENT_BAD_INPUT, mirrored_text());
+        }
+        solve();
+        result_.views = &views_;
+        result_.solution = &solution_;
+        result_.notes = job_.inputs.notes;
+        for (const std::string &line : calibrate_result_overexposed(result_)) {
+            result_.notes.push_back(line);
+        }
+        if (!solution_.solved) {
+            reasons_ = calibrate_result_rejections(result_);
+            return fail(CLIENT_BAD_INPUT, is_mirrored()
+                                              ? mirrored_text()
+                                              : solution_.verdict.sentence + hint_for_unsolved());
+        }
+        judge();
+        if (!job_.single &&
+            !calibrate_origin_of(job_.inputs.shots, solution_, &result_.rig.origin, &message_)) {
+            return CLIENT_BAD_INPUT;
+        }
+        for (const std::string &line :
+             calibrate_origin_notes(job_.inputs.shots, result_.rig.origin)) {
+            result_.notes.push_back(line);
+        }
+        if (!job_.single &&
+            !calibrate_rig_name(job_.id, job_.date, job_.note, &result_, &message_)) {
+            if (is_mirrored()) {
+                message_ = mirrored_text();
+            }
+            return CLIENT_BAD_INPUT;
+        }
+        json_ = calibrate_result_json(result_);
+        const int code = write_results();
+        return code != CLIENT_OK        ? code
+               : solution_.verdict.good ? CLIENT_OK
+                                        : fail(CLIENT_NOT_GOOD, solution_.verdict.sentence);
+    }
+
+    void find_views() {
+        calibrate_views_request request;
+        request.board = job_.board;
+        request.single = job_.single;
+        request.cache = job_.cache;
+        request.threads = workers_parallel(threads_.get());
+        request.cancelled = interrupt_requested;
+        request.progress = [this](int done, int total) {
+            progress_show(&progress_, STAGE_DETECT, "detect", done, total);
+        };
+        double pictures = 0;
+        for (const calibrate_shot &shot : job_.inputs.shots) {
+            pictures += !shot.path[0].empty() + !shot.path[1].empty();
+        }
+        const double work[STAGES] = {detect_work * pictures, solve_work * pictures, write_work};
+        progress_expect(&progress_, work, STAGES);
+        views_ = calibrate_views_find(job_.inputs.shots, request);
+        stop_if_interrupted();
+    }
+
+    /// Says in one line what is missing before the solver would.
+    bool have_enough() {
+        message_ = calibrate_refusal_text(views_);
+        if (message_.empty()) {
+            return true;
+        }
+        result_.views = &views_;
+        result_.solution = &solution_;
+        reasons_ = calibrate_result_rejections(result_);
+        if (reasons_.size() <= 1) {
+            reasons_.clear();  // the message has it
+        }
+        return false;
+    }
+
+    void solve() {
+        calib::solve_options options;
+        options.threads = workers_parallel(threads_.get())->threads;
+        options.distortion = job_.distortion;
+        int step = -1;
+        std::string last;
+        options.progress = [this, &step, &last](const char *what) {
+            stop_if_interrupted();
+            step += last == what ? 0 : 1;
+            last = what;
+            progress_show(&progress_, STAGE_SOLVE, "solve", std::min(step, solve_steps),
+                          solve_steps);
+        };
+        solution_ = calib::solve(views_.seen, options);
+        stop_if_interrupted();
+    }
+
+    bool is_plainly_mirrored() {
+        return calibrate_one_camera_mirrors_at_a_glance(
+            views_.seen, workers_parallel(threads_.get())->threads,
+            [this](const char *) { stop_if_interrupted(); });
+    }
+
+    /// Asked only where few pairs fit together, or badly.
+    bool is_mirrored() {
+        if (!mirror_known_) {
+            mirrored_ = calibrate_one_camera_mirrors(
+                views_.seen, workers_parallel(threads_.get())->threads, solution_,
+                [this](const char *) { stop_if_interrupted(); });
+            stop_if_interrupted();
+            mirror_known_ = true;
+        }
+        return mirrored_;
+    }
+
+    static std::string mirrored_text() {
+        return "one camera's pictures are mirrored, the other's are not: switch the mirroring off "
+               "(previews of webcams do it) and take them again";
+    }
+
+    void add_reason(const std::string &reason) {
+        solution_.verdict.good = false;
+        solution_.verdict.reasons.insert(solution_.verdict.reasons.begin(), reason);
+        solution_.verdict.sentence = "Not good: " + reason + ".";
+    }
+
+    std::string hint_for_unsolved() const {
+        const bool few = views_.pictures - static_cast<int>(views_.refusals.size()) < 10;
+        return few ? " Photograph the board in some fifteen positions, tilted to different sides."
+                   : "";
+    }
+
+    /// Adds to the verdict what the solver cannot know.
+    void judge() {
+        if (job_.single) {
+            return;
+        }
+        result_.rows = calibrate_rows_of(solution_);
+        // From the right camera to the left one, in the left frame: where the right camera hangs on
+        // its head, its own frame says the opposite.
+        double back_mm[3];
+        geometry_rotate_back(solution_.T_right_left.R, solution_.T_right_left.t_mm, back_mm);
+        if (back_mm[0] > 0 && back_mm[0] > std::abs(back_mm[1])) {
+            add_reason(
+                "the right camera stands to the left of the left one: left and right are "
+                "exchanged, or the pictures are mirrored");
+        }
+        if (!calibrate_pairs_fit(solution_, views_.pairs) && is_mirrored()) {
+            add_reason(mirrored_text());
+        }
+    }
+
+    int write_file(const char *name, const std::string &text) {
+        char path[OUTDIR_PATH_BYTES];
+        outdir_file_path(&out_.directory, name, path);
+        const auto file = std::make_unique<output_file>();
+        output_file_open(file.get(), path);
+        output_file_write(file.get(), text.data(), text.size());
+        message trouble{};
+        const int code = output_file_close(file.get(), &trouble);
+        stop_if_interrupted();
+        if (code != ERROR_OK) {
+            outdir_name_final(&out_.directory, &trouble);
+            return fail(CLIENT_FAILED, trouble.text);
+        }
+        return CLIENT_OK;
+    }
+
+    /// Empty when a name cannot stand in such a file; a note says so then.
+    std::string corners_text() {
+        std::vector<calib::cached_view> views;
+        for (const calib::sighting &sighting : views_.seen.sightings) {
+            for (size_t camera = 0; camera < 2; camera++) {
+                if (!sighting.name[camera].empty()) {
+                    views.push_back({sighting.name[camera], sighting.view[camera]});
+                }
+            }
+        }
+        std::ostringstream out;
+        std::string error;
+        if (!calib::corner_cache_write(out, job_.board, views, &error)) {
+            result_.notes.push_back("no corners.vnl is written: " + error);
+            return "";
+        }
+        return out.str();
+    }
+
+    std::string rig_text() const {
+        char text[CALIBRATION_TEXT_MAX_BYTES];
+        const int length = calibration_print(&result_.rig, text, sizeof text);
+        INVARIANT(length > 0);  // it was rounded and validated
+        return std::string(text, static_cast<size_t>(length));
+    }
+
+    std::string page_text() const {
+        calibration_page page{};
+        page.seen = &views_.seen;
+        page.result = &solution_;
+        page.title = job_.single ? "One camera" : result_.rig.id;
+        page.load = [this](size_t shot, int camera, std::vector<uint8_t> *grey, int *width,
+                           int *height) {
+            calibrate_image image;
+            std::string error;
+            const calibrate_shot &one = job_.inputs.shots[shot];
+            const std::string &path = one.path[static_cast<size_t>(camera)];
+            if (path.empty() || !calibrate_image_read(path, one.mosaic, &image, &error)) {
+                return false;
+            }
+            calibrate_image_enlarge(&image);
+            grey->swap(image.grey);
+            *width = image.width_px;
+            *height = image.height_px;
+            return true;
+        };
+        std::ostringstream out;
+        const bool written = calibration_report_write(page, out);
+        INVARIANT(written);  // into memory
+        return out.str();
+    }
+
+    int write_results() {
+        progress_show(&progress_, STAGE_WRITE, "write", 0, 1);
+        const std::string corners = corners_text();
+        int code = job_.single ? CLIENT_OK : write_file("rig.calibration", rig_text());
+        if (code == CLIENT_OK && !corners.empty()) {
+            code = write_file("corners.vnl", corners);
+        }
+        if (code == CLIENT_OK) {
+            code = write_file("calibration.html", page_text());
+        }
+        if (code == CLIENT_OK) {
+            code = write_file("calibration.json", json_);
+        }
+        if (code != CLIENT_OK) {
+            return code;
+        }
+        message trouble{};
+        if (outdir_commit(&out_.directory, result_names, result_count, "calibration.json",
+                          &trouble) != ERROR_OK) {
+            return fail(CLIENT_FAILED, trouble.text);
+        }
+        return CLIENT_OK;
+    }
+
+    void print_notes(const std::vector<std::string> &notes) const {
+        for (size_t i = 0; i < notes.size() && !job_.quiet; i++) {
+            message line{};
+            message_set(&line, 0, "%s", notes[i].c_str());
+            std::fprintf(stderr, "vergence: note: %s\n", line.text);
+        }
+    }
+
+    void print_outcome() {
+        print_notes(result_.notes);
+        print_notes(solution_.verdict.remarks);
+        print_notes(calibrate_result_rejections(result_));
+        if (job_.json) {
+            std::cout << json_;
+        } else if (!job_.quiet) {
+            const double seconds = static_cast<double>(monotonic_now_us() - start_us_) / 1e6;
+            char cost[64];
+            std::snprintf(cost, sizeof cost, "cost        %.2f s, %d threads\n", seconds,
+                          workers_parallel(threads_.get())->threads);
+            std::cout << calibrate_result_text(result_) << cost << "results     " << job_.out_path
+                      << "\n";
+            if (solution_.verdict.good) {
+                std::cout << solution_.verdict.sentence << "\n";
+            }
+        }
+        std::cout.flush();
+    }
+
+    const calibrate_job &job_;
+    progress progress_{};
+    uint64_t start_us_ = 0;
+    outdir_guard out_;
+    std::unique_ptr<workers, workers_closer> threads_;
+    calibrate_views views_;
+    calib::solution solution_;
+    calibrate_result result_{};
+    std::string json_, message_;
+    bool mirror_known_ = false, mirrored_ = false;
+    std::vector<std::string> reasons_;  // why nothing came of it, beside the message
+};
+
+}  // namespace
+
+int calibrate_job_run(const calibrate_job *job) {
+    return runner(*job).run();
+}

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+/// One run of `vergence calibrate`: from named pictures to a directory of results.
+#ifndef VERGENCE_TOOLS_HOST_CALIBRATE_CALIBRATE_JOB_HPP
+#define VERGENCE_TOOLS_HOST_CALIBRATE_CALIBRATE_JOB_HPP
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/base/corner_cache.hpp"
+#include "calib/base/lens_scale.hpp"
+#include "tools/host/calibrate/calibrate_inputs.hpp"
+
+struct calibrate_job {
+    calib::board board;
+    calibrate_inputs inputs;
+    std::vector<calib::cached_view> cache;
+    std::optional<calib::lens_model::kind> distortion;  // none: chosen
+    bool single = false, json = false, quiet = false;
+    int threads = 0;  // 0: all processors
+    std::string out_path, id, date, note;
+};
+
+/// Runs it, prints what is to be printed, and returns the exit code, see client.h.
+int calibrate_job_run(const calibrate_job *job);
+
+#endif

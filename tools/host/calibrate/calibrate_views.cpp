@@ -1,0 +1,315 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/host/calibrate/calibrate_views.hpp"
+
+#include <algorithm>
+#include <map>
+#include <mutex>
+#include <tuple>
+
+#include "calib/base/pair_order.hpp"
+#include "calib/detect/detect.hpp"
+#include "core/invariant.h"
+#include "tools/host/calibrate/calibrate_refusal.hpp"
+
+namespace {
+
+/// What is kept of one picture once its pixels are gone.
+struct looked_at {
+    bool read = false;
+    int width_px = 0, height_px = 0, orientation = 0;
+    uint64_t fingerprint = 0;
+    calib::board_view view;
+    std::string reason;
+};
+
+std::string base_name(const std::string &path) {
+    const size_t slash = path.rfind('/');
+    return slash == std::string::npos ? path : path.substr(slash + 1);
+}
+
+std::string size_text(int width_px, int height_px) {
+    return std::to_string(width_px) + "x" + std::to_string(height_px);
+}
+
+/// Tells pictures apart; equal pixels have equal fingerprints.
+uint64_t fingerprint_of(const std::vector<uint8_t> &grey) {
+    uint64_t sum = 14695981039346656037u;  // FNV-1a
+    for (const uint8_t byte : grey) {
+        sum = (sum ^ byte) * 1099511628211u;
+    }
+    return sum;
+}
+
+/// What a message says of a picture, without the name that stands before it.
+std::string without_name(const std::string &text, const std::string &path) {
+    const bool named = text.compare(0, path.size(), path) == 0;
+    const size_t at = named ? text.find_first_not_of(": ", path.size()) : 0;
+    return at == std::string::npos ? text : text.substr(at);
+}
+
+/// Corners of a picture that was shrunk, in its full size. Pixel centres: x' = (x + 1/2) k - 1/2.
+void enlarge(int factor, calib::board_view *view) {
+    for (calib::corner &corner : view->corners) {
+        corner.x_px = (corner.x_px + 0.5) * factor - 0.5;
+        corner.y_px = (corner.y_px + 0.5) * factor - 0.5;
+        corner.sigma_px *= factor;
+    }
+}
+
+class finder {
+  public:
+    finder(const std::vector<calibrate_shot> &shots, const calibrate_views_request &request)
+        : shots_(shots), request_(request), cameras_(request.single ? 1 : 2) {
+        pictures_.resize(2 * shots.size());
+        for (size_t i = 0; i < pictures_.size(); i++) {
+            if (!path(i).empty() && static_cast<int>(i % 2) < cameras_) {
+                named_.push_back(i);
+            }
+        }
+        for (const calib::cached_view &one : request.cache) {
+            cached_.emplace(one.filename, &one.view);
+            const bool first = cached_by_base_.emplace(base_name(one.filename), &one.view).second;
+            if (!first) {
+                cached_by_base_[base_name(one.filename)] = nullptr;  // no telling which
+            }
+        }
+    }
+
+    calibrate_views run() {
+        const parallel &threads = *request_.threads;
+        threads.run(
+            threads.self,
+            [](void *self, int index) { static_cast<finder *>(self)->look(size_t(index)); }, this,
+            static_cast<int>(named_.size()));
+        refuse_other_sizes();
+        refuse_parts_of_another_board();
+        refuse_doubles();
+        decide_orders();
+        return report();
+    }
+
+  private:
+    const std::string &path(size_t i) const { return shots_[i / 2].path[i % 2]; }
+
+    /// What the cache has under the picture's name, under the end of its path, or under the same
+    /// name in another folder.
+    const calib::board_view *cached_view(const std::string &name) const {
+        for (size_t at = 0; at != std::string::npos;) {
+            const auto found = cached_.find(name.substr(at));
+            if (found != cached_.end()) {
+                return found->second;
+            }
+            const size_t slash = name.find('/', at);
+            at = slash == std::string::npos ? slash : slash + 1;
+        }
+        const auto base = cached_by_base_.find(base_name(name));
+        return base != cached_by_base_.end() ? base->second : nullptr;
+    }
+
+    /// Length of the folder that all names begin with.
+    size_t common_folder() const {
+        const std::string &first = path(named_[0]);
+        size_t length = first.rfind('/');
+        length = length == std::string::npos ? 0 : length + 1;
+        for (const size_t i : named_) {
+            while (length > 0 && path(i).compare(0, length, first, 0, length) != 0) {
+                const size_t slash = length < 2 ? std::string::npos : first.rfind('/', length - 2);
+                length = slash == std::string::npos ? 0 : slash + 1;
+            }
+        }
+        return length;
+    }
+
+    void look(size_t index) {
+        if (request_.cancelled && request_.cancelled()) {
+            return;
+        }
+        const size_t i = named_[index];
+        looked_at *picture = &pictures_[i];
+        calibrate_image image;
+        if (!calibrate_image_read(path(i), shots_[i / 2].mosaic, &image, &picture->reason)) {
+            picture->reason = without_name(picture->reason, path(i));
+        } else {
+            picture->read = true;
+            picture->width_px = image.file_width_px;
+            picture->height_px = image.file_height_px;
+            picture->orientation = std::max(image.orientation, 1);
+            picture->fingerprint = fingerprint_of(image.grey);
+            find_corners(path(i), &image, picture);
+        }
+        const std::lock_guard<std::mutex> alone(mutex_);
+        done_++;
+        if (request_.progress) {
+            request_.progress(done_, static_cast<int>(named_.size()));
+        }
+    }
+
+    void find_corners(const std::string &name, calibrate_image *image, looked_at *picture) const {
+        const calib::board_view *cached = cached_view(name);
+        if (cached != nullptr) {
+            picture->view = *cached;
+        } else {
+            const image_u8 grey = {image->grey.data(), image->width_px, image->height_px,
+                                   image->width_px};
+            picture->view = calib::detect_board(request_.board, grey, {});
+            enlarge(image->shrink, &picture->view);
+        }
+        picture->reason = picture->view.refusal;
+    }
+
+    void refuse(size_t i, const std::string &reason) {
+        pictures_[i].view = {};
+        pictures_[i].reason = reason;
+    }
+
+    /// A camera has one size of pictures and holds them one way up: that of most.
+    void refuse_other_sizes() {
+        for (int camera = 0; camera < cameras_; camera++) {
+            std::map<std::tuple<int, int, int>, int> count;
+            for (const size_t i : named_) {
+                const looked_at &one = pictures_[i];
+                if (static_cast<int>(i % 2) == camera && one.read) {
+                    count[{one.width_px, one.height_px, one.orientation}]++;
+                }
+            }
+            if (count.empty()) {
+                continue;
+            }
+            const auto most =
+                std::max_element(count.begin(), count.end(),
+                                 [](const auto &a, const auto &b) { return a.second < b.second; });
+            const auto [width_px, height_px, orientation] = most->first;
+            width_px_[camera] = width_px;
+            height_px_[camera] = height_px;
+            for (const size_t i : named_) {
+                const looked_at &one = pictures_[i];
+                if (static_cast<int>(i % 2) != camera || !one.read) {
+                    continue;
+                }
+                if (one.orientation != orientation) {
+                    refuse(i, "turned another way (EXIF orientation " +
+                                  std::to_string(one.orientation) + ") than most of its camera (" +
+                                  std::to_string(orientation) +
+                                  "): a camera is calibrated one way up");
+                } else if (one.width_px != width_px || one.height_px != height_px) {
+                    refuse(i, size_text(one.width_px, one.height_px) +
+                                  " pixels; most of its camera have " +
+                                  size_text(width_px, height_px));
+                }
+            }
+        }
+    }
+
+    /// Where most pictures show a board of one other size, what some show of the board asked for is
+    /// a part of that one, cut off or half hidden.
+    void refuse_parts_of_another_board() {
+        std::map<std::pair<int, int>, int> others;
+        int asked_for = 0;
+        for (const size_t i : named_) {
+            std::pair<int, int> size;
+            if (calibrate_refusal_size(pictures_[i].reason, &size.first, &size.second)) {
+                others[size]++;
+            }
+            asked_for += !pictures_[i].view.corners.empty();
+        }
+        for (const auto &[size, count] : others) {
+            for (const size_t i : named_) {
+                if (count > asked_for && !pictures_[i].view.corners.empty()) {
+                    refuse(i, "only a part, it seems, of the board of " +
+                                  std::to_string(size.first) + " x " + std::to_string(size.second) +
+                                  " corners that most pictures show");
+                }
+            }
+        }
+    }
+
+    /// A picture that counts twice would make the error bars too small.
+    void refuse_doubles() {
+        std::map<std::tuple<uint64_t, int, int>, size_t> known;
+        for (const size_t i : named_) {
+            const looked_at &one = pictures_[i];
+            if (one.view.corners.empty()) {
+                continue;
+            }
+            const auto [first, is_new] =
+                known.emplace(std::tuple(one.fingerprint, one.width_px, one.height_px), i);
+            if (!is_new && first->second == i - 1 && i % 2 == 1) {
+                refuse(i, "left and right are the same picture");
+            } else if (!is_new) {
+                refuse(i, "the same picture as " + path(first->second).substr(common_folder()));
+            }
+        }
+    }
+
+    /// Boards that look the same turned: the pairs decide together which view begins where.
+    void decide_orders() {
+        std::vector<calib::board_view> side[2];
+        for (size_t i = 0; i < pictures_.size(); i++) {
+            side[i % 2].push_back(pictures_[i].view);
+        }
+        if (cameras_ == 1) {
+            return;
+        }
+        const std::vector<calib::pair_turn> turns =
+            calib::pair_order(request_.board, side[0], side[1]);
+        INVARIANT(turns.size() == shots_.size());
+        for (size_t shot = 0; shot < shots_.size(); shot++) {
+            const size_t right = 2 * shot + 1;
+            if (!turns[shot].decided) {
+                refuse(right,
+                       "cannot tell which end of the board its corners begin at: this board looks "
+                       "the same after a turn");
+            } else if (turns[shot].quarters != 0) {
+                pictures_[right].view =
+                    calib::turned_view(request_.board, pictures_[right].view, turns[shot].quarters);
+            }
+        }
+    }
+
+    calibrate_views report() const {
+        calibrate_views result;
+        result.seen.target = request_.board;
+        result.seen.cameras = cameras_;
+        for (size_t camera = 0; camera < 2; camera++) {
+            result.seen.width_px[camera] = width_px_[camera];
+            result.seen.height_px[camera] = height_px_[camera];
+        }
+        result.pictures = static_cast<int>(named_.size());
+        const size_t folder = common_folder();
+        for (size_t shot = 0; shot < shots_.size(); shot++) {
+            calib::sighting sighting;
+            for (size_t camera = 0; camera < static_cast<size_t>(cameras_); camera++) {
+                const looked_at &one = pictures_[2 * shot + camera];
+                const std::string &name = shots_[shot].path[camera];
+                sighting.name[camera] = name.empty() ? name : name.substr(folder);
+                sighting.view[camera] = one.view;
+                result.boards += !one.view.corners.empty();
+                if (!one.reason.empty()) {
+                    sighting.view[camera].refusal = one.reason;
+                    result.refusals.push_back({shot, static_cast<int>(camera), one.reason});
+                }
+            }
+            result.pairs += !sighting.view[0].corners.empty() && !sighting.view[1].corners.empty();
+            result.seen.sightings.push_back(sighting);
+        }
+        return result;
+    }
+
+    const std::vector<calibrate_shot> &shots_;
+    const calibrate_views_request &request_;
+    int cameras_;
+    std::vector<looked_at> pictures_;  // two a shot, left first
+    std::vector<size_t> named_;        // places in `pictures_` of those that there are
+    std::map<std::string, const calib::board_view *> cached_, cached_by_base_;
+    int width_px_[2] = {0, 0}, height_px_[2] = {0, 0};
+    std::mutex mutex_;
+    int done_ = 0;
+};
+
+}  // namespace
+
+calibrate_views calibrate_views_find(const std::vector<calibrate_shot> &shots,
+                                     const calibrate_views_request &request) {
+    INVARIANT(request.threads != nullptr && !shots.empty());
+    return finder(shots, request).run();
+}

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What the page shows beyond the solution itself: where corners lie, how the boards stood, how
+/// well rows agree, what the boards measure.
+#ifndef VERGENCE_TOOLS_HOST_CALIBRATION_REPORT_CALIBRATION_REPORT_FIGURES_HPP
+#define VERGENCE_TOOLS_HOST_CALIBRATION_REPORT_CALIBRATION_REPORT_FIGURES_HPP
+
+#include <string>
+#include <vector>
+
+#include "tools/host/calibration_report/calibration_report.hpp"
+#include "tools/host/convert/export.hpp"
+
+/// How a board stood before a camera.
+struct calibration_pose {
+    std::size_t sighting;
+    double distance_mm;  // of the board's middle
+    double tilt_deg;     // between the board's normal and the line of sight to its middle
+    double turn_deg;     // of which about the image's vertical axis, left edge away: positive
+    double nod_deg;      // and about the horizontal axis, top edge away: positive
+};
+
+/// What the pair measures of the boards, independent of how the boards were solved for.
+struct calibration_measured {
+    std::size_t points = 0, lengths = 0;
+    double square_mean_mm = 0;  // of the sides of squares
+    double square_rms_mm = 0;   // of their errors against the stated side
+    double plane_rms_mm = 0;    // of the points off each board's plane of best fit
+};
+
+constexpr int CALIBRATION_AREAS_X = 8, CALIBRATION_AREAS_Y = 6;
+
+struct calibration_camera_figures {
+    lens camera;
+    std::vector<const calib::corner_residual_px *> corners;  // all, in the solution's order
+    std::vector<calibration_pose> poses;
+    double rms_px = 0;  // per point, of the used
+    std::size_t used = 0;
+    int count[CALIBRATION_AREAS_Y][CALIBRATION_AREAS_X] = {};  // used corners by area
+    int empty_areas = 0;
+};
+
+struct calibration_figures {
+    int cameras = 0;
+    std::vector<calibration_camera_figures> camera;
+    double median_distance_mm = 0;  // of boards from the left camera
+    bool rectified_known = false;
+    export_rectified rectified;
+    std::vector<double> vertical_px;  // left minus right row of each pair of corners
+    double vertical_rms_px = 0, vertical_max_px = 0;
+    calibration_measured measured;
+    std::vector<std::string> hints;  // what to photograph next, most useful first; sentences
+};
+
+/// The solution must be solved.
+calibration_figures calibration_figures_collect(const calib::observations &seen,
+                                                const calib::solution &result);
+
+/// Largest standard deviation, over all directions, of where a camera shows a point at a distance
+/// (INFINITY: a direction), in px; negative where the pixel has no ray.
+double calibration_figures_sigma_px(const calib::solution &result, int camera, double x_px,
+                                    double y_px, double distance_mm);
+
+/// Hints from the figures (their other fields set), see calibration_report_hints.cpp.
+std::vector<std::string> calibration_figures_hints(const calib::observations &seen,
+                                                   const calib::solution &result,
+                                                   const calibration_figures &figures);
+
+#endif

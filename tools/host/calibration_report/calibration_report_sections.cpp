@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+// The top of the page: verdict, main figures, what to photograph next.
+#include "tools/host/calibration_report/calibration_report_sections.hpp"
+
+#include <cmath>
+
+#include "calib/solve/uncertainty.hpp"
+#include "tools/host/formats/report_text.hpp"
+
+namespace {
+
+std::string card(const char *name, const std::string &value, const std::string &note) {
+    return report_text_format(
+        "<div class=\"card\"><p class=\"name\">%s</p><p class=\"value\">%s</p>"
+        "<p class=\"note\">%s</p></div>\n",
+        name, value.c_str(), note.c_str());
+}
+
+std::string notes(const std::vector<std::string> &sentences, const char *kind) {
+    std::string items;
+    for (const std::string &sentence : sentences) {
+        items += report_text_format("<li class=\"%s\">%s</li>\n", kind,
+                                    report_text_escape(sentence).c_str());
+    }
+    return items;
+}
+
+std::string focal_card(const calibration_page &page, int camera) {
+    const calib::solution &result = *page.result;
+    const lens &one = result.camera[camera];
+    const double sigma_px = result.sigma.focal_px[static_cast<std::size_t>(camera)];
+    const std::string name = std::string("Focal length, ") + calibration_report_side(page, camera);
+    return card(name.c_str(),
+                report_text_format("%.2f <small>± %.2f px</small>", one.fx_px, sigma_px),
+                report_text_format("one sigma is %.3f %%", 100 * sigma_px / one.fx_px));
+}
+
+std::string depth_card(const calib::solution &result, const calibration_figures &figures) {
+    const double middle_px[2] = {(result.camera[0].width_px - 1) / 2.0,
+                                 (result.camera[0].height_px - 1) / 2.0};
+    double sigma_mm = 0;
+    const double depth_mm = figures.median_distance_mm;
+    if (!(depth_mm > 0) || result.errors == nullptr ||
+        !result.errors->depth_sigma(middle_px, depth_mm, &sigma_mm)) {
+        return "";
+    }
+    return card("Depth in the middle", "± " + report_text_length(sigma_mm, "mm"),
+                "at " + report_text_length(depth_mm, "mm") +
+                    ", the boards' median distance: the calibration's own share, one sigma");
+}
+
+}  // namespace
+
+const char *calibration_report_side(const calibration_page &page, int camera) {
+    return page.seen->cameras == 1 ? "camera" : camera == 0 ? "left" : "right";
+}
+
+std::string calibration_report_image_name(const calibration_page &page, std::size_t sighting,
+                                          int camera) {
+    const std::string &name = page.seen->sightings[sighting].name[static_cast<std::size_t>(camera)];
+    return name.empty()
+               ? report_text_format("%s %zu", calibration_report_side(page, camera), sighting + 1)
+               : report_text_escape(report_text_file_name(name));
+}
+
+std::string calibration_report_verdict(const calib::solution &result) {
+    const calib::verdict &verdict = result.verdict;
+    // "Good: ...", "Not good: ...": what stands before the colon is the verdict itself.
+    const std::size_t colon = verdict.sentence.find(": ");
+    const std::size_t word = colon != std::string::npos && colon < 40 ? colon + 1 : 0;
+    std::string html =
+        report_text_format("<div class=\"verdict %s\" id=\"verdict\"><p><b>%s</b>%s</p></div>\n",
+                           verdict.good    ? "is-good"
+                           : result.solved ? "is-fair"
+                                           : "is-bad",
+                           report_text_escape(verdict.sentence.substr(0, word)).c_str(),
+                           report_text_escape(verdict.sentence.substr(word)).c_str());
+    const std::string items = notes(verdict.reasons, "warning") + notes(verdict.remarks, "remark");
+    return items.empty() ? html : html + "<ul class=\"notes\">\n" + items + "</ul>\n";
+}
+
+std::string calibration_report_cards(const calibration_page &page,
+                                     const calibration_figures &figures) {
+    const calib::solution &result = *page.result;
+    std::size_t corners = 0;
+    for (const calibration_camera_figures &camera : figures.camera) {
+        corners += camera.used;
+    }
+    std::string cards =
+        card("Positions of the board",
+             report_text_format("%d <small>of %zu</small>", result.sightings_used,
+                                page.seen->sightings.size()),
+             report_text_count(corners) + " corners used, " +
+                 report_text_count(result.rejected_corners.size()) + " rejected by name") +
+        card("Reprojection", report_text_format("%.3f <small>px rms</small>", result.rms_px),
+             "per point, over all used corners") +
+        card("Held out",
+             result.held_out_rms_px > 0
+                 ? report_text_format("%.3f <small>px rms</small>", result.held_out_rms_px)
+                 : "not tested",
+             result.held_out_rms_px > 0 ? "over boards that the lenses and the rig had not seen"
+                                        : "too few boards to hold any out");
+    for (int camera = 0; camera < page.seen->cameras; camera++) {
+        cards += focal_card(page, camera);
+    }
+    if (page.seen->cameras == 1) {
+        return cards;
+    }
+    cards +=
+        card("Baseline",
+             report_text_format("%.3f <small>± %.3f mm</small>",
+                                calibration_baseline_mm(&result.rig), result.sigma.baseline_mm),
+             "distance of the two cameras' centres");
+    if (!figures.vertical_px.empty()) {
+        cards += card("Rows agree to",
+                      report_text_format("%.3f <small>px rms</small>", figures.vertical_rms_px),
+                      "of all corners that both cameras see, after rectification");
+    }
+    return cards + depth_card(result, figures);
+}
+
+std::string calibration_report_hints(const calibration_figures &figures) {
+    if (figures.hints.empty()) {
+        return "";
+    }
+    std::string html =
+        "<div class=\"panel next\"><p><b>" + report_text_escape(figures.hints[0]) + "</b></p>\n";
+    for (std::size_t i = 1; i < figures.hints.size(); i++) {
+        html += "<p>" + report_text_escape(figures.hints[i]) + "</p>\n";
+    }
+    return html + "</div>\n";
+}

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdio>
+#include <fstream>
+
+#include "core/error.h"
+#include "daemon/base/workers.h"
+#include "daemon/cli/exit_code.h"
+#include "daemon/cli/options.h"
+#include "daemon/files/input_file.h"
+#include "stereo/geometry/calibration.h"
+#include "tools/host/calibrate/calibrate_board.hpp"
+#include "tools/host/calibrate/calibrate_inputs.hpp"
+#include "tools/host/calibrate/calibrate_job.hpp"
+#include "tools/host/commands/commands.hpp"
+
+namespace {
+
+const int operands_max = 4096;
+
+struct request {
+    calibrate_board_request board;
+    const char *out, *corner_cache, *id, *date, *note;
+    int threads, model;
+    bool single, json, quiet;
+};
+
+const option options[] = {
+    {"board", OPTION_INT, offsetof(request, board.corners), "COLUMNSxROWS",
+     "Inner corners of the board: one less than squares, along a row and from row to row. This "
+     "also counts for coded boards (a CharucoBoard of 10x7 squares is 9x6). Needed.",
+     2, 255, 2, 'x', nullptr},
+    {"square", OPTION_REAL, offsetof(request, board.square), "MM",
+     "Side of one square in mm, measured on the print over as many squares as possible: all "
+     "lengths that are ever reconstructed hang on it. Needed.",
+     calibrate_board_side_min, calibrate_board_side_max, 0, 0, nullptr},
+    {"charuco", OPTION_TEXT, offsetof(request, board.dictionary), "DICT",
+     "The white squares carry markers of this dictionary, as in 5x5_50 or DICT_5X5_50. Such a "
+     "board may be seen in part and cannot be taken the wrong way round.",
+     0, 0, 0, 0, nullptr},
+    {"marker", OPTION_REAL, offsetof(request, board.marker), "MM",
+     "With --charuco: side of a marker in mm, its black border included.", calibrate_board_side_min,
+     calibrate_board_side_max, 0, 0, nullptr},
+    {"unit", OPTION_CHOICE, offsetof(request, board.unit), "UNIT",
+     "Unit of --square and --marker; results are in mm. Default: mm, but boards below 20 mm across "
+     "are then refused.",
+     0, 0, 0, 0, calibrate_board_units},
+    {"model", OPTION_CHOICE, offsetof(request, model), "MODEL",
+     "Distortion of the lenses: auto (the simplest that explains positions of the board that were "
+     "held out), none, or the coefficients to estimate, as OpenCV calls them; the others are 0. "
+     "More than the views show makes the image's corners worse. Default: auto.",
+     0, 0, 0, 0, "auto none k1 k1-k2 k1-k2-p1-p2 k1-k2-p1-p2-k3"},
+    {"out", OPTION_TEXT, offsetof(request, out), "DIR",
+     "Directory for the results; created when missing. Files of an earlier run in it are "
+     "replaced. Default: calibration.",
+     0, 0, 0, 0, nullptr},
+    {"corners", OPTION_TEXT, offsetof(request, corner_cache), "FILE",
+     "Corners that need not be looked for, in mrcal's and mrgingham's form (vnlog); what it does "
+     "not name is looked for. Every run writes such a file, corners.vnl.",
+     0, 0, 0, 0, nullptr},
+    {"single", OPTION_FLAG, offsetof(request, single), nullptr,
+     "There is one camera: calibrate its lens alone. No rig.calibration is written then.", 0, 0, 0,
+     0, nullptr},
+    {"id", OPTION_TEXT, offsetof(request, id), "NAME",
+     "Name of the calibration: letters, digits, dot, dash and underline. Default: one made from "
+     "the corners.",
+     0, 0, 0, 0, nullptr},
+    {"date", OPTION_TEXT, offsetof(request, date), "YYYY-MM-DD",
+     "Date that the calibration states. Default: none, so that the same pictures give the same "
+     "bytes.",
+     0, 0, 0, 0, nullptr},
+    {"note", OPTION_TEXT, offsetof(request, note), "TEXT",
+     "A remark that travels with the calibration, in printable ASCII.", 0, 0, 0, 0, nullptr},
+    {"threads", OPTION_INT, offsetof(request, threads), "N",
+     "Threads to compute with; the result does not depend on it. Default: all processors.", 1,
+     WORKERS_MAX_THREADS, 0, 0, nullptr},
+    {"json", OPTION_FLAG, offsetof(request, json), nullptr,
+     "Print calibration.json on standard output instead of the summary.", 0, 0, 0, 0, nullptr},
+    {"quiet", OPTION_FLAG, offsetof(request, quiet), nullptr,
+     "Print neither summary nor notes nor progress.", 0, 0, 0, 0, nullptr},
+};
+
+const option_page page = {
+    "vergence calibrate",
+    "IMAGES...",
+    "calibrate a stereo pair from pictures of a board",
+    "Takes pictures of one board that both cameras saw at the same moments, in some fifteen "
+    "positions: near and far, in the middle and in the corners of the image, tilted by 30 degrees "
+    "to different sides. Finds the corners, the lenses, how the cameras stand, and what was wrong: "
+    "pictures without a usable board, boards that moved between left and right, single bad "
+    "corners. Each is named with the reason and left out.\n"
+    "IMAGES are pictures, folders, recorded sessions (directories that \"capture\" or \"record\" "
+    "of "
+    "vergenced made; all their pairs count), quoted patterns or lists, in any mixture. The side "
+    "comes from "
+    "the names (left and right, or L and R, in the file's or the folder's name), pairs from what "
+    "else the names say (left07.png and right07.png). Where names say no side, name two folders or "
+    "two quoted patterns, the left camera's first. A list is a text with one or two names a line "
+    "(left, then right), or an image list of OpenCV in XML or YAML. A picture without a partner "
+    "counts for its own camera.\n"
+    "Pictures may be 8 or 16 bit, grey or colour, and are turned as their orientation tag says. "
+    "All of one camera must have one size and be turned alike. A plain board must be seen as a "
+    "whole; of a coded one (--charuco) any part will do.\n"
+    "The last line says whether the calibration is good, and if not, why. Results in DIR: "
+    "rig.calibration (for \"vergence reconstruct --calibration\"), calibration.html (residuals, "
+    "coverage, error bars: to be opened in a browser), calibration.json (all figures), corners.vnl "
+    "(the corners, as mrcal reads them). They appear when all is written; until then, and after "
+    "any failure, nothing of this run stands there.\n"
+    "Exit codes: 0 good; 5 written, but not good: the files say so (\"NOT GOOD\" in "
+    "rig.calibration's note, which \"vergence reconstruct\" repeats); 3 nothing could be "
+    "calibrated from these pictures; 1, 2 and 130 as \"vergence --help\" says.",
+    "vergence calibrate pictures/ --board 9x6 --square 30\n"
+    "vergence calibrate files/board-* --board 9x6 --square 30\n"
+    "vergence calibrate 'left*.jpg' 'right*.jpg' --board 9x6 --square 30 --out rig\n"
+    "vergence calibrate cam_a/ cam_b/ --board 9x6 --square 30\n"
+    "vergence calibrate stereo_calib.xml --board 9x6 --square 30 --json\n"
+    "vergence calibrate left/ right/ --board 13x9 --square 20 --charuco 5x5_100 --marker 15\n"
+    "vergence calibrate pictures/ --board 9x6 --square 30 --model k1-k2\n"
+    "vergence calibrate 'left*.jpg' --single --board 9x6 --square 30",
+    options,
+    sizeof options / sizeof options[0],
+    1,
+    operands_max,
+};
+
+int refuse(int code, const std::string &text) {
+    message line{};
+    message_set(&line, 0, "%s", text.c_str());
+    std::fprintf(stderr, "vergence calibrate: %s\n", line.text);
+    return code;
+}
+
+/// Whether the calendar has this day, as our own text wants it.
+bool is_day(const char *date) {
+    calibration probe{};
+    std::snprintf(probe.id, sizeof probe.id, "probe");
+    const int length = std::snprintf(probe.date, sizeof probe.date, "%s", date);
+    return length < static_cast<int>(sizeof probe.date) &&
+           calibration_validate(&probe, nullptr) != ERROR_SYNTAX;  // it looks at the texts first
+}
+
+bool is_of_id(char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' ||
+           c == '_' || c == '-';
+}
+
+bool is_printable(char c) {
+    return c >= ' ' && c <= '~';
+}
+
+bool holds_only(const std::string &text, size_t most, bool (*good)(char)) {
+    return text.size() <= most && std::all_of(text.begin(), text.end(), good);
+}
+
+/// What the table cannot say about the texts that go into our own file; "" when all is well.
+std::string check_texts(const request &asked) {
+    if (asked.id != nullptr && !holds_only(asked.id, 47, is_of_id)) {
+        return "--id takes up to 47 letters, digits, dots, dashes and underlines";
+    }
+    if (asked.date != nullptr && !is_day(asked.date)) {
+        return std::string("--date \"") + asked.date + "\": must be a day as YYYY-MM-DD";
+    }
+    if (asked.note != nullptr && !holds_only(asked.note, 200, is_printable)) {
+        return "--note takes up to 200 printable ASCII characters";
+    }
+    return "";
+}
+
+bool read_cache(const char *path, const calib::board &board, std::vector<calib::cached_view> *views,
+                std::string *error) {
+    message trouble{};
+    FILE *stream = input_file_open(path, &trouble);
+    if (stream == nullptr) {
+        *error = trouble.text;
+        return false;
+    }
+    std::fclose(stream);
+    std::ifstream in(path);
+    if (!calib::corner_cache_read(in, board, views, error)) {
+        *error = std::string(path) + ": " + *error;
+        return false;
+    }
+    return true;
+}
+
+}  // namespace
+
+int command_calibrate(int argc, char **argv) {
+    request asked{};
+    std::vector<const char *> operands(operands_max);
+    int count = 0;
+    const int parsed = options_parse(&page, argc, argv, &asked, operands.data(), &count);
+    if (parsed != OPTIONS_CONTINUE) {
+        return parsed;
+    }
+    calibrate_job job;
+    std::string error = calibrate_board_make(asked.board, &job.board);
+    error = error.empty() ? check_texts(asked) : error;
+    if (!error.empty()) {
+        return refuse(CLIENT_USAGE, error);
+    }
+    calibrate_names names;
+    const std::vector<std::string> paths(operands.begin(), operands.begin() + count);
+    if (!calibrate_names_expand(paths, &names, &error) ||
+        !calibrate_names_pair(names, asked.single, &job.inputs, &error)) {
+        return refuse(CLIENT_BAD_INPUT, error);
+    }
+    if (asked.corner_cache != nullptr &&
+        !read_cache(asked.corner_cache, job.board, &job.cache, &error)) {
+        return refuse(CLIENT_BAD_INPUT, error);
+    }
+    if (asked.model > 0) {  // behind "auto" they stand in the order of the kinds
+        job.distortion = static_cast<calib::lens_model::kind>(asked.model - 1);
+    }
+    job.single = asked.single;
+    job.json = asked.json;
+    job.quiet = asked.quiet;
+    job.threads = asked.threads;
+    job.out_path = asked.out != nullptr ? asked.out : "calibration";
+    job.id = asked.id != nullptr ? asked.id : "";
+    job.date = asked.date != nullptr ? asked.date : "";
+    job.note = asked.note != nullptr ? asked.note : "";
+    return calibrate_job_run(&job);
+}

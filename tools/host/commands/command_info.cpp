@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <sys/stat.h>
+
+#include <cstddef>
+#include <cstdio>
+#include <cstring>
+#include <iostream>
+#include <sstream>
+
+#include "core/error.h"
+#include "daemon/cli/exit_code.h"
+#include "daemon/cli/options.h"
+#include "daemon/files/input_file.h"
+#include "daemon/session/session_pairs.h"
+#include "stereo/geometry/calibration_grammar.h"
+#include "tools/host/commands/commands.hpp"
+#include "tools/host/convert/export.hpp"
+#include "tools/host/info/info.hpp"
+
+namespace {
+
+using json = nlohmann::ordered_json;
+
+struct request {
+    bool json = false, grammar = false, accept_edits = false, rectified = false;
+    const char *convert = nullptr, *out = nullptr;
+    int size_px[2] = {0, 0};
+    int unit = -1, first_camera = -1, export_format = -1;
+};
+
+const option options[] = {
+    {"json", OPTION_FLAG, offsetof(request, json), nullptr,
+     "Print one JSON document: a list with an object for each file.", 0, 0, 0, 0, nullptr},
+    {"convert", OPTION_TEXT, offsetof(request, convert), "NEW",
+     "Write the calibration as our own text to the file NEW.", 0, 0, 0, 0, nullptr},
+    {"export", OPTION_CHOICE, offsetof(request, export_format), "FORMAT",
+     "Write the calibration as the files of another program into the directory of --out: "
+     "intrinsics.yml and extrinsics.yml; left.yaml and right.yaml; camchain.yaml; left.cameramodel "
+     "and right.cameramodel.",
+     0, 0, 0, 0, export_formats},
+    {"out", OPTION_TEXT, offsetof(request, out), "DIR", "Where --export writes.", 0, 0, 0, 0,
+     nullptr},
+    {"size", OPTION_INT, offsetof(request, size_px), "WIDTHxHEIGHT",
+     "Size of the raw images in pixels, for calibrations that do not state it (OpenCV's, some of "
+     "KITTI's).",
+     1, 32768, 2, 'x', nullptr},
+    {"unit", OPTION_CHOICE, offsetof(request, unit), "UNIT",
+     "Unit of length of a calibration that does not state it (OpenCV's). Default: mm. A baseline "
+     "below 5 mm is refused, as metres are likely to be meant, unless --unit says that it is mm.",
+     0, 0, 0, 0, "mm cm m"},
+    {"rectified", OPTION_FLAG, offsetof(request, rectified), nullptr,
+     "The images are rectified already: take the rectified cameras (P1 and P2, P_rect) of the file "
+     "instead of the raw ones.",
+     0, 0, 0, 0, nullptr},
+    {"first-camera", OPTION_INT, offsetof(request, first_camera), "N",
+     "KITTI: number of the left camera, 0 for the grey pair, 2 for the colour one (default where "
+     "the file has it).",
+     0, 8, 0, 0, nullptr},
+    {"accept-edits", OPTION_FLAG, offsetof(request, accept_edits), nullptr,
+     "Take a calibration of our own text whose checksum does not match because it was edited on "
+     "purpose; with --convert the new file gets the right checksum.",
+     0, 0, 0, 0, nullptr},
+    {"grammar", OPTION_FLAG, offsetof(request, grammar), nullptr,
+     "Print the table of fields of our calibration text and exit.", 0, 0, 0, 0, nullptr},
+};
+
+const int files_max = 256;
+
+const option_page page_of_command = {
+    "vergence info",
+    "FILE...",
+    "explain a calibration, a result or a session",
+    "Says what is in each FILE: calibrations (our own text, OpenCV intrinsics and extrinsics, ROS "
+    "camera_info pairs, Kalibr's camchain.yaml, mrcal's .cameramodel pairs, Middlebury calib.txt, "
+    "KITTI, true cameras of the simulated rig) with the figures that follow from them, and results "
+    "(result.json, a result directory, PFM, PNG, PGM, PLY, PCD, GLB) with sizes, counts and "
+    "extents; and recorded sessions, with how each pair was taken: axes, exposure, brightness, "
+    "and whether the session's calibration matches.\n"
+    "A calibration of several files is named by one of them, by its directory, or as a list "
+    "FILE,FILE.",
+    "vergence info rig.txt\n"
+    "vergence info intrinsics.yml --size 640x480 --convert rig.txt\n"
+    "vergence info rig.txt --export ros --out camera_info/\n"
+    "vergence info results/ --json\n"
+    "vergence info files/scene",
+    options,
+    sizeof options / sizeof options[0],
+    0,
+    files_max};
+
+bool exists(const std::string &path) {
+    struct stat status;
+    return stat(path.c_str(), &status) == 0;
+}
+
+using reader = bool (*)(const std::string &, info_page *, std::string *);
+
+/// The reader for a result file, by its first bytes; null: it must be a calibration.
+reader reader_for(const std::string &path) {
+    const std::string head = info_head(path);
+    const auto begins = [&](const char *with) {
+        return head.compare(0, std::strlen(with), with) == 0;
+    };
+    if (begins("ply\n") || begins("ply\r")) {
+        return info_ply;
+    }
+    if (begins("glTF")) {
+        return info_glb;
+    }
+    if (begins("# .PCD") || begins("VERSION ")) {
+        return info_pcd;
+    }
+    if (begins("Pf\n") || begins("PF\n")) {
+        return info_map;
+    }
+    if (begins("\x89PNG") || begins("P5") || begins("P6") || begins("P2\n") || begins("P3\n")) {
+        return info_image;
+    }
+    // OpenCV writes calibrations as JSON as well, but says so at once.
+    if (begins("{") && head.find("\"program\": \"vergence\"") != std::string::npos) {
+        return info_result;
+    }
+    return nullptr;
+}
+
+/// The word of a list of words that are separated by blanks.
+std::string choice_text(const char *choices, int number) {
+    std::istringstream words(choices);
+    std::string word;
+    for (int i = 0; i <= number; i++) {
+        words >> word;
+    }
+    return word;
+}
+
+/// What --convert and --export ask for.
+bool write_calibration(const std::string &path, const calibration &value, const request &asked,
+                       info_page *page, std::string *message) {
+    if (asked.convert != nullptr) {
+        if (calibration_file_write(asked.convert, value, message) != ERROR_OK) {
+            return false;
+        }
+        page->add("written", "written", asked.convert, asked.convert);
+    }
+    if (asked.out != nullptr) {
+        std::vector<std::string> paths;
+        std::string loss;
+        const std::string format = choice_text(export_formats, asked.export_format);
+        if (export_write(value, format, asked.out, &paths, &loss, message) != ERROR_OK) {
+            *message = path + ": not exported: " + *message;
+            return false;
+        }
+        std::string text;
+        for (const std::string &written : paths) {
+            text += (text.empty() ? "" : ", ") + written;
+        }
+        page->add("exported", "exported", text, paths);
+        if (!loss.empty()) {
+            page->add("loss", "loss", loss, loss);
+        }
+    }
+    return true;
+}
+
+bool read_calibration(const std::string &path, const request &asked, info_page *page,
+                      std::string *message) {
+    static const char *const units[] = {"mm", "cm", "m"};
+    import_options import;
+    import.width_px = asked.size_px[0];
+    import.height_px = asked.size_px[1];
+    import.unit = asked.unit >= 0 ? units[asked.unit] : "";
+    import.rectified = asked.rectified;
+    import.first_camera = asked.first_camera;
+    import.accept_edits = asked.accept_edits;
+    calibration value;
+    calibration_file_report report;
+    if (calibration_file_load(path, import, &value, &report, message) != ERROR_OK) {
+        return false;
+    }
+    *page = info_calibration(path, value, report);
+    return write_calibration(path, value, asked, page, message);
+}
+
+bool read_page(const std::string &path, const request &asked, info_page *page,
+               std::string *message) {
+    const reader read = session_pairs_here(path.c_str())        ? info_session
+                        : input_file_is_directory(path.c_str()) ? nullptr
+                                                                : reader_for(path);
+    if (read == nullptr) {
+        return read_calibration(path, asked, page, message);
+    }
+    if (asked.convert != nullptr || asked.out != nullptr) {
+        *message = path + ": is no calibration: there is nothing to convert";
+        return false;
+    }
+    page->path = path;
+    try {
+        return read(path, page, message);
+    } catch (const json::exception &) {
+        *message = path + ": is damaged";
+        return false;
+    }
+}
+
+/// A result directory stands for the files in it.
+std::vector<std::string> expand(const std::string &path) {
+    if (!input_file_is_directory(path.c_str()) || !exists(path + "/result.json")) {
+        return {path};
+    }
+    const std::string folder = path.back() == '/' ? path : path + "/";
+    std::vector<std::string> files;
+    for (const char *name : {"result.json", "disparity.pfm", "disparity.png", "depth.png",
+                             "reasons.png", "reasons.pgm", "mesh.ply", "mesh.glb", "points.pcd"}) {
+        if (exists(folder + name)) {
+            files.push_back(folder + name);
+        }
+    }
+    return files;
+}
+
+void print_text(const info_page &page) {
+    size_t width = 0;
+    for (const info_row &row : page.rows) {
+        width = std::max(width, row.label.size());
+    }
+    std::cout << page.path << ": " << page.kind << "\n";
+    for (const info_row &row : page.rows) {
+        if (!row.label.empty() || !row.text.empty()) {
+            std::cout << "  " << row.label << std::string(width - row.label.size() + 2, ' ')
+                      << row.text << "\n";
+        }
+    }
+}
+
+json to_json(const info_page &page) {
+    json object = {{"path", page.path}, {"kind", page.kind}};
+    for (const info_row &row : page.rows) {
+        if (!row.key.empty()) {
+            object[row.key] = row.value;
+        }
+    }
+    return object;
+}
+
+/// The fields of our calibration text as the Markdown table of calibration.md.
+int print_grammar() {
+    std::cout << "| field | values | decimals | range | unit | meaning |\n"
+              << "|---|---|---|---|---|---|\n";
+    int count;
+    const calibration_field *fields = calibration_grammar_fields(&count);
+    for (int i = 0; i < count; i++) {
+        const calibration_field &field = fields[i];
+        std::cout << "| `" << field.name << "` | " << field.count << " | ";
+        if (field.min != field.max) {
+            std::cout << field.decimals << " | " << field.min << ".." << field.max;
+        } else {
+            std::cout << " | ";
+        }
+        std::cout << " | " << field.unit << " | " << field.meaning << " |\n";
+    }
+    std::cout.flush();
+    return CLIENT_OK;
+}
+
+int refuse(const std::string &mistake) {
+    std::fprintf(stderr, "vergence info: %s; see \"vergence info --help\"\n", mistake.c_str());
+    return CLIENT_USAGE;
+}
+
+int explain_all(const std::vector<std::string> &paths, const request &asked) {
+    int result = CLIENT_OK;
+    json list = json::array();
+    bool first = true;
+    for (const std::string &path : paths) {
+        info_page page;
+        std::string message;
+        if (!read_page(path, asked, &page, &message)) {
+            std::fprintf(stderr, "vergence info: %s\n", message.c_str());
+            result = CLIENT_BAD_INPUT;
+            continue;
+        }
+        if (!page.mismatch.empty()) {
+            std::fprintf(stderr, "vergence info: %s: %s\n", path.c_str(), page.mismatch.c_str());
+            result = CLIENT_BAD_INPUT;
+        }
+        if (asked.json) {
+            list.push_back(to_json(page));
+            continue;
+        }
+        std::cout << (first ? "" : "\n");
+        print_text(page);
+        first = false;
+    }
+    if (asked.json) {
+        // Names of files and cameras need not be UTF-8.
+        std::cout << list.dump(2, ' ', false, json::error_handler_t::replace) << "\n";
+    }
+    std::cout.flush();
+    return result;
+}
+
+}  // namespace
+
+int command_info(int argc, char **argv) {
+    request asked;
+    std::vector<const char *> operands(files_max);
+    int count = 0;
+    const int code = options_parse(&page_of_command, argc, argv, &asked, operands.data(), &count);
+    if (code != OPTIONS_CONTINUE) {
+        return code;
+    }
+    if (asked.grammar) {
+        return print_grammar();
+    }
+    if (count == 0) {
+        return refuse("name a calibration, a result file, a result directory or a session");
+    }
+    if (asked.convert != nullptr && count != 1) {
+        return refuse("--convert takes exactly one calibration");
+    }
+    if ((asked.export_format >= 0) != (asked.out != nullptr)) {
+        return refuse("--export wants --out DIR, and --out wants --export FORMAT");
+    }
+    if (asked.out != nullptr && (count != 1 || *asked.out == '\0')) {
+        return refuse("--export takes exactly one calibration and a directory");
+    }
+    std::vector<std::string> paths;
+    for (int i = 0; i < count; i++) {
+        const std::vector<std::string> more = expand(operands[static_cast<size_t>(i)]);
+        paths.insert(paths.end(), more.begin(), more.end());
+    }
+    return explain_all(paths, asked);
+}

@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: Apache-2.0
+// The simulated rig shares no code with what it tests: it is a program of its own, which takes this
+// one's place.
+#include <unistd.h>
+
+#include <cerrno>
+#include <climits>
+#include <cstddef>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <initializer_list>
+#include <string>
+#include <vector>
+
+#include "daemon/cli/exit_code.h"
+#include "daemon/cli/options.h"
+#include "tools/host/commands/commands.hpp"
+#include "tools/host/formats/number_text.hpp"
+
+namespace {
+
+struct request {
+    const char *rig, *listen, *files, *script, *log, *from, *replay, *view;
+    int seed = -1, begin_s = -1, threads = -1;
+    double zoom = -1, focus_mm = -1, until_s = -1;
+    bool wall, pty, every_clock;
+};
+
+const option options[] = {
+    {"rig", OPTION_TEXT, offsetof(request, rig), "RIG",
+     "What the rig is: \"default\" (a real one, with all its faults), \"perfect\", or a YAML file.",
+     0, 0, 0, 0, nullptr},
+    {"listen", OPTION_TEXT, offsetof(request, listen), "ADDRESS",
+     "Where programs connect to: unix:PATH, or tcp:PORT on this machine's loopback (0: any free "
+     "one). Default: unix:simrig.sock in this directory.",
+     0, 0, 0, 0, nullptr},
+    {"seed", OPTION_INT, offsetof(request, seed), "N",
+     "Of all noise and chance: the same seed and the same requests give the same answers. "
+     "Default: 1.",
+     0, 2147483647, 1, 0, nullptr},
+    {"begin", OPTION_INT, offsetof(request, begin_s), "SECONDS",
+     "The rig's time when it comes to life, as of a machine that has run for so long. Default: 0.",
+     0, 1000000, -1, 0, nullptr},
+    {"wall", OPTION_FLAG, offsetof(request, wall), nullptr,
+     "The rig's time is the clock's. Otherwise it passes by requests alone.", 0, 0, 0, 0, nullptr},
+    {"every-clock", OPTION_FLAG, offsetof(request, every_clock), nullptr,
+     "Both sensors' clocks and pixels reach the FPGA all the time, not only while a frame is "
+     "armed: "
+     "its counts of frames are then of all. Slow.",
+     0, 0, 0, 0, nullptr},
+    {"pty", OPTION_FLAG, offsetof(request, pty), nullptr,
+     "With --wall: the lens controller's line as a pseudo terminal too.", 0, 0, 0, 0, nullptr},
+    {"view", OPTION_TEXT, offsetof(request, view), "DIR",
+     "Save what each camera sees (left.png, right.png) and a drawing of rig and scene (rig.svg), "
+     "then end, unless --listen is there too.",
+     0, 0, 0, 0, nullptr},
+    {"zoom", OPTION_REAL, offsetof(request, zoom), "FACTOR", "Of --view: 1 (default) to 10.", 1, 10,
+     0, 0, nullptr},
+    {"focus", OPTION_REAL, offsetof(request, focus_mm), "MM",
+     "Of --view: the distance that is sharp. Default: 1800.", 300, 1e7, 0, 0, nullptr},
+    {"script", OPTION_TEXT, offsetof(request, script), "FILE",
+     "Control commands to begin with, a line each: faults at a time, poses.", 0, 0, 0, 0, nullptr},
+    {"files", OPTION_TEXT, offsetof(request, files), "DIR",
+     "Where the control commands truth and view may write.", 0, 0, 0, 0, nullptr},
+    {"log", OPTION_TEXT, offsetof(request, log), "FILE",
+     "Write all requests there, for --replay and --from.", 0, 0, 0, 0, nullptr},
+    {"replay", OPTION_TEXT, offsetof(request, replay), "LOG",
+     "Ask a rig all of it again, compare its answers, and end.", 0, 0, 0, 0, nullptr},
+    {"from", OPTION_TEXT, offsetof(request, from), "LOG", "Begin with all of it, then serve.", 0, 0,
+     0, 0, nullptr},
+    {"until", OPTION_REAL, offsetof(request, until_s), "SECONDS",
+     "With --from: only what was asked before this time of the rig.", 0, 1e6, 0, 0, nullptr},
+    {"threads", OPTION_INT, offsetof(request, threads), "N", "For pictures. Default: 1.", 1, 64, 1,
+     0, nullptr},
+};
+
+const option_page page = {
+    "vergence simulate",
+    "[SCENE]",
+    "start a simulated rig, or show what it would see",
+    "Starts simrig: two cameras with motorized zoom lenses on pan servos, behind the FPGA bridge's "
+    "own Verilog, look at SCENE: still_life (default), cylinder, mug, figurine, level, plane, "
+    "chessboard, charuco, or a YAML file. Programs connect to it by a small protocol; "
+    "tools/simrig/README.md describes it, the files, the control commands and the faults. It "
+    "prints "
+    "the two lines to type next, for the daemon and the client, and ends with Ctrl-C.\n"
+    "Exit codes beside the usual ones: 1 also when a replay differs, 3 when a scene, rig, script "
+    "or "
+    "log cannot be used.",
+    "vergence simulate\n"
+    "vergence simulate mug --listen tcp:0 --wall\n"
+    "vergence simulate chessboard --view pictures --zoom 3\n"
+    "vergence simulate --seed 7 --log run.log\n"
+    "vergence simulate --replay run.log",
+    options,
+    sizeof options / sizeof options[0],
+    0,
+    1};
+
+#ifdef VERGENCE_HAS_SIMRIG
+
+const int number_digits = 9;
+
+/// This program; empty: the system does not say.
+std::string own_path() {
+    char self[4096];
+    const ssize_t length = readlink("/proc/self/exe", self, sizeof self - 1);
+    return length > 0 ? std::string(self, static_cast<size_t>(length)) : "";
+}
+
+/// The first of these places, as seen from this program's folder, where a program is; empty: none.
+std::string program_at(std::initializer_list<const char *> places) {
+    const std::string here = own_path();
+    const std::string folder = here.substr(0, here.rfind('/') + 1);
+    for (const char *place : places) {
+        char path[PATH_MAX];
+        if (!folder.empty() && access((folder + place).c_str(), X_OK) == 0 &&
+            realpath((folder + place).c_str(), path) != nullptr) {
+            return path;
+        }
+    }
+    return "";
+}
+
+/// A word as a shell takes it.
+std::string quoted(const std::string &word) {
+    std::string text = "'";
+    for (const char character : word) {
+        text += character == '\'' ? std::string("'\\''") : std::string(1, character);
+    }
+    return text + "'";
+}
+
+std::string quoted_if_needed(const std::string &word) {
+    static const char plain[] =
+        "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_./+:=,@";
+    return word.find_first_not_of(plain) == std::string::npos ? word : quoted(word);
+}
+
+/// Where vergenced finds the rig from any directory; a port is only known to the rig.
+std::string address_of_rig(const std::string &listen) {
+    char here[4096];
+    const bool relative = listen.compare(0, 5, "unix:") == 0 && listen.compare(0, 6, "unix:/") != 0;
+    return listen.compare(0, 4, "tcp:") == 0 ? "ADDRESS"
+           : relative && getcwd(here, sizeof here) != nullptr
+               ? "unix:" + std::string(here) + "/" + listen.substr(5)
+               : listen;
+}
+
+/// What the user types next, to be copied as it is.
+std::string next_lines(const std::string &listen) {
+    const std::string daemon = program_at({"vergenced", "../daemon/vergenced"});
+    const std::string client = own_path();
+    return "Next, in two other terminals:\n  " +
+           quoted_if_needed(daemon.empty() ? "vergenced" : daemon) + " " +
+           quoted("backend=sim " + address_of_rig(listen)) + "\n  " +
+           quoted_if_needed(client.empty() ? "vergence" : client) + " --connect";
+}
+
+std::vector<std::string> arguments_of(const request &asked, const char *scene) {
+    std::vector<std::string> words = {"simrig"};
+    const auto add = [&words](const char *name, const std::string &value) {
+        words.insert(words.end(), {name, value});
+    };
+    const bool has_past = asked.from != nullptr || asked.replay != nullptr;
+    if (scene != nullptr || !has_past) {
+        add("--scene", scene != nullptr ? scene : "still_life");
+    }
+    if (asked.listen != nullptr || (asked.view == nullptr && asked.replay == nullptr)) {
+        const std::string address = asked.listen != nullptr ? asked.listen : "unix:simrig.sock";
+        add("--listen", address);
+        add("--hint", next_lines(address));
+    }
+    const struct {
+        const char *name, *value;
+    } texts[] = {{"--rig", asked.rig},  {"--files", asked.files}, {"--script", asked.script},
+                 {"--log", asked.log},  {"--from", asked.from},   {"--replay", asked.replay},
+                 {"--view", asked.view}};
+    for (const auto &text : texts) {
+        if (text.value != nullptr) {
+            add(text.name, text.value);
+        }
+    }
+    const struct {
+        const char *name;
+        double value;
+    } numbers[] = {{"--zoom", asked.zoom}, {"--focus", asked.focus_mm}, {"--until", asked.until_s}};
+    for (const auto &number : numbers) {
+        if (number.value >= 0) {
+            add(number.name, number_text(number.value, number_digits));
+        }
+    }
+    if (asked.seed >= 0) {
+        add("--seed", std::to_string(asked.seed));
+    }
+    if (asked.begin_s >= 0) {
+        add("--begin", std::to_string(asked.begin_s));
+    }
+    if (asked.threads >= 0) {
+        add("--threads", std::to_string(asked.threads));
+    }
+    if (asked.wall) {
+        words.emplace_back("--wall");
+    }
+    if (asked.pty) {
+        words.emplace_back("--pty");
+    }
+    if (asked.every_clock) {
+        words.emplace_back("--every-clock");
+    }
+    return words;
+}
+
+int become_simrig(const request &asked, const char *scene) {
+    const std::string path = program_at({"simrig/simrig", "simrig"});
+    if (path.empty()) {
+        std::fputs("vergence simulate: the program simrig is not beside this one\n", stderr);
+        return CLIENT_FAILED;
+    }
+    std::vector<std::string> words = arguments_of(asked, scene);
+    std::vector<char *> arguments;
+    for (std::string &word : words) {
+        arguments.push_back(&word[0]);
+    }
+    arguments.push_back(nullptr);
+    execv(path.c_str(), arguments.data());
+    std::fprintf(stderr, "vergence simulate: cannot start %s: %s\n", path.c_str(),
+                 std::strerror(errno));
+    return CLIENT_FAILED;
+}
+
+#else
+
+int become_simrig(const request &, const char *) {
+    std::fputs(
+        "vergence simulate: this build has no simulated rig; it needs Verilator and "
+        "cmake -DVERGENCE_FPGA=ON\n",
+        stderr);
+    return CLIENT_FAILED;
+}
+
+#endif
+
+}  // namespace
+
+int command_simulate(int argc, char **argv) {
+    request asked{};
+    const char *scene = nullptr;
+    int count = 0;
+    const int parsed = options_parse(&page, argc, argv, &asked, &scene, &count);
+    return parsed != OPTIONS_CONTINUE ? parsed : become_simrig(asked, count > 0 ? scene : nullptr);
+}

@@ -1,0 +1,452 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/host/convert/calibration_file.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+
+#include "core/crc.h"
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/files/input_file.h"
+#include "daemon/surface/length_check.h"
+#include "stereo/geometry/calibration_grammar.h"
+#include "tools/host/formats/whole_file.hpp"
+
+namespace {
+
+const size_t file_limit_bytes = 16u << 20;
+
+bool exists(const std::string &path) {
+    return access(path.c_str(), F_OK) == 0;
+}
+
+[[noreturn]] void fail(int code, const std::string &message) {
+    throw import_failure{code, message};
+}
+
+import_file read_file(const std::string &path) {
+    struct message trouble;
+    const std::unique_ptr<FILE, int (*)(FILE *)> stream(input_file_open(path.c_str(), &trouble),
+                                                        std::fclose);
+    if (stream == nullptr) {
+        fail(ERROR_ARGUMENT, trouble.text);
+    }
+    import_file file{path, {}};
+    char block[65536];
+    size_t count;
+    while ((count = std::fread(block, 1, sizeof block, stream.get())) > 0) {
+        file.text.append(block, count);
+        if (file.text.size() > file_limit_bytes) {
+            fail(ERROR_TOO_LARGE, path + ": is larger than 16 MiB: this is no calibration file");
+        }
+    }
+    if (std::ferror(stream.get()) != 0) {
+        fail(ERROR_ARGUMENT, path + ": cannot be read: " + std::strerror(errno));
+    }
+    if (file.text.empty()) {
+        fail(ERROR_SYNTAX, path + ": is empty");
+    }
+    return file;
+}
+
+std::string directory_of(const std::string &path) {
+    const size_t slash = path.rfind('/');
+    return slash == std::string::npos ? "" : path.substr(0, slash + 1);
+}
+
+/// `path` with the last `from` in its file name replaced by `to`, or "" when it has none.
+std::string partner_name(const std::string &path, const std::string &from, const std::string &to) {
+    const std::string directory = directory_of(path);
+    std::string name = path.substr(directory.size());
+    const size_t at = name.rfind(from);
+    return at == std::string::npos ? "" : directory + name.replace(at, from.size(), to);
+}
+
+/// The first existing file whose name differs from `path` by one of the swaps.
+std::string find_partner(const std::string &path,
+                         std::initializer_list<std::pair<const char *, const char *>> swaps) {
+    for (const auto &swap : swaps) {
+        const std::string name = partner_name(path, swap.first, swap.second);
+        if (name.empty()) {
+            continue;
+        }
+        if (exists(name)) {
+            return name;
+        }
+        const std::string stem = name.substr(0, name.rfind('.'));
+        for (const char *extension : {".yml", ".yaml", ".xml", ".json"}) {
+            if (name.rfind('.') != std::string::npos && exists(stem + extension)) {
+                return stem + extension;
+            }
+        }
+    }
+    return "";
+}
+
+/// Files that a directory is understood to mean: the only one of the usual sets that it holds.
+std::vector<std::string> files_in(std::string directory) {
+    if (directory.back() != '/') {
+        directory += '/';
+    }
+    static const std::vector<std::vector<const char *>> usual = {
+        {"calibration.txt"},
+        {"rig.calibration"},
+        {"intrinsics.yml", "extrinsics.yml"},
+        {"intrinsics.yaml", "extrinsics.yaml"},
+        {"intrinsics.xml", "extrinsics.xml"},
+        {"intrinsics.json", "extrinsics.json"},
+        {"left.yaml", "right.yaml"},
+        {"left.yml", "right.yml"},
+        {"camchain.yaml"},
+        {"left.cameramodel", "right.cameramodel"},
+        {"calib.txt"},
+        {"calib_cam_to_cam.txt"},
+    };
+    std::vector<std::string> found;
+    for (const auto &names : usual) {
+        const bool all = std::all_of(names.begin(), names.end(),
+                                     [&](const char *name) { return exists(directory + name); });
+        if (!all) {
+            continue;
+        }
+        if (!found.empty()) {
+            fail(ERROR_ARGUMENT, directory + ": holds more than one calibration (" + found[0] +
+                                     " and " + directory + names[0] + "): name the one to use");
+        }
+        for (const char *name : names) {
+            found.push_back(directory + name);
+        }
+    }
+    if (found.empty()) {
+        if (exists(directory + "calibration.json")) {
+            fail(ERROR_ARGUMENT,
+                 directory +
+                     ": holds the calibration of one camera alone (calibration.json)"
+                     ": no pair, and so nothing to load, convert or export");
+        }
+        fail(ERROR_ARGUMENT,
+             directory +
+                 ": holds no calibration under a usual name (calibration.txt, rig.calibration, "
+                 "intrinsics.yml and extrinsics.yml, left.yaml and right.yaml, camchain.yaml, "
+                 "left.cameramodel and right.cameramodel, calib.txt, calib_cam_to_cam.txt): name "
+                 "the file");
+    }
+    return found;
+}
+
+std::vector<std::string> split(const std::string &text, char separator) {
+    std::vector<std::string> parts;
+    for (size_t begin = 0; begin <= text.size();) {
+        const size_t end = std::min(text.find(separator, begin), text.size());
+        parts.push_back(text.substr(begin, end - begin));
+        begin = end + 1;
+    }
+    return parts;
+}
+
+std::vector<import_file> read_files(const std::string &path) {
+    std::vector<std::string> paths = {path};
+    if (input_file_is_directory(path.c_str())) {
+        paths = files_in(path);
+    } else if (!exists(path) && path.find(',') != std::string::npos) {
+        paths = split(path, ',');
+    }
+    if (paths.size() > 3) {
+        fail(ERROR_ARGUMENT, path + ": no calibration has more than three files");
+    }
+    std::vector<import_file> files;
+    for (const std::string &name : paths) {
+        files.push_back(read_file(name));
+    }
+    return files;
+}
+
+import_pair read_own(const import_file &file, const import_options &options) {
+    import_pair pair;
+    pair.format = "vergence";
+    std::string text = file.text;
+    calibration_fault fault;
+    int code = calibration_parse(text.data(), text.size(), &pair.value, &fault);
+    if (code == ERROR_CRC && options.accept_edits) {
+        char digits[16];
+        std::snprintf(digits, sizeof digits, "%08x\n", fault.crc);
+        text.replace(text.size() - 9, 9, digits);
+        code = calibration_parse(text.data(), text.size(), &pair.value, &fault);
+        pair.assumed.push_back("changes made after the file was written are meant");
+    }
+    if (code == ERROR_CRC) {
+        fail(code, file.path + ": " + calibration_file_explain(code, fault) +
+                       "; if it was changed on purpose: vergence info " + file.path +
+                       " --accept-edits --convert NEWFILE");
+    }
+    if (code != ERROR_OK) {
+        fail(code, file.path + ": " + calibration_file_explain(code, fault));
+    }
+    return pair;
+}
+
+/// What holds for calibrations of every format.
+void check_use(const std::string &path, const import_options &options, const import_pair &pair) {
+    if (options.rectified && !pair.value.rectified) {
+        fail(ERROR_ARGUMENT, path +
+                                 ": is the calibration of raw images, which are not "
+                                 "rectified: leave --rectified out");
+    }
+    message why;
+    if (options.unit != "mm" && !pair.unit_given &&
+        length_check_baseline(calibration_baseline_mm(&pair.value), path.c_str(),
+                              length_unit_option, &why) != ERROR_OK) {
+        fail(ERROR_BASELINE, why.text);
+    }
+}
+
+/// OpenCV's files may be halves: the other one stands beside the one that the user named.
+import_pair read_opencv(std::vector<import_file> *files, const import_options &options) {
+    try {
+        return import_opencv(*files, options);
+    } catch (const import_failure &failure) {
+        const std::string partner =
+            files->size() == 1 ? find_partner(files->front().path, {{"intrinsic", "extrinsic"},
+                                                                    {"extrinsic", "intrinsic"},
+                                                                    {"INTRINSIC", "EXTRINSIC"},
+                                                                    {"EXTRINSIC", "INTRINSIC"}})
+                               : "";
+        if (failure.code != ERROR_MISSING || partner.empty()) {
+            throw;
+        }
+        files->push_back(read_file(partner));
+        return import_opencv(*files, options);
+    }
+}
+
+/// Formats with a file for each camera.
+struct camera_format {
+    const char *name;  // with an article
+    bool (*matches)(const std::string &text);
+    import_pair (*import)(const std::vector<import_file> &files, const import_options &options);
+};
+const camera_format ros_format = {"a camera_info file", import_ros_matches, import_ros};
+const camera_format mrcal_format = {"a camera of mrcal", import_mrcal_matches, import_mrcal};
+const camera_format simrig_format = {"a camera of the simulated rig", import_simrig_matches,
+                                     import_simrig};
+
+import_pair read_cameras(const camera_format &format, std::vector<import_file> *files,
+                         const import_options &options) {
+    if (files->size() == 1) {
+        const std::string path = files->front().path;
+        const std::string right = find_partner(path, {{"left", "right"}, {"LEFT", "RIGHT"}});
+        const std::string left = find_partner(path, {{"right", "left"}, {"RIGHT", "LEFT"}});
+        if (right.empty() && left.empty()) {
+            fail(ERROR_MISSING, path +
+                                    ": is one camera of a pair: name both files, LEFT,RIGHT, or "
+                                    "put them side by side as left.yaml and right.yaml");
+        }
+        files->insert(right.empty() ? files->begin() : files->end(),
+                      read_file(right.empty() ? left : right));
+    }
+    if (files->size() != 2) {
+        fail(ERROR_ARGUMENT,
+             files->front().path + ": is " + format.name + ": a pair is two of them, LEFT,RIGHT");
+    }
+    for (const import_file &file : *files) {
+        if (!format.matches(file.text)) {
+            fail(ERROR_SYNTAX, file.path + ": is not " + format.name);
+        }
+    }
+    return format.import(*files, options);
+}
+
+import_pair read_any(std::vector<import_file> *files, const import_options &options) {
+    const import_file &first = files->front();
+    const std::string magic = CALIBRATION_GRAMMAR_MAGIC;
+    const bool single = files->size() == 1;
+    if (single && first.text.compare(0, magic.size(), magic) == 0) {
+        return read_own(first, options);
+    }
+    if (first.text.find('\0') != std::string::npos) {
+        fail(ERROR_SYNTAX, first.path + ": is no text, so it is no calibration");
+    }
+    if (import_opencv_matches(first.text)) {
+        return read_opencv(files, options);
+    }
+    if (single && import_kalibr_matches(first.text)) {
+        return import_kalibr(first, options);
+    }
+    if (import_mrcal_matches(first.text)) {
+        return read_cameras(mrcal_format, files, options);
+    }
+    if (import_ros_matches(first.text)) {
+        return read_cameras(ros_format, files, options);
+    }
+    if (import_simrig_matches(first.text)) {
+        return read_cameras(simrig_format, files, options);
+    }
+    if (single && import_middlebury_matches(first.text)) {
+        return import_middlebury(first, options);
+    }
+    if (single && import_kitti_matches(first.text)) {
+        return import_kitti(first, options);
+    }
+    fail(ERROR_SYNTAX,
+         first.path +
+             ": is no calibration: our own text, OpenCV intrinsics/extrinsics, ROS "
+             "camera_info, Kalibr, mrcal, Middlebury calib.txt, KITTI and cameras of the "
+             "simulated rig are understood");
+}
+
+/// Printable ASCII without anything that our text does not take.
+std::string plain_text(std::string text) {
+    for (char &c : text) {
+        c = c < ' ' || c > '~' ? '?' : c;
+    }
+    return text;
+}
+
+/// What is assumed goes into the note, whole sentences only.
+void write_note(import_pair *pair) {
+    std::string note;
+    for (const std::string &sentence : pair->assumed) {
+        const std::string more = (note.empty() ? "" : "; ") + plain_text(sentence);
+        if (note.size() + more.size() < CALIBRATION_NOTE_BYTES) {
+            note += more;
+        }
+    }
+    std::snprintf(pair->value.note, sizeof pair->value.note, "%s", note.c_str());
+}
+
+/// The id comes from the contents: the same files are the same calibration wherever they lie.
+void set_id(const std::vector<import_file> &files, import_pair *pair) {
+    uint32_t crc = 0;
+    for (const import_file &file : files) {
+        crc = crc_update(crc, file.text.data(), file.text.size());
+    }
+    std::snprintf(pair->value.id, sizeof pair->value.id, "%s-%08x", pair->tag.c_str(), crc);
+}
+
+/// Rounds, validates, and notices a pair that is rectified without saying so.
+void finish_import(const std::string &path, import_pair *pair) {
+    calibration_fault fault{};
+    const int code = calibration_file_settle(&pair->value, &fault);
+    if (code != ERROR_OK) {
+        fail(code, path + ": cannot be used: " + calibration_file_explain(code, fault));
+    }
+    if (!pair->value.rectified) {
+        calibration rectified = pair->value;
+        rectified.rectified = true;
+        if (calibration_validate(&rectified, nullptr) == ERROR_OK) {
+            pair->value.rectified = true;
+            pair->assumed.push_back("ideal parallel cameras: images pass through as they are");
+        }
+    }
+}
+
+}  // namespace
+
+int calibration_file_settle(calibration *value, calibration_fault *fault) {
+    const int rounded = calibration_round(value);
+    const int code = calibration_validate(value, fault);  // rounding does not fill `fault`
+    INVARIANT(rounded == ERROR_OK || code != ERROR_OK);
+    return code;
+}
+
+std::string calibration_file_explain(int code, const calibration_fault &fault) {
+    std::string text;
+    if (fault.line > 0) {
+        text += "line " + std::to_string(fault.line);
+    }
+    const std::string field = fault.field;
+    if (!field.empty()) {
+        text += (text.empty() ? "" : ", ") + field;
+    }
+    text += text.empty() ? "" : ": ";
+    if (code == ERROR_CRC) {
+        char digits[16];
+        std::snprintf(digits, sizeof digits, "%08x", fault.crc);
+        return text + error_text(code) + ", which give " + digits;
+    }
+    text += *fault.reason != '\0' ? fault.reason : error_text(code);
+    int count;
+    const calibration_field *fields = calibration_grammar_fields(&count);
+    for (int i = 0; i < count; i++) {
+        if (code == ERROR_RANGE && *fault.reason == '\0' && field == fields[i].name) {
+            text += ", which is " + std::to_string(fields[i].min) + ".." +
+                    std::to_string(fields[i].max) + (*fields[i].unit != '\0' ? " " : "") +
+                    fields[i].unit;
+        }
+    }
+    return text;
+}
+
+int calibration_file_load(const std::string &path, const import_options &options,
+                          calibration *value, calibration_file_report *report,
+                          std::string *message) {
+    try {
+        std::vector<import_file> files = read_files(path);
+        import_pair pair = read_any(&files, options);
+        if (!pair.tag.empty()) {
+            set_id(files, &pair);
+            finish_import(path, &pair);
+            write_note(&pair);
+        }
+        check_use(files.front().path, options, pair);
+        *value = pair.value;
+        if (report != nullptr) {
+            report->format = pair.format;
+            report->assumed = pair.assumed;
+            report->files.clear();
+            for (const import_file &file : files) {
+                report->files.push_back(file.path);
+            }
+        }
+        return ERROR_OK;
+    } catch (const import_failure &failure) {
+        *message = failure.message;
+        return failure.code;
+    } catch (const std::bad_alloc &) {
+        throw;
+    } catch (const std::exception &error) {
+        *message = path + ": cannot be read: " + error.what();
+        return ERROR_SYNTAX;
+    }
+}
+
+int calibration_file_write(const std::string &path, const calibration &value,
+                           std::string *message) {
+    char text[CALIBRATION_TEXT_MAX_BYTES];
+    const int length = calibration_print(&value, text, sizeof text);
+    if (length < 0) {
+        *message = path + ": not written: " + error_text(length);
+        return length;
+    }
+    if (!whole_file_write(path, std::string(text, static_cast<std::size_t>(length)), message)) {
+        return ERROR_BUFFER;
+    }
+    return ERROR_OK;
+}
+
+int calibration_file_loader(const calibration_request *request, calibration *value,
+                            char format[CALIBRATION_LOADER_FORMAT_BYTES], message *reason) {
+    try {
+        import_options options;
+        options.width_px = request->image_width_px;
+        options.height_px = request->image_height_px;
+        options.unit = request->unit != nullptr ? request->unit : "";
+        options.rectified = request->rectified;
+        options.first_camera = request->first_camera;
+        calibration_file_report report;
+        std::string text;
+        const int code = calibration_file_load(request->path, options, value, &report, &text);
+        if (code != ERROR_OK) {
+            return message_set(reason, code, "%s", text.c_str());
+        }
+        std::snprintf(format, CALIBRATION_LOADER_FORMAT_BYTES, "%s", report.format.c_str());
+        return ERROR_OK;
+    } catch (const std::bad_alloc &) {  // the caller is C: nothing may pass through it
+        return message_set(reason, ERROR_MEMORY, "%s: no memory", request->path);
+    }
+}

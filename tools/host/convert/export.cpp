@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/host/convert/export.hpp"
+
+#include <cstdio>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/files/outdir.h"
+#include "daemon/files/output_file.h"
+
+namespace {
+
+struct format {
+    const char *name;
+    std::vector<export_file> (*make)(const calibration &);
+};
+
+const format formats[] = {
+    {"opencv", export_opencv},
+    {"ros", export_ros},
+    {"kalibr", export_kalibr},
+    {"mrcal", export_mrcal},
+};
+
+int write_files(const outdir &directory, const std::vector<export_file> &files, message *why) {
+    for (const export_file &file : files) {
+        char path[OUTDIR_PATH_BYTES];
+        outdir_file_path(&directory, file.name.c_str(), path);
+        output_file out;
+        output_file_open(&out, path);
+        output_file_write(&out, file.text.data(), file.text.size());
+        const int code = output_file_close(&out, why);
+        if (code != ERROR_OK) {
+            outdir_name_final(&directory, why);
+            return code;
+        }
+    }
+    return ERROR_OK;
+}
+
+}  // namespace
+
+const char *const export_formats = "opencv ros kalibr mrcal";
+
+int export_files(const calibration &value, const std::string &format,
+                 std::vector<export_file> *files, std::string *message) {
+    for (const auto &known : formats) {
+        if (format == known.name) {
+            try {
+                *files = known.make(value);
+                return ERROR_OK;
+            } catch (const export_failure &failure) {
+                *message = failure.message;
+                return failure.code;
+            }
+        }
+    }
+    *message = "no export named " + format + "; there are: " + export_formats;
+    return ERROR_ARGUMENT;
+}
+
+int export_write(const calibration &value, const std::string &format, const std::string &directory,
+                 std::vector<std::string> *paths, std::string *loss, std::string *message) {
+    std::vector<export_file> files;
+    int code = export_files(value, format, &files, message);
+    if (code != ERROR_OK) {
+        return code;
+    }
+    outdir work;
+    struct message why;
+    code = outdir_begin(&work, directory.c_str(), &why);
+    if (code == ERROR_OK) {
+        std::vector<const char *> names;
+        for (const export_file &file : files) {
+            names.push_back(file.name.c_str());
+        }
+        code = write_files(work, files, &why);
+        if (code == ERROR_OK) {
+            code = outdir_commit(&work, names.data(), static_cast<int>(names.size()), names.back(),
+                                 &why);
+        }
+        outdir_abort(&work);
+    }
+    if (code != ERROR_OK) {
+        *message = why.text;
+        return code;
+    }
+    for (const export_file &file : files) {
+        paths->push_back(directory + (directory.back() == '/' ? "" : "/") + file.name);
+        *loss += (loss->empty() || file.loss.empty() ? "" : "; ") + file.loss;
+    }
+    return ERROR_OK;
+}
+
+std::string export_numbers(const std::vector<double> &values) {
+    std::string text;
+    for (const double value : values) {
+        char number[32];
+        const int length = std::snprintf(number, sizeof number, "%.17g", value);
+        INVARIANT(length > 0 && length < static_cast<int>(sizeof number));
+        // PyYAML, which ROS and Kalibr read with, takes 1e+20 for a word and 1.0e+20 for a number.
+        std::string word = number;
+        const size_t exponent = word.find('e');
+        if (exponent != std::string::npos && word.find('.') == std::string::npos) {
+            word.insert(exponent, ".0");
+        }
+        text += (text.empty() ? "" : ", ") + word;
+    }
+    return text;
+}

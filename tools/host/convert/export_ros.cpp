@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+/// camera_info files as camera_calibration writes them. rectification_matrix turns the camera's
+/// frame into the rectified one, P[3] = -f B in m. Source: CameraInfo.msg; REP 104.
+#include "tools/host/convert/export.hpp"
+
+namespace {
+
+const double metre_mm = 1000;
+
+std::string matrix(const std::string &name, int rows, int columns,
+                   const std::vector<double> &values) {
+    return name + ":\n  rows: " + std::to_string(rows) + "\n  cols: " + std::to_string(columns) +
+           "\n  data: [" + export_numbers(values) + "]\n";
+}
+
+std::string info(const std::string &name, const lens &one, const double R[9], const double P[12]) {
+    return "image_width: " + std::to_string(one.width_px) +
+           "\nimage_height: " + std::to_string(one.height_px) + "\ncamera_name: " + name + "\n" +
+           matrix("camera_matrix", 3, 3,
+                  {one.fx_px, 0, one.cx_px, 0, one.fy_px, one.cy_px, 0, 0, 1}) +
+           "distortion_model: plumb_bob\n" +
+           matrix("distortion_coefficients", 1, 5, {one.k1, one.k2, one.p1, one.p2, one.k3}) +
+           matrix("rectification_matrix", 3, 3, {R, R + 9}) +
+           matrix("projection_matrix", 3, 4, {P, P + 12});
+}
+
+}  // namespace
+
+std::vector<export_file> export_ros(const calibration &value) {
+    const export_rectified rectified = export_rectify_or_fail(value);
+    double P_left[12], P_right[12];
+    export_projections(rectified, metre_mm, P_left, P_right);
+    // Users of these files look for the baseline and do not find it: it is said in words.
+    const std::string baseline =
+        "# baseline: " + export_numbers({rectified.baseline_mm / metre_mm}) + " m\n";
+    return {{"left.yaml", baseline + info("left", value.left, rectified.R_rect_left, P_left)},
+            {"right.yaml", baseline + info("right", value.right, rectified.R_rect_right, P_right)}};
+}

@@ -1,0 +1,340 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/host/convert/import.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "core/error.h"
+#include "stereo/geometry/geometry.h"
+#include "tools/host/formats/number_text.hpp"
+
+void import_fail(int code, const import_file &file, const std::string &what) {
+    throw import_failure{code, file.path + ": " + what};
+}
+
+std::vector<double> import_numbers(const import_file &file, const std::string &place,
+                                   const std::string &text, size_t count) {
+    std::vector<double> numbers;
+    const char *at = text.data();
+    const char *const end = at + text.size();
+    const auto is_separator = [](char c) { return c == ' ' || c == '\t' || c == ',' || c == ';'; };
+    while (true) {
+        at = std::find_if_not(at, end, is_separator);
+        if (at == end) {
+            break;
+        }
+        if (*at == '+') {  // from_chars knows no plus
+            at++;
+        }
+        double value = 0;
+        const auto read = std::from_chars(at, end, value);
+        if (read.ec != std::errc() || !std::isfinite(value) ||
+            (read.ptr != end && !is_separator(*read.ptr))) {
+            import_fail(ERROR_SYNTAX, file,
+                        place + ": value " + std::to_string(numbers.size() + 1) +
+                            " is not a finite number");
+        }
+        numbers.push_back(value);
+        at = read.ptr;
+    }
+    if (numbers.size() != count) {
+        import_fail(ERROR_SYNTAX, file,
+                    place + ": has " + std::to_string(numbers.size()) + " numbers instead of " +
+                        std::to_string(count));
+    }
+    return numbers;
+}
+
+std::vector<import_line> import_lines(const std::string &text) {
+    std::vector<import_line> lines;
+    for (size_t begin = 0; begin < text.size();) {
+        const size_t end = std::min(text.find('\n', begin), text.size());
+        std::string line = text.substr(begin, end - begin);
+        if (!line.empty() && line.back() == '\r') {
+            line.pop_back();
+        }
+        lines.push_back({static_cast<int>(lines.size()) + 1, line});
+        begin = end + 1;
+    }
+    return lines;
+}
+
+import_entries import_read_entries(const import_file &file, char separator,
+                                   const std::string &form) {
+    import_entries entries;
+    for (const import_line &line : import_lines(file.text)) {
+        if (line.text.find_first_not_of(" \t") == std::string::npos) {
+            continue;
+        }
+        const size_t end = line.text.find(separator);
+        const std::string where = "line " + std::to_string(line.number);
+        if (end == std::string::npos) {
+            import_fail(ERROR_SYNTAX, file, where + ": must be " + form);
+        }
+        const std::string name = line.text.substr(0, end);
+        if (!entries.insert({name, {line.number, line.text.substr(end + 1)}}).second) {
+            import_fail(ERROR_DUPLICATE, file, where + ": " + name + " stood above already");
+        }
+    }
+    return entries;
+}
+
+const import_entry &import_require(const import_file &file, const import_entries &entries,
+                                   const std::string &name) {
+    const auto found = entries.find(name);
+    if (found == entries.end()) {
+        import_fail(ERROR_MISSING, file, name + " is missing");
+    }
+    return found->second;
+}
+
+std::string import_place(const import_entries &entries, const std::string &name) {
+    return "line " + std::to_string(entries.at(name).line) + ", " + name;
+}
+
+double import_unit_mm(const import_options &options) {
+    return options.unit == "mm"   ? 1.0
+           : options.unit == "cm" ? 10.0
+           : options.unit == "m"  ? 1000.0
+                                  : 0.0;
+}
+
+void import_camera_matrix(const import_file &file, const std::string &field,
+                          const std::vector<double> &K, lens *camera) {
+    if (K[3] != 0 || K[6] != 0 || K[7] != 0 || K[8] != 1) {
+        import_fail(ERROR_RANGE, file,
+                    field + " is not a camera matrix: it must be fx 0 cx, 0 fy cy, 0 0 1");
+    }
+    if (K[1] != 0) {
+        import_fail(ERROR_RANGE, file,
+                    field + ": skewed pixels (" + number_text(K[1], 6) +
+                        ") are not supported: calibrate without skew");
+    }
+    if (!(K[0] > 0) || !(K[4] > 0)) {
+        import_fail(ERROR_RANGE, file, field + ": the focal lengths must be above 0");
+    }
+    camera->fx_px = K[0];
+    camera->fy_px = K[4];
+    camera->cx_px = K[2];
+    camera->cy_px = K[5];
+}
+
+namespace {
+
+/// Radial factor of the rational model at u = r^2.
+double rational(const std::vector<double> &D, double u) {
+    return (1 + u * (D[0] + u * (D[1] + u * D[4]))) / (1 + u * (D[5] + u * (D[6] + u * D[7])));
+}
+
+/// Radius of the undistorted view: where the model puts the corner farthest from the centre.
+/// Returns 0 when the model does not grow up to there.
+double view_radius(const std::vector<double> &D, const lens &camera) {
+    double corner = 0;
+    for (const double x : {-0.5, camera.width_px - 0.5}) {
+        for (const double y : {-0.5, camera.height_px - 0.5}) {
+            corner = std::max(corner, std::hypot((x - camera.cx_px) / camera.fx_px,
+                                                 (y - camera.cy_px) / camera.fy_px));
+        }
+    }
+    const int steps = 4000;
+    const double farthest = 3 * corner;
+    double before = 0;
+    for (int i = 1; i <= steps; i++) {
+        const double r = farthest * i / steps;
+        const double distorted = r * rational(D, r * r);
+        if (!(distorted > before)) {
+            return 0;
+        }
+        if (distorted >= corner) {
+            return r;
+        }
+        before = distorted;
+    }
+    return 0;
+}
+
+/// Solves the symmetric positive system A x = b of three unknowns by Cramer's rule.
+bool solve_three(const double A[3][3], const double b[3], double x[3]) {
+    const auto determinant = [](const double m[3][3]) {
+        return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
+               m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+               m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+    };
+    const double whole = determinant(A);
+    if (!(std::abs(whole) > 0)) {
+        return false;
+    }
+    for (int column = 0; column < 3; column++) {
+        double replaced[3][3];
+        for (int i = 0; i < 3; i++) {
+            for (int j = 0; j < 3; j++) {
+                replaced[i][j] = j == column ? b[i] : A[i][j];
+            }
+        }
+        x[column] = determinant(replaced) / whole;
+    }
+    return true;
+}
+
+/// Differences between a fitted polynomial and the model it stands for, in px.
+struct refit {
+    double largest_px, rms_px;
+};
+
+/// Fits r (1 + k1 r^2 + k2 r^4 + k3 r^6) to the rational model over the view, by least fourth
+/// powers (iteratively reweighted least squares): plain least squares leaves the corners far off.
+/// Unknowns are scaled to the view's edge, so that the system is well conditioned. Returns false
+/// when the model does not grow over the view.
+bool refit_rational(const std::vector<double> &D, lens *camera, refit *result) {
+    const double radius = view_radius(D, *camera);
+    if (radius <= 0) {
+        return false;
+    }
+    const int steps = 400, rounds = 60;
+    const double f_px = std::max(camera->fx_px, camera->fy_px);
+    std::vector<double> weight(steps, 1.0), off_px(steps, 0.0);
+    double k[3] = {};
+    for (int round = 0; round < rounds; round++) {
+        double A[3][3] = {}, b[3] = {};
+        for (int i = 0; i < steps; i++) {
+            const double s = (i + 1.0) / steps, u = s * s;
+            const double basis[3] = {s * u, s * u * u, s * u * u * u};
+            const double target = s * (rational(D, u * radius * radius) - 1);
+            for (int row = 0; row < 3; row++) {
+                b[row] += weight[static_cast<size_t>(i)] * basis[row] * target;
+                for (int column = 0; column < 3; column++) {
+                    A[row][column] += weight[static_cast<size_t>(i)] * basis[row] * basis[column];
+                }
+            }
+        }
+        if (!solve_three(A, b, k)) {
+            return false;
+        }
+        *result = {0, 0};
+        for (int i = 0; i < steps; i++) {
+            const double s = (i + 1.0) / steps, u = s * s;
+            const double fitted = 1 + u * (k[0] + u * (k[1] + u * k[2]));
+            const double off =
+                std::abs(s * radius * (fitted - rational(D, u * radius * radius))) * f_px;
+            off_px[static_cast<size_t>(i)] = off;
+            result->largest_px = std::max(result->largest_px, off);
+            result->rms_px += off * off / steps;
+        }
+        result->rms_px = std::sqrt(result->rms_px);
+        for (size_t i = 0; i < weight.size() && result->largest_px > 0; i++) {
+            const double share = off_px[i] / result->largest_px;
+            weight[i] = 0.5 * weight[i] + 0.5 * std::max(share * share, 1e-6);
+        }
+    }
+    camera->k1 = k[0] / std::pow(radius, 2);
+    camera->k2 = k[1] / std::pow(radius, 4);
+    camera->k3 = k[2] / std::pow(radius, 6);
+    return true;
+}
+
+}  // namespace
+
+void import_distortion(const import_file &file, const std::string &field,
+                       const std::vector<double> &D, lens *camera,
+                       std::vector<std::string> *assumed) {
+    static const double refit_limit_px = 0.25;
+    const size_t count = D.size();
+    if (count != 0 && count != 4 && count != 5 && count != 8 && count != 12 && count != 14) {
+        import_fail(ERROR_SYNTAX, file,
+                    field + ": has " + std::to_string(count) +
+                        " distortion coefficients; 4, 5 or 8 are usual (k1 k2 p1 p2 k3 k4 k5 k6)");
+    }
+    std::vector<double> all(14, 0.0);
+    std::copy(D.begin(), D.end(), all.begin());
+    const auto any = [&](int from, int to) {
+        return std::any_of(all.begin() + from, all.begin() + to, [](double v) { return v != 0; });
+    };
+    if (any(8, 12)) {
+        import_fail(ERROR_DISTORTION, file,
+                    field +
+                        ": the thin prism model (s1..s4) is not supported: calibrate without "
+                        "CALIB_THIN_PRISM_MODEL");
+    }
+    if (any(12, 14)) {
+        import_fail(ERROR_DISTORTION, file,
+                    field +
+                        ": the tilted sensor model (tau) is not supported: calibrate without "
+                        "CALIB_TILTED_MODEL");
+    }
+    camera->k1 = all[0];
+    camera->k2 = all[1];
+    camera->p1 = all[2];
+    camera->p2 = all[3];
+    camera->k3 = all[4];
+    if (!any(5, 8)) {
+        return;
+    }
+    refit fit{};
+    const bool fitted = refit_rational(all, camera, &fit);
+    if (!fitted || !(fit.largest_px <= refit_limit_px)) {
+        import_fail(ERROR_DISTORTION, file,
+                    field +
+                        ": the rational distortion model (k4 k5 k6) cannot be expressed by k1 "
+                        "k2 k3 within 0.25 px over the image" +
+                        (fitted ? " (" + number_text(fit.largest_px, 2) + " px)" : "") +
+                        ": calibrate without CALIB_RATIONAL_MODEL");
+    }
+    assumed->push_back(field + ": rational distortion refitted by k1 k2 k3, " +
+                       number_text(fit.rms_px, 2) + " px rms off, at most " +
+                       number_text(fit.largest_px, 2) + " px");
+}
+
+void import_pose(const import_file &file, const std::string &field, const std::vector<double> &R,
+                 const double translation_mm[3], calibration *value) {
+    if (geometry_vector_from_rotation(R.data(), value->rotation_right_left_rad) != ERROR_OK) {
+        import_fail(ERROR_ROTATION, file,
+                    field +
+                        " is not a rotation: its rows must be orthogonal, of length 1 and "
+                        "right-handed");
+    }
+    std::copy(translation_mm, translation_mm + 3, value->translation_right_left_mm);
+}
+
+void import_projections(const import_file &file, const std::string &field,
+                        const std::vector<double> &P_left, const std::vector<double> &P_right,
+                        double unit_mm, import_pair *pair) {
+    double t_mm[2][3];
+    lens *const lenses[2] = {&pair->value.left, &pair->value.right};
+    for (int side = 0; side < 2; side++) {
+        const std::vector<double> &P = side == 0 ? P_left : P_right;
+        import_camera_matrix(file, field, {P[0], P[1], P[2], P[4], P[5], P[6], P[8], P[9], P[10]},
+                             lenses[side]);
+        const lens &camera = *lenses[side];
+        t_mm[side][2] = P[11] * unit_mm;
+        t_mm[side][0] = (P[3] * unit_mm - camera.cx_px * t_mm[side][2]) / camera.fx_px;
+        t_mm[side][1] = (P[7] * unit_mm - camera.cy_px * t_mm[side][2]) / camera.fy_px;
+    }
+    const lens &left = pair->value.left, &right = pair->value.right;
+    const double tolerance = 1e-9 * left.fx_px;
+    if (std::abs(left.fx_px - right.fx_px) > tolerance ||
+        std::abs(left.fy_px - right.fy_px) > tolerance ||
+        std::abs(left.cy_px - right.cy_px) > tolerance) {
+        import_fail(ERROR_RANGE, file,
+                    field + ": the projections of a rectified pair must agree in fx, fy and cy");
+    }
+    const double across_mm = t_mm[0][0] - t_mm[1][0];
+    const double off_mm = std::hypot(t_mm[0][1] - t_mm[1][1], t_mm[0][2] - t_mm[1][2]);
+    if (!(across_mm > 0) || off_mm > 0.05 * across_mm) {
+        import_fail(ERROR_BASELINE, file,
+                    field +
+                        ": the right camera must stand to the right of the left one, but "
+                        "stands at x " +
+                        number_text(across_mm, 6) + " mm, " + number_text(off_mm, 6) +
+                        " mm off that line: are the two swapped, or one above the other?");
+    }
+    if (off_mm > 1e-6 * across_mm) {
+        pair->assumed.push_back("rows correspond, though the projections put the right camera " +
+                                number_text(off_mm, 3) + " mm off the baseline");
+    }
+    pair->value.right.fx_px = left.fx_px;
+    pair->value.right.fy_px = left.fy_px;
+    pair->value.right.cy_px = left.cy_px;
+    pair->value.rectified = true;
+    pair->value.translation_right_left_mm[0] = -across_mm;
+}

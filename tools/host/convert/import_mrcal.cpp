@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+/// mrcal's .cameramodel, one file a camera: a dictionary in Python's spelling, which is YAML but
+/// for the bytes of its optimization inputs. `extrinsics` is rt_cam_ref in m, as in
+/// export_mrcal.cpp.
+#include <algorithm>
+#include <cstdio>
+
+#include "core/error.h"
+#include "stereo/geometry/geometry.h"
+#include "tools/host/convert/import_yaml.hpp"
+
+namespace {
+
+const double metre_mm = 1000;
+
+struct model {
+    lens camera{};
+    double R_cam_ref[9], t_mm[3];
+};
+
+/// Without bytes b'...': they hold braces that are none.
+std::string without_bytes(const std::string &text) {
+    const std::string key = "'optimization_inputs':";
+    const size_t at = text.find(key);
+    const size_t begin = at == std::string::npos ? at : text.find("b'", at + key.size());
+    const size_t end = begin == std::string::npos ? begin : text.find('\'', begin + 2);
+    return end == std::string::npos ? text : text.substr(0, begin) + "0" + text.substr(end + 1);
+}
+
+model read_model(const import_file &file, std::vector<std::string> *assumed) {
+    const YAML::Node root = import_yaml_map(file, without_bytes(file.text), "a camera of mrcal");
+    const YAML::Node named = root["lensmodel"];
+    const std::string name = named && named.IsScalar() ? named.Scalar() : "";
+    const std::string opencv = "LENSMODEL_OPENCV";
+    size_t coefficients = 0;
+    const bool known = name == "LENSMODEL_PINHOLE" ||
+                       (name.compare(0, opencv.size(), opencv) == 0 &&
+                        std::sscanf(name.c_str() + opencv.size(), "%2zu", &coefficients) == 1);
+    if (!known) {
+        import_fail(ERROR_DISTORTION, file,
+                    "lensmodel " + (name.empty() ? "is missing" : name) +
+                        ": only LENSMODEL_PINHOLE and LENSMODEL_OPENCV4, 5 and 8 are supported: "
+                        "make one of them with mrcal-convert-lensmodel");
+    }
+    const std::vector<double> intrinsics =
+        import_yaml_numbers(file, "intrinsics", root["intrinsics"], 4 + coefficients);
+    const std::vector<double> D(intrinsics.begin() + 4, intrinsics.end());
+    model result;
+    result.camera = import_yaml_lens(file, "intrinsics", intrinsics,
+                                     import_yaml_numbers(file, "imagersize", root["imagersize"], 2),
+                                     D, assumed);
+    const std::vector<double> rt = import_yaml_numbers(file, "extrinsics", root["extrinsics"], 6);
+    geometry_rotation_from_vector(rt.data(), result.R_cam_ref);
+    std::transform(rt.begin() + 3, rt.end(), result.t_mm,
+                   [](double metres) { return metres * metre_mm; });
+    return result;
+}
+
+}  // namespace
+
+bool import_mrcal_matches(const std::string &text) {
+    return text.find("'lensmodel'") != std::string::npos;
+}
+
+import_pair import_mrcal(const std::vector<import_file> &files, const import_options &) {
+    import_pair pair;
+    pair.format = "mrcal";
+    pair.tag = "mrcal";
+    const model left = read_model(files[0], &pair.assumed);
+    const model right = read_model(files[1], &pair.assumed);
+    pair.value.left = left.camera;
+    pair.value.right = right.camera;
+    // p_right = R_right p_ref + t_right with p_ref = R_left^T (p_left - t_left).
+    const double *R = left.R_cam_ref;
+    const double R_ref_left[9] = {R[0], R[3], R[6], R[1], R[4], R[7], R[2], R[5], R[8]};
+    std::vector<double> R_right_left(9);
+    double t_mm[3], moved_mm[3];
+    geometry_multiply(right.R_cam_ref, R_ref_left, R_right_left.data());
+    geometry_rotate(R_right_left.data(), left.t_mm, moved_mm);
+    for (int i = 0; i < 3; i++) {
+        t_mm[i] = right.t_mm[i] - moved_mm[i];
+    }
+    import_pose(files[1], "extrinsics", R_right_left, t_mm, &pair.value);
+    return pair;
+}

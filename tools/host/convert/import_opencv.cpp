@@ -1,0 +1,324 @@
+// SPDX-License-Identifier: Apache-2.0
+/// OpenCV's FileStorage (YAML, XML, JSON) with the matrices of a stereo pair. OpenCV fixes neither
+/// names nor unit: stereo_calib writes M1 D1 M2 D2 to one file and R T R1 R2 P1 P2 Q to another
+/// one, other programs write variations of cameraMatrix1 or left_camera_matrix. R and T are those
+/// of stereoCalibrate: point_right = R point_left + T.
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstring>
+#include <map>
+
+#include "core/error.h"
+#include "stereo/geometry/geometry.h"
+#include "tools/host/convert/import.hpp"
+#include "tools/host/convert/import_storage.hpp"
+
+namespace {
+
+enum role { MATRIX, DISTORTION, PROJECTION, ROTATION, TRANSLATION };
+
+/// Where a role's values were found; `side` 0 left, 1 right, 2 neither said.
+struct finding {
+    const import_file *file;
+    std::string name;
+    std::vector<double> values;
+    int rows, columns;
+};
+
+struct findings {
+    std::map<std::pair<role, int>, finding> all;
+    int width_px = 0, height_px = 0;
+    double rms_px = 0;
+
+    const finding *find(role what, int side) const {
+        const auto found = all.find({what, side});
+        return found == all.end() ? nullptr : &found->second;
+    }
+};
+
+/// Lower case, letters and digits alone: cameraMatrix1, camera_matrix_1 and Camera-Matrix-1 agree.
+std::string plain_name(const std::string &name) {
+    std::string plain;
+    for (const char c : name) {
+        if (std::isalnum(static_cast<unsigned char>(c)) != 0) {
+            plain += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+        }
+    }
+    return plain;
+}
+
+bool is_one_of(const std::string &name, std::initializer_list<const char *> names) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// Cuts a word for the side off either end of a plain name.
+int cut_side(std::string *name) {
+    static const struct {
+        const char *word;
+        int side;
+        bool in_front;  // may also stand in front
+    } words[] = {{"left", 0, true}, {"right", 1, true}, {"1", 0, false},
+                 {"2", 1, false},   {"l", 0, false},    {"r", 1, false}};
+    for (const auto &word : words) {
+        const size_t length = std::strlen(word.word);
+        if (name->size() <= length) {
+            continue;
+        }
+        if (name->compare(name->size() - length, length, word.word) == 0) {
+            name->resize(name->size() - length);
+            return word.side;
+        }
+        if (word.in_front && name->compare(0, length, word.word) == 0) {
+            name->erase(0, length);
+            return word.side;
+        }
+    }
+    return 2;
+}
+
+bool role_of(const std::string &name, role *what, int *side) {
+    std::string plain = plain_name(name);
+    *side = 2;
+    if (is_one_of(plain, {"r", "rotation", "rotationmatrix", "rmat", "stereor"})) {
+        *what = ROTATION;
+        return true;
+    }
+    if (is_one_of(plain, {"t", "translation", "translationvector", "tvec", "stereot"})) {
+        *what = TRANSLATION;
+        return true;
+    }
+    static const std::initializer_list<const char *> matrix = {
+        "m", "k", "cameramatrix", "cammatrix", "mtx", "intrinsic", "intrinsics", "intrinsicmatrix"};
+    static const std::initializer_list<const char *> distortion = {"d",
+                                                                   "dist",
+                                                                   "distortion",
+                                                                   "distcoeffs",
+                                                                   "distcoeff",
+                                                                   "distcoefs",
+                                                                   "distortioncoefficients",
+                                                                   "distortioncoeffs"};
+    // "dist" and "mtx..." end in letters that could be a side: the whole name comes first.
+    if (is_one_of(plain, matrix) || is_one_of(plain, distortion)) {
+        *what = is_one_of(plain, matrix) ? MATRIX : DISTORTION;
+        return true;
+    }
+    *side = cut_side(&plain);
+    if (*side == 2) {
+        return false;
+    }
+    if (is_one_of(plain, matrix)) {
+        *what = MATRIX;
+    } else if (is_one_of(plain, distortion)) {
+        *what = DISTORTION;
+    } else if (is_one_of(plain, {"p", "projection", "projectionmatrix"})) {
+        *what = PROJECTION;
+    } else {
+        return false;
+    }
+    return true;
+}
+
+/// A matrix, or a list of numbers in its place. Returns false for anything else.
+bool read_values(const import_file &file, const import_storage_entry &entry, finding *found) {
+    if (entry.kind == import_storage_kind::matrix) {
+        if (entry.channels != 1) {
+            import_fail(ERROR_SYNTAX, file, entry.name + ": must be a plain matrix");
+        }
+        found->rows = entry.rows;
+        found->columns = entry.columns;
+    } else if (entry.kind == import_storage_kind::list) {
+        found->rows = static_cast<int>(entry.numbers.size());
+        found->columns = 1;
+    } else {
+        return false;
+    }
+    found->values = entry.numbers;
+    for (const double value : found->values) {
+        if (!std::isfinite(value)) {
+            import_fail(ERROR_RANGE, file,
+                        found->name + ": holds a value that is no finite number");
+        }
+    }
+    return true;
+}
+
+bool is_side_px(double value) {
+    return value >= 1 && value <= 100000;
+}
+
+/// Image size and rms under the names that are met.
+void read_extras(const import_storage_entry &entry, const std::string &plain, findings *result) {
+    const std::vector<double> &numbers = entry.numbers;
+    const bool one = entry.kind == import_storage_kind::number;
+    const bool two = entry.kind == import_storage_kind::list && numbers.size() == 2;
+    if (one && is_side_px(numbers[0]) && is_one_of(plain, {"imagewidth", "width"})) {
+        result->width_px = static_cast<int>(numbers[0]);
+    } else if (one && is_side_px(numbers[0]) && is_one_of(plain, {"imageheight", "height"})) {
+        result->height_px = static_cast<int>(numbers[0]);
+    } else if (two && is_side_px(numbers[0]) && is_side_px(numbers[1]) &&
+               is_one_of(plain, {"imagesize", "imgsize", "size"})) {
+        result->width_px = static_cast<int>(numbers[0]);
+        result->height_px = static_cast<int>(numbers[1]);
+    } else if (one && numbers[0] > 0 && numbers[0] < 1000 &&
+               is_one_of(plain, {"rms", "stereorms", "rmserror", "reprojectionerror"})) {
+        result->rms_px = numbers[0];
+    }
+}
+
+void read_file(const import_file &file, int file_side, findings *result) {
+    for (const import_storage_entry &entry : import_storage_read(file)) {
+        const std::string plain = plain_name(entry.name);
+        const bool zero = entry.kind == import_storage_kind::number && entry.numbers[0] == 0;
+        if (plain.find("fisheye") != std::string::npos && !zero) {
+            import_fail(ERROR_DISTORTION, file,
+                        entry.name +
+                            ": the fisheye model is not supported: calibrate with "
+                            "stereoCalibrate and the standard model");
+        }
+        role what;
+        int side;
+        finding found{&file, entry.name, {}, 0, 0};
+        if (!role_of(entry.name, &what, &side) || !read_values(file, entry, &found)) {
+            read_extras(entry, plain, result);
+            continue;
+        }
+        if (side == 2 && (what == MATRIX || what == DISTORTION)) {
+            side = file_side;
+        }
+        const auto added = result->all.insert({{what, side}, found});
+        if (!added.second) {
+            import_fail(ERROR_DUPLICATE, file,
+                        entry.name + ": is the same as " + added.first->second.name + " in " +
+                            added.first->second.file->path);
+        }
+    }
+}
+
+const finding &required(const import_file &file, const findings &from, role what, int side,
+                        const std::string &usual_name) {
+    const finding *found = from.find(what, side);
+    if (found == nullptr && from.find(MATRIX, 2) != nullptr) {
+        import_fail(ERROR_MISSING, file,
+                    "holds one camera only (" + from.find(MATRIX, 2)->name +
+                        "): a stereo pair needs both cameras, R and T: LEFT,RIGHT,EXTRINSICS");
+    }
+    if (found == nullptr) {
+        import_fail(ERROR_MISSING, file,
+                    usual_name +
+                        " is missing: name both files, INTRINSICS,EXTRINSICS, or put them "
+                        "side by side as intrinsics.yml and extrinsics.yml");
+    }
+    return *found;
+}
+
+void check_shape(const finding &found, int rows, int columns) {
+    const bool flat = found.rows * found.columns == rows * columns &&
+                      (found.rows == 1 || found.columns == 1) && (rows == 1 || columns == 1);
+    // A list of numbers has lost its shape.
+    const bool list = found.columns == 1 && found.rows == rows * columns;
+    if (!(found.rows == rows && found.columns == columns) && !flat && !list) {
+        import_fail(ERROR_SYNTAX, *found.file,
+                    found.name + ": is " + std::to_string(found.rows) + "x" +
+                        std::to_string(found.columns) + " instead of " + std::to_string(rows) +
+                        "x" + std::to_string(columns));
+    }
+}
+
+/// Rotation matrix of a role that may also hold a rotation vector.
+std::vector<double> rotation(const finding &found) {
+    if (found.values.size() != 3) {
+        check_shape(found, 3, 3);
+        return found.values;
+    }
+    std::vector<double> R(9);
+    geometry_rotation_from_vector(found.values.data(), R.data());
+    return R;
+}
+
+void set_size(const import_file &file, const findings &from, const import_options &options,
+              import_pair *pair) {
+    int width_px = from.width_px, height_px = from.height_px;
+    if (width_px <= 0 || height_px <= 0) {
+        width_px = options.width_px;
+        height_px = options.height_px;
+        if (width_px <= 0 || height_px <= 0) {
+            import_fail(ERROR_MISSING, file,
+                        "this OpenCV file does not state the image size: give it, --size "
+                        "WIDTHxHEIGHT");
+        }
+        pair->assumed.push_back("image size not stated: that of the images");
+    }
+    for (lens *camera : {&pair->value.left, &pair->value.right}) {
+        camera->width_px = width_px;
+        camera->height_px = height_px;
+    }
+}
+
+double unit_mm(const import_options &options, import_pair *pair) {
+    const double stated = import_unit_mm(options);
+    if (stated > 0) {
+        pair->unit_given = true;
+        return stated;
+    }
+    pair->assumed.push_back("unit of length assumed: mm");
+    return 1;
+}
+
+void read_raw(const import_file &file, const findings &from, const import_options &options,
+              import_pair *pair) {
+    lens *const lenses[2] = {&pair->value.left, &pair->value.right};
+    for (int side = 0; side < 2; side++) {
+        const std::string digit = side == 0 ? "1" : "2";
+        const finding &K = required(file, from, MATRIX, side, "M" + digit);
+        const finding &D = required(file, from, DISTORTION, side, "D" + digit);
+        check_shape(K, 3, 3);
+        check_shape(D, 1, static_cast<int>(D.values.size()));
+        import_camera_matrix(*K.file, K.name, K.values, lenses[side]);
+        import_distortion(*D.file, D.name, D.values, lenses[side], &pair->assumed);
+    }
+    const finding &R = required(file, from, ROTATION, 2, "R");
+    const finding &T = required(file, from, TRANSLATION, 2, "T");
+    check_shape(T, 3, 1);
+    const double unit = unit_mm(options, pair);
+    const double t_mm[3] = {T.values[0] * unit, T.values[1] * unit, T.values[2] * unit};
+    import_pose(*R.file, R.name, rotation(R), t_mm, &pair->value);
+}
+
+void read_rectified(const import_file &file, const findings &from, const import_options &options,
+                    import_pair *pair) {
+    const finding &P1 = required(file, from, PROJECTION, 0, "P1");
+    const finding &P2 = required(file, from, PROJECTION, 1, "P2");
+    check_shape(P1, 3, 4);
+    check_shape(P2, 3, 4);
+    const double unit = unit_mm(options, pair);
+    import_projections(*P2.file, "P1 and P2", P1.values, P2.values, unit, pair);
+    pair->assumed.push_back("images are the rectified ones");
+}
+
+}  // namespace
+
+bool import_opencv_matches(const std::string &text) {
+    return text.find("opencv-matrix") != std::string::npos ||
+           text.find("<opencv_storage") != std::string::npos || text.compare(0, 5, "%YAML") == 0;
+}
+
+import_pair import_opencv(const std::vector<import_file> &files, const import_options &options) {
+    import_pair pair;
+    pair.format = "OpenCV";
+    pair.tag = "opencv";
+    findings from;
+    // Files of one camera each are told apart by their order only.
+    for (size_t i = 0; i < files.size(); i++) {
+        read_file(files[i], files.size() > 1 && i < 2 ? static_cast<int>(i) : 2, &from);
+    }
+    const import_file &named = files[0];
+    set_size(named, from, options, &pair);
+    if (options.rectified) {
+        read_rectified(named, from, options, &pair);
+    } else {
+        read_raw(named, from, options, &pair);
+    }
+    pair.value.rms_px = from.rms_px;
+    return pair;
+}

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+/// sensor_msgs/CameraInfo as YAML, in the spelling of camera_calibration (camera_matrix: {data})
+/// and in that of an echoed message (K: [...] or k: [...]). For a point of the rectified frame P =
+/// [f 0 cx Tx; 0 f cy Ty; 0 0 1 0] with Tx = -f B in the right camera, lengths in m, and R turns
+/// the raw camera's frame into the rectified one. Source: REP 104, CameraInfo.msg.
+#include <cmath>
+
+#include "core/error.h"
+#include "stereo/geometry/geometry.h"
+#include "tools/host/convert/import_yaml.hpp"
+
+namespace {
+
+const double metre_mm = 1000;
+
+struct camera_info {
+    lens camera{};
+    std::vector<double> D, R, P;
+    bool ideal;  // no distortion, R is the identity, P holds the same camera as K
+};
+
+YAML::Node child(const YAML::Node &root, std::initializer_list<const char *> names) {
+    for (const char *name : names) {
+        const YAML::Node node = root[name];
+        if (node) {
+            return node;
+        }
+    }
+    return YAML::Node(YAML::NodeType::Undefined);
+}
+
+std::vector<double> numbers(const import_file &file, const YAML::Node &root,
+                            std::initializer_list<const char *> names) {
+    const std::string field = *names.begin();
+    YAML::Node node = child(root, names);
+    if (!node) {
+        import_fail(ERROR_MISSING, file, field + " is missing");
+    }
+    if (node.IsMap()) {
+        node = node["data"];
+    }
+    if (!node || !node.IsSequence()) {
+        import_fail(ERROR_SYNTAX, file, field + ": must hold a list of numbers");
+    }
+    return import_yaml_numbers(file, field, node);
+}
+
+std::vector<double> matrix(const import_file &file, const YAML::Node &root,
+                           std::initializer_list<const char *> names, size_t count) {
+    const std::vector<double> values = numbers(file, root, names);
+    if (values.size() != count) {
+        import_fail(ERROR_SYNTAX, file,
+                    std::string(*names.begin()) + ": has " + std::to_string(values.size()) +
+                        " numbers instead of " + std::to_string(count));
+    }
+    return values;
+}
+
+int whole(const import_file &file, const YAML::Node &root,
+          std::initializer_list<const char *> names, int missing) {
+    const YAML::Node node = child(root, names);
+    if (!node) {
+        if (missing < 0) {
+            import_fail(ERROR_MISSING, file, std::string(*names.begin()) + " is missing");
+        }
+        return missing;
+    }
+    int value = 0;
+    if (!node.IsScalar() || !YAML::convert<int>::decode(node, value)) {
+        import_fail(ERROR_SYNTAX, file, std::string(*names.begin()) + ": must be a whole number");
+    }
+    return value;
+}
+
+void refuse_binning(const import_file &file, const YAML::Node &root) {
+    if (whole(file, root, {"binning_x"}, 0) > 1 || whole(file, root, {"binning_y"}, 0) > 1) {
+        import_fail(ERROR_RANGE, file, "binning_x, binning_y: binned images are not supported");
+    }
+    const YAML::Node roi = root["roi"];
+    if (roi && roi.IsMap() &&
+        (whole(file, roi, {"x_offset"}, 0) != 0 || whole(file, roi, {"y_offset"}, 0) != 0)) {
+        import_fail(ERROR_RANGE, file, "roi: images of a region are not supported");
+    }
+}
+
+/// The distortion model by name; the coefficients themselves are judged by import_distortion.
+void check_model(const import_file &file, const YAML::Node &root, const std::vector<double> &D) {
+    const YAML::Node node = child(root, {"distortion_model"});
+    const std::string model = node && node.IsScalar() ? node.Scalar() : "";
+    const bool named = model == "plumb_bob" || model == "rational_polynomial";
+    if (!named && !(model.empty() && D.empty())) {
+        import_fail(ERROR_DISTORTION, file,
+                    "distortion_model " + (model.empty() ? "is missing" : model) +
+                        ": only plumb_bob and rational_polynomial are supported: calibrate the "
+                        "camera with one of them");
+    }
+}
+
+camera_info read_info(const import_file &file, std::vector<std::string> *assumed) {
+    const YAML::Node root = YAML::Load(file.text);
+    if (!root.IsMap()) {
+        import_fail(ERROR_SYNTAX, file, "must be a YAML map, as camera_info files are");
+    }
+    camera_info info;
+    info.camera.width_px = whole(file, root, {"image_width", "width"}, -1);
+    info.camera.height_px = whole(file, root, {"image_height", "height"}, -1);
+    refuse_binning(file, root);
+    const std::vector<double> K = matrix(file, root, {"camera_matrix", "K", "k"}, 9);
+    import_camera_matrix(file, "camera_matrix", K, &info.camera);
+    info.D = numbers(file, root, {"distortion_coefficients", "D", "d"});
+    check_model(file, root, info.D);
+    import_distortion(file, "distortion_coefficients", info.D, &info.camera, assumed);
+    info.R = matrix(file, root, {"rectification_matrix", "R", "r"}, 9);
+    info.P = matrix(file, root, {"projection_matrix", "P", "p"}, 12);
+    const std::vector<double> &P = info.P;
+    info.ideal = lens_is_ideal(&info.camera) &&
+                 info.R == std::vector<double>{1, 0, 0, 0, 1, 0, 0, 0, 1} &&
+                 K == std::vector<double>{P[0], P[1], P[2], P[4], P[5], P[6], P[8], P[9], P[10]};
+    return info;
+}
+
+/// Pose of raw cameras: with T the right P's translation over its focal lengths,
+/// R_right p_right = R_left p_left + T.
+void set_raw_pose(const import_file &file, const camera_info &left, const camera_info &right,
+                  import_pair *pair) {
+    const std::vector<double> &P = right.P, &P0 = left.P;
+    if (!(P[0] > 0) || !(P[5] > 0) || !(P0[0] > 0) || !(P0[5] > 0)) {
+        import_fail(ERROR_RANGE, file, "projection_matrix: focal lengths must be above 0");
+    }
+    const double T_mm[3] = {(P[3] / P[0] - P0[3] / P0[0]) * metre_mm,
+                            (P[7] / P[5] - P0[7] / P0[5]) * metre_mm, 0};
+    if (T_mm[0] == 0 && T_mm[1] == 0) {
+        import_fail(ERROR_BASELINE, file,
+                    "projection_matrix: the pair has no baseline: its fourth column must hold "
+                    "-fx * baseline in metres, as a stereo calibration writes it");
+    }
+    if (T_mm[0] > 0 && std::abs(T_mm[0]) > std::abs(T_mm[1])) {
+        import_fail(ERROR_BASELINE, file,
+                    "projection_matrix: the right camera stands left of the left one: are the two "
+                    "files swapped?");
+    }
+    double checked[3];
+    for (const camera_info *info : {&left, &right}) {
+        if (geometry_vector_from_rotation(info->R.data(), checked) != ERROR_OK) {
+            import_fail(ERROR_ROTATION, file,
+                        "rectification_matrix (of it or its partner) is not a rotation");
+        }
+    }
+    const std::vector<double> &R = right.R;
+    const double R_right_rect[9] = {R[0], R[3], R[6], R[1], R[4], R[7], R[2], R[5], R[8]};
+    std::vector<double> R_right_left(9);
+    double t_mm[3];
+    geometry_multiply(R_right_rect, left.R.data(), R_right_left.data());
+    geometry_rotate(R_right_rect, T_mm, t_mm);
+    import_pose(file, "rectification_matrix", R_right_left, t_mm, &pair->value);
+}
+
+}  // namespace
+
+bool import_ros_matches(const std::string &text) {
+    return text.find("distortion_model:") != std::string::npos ||
+           text.find("projection_matrix:") != std::string::npos;
+}
+
+import_pair import_ros(const std::vector<import_file> &files, const import_options &options) {
+    import_pair pair;
+    pair.format = "ROS camera_info";
+    pair.tag = "ros";
+    const import_file *reading = &files[0];
+    try {
+        const camera_info left = read_info(files[0], &pair.assumed);
+        reading = &files[1];
+        const camera_info right = read_info(files[1], &pair.assumed);
+        if (options.rectified || (left.ideal && right.ideal && left.P[0] == right.P[0])) {
+            import_projections(files[1], "projection_matrix", left.P, right.P, metre_mm, &pair);
+            pair.assumed.push_back("images are the rectified ones (image_rect)");
+        } else {
+            pair.value.left = left.camera;
+            pair.value.right = right.camera;
+            set_raw_pose(files[1], left, right, &pair);
+            pair.assumed.push_back("images are the raw ones (image_raw)");
+        }
+        pair.value.left.width_px = left.camera.width_px;
+        pair.value.left.height_px = left.camera.height_px;
+        pair.value.right.width_px = right.camera.width_px;
+        pair.value.right.height_px = right.camera.height_px;
+    } catch (const YAML::Exception &error) {
+        import_fail(ERROR_SYNTAX, *reading,
+                    "line " + std::to_string(error.mark.line + 1) + ": is no YAML: " + error.msg);
+    }
+    return pair;
+}

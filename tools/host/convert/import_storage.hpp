@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Reads the files of OpenCV's FileStorage in its three spellings (YAML, XML, JSON), without
+/// OpenCV: its own parser crashes on some damaged files. Only the top level is kept, and of it what
+/// holds numbers.
+#ifndef VERGENCE_TOOLS_HOST_CONVERT_IMPORT_STORAGE_HPP
+#define VERGENCE_TOOLS_HOST_CONVERT_IMPORT_STORAGE_HPP
+
+#include <string>
+#include <vector>
+
+#include "tools/host/convert/import.hpp"
+
+enum class import_storage_kind { number, list, matrix, other };
+
+struct import_storage_entry {
+    std::string name;
+    import_storage_kind kind = import_storage_kind::other;
+    int rows = 0, columns = 0, channels = 1;  // of a matrix
+    std::vector<double> numbers;              // one, the list's, or the matrix's row by row
+};
+
+/// All entries in the order of the file. Throws `import_failure` for a damaged file. A word that
+/// stands in the place of a number becomes a NaN.
+std::vector<import_storage_entry> import_storage_read(const import_file &file);
+
+#endif

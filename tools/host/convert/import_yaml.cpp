@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/host/convert/import_yaml.hpp"
+
+#include <cmath>
+
+#include "core/error.h"
+
+YAML::Node import_yaml_map(const import_file &file, const std::string &text,
+                           const std::string &what) {
+    try {
+        const YAML::Node root = YAML::Load(text);
+        if (!root.IsMap()) {
+            import_fail(ERROR_SYNTAX, file, "must be " + what);
+        }
+        return root;
+    } catch (const YAML::Exception &error) {
+        import_fail(
+            ERROR_SYNTAX, file,
+            "line " + std::to_string(error.mark.line + 1) + ": is not " + what + ": " + error.msg);
+    }
+}
+
+std::vector<double> import_yaml_numbers(const import_file &file, const std::string &field,
+                                        const YAML::Node &node) {
+    if (!node) {
+        import_fail(ERROR_MISSING, file, field + " is missing");
+    }
+    if (node.IsScalar()) {
+        return import_numbers(file, field, node.Scalar(), 1);
+    }
+    if (!node.IsSequence()) {
+        import_fail(ERROR_SYNTAX, file, field + ": must hold a list of numbers");
+    }
+    std::string text;
+    for (const YAML::Node &value : node) {
+        text += (value.IsScalar() ? value.Scalar() : std::string("?")) + " ";
+    }
+    return import_numbers(file, field, text, node.size());
+}
+
+std::vector<double> import_yaml_numbers(const import_file &file, const std::string &field,
+                                        const YAML::Node &node, size_t count) {
+    const std::vector<double> values = import_yaml_numbers(file, field, node);
+    if (values.size() != count) {
+        import_fail(ERROR_SYNTAX, file,
+                    field + ": has " + std::to_string(values.size()) + " numbers instead of " +
+                        std::to_string(count));
+    }
+    return values;
+}
+
+lens import_yaml_lens(const import_file &file, const std::string &field,
+                      const std::vector<double> &intrinsics, const std::vector<double> &size_px,
+                      const std::vector<double> &D, std::vector<std::string> *assumed) {
+    lens camera{};
+    for (const double side_px : size_px) {
+        if (side_px != std::floor(side_px) || side_px < 1 || side_px > LENS_SIDE_MAX_PX) {
+            import_fail(ERROR_RANGE, file,
+                        field + ": the image size must be two integers from 1 to " +
+                            std::to_string(LENS_SIDE_MAX_PX));
+        }
+    }
+    camera.width_px = static_cast<int>(size_px[0]);
+    camera.height_px = static_cast<int>(size_px[1]);
+    import_camera_matrix(
+        file, field, {intrinsics[0], 0, intrinsics[2], 0, intrinsics[1], intrinsics[3], 0, 0, 1},
+        &camera);
+    import_distortion(file, field, D, &camera, assumed);
+    return camera;
+}

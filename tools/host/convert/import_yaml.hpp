@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What the importers of YAML share.
+#ifndef VERGENCE_TOOLS_HOST_CONVERT_IMPORT_YAML_HPP
+#define VERGENCE_TOOLS_HOST_CONVERT_IMPORT_YAML_HPP
+
+#include <yaml-cpp/yaml.h>
+
+#include <string>
+#include <vector>
+
+#include "tools/host/convert/import.hpp"
+
+/// The map that `text` holds, from `file`; refuses what is no YAML, and no map, naming what the
+/// file must be ("a camera chain of Kalibr").
+YAML::Node import_yaml_map(const import_file &file, const std::string &text,
+                           const std::string &what);
+
+/// The numbers of a list, or a single one. `field` names the node in messages; one that is missing
+/// or anything else is refused.
+std::vector<double> import_yaml_numbers(const import_file &file, const std::string &field,
+                                        const YAML::Node &node);
+
+/// The same, exactly `count` of them.
+std::vector<double> import_yaml_numbers(const import_file &file, const std::string &field,
+                                        const YAML::Node &node, size_t count);
+
+/// A lens from fx fy cx cy and coefficients in OpenCV's order (`import_distortion`), and from width
+/// and height.
+lens import_yaml_lens(const import_file &file, const std::string &field,
+                      const std::vector<double> &intrinsics, const std::vector<double> &size_px,
+                      const std::vector<double> &D, std::vector<std::string> *assumed);
+
+#endif

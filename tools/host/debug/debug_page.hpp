@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+/// debug.html: the pictures of --debug in order, with a sentence on what each shows and what to
+/// look for. It refers to the pictures beside it and needs no network.
+#ifndef VERGENCE_TOOLS_HOST_DEBUG_DEBUG_PAGE_HPP
+#define VERGENCE_TOOLS_HOST_DEBUG_DEBUG_PAGE_HPP
+
+#include <string>
+
+#include "tools/host/debug/debug_pictures.hpp"
+
+class debug_page {
+  public:
+    debug_page(const debug_look &look, const reconstruct_context &context);
+
+    /// Appends a picture.
+    void add(const debug_picture &picture);
+
+    /// Writes the page. Returns as a `result_writer`'s function.
+    int write(const char *path, message *message) const;
+
+  private:
+    std::string title_, lead_, body_, section_;
+    double row_percent_;  // of the height, where the slices' row lies
+};
+
+#endif

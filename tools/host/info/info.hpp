@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What `vergence info` says about one file: rows that stand as text and as JSON.
+#ifndef VERGENCE_TOOLS_HOST_INFO_INFO_HPP
+#define VERGENCE_TOOLS_HOST_INFO_INFO_HPP
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tools/host/convert/calibration_file.hpp"
+
+struct info_row {
+    std::string key, label, text;
+    nlohmann::ordered_json value;
+};
+
+struct info_page {
+    std::string path, kind;  // e.g. "calibration (OpenCV)"
+    std::vector<info_row> rows;
+    std::string mismatch;  // of a session's calibration; "": none
+
+    void add(const std::string &key, const std::string &label, const std::string &text,
+             const nlohmann::ordered_json &value) {
+        rows.push_back({key, label, text, value});
+    }
+    /// A number with at most `digits` significant digits and its unit ("" for none).
+    void add_number(const std::string &key, const std::string &label, double value, int digits,
+                    const std::string &unit);
+};
+
+/// A file's first bytes, enough to tell its kind.
+std::string info_head(const std::string &path);
+
+/// Explains a calibration that was loaded.
+info_page info_calibration(const std::string &path, const calibration &value,
+                           const calibration_file_report &report);
+
+/// Pages of result files. Each returns false, with one line in `message` that names the file, when
+/// the file is damaged.
+bool info_result(const std::string &path, info_page *page, std::string *message);  // result.json
+bool info_map(const std::string &path, info_page *page, std::string *message);     // PFM
+bool info_image(const std::string &path, info_page *page, std::string *message);   // PNG, PGM, PPM
+bool info_ply(const std::string &path, info_page *page, std::string *message);
+bool info_pcd(const std::string &path, info_page *page, std::string *message);
+bool info_glb(const std::string &path, info_page *page, std::string *message);
+
+/// The same of a recorded session, which is a directory.
+bool info_session(const std::string &path, info_page *page, std::string *message);
+
+/// Least and greatest of each coordinate, for points that arrive one by one.
+struct info_bounds {
+    std::uint64_t count = 0;
+    double least[3] = {}, greatest[3] = {};
+
+    void take(const double point[3]);
+    /// Adds rows for the extent in x, y and z; nothing without a point.
+    void add_to(info_page *page, const std::string &unit) const;
+};
+
+#endif

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+/// result.json and calibration.json, as people read them. Members that are missing (an older or
+/// newer version wrote the file) are left out.
+#include <fstream>
+
+#include "tools/host/formats/number_text.hpp"
+#include "tools/host/info/info.hpp"
+
+namespace {
+
+using json = nlohmann::ordered_json;
+
+const int depth_max = 16;  // our own results go down to 3
+
+/// The value at a path such as "plan/f_px", or null.
+json find(const json &document, const std::string &path) {
+    return document.value(json::json_pointer("/" + path), json());
+}
+
+std::string text_of(const json &value, int digits) {
+    if (value.is_string()) {
+        return value.get<std::string>();
+    }
+    if (value.is_number_float()) {
+        return number_text(value.get<double>(), digits);
+    }
+    if (value.is_array()) {
+        std::string text;
+        for (const json &item : value) {
+            text += (text.empty() ? "" : " ") + text_of(item, digits);
+        }
+        return text;
+    }
+    return value.dump();
+}
+
+struct line {
+    const char *label;
+    // Words and members in turn: "{plan/f_px}" stands for the member's value.
+    const char *pattern;
+};
+
+/// Fills a pattern; "" when a member is missing.
+std::string fill(const json &document, const std::string &pattern) {
+    std::string text;
+    for (size_t at = 0; at < pattern.size();) {
+        const size_t open = std::min(pattern.find('{', at), pattern.size());
+        text += pattern.substr(at, open - at);
+        if (open == pattern.size()) {
+            break;
+        }
+        const size_t close = pattern.find('}', open);
+        const json value = find(document, pattern.substr(open + 1, close - open - 1));
+        if (value.is_null()) {
+            return "";
+        }
+        text += text_of(value, 6);
+        at = close + 1;
+    }
+    return text;
+}
+
+const line lines_of_calibration[] = {
+    {"made by", "vergence {version}"},
+    {"verdict", "{verdict/sentence}"},
+    {"board", "{board/corners} corners, squares of {board/square_mm} mm"},
+    {"pictures", "{pictures}, a board in {pictures_with_board}"},
+    {"left", "f {left/focal_px} +- {left/focal_sigma_px} px, centre {left/centre_px} px"},
+    {"right", "f {right/focal_px} +- {right/focal_sigma_px} px, centre {right/centre_px} px"},
+    {"camera", "f {camera/focal_px} +- {camera/focal_sigma_px} px, centre {camera/centre_px} px"},
+    {"lens model", "{model/lens}"},
+    {"baseline", "{rig/baseline_mm} +- {rig/baseline_sigma_mm} mm"},
+    {"fit", "{fit/rms_px} px rms per point"},
+    {"rows", "{rig/rows_rms_px} px rms apart after rectification"},
+};
+
+const line lines_of_reconstruction[] = {
+    {"made by", "vergence {version}, build {build_id}"},
+    {"left", "{input/left}"},
+    {"right", "{input/right}"},
+    {"images", "{input/width_px} x {input/height_px} px, {input/bits} bit {input/layout}"},
+    {"capture", "{capture/session} pair {capture/pair}, skew {capture/skew_us} us"},
+    {"calibration", "{calibration/id} ({calibration/format}), crc32 {calibration/crc32}"},
+    {"rectified",
+     "{plan/width_px} x {plan/height_px} px, focal length {plan/f_px} px, "
+     "baseline {plan/baseline_mm} mm"},
+    {"searched", "{plan/disparity_count} disparities from {plan/disparity_min} px on"},
+    {"", "depths from {plan/depth_near_mm} mm to {plan/depth_far_mm} mm"},
+    {"measured", "{density_percent} % of {counts/pixels} pixels"},
+    {"surface", "{counts/vertices} points, {counts/triangles} triangles"},
+    {"extent", "from {bounds_mm/least} mm"},
+    {"", "to {bounds_mm/greatest} mm (x y z)"},
+    {"common", "{depth_sigma_common_mm} mm of deviation that all depths share"},
+    {"vertical",
+     "median {vertical_disparity/median_px} px, p95 {vertical_disparity/p95_px} px "
+     "(health of the calibration)"},
+    {"time", "{time_ms/total} ms, {options/threads} threads"},
+    {"memory", "{memory_bytes/process_peak} bytes"},
+};
+
+template <size_t count>
+void add_lines(const line (&lines)[count], const json &document, info_page *page) {
+    for (const line &line : lines) {
+        const std::string text = fill(document, line.pattern);
+        if (!text.empty()) {
+            page->add("", line.label, text, nullptr);
+        }
+    }
+}
+
+void add_reconstruction(const json &document, info_page *page) {
+    add_lines(lines_of_reconstruction, document, page);
+    const json reasons = find(document, "reasons");
+    if (reasons.is_object()) {
+        bool first = true;
+        for (const auto &reason : reasons.items()) {
+            page->add("", first ? "pixels" : "", reason.key() + " " + text_of(reason.value(), 6),
+                      nullptr);
+            first = false;
+        }
+    }
+    if (find(document, "metric") == false) {
+        page->add("", "not metric", "the geometry is assumed: lengths are no millimetres", nullptr);
+    }
+    const json warnings = find(document, "warnings");
+    if (warnings.is_array()) {
+        for (const json &warning : warnings) {
+            page->add("", "warning", text_of(warning, 6), nullptr);
+        }
+    }
+}
+
+}  // namespace
+
+bool info_result(const std::string &path, info_page *page, std::string *message) {
+    std::ifstream stream(path, std::ios::binary);
+    // Printing goes down into it by recursion, so that its depth is limited while it is read.
+    bool too_deep = false;
+    const auto watch_depth = [&](int depth, json::parse_event_t, json &) {
+        too_deep = too_deep || depth > depth_max;
+        return !too_deep;
+    };
+    const json document = json::parse(stream, watch_depth, false);
+    if (too_deep || document.is_discarded() || !document.is_object() ||
+        find(document, "program") != "vergence") {
+        *message = path + ": is no result of vergence, or is damaged";
+        return false;
+    }
+    const bool calibration = find(document, "kind") == "calibration";
+    if (calibration) {
+        page->kind = find(document, "camera").is_null() ? "figures of a calibration"
+                                                        : "figures of one camera's calibration";
+        add_lines(lines_of_calibration, document, page);
+    } else {
+        page->kind = "result of a reconstruction";
+        add_reconstruction(document, page);
+    }
+    page->add("result", "", "", document);
+    return true;
+}

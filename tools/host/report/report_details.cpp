@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+// The tables at the end of the page.
+#include <algorithm>
+#include <cmath>
+
+#include "tools/host/formats/report_text.hpp"
+#include "tools/host/report/report_sections.hpp"
+
+namespace {
+
+std::string row(const char *name, const std::string &value) {
+    return report_text_format("<tr><th scope=\"row\">%s</th><td>%s</td></tr>\n", name,
+                              value.c_str());
+}
+
+std::string table(const char *title, const std::string &rows) {
+    return report_text_format(
+        "<div class=\"panel\"><h3>%s</h3><table><tbody>\n%s</tbody></table></div>\n", title,
+        rows.c_str());
+}
+
+std::string geometry_table(const reconstruct_context &context, const report_figures &figures) {
+    const rectify_plan &plan = context.result->plan;
+    std::string rows;
+    rows += row("rectified size", report_text_format("%d × %d px", plan.width_px, plan.height_px));
+    rows += row("images", plan.identity ? "rectified already: used pixel for pixel"
+                                        : "rectified from their calibration");
+    if (context.shrink > 1) {
+        rows += row("shrunk while reading", report_text_format("by %d", context.shrink));
+    }
+    rows += row("focal length", report_text_format("%.3f px", plan.f_px));
+    rows += row("principal point, left",
+                report_text_format("%.3f, %.3f px", plan.cx_left_px, plan.cy_px));
+    rows += row("principal point, right",
+                report_text_format("%.3f, %.3f px", plan.cx_right_px, plan.cy_px));
+    rows += row("baseline", report_text_format("%.3f %s", plan.baseline_mm, figures.unit));
+    rows += row("searched disparities",
+                report_text_format("%d to %d px", plan.disparity_min,
+                                   plan.disparity_min + plan.disparity_count - 1));
+    rows += row("depths they cover", report_text_length(plan.depth_near_mm, figures.unit) + " to " +
+                                         (std::isfinite(plan.depth_far_mm)
+                                              ? report_text_length(plan.depth_far_mm, figures.unit)
+                                              : std::string("infinity")) +
+                                         (plan.depth_range_assumed ? " (assumed)" : ""));
+    if (figures.has_surface) {
+        const double z = figures.depth_median_mm;
+        rows +=
+            row("1 px at the median depth",
+                report_text_length(z * z / (plan.f_px * plan.baseline_mm), figures.unit) +
+                    " in depth, " + report_text_length(z / plan.f_px, figures.unit) + " across");
+    }
+    return table("Geometry", rows);
+}
+
+std::string calibration_table(const reconstruct_context &context, const report_figures &figures) {
+    const calibration *c = context.calibration;
+    std::string rows;
+    rows += row("file", context.calibration_path != nullptr
+                            ? report_text_escape(report_text_file_name(context.calibration_path))
+                            : "none given");
+    rows += row("format", report_text_escape(context.calibration_format));
+    if (c != nullptr) {
+        rows += row("id", report_text_escape(c->id));
+        if (c->date[0] != '\0') {
+            rows += row("date", report_text_escape(c->date));
+        }
+        rows += row("checksum", report_text_format("%08x", context.result->calibration_crc));
+        if (c->rms_px > 0) {
+            rows += row("reprojection rms", report_text_format("%.3f px", c->rms_px));
+        }
+        const double *r = c->rotation_right_left_rad;
+        const double turn_rad = std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
+        rows += row("turn between the cameras",
+                    report_text_format("%.3f°", turn_rad * 57.29577951308232));
+        const double *t = c->translation_right_left_mm;
+        rows += row("left camera from the right one",
+                    report_text_format("%.2f, %.2f, %.2f %s", t[0], t[1], t[2], figures.unit));
+    }
+    if (context.mismatch.text[0] != '\0') {
+        rows += row("accepted mismatch", report_text_escape(context.mismatch.text));
+    }
+    if (context.depth_sigma_common_mm >= 0) {
+        rows += row("deviation that all depths share",
+                    report_text_format("%.3g mm predicted, from calibration and axes",
+                                       context.depth_sigma_common_mm));
+    }
+    const triangulate_vertical &vertical = context.result->vertical;
+    if (vertical.samples > 0) {
+        rows += row("vertical disparity, matches measured",
+                    report_text_count(static_cast<std::size_t>(vertical.samples)));
+        rows += row("its offset", report_text_format("%+.3f px", vertical.offset_px));
+        rows += row("its slopes along x, y",
+                    report_text_format("%+.2e, %+.2e", vertical.slope_x, vertical.slope_y));
+        rows += row("scatter about that", report_text_format("%.3f px rms", vertical.rms_px));
+    }
+    return table("Calibration", rows);
+}
+
+/// Of images that are of no session, nobody knows it.
+std::string capture_table(const reconstruct_context &context) {
+    std::string rows;
+    for (int line = 0; context.capture.session != nullptr && line < CAPTURE_STAMP_LINES; line++) {
+        char text[CAPTURE_STAMP_BYTES];
+        capture_stamp_line(&context.capture, line, text);
+        rows += row(line == 0   ? "pair"
+                    : line == 1 ? "left camera"
+                                : "right camera",
+                    report_text_escape(text));
+    }
+    return rows.empty() ? rows : table("Capture", rows);
+}
+
+std::string bar_row(const char *name, double share, const std::string &value) {
+    return report_text_format(
+        "<tr><th scope=\"row\">%s</th><td class=\"bar\"><i style=\"width:%.1f%%\"></i></td>"
+        "<td>%s</td></tr>\n",
+        name, 100 * share, value.c_str());
+}
+
+std::string cost_table(const reconstruct_context &context, const report_figures &figures) {
+    std::string rows;
+    const std::uint64_t *stage_us = context.result->stage_us;
+    const double most_us = static_cast<double>(
+        std::max<std::uint64_t>(1, *std::max_element(stage_us, stage_us + RECONSTRUCT_STAGES)));
+    for (int i = 0; i < RECONSTRUCT_STAGES; i++) {
+        rows += bar_row(reconstruct_stage_text(static_cast<reconstruct_stage>(i)),
+                        static_cast<double>(stage_us[i]) / most_us,
+                        report_text_format("%.1f ms", 1e-3 * static_cast<double>(stage_us[i])));
+    }
+    rows += bar_row("all stages", 0, report_text_format("%.1f ms", figures.total_ms));
+    rows += bar_row("reading files", 0,
+                    report_text_format("%.1f ms", 1e-3 * static_cast<double>(context.read_us)));
+    rows += bar_row("memory, matching", 0, report_text_bytes(context.result->match_peak_bytes));
+    rows += bar_row("memory, all stages", 0, report_text_bytes(context.result->arena_peak_bytes));
+    rows += bar_row("memory, process", 0, report_text_bytes(context.rss_peak_bytes));
+    return table("Time and memory", rows);
+}
+
+}  // namespace
+
+std::string report_sections_details(const reconstruct_context &context,
+                                    const report_figures &figures) {
+    return capture_table(context) + geometry_table(context, figures) +
+           calibration_table(context, figures) + cost_table(context, figures);
+}

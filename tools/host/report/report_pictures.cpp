@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/host/report/report_pictures.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tools/host/formats/report_text.hpp"
+
+namespace {
+
+std::string css_colour(const colormap_rgb &c) {
+    return report_text_format("#%02x%02x%02x", c[0], c[1], c[2]);
+}
+
+/// The frame that scripts hang their marks into. `content` goes above the picture.
+std::string frame(const char *classes, const char *side, const std::string &uri, const char *id,
+                  const std::string &label, const std::string &content) {
+    return report_text_format(
+        "<div class=\"frame %s\" data-side=\"%s\" tabindex=\"0\"><img %s src=\"%s\" alt=\"%s\">%s"
+        "</div>",
+        classes, side, id, uri.c_str(), report_text_escape(label).c_str(), content.c_str());
+}
+
+std::string figure(const std::string &picture, const std::string &caption) {
+    return "<figure>" + picture + "<figcaption>" + caption + "</figcaption></figure>\n";
+}
+
+/// Evenly spaced rows as SVG lines, the same in both images.
+std::string row_lines() {
+    std::string svg =
+        "<svg class=\"rows\" viewBox=\"0 0 100 100\" preserveAspectRatio=\"none\" "
+        "aria-hidden=\"true\">";
+    for (int i = 1; i < 10; i++) {
+        svg +=
+            report_text_format("<line x1=\"0\" x2=\"100\" y1=\"%d\" y2=\"%d\"/>", 10 * i, 10 * i);
+    }
+    return svg + "</svg>";
+}
+
+struct tick {
+    double share;
+    std::string text;
+};
+
+std::string scale(const colormap_table &table, const std::vector<tick> &ticks) {
+    std::string html = report_text_format(
+        "<div class=\"legend\"><div class=\"ramp\" style=\"background:%s\"></div>"
+        "<div class=\"ticks%s\">",
+        report_pictures_gradient(table).c_str(),
+        ticks.front().text.find("<br>") != std::string::npos ? " double" : "");
+    for (const tick &t : ticks) {
+        html += report_text_format("<span style=\"left:%.1f%%\">%s</span>", 100 * t.share,
+                                   t.text.c_str());
+    }
+    return html + "</div></div>";
+}
+
+std::vector<tick> even_ticks(double low, double high, const char *unit) {
+    std::vector<tick> ticks;
+    for (int i = 0; i <= 4; i++) {
+        char text[48];
+        const double value = low + (high - low) * i / 4;
+        std::snprintf(text, sizeof text, "%.*f%s", std::fabs(high - low) < 8 ? 2 : 0, value,
+                      i == 4 ? unit : "");
+        ticks.push_back({i / 4.0, text});
+    }
+    return ticks;
+}
+
+/// The 1 % and 99 % quantiles of the valid disparities, in px.
+void disparity_range(const reconstruct_result &result, double *low_px, double *high_px) {
+    std::vector<std::int32_t> values;
+    for (int y = 0; y < result.left.height; y++) {
+        for (int x = 0; x < result.left.width; x++) {
+            if (image_u8_row(&result.match.reason, y)[x] == REASON_VALID) {
+                values.push_back(image_i32_row(&result.match.disparity_q8, y)[x]);
+            }
+        }
+    }
+    *low_px = result.plan.disparity_min;
+    *high_px = result.plan.disparity_min + result.plan.disparity_count;
+    if (values.empty()) {
+        return;
+    }
+    std::sort(values.begin(), values.end());
+    *low_px = std::floor(values[values.size() / 100] / 256.0);
+    *high_px =
+        std::max(*low_px + 1, std::ceil(values[values.size() - 1 - values.size() / 100] / 256.0));
+}
+
+std::string disparity_figure(const reconstruct_context &context, const report_figures &figures,
+                             const report_grid &grid) {
+    const reconstruct_result &result = *context.result;
+    double low_px = 0, high_px = 0;
+    disparity_range(result, &low_px, &high_px);
+    const colormap_table table = colormap_sequential();
+    const std::string uri =
+        report_encode_png(grid.width_px, grid.height_px,
+                          report_layers_disparity(result, grid, low_px, high_px), table);
+    std::string caption = "<b>Disparity</b>, x left − x right; bright is near.";
+    std::vector<tick> ticks;
+    const rectify_plan &plan = result.plan;
+    for (int i = 0; i <= 4; i++) {
+        const double d = low_px + (high_px - low_px) * i / 4;
+        const double shift = d - (plan.cx_left_px - plan.cx_right_px);
+        std::string text = report_text_format("%.*f px", high_px - low_px < 8 ? 2 : 0, d);
+        if (shift > 0) {
+            text += "<br>" + report_text_length(plan.f_px * plan.baseline_mm / shift, figures.unit);
+        }
+        ticks.push_back({i / 4.0, text});
+    }
+    return figure(frame("map", "left", uri, "", "Map of disparities", ""),
+                  caption + scale(table, ticks));
+}
+
+std::string reason_figure(const reconstruct_context &context, const report_figures &figures,
+                          const report_grid &grid) {
+    colormap_table table{};
+    std::copy(std::begin(colormap_reasons), std::end(colormap_reasons), table.begin());
+    const std::string uri = report_encode_png(grid.width_px, grid.height_px,
+                                              report_layers_reason(*context.result, grid), table);
+    std::string keys = "<ul class=\"keys\">";
+    for (int i = 0; i < REASON_COUNT; i++) {
+        const std::uint32_t count = context.result->reason_count[i];
+        keys += report_text_format(
+            "<li><i style=\"background:%s\"></i>%s<em>%.1f %%</em></li>",
+            css_colour(colormap_reasons[i]).c_str(), report_text_escape(reason_text(i)).c_str(),
+            figures.pixels > 0 ? 100.0 * count / static_cast<double>(figures.pixels) : 0.0);
+    }
+    return figure(frame("map", "left", uri, "", "Map of reasons", ""),
+                  "<b>Why a pixel has no value</b>" + keys + "</ul>");
+}
+
+std::string confidence_figure(const reconstruct_context &context, const report_grid &grid) {
+    const colormap_table table = colormap_sequential();
+    const std::string uri = report_encode_png(
+        grid.width_px, grid.height_px, report_layers_confidence(*context.result, grid), table);
+    return figure(frame("map", "left", uri, "", "Map of confidence", ""),
+                  "<b>Confidence</b>: the winner's margin over its rivals." +
+                      scale(table, even_ticks(0, 100, " %")));
+}
+
+std::string sigma_figure(const reconstruct_context &context, const report_grid &grid) {
+    const reconstruct_result &result = *context.result;
+    std::vector<std::uint16_t> values;
+    for (int y = 0; y < result.left.height; y++) {
+        for (int x = 0; x < result.left.width; x++) {
+            if (image_u16_row(&result.sigma_q8, y)[x] > 0) {
+                values.push_back(image_u16_row(&result.sigma_q8, y)[x]);
+            }
+        }
+    }
+    if (values.empty()) {
+        return "";
+    }
+    std::sort(values.begin(), values.end());
+    const double high_px = std::max(0.05, values[values.size() - 1 - values.size() / 50] / 256.0);
+    const colormap_table table = colormap_sequential();
+    const std::string uri = report_encode_png(grid.width_px, grid.height_px,
+                                              report_layers_sigma(result, grid, high_px), table);
+    return figure(
+        frame("map", "left", uri, "", "Map of predicted sigma", ""),
+        "<b>Predicted sigma</b> of the disparity." + scale(table, even_ticks(0, high_px, " px")));
+}
+
+/// A raw image as 8-bit colour.
+std::vector<std::uint8_t> raw_to_rgb(const reconstruct_image &raw, int step, int width,
+                                     int height) {
+    std::vector<std::uint8_t> rgb;
+    rgb.reserve(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+    const int channels = raw.layout == PIXEL_RGB ? 3 : 1;
+    for (int y = 0; y < height; y++) {
+        for (int x = 0; x < width; x++) {
+            const std::uint16_t *pixel =
+                raw.data + static_cast<std::ptrdiff_t>(y) * step * raw.stride + x * step * channels;
+            for (int c = 0; c < 3; c++) {
+                rgb.push_back(
+                    static_cast<std::uint8_t>(pixel[channels == 3 ? c : 0] >> (raw.bits - 8)));
+            }
+        }
+    }
+    return rgb;
+}
+
+std::string raw_figure(const reconstruct_image &raw, const char *path, const char *side) {
+    int step = 1;
+    while (raw.width_px / step > 900) {
+        step++;
+    }
+    const int width = (raw.width_px + step - 1) / step, height = (raw.height_px + step - 1) / step;
+    std::vector<std::uint8_t> rgb = raw_to_rgb(raw, step, width, height);
+    const image_rgb8 view = {rgb.data(), width, height, 3 * static_cast<std::ptrdiff_t>(width)};
+    const std::string name = report_text_escape(report_text_file_name(path));
+    return figure(report_text_format(
+                      "<div class=\"frame\"><img src=\"%s\" alt=\"%s image as recorded\"></div>",
+                      report_encode_jpeg(view, 82).c_str(), side),
+                  report_text_format("<b>%s</b>, as recorded: %s, %d × %d, %d bit", side,
+                                     name.c_str(), raw.width_px, raw.height_px, raw.bits));
+}
+
+}  // namespace
+
+std::string report_pictures_gradient(const colormap_table &table) {
+    std::string css = "linear-gradient(90deg";
+    for (std::size_t i = 0; i <= 254; i += 127 / 8) {
+        css += "," + css_colour(table[i]);
+    }
+    return css + "," + css_colour(table[254]) + ")";
+}
+
+std::string report_pictures_pair(const reconstruct_context &context, const report_grid &grid) {
+    const reconstruct_result &result = *context.result;
+    const std::string left = report_layers_photo(result.left_colour, grid.step);
+    const std::string right = report_layers_photo(result.right_colour, grid.step);
+    return figure(
+               frame("photo", "left", left, "id=\"photo\"", "Left image, rectified", row_lines()),
+               "<b>Left</b> " + report_text_escape(report_text_file_name(context.left_path))) +
+           figure(frame("photo", "right", right, "", "Right image, rectified", row_lines()),
+                  "<b>Right</b> " + report_text_escape(report_text_file_name(context.right_path)));
+}
+
+std::string report_pictures_raw(const reconstruct_context &context) {
+    if (context.result->plan.identity || context.left.data == nullptr) {
+        return "";
+    }
+    return "<h3 style=\"margin-top:22px\">Before rectification</h3>\n<div class=\"grid two\">\n" +
+           raw_figure(context.left, context.left_path, "Left") +
+           raw_figure(context.right, context.right_path, "Right") + "</div>";
+}
+
+std::string report_pictures_maps(const reconstruct_context &context, const report_figures &figures,
+                                 const report_grid &grid) {
+    return disparity_figure(context, figures, grid) + reason_figure(context, figures, grid) +
+           confidence_figure(context, grid) + sigma_figure(context, grid);
+}
+
+std::string report_pictures_error(const reconstruct_context &context, const report_figures &figures,
+                                  const report_grid &grid) {
+    const double limit_px = 4;
+    const colormap_table table = colormap_diverging();
+    const std::string uri = report_encode_png(
+        grid.width_px, grid.height_px,
+        report_layers_error(*context.result, figures.truth, grid, limit_px), table);
+    const std::vector<tick> ticks = {
+        {0, "−4 px, too far"}, {0.25, "−2"}, {0.5, "0"}, {0.75, "+2"}, {1, "+4 px, too near"}};
+    return figure(frame("map", "left", uri, "", "Map of errors", ""),
+                  "<b>Error</b>: disparity − ground truth." + scale(table, ticks));
+}

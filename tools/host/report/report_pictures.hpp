@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The page's figures: pictures with captions, scales and legends, as HTML.
+#ifndef VERGENCE_TOOLS_HOST_REPORT_REPORT_PICTURES_HPP
+#define VERGENCE_TOOLS_HOST_REPORT_REPORT_PICTURES_HPP
+
+#include <string>
+
+#include "tools/host/report/report_figures.hpp"
+#include "tools/host/report/report_layers.hpp"
+
+/// The rectified pair side by side, rows drawn across both.
+std::string report_pictures_pair(const reconstruct_context &context, const report_grid &grid);
+
+/// The raw images, for a pair that was rectified here; else empty.
+std::string report_pictures_raw(const reconstruct_context &context);
+
+/// Disparity, reasons, confidence and, where it is predicted, sigma.
+std::string report_pictures_maps(const reconstruct_context &context, const report_figures &figures,
+                                 const report_grid &grid);
+
+/// Signed errors; there must be a ground truth that can be compared.
+std::string report_pictures_error(const reconstruct_context &context, const report_figures &figures,
+                                  const report_grid &grid);
+
+/// A CSS gradient of a colour table.
+std::string report_pictures_gradient(const colormap_table &table);
+
+#endif

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/host/report/report_sections.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include "tools/host/formats/report_text.hpp"
+#include "tools/host/report/report_pictures.hpp"
+
+namespace {
+
+std::string card(const char *name, const std::string &value, const std::string &note,
+                 const char *grade = "") {
+    return report_text_format(
+        "<div class=\"card\"><p class=\"name\">%s</p><p class=\"value %s\">%s</p>"
+        "<p class=\"note\">%s</p></div>\n",
+        name, grade, value.c_str(), note.c_str());
+}
+
+std::string note(const char *kind, const char *title, const std::string &text) {
+    return report_text_format("<li class=\"%s\"><b>%s</b>%s</li>\n", kind, title,
+                              report_text_escape(text).c_str());
+}
+
+std::string rows_card(const reconstruct_context &context, const report_figures &figures) {
+    const triangulate_vertical &vertical = context.result->vertical;
+    std::string value = figures.vertical.word;
+    std::string text = figures.vertical.sentence;
+    if (vertical.samples > 0) {
+        value += report_text_format(" <small>%.2f px</small>", vertical.median_px);
+        text = report_text_format("median vertical disparity; 95 %% below %.2f px. ",
+                                  vertical.p95_px) +
+               text;
+    }
+    return card("Agreement of rows", value, text, figures.vertical.grade);
+}
+
+/// A column of the table of errors.
+struct scored {
+    const char *name;
+    const evaluate_score *score;
+};
+
+std::string score_table(const std::vector<scored> &sets) {
+    std::string html = "<table><thead><tr><th>pixels</th>";
+    for (const scored &set : sets) {
+        html += report_text_format("<th>%s</th>", set.name);
+    }
+    html += "</tr></thead><tbody>\n<tr><th scope=\"row\">count</th>";
+    for (const scored &set : sets) {
+        html += "<td>" + report_text_count(set.score->pixels) + "</td>";
+    }
+    for (int i = 0; i < EVALUATE_THRESHOLDS; i++) {
+        html += report_text_format("</tr>\n<tr><th scope=\"row\">bad-%g</th>",
+                                   evaluate_thresholds_px[i]);
+        for (const scored &set : sets) {
+            html += report_text_format("<td>%.2f %%</td>", set.score->bad_percent[i]);
+        }
+    }
+    html += "</tr>\n<tr><th scope=\"row\">mean |error|</th>";
+    for (const scored &set : sets) {
+        html += report_text_format("<td>%.3f px</td>", set.score->average_px);
+    }
+    html += "</tr>\n<tr><th scope=\"row\">rms error</th>";
+    for (const scored &set : sets) {
+        html += report_text_format("<td>%.3f px</td>", set.score->rms_px);
+    }
+    return html + "</tr>\n</tbody></table>";
+}
+
+/// The deviation of all depths together, which is not in each point's own.
+std::string common_text(const reconstruct_context &context, const report_figures &figures) {
+    return context.depth_sigma_common_mm < 0
+               ? ""
+               : "; all points share ± " +
+                     report_text_length(context.depth_sigma_common_mm, figures.unit) +
+                     " more, of calibration and axes";
+}
+
+}  // namespace
+
+std::string report_sections_cards(const reconstruct_context &context,
+                                  const report_figures &figures) {
+    const reconstruct_result &result = *context.result;
+    std::string cards;
+    cards += card("Surface", report_text_count(result.vertex_count) + " <small>points</small>",
+                  "joined by " + report_text_count(result.triangle_count) + " triangles");
+    cards += card(
+        "Measured", report_text_format("%.1f <small>%%</small>", figures.density_percent),
+        report_text_format("of %d × %d pixels; %.1f %% of what both cameras see", result.left.width,
+                           result.left.height, figures.density_shared_percent));
+    if (figures.has_surface) {
+        cards += card("Depth", report_text_length(figures.depth_median_mm, figures.unit),
+                      "median; " + report_text_length(figures.depth_p1_mm, figures.unit) + " to " +
+                          report_text_length(figures.depth_p99_mm, figures.unit) +
+                          " holds 98 % of the points");
+    }
+    if (figures.sigma_median_mm > 0) {
+        cards += card("Predicted sigma",
+                      "± " + report_text_length(figures.sigma_median_mm, figures.unit),
+                      "median standard deviation along the ray" + common_text(context, figures));
+    }
+    cards += rows_card(context, figures);
+    cards += card("Time and memory", report_text_format("%.0f <small>ms</small>", figures.total_ms),
+                  report_text_format("%d thread%s, files not counted; ", context.threads,
+                                     context.threads == 1 ? "" : "s") +
+                      report_text_bytes(result.arena_peak_bytes) + ", of it " +
+                      report_text_bytes(result.match_peak_bytes) + " to match");
+    return cards;
+}
+
+std::string report_sections_notes(const reconstruct_context &context,
+                                  const report_figures &figures) {
+    std::string items;
+    const std::string remark = context.calibration != nullptr ? context.calibration->note : "";
+    bool remark_shown = remark.empty();
+    bool truth_shown = figures.truth.trouble.empty();
+    for (int i = 0; i < context.warning_count; i++) {
+        const std::string text = context.warnings[i].text;
+        remark_shown = remark_shown || text.find(remark) != std::string::npos;
+        truth_shown = truth_shown || text.find(context.ground_truth_path) != std::string::npos;
+        items += note("warning", "Note", text);
+    }
+    if (!remark_shown) {
+        items += note("", "Calibration", remark);
+    }
+    if (!figures.has_surface) {
+        items += note("warning", "No surface",
+                      "No pixel could be measured. The map of reasons below says why.");
+    }
+    if (!truth_shown) {
+        items += note("warning", "Ground truth not used", figures.truth.trouble);
+    }
+    return items.empty() ? items : "<ul class=\"notes\">\n" + items + "</ul>";
+}
+
+std::string report_sections_histogram(const report_figures &figures) {
+    if (!figures.has_surface) {
+        return "<p class=\"lead\">No point was measured.</p>";
+    }
+    const report_histogram &histogram = figures.histogram;
+    const std::size_t most = std::max<std::size_t>(
+        1, *std::max_element(histogram.counts.begin(), histogram.counts.end()));
+    const double width = 1200, height = 190, bins = static_cast<double>(histogram.counts.size());
+    std::string svg = report_text_format(
+        "<div class=\"panel\"><svg class=\"histogram\" viewBox=\"0 0 %.0f %.0f\" role=\"img\" "
+        "aria-label=\"Histogram of depths\">\n",
+        width, height + 30);
+    const double step_mm = (histogram.high_mm - histogram.low_mm) / bins;
+    for (std::size_t i = 0; i < histogram.counts.size(); i++) {
+        const double share = static_cast<double>(histogram.counts[i]) / static_cast<double>(most);
+        if (histogram.counts[i] == 0) {
+            continue;
+        }
+        const double low_mm = histogram.low_mm + step_mm * static_cast<double>(i);
+        svg += report_text_format(
+            "<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\"><title>%s to %s: %s "
+            "points</title></rect>\n",
+            width * static_cast<double>(i) / bins, height * (1 - share), width / bins - 1,
+            height * share, report_text_length(low_mm, figures.unit).c_str(),
+            report_text_length(low_mm + step_mm, figures.unit).c_str(),
+            report_text_count(histogram.counts[i]).c_str());
+    }
+    svg += report_text_format("<line x1=\"0\" x2=\"%.0f\" y1=\"%.1f\" y2=\"%.1f\"/>\n", width,
+                              height + 0.5, height + 0.5);
+    for (int i = 0; i <= 6; i++) {
+        const double share = i / 6.0;
+        svg += report_text_format(
+            "<text x=\"%.1f\" y=\"%.0f\" text-anchor=\"%s\">%s</text>\n", width * share,
+            height + 22, i == 0 ? "start" : (i == 6 ? "end" : "middle"),
+            report_text_length(histogram.low_mm + share * (histogram.high_mm - histogram.low_mm),
+                               figures.unit)
+                .c_str());
+    }
+    svg += "</svg>";
+    if (histogram.nearer + histogram.farther > 0) {
+        svg += report_text_format(
+            "<p class=\"hint\">%s points are nearer and %s farther than this.</p>",
+            report_text_count(histogram.nearer).c_str(),
+            report_text_count(histogram.farther).c_str());
+    }
+    return svg + "</div>";
+}
+
+std::string report_sections_accuracy(const reconstruct_context &context,
+                                     const report_figures &figures, const report_grid &grid) {
+    if (!figures.truth.given || !figures.truth.trouble.empty()) {
+        return "";
+    }
+    const evaluate_result &score = figures.truth.score;
+    const bool masked = !figures.truth.mask.empty();
+    std::vector<scored> sets;
+    if (masked) {
+        sets.push_back({"measured, seen by both", &score.kept_visible});
+    }
+    sets.push_back({"measured, all", &score.kept_all});
+    if (masked) {
+        sets.push_back({"filled, seen by both", &score.filled_visible});
+    }
+    sets.push_back({"filled, all", &score.filled_all});
+    return report_text_format(
+        "<section id=\"accuracy\" aria-labelledby=\"accuracy-title\">\n"
+        "<h2 id=\"accuracy-title\">Against the ground truth</h2>\n"
+        "<p class=\"lead\">Truth: %s%s. %.1f %% of the pixels with known truth were measured. "
+        "<b>Bad-t</b> is the share of pixels whose error is above t px. "
+        "<b>Filled</b> gives every rejected pixel the smaller of its nearest measured neighbours' "
+        "disparities in the row, so that rejecting gains nothing.</p>\n"
+        "<div class=\"grid two\">%s<div class=\"panel\">%s</div></div>\n</section>",
+        report_text_escape(report_text_file_name(context.ground_truth_path)).c_str(),
+        masked ? "" : " (no mask of occluded pixels: all known pixels count)",
+        score.density_all_percent, report_pictures_error(context, figures, grid).c_str(),
+        score_table(sets).c_str());
+}

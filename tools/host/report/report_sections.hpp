@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The parts of the page that hold figures, as HTML. What comes from outside is escaped here.
+#ifndef VERGENCE_TOOLS_HOST_REPORT_REPORT_SECTIONS_HPP
+#define VERGENCE_TOOLS_HOST_REPORT_REPORT_SECTIONS_HPP
+
+#include <string>
+
+#include "tools/host/report/report_figures.hpp"
+#include "tools/host/report/report_layers.hpp"
+
+std::string report_sections_cards(const reconstruct_context &context,
+                                  const report_figures &figures);
+
+/// Warnings and what is assumed.
+std::string report_sections_notes(const reconstruct_context &context,
+                                  const report_figures &figures);
+
+std::string report_sections_histogram(const report_figures &figures);
+
+/// Errors against the ground truth, as a map and a table; empty when there is none to compare with.
+std::string report_sections_accuracy(const reconstruct_context &context,
+                                     const report_figures &figures, const report_grid &grid);
+
+/// Tables: geometry, calibration, reasons, times and memory.
+std::string report_sections_details(const reconstruct_context &context,
+                                    const report_figures &figures);
+
+#endif

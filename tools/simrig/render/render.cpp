@@ -1,0 +1,389 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <atomic>
+#include <optional>
+#include <stdexcept>
+#include <thread>
+
+#include "tools/simrig/render/frame.hpp"
+#include "tools/simrig/render/sampler.hpp"
+#include "tools/simrig/render/sensor.hpp"
+#include "tools/simrig/render/smooth.hpp"
+
+namespace world {
+namespace {
+
+constexpr int kTile = 8;
+constexpr int kMoments = 16;
+
+// What all tiles of a frame share.
+struct Job {
+    const Scene &scene;
+    const RigCamera &rig_camera;
+    const Mains &mains;
+    const FrameRequest &request;
+    Aperture pixel_alone;
+    Aperture with_spot;
+    double spot_px;
+    PixelReader reader;
+    std::uint64_t key;
+    Frame &frame;
+};
+
+double row_start_us(const FrameRequest &request, int row) {
+    return request.start_time_us + row * request.row_time_us;
+}
+
+bool moves(const FrameRequest &request, int row_begin, int row_end) {
+    const double begin = row_start_us(request, row_begin);
+    const double end = row_start_us(request, row_end - 1) + request.exposure_us;
+    const Mechanics first = request.mechanics(begin);
+    for (int i = 1; i <= 4; i++) {
+        if (!(request.mechanics(begin + (end - begin) * i / 4) == first)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+std::vector<Pose> poses_in(const Scene &scene, const Camera &camera) {
+    std::vector<Pose> poses;
+    for (const auto &object : scene.objects) {
+        poses.push_back(object->object_world * camera.world_camera);
+    }
+    return poses;
+}
+
+// A camera state with what follows from it.
+struct State {
+    Camera camera;
+    std::vector<Pose> object_camera;
+    std::vector<Candidate> candidates;
+};
+
+State state_at(const Job &job, double time_us) {
+    State state;
+    state.camera = camera_at(job.rig_camera, job.request.mechanics(time_us));
+    state.object_camera = poses_in(job.scene, state.camera);
+    return state;
+}
+
+// Illuminance on a pixel for a luminance of 1 before the lens: pi T / (4 N^2), with falloff.
+double lux_per_luminance(const Camera &camera, Vec2 slopes) {
+    const double n = camera.optics.f_number;
+    return kPi * camera.optics.transmission / (4 * n * n) * camera.falloff(slopes);
+}
+
+struct Block {
+    int column_begin, column_end, row_begin, row_end;  // of the output
+};
+
+void find_block(const Job &job, const Block &b, State &state) {
+    const Window &w = job.request.window;
+    const Vec2 low = {static_cast<double>(w.array_column(b.column_begin, 0)),
+                      static_cast<double>(w.array_row(b.row_begin, 0))};
+    const Vec2 high = {static_cast<double>(w.array_column(b.column_end - 1, w.bin_x - 1)),
+                       static_cast<double>(w.array_row(b.row_end - 1, w.bin_y - 1))};
+    // Pairs of columns overlap when pixels are binned: the last but one may reach further.
+    const double margin = job.with_spot.reach() - 0.5 + 2 * std::max(w.bin_x, w.bin_y) - 2;
+    find_candidates(job.scene, state.object_camera, beam_of(state.camera, low, high, margin),
+                    state.candidates);
+}
+
+// Pixels of a block around which corners of pixels, each seen from another place of the pupil's
+// rim, meet the same object without a step in depth: no edge is near, as far as that tells.
+class Smoothness {
+  public:
+    Smoothness(const Job &job, const Block &b, const State &state) : block_(b) {
+        const Window &w = job.request.window;
+        all_ = state.candidates.size() == 1 && state.candidates[0].covers;
+        if (all_ || state.candidates.empty()) {
+            return;
+        }
+        columns_ = b.column_end - b.column_begin + 1;
+        const Vec2 first = {static_cast<double>(w.array_column(b.column_begin, 0)),
+                            static_cast<double>(w.array_row(b.row_begin, 0))};
+        const PixelView view = pixel_view(state.camera, first, state.camera.slopes_of(first));
+        for (int y = 0; y <= b.row_end - b.row_begin; y++) {
+            for (int x = 0; x < columns_; x++) {
+                // Eight directions of the pupil's rim, where a cut through it begins.
+                const double turn = kPi / 4 * ((3 * x + 5 * y + (y / 2) % 2) % 8);
+                const Vec2 pupil = {0.98 * std::cos(turn), 0.98 * std::sin(turn)};
+                // Between output pixels, which are some array pixels apart when skipping.
+                const Vec2 at = {w.array_column(b.column_begin + x, 0) - first.x - 0.5,
+                                 w.array_row(b.row_begin + y, 0) - first.y - 0.5};
+                corners_.push_back(corner_at(view, at, pupil, state.candidates));
+            }
+        }
+        step_ = 5 * view.pixel_slope * std::max(w.skip_x, w.skip_y);
+        blur_mm_ = view.pupil_radius_mm;
+        focus_mm_ = view.focus_mm;
+    }
+
+    // One flat sheet covers the whole block.
+    bool all() const { return all_; }
+
+    // z_from: nothing of the pixel is nearer.
+    bool at(int column, int row, double &z_from) const {
+        z_from = 0;
+        if (corners_.empty()) {
+            return all_;
+        }
+        // The pixel's corners and those around them.
+        const int rows = static_cast<int>(corners_.size()) / columns_;
+        const int x0 = column - block_.column_begin;
+        const int y0 = row - block_.row_begin;
+        const int first = y0 * columns_ + x0;
+        double low = 1e30;
+        double high = 0;
+        for (int y = std::max(y0 - 1, 0); y <= std::min(y0 + 2, rows - 1); y++) {
+            for (int x = std::max(x0 - 1, 0); x <= std::min(x0 + 2, columns_ - 1); x++) {
+                const Corner &corner = corners_[static_cast<std::size_t>(y * columns_ + x)];
+                const Corner &own = corners_[static_cast<std::size_t>(first)];
+                const Vec3 bend = corner.normal - own.normal;
+                if (corner.object != own.object || corner.object == nullptr ||
+                    corner.tone != own.tone || dot(bend, bend) > 0.15) {
+                    return false;
+                }
+                low = std::min(low, corner.z);
+                high = std::max(high, corner.z);
+            }
+        }
+        const Object &object = *corners_[static_cast<std::size_t>(first)].object;
+        if (object.solid == nullptr && object.sheet.bend_per_mm == 0) {
+            return true;  // a plane has no step, however far its depth reaches
+        }
+        z_from = low - (high - low) - 1;
+        return high - low < 3 * step_ * low + 5 * blur_mm_ * std::fabs(1 - low / focus_mm_);
+    }
+
+  private:
+    Block block_;
+    bool all_ = false;
+    int columns_ = 0;
+    double step_ = 0;
+    double blur_mm_ = 0;
+    double focus_mm_ = 1;
+    std::vector<Corner> corners_;
+};
+
+// Of the light at the corners of a block that one flat sheet covers.
+BlockLight light_of_block(const Job &job, const Block &b, const State &state) {
+    const Window &w = job.request.window;
+    const View view = {&job.scene, &job.pixel_alone, &job.with_spot, job.spot_px};
+    BlockLight light;
+    for (int i = 0; i < 4; i++) {
+        const int column = i % 2 == 0 ? b.column_begin : b.column_end;
+        const int row = i / 2 == 0 ? b.row_begin : b.row_end;
+        const Vec2 pixel = {static_cast<double>(w.array_column(column, 0)),
+                            static_cast<double>(w.array_row(row, 0))};
+        light.corner[i] =
+            light_on_sheet(view, pixel_view(state.camera, pixel, state.camera.slopes_of(pixel)),
+                           state.candidates[0]);
+    }
+    return light;
+}
+
+// Of one body that fills a block: its pixels' middles at the corners, and the middle's.
+Patch patch_of_block(const Job &job, const Block &b, const State &state) {
+    const Window &w = job.request.window;
+    const View view = {&job.scene, &job.pixel_alone, &job.with_spot, job.spot_px};
+    PixelView views[5];
+    for (int i = 0; i < 5; i++) {
+        const Vec2 part = i == 4 ? Vec2{0.5, 0.5} : Vec2{double(i % 2), double(i / 2)};
+        const Vec2 low = {double(w.array_column(b.column_begin, 0)),
+                          double(w.array_row(b.row_begin, 0))};
+        const Vec2 high = {double(w.array_column(b.column_end, 0)),
+                           double(w.array_row(b.row_end, 0))};
+        const Vec2 pixel = {low.x + part.x * (high.x - low.x), low.y + part.y * (high.y - low.y)};
+        views[i] = pixel_view(state.camera, pixel, state.camera.slopes_of(pixel));
+    }
+    return find_patch(view, views, state.candidates);
+}
+
+// What the pixels of a block share.
+class BlockOfPixels {
+  public:
+    BlockOfPixels(const Job &job, const Block &b, std::vector<State> &states)
+        : job_(job), block_(b), states_(states), views_(states.size()) {
+        for (State &state : states) {
+            find_block(job, b, state);
+            candidates_.push_back(&state.candidates);
+        }
+        smoothness_.emplace(job, b, states[0]);
+        lit_together_ = smoothness_->all() && states.size() == 1;
+        if (lit_together_) {
+            light_ = light_of_block(job, b, states[0]);
+        }
+    }
+
+    void render(int column, int row, double lit_us) {
+        const Window &w = job_.request.window;
+        double sum = 0;
+        z_from_ = 0;
+        smooth_ = smoothness_->at(column, row, z_from_) && states_.size() == 1;
+        if (smooth_ && !lit_together_ && !patch_) {
+            patch_ = patch_of_block(job_, block_, states_[0]);
+        }
+        for (int j = 0; j < w.bin_y; j++) {
+            for (int i = 0; i < w.bin_x; i++) {
+                const int x = w.array_column(column, i);
+                const int y = w.array_row(row, j);
+                sum += job_.reader.collected(electrons(x, y, lit_us), x, y);
+            }
+        }
+        const int binned = w.bin_x * w.bin_y;
+        const int x = w.array_column(column, 0);
+        const int y = w.array_row(row, 0);
+        job_.frame.pixels[static_cast<std::size_t>(row * job_.frame.columns + column)] =
+            job_.reader.number(sum / binned, binned, bayer_place(x, y), x, y);
+    }
+
+  private:
+    // One array pixel through all states of its row (one when nothing moves).
+    double electrons(int x, int y, double lit_us);
+
+    const Job &job_;
+    const Block &block_;
+    std::vector<State> &states_;
+    std::vector<PixelView> views_;
+    std::vector<const std::vector<Candidate> *> candidates_;
+    std::optional<Smoothness> smoothness_;
+    BlockLight light_;
+    std::optional<Patch> patch_;
+    bool lit_together_ = false;
+    bool smooth_ = false;
+    double z_from_ = 0;
+};
+
+double BlockOfPixels::electrons(int x, int y, double lit_us) {
+    const Window &w = job_.request.window;
+    PixelTask task;
+    task.channel = bayer_channel(bayer_place(x, y));
+    task.starts_smooth = smooth_;
+    task.z_from = z_from_;
+    if (lit_together_) {
+        task.block_light = &light_;
+    } else if (smooth_ && patch_->candidate != nullptr) {
+        task.patch = &*patch_;
+    }
+    if (lit_together_ || task.patch != nullptr) {
+        const int column = w.array_column(block_.column_begin, 0);
+        const int row = w.array_row(block_.row_begin, 0);
+        task.block_place = {
+            static_cast<double>(x - column) / (w.array_column(block_.column_end, 0) - column),
+            static_cast<double>(y - row) / (w.array_row(block_.row_end, 0) - row)};
+    }
+    task.view_count = static_cast<int>(states_.size());
+    for (std::size_t i = 0; i < states_.size(); i++) {
+        views_[i] = pixel_view(states_[i].camera, {static_cast<double>(x), static_cast<double>(y)},
+                               views_[i].slopes + Vec2{views_[i].step[0], views_[i].step[2]});
+    }
+    task.views = views_.data();
+    task.candidates = candidates_[0];
+    task.view_candidates = states_.size() > 1 ? candidates_.data() : nullptr;
+    task.key = mixed(job_.key, static_cast<std::uint64_t>(y) << 32 | static_cast<std::uint64_t>(x));
+    task.electrons_per_luminance = lux_per_luminance(states_[0].camera, views_[0].slopes) *
+                                   electrons_per_lux(job_.rig_camera.sensor, task.channel, lit_us);
+    const View view = {&job_.scene, &job_.pixel_alone, &job_.with_spot, job_.spot_px};
+    return pixel_luminance(view, task) * task.electrons_per_luminance;
+}
+
+// Blocks are those of the whole array where no pixel is left out, so that a window shows what the
+// whole frame would.
+int first_of_blocks(int first, int skip) {
+    return skip == 1 ? -(first % kTile) : 0;
+}
+
+void render_strip(const Job &job, int row_first) {
+    const Window &w = job.request.window;
+    const int row_begin = std::max(row_first, 0);
+    const int row_end = std::min(row_first + kTile, job.frame.rows);
+    const bool moving = moves(job.request, row_begin, row_end);
+    // While the camera moves, each row has its own moments.
+    const int rows_together = moving ? 1 : kTile;
+    for (int top = moving ? row_begin : row_first; top < row_end; top += rows_together) {
+        std::vector<State> states;
+        const double start = row_start_us(job.request, std::max(top, 0));
+        for (int i = 0; i < (moving ? kMoments : 1); i++) {
+            states.push_back(state_at(job, start + job.request.exposure_us * (i + 0.5) / kMoments));
+        }
+        for (int left = first_of_blocks(w.column, w.skip_x); left < job.frame.columns;
+             left += kTile) {
+            const Block block = {left, left + kTile, top, top + rows_together};
+            BlockOfPixels pixels(job, block, states);
+            for (int row = std::max(top, 0); row < std::min(block.row_end, row_end); row++) {
+                const double lit_us =
+                    lit_time_us(job.mains, row_start_us(job.request, row), job.request.exposure_us);
+                for (int column = std::max(left, 0);
+                     column < std::min(block.column_end, job.frame.columns); column++) {
+                    pixels.render(column, row, lit_us);
+                }
+            }
+        }
+    }
+}
+
+void check(const FrameRequest &request) {
+    if (request.window.fault() != nullptr) {
+        throw std::invalid_argument(request.window.fault());
+    }
+    if (!request.mechanics) {
+        throw std::invalid_argument("a frame needs to know where the motors stand");
+    }
+}
+
+}  // namespace
+
+const char *Window::fault() const {
+    if (column < 0 || row < 0 || columns < 2 || rows < 2 || column + columns > kArrayColumns ||
+        row + rows > kArrayRows) {
+        return "the window does not lie on the array";
+    }
+    if (column % 2 != 0 || row % 2 != 0 || columns % 2 != 0 || rows % 2 != 0) {
+        return "the window's place and size must be even";
+    }
+    if (skip_x < 1 || skip_y < 1 || skip_x > 16 || skip_y > 16 || bin_x < 1 || bin_y < 1 ||
+        bin_x > skip_x || bin_y > skip_y) {
+        return "skipping is 1 to 16, and binning 1 to skipping";
+    }
+    if (output_columns() < 2 || output_rows() < 2) {
+        return "nothing is left of the window after skipping";
+    }
+    return nullptr;
+}
+
+Frame render(const Scene &scene, const Rig &rig, Side side, const FrameRequest &request) {
+    check(request);
+    Frame frame;
+    frame.columns = request.window.output_columns();
+    frame.rows = request.window.output_rows();
+    frame.pixels.resize(static_cast<std::size_t>(frame.columns * frame.rows));
+    const RigCamera &rig_camera = rig.of(side);
+    const std::uint64_t key =
+        mixed(mixed(request.seed, static_cast<std::uint64_t>(side)), request.frame);
+    const double spot_px = rig_camera.lens.spot_rms_um / rig_camera.sensor.pixel_um;
+    const Job job = {scene,       rig_camera,
+                     rig.mains,   request,
+                     Aperture(0), Aperture(spot_px),
+                     spot_px,     PixelReader(rig_camera.sensor, request.gains, mixed(key)),
+                     key,         frame};
+    std::atomic<int> next{0};
+    const int first = first_of_blocks(request.window.row, request.window.skip_y);
+    const auto work = [&] {
+        for (int row = first + kTile * next++; row < frame.rows; row = first + kTile * next++) {
+            render_strip(job, row);
+        }
+    };
+    std::vector<std::thread> pool;
+    for (int i = 1; i < request.threads; i++) {
+        pool.emplace_back(work);
+    }
+    work();
+    for (std::thread &thread : pool) {
+        thread.join();
+    }
+    return frame;
+}
+
+}  // namespace world

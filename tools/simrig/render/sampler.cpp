@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/simrig/render/sampler.hpp"
+
+#include <algorithm>
+
+#include "tools/simrig/render/ray.hpp"
+#include "tools/simrig/render/smooth.hpp"
+
+namespace world {
+namespace {
+
+// Levels 0, 1, 2 have 4, 16, 64 rays. The filters of 4 are of another shape than pixel and blur.
+constexpr int kFirstLevel = 1, kLastLevel = 2;
+
+// Where one ray runs within pixel and pupil, and the middle of its share of them.
+struct Course {
+    Segment ray;
+    Segment middle;
+    const Aperture *aperture;
+    double spot_px;  // of the lens, where the aperture leaves it to the textures' filter
+    const PixelView *pixel;
+    const std::vector<Candidate> *candidates;
+    int level;
+};
+
+double shaded(const View &view, const Course &course, const Found &found, int channel,
+              Remembered &memory) {
+    const PixelView &pixel = *course.pixel;
+    const Segment &middle = course.middle;
+    const int level = course.level;
+    const Object &object = *found.candidate->object;
+    const double blur_mm = pixel.pupil_radius_mm * std::fabs(1 - found.z / pixel.focus_mm);
+    const double pixel_mm = pixel.pixel_slope * found.z;
+    memory.note(found, blur_mm + pixel_mm);
+    const Vec3 off = found.p - memory.p;
+    if (memory.object != &object || dot(off, off) > memory.reach2) {
+        remember(view, found, blur_mm + pixel_mm, memory);
+    }
+    // Where the middle ray of this share meets the tangent plane.
+    const Pose &pose = found.candidate->object_camera;
+    const Vec3 origin = pose * Vec3{middle.pupil_mm.x, middle.pupil_mm.y, 0};
+    const Vec3 direction = pose.rotation * Vec3{middle.slopes.x, middle.slopes.y, 1};
+    const double facing = dot(memory.normal, direction);
+    const double z = dot(memory.normal, found.p - origin) / facing;
+    SurfacePlace place;
+    place.p = place.met = found.p;
+    const double filter2 = kFiltered * (course.aperture->variance(level) * pixel_mm * pixel_mm +
+                                        disk_variance(level) * blur_mm * blur_mm);
+    if (std::fabs(z - found.z) * std::fabs(facing) < 1.5 * (blur_mm + pixel_mm)) {
+        place.p = found.p + (1 - kPull) * (origin + z * direction - found.p);
+    }
+    // Seen at a slant the filter is longer one way; its mean radius grows with the root.
+    const double slant = std::max(std::fabs(facing) / length(direction), 0.05);
+    place.spot_mm = course.spot_px * pixel_mm;
+    place.edge_mm = std::sqrt(filter2);
+    place.rms_mm = std::sqrt((filter2 + place.spot_mm * place.spot_mm) / slant);
+    place.n = memory.normal;
+    place.tone = memory.tone;
+    place.slant = memory.light.slant;
+    if (object.solid == nullptr) {
+        place.on_sheet = true;
+        place.sheet = object.sheet.place(place.p);
+    }
+    return (1 / kPi) * memory.light.lux[channel] *
+               std::max(reflectance(object.material, place, channel), 0.0) +
+           memory.light.sheen[channel];
+}
+
+double luminance_along(const View &view, const Course &course, int channel, Remembered &memory) {
+    const Found found = first_met(*course.candidates, course.ray, 0);
+    if (found.candidate == nullptr) {
+        memory.one_object = false;
+        return view.scene->ambient.channel[channel];
+    }
+    return shaded(view, course, found, channel, memory);
+}
+
+Course stratified_course(const View &view, const PixelTask &task, int n, int level) {
+    const RayPoint &point = ray_points()[static_cast<std::size_t>(n % kMostSamples)];
+    const std::uint64_t key = n < kMostSamples ? task.key : mixed(task.key);
+    const unsigned px = (point[0] ^ key) & 0xFFFFu;
+    const unsigned py = (point[1] ^ (key >> 16)) & 0xFFFFu;
+    const unsigned lu = (point[2] ^ (key >> 32)) & 0xFFFFu;
+    const unsigned lv = (point[3] ^ (key >> 48)) & 0xFFFFu;
+    const int moment = task.view_count > 1 ? n % task.view_count : 0;
+    const PixelView &pixel = task.views[moment];
+    const Aperture &aperture = task.starts_smooth ? *view.pixel_alone : *view.with_spot;
+    const unsigned drop = 15U - static_cast<unsigned>(level);
+    const double share = 1.0 / (1 << level);
+    return {
+        segment(pixel, {aperture.offset(px), aperture.offset(py)}, disk(centred(lu), centred(lv))),
+        segment(pixel, {aperture.middle(level, px >> drop), aperture.middle(level, py >> drop)},
+                disk(((lu >> drop) + 0.5) * share - 1, ((lv >> drop) + 0.5) * share - 1)),
+        &aperture,
+        task.starts_smooth ? view.spot_px : 0,
+        &pixel,
+        task.view_candidates != nullptr ? task.view_candidates[moment] : task.candidates,
+        level};
+}
+
+// Is the mean of n stratified rays as good as the pixel's own noise asks for?
+bool settled(const PixelTask &task, double sum, double square, int n, int level) {
+    const double mean = sum / n;
+    const double variance = std::max(square / n - mean * mean, 0.0) / (n - 1);
+    // Only what varies within the shares is error, and the finer they are the less that is; of
+    // textures it is little, because they are filtered and pulled (measured: see the tests).
+    const double within = (task.starts_smooth ? 0.01 : 0.25) / (level + 1);
+    const double k = task.electrons_per_luminance;
+    return within * variance * k * k <= kErrorPart2 * (mean * k + task.least_noise_e2);
+}
+
+}  // namespace
+
+LocalLight light_on_sheet(const View &view, const PixelView &pixel, const Candidate &candidate) {
+    Found found;
+    meet(candidate, segment(pixel, {}, {}), 0, found);
+    Remembered memory;
+    remember(view, found, 0, memory);
+    return memory.light;
+}
+
+Corner corner_at(const PixelView &pixel, Vec2 offset_px, Vec2 pupil,
+                 const std::vector<Candidate> &candidates) {
+    const Found found = first_met(candidates, segment(pixel, offset_px, pupil), 0);
+    Corner corner;
+    if (found.candidate != nullptr) {
+        corner.object = found.candidate->object;
+        corner.z = found.z;
+        if (corner.object->solid != nullptr && corner.object->material.tones.size() > 1) {
+            const Solid &solid = *corner.object->solid;
+            corner.tone = solid.nearest_part(found.p, found.candidate->parts).tone;
+            corner.normal = solid.normal(found.p, found.candidate->parts);
+        }
+    }
+    return corner;
+}
+
+double pixel_luminance(const View &view, const PixelTask &task) {
+    Remembered memory;
+    double sum = 0;
+    double square = 0;
+    int n = 0;
+    double luminance = 0;
+    if (task.starts_smooth && smooth_luminance(view, task, memory, luminance)) {
+        return luminance;
+    }
+    // Where objects meet, rays that all miss the smaller share must not end the pixel: that would
+    // make blurred outlines too sharp. Half of the last level's rays at least, whatever they say.
+    const bool edge_may_be_near = task.view_count == 1 && !task.starts_smooth;
+    const auto add = [&](int level) {
+        const double value =
+            luminance_along(view, stratified_course(view, task, n, level), task.channel, memory);
+        sum += value;
+        square += value * value;
+        n++;
+    };
+    for (int level = kFirstLevel; level <= kLastLevel; level++) {
+        const int count = 4 << (2 * level);
+        while (n < count) {
+            // Not of textures: half of the shares are left out then, which no spread tells.
+            if (edge_may_be_near && level == kLastLevel && n == count / 2 &&
+                settled(task, sum, square, n, level)) {
+                return sum / n;
+            }
+            add(level);
+        }
+        const bool may_end = level == kLastLevel || !edge_may_be_near || memory.one_surface();
+        if (may_end && settled(task, sum, square, n, level)) {
+            return sum / n;
+        }
+    }
+    // Bright against dark: the same number once more, turned.
+    while (n < 2 * kMostSamples) {
+        add(kLastLevel);
+    }
+    return sum / n;
+}
+
+}  // namespace world

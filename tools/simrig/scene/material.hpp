@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What surfaces look like: reflectance in one channel at a place, as a filter of some width sees
+/// it.
+#ifndef VERGENCE_TOOLS_SIMRIG_SCENE_MATERIAL_HPP
+#define VERGENCE_TOOLS_SIMRIG_SCENE_MATERIAL_HPP
+
+#include <string>
+#include <vector>
+
+#include "tools/simrig/scene/board.hpp"
+#include "tools/simrig/scene/noise_tile.hpp"
+#include "tools/simrig/scene/raster.hpp"
+
+namespace world {
+
+enum class MaterialKind { kPlaster, kWood, kPainted, kClay, kPlastic, kBoard, kPaper };
+
+/// What is painted on a wall, and how large.
+struct Ornament {
+    std::string name;  ///< empty: nothing
+    Vec2 size_mm;
+    int seed = 0;
+};
+
+struct Material {
+    MaterialKind kind = MaterialKind::kClay;
+    std::vector<Colour> tones;  ///< one, or one for each tone of the parts
+    double contrast = 1;        ///< of the fine texture; 0 is really plain
+    /// Mirror at right angles (0.04 glaze), and how soft its picture of the lights is, rad.
+    double gloss = 0;
+    double gloss_blur_rad = 0.1;
+    Board board;
+    Ornament ornament;
+    Raster raster;  ///< the ornament, once it is drawn
+    NoiseLayer layer[4];
+    double plank_mm = 120;
+};
+
+/// Where reflectance is asked for.
+struct SurfacePlace {
+    Vec3 p;      ///< the body's own frame; on the tangent plane of `met`
+    Vec3 met;    ///< where the ray met the body
+    Vec3 n;      ///< normal there
+    Vec2 sheet;  ///< on a sheet: along it from the middle
+    bool on_sheet = false;
+    int tone = 0;
+    double rms_mm = 0;  ///< of the filter
+    /// The same in two parts, not stretched by slant, for boards: a box and the lens's round spot.
+    double edge_mm = 0;
+    double spot_mm = 0;
+    Vec2 slant;  ///< on a sheet: sideways part of the light over its upright part
+};
+
+/// Sets the layers of noise that this kind needs; `number` makes two surfaces of a kind differ.
+void prepare(Material &material, int number);
+
+/// Draws the ornament, where there is one.
+void draw_ornament(Material &material);
+
+double reflectance(const Material &material, const SurfacePlace &place, int channel);
+
+/// The same for an ornament that is seen through a uniform disk on the tangent plane, whose images
+/// of two radii square to each other are `axes` (mm); rms_mm is that of the whole disk. False: the
+/// disk is not on the ornament's wall alone.
+bool painted_under_disk(const Material &material, const SurfacePlace &place, const Vec3 (&axes)[2],
+                        int channel, double &reflectance);
+
+/// Mean reflectance, for light that comes back from the surface.
+Colour mean_reflectance(const Material &material);
+
+}  // namespace world
+
+#endif
