@@ -7,8 +7,8 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
-#include "bench/bench_arguments.hpp"
-#include "bench/bench_run.hpp"
+#include "bench/harness/bench_arguments.hpp"
+#include "bench/harness/bench_run.hpp"
 #include "daemon/base/json.h"
 
 namespace {

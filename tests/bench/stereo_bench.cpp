@@ -2,9 +2,9 @@
 // Our matcher and OpenCV's side by side: error, time and memory. See kUsage and README.md.
 #include <thread>
 
-#include "bench/bench_arguments.hpp"
-#include "bench/bench_report.hpp"
-#include "bench/bench_settings.hpp"
+#include "bench/harness/bench_arguments.hpp"
+#include "bench/harness/bench_report.hpp"
+#include "bench/harness/bench_settings.hpp"
 
 namespace {
 

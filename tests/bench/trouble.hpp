@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/bench_pair.hpp"
+#include "bench/harness/bench_pair.hpp"
 
 /// A change of images that leaves the truth as it is.
 struct trouble_case {

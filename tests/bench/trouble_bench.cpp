@@ -10,8 +10,8 @@
 #include <opencv2/core/version.hpp>
 #include <stdexcept>
 
-#include "bench/bench_arguments.hpp"
-#include "bench/bench_run.hpp"
+#include "bench/harness/bench_arguments.hpp"
+#include "bench/harness/bench_run.hpp"
 #include "bench/trouble.hpp"
 #include "daemon/base/json.h"
 

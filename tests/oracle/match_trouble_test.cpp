@@ -8,8 +8,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "bench/bench_ours.hpp"
-#include "bench/bench_run.hpp"
+#include "bench/harness/bench_ours.hpp"
+#include "bench/harness/bench_run.hpp"
 #include "bench/trouble.hpp"
 
 namespace {

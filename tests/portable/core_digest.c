@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // One checksum a module over what the core computes from fixed pseudo-random inputs. Built for
 // several processors and compilers, it must print the same line: see
-// tests/command/portable_test.py. To cover another module, add a function and its line in
-// `modules`.
+// tests/command/repository/portable_test.py. To cover another module, add a function and its line
+// in `modules`.
 #include <inttypes.h>
 #include <stdint.h>
 #include <stdio.h>

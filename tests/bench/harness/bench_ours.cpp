@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bench/bench_ours.hpp"
+#include "bench/harness/bench_ours.hpp"
 
 #include <algorithm>
 #include <limits>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bench/bench_run.hpp"
+#include "bench/harness/bench_run.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/bench_method.hpp"
+#include "bench/harness/bench_method.hpp"
 #include "tools/host/evaluate/evaluate.hpp"
 
 /// What the pixels of a map that the method stands by are worth.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bench/bench_report.hpp"
+#include "bench/harness/bench_report.hpp"
 
 #include <cstdio>
 #include <opencv2/core/version.hpp>

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bench/bench_settings.hpp"
+#include "bench/harness/bench_settings.hpp"
 
 #include <algorithm>
 #include <cstdio>
 #include <opencv2/core/version.hpp>
 #include <stdexcept>
 
-#include "bench/bench_run.hpp"
-#include "bench/bench_worker.hpp"
+#include "bench/harness/bench_run.hpp"
+#include "bench/harness/bench_worker.hpp"
 #include "daemon/base/json.h"
 
 namespace {

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "bench/bench_opencv.hpp"
+#include "bench/harness/bench_opencv.hpp"
 
 /// A setting and its mean over the pairs: filled, non-occluded.
 struct bench_setting_score {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bench/bench_arguments.hpp"
+#include "bench/harness/bench_arguments.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -7,7 +7,7 @@
 #include <map>
 #include <stdexcept>
 
-#include "bench/bench_worker.hpp"
+#include "bench/harness/bench_worker.hpp"
 
 namespace {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bench/bench_summary.hpp"
+#include "bench/harness/bench_summary.hpp"
 
 #include <algorithm>
 #include <map>

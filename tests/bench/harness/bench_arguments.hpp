@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/bench_method.hpp"
+#include "bench/harness/bench_method.hpp"
 
 struct bench_arguments {
     std::vector<std::string> paths;

@@ -3,7 +3,7 @@
 #ifndef VERGENCE_TESTS_BENCH_BENCH_OPENCV_HPP
 #define VERGENCE_TESTS_BENCH_BENCH_OPENCV_HPP
 
-#include "bench/bench_method.hpp"
+#include "bench/harness/bench_method.hpp"
 
 enum class opencv_mode { three_way, sgbm, hh4, hh, block_matching };
 

@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <opencv2/core/version.hpp>
 
-#include "bench/bench_report.hpp"
+#include "bench/harness/bench_report.hpp"
 #include "daemon/base/json.h"
 
 namespace {

@@ -10,7 +10,7 @@
 #include <memory>
 #include <string>
 
-#include "bench/bench_opencv.hpp"
+#include "bench/harness/bench_opencv.hpp"
 
 class opencv_worker : public std::enable_shared_from_this<opencv_worker> {
   public:

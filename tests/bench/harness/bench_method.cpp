@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bench/bench_method.hpp"
+#include "bench/harness/bench_method.hpp"
 
 #include <chrono>
 #include <ctime>
 #include <stdexcept>
 
-#include "bench/bench_opencv.hpp"
-#include "bench/bench_ours.hpp"
-#include "bench/bench_worker.hpp"
+#include "bench/harness/bench_opencv.hpp"
+#include "bench/harness/bench_ours.hpp"
+#include "bench/harness/bench_worker.hpp"
 
 namespace {
 

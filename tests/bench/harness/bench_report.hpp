@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "bench/bench_run.hpp"
-#include "bench/bench_summary.hpp"
+#include "bench/harness/bench_run.hpp"
+#include "bench/harness/bench_summary.hpp"
 
 /// Names the methods and their settings, and says which OpenCV is there. `pypi_version` is empty
 /// when there is none.

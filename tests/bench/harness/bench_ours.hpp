@@ -3,7 +3,7 @@
 #ifndef VERGENCE_TESTS_BENCH_BENCH_OURS_HPP
 #define VERGENCE_TESTS_BENCH_BENCH_OURS_HPP
 
-#include "bench/bench_method.hpp"
+#include "bench/harness/bench_method.hpp"
 #include "stereo/match/match.h"
 
 /// Makes the matcher of a preset, with or without the refinement of its disparities after it.

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/bench_pair.hpp"
+#include "bench/harness/bench_pair.hpp"
 
 class opencv_worker;
 

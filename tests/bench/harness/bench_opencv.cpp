@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bench/bench_opencv.hpp"
+#include "bench/harness/bench_opencv.hpp"
 
 #include <algorithm>
 #include <limits>

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/bench_run.hpp"
+#include "bench/harness/bench_run.hpp"
 
 /// Pairs of about the same count of searched disparities, over which times are pooled.
 struct bench_group {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bench/bench_worker.hpp"
+#include "bench/harness/bench_worker.hpp"
 
 #include <fcntl.h>
 #include <sys/wait.h>
