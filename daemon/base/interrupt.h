@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Ctrl-C and its relatives: long work asks now and then and gives up in good order.
+/// Ctrl-C and similar signals: long work polls and stops cleanly.
 #ifndef VERGENCE_DAEMON_BASE_INTERRUPT_H
 #define VERGENCE_DAEMON_BASE_INTERRUPT_H
 
@@ -9,19 +9,19 @@
 extern "C" {
 #endif
 
-/// From here on SIGINT, SIGTERM and SIGHUP are remembered instead of ending the process; a second
-/// one of the same kind ends it at once, with a line about what it leaves. A signal that is ignored
-/// already (nohup) stays ignored.
+/// From here on SIGINT, SIGTERM and SIGHUP are recorded instead of ending the process; a second
+/// signal of the same kind ends it at once, with a line about leftovers. A signal that is already
+/// ignored (nohup) stays ignored.
 void interrupt_catch(void);
 
-/// From here on interrupt_requested() of this thread also asks `go_on`, which says false when what
-/// the thread does is to end; NULL: nobody is asked any more.
+/// From here on interrupt_requested() in this thread also calls `go_on`, which returns false if the
+/// thread's work is to stop. NULL: no callback.
 void interrupt_ask(bool (*go_on)(void *self), void *self);
 
-/// Whether a signal has come, or whoever is asked wants an end. May be asked from any thread.
+/// Whether a signal has come or the callback of interrupt_ask asks to stop. Any thread.
 bool interrupt_requested(void);
 
-/// 128 + the signal's number (130 for Ctrl-C): the process's exit code. Only after a signal.
+/// Exit code of the process: 128 + signal number (130 for Ctrl-C). Only after a signal.
 int interrupt_exit_code(void);
 
 #ifdef __cplusplus

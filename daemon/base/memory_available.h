@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How much memory the system could give now without ending somebody for it.
+/// How much memory the system can provide without the kernel killing a process for it.
 #ifndef VERGENCE_DAEMON_BASE_MEMORY_AVAILABLE_H
 #define VERGENCE_DAEMON_BASE_MEMORY_AVAILABLE_H
 
@@ -9,12 +9,12 @@
 extern "C" {
 #endif
 
-/// In bytes: what /proc/meminfo calls available, and free swap. Sources: proc(5), sysinfo(2).
+/// In bytes: MemAvailable of /proc/meminfo plus free swap. Sources: proc(5), sysinfo(2).
 uint64_t memory_available_bytes(void);
 
-/// The same from a file that looks like /proc/meminfo. Where it cannot be read or does not say
-/// (/proc of processes alone, kernels before 3.14): memory and swap that nobody uses, without the
-/// files that are kept in memory only as long as there is room, so too little.
+/// The same from a file in the format of /proc/meminfo. If it cannot be read or has no such line
+/// (/proc with processes only, kernels before 3.14): free memory and swap without the page cache,
+/// which is an underestimate.
 uint64_t memory_available_as_in(const char *meminfo);
 
 #ifdef __cplusplus

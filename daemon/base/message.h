@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// One line for people that says what is wrong and what to do about it. Made at the edge, next to
-/// the file name and the limit in question; the code that travels with it is for programs.
+/// One line for people: what is wrong and what to do about it. Written where the error is found,
+/// next to the file name and the limit; the error code that goes with it is for programs.
 #ifndef VERGENCE_DAEMON_BASE_MESSAGE_H
 #define VERGENCE_DAEMON_BASE_MESSAGE_H
 
@@ -11,12 +11,12 @@ extern "C" {
 enum { MESSAGE_BYTES = 1024 };
 
 struct message {
-    char text[MESSAGE_BYTES];  // zero-terminated, without a line feed; cut off when too long
+    char text[MESSAGE_BYTES];  // zero-terminated, without a line feed; truncated when too long
 };
 
-/// Sets the text as printf would and returns `code`, so that a function can end with
-/// `return message_set(message, ERROR_SYNTAX, ...)`. Control characters (a file's name may hold
-/// any) become '?', so that the message stays one line.
+/// Formats the text as printf does and returns `code`, so that a function can end with `return
+/// message_set(message, ERROR_SYNTAX, ...)`. Control characters (a file name may contain any)
+/// become '?', so that the message stays one line.
 int message_set(struct message *message, int code, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The system's monotonic clock, which nobody sets: what every wait and every duration of the
-/// daemon and its client is measured by. Whoever has a hal_clock uses that.
+/// The system's monotonic clock, for all waits and durations of the daemon and the client. Code
+/// that has a hal_clock uses that instead.
 #ifndef VERGENCE_DAEMON_BASE_MONOTONIC_H
 #define VERGENCE_DAEMON_BASE_MONOTONIC_H
 
@@ -26,7 +26,7 @@ static inline int64_t monotonic_now_ms(void) {
     return (int64_t)(monotonic_now_us() / MONOTONIC_US_IN_MS);
 }
 
-/// A time of that clock as the system's calls want it.
+/// A time of that clock as a struct timespec.
 static inline struct timespec monotonic_timespec(uint64_t time_us) {
     struct timespec time;
     time.tv_sec = (time_t)(time_us / MONOTONIC_US_IN_S);

@@ -13,27 +13,26 @@
 extern "C" {
 #endif
 
-/// What termios calls a speed in bit/s (baud), 1200 to 921600. False: no line has it.
+/// The termios constant for a speed in bit/s (baud), 1200 to 921600. False: not supported.
 bool serial_device_speed(uint32_t bits_per_s, speed_t *speed);
 
-/// The speeds of a console or its client, in baud, for people: slower ones are of no use there.
+/// Speeds of a console or its client, in baud, for messages: slower ones are of no use there.
 #define SERIAL_DEVICE_SPEEDS "9600, 19200, 38400, 57600, 115200, 230400, 460800 and 921600 baud"
 /// Whether a speed is one of them.
 bool serial_device_has_speed(uint32_t baud);
 
-/// Makes an open line ours alone: against programs that were there before and lock as well (flock),
-/// and against those that come later (TIOCEXCL; the kernel refuses them, but not root's). False,
-/// and errno says why not: EWOULDBLOCK, another program has it.
+/// Locks an open line for this process: against programs that opened it before and lock as well
+/// (flock), and against later opens (TIOCEXCL; does not stop root). False with errno: EWOULDBLOCK
+/// if another program has it.
 bool serial_device_claim(int fd);
-/// Gives it back, before it is closed: where something else keeps the line open (the other end of a
-/// pseudo terminal) it would stay refused.
+/// Releases the lock, before closing: if something else keeps the line open (the other end of a
+/// pseudo terminal), it would stay locked.
 void serial_device_release(int fd);
 
-/// Opens a serial line: raw, 8N1, without flow control, not blocking, and not the process's
-/// controlling terminal; nobody else has it meanwhile. The descriptor (>= 0), for the caller to
-/// close with serial_device_close, or ERROR_ARGUMENT (no such speed), ERROR_DEVICE (it is no serial
-/// line, and nothing was written to it), ERROR_REFUSED (another program has it), ERROR_IO, with a
-/// message.
+/// Opens a serial line: raw, 8N1, no flow control, non-blocking, locked, and not the process's
+/// controlling terminal. Returns the descriptor (>= 0), for the caller to close with
+/// serial_device_close, or with a message ERROR_ARGUMENT (unsupported speed), ERROR_DEVICE (not a
+/// serial line; nothing was written to it), ERROR_REFUSED (another program has it), ERROR_IO.
 int serial_device_open(const char *device, uint32_t baud, struct message *message);
 void serial_device_close(int fd);
 

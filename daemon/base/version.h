@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Which build this is.
+/// Identification of this build.
 #ifndef VERGENCE_DAEMON_BASE_VERSION_H
 #define VERGENCE_DAEMON_BASE_VERSION_H
 
@@ -7,13 +7,13 @@
 extern "C" {
 #endif
 
-/// "1.2.3"; static storage, as the others here.
+/// "1.2.3"; static storage, like the others here.
 const char *version_text(void);
 
-/// What `git describe --always --dirty` said when the program was built, or "unknown".
+/// Output of `git describe --always --dirty` at build time, or "unknown".
 const char *version_build_id(void);
 
-/// Of the commit that was built, "2026-01-31"; outside of a repository of the day of the build.
+/// Date of the commit, "2026-01-31"; outside of a repository the day of the build.
 const char *version_build_date(void);
 
 #ifdef __cplusplus

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A line editor for terminals: cursor keys, history, completion. It sends nothing but characters,
-/// CR, LF, BEL and backspaces, so it works on any terminal, a dumb one too; lines longer than the
-/// terminal is wide are scrolled. It keeps no file and waits for nothing: bytes in, bytes out.
+/// A line editor for terminals: cursor keys, history, completion. It sends only characters, CR, LF,
+/// BEL and backspaces, so it works on any terminal, including dumb ones; lines wider than the
+/// terminal scroll. It uses no files and never blocks: bytes in, bytes out.
 ///
 /// Keys: left, right, Home, End (Ctrl-B, F, A, E), up, down (Ctrl-P, N), Backspace, Delete, Ctrl-K
-/// and Ctrl-U (delete to the end, all before), Ctrl-W (the word before), Ctrl-L (draw again), Tab,
-/// Ctrl-C (give the line up), Ctrl-D (the end, on an empty line).
+/// and Ctrl-U (delete to the end, to the start), Ctrl-W (delete the previous word), Ctrl-L
+/// (redraw), Tab, Ctrl-C (discard the line), Ctrl-D (end, on an empty line).
 #ifndef VERGENCE_DAEMON_CLI_EDITOR_H
 #define VERGENCE_DAEMON_CLI_EDITOR_H
 
@@ -27,16 +27,16 @@ enum {
 
 enum editor_event {
     EDITOR_MORE,
-    EDITOR_LINE,    ///< `line` is whole; editor_begin begins the next
-    EDITOR_CANCEL,  ///< Ctrl-C: the line is empty now; editor_begin draws a new one
+    EDITOR_LINE,    ///< `line` is complete; editor_begin starts the next
+    EDITOR_CANCEL,  ///< Ctrl-C: the line is now empty; editor_begin draws a new one
     EDITOR_END,     ///< Ctrl-D on an empty line
 };
 
 struct editor {
-    /// Bytes for the terminal.
+    /// Sends bytes to the terminal.
     void (*send)(void *self, const char *data, size_t bytes);
-    /// The words that may stand where `typed`, the line up to the cursor, ends, with blanks
-    /// between, in `words` (EDITOR_WORDS_BYTES). One that ends in / is to be gone on with. NULL: no
+    /// Puts the completions of `typed` (the line up to the cursor), separated by blanks, into
+    /// `words` (EDITOR_WORDS_BYTES). A completion that ends in / is not finished. NULL: no
     /// completion.
     void (*complete)(void *self, const char *typed, char *words);
     void *self;
@@ -45,25 +45,25 @@ struct editor {
 
     char line[EDITOR_LINE_BYTES];  ///< terminated
     size_t length, cursor;
-    size_t scrolled;  ///< bytes of the line left of the screen
+    size_t scrolled;  ///< bytes of the line that are scrolled off to the left
     size_t drawn;     ///< columns in use behind the prompt
     char history[EDITOR_HISTORY][EDITOR_LINE_BYTES];
     size_t history_count, history_next;
-    size_t browsed;               ///< how far back the line comes from; 0: typed
-    char own[EDITOR_LINE_BYTES];  ///< what was typed before
-    int escape;                   ///< how much of an escape sequence has come
+    size_t browsed;               ///< position in the history, counted back; 0: the typed line
+    char own[EDITOR_LINE_BYTES];  ///< the typed line, while the history is browsed
+    int escape;                   ///< state of the escape sequence parser
     char parameter;
-    bool after_return;  ///< a LF that follows is none of its own
+    bool after_return;  ///< a CR came last, so a LF belongs to it
 };
 
-/// Stores what is given; the history is empty.
+/// Stores the arguments and clears the history.
 void editor_init(struct editor *self, void (*send)(void *, const char *, size_t),
                  void (*complete)(void *, const char *, char *), void *cookie, const char *prompt);
 
-/// Draws an empty line behind the prompt.
+/// Draws the prompt and an empty line.
 void editor_begin(struct editor *self);
 
-/// Takes a byte from the terminal.
+/// Processes one byte from the terminal.
 enum editor_event editor_feed(struct editor *self, char byte);
 
 #ifdef __cplusplus

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Command lines from one table: the parser, its messages and `--help` derive from the same
-/// entries, so that they cannot drift apart.
+/// Command-line options from one table: parser, messages and `--help` use the same entries, so they
+/// cannot diverge.
 #ifndef VERGENCE_DAEMON_CLI_OPTIONS_H
 #define VERGENCE_DAEMON_CLI_OPTIONS_H
 
@@ -12,10 +12,10 @@ extern "C" {
 
 enum option_kind {
     OPTION_FLAG,    // no value; sets a bool to true
-    OPTION_INT,     // `count` whole numbers into int[count]
+    OPTION_INT,     // `count` integers into int[count]
     OPTION_REAL,    // `count` decimal numbers into double[count]; "inf" when maximum is INFINITY
     OPTION_TEXT,    // a const char * to the argument itself
-    OPTION_CHOICE,  // a word of `choices`; its place (0, 1, ...) into an int
+    OPTION_CHOICE,  // a word of `choices`; its index (0, 1, ...) into an int
 };
 
 struct option {
@@ -32,8 +32,8 @@ struct option {
 
 struct option_page {
     const char *command;  // "vergence reconstruct"
-    // As help shows them, e.g. "LEFT RIGHT"; "" for none. With "[OPTIONS]" among them, options are
-    // told there alone, else behind them.
+    // As help shows them, e.g. "LEFT RIGHT"; "" for none. If "[OPTIONS]" is among them, options are
+    // shown there, else after them.
     const char *operands;
     const char *summary;      // one line, no full stop
     const char *description;  // paragraphs separated by one line feed; wrapped by the printer
@@ -43,19 +43,18 @@ struct option_page {
     int operands_min, operands_max;
 };
 
-/// `options_parse` wants the command to go on.
+/// Return value of options_parse if the command should run.
 enum { OPTIONS_CONTINUE = -1 };
 
-/// Parses argv[1..argc-1] into `values` (the struct that `offset` means; holds the defaults before)
-/// and `operands` (room for operands_max). Knows --help, `--name VALUE`, `--name=VALUE` and `--`;
-/// the last of a repeated option counts. For the build --help-man prints a manual page, and
-/// --help-words what a shell may fill in (shell_words.h). Returns OPTIONS_CONTINUE, or the exit
-/// code to end with: 0 after --help, 2 after a mistake, which it has reported on standard error in
-/// one line.
+/// Parses argv[1..argc-1] into `values` (the struct that `offset` refers to; contains the defaults
+/// before the call) and `operands` (room for operands_max). Accepts --help, `--name VALUE`,
+/// `--name=VALUE` and `--`; the last of a repeated option counts. For the build, --help-man prints
+/// a manual page and --help-words the completions (shell_words.h). Returns OPTIONS_CONTINUE, or the
+/// exit code to end with: 0 after --help, 2 after an error, reported on standard error in one line.
 int options_parse(const struct option_page *page, int argc, char **argv, void *values,
                   const char **operands, int *operand_count);
 
-/// The word of `words` (count of them) closest to `word` by editing distance, or NULL when none is
+/// The word of `words` (`count` of them) nearest to `word` by edit distance, or NULL if none is
 /// near. For "did you mean".
 const char *options_closest(const char *word, const char *const *words, int count);
 

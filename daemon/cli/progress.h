@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// One progress bar for a whole run, on standard error, when that is a terminal. It never goes
-/// back.
+/// One progress bar for a whole run, on standard error if that is a terminal. It never goes back.
 #ifndef VERGENCE_DAEMON_CLI_PROGRESS_H
 #define VERGENCE_DAEMON_CLI_PROGRESS_H
 
@@ -14,27 +13,26 @@ extern "C" {
 enum { PROGRESS_STAGES_MAX = 16 };
 
 struct progress {
-    bool shown;         // standard error is a terminal and nobody asked for quiet
-    int cells;          // of the bar that is to be wiped; 0: none
-    const char *stage;  // drawn last
-    uint64_t last_us;   // when it was drawn last
-    double before[PROGRESS_STAGES_MAX + 1];  // work of the stages before each, and of all
+    bool shown;                              // standard error is a terminal and `quiet` was not set
+    int cells;                               // width of the bar to be erased; 0: none
+    const char *stage;                       // drawn last
+    uint64_t last_us;                        // when it was drawn last
+    double before[PROGRESS_STAGES_MAX + 1];  // work before each stage; the last: total work
     int stages;
-    double done;  // share of all, 0 to 1
+    double done;  // share of the whole run, 0 to 1
 };
 
 /// Begins; nothing is drawn when `quiet`.
 void progress_begin(struct progress *progress, bool quiet);
 
-/// Says how much work the stages 0 to `stages` - 1 are, in any unit. Before, all of the bar is
-/// empty.
+/// Sets how much work the stages 0 to `stages` - 1 are, in any unit. Until then the bar is empty.
 void progress_expect(struct progress *progress, const double *work, int stages);
 
-/// Draws how far the run is: `done` of `total` parts of a stage, which `name` names (static
-/// storage). At most ten times a second, and at once when a stage begins.
+/// Draws the progress: `done` of `total` parts of stage `stage`, called `name` (static storage). At
+/// most ten times a second, and at once when a stage begins.
 void progress_show(struct progress *progress, int stage, const char *name, int done, int total);
 
-/// Wipes the bar.
+/// Erases the bar.
 void progress_end(struct progress *progress);
 
 #ifdef __cplusplus

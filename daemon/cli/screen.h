@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The window of the terminal that somebody looks at.
+/// Size of a terminal's window.
 #ifndef VERGENCE_DAEMON_CLI_SCREEN_H
 #define VERGENCE_DAEMON_CLI_SCREEN_H
 
@@ -9,10 +9,9 @@
 extern "C" {
 #endif
 
-enum { SCREEN_COLUMNS = 80 };  ///< where nobody knows better
+enum { SCREEN_COLUMNS = 80 };  ///< where the size is unknown
 
-/// How many columns the window of the terminal `fd` has now; SCREEN_COLUMNS where the terminal
-/// does not know.
+/// Current width in columns of the terminal `fd`; SCREEN_COLUMNS if unknown.
 size_t screen_columns(int fd);
 
 #ifdef __cplusplus

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What goes over a line that may damage it carries a CRC-32, in both directions; see
-/// daemon/reply/request.h and reply.h for the form.
+/// CRC-32 framing of lines on a connection that may damage them, in both directions; the format is
+/// in daemon/reply/request.h and reply.h.
 #ifndef VERGENCE_DAEMON_CLIENT_REMOTE_SEAL_H
 #define VERGENCE_DAEMON_CLIENT_REMOTE_SEAL_H
 
@@ -13,25 +13,25 @@ extern "C" {
 #endif
 
 enum remote_seal {
-    REMOTE_SEAL_NONE,     ///< the line has none
-    REMOTE_SEAL_DAMAGED,  ///< it does not belong to what stands before it
+    REMOTE_SEAL_NONE,     ///< the line has no CRC
+    REMOTE_SEAL_DAMAGED,  ///< the CRC does not match
     REMOTE_SEAL_WHOLE
 };
 
 enum { REMOTE_SEAL_NO_ID = -1 };
 
-/// Writes the line that asks for `command` in the way that `words` (of request.h) say, sealed. Its
-/// first byte ends whatever the line has made up before. `request` has REMOTE_REQUEST_BYTES. False:
-/// there is no room for it.
+/// Writes the request line for `command` with the options `words` (of request.h) and a CRC. Its
+/// first byte ends any garbage before it. `request` has REMOTE_REQUEST_BYTES. False: it does not
+/// fit.
 bool remote_seal_request(const char *words, const char *command, char *request);
 
-/// Whether a line of JSON is as it was sent.
+/// Whether the CRC of a line of JSON matches.
 bool remote_seal_fits_json(const char *line);
-/// Takes id and seal, which are the line's business alone, out of a line of JSON whose seal fits.
+/// Removes the request id and the CRC from a line of JSON whose CRC matches.
 void remote_seal_strip_json(char *line);
 
-/// Takes the seal off the last line of an answer in text. `crc` is that of the lines before it;
-/// `*id` the number that the seal tells, or REMOTE_SEAL_NO_ID.
+/// Removes the CRC from the last line of a text answer. `crc` is that of the lines before it; `*id`
+/// receives the request id in it, or REMOTE_SEAL_NO_ID.
 enum remote_seal remote_seal_take_text(char *line, uint32_t crc, int32_t *id);
 
 #ifdef __cplusplus

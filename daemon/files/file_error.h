@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What errno says of a file or its disk, as an error of core/error.h.
+/// Maps the errno of a file operation to an error of core/error.h.
 #ifndef VERGENCE_DAEMON_FILES_FILE_ERROR_H
 #define VERGENCE_DAEMON_FILES_FILE_ERROR_H
 
@@ -9,11 +9,11 @@
 extern "C" {
 #endif
 
-/// ERROR_MISSING (there is none), ERROR_FULL (as below), ERROR_REFUSED (not for this user, not on
-/// this disk, not through a link), or ERROR_IO.
+/// ERROR_MISSING (does not exist), ERROR_FULL (see below), ERROR_REFUSED (no permission, a
+/// read-only disk, or a link that is not followed), or ERROR_IO.
 int file_error(int number);
 
-/// Whether there is no room: on the disk, of a quota, or up to a limit of size.
+/// Whether the error means no space: disk, quota or size limit.
 bool file_error_is_full(int number);
 
 #ifdef __cplusplus

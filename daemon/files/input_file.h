@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Opening what the user names: only plain files, for a pipe would make the process wait for its
-/// other end, and a device may never end.
+/// Opens files that the user names. Only plain files: a pipe would block until its other end opens,
+/// and a device may never end.
 #ifndef VERGENCE_DAEMON_FILES_INPUT_FILE_H
 #define VERGENCE_DAEMON_FILES_INPUT_FILE_H
 
@@ -13,8 +13,8 @@
 extern "C" {
 #endif
 
-/// Opens a plain file (or a link to one) for reading; the caller closes it. NULL with one line in
-/// `message` that names it when it is missing, unreadable, or no plain file.
+/// Opens a plain file (or a link to one) for reading; the caller closes it. NULL if it is missing,
+/// unreadable or not a plain file, with one line in `message` that names it.
 FILE *input_file_open(const char *path, struct message *message);
 
 /// Whether the path names a directory (or a link to one).

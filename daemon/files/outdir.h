@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A directory of results that appears as a whole or not at all. Files are first written into a
-/// hidden directory on the same file system. If the final one did not exist the hidden one is
-/// renamed; if it did, each file replaces its predecessor by a rename, and the file that closes the
-/// set goes first and comes last, so that without it the set is known to be unfinished.
-/// A process that is killed leaves the hidden directory; the next one here removes it.
+/// A directory of results that appears whole or not at all. Files are first written into a hidden
+/// directory on the same file system. If the final directory does not exist, the hidden one is
+/// renamed. If it does, each file replaces its predecessor by a rename; the file that closes the
+/// set is removed first and put in place last, so that a set without it is known to be incomplete.
+/// A killed process leaves the hidden directory behind; the next run in the same place removes it.
 #ifndef VERGENCE_DAEMON_FILES_OUTDIR_H
 #define VERGENCE_DAEMON_FILES_OUTDIR_H
 
@@ -19,34 +19,34 @@ enum { OUTDIR_PATH_BYTES = 4096 };
 
 struct outdir {
     char final_path[OUTDIR_PATH_BYTES];
-    char work_path[OUTDIR_PATH_BYTES];  // "" when there is nothing to finish
-    bool exists;                        // the final directory was there already
+    char work_path[OUTDIR_PATH_BYTES];  // "" if no work is in progress
+    bool exists;                        // the final directory already existed
     int parents_created;                // missing directories above it that were created
-    int lock_fd;                        // held while the process lives
+    int lock_fd;                        // held while the process runs
 };
 
-/// Makes the hidden directory (and missing parents). Returns 0, or ERROR_ARGUMENT (ERROR_FULL: as
-/// below) with `message` saying why nothing can be written there; then nothing is left behind.
+/// Creates the hidden directory (and missing parents). Returns 0, or ERROR_ARGUMENT (ERROR_FULL: no
+/// space) with the reason in `message`; nothing is left behind then.
 int outdir_begin(struct outdir *directory, const char *path, struct message *message);
 
-/// Whether writing `name` into the directory `path` would replace the very file `input` (by
-/// whatever name or link it is given). False when either is missing.
+/// Whether writing `name` into the directory `path` would replace the file `input` (under any name
+/// or link). False if either is missing.
 bool outdir_replaces(const char *path, const char *name, const char *input);
 
-/// Path of a file in the hidden directory, in `path` (OUTDIR_PATH_BYTES). `name` has no slash.
+/// Path of a file in the hidden directory, into `path` (OUTDIR_PATH_BYTES). `name` has no slash.
 void outdir_file_path(const struct outdir *directory, const char *name, char *path);
 
-/// Puts the files written so far in place. `names` (count of them) are all that a set may hold:
-/// those of an earlier set that this one lacks are removed; `closing_name` is one of them.
-/// Returns 0, or ERROR_BUFFER (ERROR_FULL: there is no room) with `message` set; then the hidden
-/// directory is removed.
+/// Moves the files written so far to the final directory. `names` (`count` of them) are all names
+/// that a set may contain: files of an earlier set that are missing in this one are removed.
+/// `closing_name` is one of them. Returns 0, or ERROR_BUFFER (ERROR_FULL: no space) with `message`
+/// set; the hidden directory is removed then.
 int outdir_commit(struct outdir *directory, const char *const *names, int count,
                   const char *closing_name, struct message *message);
 
-/// Where `message` names the hidden directory, lets it name the final one: what users know.
+/// Replaces the hidden directory's path in `message` by the final one, which users know.
 void outdir_name_final(const struct outdir *directory, struct message *message);
 
-/// Removes all that `outdir_begin` and the writers made. Harmless after commit.
+/// Removes everything that `outdir_begin` and the writers created. Allowed after commit.
 void outdir_abort(struct outdir *directory);
 
 #ifdef __cplusplus

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A file being written whose first error is remembered, so that writers check once, at the end.
-/// Full disks show up in any write, and often only when the file is closed.
+/// A file being written that remembers its first error, so that writers check once, at the end. A
+/// full disk can show in any write, and often only on close.
 #ifndef VERGENCE_DAEMON_FILES_OUTPUT_FILE_H
 #define VERGENCE_DAEMON_FILES_OUTPUT_FILE_H
 
@@ -17,25 +17,24 @@ extern "C" {
 enum { OUTPUT_FILE_BUFFER_BYTES = 8192 };
 
 struct output_file {
-    FILE *stream;  // NULL when it could not be opened; writers may print to it before they write
+    FILE *stream;  // NULL if the file could not be opened; may be printed to before the first write
     const char *path;
-    int error_number;  // errno of the first failure, 0 while all is well
-    size_t filled;     // bytes waiting in the buffer
-    unsigned char buffer[OUTPUT_FILE_BUFFER_BYTES];  // points come in pieces of a few bytes
+    int error_number;                                // errno of the first failure, 0: no failure
+    size_t filled;                                   // bytes in the buffer
+    unsigned char buffer[OUTPUT_FILE_BUFFER_BYTES];  // points are written a few bytes at a time
 };
 
-/// Creates or empties the file. A failure is reported by `output_file_close`.
+/// Creates or truncates the file. `output_file_close` reports a failure.
 void output_file_open(struct output_file *file, const char *path);
 
-/// Appends bytes; numbers in little-endian order. Nothing is written any more after a failure, or
-/// after an interrupt was requested.
+/// Appends bytes; numbers in little-endian order. Nothing is written after a failure or after an
+/// interrupt was requested.
 void output_file_write(struct output_file *file, const void *bytes, size_t length);
 void output_file_u32(struct output_file *file, uint32_t value);
 void output_file_f32(struct output_file *file, float value);
 
-/// Flushes and closes (`outdir_commit` then sees to it that the disk has it). Returns 0, or
-/// ERROR_BUFFER (ERROR_FULL: there is no room) with `message` naming the file and the reason, or
-/// ERROR_CANCELLED.
+/// Flushes and closes (`outdir_commit` syncs the file to disk). Returns 0, or ERROR_BUFFER
+/// (ERROR_FULL: no space) with `message` naming the file and the reason, or ERROR_CANCELLED.
 int output_file_close(struct output_file *file, struct message *message);
 
 /// Stores a float as 4 bytes, least significant first.

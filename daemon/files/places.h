@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Where the daemon keeps its files unless its settings say otherwise, and where a client looks for
-/// its socket: the system's directories for root and for a service of systemd, else this user's
-/// (XDG base directories).
+/// Default locations of the daemon's files and of the socket that a client looks for: the system's
+/// directories for root and systemd services, else the user's (XDG base directories).
 #ifndef VERGENCE_DAEMON_FILES_PLACES_H
 #define VERGENCE_DAEMON_FILES_PLACES_H
 
@@ -16,7 +15,7 @@ extern "C" {
 enum { PLACES_PATH_BYTES = 256, PLACES_SOCKETS_MAX = 3 };
 
 struct places {
-    bool of_user;  ///< else the system's
+    bool of_user;  ///< else of the system
     char config[PLACES_PATH_BYTES];
     char socket[PLACES_PATH_BYTES];
     char files[PLACES_PATH_BYTES];
@@ -24,14 +23,13 @@ struct places {
     char log[PLACES_PATH_BYTES];  ///< "": standard error
 };
 
-/// The defaults of this process. Makes nothing. Without a home directory they are the system's.
+/// The defaults of this process. Creates nothing. Without a home directory, the system's defaults.
 void places_default(struct places *places);
 
-/// The sockets that a client tries, in this order: the user's, then the system's. How many.
+/// The sockets that a client tries, in order: the user's, then the system's. Returns their number.
 size_t places_sockets(char sockets[PLACES_SOCKETS_MAX][PLACES_PATH_BYTES]);
 
-/// Makes the directory that `path` stands in, and those before it, where they are missing. False:
-/// errno says why not.
+/// Creates the directory that contains `path` and its missing parents. False: see errno.
 bool places_make_parent(const char *path, mode_t mode);
 
 #ifdef __cplusplus

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Until the disk has a file, and its name: a name that was made, changed or taken away is in its
-/// directory, and after a power loss the old one may be there again unless that was synced, too.
+/// Waits until a file, or its name, is on disk. A name that was created, changed or removed is
+/// stored in its directory; after a power loss the old state may return unless that was synced too.
 #ifndef VERGENCE_DAEMON_FILES_SYNC_FILE_H
 #define VERGENCE_DAEMON_FILES_SYNC_FILE_H
 
@@ -10,12 +10,12 @@
 extern "C" {
 #endif
 
-/// Waits until the disk has what a file holds, or the names in a directory that is open for
-/// reading. False: errno says why not. File systems that have no sync are no failure.
+/// Syncs a file's contents, or the names in a directory that is open for reading. False with errno.
+/// File systems without sync do not count as a failure.
 bool sync_file(int fd);
 
-/// The same for the directory at `path` as seen from `directory`, which may be open for nothing
-/// (O_PATH): "." is that itself, ".." the one that has its name.
+/// The same for the directory at `path` relative to `directory`, which may be open as O_PATH: "."
+/// is `directory` itself, ".." its parent.
 bool sync_directory_at(int directory, const char *path);
 
 #ifdef __cplusplus

@@ -15,9 +15,9 @@ bool image_pnm_probe(const unsigned char *head, size_t length);
 int image_pnm_read(const char *path, const struct image_request *request, struct image_file *file,
                    struct message *message);
 
-/// Parses a whole file in memory into `file`, whose path and request are set. Values are the
-/// file's own when maxval is 2^n - 1 (n from 8 to 16: n bits), else they are stretched to the next
-/// such range. ERROR_SYNTAX and what `image_file_begin` and `image_file_row` return.
+/// Parses a whole file in memory into `file`, whose path and request are set. If maxval is 2^n - 1
+/// (n from 8 to 16: n bits) the values are taken unchanged, else they are stretched to the next
+/// such range. ERROR_SYNTAX, and errors of `image_file_begin` and `image_file_row`.
 int image_pnm_parse(const unsigned char *data, size_t length, struct image_file *file,
                     struct message *message);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Frames as pictures that a person can look at, and those as PNG files.
+/// Frames as 8 bit images for people, and those as PNG files.
 #ifndef VERGENCE_DAEMON_IMAGES_PICTURE_H
 #define VERGENCE_DAEMON_IMAGES_PICTURE_H
 
@@ -22,26 +22,26 @@ struct picture {
     int width_px, height_px;
     int channels;      ///< 1: grey; 3: red, green, blue
     size_t row_bytes;  ///< from one row to the next
-    const char *text;  ///< about it: printable ASCII and line feeds; NULL: none
+    const char *text;  ///< comment: printable ASCII and line feeds; NULL: none
 };
 
-/// A frame as the pipeline takes it; points to the same pixels.
+/// The frame as input of the pipeline; shares its pixels.
 struct reconstruct_image picture_raw(const struct pair_frame *frame);
 
-/// Makes the picture of a frame, developed as for a reconstruction: into `picture`, whose channels
-/// are set, and whose size is that of the frame divided by `shrink`, rounded down. The mean of
-/// `shrink` x `shrink` pixels becomes one. ERROR_ARGUMENT: of less than 8 bits, or too small;
-/// ERROR_MEMORY.
+/// Develops the frame as a reconstruction does, into `picture`, whose channels are set and whose
+/// size is the frame's size divided by `shrink`, rounded down. One pixel is the mean of `shrink` x
+/// `shrink` pixels. ERROR_ARGUMENT: less than 8 bits, or too small; ERROR_MEMORY.
 int picture_develop(const struct pair_frame *frame, const struct develop_balance *balance,
                     int shrink, struct picture *picture);
 
-/// The picture as a PNG file: its bytes, which the caller frees, and their number; NULL when there
-/// is no memory. Made without any library, for boards that have none: Paeth's filter in all rows,
-/// one Huffman code for what remains. Of photographs this leaves about what zlib does. Sources:
-/// W3C, "Portable Network Graphics", second edition; RFC 1950, RFC 1951.
+/// Encodes the picture as a PNG file: returns its bytes, which the caller frees, and their number;
+/// NULL if out of memory. Needs no library, as boards may have none: Paeth filter in all rows, then
+/// one Huffman code. Photographs compress about as well as with zlib. Sources: W3C, "Portable
+/// Network Graphics", second edition; RFC 1950, RFC 1951.
 uint8_t *picture_png(const struct picture *picture, size_t *bytes);
 
-/// Whether a file that begins so (PICTURE_HEAD_BYTES, or all that it has) was made by picture_png.
+/// Whether a file that begins with these bytes (PICTURE_HEAD_BYTES, or all of it) was made by
+/// picture_png.
 bool picture_png_is_ours(const uint8_t *head, size_t bytes);
 
 #ifdef __cplusplus

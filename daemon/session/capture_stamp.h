@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The circumstances of a captured pair, as every result that is made of it carries them: which
-/// session and pair, how far apart in time its frames were, and how the cameras stood.
+/// Where the images of a result came from: session and pair, time between the two frames, and axis
+/// positions. Every result made from a captured pair carries it.
 #ifndef VERGENCE_DAEMON_SESSION_CAPTURE_STAMP_H
 #define VERGENCE_DAEMON_SESSION_CAPTURE_STAMP_H
 
@@ -13,20 +13,19 @@ extern "C" {
 
 enum { CAPTURE_STAMP_LINES = 1 + RIG_SIDES, CAPTURE_STAMP_BYTES = 512 };
 
-/// A pair of a session; what both point to must outlive the stamp. Pixels are not looked at.
+/// A pair of a session; both pointers must outlive the stamp. Pixels are not read.
 struct capture_stamp {
-    const char *session;      ///< its name; NULL: the images are of no session
-    const struct pair *pair;  ///< its `number` is its place in the session, from 1
+    const char *session;      ///< its name; NULL: the images are not from a session
+    const struct pair *pair;  ///< its `number` is its position in the session, from 1
 };
 
-/// The line `line` (0: the pair, then the left and the right camera) for comments of a file and for
-/// people: one line whatever the session is called, without an end. What nobody knows is left
-/// out.
+/// Line `line` (0: the pair, 1: left camera, 2: right camera) for file comments and for people: a
+/// single line without a line end, whatever the session's name. Unknown values are left out.
 void capture_stamp_line(const struct capture_stamp *stamp, int line,
                         char text[CAPTURE_STAMP_BYTES]);
 
-/// The same as the member "capture" of an object that is open; null for images of no session, and
-/// for each value that nobody knows. Positions are arrays: before the pair, and after it.
+/// Writes the same as member "capture" of the open object; null for images that are not from a
+/// session, and null for each unknown value. Positions are arrays: before the pair, after the pair.
 void capture_stamp_json(const struct capture_stamp *stamp, struct json *json);
 
 #ifdef __cplusplus

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Stands between an instrument and its backends and writes down every call with its answer, and
-/// the pixels of every frame, into a session: calls.log. daemon/backends/replay answers the same
-/// calls again.
+/// Sits between an instrument and its backends and writes every call with its result, and the
+/// pixels of every frame, into a session: calls.log. daemon/backends/replay plays the calls back.
 ///
-/// Recording never disturbs: when the disk is full it ends, and says so in `trouble`; the calls go
-/// on. As the rig, it is used by one thread at a time; what it writes, another one may write
-/// meanwhile (`scribe`), so that no call of the hardware waits for a disk.
+/// Recording never disturbs the instrument: if the disk is full, recording ends and `trouble` says
+/// why; calls continue. Like the rig, it is used by one thread at a time; another thread may do the
+/// writing (`scribe`), so that no hardware call waits for a disk.
 #ifndef VERGENCE_DAEMON_SESSION_RECORD_H
 #define VERGENCE_DAEMON_SESSION_RECORD_H
 
@@ -32,7 +31,7 @@ struct record_camera {
     int number;
 };
 
-/// The caller owns it; it must not be moved while its ports are in use. It is large.
+/// The caller owns it and must not move it while its ports are in use. It is large.
 struct record {
     struct rig_ports inner;
     struct hal_clock clock;
@@ -44,65 +43,65 @@ struct record {
     struct hal_camera_operations camera_operations[RIG_SIDES];
     struct record_camera camera_state[RIG_SIDES];
 
-    /// Who writes: set by the caller after record_init. NULL: each call does so itself.
+    /// The disk writer, set by the caller after record_init. NULL: each call writes itself.
     struct scribe *scribe;
 
-    struct session_writer *writer;  // NULL: nothing is recorded
-    bool ending;                    // no more calls are wanted
-    bool starved;                   // there was no memory for one; `starving` tells the scribe
+    struct session_writer *writer;  // NULL: not recording
+    bool ending;                    // no more calls are recorded
+    bool starved;  // out of memory for a job; `starving` reports it to the disk writer
     struct scribe_task starving;
     int log;  // descriptor of calls.log
     uint64_t calls;
-    char note[SESSION_TEXT_MAX + 1];  // the command that runs, until its first call; "": none
+    char note[SESSION_TEXT_MAX + 1];  // the running command, until its first call; "": none
     size_t filled;
-    char buffer[RECORD_BUFFER_BYTES];  // what was not handed over yet
+    char buffer[RECORD_BUFFER_BYTES];  // not yet passed to the disk writer
 
-    // The scribe's, but for `failed`, which is read and set at once, `trouble` before it.
+    // Used by the disk writer, except `failed`, which is atomic and set after `trouble`.
     uint32_t crc;            // of calls.log so far
-    int failed;              // why nothing is recorded any more, an error; else 0
-    struct message trouble;  // why
+    int failed;              // error that ended the recording; else 0
+    struct message trouble;  // description of `failed`
 };
 
-/// Puts the recorder in front of `inner`, recording nothing yet. `*outer` are the ports to use; a
+/// Puts the recorder in front of `inner`, not yet recording. `*outer` receives the ports to use; a
 /// port that is NULL stays NULL, and one port for both cameras stays one.
 void record_init(struct record *self, const struct rig_ports *inner, struct rig_ports *outer);
 
-/// From here on all calls go into the session, which must outlive `record_stop`; only the scribe
-/// may write into it until then. 0, ERROR_FULL, ERROR_REFUSED or ERROR_IO: nothing is recorded, and
-/// the session is as it was.
+/// From here on all calls go into the session, which must outlive `record_stop`; until then only
+/// the disk writer may write into it. 0, ERROR_FULL, ERROR_REFUSED or ERROR_IO: then nothing is
+/// recorded and the session is unchanged.
 int record_start(struct record *self, struct session_writer *writer, struct message *message);
 
-/// Carries a command out as command_run does, and puts `line`, as it was given, into the recording
-/// that is under way, if one is and the command is for recordings. One that failed before it made
-/// any call was refused for a reason that no player has (a name that is taken, a full disk), and
-/// did nothing: it is not put there.
+/// Runs a command as command_run does and adds `line`, as given, to the current recording, if there
+/// is one and the command is to be recorded. A command that failed before it made any call is not
+/// added: it did nothing, and the reason (a name that is taken, a full disk) does not exist in a
+/// replay.
 int record_run(struct record *self, const struct command *command, const struct command_call *call,
                const char *line);
 
-/// Likewise for what is done with the rig without a command: between the two calls `line` would
-/// have done it. `error` is what it ended with.
+/// The same for rig operations that are not commands: between these two calls `line` names what was
+/// done. `error` is its result.
 void record_command(struct record *self, const char *line);
 void record_command_end(struct record *self, int error);
 
-/// Says that the calls to come are those of rig_idle, which no command has asked for: to be called
-/// before each rig_idle. A player is told by replay_idle_is_next.
+/// Marks the following calls as those of rig_idle, which no command asked for: call before each
+/// rig_idle. A replay sees this by replay_idle_is_next.
 void record_idle(struct record *self);
 
-/// Says that here whoever watches the rig wanted its command to end (`go_on` of its observer said
-/// so): to be called once a command. A player is told by replay_cancel_is_next.
+/// Records that the rig's observer asked the command to stop here (its `go_on` returned false):
+/// call once per command. A replay sees this by replay_cancel_is_next.
 void record_cancel(struct record *self);
 
-/// Sees to it that what was recorded so far is on the disk: to be called before a pair is written.
-/// Waits for the scribe. 0, or why recording has ended.
+/// Waits until everything recorded so far is on disk: call before a pair is written. Returns 0, or
+/// the error that ended the recording.
 int record_flush(struct record *self, struct message *message);
 
-/// Whether a recording is under way, cut off or not.
+/// Whether a recording is in progress, even if it was cut off by an error.
 bool record_is_under_way(const struct record *self);
 
-/// Why the recording that is under way is cut off; NULL: it is not, or there is none.
+/// Why the current recording was cut off; NULL: it was not, or there is none.
 const char *record_cut(const struct record *self);
 
-/// Ends it. As `record_flush`; harmless when it was not started.
+/// Ends the recording. Returns as `record_flush`; allowed if it was not started.
 int record_stop(struct record *self, struct message *message);
 
 #ifdef __cplusplus

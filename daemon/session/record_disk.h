@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How a recording gets to the disk: calls and frames are handed to the scribe, who writes them, so
-/// that the thread that has the instrument does not wait for the disk. For record.c alone.
+/// How a recording gets to disk: calls and frames are passed to the disk writer, so that the rig's
+/// thread does not wait for the disk. Used by record.c only.
 #ifndef VERGENCE_DAEMON_SESSION_RECORD_DISK_H
 #define VERGENCE_DAEMON_SESSION_RECORD_DISK_H
 
@@ -10,23 +10,23 @@
 extern "C" {
 #endif
 
-/// Why recording has ended, an error; 0: it goes on. `trouble` says it in words.
+/// The error that ended the recording, described by `trouble`; 0: none.
 int record_disk_failed(const struct record *self);
 
-/// Adds to calls.log; at most RECORD_BUFFER_BYTES.
+/// Appends to calls.log; at most RECORD_BUFFER_BYTES.
 void record_disk_text(struct record *self, const char *text, size_t length);
 
-/// Copies the pixels and has them saved; `*crc32` will be their file's. False: there is no memory,
-/// which ends the recording.
+/// Copies the pixels and queues them for saving; `*crc32` is set to the CRC of their file. False:
+/// out of memory, which ends the recording.
 bool record_disk_frame(struct record *self, const struct hal_camera_frame *frame, uint32_t *crc32);
 
-/// Has a command written into the session's index.
+/// Queues a command for the session's index.
 void record_disk_command(struct record *self, const char *text);
 
-/// Has what was added so far written, with its CRC, and does not wait for that.
+/// Queues everything added so far, with its CRC, without waiting.
 void record_disk_send(struct record *self);
 
-/// Waits until all of it is on the disk, with the CRC behind it. 0, or as record_disk_failed.
+/// Waits until everything is on disk, followed by its CRC. Returns as record_disk_failed.
 int record_disk_flush(struct record *self);
 
 #ifdef __cplusplus

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A recorded session as its index tells it; session.md describes the directory. An event is a line
-/// of the index: printing what was parsed gives the same bytes.
+/// Events of a recorded session's index; session.md describes the directory. An event is one line
+/// of the index: printing a parsed event gives the same bytes.
 #ifndef VERGENCE_DAEMON_SESSION_SESSION_H
 #define VERGENCE_DAEMON_SESSION_SESSION_H
 
@@ -18,7 +18,7 @@ extern "C" {
 #define SESSION_MAGIC "vergence-session"
 
 enum {
-    SESSION_VERSION = 2,      // 2: with the instrument, and what the pictures are like
+    SESSION_VERSION = 2,      // 2: adds the instrument and image statistics
     SESSION_LINE_MAX = 4096,  // of the index, without its end
     SESSION_TEXT_MAX = 1024,  // of a command or a note, without its end
     SESSION_NAME_MAX = 64,    // of a file, a profile, a build
@@ -27,21 +27,21 @@ enum {
 };
 
 enum session_event_kind {
-    SESSION_BEGIN,        // what made it: always the first
-    SESSION_INSTRUMENT,   // what the frames are taken with
+    SESSION_BEGIN,        // the build that recorded it: always the first
+    SESSION_INSTRUMENT,   // the instrument that took the frames
     SESSION_CALIBRATION,  // in force from here on
     SESSION_SETTING,      // of the instrument, that differs from its profile
-    SESSION_COMMAND,      // that somebody gave
+    SESSION_COMMAND,      // a command that a user gave
     SESSION_REGISTERS,    // of a part, read one after the other
     SESSION_PAIR,
-    SESSION_END,  // closed in order; a session without it was cut off
+    SESSION_END,  // closed properly; a session without it was cut off
     SESSION_EVENT_KINDS
 };
 
-/// What the frames are taken with, so that a reader needs no profile to compare two sessions.
+/// The instrument that took the frames, so that sessions can be compared without a profile.
 struct session_instrument {
-    char camera[RIG_SIDES][SESSION_NAME_MAX + 1];  // serial number or port; "" when not known
-    /// Pulse of the servo's middle in 1/16 us, and pulse per angle; 0 0: there is no servo.
+    char camera[RIG_SIDES][SESSION_NAME_MAX + 1];  // serial number or port; "" if unknown
+    /// Pulse of the servo's middle in 1/16 us, and pulse per angle; 0 0: no servo.
     uint16_t servo_centre_q4[RIG_SIDES];
     uint32_t servo_q4_per_rad[RIG_SIDES];
     // As in struct rig_profile.
@@ -52,7 +52,7 @@ struct session_event {
     enum session_event_kind kind;
     uint8_t version;                                                  // BEGIN: 1..SESSION_VERSION
     char build[SESSION_NAME_MAX + 1], profile[SESSION_NAME_MAX + 1];  // BEGIN
-    char date[SESSION_NAME_MAX + 1];                                  // BEGIN, as ISO 8601 has it
+    char date[SESSION_NAME_MAX + 1];                                  // BEGIN, ISO 8601
     struct session_instrument instrument;                             // INSTRUMENT
     uint32_t crc32;                                                   // CALIBRATION: of its text
     char text[SESSION_TEXT_MAX + 1];                                  // COMMAND, SETTING
@@ -63,24 +63,24 @@ struct session_event {
     uint32_t frame_crc[RIG_SIDES];  // PAIR: of each frame's file
 };
 
-/// Name of the file of a frame or a calibration, by the CRC-32 of its bytes.
+/// Name of the file of a frame or a calibration: by the CRC-32 of its bytes.
 void session_frame_name(uint32_t crc32, char name[SESSION_NAME_MAX + 1]);
 void session_calibration_name(uint32_t crc32, char name[SESSION_NAME_MAX + 1]);
 
-/// Head of a frame's file: PGM or PPM, one byte a value up to 8 bits, else two, big end first.
-/// Returns its length. `pixels` of an RGB frame are three values.
+/// Writes the header of a frame's file: PGM or PPM, one byte a value up to 8 bits, else two,
+/// big-endian. Returns its length. Pixels of an RGB frame are three values.
 int session_frame_head(const struct pair_frame *frame, char head[SESSION_NAME_MAX + 1]);
 /// Values in a row of the frame.
 uint32_t session_frame_row_values(const struct pair_frame *frame);
 /// Bytes of a value in the file.
 unsigned session_frame_value_bytes(const struct pair_frame *frame);
 
-/// Prints an event without CRC and line end into `line`. Returns its length, or ERROR_RANGE when a
-/// text, a size or a number of bits cannot be told.
+/// Prints an event without CRC and line end into `line`. Returns its length, or ERROR_RANGE if a
+/// text, a size or a number of bits cannot be represented.
 int session_event_print(const struct session_event *event, char line[SESSION_LINE_MAX + 1]);
 
-/// Parses what `session_event_print` prints, `length` bytes. ERROR_SYNTAX when printing the event
-/// again would not give the same; `event` is undefined then.
+/// Parses a line of `session_event_print`, `length` bytes. ERROR_SYNTAX if printing the event would
+/// not give the same line; `event` is undefined then.
 int session_event_parse(const char *line, size_t length, struct session_event *event);
 
 #ifdef __cplusplus

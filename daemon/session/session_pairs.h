@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The pairs of a session: one after the other as events, or all of them as files, for commands
-/// that work on pictures.
+/// The pairs of a session: one after the other as events, or all of them as files for commands that
+/// work on images.
 #ifndef VERGENCE_DAEMON_SESSION_SESSION_PAIRS_H
 #define VERGENCE_DAEMON_SESSION_SESSION_PAIRS_H
 
@@ -18,13 +18,13 @@ extern "C" {
 
 enum { SESSION_PAIRS_PATH_BYTES = 4096 };
 
-/// A way through a session's pairs. Large: static or allocated; zeroed at the beginning.
+/// Iterates over a session's pairs. Large: static or allocated; zeroed at the beginning.
 struct session_pairs {
-    uint32_t count;             // found so far: the place of the last one, from 1
-    struct session_event pair;  // that one; its frames were not looked at
-    bool has_calibration;       // that was in force then
+    uint32_t count;             // pairs found so far, which is the number of the last one
+    struct session_event pair;  // the last pair; its frames are not checked
+    bool has_calibration;       // whether one was in force at that pair
     uint32_t calibration_crc;
-    bool has_instrument;  // the session says what its frames were taken with
+    bool has_instrument;  // the session records the instrument
     struct session_instrument instrument;
 
     // Work space.
@@ -33,29 +33,29 @@ struct session_pairs {
     uint32_t next_calibration_crc;
 };
 
-/// Goes on to the next pair: 1; 0 at the end, and `pair` is the last one still. Errors of
-/// session_reader_next, and ERROR_MISSING at the end of a session without any.
+/// Moves to the next pair: returns 1, or 0 at the end, where `pair` stays the last one. Errors of
+/// session_reader_next, and ERROR_MISSING at the end of a session without pairs.
 int session_pairs_next(struct session_pairs *self, struct session_reader *reader,
                        struct message *message);
 
-/// Finds the pair `number`, from 1 (0: the last one). What comes after it does not count. 0, or
-/// errors as above, ERROR_MISSING also when there are not so many.
+/// Finds pair `number`, from 1 (0: the last). Anything after it is ignored. 0, or errors as above;
+/// ERROR_MISSING also if there are fewer pairs.
 int session_pairs_find(struct session_pairs *self, struct session_reader *reader, uint32_t number,
                        struct message *message);
 
-/// A pair's files, the left camera's first. Both frames are there and are what was recorded.
+/// A pair's files, the left camera's first. Both exist and are what was recorded.
 struct session_pair_files {
     char path[2][SESSION_PAIRS_PATH_BYTES];
-    bool mosaic;                           // the frames are raw: rows of G R and of B G
+    bool mosaic;                           // the frames are raw mosaics: rows of G R and of B G
     struct calibration_match_state state;  // what they were taken with
 };
 
-/// Whether `path` is a directory with a session in it, good or damaged.
+/// Whether `path` is a directory with a session in it, intact or damaged.
 bool session_pairs_here(const char *path);
 
-/// Gives every pair of the session in `path` to `each`, in the order in which they were taken.
-/// Returns how many, or ERROR_MISSING (none, or a frame's file is not there), ERROR_CRC, and those
-/// of session_reader_open and session_reader_next; `message` names the session then.
+/// Calls `each` for every pair of the session in `path`, in the order in which they were taken.
+/// Returns their number, or ERROR_MISSING (no pairs, or a frame's file is missing), ERROR_CRC, and
+/// errors of session_reader_open and session_reader_next; `message` names the session then.
 int session_pairs_read(const char *path,
                        void (*each)(void *self, const struct session_pair_files *files), void *self,
                        struct message *message);

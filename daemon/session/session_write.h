@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Writes a session's directory. Whatever happens, a kill at any moment or a full disk, the
-/// directory can be read, and what was told to be safe is in it: frames are on the disk before the
-/// line of the index that names them, and a line counts only with its CRC at its end.
+/// Writes a session's directory. Whatever happens (a kill at any moment, a full disk), the
+/// directory stays readable and contains everything that was reported as written: frames are on
+/// disk before the index line that names them, and a line counts only with its CRC at its end.
 ///
-/// All functions return 0 or ERROR_FULL (no room), ERROR_IO, or what is said, with `message` naming
-/// the file. After an error the event is not in the session, unless the disk did not
-/// even let it be taken back; later events may be, once there is room.
+/// All functions return 0 or ERROR_FULL (no space), ERROR_IO, or as documented, with `message`
+/// naming the file. After an error the event is not in the session, unless the disk did not even
+/// allow its removal; later events may be written once there is space.
 #ifndef VERGENCE_DAEMON_SESSION_SESSION_WRITE_H
 #define VERGENCE_DAEMON_SESSION_SESSION_WRITE_H
 
@@ -23,76 +23,76 @@ extern "C" {
 enum {
     SESSION_WRITE_PATH_BYTES = 4096,
     SESSION_WRITE_BUFFER_BYTES = 65536,
-    SESSION_FILE_MODE = 0640  ///< of all files of a session; its directory has 0750
+    SESSION_FILE_MODE = 0640  ///< of all files of a session; the directory has 0750
 };
 
 struct session_writer {
     char path[SESSION_WRITE_PATH_BYTES];
     int directory, index;  // descriptors; -1: closed
     uint32_t crc;          // of all of the index so far
-    int64_t good_bytes;    // of the index: what is behind is a line that did not become whole
-    uint32_t pairs;        // written
-    bool made;             // the directory, not only the session in it
+    int64_t good_bytes;    // valid length of the index; an incomplete line may follow
+    uint32_t pairs;        // pairs written
+    bool made;             // the directory was created, too
     unsigned char buffer[SESSION_WRITE_BUFFER_BYTES];
-    struct session_event event;  // the one that is being written
+    struct session_event event;  // the event being written
 };
 
-/// Makes the directory `path`, as openat(2) understands it with the descriptor `parent` (AT_FDCWD:
-/// a path as usual), and begins the index. It may be there, but no link, and no session in it.
-/// `build`, `profile` and `date` go into the index. ERROR_ARGUMENT when there is something of that
-/// name already, or when it cannot be made; then nothing of it is left. The writer is large: static
-/// or allocated.
+/// Creates the directory `path` (relative to the descriptor `parent` as in openat(2), AT_FDCWD: the
+/// working directory) and begins the index. The directory may exist, but not as a link or with a
+/// session in it. `build`, `profile` and `date` go into the index. ERROR_ARGUMENT if the name is
+/// taken or the directory cannot be created; nothing of it is left then. The writer is large:
+/// static or allocated.
 int session_writer_begin(struct session_writer *self, int parent, const char *path,
                          const char *build, const char *profile, const char *date,
                          struct message *message);
 
-/// Whether `session_writer_begin` would find the name free now: for whoever has long work to do
-/// first. 0, or ERROR_ARGUMENT as that.
+/// Checks that `session_writer_begin` would accept the name now, for callers with long work before
+/// it. 0 or ERROR_ARGUMENT.
 int session_writer_check(int parent, const char *path, struct message *message);
 
-/// What the frames are taken with.
+/// Records the instrument that takes the frames.
 int session_writer_instrument(struct session_writer *self,
                               const struct session_instrument *instrument, struct message *message);
 
-/// From here on this calibration (canonical text, `length` bytes) is in force.
+/// Records that from here on this calibration (canonical text, `length` bytes) is in force.
 int session_writer_calibration(struct session_writer *self, const char *text, size_t length,
                                struct message *message);
 
-/// Somebody gave this command. Longer ones than SESSION_TEXT_MAX are ERROR_RANGE.
+/// Records a command of a user. ERROR_RANGE if longer than SESSION_TEXT_MAX.
 int session_writer_command(struct session_writer *self, const char *text, struct message *message);
 
-/// A setting (see vergenced.conf) in which the instrument differs from its profile.
+/// Records a setting (see vergenced.conf) in which the instrument differs from its profile.
 int session_writer_setting(struct session_writer *self, const char *key, const char *value,
                            struct message *message);
 
-/// `count` (1 .. SESSION_REGISTERS_MAX) registers of a part, from number `first` on. The disk has
-/// them when it has the next event of another kind: a pair, of which they tell.
+/// Records `count` (1 .. SESSION_REGISTERS_MAX) registers of a part, from number `first` on. They
+/// are on disk with the next event of another kind, such as the pair they belong to.
 int session_writer_registers(struct session_writer *self, const char *part, uint64_t at_us,
                              uint16_t first, const uint16_t *values, uint16_t count,
                              struct message *message);
 
-/// Saves a frame's pixels alone, under the name of their CRC, which `*crc32` receives; what is
-/// there already is not written again. Of `frame` only pixels and their form count.
+/// Saves only a frame's pixels, under the name of their CRC, which `*crc32` receives; an existing
+/// file is not written again. Only pixels and format of `frame` are used.
 int session_writer_frame(struct session_writer *self, const struct pair_frame *frame,
                          uint32_t *crc32, struct message *message);
 
-/// The CRC-32 of the file that a frame's pixels would be saved in, which is its name.
+/// CRC-32 of the file that a frame's pixels would be saved in, which is its name.
 uint32_t session_writer_frame_crc(const struct pair_frame *frame);
 
-/// A pair with its frames, which must have their data. Its number is its place in the session.
+/// Records a pair with its frames, which must have data. Its number is its position in the session.
 int session_writer_pair(struct session_writer *self, const struct pair *pair,
                         struct message *message);
 
-/// Says in the index that this was all, and lets go. An error is that of the index's last line.
-/// Harmless when it was never begun (a zeroed writer with descriptors -1).
+/// Writes the END event and closes the session. An error is that of this last line. Allowed if it
+/// was never begun (a zeroed writer with descriptors -1).
 int session_writer_end(struct session_writer *self, struct message *message);
 
-/// Lets go without saying so: readers are told that the session was cut off. For one of which
-/// something is missing. Harmless as above.
+/// Closes without an END event: readers see that the session was cut off. For a session with
+/// something missing. Allowed if never begun.
 void session_writer_leave(struct session_writer *self);
 
-/// Lets go and takes away what was written, as if it had never been begun: for a session that is
-/// of no use. `parent` is that of the beginning. What else stood in its directory stays.
+/// Closes and removes what was written, as if the session had never been begun. `parent` as for
+/// session_writer_begin. Other files in its directory stay.
 void session_writer_discard(struct session_writer *self, int parent);
 
 #ifdef __cplusplus

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How a call of a hal interface is told in calls.log: "WHAT ARGUMENTS = RESULTS", one line a call.
-/// Recorder and player print the first half by the same functions, so that a call is the same
-/// exactly when its text is. session.md describes the lines.
+/// Text form of hal calls in calls.log: "WHAT ARGUMENTS = RESULTS", one line a call. Recorder and
+/// replay print the first half with the same functions, so two calls are equal exactly if their
+/// texts are. session.md describes the lines.
 ///
 /// Each function prints into `text` (TRACE_LINE_MAX + 1 bytes), zero-terminated.
 #ifndef VERGENCE_DAEMON_SESSION_TRACE_H
@@ -28,9 +28,9 @@ enum {
     TRACE_BYTES_MAX = 2048,  // of a serial line, in one call
 };
 
-/// No call, but that calls of nobody's command follow: rig_idle.
+/// Marker, not a call: calls of rig_idle follow, which no command asked for.
 void trace_idle(char *text);
-/// No call, but that whoever watches wanted the command to end here.
+/// Marker, not a call: the observer asked the command to stop here.
 void trace_cancel(char *text);
 
 void trace_clock_now(char *text);
@@ -57,9 +57,10 @@ void trace_camera_give_back(char *text, int camera, uint32_t sequence);
 void trace_camera_control(char *text, int camera, enum hal_camera_control control, int32_t value);
 void trace_camera_counts(char *text, int camera);
 
-/// Appends bytes as hexadecimal digits, "-" for none; returns the new end. There must be room.
+/// Appends bytes as hexadecimal digits, "-" for none; returns the new end. The caller ensures
+/// space.
 char *trace_put_bytes(char *end, const uint8_t *data, size_t bytes);
-/// Reads such digits from `*text`, which moves behind them. Returns the number of bytes, at most
+/// Reads such digits from `*text`, which is moved past them. Returns the number of bytes, at most
 /// `capacity`, or -1.
 long trace_take_bytes(const char **text, uint8_t *data, size_t capacity);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// `vergence export SESSION --png`: recorded pairs as pictures for people and other programs.
+/// `vergence export SESSION --png`: writes recorded pairs as images for people and other programs.
 #ifndef VERGENCE_DAEMON_SURFACE_EXPORT_COMMAND_H
 #define VERGENCE_DAEMON_SURFACE_EXPORT_COMMAND_H
 

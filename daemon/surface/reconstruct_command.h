@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// `vergence reconstruct`: two images and a calibration in, a directory of results out. What it can
-/// read and write is what its caller gives it: the board's main gives less than the host's.
+/// `vergence reconstruct`: two images and a calibration in, a directory of results out. The caller
+/// provides the readers and writers: fewer on the board than on the host.
 #ifndef VERGENCE_DAEMON_SURFACE_RECONSTRUCT_COMMAND_H
 #define VERGENCE_DAEMON_SURFACE_RECONSTRUCT_COMMAND_H
 

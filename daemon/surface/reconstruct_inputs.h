@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What goes into a reconstruction: two images of one size and a calibration that fits them.
+/// Inputs of a reconstruction: two images of the same size and a calibration that fits them.
 #ifndef VERGENCE_DAEMON_SURFACE_RECONSTRUCT_INPUTS_H
 #define VERGENCE_DAEMON_SURFACE_RECONSTRUCT_INPUTS_H
 
@@ -15,14 +15,14 @@ extern "C" {
 struct reconstruct_inputs {
     struct image_file left, right;
     struct calibration calibration;  // of the images as they are in memory
-    const char *calibration_path;    // for people; NULL: it was assumed
+    const char *calibration_path;    // for people; NULL: assumed
     char calibration_format[CALIBRATION_LOADER_FORMAT_BYTES];
     bool metric;
 };
 
-/// Where inputs come from. `read` gives what the request asks for; what is assumed or doubtful goes
-/// to the context's warnings. Returns 0, or a negative error code with `message` set and nothing
-/// left to free. What `self` points to lives until reconstruct_inputs_free.
+/// Source of the inputs. `read` provides what the request asks for and adds assumptions and doubts
+/// to the context's warnings. Returns 0, or a negative error code with `message` set and nothing to
+/// free. What `self` points to stays valid until reconstruct_inputs_free.
 struct reconstruct_source {
     int (*read)(void *self, const struct reconstruct_request *request,
                 struct reconstruct_inputs *inputs, struct reconstruct_context *context,
@@ -30,7 +30,7 @@ struct reconstruct_source {
     void *self;
 };
 
-/// Files that the request names, of the formats that a program can read: the `self` of
+/// The files that the request names, in the formats that a program can read: `self` of
 /// reconstruct_inputs_read, which is a source's `read`.
 struct reconstruct_files {
     const struct image_format *formats;
@@ -41,20 +41,20 @@ int reconstruct_inputs_read(void *files, const struct reconstruct_request *reque
                             struct reconstruct_inputs *inputs, struct reconstruct_context *context,
                             struct message *message);
 
-/// For sources, when the images are there: loads the calibration that the request names, as it is
-/// in its file, or assumes one of the images in memory where it names none.
+/// For sources, once the images are read: loads the calibration that the request names, unchanged,
+/// or assumes one for the images if it names none.
 int reconstruct_inputs_calibrate(const struct reconstruct_request *request,
                                  calibration_loader *load, struct reconstruct_inputs *inputs,
                                  struct reconstruct_context *context, struct message *message);
 
-/// For sources: makes the calibration, which `name` names, one of the images in memory, which may
-/// have been shrunk while reading. One that was made for images of their present size is taken as
-/// it is. ERROR_SIZE_MISMATCH and others with `message` set.
+/// For sources: fits the calibration named `name` to the images in memory, which may have been
+/// shrunk while reading. A calibration for images of their present size is used unchanged.
+/// ERROR_SIZE_MISMATCH and others with `message` set.
 int reconstruct_inputs_fit(struct reconstruct_inputs *inputs, const char *name,
                            struct message *message);
 
-/// For sources: refuses images of two sizes and those that are too small, and says what is doubtful
-/// about them.
+/// For sources: rejects images that differ in size or are too small; and warns of doubts about
+/// them.
 int reconstruct_inputs_check(const struct reconstruct_inputs *inputs, struct message *message);
 void reconstruct_inputs_doubt(const struct reconstruct_inputs *inputs,
                               struct reconstruct_context *context);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// One reconstruction from its inputs to a directory of results that appears as a whole or not at
-/// all: what `vergence reconstruct` and the console's `reconstruct` have in common. Who calls it
-/// says where the images come from, what is written, and watches.
+/// One reconstruction from its inputs to a directory of results that appears whole or not at all:
+/// shared by `vergence reconstruct` and the console's `reconstruct`. The caller supplies the source
+/// of the images, the writers and an observer.
 #ifndef VERGENCE_DAEMON_SURFACE_RECONSTRUCT_JOB_H
 #define VERGENCE_DAEMON_SURFACE_RECONSTRUCT_JOB_H
 
@@ -17,53 +17,53 @@ extern "C" {
 
 enum { RECONSTRUCT_JOB_WRITERS_MAX = 24 };
 
-/// Simplifies the surface for mesh files.
+/// Simplifies the surface for the mesh files.
 struct reconstruct_mesh_maker {
-    /// Makes the mesh that `request` asks for, or the default one. The result must have triangles.
+    /// Makes the mesh that `request` asks for, or the default mesh. The result must have triangles.
     /// ERROR_MEMORY, ERROR_CANCELLED with `message` set; may add warnings to `context`.
     int (*make)(struct reconstruct_context *context, const struct reconstruct_request *request,
                 struct reconstruct_mesh *mesh, struct message *message);
-    void (*free)(struct reconstruct_mesh *mesh);  // of zeroes: nothing is done
+    void (*free)(struct reconstruct_mesh *mesh);  // no effect on a zeroed mesh
 };
 
 /// What can be written.
 struct reconstruct_outputs {
-    const struct result_writer *writers;  // in this order; result.json must be the last
+    const struct result_writer *writers;  // run in this order; result.json must be last
     int writer_count;                     // 1..RECONSTRUCT_JOB_WRITERS_MAX
-    /// Reads the ground truth and the mask that `context` names, to refuse what cannot be read
-    /// before the work; gives its width and height. NULL: no writer compares with ground truth.
+    /// Reads the ground truth and the mask that `context` names, so that unreadable files are
+    /// rejected before the work; returns width and height. NULL: no writer compares with ground
+    /// truth.
     int (*check_truth)(const struct reconstruct_context *context, int size_px[2],
                        struct message *message);
-    const struct reconstruct_debug_maker *debug_maker;  // NULL: no pictures of the matcher
+    const struct reconstruct_debug_maker *debug_maker;  // NULL: no images of the matcher
     const struct reconstruct_mesh_maker *mesh_maker;    // NULL: mesh files hold the full surface
 };
 
-/// What every build can write: no pictures, no report.
+/// What every build can write: no images, no report.
 extern const struct reconstruct_outputs reconstruct_outputs_plain;
 
-/// Whoever watches. All is called on the thread that runs the job.
+/// Observer of a job. All functions are called on the thread that runs the job.
 struct reconstruct_observer {
-    /// False: the job is to end soon with ERROR_CANCELLED. NULL: only signals end it.
+    /// False: the job should end soon with ERROR_CANCELLED. NULL: only signals end it.
     bool (*go_on)(void *self);
-    /// The work of stages 0 to `stages` - 1 against each other, before they begin. NULL: not
-    /// wanted.
+    /// Relative work of the stages 0 to `stages` - 1, before they begin. NULL: not wanted.
     void (*expect)(void *self, const double *work_ns, int stages);
-    /// `done` of `total` parts of a stage are done; `what` is static storage.
+    /// `done` of `total` parts of a stage are done; `what` has static storage.
     void (*progress)(void *self, int stage, const char *what, int done, int total);
     void *self;
 };
 
-/// The caller sets what stands first, zeroes the rest, and owns all that is pointed to.
+/// The caller sets the first group of members, zeroes the rest, and owns everything pointed to.
 struct reconstruct_job {
     const struct reconstruct_outputs *outputs;
     const struct reconstruct_request *request;
     const struct reconstruct_source *source;
     const struct reconstruct_words *words;
     const struct reconstruct_observer *observer;
-    bool modest;  // refuse what the system has not free now: nobody must be ended for it
+    bool modest;  // refuse to start if free memory is short, so that the kernel kills no process
 
-    struct reconstruct_context context;  // after a run: all there is to say
-    struct message message;              // after a run that failed: why
+    struct reconstruct_context context;  // after a run: everything about it
+    struct message message;              // after a failed run: the reason
 
     struct reconstruct_inputs inputs;
     struct reconstruct_options options;
@@ -77,13 +77,13 @@ struct reconstruct_job {
     uint64_t start_us;
 };
 
-/// Runs it. 0, or an error with `message`, and then nothing of it stands under the output's name:
-/// ERROR_CANCELLED, ERROR_NO_SURFACE, ERROR_MEMORY, ERROR_BUFFER (results could not be written;
-/// ERROR_FULL: for there is no room), or what is wrong with the inputs. reconstruct_job_end is
-/// needed in any case.
+/// Runs the job. Returns 0, or an error with `message` set, in which case nothing of it exists
+/// under the output's name: ERROR_CANCELLED, ERROR_NO_SURFACE, ERROR_MEMORY, ERROR_BUFFER (results
+/// could not be written; ERROR_FULL: no space), or errors of the inputs. reconstruct_job_end is
+/// required in any case.
 int reconstruct_job_run(struct reconstruct_job *job);
 
-/// Frees everything; `context` means nothing any more.
+/// Frees everything; `context` is invalid afterwards.
 void reconstruct_job_end(struct reconstruct_job *job);
 
 #ifdef __cplusplus

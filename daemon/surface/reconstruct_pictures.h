@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the two pictures of a reconstruction say themselves about a surface that came out poor:
-/// light, blur, and where the cameras look.
+/// Reasons for a poor surface that the two images themselves show: light, blur, and the viewing
+/// directions.
 #ifndef VERGENCE_DAEMON_SURFACE_RECONSTRUCT_PICTURES_H
 #define VERGENCE_DAEMON_SURFACE_RECONSTRUCT_PICTURES_H
 
@@ -12,13 +12,13 @@
 extern "C" {
 #endif
 
-/// Judges the images of `context` into its `picture`. ERROR_ARGUMENT with `message` set when both
-/// are the same picture, from which nothing can be measured.
+/// Computes the statistics of the images of `context` into its `picture`. ERROR_ARGUMENT with
+/// `message` set if both are the same image, which cannot be measured.
 int reconstruct_pictures_judge(struct reconstruct_context *context, struct message *message);
 
-/// When less than half of the pixels could be measured, for a reason that the pictures show: sets
-/// `cause` to it, several with semicolons. False: they look as they should, or the surface is not
-/// poor. After the matching.
+/// Call after matching. If less than half of the pixels could be measured and the images show the
+/// reason, sets `cause` to it, several separated by semicolons. False: the images show no reason,
+/// or the surface is not poor.
 bool reconstruct_pictures_blame(const struct reconstruct_context *context, struct message *cause);
 
 #ifdef __cplusplus

@@ -11,45 +11,45 @@ extern "C" {
 
 struct reconstruct_request {
     const char *left_path, *right_path;
-    const char *session_path;  // a directory in their place; NULL: none
+    const char *session_path;  // a session directory instead; NULL: not given
     int pair;                  // of the session, from 1; 0: not given
     const char *calibration_path, *out_path;
     double depth_mm[2];  // near, far; 0 0: not given
-    int disparity[2];    // least, count; count 0: not given
+    int disparity[2];    // minimum, count; count 0: not given
     int region_px[4];    // x, y, width, height; width -1: not given
     double scale;
     int threads;  // 0: all processors
     bool rectified;
     double focal_px, baseline_mm;  // of a rectified pair without calibration; 0: not given
-    int unit;                      // place in "mm cm m"; -1: not given
+    int unit;                      // index into "mm cm m"; -1: not given
     int first_camera;              // -1: not given
-    int bayer;                     // place in "none grbg"; -1: not given
-    int bits;                      // 0: as the files say
+    int bayer;                     // index into "none grbg"; -1: not given
+    int bits;                      // 0: as the files state
     int raw_px[2];                 // width, height; 0 0: not given
-    int preset;                    // place in enum match_preset; -1: not given
+    int preset;                    // an enum match_preset; -1: not given
     bool no_refine, keep_all;
-    bool accept_mismatch;  // go on where the calibration was made with other axes or cameras
+    bool accept_mismatch;  // accept a calibration of other axes or cameras
     int speckle_px;        // -1: not given
-    int triangles;         // of the mesh files, at most; 0: not given
-    double error_mm;       // by which they may differ from what was measured; 0: not given
-    bool compress;         // mesh.glb
-    int mesh_unit;      // of mesh.ply and points.pcd, place in enum reconstruct_unit; -1: not given
-    const char *files;  // the results to write, separated by commas; NULL: all
+    int triangles;         // maximum, of the mesh files; 0: not given
+    double error_mm;       // allowed distance of the mesh from the points; 0: not given
+    bool compress;         // of mesh.glb
+    int mesh_unit;         // of mesh.ply and points.pcd, an enum reconstruct_unit; -1: not given
+    const char *files;     // results to write, separated by commas; NULL: all
     const char *ground_truth_path, *mask_path;
     double ground_truth_scale;  // 0: not given
-    const char *debug_path;     // NULL: no pictures
+    const char *debug_path;     // NULL: no images
     int debug_row;              // -1: not given
     bool json, quiet;
 };
 
-/// What is asked for when nothing else is said.
+/// The request with all defaults.
 struct reconstruct_request reconstruct_request_usual(void);
 
-/// Parses and checks the line. Returns OPTIONS_CONTINUE or the exit code to end with, see
+/// Parses and checks the command line. Returns OPTIONS_CONTINUE or the exit code to end with, see
 /// options.h.
 int reconstruct_request_parse(int argc, char **argv, struct reconstruct_request *request);
 
-/// "mm", "cm", "m", or NULL when --unit was not given.
+/// "mm", "cm", "m", or NULL if --unit was not given.
 const char *reconstruct_request_unit(const struct reconstruct_request *request);
 
 #ifdef __cplusplus

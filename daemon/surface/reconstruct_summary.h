@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What `vergence reconstruct` tells people at its end.
+/// Summary for people at the end of `vergence reconstruct`.
 #ifndef VERGENCE_DAEMON_SURFACE_RECONSTRUCT_SUMMARY_H
 #define VERGENCE_DAEMON_SURFACE_RECONSTRUCT_SUMMARY_H
 
@@ -11,16 +11,16 @@
 extern "C" {
 #endif
 
-/// Prints the main figures and where the results lie.
+/// Prints the main figures and the path of the results.
 void reconstruct_summary_print(const struct reconstruct_context *context, const char *out_path,
                                FILE *stream);
 
-/// One line that says why no surface was found.
+/// Sets one line that says why no surface was found.
 void reconstruct_summary_no_surface(const struct reconstruct_context *context,
                                     struct message *message);
 
-/// One line that says why no plan could be made: `error` is what rectify_plan_make returned for the
-/// calibration and the options of `context`, whose result is not looked at.
+/// Sets one line that says why no plan could be made: `error` is the error of rectify_plan_make for
+/// the calibration and the options of `context`, whose result is not used.
 void reconstruct_summary_no_plan(int error, const struct reconstruct_context *context,
                                  struct message *message);
 

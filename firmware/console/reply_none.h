@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// An answer that nobody reads, of commands that are given within another one or played again.
+/// A reply that discards everything, for commands run within another command or in a replay.
 #ifndef VERGENCE_CONSOLE_REPLY_NONE_H
 #define VERGENCE_CONSOLE_REPLY_NONE_H
 
@@ -9,7 +9,7 @@
 extern "C" {
 #endif
 
-/// Static storage.
+/// The discarding reply. Static storage.
 const struct command_reply *reply_none(void);
 
 #ifdef __cplusplus

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any part of hal/ with faults: a wrapper that passes calls on to the real one, but for those that
-/// the plan says. Nobody above can tell the difference from a part that fails by itself: an
-/// injected ERROR_TIMEOUT comes at the deadline, outputs are untouched, and `begun` of a bus counts
-/// the address that was not acknowledged.
+/// Fault injection for any part of hal/: a wrapper that passes calls to the real part except those
+/// that the plan makes fail. Callers cannot distinguish this from a real failure: an injected
+/// ERROR_TIMEOUT comes at the deadline, outputs are untouched, and `begun` of a bus counts the
+/// address that was not acknowledged.
 ///
-/// The plan and what is wrapped must outlive the wrapper; `hal` points to it, so it must not move.
-/// What the real part does not have (`lines`, `control`) the wrapper does not have either.
+/// The plan and the wrapped part must outlive the wrapper; `hal` points to it, so it must not move.
+/// Operations that the real part does not have (`lines`, `control`) are missing in the wrapper too.
 #ifndef VERGENCE_DAEMON_BACKENDS_FAULT_FAULT_H
 #define VERGENCE_DAEMON_BACKENDS_FAULT_FAULT_H
 
@@ -25,7 +25,7 @@ extern "C" {
 /// What all wrappers share.
 struct fault_common {
     struct fault_plan *plan;
-    const struct hal_clock *clock;  ///< on which deadlines are waited for
+    const struct hal_clock *clock;  ///< used to wait for deadlines
     const char *part;               ///< its name in the script: "i2c", "left", ...
 };
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-/// hal_store as files in a directory: one file a record, named as the record.
+/// hal_store as files in a directory: one file a record, with the record's name.
 ///
-/// A file is one line of text (format, length, checksum of name and contents) and then the contents
-/// as they are, so that `tail -n +2` shows them. A save writes a hidden file beside it, makes sure
-/// that the disk has it, renames it, and makes sure of the directory: a reader finds the old record
-/// or the new one, whole. When a save fails after the rename (the directory's sync failed) the new
-/// record is there, but may be gone after a loss of power; the old one is then.
+/// A file is one line of text (format, length, checksum of name and contents) followed by the
+/// contents unchanged, so that `tail -n +2` shows them. A save writes a hidden file in the same
+/// directory, syncs it, renames it and syncs the directory: a reader finds the old record or the
+/// new one, whole. If a save fails after the rename (the directory's sync failed), the new record
+/// exists, but a power loss may bring the old one back.
 ///
-/// One process at a time has a directory: it is locked while the store is open.
+/// Only one process uses a directory: it is locked while the store is open.
 #ifndef VERGENCE_DAEMON_BACKENDS_STORE_STORE_H
 #define VERGENCE_DAEMON_BACKENDS_STORE_STORE_H
 
@@ -24,9 +24,9 @@ struct store {
     int directory_fd;
 };
 
-/// Opens the directory, makes it (mode 0700) if only its last part is missing, and removes what
-/// interrupted saves have left. ERROR_MISSING, ERROR_REFUSED (not allowed, or another process has
-/// it), ERROR_FULL, ERROR_IO; `message` says more and nothing is open then.
+/// Opens the directory, creates it (mode 0700) if only its last part is missing, and removes
+/// leftovers of interrupted saves. ERROR_MISSING, ERROR_REFUSED (no permission, or another process
+/// has it), ERROR_FULL, ERROR_IO, with `message` set; nothing is open then.
 int store_open(struct store *self, const char *path, struct message *message);
 void store_close(struct store *self);
 

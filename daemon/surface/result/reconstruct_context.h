@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// All that a writer of results may say about a reconstruction: the result itself, what it was made
-/// from, what was assumed and what it cost. Nothing is owned; all lives until every writer is done.
+/// Everything that a writer of results may use: the result, its inputs, the assumptions and the
+/// cost. Owns nothing; all pointers stay valid until the last writer is done.
 #ifndef VERGENCE_DAEMON_SURFACE_RESULT_RECONSTRUCT_CONTEXT_H
 #define VERGENCE_DAEMON_SURFACE_RESULT_RECONSTRUCT_CONTEXT_H
 
@@ -20,88 +20,89 @@ extern "C" {
 
 enum { RECONSTRUCT_CONTEXT_WARNINGS = 16 };
 
-/// What messages tell people to change, in their own words: options of the command line, or
-/// arguments at the console.
+/// Names of what the user can change, for messages: options of the command line, or arguments at
+/// the console.
 struct reconstruct_words {
-    const char *scale;    // what sizes the rectified images
-    const char *smaller;  // all that makes them smaller
-    const char *depth;    // what says where to search
-    const char *search;   // all that does
-    const char *accept;   // what goes on with a calibration that does not belong to the pair
+    const char *scale;    // sets the size of the rectified images
+    const char *smaller;  // everything that makes them smaller
+    const char *depth;    // sets the depth range
+    const char *search;   // everything that sets the search range
+    const char *accept;   // accepts a calibration that does not belong to the pair
 };
 
-/// Units of mesh.ply and points.pcd; as the option --mesh-unit names them.
+/// Unit of mesh.ply and points.pcd, in the order of the option --mesh-unit.
 enum reconstruct_unit { RECONSTRUCT_MM, RECONSTRUCT_CM, RECONSTRUCT_M };
 
-/// The surface with fewer triangles. Its vertices are points of the full surface.
+/// The simplified surface. Its vertices are points of the full surface.
 struct reconstruct_mesh {
-    struct reconstruct_result result;  // the full one but for points, pixels, normals, triangles
-    bool requested;                    // by --triangles or --error: mesh.ply holds it as well
-    double median_mm, p99_mm, max_mm;  // distances of the full surface's points from it
-    uint32_t uncovered;                // of these points: outside its borders
+    struct reconstruct_result
+        result;      // full result with its own points, pixels, normals, triangles
+    bool requested;  // by --triangles or --error: mesh.ply contains it too
+    double median_mm, p99_mm, max_mm;  // distance of the full surface's points
+    uint32_t uncovered;                // points outside its borders
 };
 
 struct reconstruct_context {
     const struct reconstruct_words *words;
     const struct reconstruct_result *result;
-    const struct calibration *calibration;      // in force; of the shrunk images when `shrink` > 1
-    const struct reconstruct_options *options;  // in force
-    struct reconstruct_image left, right;       // raw images as the core got them
-    struct picture_stats picture[2];            // of left and right, as they are judged
+    const struct calibration *calibration;      // in use; of the shrunk images if `shrink` > 1
+    const struct reconstruct_options *options;  // in use
+    struct reconstruct_image left, right;       // raw images as passed to the core
+    struct picture_stats picture[2];            // statistics of left and right
 
     const char *left_path, *right_path;
-    struct capture_stamp capture;    // of a session's pair; its `session` is NULL for other images
-    const char *calibration_path;    // NULL: none was given (--rectified)
+    struct capture_stamp capture;    // its `session` is NULL for images from elsewhere
+    const char *calibration_path;    // NULL: not given (--rectified)
     const char *calibration_format;  // e.g. "vergence", "OpenCV", "assumed"; never NULL
-    const char *ground_truth_path;   // NULL: none
-    const char *mask_path;           // of the ground truth; NULL: none
+    const char *ground_truth_path;   // NULL: not given
+    const char *mask_path;           // of the ground truth; NULL: not given
     double ground_truth_scale;       // disparity = value / scale in 8 bit truth; 0: not stated
 
-    /// In words, where the calibration does not belong to the pair and was accepted; "" else.
+    /// Description of an accepted mismatch between calibration and pair; "": no mismatch.
     struct message mismatch;
-    bool axes_compared;  // the calibration and the pair both say where all axes stood
-    /// Of the instrument that took the pair; `has_instrument` false: it is not known.
+    bool axes_compared;  // calibration and pair both record the positions of all axes
+    /// Of the instrument that took the pair; `has_instrument` false: unknown.
     bool has_instrument;
     struct session_instrument instrument;
 
     /// Standard deviation that all depths share, at the median depth: see
-    /// calibration_match_sigma_mm. Negative: not known.
+    /// calibration_match_sigma_mm. Negative: unknown.
     double depth_sigma_common_mm;
 
     bool metric;  // false: focal length or baseline are assumed, lengths are not real millimetres
-    int shrink;   // integer factor by which the reader shrank the files' images; 1: not at all
+    int shrink;   // integer factor by which the reader shrank the images; 1: not shrunk
     const struct reconstruct_mesh *mesh;  // NULL: not simplified
-    bool compress;                        // mesh.glb
+    bool compress;                        // of mesh.glb
     enum reconstruct_unit mesh_unit;
 
-    struct message warnings[RECONSTRUCT_CONTEXT_WARNINGS];  // what is assumed or doubtful
+    struct message warnings[RECONSTRUCT_CONTEXT_WARNINGS];  // assumptions and doubts
     int warning_count;
 
     int threads;
     uint64_t read_us;       // reading images and calibration
-    uint64_t total_us;      // from start to the end of the last stage, without writing
-    size_t arena_bytes;     // lent to the pipeline; result->arena_peak_bytes were used
+    uint64_t total_us;      // until the end of the last stage, without writing
+    size_t arena_bytes;     // given to the pipeline; result->arena_peak_bytes were used
     size_t rss_peak_bytes;  // of the process when the last stage ended
     const char *version, *build_id;
 };
 
-/// Adds a warning as printf would; those beyond the last place are dropped.
+/// Adds a warning, formatted as by printf; dropped if there are already too many.
 void reconstruct_context_warn(struct reconstruct_context *context, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
-/// The surface as mesh.ply holds it.
+/// The surface as written to mesh.ply.
 const struct reconstruct_result *reconstruct_context_ply(const struct reconstruct_context *context);
 
-/// The unit of mesh.ply and points.pcd: its name, and how many micrometres it has.
+/// The unit of mesh.ply and points.pcd: its name, and its length in micrometres.
 const char *reconstruct_context_unit_name(const struct reconstruct_context *context);
 float reconstruct_context_unit_um(const struct reconstruct_context *context);
 
 /// One file of a result directory.
 struct result_writer {
     const char *file_name;
-    bool metric_only;  // left out when lengths are not real millimetres
+    bool metric_only;  // not written if lengths are not real millimetres
     /// Writes the file; returns 0, or a negative error code with `message` set. May leave a partial
-    /// file on failure: the directory it stands in is then removed as a whole.
+    /// file on failure: its directory is then removed.
     int (*write)(const struct reconstruct_context *context, const char *path,
                  struct message *message);
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Figures of a result that are worth more than one reader's time.
+/// Figures of a result that several writers use.
 #ifndef VERGENCE_DAEMON_SURFACE_RESULT_RESULT_FIGURES_H
 #define VERGENCE_DAEMON_SURFACE_RESULT_RESULT_FIGURES_H
 
@@ -22,19 +22,19 @@ double result_figures_density_percent(const struct reconstruct_result *result);
 
 enum { RESULT_FIGURES_QUANTILES = 3 };
 
-/// Quantiles of depth and sigma: single points at the ends of the range say little about the rest.
+/// Quantiles of depth and sigma; extreme values would be dominated by single points.
 struct result_figures_quantiles {
     double depth_mm[RESULT_FIGURES_QUANTILES];  // of 1 %, 50 % and 99 % of the points
     double sigma_mm[RESULT_FIGURES_QUANTILES];  // of 5 %, 50 % and 95 %
 };
 
-/// Needs at least one point. Returns false (spread untouched) when memory runs out.
+/// Needs at least one point. False if out of memory (`spread` is unchanged).
 bool result_figures_spread(const struct reconstruct_result *result,
                            struct result_figures_quantiles *spread);
 
-/// Why the rows of the rectified images do not correspond as a calibration that fits leaves them:
+/// Why the rows of the rectified images do not correspond as they do with a matching calibration:
 /// by the median, or by a trend over the image, whose 95th percentile shows what the median hides.
-/// NULL: they do, or were not measured. Static storage.
+/// NULL: they correspond, or were not measured. Static storage.
 const char *result_figures_rows_fault(const struct triangulate_vertical *vertical,
                                       const struct rectify_plan *plan, double scale);
 

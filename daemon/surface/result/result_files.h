@@ -15,7 +15,7 @@ extern "C" {
 /// Whether `list` names the file.
 bool result_files_has(const char *list, const char *file_name);
 
-/// 0, or ERROR_ARGUMENT with `message` naming what none of the writers (count of them) writes.
+/// 0, or ERROR_ARGUMENT with `message` naming a file that none of the writers (`count`) writes.
 int result_files_check(const char *list, const struct result_writer *writers, int count,
                        struct message *message);
 

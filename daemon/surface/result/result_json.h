@@ -11,7 +11,7 @@
 extern "C" {
 #endif
 
-/// Prints the document; the stream's error indicator says whether it arrived.
+/// Prints the document; the stream's error indicator shows whether it was written.
 void result_json_print(const struct reconstruct_context *context, FILE *stream);
 
 #ifdef __cplusplus

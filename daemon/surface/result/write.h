@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The results that every build of the client can write; each is a `result_writer`'s function.
+/// The results that every build of the client can write; each function is a `result_writer`'s.
 #ifndef VERGENCE_DAEMON_SURFACE_RESULT_WRITE_H
 #define VERGENCE_DAEMON_SURFACE_RESULT_WRITE_H
 
@@ -33,8 +33,8 @@ int write_reasons(const struct reconstruct_context *context, const char *path,
 int write_result(const struct reconstruct_context *context, const char *path,
                  struct message *message);
 
-/// What a result was made of, as comment lines that begin with `mark`: build, calibration, and the
-/// capture of a session's pair. The stream's error indicator says whether all was written.
+/// What a result was made from, as comment lines that begin with `mark`: build, calibration, and
+/// the capture of a session's pair. The stream's error indicator shows whether all was written.
 void write_stamps(const struct reconstruct_context *context, const char *mark, FILE *stream);
 
 #ifdef __cplusplus
