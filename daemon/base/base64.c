@@ -31,8 +31,8 @@ static int value_of(char digit) {
     return at != NULL ? (int)(at - digits) : NO_DIGIT;
 }
 
-/// One group of four; the number of its bytes, or -1. Only the text's last group may be padded, and
-/// the bits that padding leaves over must be 0, so that each text has one meaning and one writing.
+/// Decodes one group of four; returns its number of bytes, or -1. Only the last group may be
+/// padded, and unused bits must be 0, so that each value has exactly one encoding.
 static int decode_group(const char *text, bool last, uint8_t bytes[GROUP_BYTES]) {
     int given = GROUP_DIGITS;
     while (last && given > 2 && text[given - 1] == '=') {

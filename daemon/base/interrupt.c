@@ -14,7 +14,7 @@ static _Thread_local struct {
     void *self;
 } asked;
 
-/// Calls only what a signal handler may.
+/// Calls only async-signal-safe functions.
 static void set_handler(int number, void (*handler)(int)) {
     struct sigaction action = {.sa_handler = handler};
     sigemptyset(&action.sa_mask);
@@ -23,10 +23,10 @@ static void set_handler(int number, void (*handler)(int)) {
 
 static void end_at_once(int number) {
     static const char text[] =
-        "vergence: ended at once; a hidden directory .vergence-* may be left, which the next run "
-        "there removes\n";
+        "vergence: ended at once; a hidden directory .vergence-* may remain, which the next run "
+        "removes\n";
     const ssize_t written = write(STDERR_FILENO, text, sizeof text - 1);
-    (void)written;  // nobody is left to tell
+    (void)written;  // nothing can be done about a failure
     set_handler(number, SIG_DFL);
     raise(number);
 }

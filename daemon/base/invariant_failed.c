@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a program with an operating system does when core finds a mistake of ours.
+// Reaction to a programming error in core, for programs on an operating system.
 #include <stdio.h>
 #include <stdlib.h>
 

@@ -17,7 +17,7 @@ void json_begin_line(struct json *json, FILE *stream) {
     json->one_line = true;
 }
 
-/// Length of the well-formed UTF-8 sequence at `text`, 0 when there is none (RFC 3629).
+/// Length of the well-formed UTF-8 sequence at `text`, 0 if there is none (RFC 3629).
 static int utf8_length(const unsigned char *text) {
     const unsigned char lead = text[0];
     if (lead < 0x80) {
@@ -56,7 +56,7 @@ static void put_text(FILE *stream, const char *text) {
     fputc('"', stream);
 }
 
-/// What stands before a value: comma, line, indentation, name.
+/// Writes what precedes a value: comma, line, indentation, name.
 static void put_lead(struct json *json, const char *name) {
     const bool in_line = json->in_line[json->depth];
     if (!json->first[json->depth]) {

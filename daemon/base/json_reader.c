@@ -5,7 +5,7 @@
 
 #include "core/invariant.h"
 
-/// A place in a text that ends at `end`.
+/// A position in a text that ends at `end`.
 struct scan {
     const char *at, *end;
 };
@@ -87,7 +87,7 @@ static bool skip_number(struct scan *scan) {
     return true;
 }
 
-/// What stands between brackets; members have a name in front.
+/// Skips the contents of brackets; members are preceded by a name.
 static bool skip_group(struct scan *scan, bool object, int depth) {
     const char closing = object ? '}' : ']';
     skip_blanks(scan);
@@ -112,7 +112,7 @@ static bool skip_group(struct scan *scan, bool object, int depth) {
     return take(scan, closing);
 }
 
-/// A value and the blanks around it.
+/// Skips a value and the white space around it.
 static bool skip_value(struct scan *scan, int depth) {
     if (depth > JSON_READER_DEPTH_MAX) {
         return false;
@@ -204,11 +204,11 @@ struct json_value json_reader_next(struct json_value array, struct json_value pr
     }
     skip_blanks(&scan);
     const char *value = scan.at;
-    // An empty array has none.
+    // An empty array has no element.
     return skip_value(&scan, 0) ? (struct json_value){value, (size_t)(scan.at - value)} : none;
 }
 
-/// An escape's character; what lies beyond Latin-1 is '?', as nothing that is read here has it.
+/// The character of an escape; beyond Latin-1 it is '?', as no reader here needs those.
 static char unescaped(const char **at) {
     static const char letters[] = "bfnrt";
     static const char meant[] = "\b\f\n\r\t";
@@ -231,7 +231,7 @@ bool json_reader_text(struct json_value value, char *to, size_t bytes) {
     }
     const char *end = value.text + value.length;
     while (end[-1] != '"') {
-        end--;  // blanks behind it
+        end--;  // trailing white space
     }
     end--;
     size_t length = 0;

@@ -5,7 +5,7 @@
 #include <stdint.h>
 #include <string.h>
 
-/// The character of UTF-8 (RFC 3629) that a text begins with, and its bytes; 0: there is none.
+/// The UTF-8 character (RFC 3629) at the start of a text, and its length; 0: not valid UTF-8.
 static size_t read_character(const char *text, uint32_t *character) {
     static const struct {
         unsigned char mask, lead;
@@ -38,7 +38,7 @@ static bool is_control(uint32_t character) {
     return character < 0x20 || (character >= 0x7F && character < 0xA0);
 }
 
-/// How many bytes at the beginning of a text can be shown: whole characters.
+/// Number of printable bytes at the start of a text, in whole characters.
 static size_t count_printable(const char *text) {
     size_t length = 0;
     uint32_t character = 0;
@@ -60,7 +60,7 @@ void printable_print(FILE *file, const char *text) {
         if (*text == '\0') {
             return;
         }
-        // The rest of a character of two bytes follows as one that is not UTF-8.
+        // The second byte of a two-byte character follows as one that is not UTF-8.
         fprintf(file, "\\x%02x", (unsigned)(unsigned char)*text++);
     }
 }
@@ -72,7 +72,7 @@ void printable_print_json(FILE *file, const char *text) {
         if (bytes == 0) {
             fputc(*text, file);
         } else if (character < 0x20) {
-            fputc(' ', file);  // between values: a string has none
+            fputc(' ', file);  // between values: strings contain none
         } else if (is_control(character)) {
             fprintf(file, "\\u%04x", (unsigned)character);
         } else {

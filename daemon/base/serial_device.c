@@ -37,7 +37,7 @@ bool serial_device_has_speed(uint32_t baud) {
 }
 
 bool serial_device_claim(int fd) {
-    // The lock first: whoever is refused it leaves the terminal as its owner has it.
+    // Lock first: if that fails, the owner's terminal stays unchanged.
     return flock(fd, LOCK_EX | LOCK_NB) == 0 && ioctl(fd, TIOCEXCL) == 0;
 }
 
@@ -65,11 +65,11 @@ static int say(const char *device, int number, struct message *message) {
     switch (number) {
         case ENOTTY:
         case EISDIR:
-            return message_set(message, ERROR_DEVICE, "%s: is no serial line", device);
+            return message_set(message, ERROR_DEVICE, "%s: not a serial line", device);
         case EWOULDBLOCK:
         case EBUSY:
-            return message_set(message, ERROR_REFUSED, "%s: another program has it; end that first",
-                               device);
+            return message_set(message, ERROR_REFUSED,
+                               "%s: in use by another program (end it first)", device);
         default:
             return message_set(message, ERROR_IO, "%s: %s", device, strerror(number));
     }
@@ -79,8 +79,8 @@ int serial_device_open(const char *device, uint32_t baud, struct message *messag
     speed_t speed = B0;
     if (!serial_device_has_speed(baud) || !serial_device_speed(baud, &speed)) {
         return message_set(message, ERROR_ARGUMENT,
-                           "%s: there is no speed of %u baud; there are " SERIAL_DEVICE_SPEEDS,
-                           device, (unsigned)baud);
+                           "%s: unsupported speed %u (expected " SERIAL_DEVICE_SPEEDS ")", device,
+                           (unsigned)baud);
     }
     const int fd = open(device, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     if (fd < 0) {

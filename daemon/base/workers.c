@@ -12,10 +12,10 @@
 #include "daemon/base/thread.h"
 
 // A run is published as one word: its number in the upper half, the parts not yet taken in the
-// lower. Taking a part is one compare-and-swap of that word, so a thread that comes late to a run
-// can neither take a part of the next one by mistake nor has anybody to wait for it.
+// lower. Taking a part is one compare-and-swap of that word, so a thread that is late for a run can
+// neither take a part of the next one by mistake nor does any thread have to wait for it.
 
-enum { SPINS_BEFORE_SLEEP = 4000 };  // some 20..50 us: longer than the gaps between bands of rows
+enum { SPINS_BEFORE_SLEEP = 4000 };  // about 20..50 us: longer than the gaps between bands of rows
 
 struct worker {
     struct workers *workers;
@@ -29,7 +29,7 @@ struct workers {
     int started;
 
     _Atomic uint64_t ticket;      // run number << 32 | parts not yet taken
-    _Atomic uint32_t unfinished;  // parts taken or not, whose work is not done
+    _Atomic uint32_t unfinished;  // parts, taken or not, that are not done
     void (*_Atomic part)(void *context, int index);
     void *_Atomic context;
     _Atomic uint32_t count;
@@ -38,7 +38,7 @@ struct workers {
     _Atomic bool stop;
     _Atomic int sleepers;
     _Atomic bool caller_sleeps;
-    pthread_mutex_t mutex;  // only for going to sleep and waking up
+    pthread_mutex_t mutex;  // only for sleeping and waking up
     pthread_cond_t wake, done;
 };
 
@@ -50,7 +50,7 @@ static void relax(void) {
 #endif
 }
 
-// For parts that wait for others: whoever is waited for may have lost its processor.
+// For parts that wait for others, whose thread may not be running.
 static void relax_or_yield(void *self) {
     (void)self;
     enum { SPINS_BEFORE_YIELD = 256 };
@@ -62,12 +62,12 @@ static void relax_or_yield(void *self) {
     }
 }
 
-/// Takes and does parts until none is left.
+/// Takes and does parts until none are left.
 static void do_parts(struct workers *workers) {
     uint64_t ticket = atomic_load(&workers->ticket);
     while ((uint32_t)ticket != 0) {
-        // These three belong to the ticket's run: they change only after all its parts are taken,
-        // and then the swap below fails.
+        // These three belong to the ticket's run: they change only after all its parts were taken,
+        // and then the compare-and-swap below fails.
         void (*part)(void *, int) = atomic_load(&workers->part);
         void *context = atomic_load(&workers->context);
         const uint32_t count = atomic_load(&workers->count);
@@ -106,7 +106,7 @@ static void wait_for_work(struct workers *workers) {
     pthread_mutex_unlock(&workers->mutex);
 }
 
-// Of the thread in its pool; threads that belong to none are 0, as is a pool's caller.
+// Number of the thread in its pool; 0 for other threads, including a pool's caller.
 static _Thread_local int thread_number;
 
 static int own_number(void *self) {

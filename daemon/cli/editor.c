@@ -47,7 +47,7 @@ static bool is_later_byte(char c) {
     return ((unsigned char)c & 0xC0) == 0x80;
 }
 
-/// Characters of a piece of text: each takes a column.
+/// Number of characters in a text; each takes one column.
 static size_t width_of(const char *text, size_t bytes) {
     size_t width = 0;
     for (size_t i = 0; i < bytes; i++) {
@@ -71,13 +71,13 @@ static size_t previous_start(const struct editor *self, size_t at) {
     return at;
 }
 
-/// Columns behind the prompt; the terminal's last one stays free, as writing there may wrap.
+/// Columns after the prompt; the terminal's last one stays free, as writing there may wrap.
 static size_t room(const struct editor *self) {
     const size_t taken = width_of(self->prompt, strlen(self->prompt)) + 1;
     return self->columns >= taken + COLUMNS_LEAST ? self->columns - taken : COLUMNS_LEAST;
 }
 
-/// Scrolls so that the cursor is on the screen, and no room is left free that text could fill.
+/// Scrolls so that the cursor is visible and no column is left empty that text could fill.
 static void scroll(struct editor *self) {
     if (self->cursor < self->scrolled) {
         self->scrolled = self->cursor;
@@ -98,7 +98,7 @@ static void scroll(struct editor *self) {
 static void draw(struct editor *self) {
     scroll(self);
     if (self->drawn > room(self)) {
-        self->drawn = room(self);  // the window is narrower now: blanks further on would wrap
+        self->drawn = room(self);  // the window is narrower now: more blanks would wrap
     }
     size_t end = self->scrolled;
     size_t width = 0;
@@ -151,7 +151,7 @@ static void insert(struct editor *self, const char *text, size_t bytes) {
     memcpy(self->line + self->cursor, text, bytes);
     self->length += bytes;
     self->cursor += bytes;
-    // The usual case costs one character and not two lines: serial lines are slow.
+    // Appending sends one character instead of the whole line: serial lines are slow.
     const size_t width = width_of(self->line + self->scrolled, self->length - self->scrolled);
     if (at_end && width < room(self)) {
         self->send(self->self, text, bytes);
@@ -181,7 +181,7 @@ static void erase_word(struct editor *self) {
     erase(self, from, self->cursor);
 }
 
-/// Shows the line that is `back` lines ago; 0: the one that was being typed.
+/// Shows the history line `back` steps ago; 0: the typed line.
 static void browse(struct editor *self, size_t back) {
     if (back > self->history_count) {
         bell(self);
@@ -208,7 +208,7 @@ static void remember(struct editor *self) {
     self->history_count += self->history_count < EDITOR_HISTORY;
 }
 
-/// Where the word begins that the cursor is in or behind.
+/// Start of the word that the cursor is in or behind.
 static size_t word_start(const struct editor *self) {
     size_t start = self->cursor;
     while (start > 0 && self->line[start - 1] != ' ') {
@@ -217,7 +217,8 @@ static size_t word_start(const struct editor *self) {
     return start;
 }
 
-/// Keeps those of `words` that begin with `begun`; their number, and how many bytes they share.
+/// Keeps those of `words` that begin with `begun`; returns their number and, in `shared`, the
+/// length of their common prefix.
 static size_t keep_matching(char *words, const char *begun, size_t begun_bytes, size_t *shared) {
     size_t count = 0;
     size_t kept = 0;
@@ -244,7 +245,7 @@ static size_t keep_matching(char *words, const char *begun, size_t begun_bytes, 
 
 static void complete(struct editor *self) {
     char typed[EDITOR_LINE_BYTES];
-    // One more for the blank behind the last word.
+    // One more byte for the blank after the last word.
     char words[EDITOR_WORDS_BYTES + 1] = "";
     const size_t start = word_start(self);
     const size_t begun = self->cursor - start;
@@ -284,7 +285,7 @@ static void move(struct editor *self, size_t cursor) {
     draw(self);
 }
 
-/// A key by the letter that ends its escape sequence, or by its control character's meaning.
+/// Executes a cursor key, given by the final letter of its escape sequence or its control key.
 static void motion(struct editor *self, char letter) {
     switch (letter) {
         case 'A':
@@ -322,7 +323,7 @@ static void erase_next(struct editor *self) {
     }
 }
 
-/// A further byte of an escape sequence (ECMA-48: ESC [ parameters letter; ESC O letter).
+/// Processes a byte of an escape sequence (ECMA-48: ESC [ parameters letter; ESC O letter).
 static void feed_escape(struct editor *self, char byte) {
     if (self->escape == ESCAPE_BEGUN) {
         self->escape = byte == '[' ? ESCAPE_BRACKET : byte == 'O' ? ESCAPE_SS3 : ESCAPE_NONE;
@@ -345,7 +346,7 @@ static void feed_escape(struct editor *self, char byte) {
     }
 }
 
-/// A control character that edits.
+/// Executes an editing control character.
 static void feed_control(struct editor *self, char byte) {
     static const char motions[][2] = {{KEY_CTRL_A, 'H'}, {KEY_CTRL_B, 'D'}, {KEY_CTRL_E, 'F'},
                                       {KEY_CTRL_F, 'C'}, {KEY_CTRL_N, 'B'}, {KEY_CTRL_P, 'A'}};
@@ -394,7 +395,7 @@ static void feed_control(struct editor *self, char byte) {
 enum editor_event editor_feed(struct editor *self, char byte) {
     const bool after_return = self->after_return;
     self->after_return = byte == KEY_RETURN;
-    // These end whatever was begun, so that garbage cannot lock anybody out.
+    // These abort an escape sequence, so that garbage cannot block the user.
     if (byte == KEY_CTRL_C) {
         self->escape = ESCAPE_NONE;
         send_text(self, "^C\r\n");

@@ -10,8 +10,8 @@
 
 enum { MANUAL_COLUMNS = 78, NAME_BYTES = 64 };
 
-/// What roff has for a character that it would take for something else, or print as another one;
-/// NULL: itself.
+/// roff's form of a character that would otherwise be interpreted or printed differently; NULL: the
+/// character itself.
 static const char *escape_of(char character) {
     static const struct {
         char character;
@@ -46,7 +46,7 @@ static void put_escaped(FILE *file, const char *text, size_t length) {
     }
 }
 
-/// The same where a line begins: a full stop there begins a request.
+/// The same at the start of a line, where a full stop would begin a request.
 static void put_line_begin(FILE *file, const char *text, size_t length) {
     if (length > 0 && text[0] == '.') {
         fputs("\\&", file);
@@ -145,7 +145,8 @@ void manual_reference(FILE *file, const char *before, const char *name, int sect
     fprintf(file, " (%d)%s\n", section, last ? "" : ",");
 }
 
-/// "vergence reconstruct" has the page vergence-reconstruct, "vergence --connect" vergence-connect.
+/// The page of "vergence reconstruct" is vergence-reconstruct, of "vergence --connect"
+/// vergence-connect.
 static void name_of(const char *command, char name[NAME_BYTES]) {
     size_t length = 0;
     for (const char *at = command; *at != '\0'; at++) {

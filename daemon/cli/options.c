@@ -24,7 +24,7 @@ enum {
     MANUAL_SECTION = 1
 };
 
-/// Reports a mistake in one line and returns the exit code for it.
+/// Reports an error in one line and returns its exit code.
 static int refuse(const struct option_page *page, const struct message *mistake) {
     fprintf(stderr, "%s: %s; see \"%s --help\"\n", page->command, mistake->text, page->command);
     return CLIENT_USAGE;
@@ -51,7 +51,7 @@ static int edit_distance(const char *a, const char *b) {
 
 const char *options_closest(const char *word, const char *const *words, int count) {
     const char *closest = NULL;
-    int nearest = 3;  // more than two mistakes make another word
+    int nearest = 3;  // more than two edits make another word
     const size_t length = strlen(word);
     if (length > OPTIONS_WORD_MAX) {
         return NULL;
@@ -61,7 +61,7 @@ const char *options_closest(const char *word, const char *const *words, int coun
         INVARIANT(other <= OPTIONS_WORD_MAX);
         const bool begins = length >= 3 && strncmp(word, words[i], length) == 0;
         const int distance = begins ? 1 : edit_distance(word, words[i]);
-        // A short word is close to anything: half of it at least must be right.
+        // Short words are near to anything: at least half of the word must match.
         if (distance < nearest && 2 * (size_t)distance <= (length > other ? length : other)) {
             nearest = distance;
             closest = words[i];
@@ -85,7 +85,7 @@ static void format_number(char text[NUMBER_TEXT_MAX], double value) {
     snprintf(text, NUMBER_TEXT_MAX, "%.10g", value);
 }
 
-/// Reads one number and moves `*text` behind it.
+/// Reads one number and moves `*text` past it.
 static bool scan_number(const struct option *option, const char **text, double *value) {
     char *end = NULL;
     errno = 0;
@@ -94,7 +94,7 @@ static bool scan_number(const struct option *option, const char **text, double *
     } else {
         *value = strtod(*text, &end);
     }
-    // strtod also takes white space, "nan" and hexadecimal floats: none of them is meant.
+    // strtod also accepts white space, "nan" and hexadecimal floats, which are not allowed here.
     const char first = **text;
     const bool word = isalpha((unsigned char)first) != 0;
     const bool plain = !isspace((unsigned char)first) && errno == 0 && end != *text &&
@@ -114,20 +114,21 @@ static int set_numbers(const struct option *option, const char *text, void *valu
     for (int i = 0; i < count && good; i++) {
         good = scan_number(option, &at, &numbers[i]);
         const char expected = i + 1 < count ? option->separator : '\0';
-        good = good && tolower((unsigned char)*at) == expected;  // sizes are also written 9X6
+        good = good && tolower((unsigned char)*at) == expected;  // sizes may be written 9X6
         at += expected != '\0';
     }
     if (!good) {
-        return message_set(mistake, CLIENT_USAGE, "--%s \"%s\": %s is expected", option->name, text,
-                           option->value_name);
+        return message_set(mistake, CLIENT_USAGE, "--%s: invalid value \"%s\" (expected %s)",
+                           option->name, text, option->value_name);
     }
     for (int i = 0; i < count; i++) {
         if (numbers[i] < option->minimum || numbers[i] > option->maximum) {
             char low[NUMBER_TEXT_MAX], high[NUMBER_TEXT_MAX];
             format_number(low, option->minimum);
             format_number(high, option->maximum);
-            return message_set(mistake, CLIENT_USAGE, "--%s \"%s\": must be from %s to %s",
-                               option->name, text, low, high);
+            return message_set(mistake, CLIENT_USAGE,
+                               "--%s: \"%s\" is out of range (expected %s to %s)", option->name,
+                               text, low, high);
         }
     }
     for (int i = 0; i < count; i++) {
@@ -152,8 +153,8 @@ static int set_choice(const struct option *option, const char *text, int *value,
         }
         choice += choice_length + strspn(choice + choice_length, " ");
     }
-    return message_set(mistake, CLIENT_USAGE, "--%s \"%s\": must be one of: %s", option->name, text,
-                       option->choices);
+    return message_set(mistake, CLIENT_USAGE, "--%s: unknown value \"%s\" (expected one of: %s)",
+                       option->name, text, option->choices);
 }
 
 static int set_value(const struct option *option, const char *text, void *values,
@@ -165,7 +166,7 @@ static int set_value(const struct option *option, const char *text, void *values
             return OPTIONS_CONTINUE;
         case OPTION_TEXT:
             if (text[0] == '\0') {
-                return message_set(mistake, CLIENT_USAGE, "--%s needs a %s that is not empty",
+                return message_set(mistake, CLIENT_USAGE, "--%s requires a non-empty %s",
                                    option->name, option->value_name);
             }
             *(const char **)value = text;
@@ -189,13 +190,13 @@ static int unknown_option(const struct option_page *page, const char *argument,
     const char *bare = argument + strspn(argument, "-");
     const char *closest = options_closest(bare, names, page->option_count);
     if (closest != NULL) {
-        return message_set(mistake, CLIENT_USAGE, "there is no option \"%s\"; did you mean --%s?",
+        return message_set(mistake, CLIENT_USAGE, "unknown option \"%s\"; did you mean --%s?",
                            argument, closest);
     }
-    return message_set(mistake, CLIENT_USAGE, "there is no option \"%s\"", argument);
+    return message_set(mistake, CLIENT_USAGE, "unknown option \"%s\"", argument);
 }
 
-/// Takes the option at argv[*at] and its value, and leaves `*at` on the last argument used.
+/// Parses the option at argv[*at] and its value, and leaves `*at` on the last argument used.
 static int take_option(const struct option_page *page, int argc, char **argv, int *at, void *values,
                        struct message *mistake) {
     const char *argument = argv[*at];
@@ -219,14 +220,14 @@ static int take_option(const struct option_page *page, int argc, char **argv, in
         return set_value(option, name + length + 1, values, mistake);
     }
     if (*at + 1 >= argc) {
-        return message_set(mistake, CLIENT_USAGE, "--%s needs a value: %s", option->name,
+        return message_set(mistake, CLIENT_USAGE, "--%s requires a value: %s", option->name,
                            option->value_name);
     }
     (*at)++;
     return set_value(option, argv[*at], values, mistake);
 }
 
-/// Prints the form of the page that an argument asks for. False: it is none of these.
+/// Prints the form of the page that an argument asks for. False: not such an argument.
 static bool print_help(const struct option_page *page, const char *argument) {
     if (strcmp(argument, "--help") == 0 || strcmp(argument, "-h") == 0) {
         options_help_print(page, stdout);
@@ -247,7 +248,7 @@ int options_parse(const struct option_page *page, int argc, char **argv, void *v
     struct message mistake;
     int taken = 0;
     bool only_operands = false;
-    // Help first: it must work on a line that is otherwise wrong.
+    // Help first: it must work even if the rest of the line is wrong.
     for (int i = 1; i < argc && strcmp(argv[i], "--") != 0; i++) {
         if (print_help(page, argv[i])) {
             return CLIENT_OK;
@@ -263,13 +264,13 @@ int options_parse(const struct option_page *page, int argc, char **argv, void *v
         } else if (taken < page->operands_max) {
             operands[taken++] = argv[i];
         } else {
-            message_set(&mistake, 0, "\"%s\" is one argument too many (%s)", argv[i],
-                        page->operands_max > 0 ? page->operands : "there are none");
+            message_set(&mistake, 0, "unexpected argument \"%s\" (expected %s)", argv[i],
+                        page->operands_max > 0 ? page->operands : "no arguments");
             return refuse(page, &mistake);
         }
     }
     if (taken < page->operands_min) {
-        message_set(&mistake, 0, "an argument is missing (%s)", page->operands);
+        message_set(&mistake, 0, "missing argument (expected %s)", page->operands);
         return refuse(page, &mistake);
     }
     *operand_count = taken;

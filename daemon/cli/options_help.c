@@ -56,7 +56,7 @@ void options_help_usage(const struct option_page *page, char *text, size_t bytes
     INVARIANT(length >= 0 && (size_t)length < bytes);
 }
 
-/// Lines as they are: an example that is wrapped cannot be copied.
+/// Prints lines unchanged, as a wrapped example cannot be copied.
 static void print_indented(const char *text, FILE *file) {
     while (*text != '\0') {
         const int length = (int)strcspn(text, "\n");

@@ -12,7 +12,7 @@
 enum {
     BAR_CELLS = 40,
     BAR_CELLS_LEAST = 4,
-    BAR_FRAME = 24,  // what stands around the cells, and the longest name of a stage
+    BAR_FRAME = 24,  // the text around the cells, with the longest stage name
     REDRAW_US = 100000,
 };
 
@@ -30,8 +30,7 @@ void progress_expect(struct progress *progress, const double *work, int stages) 
     }
 }
 
-// As many as fit: a bar that reached the last column would go on in the next line, and be seen
-// again and again.
+// As many as fit: a bar that reached the last column would wrap and be drawn repeatedly.
 static int cells_of_window(void) {
     const size_t columns = screen_columns(STDERR_FILENO);
     return columns > BAR_CELLS + BAR_FRAME         ? BAR_CELLS
@@ -39,7 +38,7 @@ static int cells_of_window(void) {
                                                    : BAR_CELLS_LEAST;
 }
 
-// Share of the whole run, and never less than before.
+// Updates the share of the whole run; it never decreases.
 static void note(struct progress *progress, int stage, int done, int total) {
     if (stage >= progress->stages || progress->before[progress->stages] <= 0) {
         return;

@@ -27,7 +27,7 @@ void shell_words_options(FILE *file, const struct option_page *page) {
         if (option->kind == OPTION_FLAG) {
             continue;
         }
-        // An instrument has the addresses that are known on this machine.
+        // An instrument is completed with the addresses known on this machine.
         const bool address = strcmp(option->name, "connect") == 0;
         shell_words_print(file, page->command, dashed,
                           option->kind == OPTION_CHOICE ? option->choices

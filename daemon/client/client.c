@@ -33,19 +33,19 @@ static const struct client_command *find_command(const char *name,
     const char *closest = options_closest(name, names, command_count);
     struct message line;
     if (closest != NULL) {
-        message_set(&line, 0, "there is no command \"%s\"; did you mean \"%s\"?", name, closest);
+        message_set(&line, 0, "unknown command \"%s\"; did you mean \"%s\"?", name, closest);
     } else {
         message_set(&line, 0,
-                    "there is no command \"%s\"; \"vergence --help\" lists them, \"vergence "
-                    "--connect help\" those of an instrument",
+                    "unknown command \"%s\" (\"vergence --help\" lists all, \"vergence --connect "
+                    "help\" those of an instrument)",
                     name);
     }
     fprintf(stderr, "vergence: %s\n", line.text);
     return NULL;
 }
 
-/// A page of `vergence help`, or one of its forms for man(1) (`form` "--help-man") and for a shell
-/// ("--help-words"). The exit code.
+/// Prints a page of `vergence help`, or its form for man(1) (`form` "--help-man") or for a shell
+/// ("--help-words"). Returns the exit code.
 static int print_page(const char *name, char *form, const struct client_command *commands,
                       int command_count) {
     static char connect[] = "--connect";
@@ -63,8 +63,8 @@ static int print_page(const char *name, char *form, const struct client_command 
     return command->run(2, command_argv);
 }
 
-/// `vergence help --man [COMMAND]` and `--words` are what the build makes manual pages and
-/// completion of, `--names` says of which commands there are pages.
+/// For the build: `vergence help --man [COMMAND]` prints manual pages, `--words` completions, and
+/// `--names` the names of commands that have pages.
 static int run_help(int argc, char **argv, const struct client_command *commands,
                     int command_count) {
     static char help[] = "--help", manual[] = "--help-man", words[] = "--help-words";
@@ -101,7 +101,7 @@ static bool connects_later(int argc, char **argv) {
 static int dispatch(int argc, char **argv, const struct client_command *commands,
                     int command_count) {
     if (argc < 2) {
-        fputs("vergence: a command is missing; \"vergence --help\" lists them\n", stderr);
+        fputs("vergence: missing command (\"vergence --help\" lists all)\n", stderr);
         return CLIENT_USAGE;
     }
     if (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0 ||
@@ -116,11 +116,10 @@ static int dispatch(int argc, char **argv, const struct client_command *commands
         return remote_main(argc, argv);
     }
     if (argv[1][0] == '-' && connects_later(argc, argv)) {
-        fprintf(
-            stderr,
-            "vergence: \"--connect ADDRESS\" comes first: \"%.40s\" goes between ADDRESS and the "
-            "command\n",
-            argv[1]);
+        fprintf(stderr,
+                "vergence: \"--connect ADDRESS\" must come first: put \"%.40s\" between ADDRESS "
+                "and the command\n",
+                argv[1]);
         return CLIENT_USAGE;
     }
     const struct client_command *command = find_command(argv[1], commands, command_count);
@@ -137,16 +136,15 @@ bool client_occupy_standard_streams(void) {
     return true;
 }
 
-/// Why standard output took less than it was given, 0: nobody knows. `number` is what the last
-/// flushing said, 0: nothing was left to flush. What failed before it is asked of the descriptor
-/// once more: errno has had other uses since.
+/// The error of standard output, 0: unknown. `number` is errno of the last flush, 0: nothing was
+/// left to flush. An earlier error is found by writing again, as errno has been overwritten since.
 static int output_trouble(int number) {
     struct pollfd output = {.fd = STDOUT_FILENO, .events = POLLOUT};
     if (number == 0 && write(STDOUT_FILENO, "", 0) != 0) {
         number = errno;
     }
     if (number == 0 && poll(&output, 1, 0) > 0 && (output.revents & POLLERR) != 0) {
-        number = EPIPE;  // a pipe takes nothing of no length even when nobody reads it
+        number = EPIPE;  // a pipe accepts an empty write even without a reader
     }
     return number;
 }
@@ -170,8 +168,9 @@ int client_main(int argc, char **argv, const struct client_command *commands, in
     if (!client_occupy_standard_streams()) {
         return CLIENT_FAILED;
     }
-    // A reader that goes away (head, less) must not stop a command half way through its files.
+    // A reader that closes the pipe (head, less) must not stop a command half way through its
+    // files.
     signal(SIGPIPE, SIG_IGN);
-    signal(SIGXFSZ, SIG_IGN);  // a limit of size is a full disk, and told like one
+    signal(SIGXFSZ, SIG_IGN);  // a size limit is reported like a full disk
     return client_finish_output("vergence", dispatch(argc, argv, commands, command_count));
 }

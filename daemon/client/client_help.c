@@ -16,17 +16,17 @@ static const char *const usages[] = {
 static const struct {
     const char *code, *meaning;
 } exits[] = {
-    {"0", "all went well"},
-    {"1", "failed: results could not be written, memory ran out"},
-    {"2", "the command line makes no sense"},
+    {"0", "success"},
+    {"1", "failed: results could not be written, or out of memory"},
+    {"2", "invalid command line"},
     {"3", "bad input: an image, a calibration or another file is unusable"},
     {"4", "no surface: the inputs are fine but nothing could be measured"},
-    {"5", "not good: a calibration was written, but it says not to trust it"},
+    {"5", "not good: a calibration was written, but it is marked as not good"},
     {"130", "interrupted (Ctrl-C); 143 terminated, 129 hung up"},
 };
 
 static const char exits_note[] =
-    "Whatever is not 0 comes with one line on standard error that says why.";
+    "All but 0 come with one line on standard error that gives the reason.";
 
 enum {
     USAGE_COUNT = sizeof usages / sizeof usages[0],

@@ -19,13 +19,13 @@
 
 enum {
     CALL_TRIES = 12,   ///< of a request that may be repeated
-    SILENT_TRIES = 3,  ///< of them in a row that nothing answers: nobody is there
+    SILENT_TRIES = 3,  ///< in a row without an answer: the peer is gone
     CALL_SERIAL_MS = 3000,
     CALL_SOCKET_MS = 60000,
     HELLO_BYTES = sizeof TOKEN_PREFIX + TOKEN_BYTES + 1,
     BAR_WIDTH = 30,
     BAR_TEXT = 44,
-    BAR_TEXT_LEAST = 10,  ///< in a narrow window, where the bar is shorter as well
+    BAR_TEXT_LEAST = 10,  ///< in a narrow window, which also shortens the bar
     BAR_FRAME = 3,        ///< blank and brackets around the bar
 };
 
@@ -71,7 +71,7 @@ void remote_progress(struct remote *self, const char *what, uint64_t done, uint6
         self->bar_columns = 0;
         return;
     }
-    // One that reached the last column would go on in the next line, and be seen again and again.
+    // A bar that reached the last column would wrap and be drawn repeatedly.
     const size_t columns = screen_columns(STDERR_FILENO);
     const int room = columns < SCREEN_COLUMNS ? (int)columns - 1 - BAR_FRAME : SCREEN_COLUMNS;
     const int text = between(BAR_TEXT_LEAST, room - BAR_WIDTH, BAR_TEXT);
@@ -128,7 +128,7 @@ int remote_receive(struct remote *self, int limit_ms, char **text) {
     for (;;) {
         bool extra = false;
         const uint64_t now_us = monotonic_now_us();
-        // On a serial line what comes, or a sign of life, is worth waiting for more.
+        // On a serial line any data or keepalive restarts the wait.
         since_us = line->serial && line->heard_us > since_us ? line->heard_us : since_us;
         const int64_t left_ms = limit_ms - (int64_t)((now_us - since_us) / MONOTONIC_US_IN_MS);
         if (limit_ms >= 0 && left_ms <= 0) {
@@ -145,7 +145,7 @@ int remote_receive(struct remote *self, int limit_ms, char **text) {
     }
 }
 
-/// Whether a line of JSON is the answer itself, and if it says ok.
+/// Whether a line of JSON is the answer itself, and whether it says ok.
 static bool is_json_end(const char *text, bool *ok) {
     const struct json_value all = json_reader_parse(text, strlen(text));
     const struct json_value value = json_reader_member(all, "ok");
@@ -159,8 +159,8 @@ static bool is_text_end(const char *text, bool *ok) {
     return *ok || strncmp(text, "ERR ", 4) == 0;
 }
 
-/// Whether a line says that the daemon turns the client away, which it says as text before it has
-/// heard how the client wants it. One that gives no reason is rubbish.
+/// Whether a line rejects the client; the daemon sends it as text, before it knows the client's
+/// format. Without a reason it is garbage.
 static bool is_turned_away(const char *text) {
     return strncmp(text, "ERR ", 4) == 0 && text[4] > ' ';
 }
@@ -178,7 +178,7 @@ static int await_greeting(struct remote *self, char **text) {
             return ERROR_CANCELLED;
         }
         if (error == ERROR_TIMEOUT && self->person) {
-            fputs("vergence: vergenced does not answer yet; Ctrl-C ends this\n", stderr);
+            fputs("vergence: vergenced does not answer yet; Ctrl-C gives up\n", stderr);
             limit_ms = REMOTE_FOREVER_MS;
         } else if (error != ERROR_CANCELLED) {
             return error;
@@ -186,8 +186,8 @@ static int await_greeting(struct remote *self, char **text) {
     }
 }
 
-/// The first line: over TCP the token. Where no file is named, and there is none in the default
-/// place, the daemon has to say whether it needs one: a tunnel may lead to a Unix socket.
+/// Makes the first line: over TCP the token. If no token file was named and the default one does
+/// not exist, the daemon decides whether a token is required: a tunnel may lead to a Unix socket.
 static int make_hello(const struct remote *self, char hello[HELLO_BYTES], struct message *message) {
     char token[TOKEN_BYTES];
     int error = ERROR_MISSING;
@@ -195,7 +195,7 @@ static int make_hello(const struct remote *self, char hello[HELLO_BYTES], struct
         error = token_read(self->token_path, token, message);
     }
     if (error == ERROR_MISSING && self->token_path == NULL) {
-        strcpy(hello, "@text\n");  // as it is anyway
+        strcpy(hello, "@text\n");  // the default
         return 0;
     }
     if (error == 0) {
@@ -214,17 +214,17 @@ int remote_greet(struct remote *self, remote_show *show, void *cookie, struct me
     if (error != 0) {
         return error;
     }
-    // A daemon that has hung up said why: that has come, also when nothing can be sent any more.
+    // A daemon that hung up has sent the reason, which can still be read if sending fails.
     remote_line_send(&self->line, hello, strlen(hello));
     error = await_greeting(self, &text);
     if (error == ERROR_CANCELLED) {
         return give_up(message);
     }
     if (error == ERROR_TIMEOUT) {
-        return message_set(message, error, "nothing answers: is it vergenced, and not stopped?");
+        return message_set(message, error, "no answer (is vergenced running there?)");
     }
     if (error != 0) {
-        return message_set(message, ERROR_DEVICE, "the connection broke");
+        return message_set(message, ERROR_DEVICE, "connection lost");
     }
     if (is_turned_away(text)) {
         remote_show_refusal(self, show, cookie, text);
@@ -232,7 +232,7 @@ int remote_greet(struct remote *self, remote_show *show, void *cookie, struct me
     }
     return strcmp(text, "OK") == 0
                ? 0
-               : message_set(message, ERROR_VERSION, "vergenced does not answer as it should");
+               : message_set(message, ERROR_VERSION, "invalid answer from vergenced");
 }
 
 /// remote_ask over a socket, which loses nothing.
@@ -253,10 +253,10 @@ static int ask_socket(struct remote *self, const char *command, remote_show *sho
         bool ok = false;
         if (!sent || remote_receive(self, REMOTE_FOREVER_MS, &text) != 0) {
             remote_progress(self, "", 0, 0);
-            return message_set(message, ERROR_DEVICE, "the connection broke");
+            return message_set(message, ERROR_DEVICE, "connection lost");
         }
         if (self->json && json_reader_parse(text, strlen(text)).text == NULL) {
-            return message_set(message, ERROR_VERSION, "vergenced does not answer as it should");
+            return message_set(message, ERROR_VERSION, "invalid answer from vergenced");
         }
         if (!self->json && remote_show_progress(self, text)) {
             continue;
@@ -276,7 +276,7 @@ int remote_ask(struct remote *self, const char *command, remote_show *show, void
                                                                 message);
 }
 
-/// Whether an answer that arrived whole says that the question did not.
+/// Whether an intact answer says that the request arrived damaged.
 static bool is_refused(struct json_value answer) {
     char name[32] = "";
     return json_reader_member(answer, "id").text == NULL &&
@@ -284,7 +284,7 @@ static bool is_refused(struct json_value answer) {
            strcmp(name, error_name(ERROR_CRC)) == 0;
 }
 
-/// Waits for the answer with the id of the last request. ERROR_CRC: what came is damaged.
+/// Waits for the answer with the id of the last request. ERROR_CRC: it arrived damaged.
 static int take_answer(struct remote *self, int limit_ms, struct json_value *answer) {
     for (;;) {
         char *text = NULL;
@@ -295,13 +295,13 @@ static int take_answer(struct remote *self, int limit_ms, struct json_value *ans
         }
         *answer = json_reader_parse(text, strlen(text));
         const bool whole = answer->text != NULL && remote_seal_fits_json(text);
-        // Anything else is rubbish, or the answer to an earlier try.
+        // Anything else is garbage, or the answer to an earlier attempt.
         if (whole && json_reader_integer(json_reader_member(*answer, "id"), &id) &&
             id == self->id) {
             return 0;
         }
         if ((!whole && self->line.serial) || (whole && is_refused(*answer))) {
-            return ERROR_CRC;  // not worth waiting for more
+            return ERROR_CRC;  // waiting longer is pointless
         }
     }
 }
@@ -329,7 +329,7 @@ int remote_call(struct remote *self, const char *command, struct json_value *res
         const bool sent = remote_line_send(&self->line, request, strlen(request));
         error = sent ? take_answer(self, patience_ms, &answer) : ERROR_DEVICE;
         if (error == ERROR_DEVICE) {
-            return message_set(message, ERROR_DEVICE, "the connection broke");
+            return message_set(message, ERROR_DEVICE, "connection lost");
         }
         silent = error == ERROR_TIMEOUT ? silent + 1 : 0;
         if (error != 0) {
@@ -347,5 +347,5 @@ int remote_call(struct remote *self, const char *command, struct json_value *res
         self->refused = true;
         return message_set(message, ERROR_REFUSED, "%s %s", name, text);
     }
-    return message_set(message, ERROR_TIMEOUT, "no answer comes through the line undamaged");
+    return message_set(message, ERROR_TIMEOUT, "no undamaged answer arrives over the line");
 }

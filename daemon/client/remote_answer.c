@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Answers that are made here, in the form in which the daemon gives its own.
+// Answers made by the client, in the form of the daemon's own.
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>

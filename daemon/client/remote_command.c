@@ -32,41 +32,39 @@ static const struct option options[] = {
      .kind = OPTION_TEXT,
      .offset = offsetof(struct arguments, connect),
      .value_name = "[ADDRESS]",
-     .help =
-         "unix:PATH, tcp:HOST:PORT, serial:DEVICE or serial:DEVICE:BAUD (115200). Without it: the "
-         "vergenced that this user has started without a setting for its socket, else the "
-         "system's."},
+     .help = "unix:PATH, tcp:HOST:PORT, serial:DEVICE or serial:DEVICE:BAUD (115200). Without it: "
+             "the default socket of this user's vergenced, else the system's."},
     {.name = "token",
      .kind = OPTION_TEXT,
      .offset = offsetof(struct arguments, token),
      .value_name = "FILE",
-     .help = "The token for tcp:HOST:PORT, where it is not in the file that vergenced makes by "
+     .help = "File with the token for tcp:HOST:PORT, if not the one that vergenced creates by "
              "default."},
     {.name = "json",
      .kind = OPTION_FLAG,
      .offset = offsetof(struct arguments, json),
-     .help = "Answers in JSON, one object a line, for programs; also what fails here."},
+     .help = "Print answers as JSON, one object a line, including the client's own errors."},
     {.name = "keep-going",
      .kind = OPTION_FLAG,
      .offset = offsetof(struct arguments, keep_going),
-     .help = "A script on standard input goes on after a command that failed."},
+     .help = "Continue a script on standard input after a command that failed."},
 };
 
 static const struct option_page page = {
     .command = "vergence --connect",
     .operands = "[ADDRESS] [OPTIONS] [COMMAND [ARGUMENT ...]]",
-    .summary = "asks the vergenced of an instrument",
+    .summary = "sends commands to the vergenced of an instrument",
     .description =
-        "Without a command: line by line from standard input, up to its end or \"quit\"; at a "
-        "terminal with line editing, history and completion. Ctrl-C cancels what runs; of a "
-        "command or a script a second one does not wait for that. \"help\" lists the "
+        "Without a command: reads commands from standard input, up to its end or \"quit\"; at a "
+        "terminal with line editing, history and completion. Ctrl-C cancels the running command; "
+        "for a single command or a script, a second Ctrl-C ends at once. \"help\" lists the "
         "commands.\n"
-        "\"fetch NAME [FILE]\" brings a file of the instrument here, or all files of a session "
-        "into "
-        "a directory, \"send FILE [NAME]\" takes one there; when the line breaks, the same command "
-        "later goes on from there. \"snapshot\" brings a picture of what both cameras see now.\n"
-        "Exit code: 0 OK; 1 ERR, or a file or script here failed; 2 the command line makes no "
-        "sense; 3 no connection, or no vergenced there; 130 cancelled by Ctrl-C.",
+        "\"fetch NAME [FILE]\" copies a file from the instrument, or all files of a session into a "
+        "directory, \"send FILE [NAME]\" copies one to it; if the connection is lost, the same "
+        "command resumes the transfer later. \"snapshot\" fetches an image of what both cameras "
+        "see now.\n"
+        "Exit code: 0 OK; 1 ERR, or a local file or script failed; 2 invalid command line; 3 no "
+        "connection, or no vergenced there; 130 cancelled by Ctrl-C.",
     .examples =
         "vergence --connect\n"
         "vergence --connect status\n"
@@ -85,17 +83,18 @@ static void show(struct remote *self, void *cookie, const char *text) {
     if (ferror(stdout)) {
         return;
     }
-    // What failed is for people too, but not among what was asked for.
+    // Errors go to standard error, so that they do not mix with the requested output.
     FILE *file = !self->json && strncmp(text, "ERR ", 4) == 0 ? stderr : stdout;
     (self->json ? printable_print_json : printable_print)(file, text);
     fputc('\n', file);
-    // Nobody reads it any more: nor should anything run for it, such as a watch.
+    // The reader is gone: stop anything that still runs for it, such as a watch.
     if (fflush(file) != 0) {
         remote_interrupt(self);
     }
 }
 
-/// What the instrument did not answer: programs count answers, and get one.
+/// Reports an error that the instrument did not answer; in JSON as an answer, as programs count
+/// them.
 static int fail(struct remote *self, int error, const struct message *message, int code) {
     if (self->json) {
         remote_show_error(self, show, NULL, error, message->text);
@@ -107,7 +106,7 @@ static int fail(struct remote *self, int error, const struct message *message, i
     return code;
 }
 
-/// Ctrl-C is the instrument's business first; whoever presses it twice does not want to wait.
+/// The first Ctrl-C cancels on the instrument; a second one ends the client without waiting.
 static void attend(struct remote *self) {
     struct signalfd_siginfo information;
     struct message message;
@@ -117,7 +116,7 @@ static void attend(struct remote *self) {
     if (self->interrupted) {
         remote_progress(self, "", 0, 0);
         message_set(&message, 0,
-                    "interrupted twice: ended before vergenced said that the command was given up");
+                    "interrupted twice: ended before vergenced confirmed the cancellation");
         _exit(fail(self, ERROR_CANCELLED, &message, EXIT_INTERRUPTED));
     }
     remote_interrupt(self);
@@ -132,7 +131,7 @@ static void watch_signals(struct remote *self) {
     self->attend = attend;
 }
 
-/// Leaves Ctrl-C to a terminal.
+/// Restores Ctrl-C for a terminal.
 static void unwatch_signals(struct remote *self) {
     sigset_t taken;
     close(self->extra_fd);
@@ -143,17 +142,18 @@ static void unwatch_signals(struct remote *self) {
     sigprocmask(SIG_UNBLOCK, &taken, NULL);
 }
 
-/// A line that the instrument never sees.
+/// Rejects a line without sending it.
 static int refuse(struct remote *self, const struct message *message) {
     return fail(self, ERROR_SYNTAX, message, REMOTE_EXIT_ERR);
 }
 
-/// The exit code of what was interrupted; where nobody reads the output, the client's end says so.
+/// The exit code after an interrupt; if the output has no reader, client_finish_output reports
+/// that.
 static int interrupted_code(void) {
     return ferror(stdout) != 0 ? CLIENT_FAILED : EXIT_INTERRUPTED;
 }
 
-/// A line of a script, or the command line's command.
+/// Runs a line of a script, or the command of the command line.
 static int run_line(struct remote *self, const char *line) {
     char storage[COMMAND_LINE_MAX + 1];
     const char *words[COMMAND_WORDS_MAX];
@@ -168,10 +168,10 @@ static int run_line(struct remote *self, const char *line) {
         return CLIENT_OK;
     }
     if (words[0][0] == '@') {
-        message_set(&message, 0,
-                    "\"%.80s\": the client says for itself how it wants its answers; --json is for "
-                    "JSON",
-                    words[0]);
+        message_set(
+            &message, 0,
+            "\"%.80s\": lines beginning with @ are reserved for the client (use --json for JSON)",
+            words[0]);
         return refuse(self, &message);
     }
     int error = 0;
@@ -180,7 +180,7 @@ static int run_line(struct remote *self, const char *line) {
         const int code = self->interrupted ? interrupted_code()
                          : broken          ? REMOTE_EXIT_LINE
                                            : REMOTE_EXIT_ERR;
-        // As JSON it has been shown, and so has what the instrument said.
+        // In JSON it has been shown, and so has the instrument's own error.
         return error == 0                ? CLIENT_OK
                : self->json || error > 0 ? code
                                          : fail(self, error, &message, code);
@@ -207,14 +207,14 @@ static int run_script(struct remote *self, bool keep_going) {
             return self->interrupted ? interrupted_code() : worst;
         }
         if (kind == REMOTE_SCRIPT_BROKEN) {
-            message_set(&message, 0, "standard input cannot be read: %s",
+            message_set(&message, 0, "cannot read standard input: %s",
                         strerror(script.errno_of_read));
             return fail(self, file_error(script.errno_of_read), &message, REMOTE_EXIT_ERR);
         }
         if (kind == REMOTE_SCRIPT_TOO_LONG) {
-            message_set(&message, 0, "the line is longer than %d characters", COMMAND_LINE_MAX);
+            message_set(&message, 0, "line longer than %d characters", COMMAND_LINE_MAX);
         } else if (kind == REMOTE_SCRIPT_CONTROL) {
-            message_set(&message, 0, "the line holds a control character");
+            message_set(&message, 0, "control character in the line");
         }
         const int code =
             kind == REMOTE_SCRIPT_LINE ? run_line(self, script.line) : refuse(self, &message);
@@ -225,11 +225,11 @@ static int run_script(struct remote *self, bool keep_going) {
     }
 }
 
-/// Joins the words; those with blanks or quotes in quotes.
+/// Joins the words; quotes those with blanks or quotes.
 static bool join(char *const *words, int count, char *line, size_t bytes) {
     size_t length = 0;
     for (int i = 0; i < count; i++) {
-        // One word alone may be a whole line: 'pan left 3'.
+        // A single word may be a whole line: 'pan left 3'.
         const bool quoted = count > 1 && (words[i][0] == '\0' || strpbrk(words[i], " \t\"#"));
         const char *const lead = i > 0 ? " " : "";
         length += (size_t)snprintf(line + length, bytes - length, "%s%s", lead, quoted ? "\"" : "");
@@ -249,7 +249,7 @@ static bool join(char *const *words, int count, char *line, size_t bytes) {
     return true;
 }
 
-/// The first flag of the client's own that stands among the words of a command; NULL: none does.
+/// The first of the client's own flags among the words of a command; NULL: none.
 static const char *misplaced(char *const *words, int count) {
     for (int i = 1; i < count; i++) {
         for (int j = 0; j < page.option_count; j++) {
@@ -262,8 +262,8 @@ static const char *misplaced(char *const *words, int count) {
     return NULL;
 }
 
-/// Where the command begins: what follows is its own, also when it looks like an option (-3). A
-/// "--connect" without an address is taken out of the `*argc` words: the default socket is meant.
+/// Index of the command: everything after it belongs to it, even if it looks like an option (-3). A
+/// "--connect" without an address is removed from the `*argc` words: the default socket is meant.
 static int first_word(int *argc, char **argv) {
     int at = 1;
     while (at < *argc && strncmp(argv[at], "--", 2) == 0) {
@@ -279,8 +279,8 @@ static int first_word(int *argc, char **argv) {
     return at;
 }
 
-/// Talks with what is at the other end of the line, first to see that it is vergenced; `line` is
-/// the command of the command line, NULL: there is none.
+/// Verifies that vergenced is at the other end, then runs `line`, the command of the command line;
+/// NULL: there is none.
 static int converse(struct remote *self, const char *line, bool keep_going) {
     struct message message;
     self->person = line == NULL && isatty(STDIN_FILENO) != 0 && !self->json;
@@ -311,17 +311,17 @@ int remote_main(int argc, char **argv) {
     if (code != OPTIONS_CONTINUE) {
         return code;
     }
-    // Answers to another program may still come: its numbers were others.
+    // Answers to another program may still arrive; it used other ids.
     const int32_t id = (int32_t)(monotonic_now_us() % REMOTE_IDS);
     struct remote remote = {
         .json = arguments.json, .id = id, .extra_fd = -1, .token_path = arguments.token};
     const char *option = misplaced(argv + first, count);
     if (option != NULL) {
-        message_set(&message, 0, "\"%s\" goes between ADDRESS and the command", option);
+        message_set(&message, 0, "put \"%s\" between ADDRESS and the command", option);
         return fail(&remote, ERROR_ARGUMENT, &message, CLIENT_USAGE);
     }
     if (!join(argv + first, count, line, sizeof line)) {
-        message_set(&message, 0, "the command is longer than %d characters", COMMAND_LINE_MAX);
+        message_set(&message, 0, "command longer than %d characters", COMMAND_LINE_MAX);
         return fail(&remote, ERROR_SYNTAX, &message, CLIENT_USAGE);
     }
     int result = CLIENT_OK;

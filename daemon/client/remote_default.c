@@ -25,16 +25,14 @@ int remote_open_default(struct remote_line *line, struct message *message) {
             return error;
         }
         const bool is_missing = error == ERROR_IO && errno == ENOENT;
-        const char *cause = is_missing          ? ""
-                            : error == ERROR_IO ? strerror(errno)
-                                                : "the path is too long";
+        const char *cause = is_missing ? "" : error == ERROR_IO ? strerror(errno) : "path too long";
         const size_t used = strlen(tried);
         snprintf(tried + used, sizeof tried - used, "%s%s%s%s%s", i == 0 ? "" : ", ", sockets[i],
                  is_missing ? "" : " (", cause, is_missing ? "" : ")");
     }
     return message_set(
         message, ERROR_IO,
-        "no vergenced at %s: start \"vergenced\" (a simulated instrument: \"vergence "
-        "simulate\"), or name its ADDRESS: unix:PATH, tcp:HOST:PORT, serial:DEVICE",
+        "no vergenced at %s: start \"vergenced\" (simulated instrument: \"vergence simulate\"), or "
+        "give its ADDRESS: unix:PATH, tcp:HOST:PORT or serial:DEVICE",
         tried);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A directory of the instrument, such as a session: all its files into a directory here. What an
-// earlier try has brought is compared and kept; what is there and is another's is left alone.
+// Fetches all files of a directory of the instrument, such as a session. Files of an earlier
+// attempt are compared and kept; other files are left alone.
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -26,7 +26,7 @@ struct folder {
     size_t count, room;
 };
 
-/// No name of the instrument leads out of the directory here.
+/// No name from the instrument may lead out of the local directory.
 static bool is_plain(const char *name) {
     return name[0] != '\0' && name[0] != '.' && strchr(name, '/') == NULL;
 }
@@ -35,17 +35,17 @@ static int add_file(struct folder *self, struct json_value entry, struct message
     char name[NAME_BYTES];
     if (json_reader_text(json_reader_member(entry, "directory"), name, sizeof name)) {
         return message_set(message, ERROR_UNSUPPORTED,
-                           "%s: holds a directory, %s: fetch that, and files, by their own names",
+                           "%s: contains the directory %s (fetch it, and files, by name)",
                            self->name, name);
     }
     if (!json_reader_text(json_reader_member(entry, "file"), name, sizeof name) ||
         !is_plain(name) || (self->count > 0 && strcmp(name, self->files[self->count - 1]) <= 0)) {
-        return message_set(message, ERROR_VERSION, "vergenced does not answer as it should");
+        return message_set(message, ERROR_VERSION, "invalid answer from vergenced");
     }
     if (self->count == self->room) {
         void *more = realloc(self->files, (self->room + GROWTH) * sizeof *self->files);
         if (more == NULL) {
-            return message_set(message, ERROR_MEMORY, "there is no memory");
+            return message_set(message, ERROR_MEMORY, "out of memory");
         }
         self->files = more;
         self->room += GROWTH;
@@ -54,7 +54,7 @@ static int add_file(struct folder *self, struct json_value entry, struct message
     return 0;
 }
 
-/// All names, as many at a time as vergenced lists.
+/// Lists all names, as many at a time as vergenced returns.
 static int list(struct folder *self, struct message *message) {
     char command[REMOTE_REQUEST_BYTES];
     bool more = true;
@@ -63,7 +63,7 @@ static int list(struct folder *self, struct message *message) {
         const size_t before = self->count;
         const char *last = before > 0 ? self->files[before - 1] : NULL;
         if (!remote_files_command(self->name, last, command)) {
-            return message_set(message, ERROR_ARGUMENT, "%s: the name is too long", self->name);
+            return message_set(message, ERROR_ARGUMENT, "%s: name too long", self->name);
         }
         int error = remote_call(self->remote, command, &result, message);
         const struct json_value files = json_reader_member(result, "files");
@@ -94,7 +94,7 @@ static bool is_ours(const struct folder *self, const char *name) {
     return false;
 }
 
-/// The directory here: new, or one that an earlier try has begun.
+/// Creates the local directory, or accepts one of an earlier attempt.
 static int make_local(const struct folder *self, struct message *message) {
     if (mkdir(self->local, 0777) == 0) {
         return 0;
@@ -104,7 +104,8 @@ static int make_local(const struct folder *self, struct message *message) {
     if (directory == NULL) {
         return number == EEXIST
                    ? message_set(message, ERROR_ARGUMENT,
-                                 "%s: is there and is no directory: give another name", self->local)
+                                 "%s: exists and is not a directory (give another name)",
+                                 self->local)
                    : message_set(message, ERROR_IO, "%s: %s", self->local, strerror(number));
     }
     int error = 0;
@@ -113,8 +114,7 @@ static int make_local(const struct folder *self, struct message *message) {
         const bool dots = strcmp(entry->d_name, ".") == 0 || strcmp(entry->d_name, "..") == 0;
         if (!dots && !is_ours(self, entry->d_name)) {
             error = message_set(message, ERROR_ARGUMENT,
-                                "%s/%s: is there and belongs to something else: give another name "
-                                "than %s",
+                                "%s/%s: exists and is not part of it (give another name than %s)",
                                 self->local, entry->d_name, self->local);
         }
     }
@@ -128,7 +128,7 @@ static int open_local(const struct folder *self, struct message *message) {
         return error;
     }
     const int fd = open(self->local, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    // Its name is to be on the disk, too, where that can be seen to.
+    // Its name must be on disk too, if that can be ensured.
     const bool synced = fd >= 0 && (sync_directory_at(fd, "..") || errno == EACCES);
     const int number = errno;
     if (fd >= 0) {
@@ -137,17 +137,17 @@ static int open_local(const struct folder *self, struct message *message) {
     return synced ? 0 : message_set(message, ERROR_IO, "%s: %s", self->local, strerror(number));
 }
 
-/// Names of a file there and here.
+/// Makes the remote and local names of a file.
 static int make_names(const struct folder *self, size_t at, char *name, char *local,
                       struct message *message) {
     const int there = snprintf(name, PATH_BYTES, "%s/%s", self->name, self->files[at]);
     const int here = snprintf(local, PATH_BYTES, "%s/%s", self->local, self->files[at]);
     return there > 0 && there < PATH_BYTES && here > 0 && here < PATH_BYTES
                ? 0
-               : message_set(message, ERROR_ARGUMENT, "%s: the name is too long", self->local);
+               : message_set(message, ERROR_ARGUMENT, "%s: name too long", self->local);
 }
 
-/// What is there already must be the same, all of it before anything is brought.
+/// Existing files must be identical; all are compared before anything is fetched.
 static int compare(const struct folder *self, struct message *message) {
     char name[PATH_BYTES], local[PATH_BYTES];
     struct stat about;
@@ -160,7 +160,7 @@ static int compare(const struct folder *self, struct message *message) {
         }
         if (error == 0 && !same) {
             error = message_set(message, ERROR_ARGUMENT,
-                                "%s: is there with other content: give another name than %s", local,
+                                "%s: exists with other contents (give another name than %s)", local,
                                 self->local);
         }
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A file of the instrument, block by block.
+// Fetches a file of the instrument, block by block.
 #include <errno.h>
 #include <fcntl.h>
 #include <inttypes.h>
@@ -24,7 +24,7 @@ enum {
     TEXT_BYTES = BASE64_TEXT_BYTES(BLOCK_SOCKET)
 };
 
-/// A fetch under way.
+/// A fetch in progress.
 struct fetch {
     struct remote *remote;
     const char *name, *local;
@@ -46,7 +46,7 @@ static bool read_crc(struct json_value result, uint32_t *crc) {
     return true;
 }
 
-/// The line that asks for it; what follows the name is `rest`. `command` has REMOTE_REQUEST_BYTES.
+/// Makes the request line; `rest` follows the name. `command` has REMOTE_REQUEST_BYTES.
 static int make_command(const struct fetch *self, const char *rest, char *command,
                         struct message *message) {
     char name[REMOTE_REQUEST_BYTES];
@@ -56,10 +56,10 @@ static int make_command(const struct fetch *self, const char *rest, char *comman
             return 0;
         }
     }
-    return message_set(message, ERROR_ARGUMENT, "%s: the name is too long", self->name);
+    return message_set(message, ERROR_ARGUMENT, "%s: name too long", self->name);
 }
 
-/// Length and CRC-32 of the whole.
+/// Gets length and CRC-32 of the whole file.
 static int describe(struct fetch *self, struct message *message) {
     char command[REMOTE_REQUEST_BYTES];
     struct json_value result;
@@ -71,13 +71,13 @@ static int describe(struct fetch *self, struct message *message) {
     }
     if (!json_reader_integer(json_reader_member(result, "size"), &size) || size < 0 ||
         !read_crc(result, &self->crc)) {
-        return message_set(message, ERROR_VERSION, "vergenced does not answer as it should");
+        return message_set(message, ERROR_VERSION, "invalid answer from vergenced");
     }
     self->size = (uint64_t)size;
     return 0;
 }
 
-/// Fetches the block at `offset` and appends it. `*got`: its bytes.
+/// Fetches the block at `offset` and appends it. `*got`: its length in bytes.
 static int fetch_block(struct fetch *self, uint64_t offset, size_t *got, struct message *message) {
     char command[REMOTE_REQUEST_BYTES];
     char rest[64];
@@ -98,7 +98,7 @@ static int fetch_block(struct fetch *self, uint64_t offset, size_t *got, struct 
         bytes = base64_decode(self->text, self->data, sizeof self->data);
     }
     if (bytes <= 0 || crc_update(0, self->data, (size_t)bytes) != crc) {
-        return message_set(message, ERROR_CRC, "%s: has changed while it was fetched: try again",
+        return message_set(message, ERROR_CRC, "%s: changed during the transfer (try again)",
                            self->name);
     }
     INVARIANT((size_t)bytes <= sizeof self->data);
@@ -125,7 +125,7 @@ static int fetch_rest(struct fetch *self, uint64_t offset, struct message *messa
     return 0;
 }
 
-/// CRC-32 of what is there.
+/// Whether the CRC-32 of the partial file matches.
 static bool is_right(struct fetch *self) {
     uint32_t crc = 0;
     uint64_t at = 0;
@@ -140,14 +140,14 @@ static bool is_right(struct fetch *self) {
     return at == self->size && crc == self->crc;
 }
 
-/// Leaves the first `bytes` of what is there.
+/// Truncates the partial file to `bytes`.
 static int cut(struct fetch *self, uint64_t bytes, struct message *message) {
     return ftruncate(self->fd, (off_t)bytes) == 0
                ? 0
                : message_set(message, ERROR_IO, "%s: %s", self->part, strerror(errno));
 }
 
-/// Goes on with what an earlier try has left; from the beginning when that belongs to another file.
+/// Resumes an earlier attempt; starts over if it belongs to another file.
 static int fetch_into_part(struct fetch *self, struct message *message) {
     struct stat about;
     uint64_t have = 0;
@@ -161,19 +161,19 @@ static int fetch_into_part(struct fetch *self, struct message *message) {
         error = error != 0 ? error : fetch_rest(self, 0, message);
     }
     if (error == 0 && !is_right(self)) {
-        return message_set(message, ERROR_CRC, "%s: has changed while it was fetched: try again",
+        return message_set(message, ERROR_CRC, "%s: changed during the transfer (try again)",
                            self->name);
     }
     return error;
 }
 
-/// What is there under the local name is replaced, so it must be a file or nothing.
+/// Whatever has the local name is replaced, so it must be a file or not exist.
 static int look_at_local(const char *local, struct message *message) {
     struct stat about;
     if (stat(local, &about) == 0 && !S_ISREG(about.st_mode)) {
         return message_set(
-            message, ERROR_ARGUMENT, "%s: is there and is no file: %s", local,
-            S_ISDIR(about.st_mode) ? "it is a directory; give a name in it" : "give another name");
+            message, ERROR_ARGUMENT, "%s: exists and is not a file (%s)", local,
+            S_ISDIR(about.st_mode) ? "it is a directory: give a name in it" : "give another name");
     }
     return 0;
 }
@@ -182,9 +182,9 @@ static int open_part(struct fetch *self, struct message *message) {
     struct stat about;
     const int length = snprintf(self->part, sizeof self->part, "%s.part", self->local);
     if (length < 0 || (size_t)length >= sizeof self->part) {
-        return message_set(message, ERROR_ARGUMENT, "the name of the local file is too long");
+        return message_set(message, ERROR_ARGUMENT, "local file name too long");
     }
-    // Not blocking: whatever stands there that is no file is only looked at.
+    // Non-blocking, as it may be something other than a file, which is only inspected.
     self->fd =
         open(self->part, O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC, 0644);
     if (self->fd < 0) {
@@ -192,11 +192,11 @@ static int open_part(struct fetch *self, struct message *message) {
     }
     return fstat(self->fd, &about) == 0 && S_ISREG(about.st_mode)
                ? 0
-               : message_set(message, ERROR_ARGUMENT, "%s: is there and is no file; remove it",
+               : message_set(message, ERROR_ARGUMENT, "%s: exists and is not a file (remove it)",
                              self->part);
 }
 
-/// The directory that a local name is in. `parent` has PATH_BYTES, of which `path` leaves some.
+/// The directory of a local name. `parent` has PATH_BYTES, which is longer than any `path`.
 static void parent_of(const char *path, char *parent) {
     const char *slash = strrchr(path, '/');
     const size_t length = slash == NULL ? 0 : (size_t)(slash - path) + 1;
@@ -205,15 +205,15 @@ static void parent_of(const char *path, char *parent) {
     strcpy(parent + length, ".");
 }
 
-/// Gives the whole file its name, so that a power loss leaves no name without its bytes, and takes
-/// neither once this was told.
+/// Gives the complete file its name, durably: after a power loss there is no name without its
+/// contents, and once success was reported both exist.
 static int give_name(const struct fetch *self, struct message *message) {
     char parent[PATH_BYTES];
     if (!sync_file(self->fd)) {
         return message_set(message, ERROR_IO, "%s: %s", self->part, strerror(errno));
     }
     parent_of(self->local, parent);
-    // A directory that may be written to but not read cannot be synced.
+    // A directory that is writable but not readable cannot be synced.
     if (rename(self->part, self->local) != 0 ||
         (!sync_directory_at(AT_FDCWD, parent) && errno != EACCES)) {
         return message_set(message, ERROR_IO, "%s: %s", self->local, strerror(errno));
@@ -221,12 +221,12 @@ static int give_name(const struct fetch *self, struct message *message) {
     return 0;
 }
 
-/// The caller frees it. NULL: no memory, and `message` says so.
+/// Starts a fetch; the caller frees it. NULL with `message`: out of memory.
 static struct fetch *begin(struct remote *remote, const char *name, const char *local,
                            struct message *message) {
     struct fetch *self = malloc(sizeof *self);
     if (self == NULL) {
-        message_set(message, ERROR_MEMORY, "there is no memory");
+        message_set(message, ERROR_MEMORY, "out of memory");
         return NULL;
     }
     self->remote = remote;

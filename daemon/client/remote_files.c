@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lines that carry whole files: what they mean here, and not on the instrument.
+// Commands that move whole files, which the client carries out itself.
 #include <stdio.h>
 #include <string.h>
 
@@ -15,7 +15,7 @@ static const char *base_name(const char *name) {
     return slash != NULL ? slash + 1 : name;
 }
 
-/// A name without the slashes at its end, which completion leaves behind that of a directory.
+/// A name without trailing slashes, which completion leaves after a directory.
 static const char *without_end(const char *name, char *text) {
     size_t length = strlen(name);
     while (length > 1 && name[length - 1] == '/') {
@@ -63,7 +63,7 @@ int remote_files(struct remote *self, const char *line, remote_show *show, void 
     const bool snapshot = strcmp(words[0], "snapshot") == 0;
     const bool fetch = strcmp(words[0], "fetch") == 0 && count > 1;
     const bool send = strcmp(words[0], "send") == 0 && count > 1;
-    // fetch NAME OFFSET is the instrument's.
+    // "fetch NAME OFFSET" is for the instrument.
     if ((!fetch && !send && !snapshot) ||
         (fetch && count == 3 && words[2][strspn(words[2], "0123456789")] == '\0')) {
         return 0;
@@ -79,7 +79,7 @@ int remote_files(struct remote *self, const char *line, remote_show *show, void 
     }
     if (self->json && *error == ERROR_REFUSED && self->refused) {
         char refusal[MESSAGE_BYTES + 8];
-        snprintf(refusal, sizeof refusal, "ERR %s", message->text);  // the daemon's
+        snprintf(refusal, sizeof refusal, "ERR %s", message->text);  // from the daemon
         remote_show_refusal(self, show, cookie, refusal);
     } else if (self->json && *error < 0) {
         remote_show_error(self, show, cookie, *error, message->text);

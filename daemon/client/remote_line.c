@@ -34,12 +34,12 @@ int remote_line_left_ms(const struct remote_line *self) {
     return gone_ms < REMOTE_LINE_OPEN_MS ? REMOTE_LINE_OPEN_MS - (int)gone_ms : 0;
 }
 
-/// Connects within the time that is left. False: errno says why.
+/// Connects within the time left. False with errno.
 static bool connect_in_time(const struct remote_line *self, int fd, const struct sockaddr *address,
                             socklen_t bytes) {
     const int left_ms = remote_line_left_ms(self);
     const struct timeval limit = {.tv_sec = left_ms / 1000, .tv_usec = left_ms % 1000 * 1000 + 1};
-    // Of a connect as well; one that is cut off leaves EAGAIN, or EINPROGRESS over TCP.
+    // SO_SNDTIMEO also limits connect, which then fails with EAGAIN, over TCP with EINPROGRESS.
     setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
     const bool connected = connect(fd, address, bytes) == 0;
     errno = !connected && (errno == EAGAIN || errno == EINPROGRESS) ? ETIMEDOUT : errno;
@@ -49,10 +49,11 @@ static bool connect_in_time(const struct remote_line *self, int fd, const struct
 static int open_unix(const struct remote_line *self, const char *path, struct message *message) {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     if (path[0] == '\0') {
-        return message_set(message, ERROR_ARGUMENT, "unix:: expected is unix:PATH");
+        return message_set(message, ERROR_ARGUMENT,
+                           "invalid address \"unix:\" (expected unix:PATH)");
     }
     if (strlen(path) >= sizeof address.sun_path) {
-        return message_set(message, ERROR_ARGUMENT, "unix:%s: the path is too long", path);
+        return message_set(message, ERROR_ARGUMENT, "unix:%s: path too long", path);
     }
     strcpy(address.sun_path, path);
     const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
@@ -63,13 +64,13 @@ static int open_unix(const struct remote_line *self, const char *path, struct me
     if (fd >= 0) {
         close(fd);
     }
-    message_set(message, ERROR_IO, "unix:%s: %s; does vergenced run there?", path,
+    message_set(message, ERROR_IO, "unix:%s: %s (is vergenced running there?)", path,
                 strerror(number));
     errno = number;
     return ERROR_IO;
 }
 
-/// A whole number in decimal digits alone, up to `most`; -1: it is none.
+/// Parses an integer of decimal digits only, up to `most`; -1: invalid.
 static int64_t parse_number(const char *text, int64_t most) {
     int64_t number = text[0] == '\0' ? -1 : 0;
     for (; *text != '\0'; text++) {
@@ -85,11 +86,12 @@ static int open_tcp(const struct remote_line *self, const char *place, struct me
     char host[256];
     const char *colon = strrchr(place, ':');
     if (colon == NULL || (size_t)(colon - place) >= sizeof host) {
-        return message_set(message, ERROR_ARGUMENT, "tcp:%s: expected is tcp:HOST:PORT", place);
+        return message_set(message, ERROR_ARGUMENT,
+                           "invalid address \"tcp:%s\" (expected tcp:HOST:PORT)", place);
     }
     if (parse_number(colon + 1, PORT_MOST) < 1) {
         return message_set(message, ERROR_ARGUMENT,
-                           "tcp:%s: \"%s\" is no port: expected is 1 to %d", place, colon + 1,
+                           "tcp:%s: invalid port \"%s\" (expected 1 to %d)", place, colon + 1,
                            PORT_MOST);
     }
     memcpy(host, place, (size_t)(colon - place));
@@ -112,7 +114,7 @@ static int open_tcp(const struct remote_line *self, const char *place, struct me
     }
     freeaddrinfo(list);
     if (fd < 0) {
-        return message_set(message, ERROR_IO, "tcp:%s: %s; does vergenced run there?", place,
+        return message_set(message, ERROR_IO, "tcp:%s: %s (is vergenced running there?)", place,
                            strerror(errno));
     }
     const int one = 1;
@@ -126,14 +128,15 @@ static int open_serial(const char *place, struct message *message) {
     const char *colon = strrchr(place, ':');
     const size_t length = colon != NULL ? (size_t)(colon - place) : strlen(place);
     if (length >= sizeof device) {
-        return message_set(message, ERROR_ARGUMENT, "serial:%s: the name is too long", place);
+        return message_set(message, ERROR_ARGUMENT, "serial:%s: name too long", place);
     }
     memcpy(device, place, length);
     device[length] = '\0';
     if (colon != NULL) {
         const int64_t given = parse_number(colon + 1, INT32_MAX);
         if (given < 0) {
-            return message_set(message, ERROR_ARGUMENT, "serial:%s: expected is serial:DEVICE:BAUD",
+            return message_set(message, ERROR_ARGUMENT,
+                               "invalid address \"serial:%s\" (expected serial:DEVICE:BAUD)",
                                place);
         }
         baud = (uint32_t)given;
@@ -141,7 +144,7 @@ static int open_serial(const char *place, struct message *message) {
     return serial_device_open(device, baud, message);
 }
 
-/// Ctrl-C ends whatever somebody has typed there; then the console learns who is here.
+/// Ctrl-C discards anything typed there before; then the console is switched to program mode.
 static bool greet(struct remote_line *self) {
     static const char hello[] = "\003\r@sealed\r";
     for (int i = 0; i < HELLO_TRIES && remote_line_left_ms(self) > HELLO_MS; i++) {
@@ -174,8 +177,9 @@ int remote_line_open(struct remote_line *self, const char *where, struct message
         self->fd = open_serial(where + 7, message);
         self->serial = true;
     } else {
-        return message_set(message, ERROR_ARGUMENT,
-                           "\"%s\": expected is unix:PATH, tcp:HOST:PORT or serial:DEVICE", where);
+        return message_set(
+            message, ERROR_ARGUMENT,
+            "invalid address \"%s\" (expected unix:PATH, tcp:HOST:PORT or serial:DEVICE)", where);
     }
     if (self->fd < 0) {
         return self->fd;
@@ -183,12 +187,11 @@ int remote_line_open(struct remote_line *self, const char *where, struct message
     fcntl(self->fd, F_SETFL, fcntl(self->fd, F_GETFL) | O_NONBLOCK);
     self->data = malloc(REMOTE_LINE_BYTES);
     if (self->data == NULL) {
-        return message_set(message, ERROR_MEMORY, "there is no memory");
+        return message_set(message, ERROR_MEMORY, "out of memory");
     }
     if (self->serial && !greet(self)) {
         return message_set(message, ERROR_TIMEOUT,
-                           "%s: no vergenced answers there; is it the right device and speed?",
-                           where);
+                           "%s: no answer from vergenced (check device and speed)", where);
     }
     return 0;
 }
@@ -227,7 +230,7 @@ bool remote_line_send(struct remote_line *self, const char *data, size_t bytes) 
     return true;
 }
 
-/// A whole line that is there already; NULL: none.
+/// The next complete line in the buffer; NULL: none.
 static char *take_line(struct remote_line *self) {
     char *begin = self->data + self->used;
     char *end = memchr(begin, '\n', self->filled - self->used);
@@ -242,7 +245,7 @@ static char *take_line(struct remote_line *self) {
     return begin;
 }
 
-/// Takes in what was read behind what is there.
+/// Processes bytes that were read to the end of the buffer.
 static void take_in(struct remote_line *self, size_t bytes) {
     const size_t end = self->filled + bytes;
     size_t kept = self->filled;
@@ -256,7 +259,7 @@ static void take_in(struct remote_line *self, size_t bytes) {
     self->filled = kept;
 }
 
-/// Reads what is there. ERROR_DEVICE at the end.
+/// Reads available bytes. ERROR_DEVICE at the end.
 static int fill(struct remote_line *self) {
     if (self->used > 0) {
         memmove(self->data, self->data + self->used, self->filled - self->used);
@@ -264,7 +267,7 @@ static int fill(struct remote_line *self) {
         self->used = 0;
     }
     if (self->filled == REMOTE_LINE_BYTES) {
-        self->filled = 0;  // no answer is so long: rubbish
+        self->filled = 0;  // no answer is that long: garbage
         self->skipping = true;
     }
     INVARIANT(self->filled < REMOTE_LINE_BYTES);

@@ -7,7 +7,7 @@
 
 #include "core/invariant.h"
 
-/// Reads more. False: there is none, or it cannot be read, or the user has interrupted.
+/// Reads more. False: end of input, read error, or interrupted by the user.
 static bool read_more(struct remote_script *self, struct remote *remote) {
     INVARIANT(self->begin == self->end);
     for (;;) {
@@ -17,7 +17,7 @@ static bool read_more(struct remote_script *self, struct remote *remote) {
             return false;
         }
         if (poll(fds, 2, -1) < 0 || fds[0].revents == 0) {
-            continue;  // the user's turn, or a signal
+            continue;  // user input, or a signal
         }
         const ssize_t bytes = read(STDIN_FILENO, self->data, sizeof self->data);
         if (bytes < 0 && (errno == EINTR || errno == EAGAIN)) {
@@ -39,7 +39,7 @@ enum remote_script_line remote_script_next(struct remote_script *self, struct re
     }
     for (;;) {
         if (self->begin == self->end && !read_more(self, remote)) {
-            // What an interrupted user was typing is no line, nor what was cut by an error.
+            // A partial line is dropped if the user interrupted it or a read error cut it off.
             kind = self->errno_of_read != 0        ? REMOTE_SCRIPT_BROKEN
                    : begun && !remote->interrupted ? kind
                                                    : REMOTE_SCRIPT_END;

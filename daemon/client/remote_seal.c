@@ -18,7 +18,7 @@ static const char json_id[] = "{\"id\": ";
 bool remote_seal_request(const char *words, const char *command, char *request) {
     const int begun = snprintf(request, REMOTE_REQUEST_BYTES, "\r@%s,", words);
     INVARIANT(begun > 0 && begun < REMOTE_REQUEST_BYTES);
-    // The seal is not part of what it seals, nor is what goes before the line and around it.
+    // The CRC covers neither itself nor what comes before and after the line.
     uint32_t crc = crc_update(0, request + 1, (size_t)begun - 1);
     crc = crc_update(crc, command, strlen(command));
     const size_t room = REMOTE_REQUEST_BYTES - (size_t)begun;
@@ -26,7 +26,7 @@ bool remote_seal_request(const char *words, const char *command, char *request) 
     return rest > 0 && (size_t)rest < room;
 }
 
-/// Eight digits of either case, as the daemon and others write them.
+/// Eight hexadecimal digits of either case, as written by the daemon and others.
 static bool read_crc(const char *text, uint32_t *crc) {
     if (strspn(text, "0123456789ABCDEFabcdef") < CRC_DIGITS) {
         return false;
@@ -38,7 +38,7 @@ static bool read_crc(const char *text, uint32_t *crc) {
     return true;
 }
 
-/// Where the seal of a line of JSON begins; NULL: it has none.
+/// Start of the CRC in a line of JSON; NULL: none.
 static const char *find_json(const char *line) {
     const size_t length = strlen(line);
     const size_t bytes = sizeof json_mark - 1 + CRC_DIGITS + 2;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A command over a line that damages and loses bytes. It is sent again, under the same number,
-// until its answer has come whole: the daemon carries a number out once and repeats its answer.
-// While it is under way the daemon gives signs of life, so whoever hears nothing at all need not
-// wait.
+// A command over a line that damages and loses bytes. It is repeated with the same request id until
+// its answer arrives whole: the daemon executes an id once and repeats its answer. While a command
+// runs the daemon sends keepalives, so silence means that the peer is gone.
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -16,9 +15,9 @@
 
 enum {
     TRIES = 12,
-    SILENT_TRIES = 3,   ///< of them in a row, with nothing at all: nobody is there
-    SILENCE_MS = 3000,  ///< signs of life come more often
-    DAMAGED_MS = 1000,  ///< of silence, where something has come that makes no sense
+    SILENT_TRIES = 3,   ///< in a row without any data: the peer is gone
+    SILENCE_MS = 3000,  ///< keepalives are more frequent
+    DAMAGED_MS = 1000,  ///< of silence after garbage
     RUBBISH_BYTES = 4 * REMOTE_LINE_BYTES
 };
 
@@ -26,21 +25,21 @@ enum outcome {
     GOES_ON,
     ANSWERED_OK,
     ANSWERED_ERR,
-    NOT_RECEIVED,  ///< it arrived damaged, and was not carried out
+    NOT_RECEIVED,  ///< the request arrived damaged and was not executed
     UNANSWERED,
     BROKEN
 };
 
-/// An answer on its way.
+/// An answer being received.
 struct hearing {
     struct remote *remote;
     remote_show *show;
     void *cookie;
-    char *text;     ///< REMOTE_LINE_BYTES: lines that are not known to be right yet
+    char *text;     ///< REMOTE_LINE_BYTES: lines not yet verified
     size_t length;  ///< of them
-    bool damaged;   ///< something came in this try that makes no sense
+    bool damaged;   ///< garbage arrived in this attempt
     bool ever_damaged;
-    bool rounds;  ///< of a watch have come
+    bool rounds;  ///< of a watch have arrived
 };
 
 static void note_damage(struct hearing *self) {
@@ -49,13 +48,13 @@ static void note_damage(struct hearing *self) {
     self->length = 0;
 }
 
-/// Shows a line that was right.
+/// Shows a verified line.
 static void show_line(struct hearing *self, const char *line) {
     remote_progress(self->remote, "", 0, 0);
     self->show(self->remote, self->cookie, line);
 }
 
-/// Shows the lines that have turned out to be right, the first `length` bytes.
+/// Shows the first `length` bytes of lines, now verified.
 static void show_lines(struct hearing *self, size_t length) {
     for (size_t at = 0; at < length;) {
         char *line = self->text + at;
@@ -67,12 +66,12 @@ static void show_lines(struct hearing *self, size_t length) {
     }
 }
 
-/// Whether a watch that went well cannot be said to have shown all its rounds.
+/// Whether a successful watch may have lost rounds.
 static bool lacks_rounds(const struct hearing *self) {
     return self->rounds && self->ever_damaged;
 }
 
-/// A line of an answer in text.
+/// Processes a line of a text answer.
 static enum outcome hear_text(struct hearing *self, char *line) {
     int32_t id = REMOTE_SEAL_NO_ID;
     const uint32_t crc = crc_update(0, self->text, self->length);
@@ -94,7 +93,7 @@ static enum outcome hear_text(struct hearing *self, char *line) {
     const size_t length = self->length;
     self->length = 0;
     if (id != self->remote->id) {
-        // The answer to another line, or that this one was damaged.
+        // The answer to another request, or a report that this one was damaged.
         const bool refused = id == REMOTE_SEAL_NO_ID && strncmp(line, "ERR CRC ", 8) == 0;
         return refused ? NOT_RECEIVED : GOES_ON;
     }
@@ -107,7 +106,7 @@ static enum outcome hear_text(struct hearing *self, char *line) {
     return line[0] == '\0' ? GOES_ON : ok ? ANSWERED_OK : ANSWERED_ERR;
 }
 
-/// A line of JSON.
+/// Processes a line of a JSON answer.
 static enum outcome hear_json(struct hearing *self, char *line) {
     int64_t id = REMOTE_SEAL_NO_ID;
     char error[32] = "";
@@ -133,7 +132,7 @@ static enum outcome hear_json(struct hearing *self, char *line) {
     return event[0] != '\0' ? GOES_ON : ok ? ANSWERED_OK : ANSWERED_ERR;
 }
 
-/// Waits for the answer, as long as there are signs of life.
+/// Waits for the answer as long as keepalives arrive.
 static enum outcome hear(struct hearing *self) {
     const struct remote_line *line = &self->remote->line;
     enum outcome outcome = GOES_ON;
@@ -148,7 +147,7 @@ static enum outcome hear(struct hearing *self) {
             return error == ERROR_DEVICE ? BROKEN : UNANSWERED;
         }
         outcome = self->remote->json ? hear_json(self, text) : hear_text(self, text);
-        // Nothing that it would answer is so long.
+        // No valid answer is that long.
         if (outcome == GOES_ON && line->heard_bytes - from > RUBBISH_BYTES) {
             return UNANSWERED;
         }
@@ -159,21 +158,21 @@ static enum outcome hear(struct hearing *self) {
 
 static int conclude(const struct hearing *self, enum outcome outcome, bool perhaps,
                     struct message *message) {
-    const char *const doubt = perhaps ? "; whether the command was carried out is not known" : "";
+    const char *const doubt = perhaps ? "; it is unknown whether the command was executed" : "";
     if (outcome == ANSWERED_OK && lacks_rounds(self)) {
         return message_set(message, ERROR_CRC,
-                           "rounds of the watch may be missing: the line damages what it carries");
+                           "rounds of the watch may be missing: the line damages data");
     }
     if (outcome == ANSWERED_OK || outcome == ANSWERED_ERR) {
         return outcome == ANSWERED_OK ? 0 : 1;
     }
     if (outcome == BROKEN) {
-        return message_set(message, ERROR_DEVICE, "the connection broke%s", doubt);
+        return message_set(message, ERROR_DEVICE, "connection lost%s", doubt);
     }
     if (self->remote->interrupted) {
         return message_set(message, ERROR_CANCELLED, "interrupted%s", doubt);
     }
-    return message_set(message, ERROR_TIMEOUT, "no answer comes through the line undamaged%s",
+    return message_set(message, ERROR_TIMEOUT, "no undamaged answer arrives over the line%s",
                        doubt);
 }
 
@@ -193,11 +192,11 @@ int remote_ask_sealed(struct remote *self, const char *command, remote_show *sho
     }
     hearing.text = malloc(REMOTE_LINE_BYTES);
     if (hearing.text == NULL) {
-        return message_set(message, ERROR_MEMORY, "there is no memory");
+        return message_set(message, ERROR_MEMORY, "out of memory");
     }
     for (int i = 0; i < TRIES && silent < SILENT_TRIES && !remote_interrupted(self); i++) {
         const uint64_t before = self->line.heard_bytes;
-        // What cannot be sent was not received whole.
+        // A failed send counts as not received.
         const bool sent = remote_line_send(&self->line, request, strlen(request));
         outcome = sent ? hear(&hearing) : BROKEN;
         perhaps = perhaps || outcome == UNANSWERED || (sent && outcome == BROKEN);

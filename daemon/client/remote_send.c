@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A file of this machine for the instrument, block by block.
+// Sends a local file to the instrument, block by block.
 #include <errno.h>
 #include <fcntl.h>
 #include <inttypes.h>
@@ -15,26 +15,26 @@
 #include "daemon/client/remote.h"
 #include "daemon/files/file_error.h"
 
-/// A command has at most 512 characters, so blocks are small on any line.
+/// Commands are limited to 512 characters, so blocks are small on any line.
 enum { BLOCK_BYTES = 288, READ_BYTES = 16384, TRIES = 2 };
 
-/// A send under way.
+/// A send in progress.
 struct send {
     struct remote *remote;
     const char *local, *name;
     int fd;
     uint64_t size;
     uint32_t crc;
-    uint64_t have;  ///< of it the instrument has
-    bool whole;     ///< it says
+    uint64_t have;  ///< bytes that the instrument has
+    bool whole;     ///< the instrument has all of it
 };
 
-/// Length and CRC-32 of what is to be sent.
+/// Gets length and CRC-32 of the local file.
 static int describe(struct send *self, struct message *message) {
     unsigned char data[READ_BYTES];
     struct stat about;
     if (fstat(self->fd, &about) != 0 || !S_ISREG(about.st_mode)) {
-        return message_set(message, ERROR_ARGUMENT, "%s: is no file", self->local);
+        return message_set(message, ERROR_ARGUMENT, "%s: not a file", self->local);
     }
     for (;;) {
         const ssize_t bytes = pread(self->fd, data, sizeof data, (off_t)self->size);
@@ -49,7 +49,7 @@ static int describe(struct send *self, struct message *message) {
     }
 }
 
-/// Sends a command and takes in how much the instrument has.
+/// Sends a command and reads how much the instrument has.
 static int tell(struct send *self, const char *rest, struct message *message) {
     char command[REMOTE_REQUEST_BYTES];
     char name[REMOTE_REQUEST_BYTES];
@@ -60,7 +60,7 @@ static int tell(struct send *self, const char *rest, struct message *message) {
     const int length = snprintf(command, sizeof command, "send %s %" PRIu64 " %08" PRIX32 "%s",
                                 fits ? name : "", self->size, self->crc, rest);
     if (!fits || length < 0 || (size_t)length >= sizeof command) {
-        return message_set(message, ERROR_ARGUMENT, "%s: the name is too long", self->name);
+        return message_set(message, ERROR_ARGUMENT, "%s: name too long", self->name);
     }
     const int error = remote_call(self->remote, command, &result, message);
     if (error != 0) {
@@ -69,7 +69,7 @@ static int tell(struct send *self, const char *rest, struct message *message) {
     if (!json_reader_integer(json_reader_member(result, "have"), &have) || have < 0 ||
         (uint64_t)have > self->size ||
         !json_reader_text(json_reader_member(result, "whole"), whole, sizeof whole)) {
-        return message_set(message, ERROR_VERSION, "vergenced does not answer as it should");
+        return message_set(message, ERROR_VERSION, "invalid answer from vergenced");
     }
     self->have = (uint64_t)have;
     self->whole = strcmp(whole, "yes") == 0;
@@ -84,19 +84,19 @@ static int send_block(struct send *self, struct message *message) {
     const ssize_t bytes = pread(self->fd, data, sizeof data, (off_t)offset);
     if (bytes <= 0) {
         return message_set(message, ERROR_IO, "%s: %s", self->local,
-                           bytes == 0 ? "has changed while it was sent" : strerror(errno));
+                           bytes == 0 ? "changed during the transfer" : strerror(errno));
     }
     base64_encode(data, (size_t)bytes, text);
     snprintf(rest, sizeof rest, " %" PRIu64 " %08" PRIX32 " %s", offset,
              crc_update(0, data, (size_t)bytes), text);
     const int error = tell(self, rest, message);
     if (error == 0 && !self->whole && self->have <= offset) {
-        return message_set(message, ERROR_VERSION, "vergenced does not answer as it should");
+        return message_set(message, ERROR_VERSION, "invalid answer from vergenced");
     }
     return error;
 }
 
-/// Goes on where an earlier try was broken off.
+/// Resumes an earlier attempt.
 static int send_rest(struct send *self, bool *resumed, struct message *message) {
     int error = tell(self, "", message);
     *resumed = error != 0 || self->have > 0;
@@ -117,8 +117,8 @@ int remote_send(struct remote *remote, const char *local, const char *name, uint
     }
     int error = describe(&self, message);
     bool resumed = error == 0;
-    // What the instrument had of an earlier try may be damaged: it says so at the end, and has
-    // nothing of it any more.
+    // Data of an earlier attempt may be damaged: the instrument reports that at the end and
+    // discards it.
     for (int i = 0; i < TRIES && resumed && (i == 0 || error == ERROR_REFUSED); i++) {
         error = send_rest(&self, &resumed, message);
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The line "snapshot": the picture that the instrument has made of it comes here.
+// The command "snapshot": fetches the image that the instrument made.
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -9,7 +9,7 @@
 
 enum { NAME_BYTES = 256, NAMES_MAX = 1000 };
 
-/// The answer to it. Its end is shown when the picture is here.
+/// The answer to it. Its last line is shown once the image is here.
 struct answer {
     remote_show *show;
     void *cookie;
@@ -32,7 +32,7 @@ static void take_line(struct remote *self, void *cookie, const char *text) {
     }
 }
 
-/// Whether it is a name as the instrument gives it: no other file may be asked for, or written.
+/// Whether it is a name as the instrument chooses it: no other file may be fetched or written.
 static bool is_of_snapshot(const char *name) {
     static const char begin[] = "snapshot-", end[] = ".png";
     const size_t length = strlen(name);
@@ -41,8 +41,8 @@ static bool is_of_snapshot(const char *name) {
            name[strspn(name, "abcdefghijklmnopqrstuvwxyz0123456789-.")] == '\0';
 }
 
-/// The same name, or one with a number more where that is there already: an instrument whose clock
-/// is wrong gives the same ones again.
+/// The same name, or with a number appended if it exists: an instrument without a valid clock
+/// repeats names.
 static void choose_local(const char *name, char local[NAME_BYTES + 8]) {
     const int stem = (int)(strrchr(name, '.') - name);
     struct stat about;
@@ -62,7 +62,7 @@ int remote_snapshot(struct remote *self, const char *line, remote_show *show, vo
         return asked;
     }
     if (!is_of_snapshot(answer.file)) {
-        return message_set(message, ERROR_VERSION, "vergenced does not answer as it should");
+        return message_set(message, ERROR_VERSION, "invalid answer from vergenced");
     }
     choose_local(answer.file, local);
     const int error = remote_fetch(self, answer.file, local, &written.bytes, message);

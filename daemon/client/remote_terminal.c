@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A person at a terminal of the PC: line editing here, commands there.
+// Interactive use at a terminal of the PC: line editing here, commands on the instrument.
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,15 +19,15 @@ enum { AHEAD_BYTES = 65536, CTRL_C = 3, BELL = 7 };
 struct terminal {
     struct remote *remote;
     struct editor editor;
-    char ahead[AHEAD_BYTES];  ///< typed, and not taken yet
+    char ahead[AHEAD_BYTES];  ///< typed ahead, not yet processed
     size_t ahead_begin, ahead_end;
-    bool deaf;  ///< more was typed ahead than that: all is forgotten, up to the end of a line
+    bool deaf;  ///< overflow: input is discarded up to the end of a line
     bool ended, broken;
 };
 
 static struct terminal *terminal_of_attention;
 
-/// Takes in keys. Ctrl-C forgets what was typed ahead; while a command runs it goes to the
+/// Reads keys. Ctrl-C discards what was typed ahead; while a command runs it cancels on the
 /// instrument.
 static void listen(struct terminal *self, bool runs) {
     char data[256];
@@ -42,7 +42,7 @@ static void listen(struct terminal *self, bool runs) {
             self->deaf = false;
         }
         if (data[i] == CTRL_C && runs) {
-            // Once more when that changed nothing.
+            // Send it again if the first one had no effect.
             self->remote->interrupted = false;
             remote_interrupt(self->remote);
         } else if (self->deaf) {
@@ -51,7 +51,7 @@ static void listen(struct terminal *self, bool runs) {
             self->ahead[self->ahead_end++] = data[i];
         }
         if (self->ahead_end == sizeof self->ahead) {
-            // The rest of a line that was cut must not be taken for one.
+            // Discard the rest of a cut line, which must not be taken for a command.
             self->ahead_begin = self->ahead_end = 0;
             self->deaf = true;
             fputc(BELL, stdout);
@@ -60,7 +60,7 @@ static void listen(struct terminal *self, bool runs) {
     }
 }
 
-/// While a command runs.
+/// Handles input while a command runs.
 static void attend(struct remote *remote) {
     INVARIANT(terminal_of_attention->remote == remote);
     listen(terminal_of_attention, true);
@@ -96,13 +96,13 @@ static void keep_words(struct remote *remote, void *cookie, const char *text) {
     }
 }
 
-/// The daemon knows what there is.
+/// Asks the daemon for completions.
 static void complete(void *cookie, const char *typed, char *words) {
     struct terminal *self = cookie;
     char quoted[REMOTE_REQUEST_BYTES];
     char command[sizeof quoted + 16];
     if (!remote_quote(typed, quoted)) {
-        return;  // longer than any request may be
+        return;  // longer than any request
     }
     snprintf(command, sizeof command, "complete %s", quoted);
     struct message message;
@@ -110,7 +110,7 @@ static void complete(void *cookie, const char *typed, char *words) {
     remote_ask(self->remote, command, keep_words, words, &message);
 }
 
-/// Carries out a line. False: the end.
+/// Runs a line. False: end of the session.
 static bool run_line(struct terminal *self, const char *line) {
     struct message message;
     char name[EDITOR_LINE_BYTES] = "";
@@ -133,7 +133,7 @@ static bool run_line(struct terminal *self, const char *line) {
     return !self->broken;
 }
 
-/// Feeds a key. False: the end.
+/// Processes a key. False: end of the session.
 static bool feed(struct terminal *self, char key) {
     self->editor.columns = screen_columns(STDOUT_FILENO);
     const enum editor_event event = editor_feed(&self->editor, key);
@@ -151,7 +151,7 @@ static void converse(struct terminal *self) {
     editor_begin(&self->editor);
     while (goes_on) {
         if (self->ahead_begin < self->ahead_end) {
-            // Key by key: a command that one of them begins may forget the others.
+            // Key by key, as a command started by one of them may discard the others.
             goes_on = feed(self, self->ahead[self->ahead_begin++]);
             continue;
         }

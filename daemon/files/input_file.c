@@ -14,10 +14,10 @@ bool input_file_is_directory(const char *path) {
 
 FILE *input_file_open(const char *path, struct message *message) {
     struct stat status;
-    // Before it is opened: opening a pipe would wait already.
+    // Checked before opening, as opening a pipe would already block.
     if (stat(path, &status) == 0 && !S_ISREG(status.st_mode)) {
-        message_set(message, ERROR_ARGUMENT, "%s is %s, not a file", path,
-                    S_ISDIR(status.st_mode) ? "a directory" : "a device or pipe");
+        message_set(message, ERROR_ARGUMENT, "%s: not a regular file (%s)", path,
+                    S_ISDIR(status.st_mode) ? "directory" : "device or pipe");
         return NULL;
     }
     FILE *stream = fopen(path, "rb");

@@ -21,10 +21,10 @@
 enum {
     ABANDONED_AFTER_S = 60,
     NAME_ROOM = 300,
-    WORK_NAMES = 1000,  // of one process, at a time, in one place
+    WORK_NAMES = 1000,  // of one process at a time in one directory
 };
 
-/// Removes a directory of plain files; what is not a plain file stays, and the directory with it.
+/// Removes a directory of plain files; anything else in it stays, and the directory with it.
 static void remove_flat_directory(const char *path) {
     DIR *stream = opendir(path);
     if (stream == NULL) {
@@ -39,8 +39,8 @@ static void remove_flat_directory(const char *path) {
     rmdir(path);
 }
 
-/// Whether the hidden directory's process is gone: nobody holds its lock, and it is not one that
-/// another process has made this moment and is about to lock.
+/// Whether the hidden directory's process is gone: it is not locked, and not so new that another
+/// process may be about to lock it.
 static bool is_abandoned(const char *path) {
     struct stat status;
     const int fd = open(path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
@@ -93,7 +93,7 @@ static void remove_parents(const struct outdir *directory) {
     }
 }
 
-/// Creates the missing directories above the final one, the highest first.
+/// Creates the missing parents of the final directory, the highest first.
 static int create_parents(struct outdir *directory) {
     char path[OUTDIR_PATH_BYTES];
     for (char *slash = directory->final_path + 1; (slash = strchr(slash, '/')) != NULL; slash++) {
@@ -119,8 +119,8 @@ static int make_work_directory(struct outdir *directory) {
     remove_abandoned(parent);
     char path[OUTDIR_PATH_BYTES + NAME_ROOM];
     int made = -1;
-    // By mkdir: the kernel gives it the permissions that a directory of this process has, which
-    // nobody can ask for without changing them (umask) for all threads.
+    // With mkdir: the kernel applies the umask, which cannot be read without changing it for all
+    // threads.
     for (int i = 0; made != 0 && i < WORK_NAMES; i++) {
         snprintf(path, sizeof path, "%s/" WORK_PREFIX "%ld-%d", parent, (long)getpid(), i);
         made = mkdir(path, 0777);
@@ -144,7 +144,7 @@ bool outdir_replaces(const char *path, const char *name, const char *input) {
     char target[OUTDIR_PATH_BYTES + NAME_ROOM];
     struct stat replaced, entry, file;
     const int length = snprintf(target, sizeof target, "%s/%s", path, name);
-    // A link in the directory is replaced itself, not what it points to.
+    // A link in the directory is replaced itself, not its target.
     if (length < 0 || length >= (int)sizeof target || lstat(target, &replaced) != 0) {
         return false;
     }
@@ -154,7 +154,8 @@ bool outdir_replaces(const char *path, const char *name, const char *input) {
             file.st_ino == replaced.st_ino);
 }
 
-/// What stands under the final name already; said before the work when it can never be a directory.
+/// Checks what exists under the final name; reported before the work if it can never be a
+/// directory.
 static int look_at_final_path(struct outdir *directory, const char *path, struct message *message) {
     struct stat status;
     directory->exists = stat(directory->final_path, &status) == 0;
@@ -163,15 +164,15 @@ static int look_at_final_path(struct outdir *directory, const char *path, struct
         return S_ISDIR(status.st_mode)
                    ? ERROR_OK
                    : message_set(message, ERROR_ARGUMENT,
-                                 "%s exists and is not a directory; give another name", path);
+                                 "%s exists and is not a directory (give another name)", path);
     }
     if (error_number != ENOENT) {
-        return message_set(message, ERROR_ARGUMENT, "cannot write into the output directory %s: %s",
+        return message_set(message, ERROR_ARGUMENT, "cannot write to the output directory %s: %s",
                            path, strerror(error_number));
     }
     if (lstat(directory->final_path, &status) == 0) {
         return message_set(message, ERROR_ARGUMENT,
-                           "%s is a symbolic link to nothing; give another name", path);
+                           "%s is a dangling symbolic link (give another name)", path);
     }
     return ERROR_OK;
 }
@@ -196,7 +197,7 @@ int outdir_begin(struct outdir *directory, const char *path, struct message *mes
         const int error_number = errno;
         remove_parents(directory);
         return message_set(message, file_error_is_full(error_number) ? ERROR_FULL : ERROR_ARGUMENT,
-                           "cannot write into the output directory %s: %s", path,
+                           "cannot write to the output directory %s: %s", path,
                            strerror(error_number));
     }
     return ERROR_OK;
@@ -213,7 +214,7 @@ static void final_file_path(const struct outdir *directory, const char *name, ch
              directory->final_path, NAME_ROOM - 2, name);
 }
 
-/// Waits until the disk has the file or directory. Returns false when it will not.
+/// Waits until the file or directory is on disk. False on failure.
 static bool sync_path(const char *path) {
     const int fd = open(path, O_RDONLY | O_CLOEXEC);
     if (fd < 0) {
@@ -245,7 +246,7 @@ static bool sync_files(const struct outdir *directory, const char *const *names,
     return sync_path(directory->work_path);
 }
 
-/// Renames one file into place, or removes its predecessor when there is no such file now.
+/// Renames one file into place, or removes its predecessor if there is no such file now.
 static bool move_file(const struct outdir *directory, const char *name) {
     char from[OUTDIR_PATH_BYTES], to[OUTDIR_PATH_BYTES];
     outdir_file_path(directory, name, from);
@@ -260,8 +261,8 @@ static bool replace_files(const struct outdir *directory, const char *const *nam
                           const char *closing_name, const char **failed) {
     char path[OUTDIR_PATH_BYTES];
     struct stat status;
-    // Only files and links are replaced, no directory, no device: found out before anything is
-    // touched.
+    // Only files and links are replaced, not directories or devices: checked before anything is
+    // changed.
     for (int i = 0; i < count; i++) {
         final_file_path(directory, names[i], path);
         if (lstat(path, &status) == 0 && !S_ISREG(status.st_mode) && !S_ISLNK(status.st_mode)) {
@@ -285,7 +286,7 @@ static bool replace_files(const struct outdir *directory, const char *const *nam
     return move_file(directory, closing_name);
 }
 
-/// Two runs into one directory at a time: the lock makes one whole set replace the other.
+/// Serialises two runs into one directory: the lock makes one whole set replace the other.
 static bool replace_alone(const struct outdir *directory, const char *const *names, int count,
                           const char *closing_name, const char **failed) {
     const int fd = open(directory->final_path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -300,14 +301,14 @@ static bool replace_alone(const struct outdir *directory, const char *const *nam
     return good;
 }
 
-/// Moves the synced files to their place; `directory->exists` says afterwards by which way.
+/// Moves the synced files into place; `directory->exists` then says whether it existed.
 static bool put_in_place(struct outdir *directory, const char *const *names, int count,
                          const char *closing_name, const char **failed) {
     if (!directory->exists) {
         if (rename(directory->work_path, directory->final_path) == 0) {
             return true;
         }
-        // Another run was faster.
+        // Another run has created it meanwhile.
         directory->exists = errno == ENOTEMPTY || errno == EEXIST;
     }
     return directory->exists && replace_alone(directory, names, count, closing_name, failed);
@@ -324,7 +325,7 @@ int outdir_commit(struct outdir *directory, const char *const *names, int count,
         const int error = file_error_is_full(error_number) ? ERROR_FULL : ERROR_BUFFER;
         message_set(message, error, "writing %s%s%s failed: %s", directory->final_path,
                     whole ? "" : "/", whole ? "" : failed,
-                    error_number == EEXIST ? "is there and is no file" : strerror(error_number));
+                    error_number == EEXIST ? "exists and is not a file" : strerror(error_number));
         outdir_abort(directory);
         return error;
     }

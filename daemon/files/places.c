@@ -18,18 +18,18 @@ static const struct places of_system = {
     .store = "/var/lib/vergence/store",
 };
 
-/// Without a system call: a confined daemon asks for the defaults, too.
+/// Without a system call, as a confined daemon needs the defaults too.
 static uid_t user(void) {
     return (uid_t)getauxval(AT_EUID);
 }
 
-/// A service of systemd has its directories from there.
+/// Whether the system's directories apply, as for a systemd service.
 static bool is_system(void) {
     return user() == 0 || getenv("RUNTIME_DIRECTORY") != NULL || getenv("STATE_DIRECTORY") != NULL;
 }
 
-/// Joins the value of a variable, or a place in the home directory where it is not set, with
-/// `rest`. XDG: a path that is not absolute counts as not set. False: there is no such place.
+/// Joins the value of a variable, or if it is not set a path in the home directory, with `rest`.
+/// XDG: a relative path counts as not set. False: no such path.
 static bool join(char path[PLACES_PATH_BYTES], const char *variable, const char *in_home,
                  const char *rest) {
     const char *value = getenv(variable);
@@ -42,7 +42,7 @@ static bool join(char path[PLACES_PATH_BYTES], const char *variable, const char 
                     rest) < PLACES_PATH_BYTES;
 }
 
-/// After "su" the variable may name the directory of another user.
+/// After "su" the variable may name another user's directory.
 static bool runtime_socket(char path[PLACES_PATH_BYTES]) {
     const char *directory = getenv("XDG_RUNTIME_DIR");
     struct stat status;

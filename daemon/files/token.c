@@ -27,7 +27,7 @@ static void default_path(char path[TOKEN_PATH_BYTES]) {
     const char *state = getenv("XDG_STATE_HOME");
     const char *home = getenv("HOME");
     int length = -1;
-    // As the XDG base directory specification has it: a relative path is ignored.
+    // XDG base directory specification: a relative path is ignored.
     if (state != NULL && state[0] == '/') {
         length = snprintf(path, TOKEN_PATH_BYTES, "%s/vergence/" NAME, state);
     } else if (home != NULL && home[0] == '/' && access(SYSTEM_FOLDER, W_OK) != 0) {
@@ -43,7 +43,7 @@ static int fail(const char *path, struct message *message) {
     return message_set(message, file_error(number), "%s: %s", path, strerror(number));
 }
 
-/// Reads the token of an open file.
+/// Reads the token from an open file.
 static int read_token(int fd, const char *path, bool own, char token[TOKEN_BYTES],
                       struct message *message) {
     char text[TOKEN_BYTES + 1] = "";
@@ -56,12 +56,12 @@ static int read_token(int fd, const char *path, bool own, char token[TOKEN_BYTES
     }
     if ((about.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
         return message_set(message, ERROR_REFUSED,
-                           "%s: other users can read the token: remove the file, or chmod 600",
+                           "%s: other users can read the token (remove the file, or chmod 600)",
                            path);
     }
     if (own && about.st_uid != geteuid()) {
         return message_set(message, ERROR_REFUSED,
-                           "%s: the token belongs to another user: remove the file", path);
+                           "%s: the token belongs to another user (remove the file)", path);
     }
     const ssize_t bytes = read(fd, text, sizeof text);
     if (bytes < 0) {
@@ -70,8 +70,8 @@ static int read_token(int fd, const char *path, bool own, char token[TOKEN_BYTES
     const bool ends = bytes == TOKEN_DIGITS || (bytes == TOKEN_BYTES && text[TOKEN_DIGITS] == '\n');
     if (!ends || strspn(text, digits) != TOKEN_DIGITS) {
         return message_set(message, ERROR_SYNTAX,
-                           "%s: not a token of %d hexadecimal digits: remove the file, and "
-                           "vergenced makes a new one",
+                           "%s: not a token of %d hexadecimal digits (remove the file, and "
+                           "vergenced creates a new one)",
                            path, TOKEN_DIGITS);
     }
     memcpy(token, text, TOKEN_DIGITS);
@@ -89,7 +89,7 @@ static int read_file(const char *path, bool own, char token[TOKEN_BYTES], struct
     return error;
 }
 
-/// The path itself, or the default one, in `text`, for none. Whether it was given.
+/// Copies the path, or the default one if none was given, to `text`. Returns whether it was given.
 static bool choose_path(const char *path, char text[TOKEN_PATH_BYTES]) {
     const bool given = path != NULL && path[0] != '\0';
     INVARIANT(!given || strlen(path) < TOKEN_PATH_BYTES);
@@ -120,7 +120,7 @@ static bool make_token(char token[TOKEN_BYTES]) {
     return true;
 }
 
-/// The file gets its name when it is whole, and is never readable for others.
+/// Creates the file under its name only once complete; it is never readable for others.
 static int make_file(const char *path, char token[TOKEN_BYTES], struct message *message) {
     char beside[TOKEN_PATH_BYTES + sizeof NEW_SUFFIX];
     char text[TOKEN_BYTES + 1];
@@ -150,7 +150,7 @@ int token_open(const char *path, char token[TOKEN_BYTES], struct message *messag
         return error;
     }
     if (!given) {
-        places_make_parent(chosen, 0700);  // where that fails, the file says why
+        places_make_parent(chosen, 0700);  // if that fails, creating the file reports why
     }
     return make_file(chosen, token, message);
 }

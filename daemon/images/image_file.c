@@ -12,8 +12,8 @@
 #include "core/invariant.h"
 #include "daemon/files/input_file.h"
 
-/// Bytes of the largest file that is loaded as a whole: 16 bit colour at the core's limit is 100
-/// MB; larger ones that are to be shrunk still fit.
+/// Size limit of a file that is loaded as a whole: 16 bit colour at the core's limit is 100 MB;
+/// larger images that are to be shrunk still fit.
 enum { IMAGE_FILE_MAX_BYTES = 1 << 30 };
 
 /// Integer factor by which an image larger than the core's maximum is shrunk: the largest that
@@ -27,7 +27,7 @@ static int choose_shrink(double scale) {
     return factor < 64.0 ? (int)factor : 64;
 }
 
-/// What makes the shown image of the file's: its axes are mirrored, then swapped.
+/// Converts the file's axes to those of the shown image: first mirror, then swap.
 struct turn {
     bool mirrors_x, mirrors_y, swaps;
 };
@@ -46,11 +46,10 @@ static int refuse_size(const struct image_file *file, int width_px, int height_p
                        struct message *message) {
     const int side = width_px > height_px ? width_px : height_px;
     const int needed = (side + IMAGE_MAX_SIDE_PX - 1) / IMAGE_MAX_SIDE_PX;
-    return message_set(message, ERROR_TOO_LARGE,
-                       "%s: %dx%d is larger than the maximum of %dx%d pixels; "
-                       "--scale %.4g or less shrinks it",
-                       file->path, width_px, height_px, IMAGE_MAX_SIDE_PX, IMAGE_MAX_SIDE_PX,
-                       1.0 / needed);
+    return message_set(
+        message, ERROR_TOO_LARGE,
+        "%s: %dx%d exceeds the maximum of %dx%d pixels (shrink it with --scale %.4g or less)",
+        file->path, width_px, height_px, IMAGE_MAX_SIDE_PX, IMAGE_MAX_SIDE_PX, 1.0 / needed);
 }
 
 static int choose_size(struct image_file *file, int width_px, int height_px, bool mosaic,
@@ -58,8 +57,8 @@ static int choose_size(struct image_file *file, int width_px, int height_px, boo
     if (width_px < 1 || height_px < 1 || width_px > IMAGE_FILE_MAX_SIDE_PX ||
         height_px > IMAGE_FILE_MAX_SIDE_PX) {
         return message_set(message, ERROR_TOO_LARGE,
-                           "%s: %dx%d pixels; width and height must be from 1 to %d", file->path,
-                           width_px, height_px, IMAGE_FILE_MAX_SIDE_PX);
+                           "%s: invalid size %dx%d (width and height must be from 1 to %d)",
+                           file->path, width_px, height_px, IMAGE_FILE_MAX_SIDE_PX);
     }
     file->file_width_px = width_px;
     file->file_height_px = height_px;
@@ -67,14 +66,14 @@ static int choose_size(struct image_file *file, int width_px, int height_px, boo
     if (width_px > IMAGE_MAX_SIDE_PX || height_px > IMAGE_MAX_SIDE_PX) {
         if (mosaic) {
             return message_set(message, ERROR_TOO_LARGE,
-                               "%s: %dx%d is larger than the maximum of %dx%d pixels, and a Bayer "
-                               "mosaic cannot be shrunk before it is developed",
+                               "%s: %dx%d exceeds the maximum of %dx%d pixels, and a Bayer mosaic "
+                               "cannot be shrunk",
                                file->path, width_px, height_px, IMAGE_MAX_SIDE_PX,
                                IMAGE_MAX_SIDE_PX);
         }
         file->shrink = choose_shrink(file->request->scale);
     }
-    // What does not fill a whole block at the shown image's right and lower edge is dropped.
+    // Incomplete blocks at the right and lower edge of the shown image are dropped.
     const struct turn turn = turn_of(file->orientation);
     file->skip_x_px = turn.mirrors_x ? width_px % file->shrink : 0;
     file->skip_y_px = turn.mirrors_y ? height_px % file->shrink : 0;
@@ -84,7 +83,7 @@ static int choose_size(struct image_file *file, int width_px, int height_px, boo
         return refuse_size(file, width_px, height_px, message);
     }
     if (file->image.width_px < 1 || file->image.height_px < 1) {
-        return message_set(message, ERROR_TOO_SMALL, "%s: nothing is left of %dx%d pixels at 1/%d",
+        return message_set(message, ERROR_TOO_SMALL, "%s: too small: %dx%d pixels at 1/%d",
                            file->path, width_px, height_px, file->shrink);
     }
     return ERROR_OK;
@@ -100,13 +99,13 @@ int image_file_begin(struct image_file *file, int width_px, int height_px, int c
     }
     if (channels == 3 && request->bayer == IMAGE_BAYER_GRBG) {
         return message_set(message, ERROR_ARGUMENT,
-                           "%s is a colour image, not a mosaic; leave out --bayer grbg",
+                           "%s is a colour image, not a mosaic (leave out --bayer grbg)",
                            file->path);
     }
     if (layout == PIXEL_BAYER_GRBG && file->orientation > 1) {
         return message_set(message, ERROR_ARGUMENT,
-                           "%s is to be shown turned (its orientation is %d), which a Bayer mosaic "
-                           "cannot be; save it without that mark",
+                           "%s has orientation %d, but a Bayer mosaic cannot be turned (save it "
+                           "without an orientation)",
                            file->path, file->orientation);
     }
     const int error = choose_size(file, width_px, height_px, layout == PIXEL_BAYER_GRBG, message);
@@ -118,8 +117,8 @@ int image_file_begin(struct image_file *file, int width_px, int height_px, int c
     file->pixels = malloc(row * (size_t)file->image.height_px * sizeof *file->pixels);
     file->sums = file->shrink > 1 ? calloc(row, sizeof *file->sums) : NULL;
     if (file->pixels == NULL || (file->shrink > 1 && file->sums == NULL)) {
-        return message_set(message, ERROR_MEMORY, "%s: not enough memory for %dx%d pixels",
-                           file->path, file->image.width_px, file->image.height_px);
+        return message_set(message, ERROR_MEMORY, "%s: out of memory for %dx%d pixels", file->path,
+                           file->image.width_px, file->image.height_px);
     }
     file->image.data = file->pixels;
     file->image.stride = (ptrdiff_t)row;
@@ -162,10 +161,10 @@ int image_file_row(struct image_file *file, const uint16_t *values, struct messa
     }
     file->brightest = brightest;
     if (brightest >> file->image.bits != 0) {
-        return message_set(message, ERROR_RANGE,
-                           "%s: row %d holds the value %d, more than %d bits can; "
-                           "give the right --bits",
-                           file->path, file->rows_done, brightest, file->image.bits);
+        return message_set(
+            message, ERROR_RANGE,
+            "%s: row %d has the value %d, too large for %d bits (give the right --bits)",
+            file->path, file->rows_done, brightest, file->image.bits);
     }
     if (file->shrink > 1) {
         shrink_row(file, values);
@@ -177,7 +176,7 @@ int image_file_row(struct image_file *file, const uint16_t *values, struct messa
     return ERROR_OK;
 }
 
-/// Makes the image in memory the one that is to be shown.
+/// Turns the image in memory to the way it is to be shown.
 static int turn_image(struct image_file *file, struct message *message) {
     const struct turn turn = turn_of(file->orientation);
     if (!turn.mirrors_x && !turn.mirrors_y && !turn.swaps) {
@@ -189,9 +188,9 @@ static int turn_image(struct image_file *file, struct message *message) {
     const size_t row = (size_t)width_px * (size_t)file->channels;
     uint16_t *turned = malloc(row * (size_t)height_px * sizeof *turned);
     if (turned == NULL) {
-        return message_set(message, ERROR_MEMORY, "%s: not enough memory to turn it", file->path);
+        return message_set(message, ERROR_MEMORY, "%s: out of memory", file->path);
     }
-    // In memory, from a pixel to its right and to its lower neighbour of the shown image.
+    // Steps in memory from a pixel to its right and lower neighbours in the shown image.
     const ptrdiff_t step_x = turn.mirrors_x ? -file->channels : file->channels;
     const ptrdiff_t step_y = turn.mirrors_y ? -image->stride : image->stride;
     const ptrdiff_t right = turn.swaps ? step_y : step_x, down = turn.swaps ? step_x : step_y;
@@ -228,7 +227,7 @@ void image_file_free(struct image_file *file) {
     file->sums = NULL;
 }
 
-/// The bytes of a whole file, to be freed by the caller.
+/// Reads the bytes of a whole file, which the caller frees.
 static int load_bytes(FILE *stream, const char *path, unsigned char **bytes, size_t *length,
                       struct message *message) {
     struct stat status;
@@ -236,17 +235,16 @@ static int load_bytes(FILE *stream, const char *path, unsigned char **bytes, siz
         return message_set(message, ERROR_ARGUMENT, "%s: %s", path, strerror(errno));
     }
     if (status.st_size > IMAGE_FILE_MAX_BYTES) {
-        return message_set(message, ERROR_TOO_LARGE, "%s: larger than any image that can be read",
-                           path);
+        return message_set(message, ERROR_TOO_LARGE, "%s: too large for an image file", path);
     }
     *length = (size_t)status.st_size;
     *bytes = malloc(*length + 1);
     if (*bytes == NULL) {
-        return message_set(message, ERROR_MEMORY, "%s: not enough memory to read it", path);
+        return message_set(message, ERROR_MEMORY, "%s: out of memory", path);
     }
     if (fread(*bytes, 1, *length, stream) != *length) {
-        return message_set(message, ERROR_SYNTAX, "%s: reading failed: %s", path,
-                           ferror(stream) ? strerror(errno) : "the file became shorter");
+        return message_set(message, ERROR_SYNTAX, "%s: cannot be read: %s", path,
+                           ferror(stream) ? strerror(errno) : "it became shorter");
     }
     return ERROR_OK;
 }
@@ -284,7 +282,7 @@ static bool has_extension(const char *path, const char *extensions) {
     return false;
 }
 
-/// The contents decide; the name only for formats that have no mark of their own.
+/// Decides by the contents; by the name only for formats without a signature.
 static const struct image_format *find_format(const char *path, const unsigned char *head,
                                               size_t head_length,
                                               const struct image_format *formats,
@@ -309,7 +307,8 @@ static int refuse_format(const char *path, const struct image_format *formats, i
         const size_t used = strlen(names);
         snprintf(names + used, sizeof names - used, "%s%s", i > 0 ? ", " : "", formats[i].name);
     }
-    return message_set(message, ERROR_SYNTAX, "%s is in no known image format (%s)", path, names);
+    return message_set(message, ERROR_SYNTAX, "%s: unknown image format (expected %s)", path,
+                       names);
 }
 
 static int read_head(const char *path, unsigned char head[IMAGE_FILE_HEAD_BYTES], size_t *length,
@@ -322,7 +321,7 @@ static int read_head(const char *path, unsigned char head[IMAGE_FILE_HEAD_BYTES]
     const bool failed = ferror(stream) != 0;
     fclose(stream);
     if (failed) {
-        return message_set(message, ERROR_ARGUMENT, "%s: reading failed", path);
+        return message_set(message, ERROR_ARGUMENT, "%s: cannot be read", path);
     }
     if (*length == 0) {
         return message_set(message, ERROR_SYNTAX, "%s: the file is empty", path);

@@ -39,7 +39,7 @@ static void skip_space(struct pnm *pnm) {
     }
 }
 
-/// The next decimal number; false when there is none or it is above `maximum`.
+/// Reads the next decimal number; false if there is none or it exceeds `maximum`.
 static bool next_number(struct pnm *pnm, uint32_t maximum, uint32_t *number) {
     skip_space(pnm);
     const size_t begin = pnm->at;
@@ -64,14 +64,14 @@ static bool parse_header(struct pnm *pnm) {
     pnm->channels = kind == '3' || kind == '6' ? 3 : 1;
     pnm->at = 2;
     uint32_t width = 0, height = 0;
-    // A side beyond what is legal for any image still goes on to the message that names the limit.
+    // Sizes beyond any legal image must still reach the message that states the limit.
     if (!next_number(pnm, 10000000, &width) || !next_number(pnm, 10000000, &height) ||
         !next_number(pnm, 65535, &pnm->maxval) || pnm->maxval == 0) {
         return false;
     }
     pnm->width_px = (int)width;
     pnm->height_px = (int)height;
-    // Exactly one white space stands before the pixels, which may look like white space themselves.
+    // Exactly one white space precedes the pixels, which may look like white space themselves.
     return pnm->at < pnm->length && is_space(pnm->data[pnm->at++]);
 }
 
@@ -121,11 +121,11 @@ int image_pnm_parse(const unsigned char *data, size_t length, struct image_file 
                     struct message *message) {
     struct pnm pnm = {.data = data, .length = length};
     if (!parse_header(&pnm)) {
-        return message_set(message, ERROR_SYNTAX, "%s: the PNM header is damaged", file->path);
+        return message_set(message, ERROR_SYNTAX, "%s: invalid PNM header", file->path);
     }
     const int bits = bits_of_maxval(pnm.maxval);
-    // The shortest a value can be is one byte (binary) or a digit and a space: a header that
-    // promises more than the file holds is refused before anything is allocated for it.
+    // A value takes at least one byte (binary) or a digit and a space: a header that promises more
+    // than the file contains is rejected before memory is allocated.
     const uint64_t values =
         (uint64_t)pnm.width_px * (uint64_t)pnm.height_px * (uint64_t)pnm.channels;
     const uint64_t least = pnm.plain ? 2 * values - (values > 0) : values * (bits > 8 ? 2 : 1);
@@ -133,8 +133,8 @@ int image_pnm_parse(const unsigned char *data, size_t length, struct image_file 
         pnm.width_px <= IMAGE_FILE_MAX_SIDE_PX && pnm.height_px <= IMAGE_FILE_MAX_SIDE_PX;
     if (legal && pnm.length - pnm.at < least) {
         return message_set(message, ERROR_SYNTAX,
-                           "%s: truncated: %dx%d pixels need more than the file's %zu bytes",
-                           file->path, pnm.width_px, pnm.height_px, length);
+                           "%s: truncated: %dx%d pixels need more than %zu bytes", file->path,
+                           pnm.width_px, pnm.height_px, length);
     }
     int error = image_file_begin(file, pnm.width_px, pnm.height_px, pnm.channels, bits,
                                  pnm.channels == 3 ? PIXEL_RGB : PIXEL_GREY, message);
@@ -144,14 +144,14 @@ int image_pnm_parse(const unsigned char *data, size_t length, struct image_file 
     const size_t count = (size_t)pnm.width_px * (size_t)pnm.channels;
     uint16_t *row = malloc(count * sizeof *row);
     if (row == NULL) {
-        return message_set(message, ERROR_MEMORY, "%s: not enough memory", file->path);
+        return message_set(message, ERROR_MEMORY, "%s: out of memory", file->path);
     }
     for (int y = 0; y < pnm.height_px && error == ERROR_OK; y++) {
         if (next_row(&pnm, row)) {
             stretch_row(row, count, pnm.maxval, bits);
             error = image_file_row(file, row, message);
         } else {
-            error = message_set(message, ERROR_SYNTAX, "%s: row %d is damaged or missing",
+            error = message_set(message, ERROR_SYNTAX, "%s: row %d is invalid or missing",
                                 file->path, y);
         }
     }

@@ -14,9 +14,9 @@ int image_raw_parse(const unsigned char *data, size_t length, struct image_file 
     const uint64_t expected = 2 * (uint64_t)width_px * (uint64_t)height_px;
     if (length != expected) {
         return message_set(message, ERROR_SYNTAX,
-                           "%s: %zu bytes are not %dx%d words of 16 bits (%llu bytes); %s",
+                           "%s: %zu bytes do not match %dx%d words of 16 bits (%llu bytes); %s",
                            file->path, length, width_px, height_px, (unsigned long long)expected,
-                           stated ? "is --raw right?" : "give the size by --raw WxH");
+                           stated ? "check --raw" : "give the size with --raw WxH");
     }
     int error =
         image_file_begin(file, width_px, height_px, 1, IMAGE_RAW_BITS, PIXEL_BAYER_GRBG, message);
@@ -25,7 +25,7 @@ int image_raw_parse(const unsigned char *data, size_t length, struct image_file 
     }
     uint16_t *row = malloc((size_t)width_px * sizeof *row);
     if (row == NULL) {
-        return message_set(message, ERROR_MEMORY, "%s: not enough memory", file->path);
+        return message_set(message, ERROR_MEMORY, "%s: out of memory", file->path);
     }
     for (int y = 0; y < height_px && error == ERROR_OK; y++) {
         const unsigned char *words = data + 2 * (size_t)y * (size_t)width_px;

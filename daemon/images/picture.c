@@ -21,7 +21,7 @@ struct reconstruct_image picture_raw(const struct pair_frame *frame) {
     };
 }
 
-/// Means of squares of `from`, a pixel of which has the picture's channels.
+/// Means over squares of `from`, whose pixels have the picture's channels.
 static void shrink_into(const uint8_t *from, size_t from_row_bytes, int shrink,
                         struct picture *picture) {
     const size_t channels = (size_t)picture->channels;

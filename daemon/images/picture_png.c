@@ -12,16 +12,16 @@ enum {
     SYMBOLS = LITERALS + 1,
     NODES = 2 * SYMBOLS,
     CODE_BITS_MAX = 15,   // of deflate
-    LENGTH_SYMBOLS = 19,  // of the code in which the code's lengths stand
-    LENGTH_BITS = 4,      // of each of its symbols 0 to 15; the others are not used
-    FIRST_LENGTHS = 3,    // symbols 16 to 18, which come first
+    LENGTH_SYMBOLS = 19,  // of the code that encodes the code lengths
+    LENGTH_BITS = 4,      // length of its symbols 0 to 15; the others are unused
+    FIRST_LENGTHS = 3,    // symbols 16 to 18 come first
     DEFLATE_HEAD_BITS = 3 + 5 + 5 + 4 + 3 * LENGTH_SYMBOLS + LENGTH_BITS * (SYMBOLS + 1),
     FILTER_PAETH = 4,
     ADLER_MODULUS = 65521,
-    ADLER_RUN = 5552,  // so many bytes before a sum can overflow
+    ADLER_RUN = 5552,  // bytes before a sum can overflow
     ZLIB_HEAD_BYTES = 2,
     ZLIB_TAIL_BYTES = 4,
-    CHUNK_BYTES = 12,  // without what is in it
+    CHUNK_BYTES = 12,  // without its data
     HEAD_BYTES = 13,
     COLOUR_GREY = 0,
     COLOUR_RGB = 2,
@@ -33,21 +33,21 @@ static const char software[] = "Software\0vergence";
 static const char comment[] = "Comment";
 
 struct code {
-    uint16_t bits[SYMBOLS];  // as they stand in the stream, the first one least significant
+    uint16_t bits[SYMBOLS];  // in stream order, the first bit least significant
     uint8_t length[SYMBOLS];
 };
 
 struct encoder {
     const struct picture *picture;
-    size_t row_bytes;  // with the filter's
+    size_t row_bytes;  // including the filter byte
     uint8_t *row;      // filtered
-    uint8_t *black;    // above the first row
+    uint8_t *black;    // the row above the first
     uint64_t count[SYMBOLS];
     uint32_t adler_low, adler_high;
     struct code code;
     uint8_t *out;
     size_t filled;
-    uint32_t waiting;  // bits that are no byte yet
+    uint32_t waiting;  // bits of an incomplete byte
     unsigned waiting_bits;
 };
 
@@ -104,9 +104,9 @@ static void look_at_rows(struct encoder *self) {
     self->count[END_OF_BLOCK] = 1;
 }
 
-// ---- Huffman's code
+// ---- Huffman code
 
-// The lightest node that has no parent yet, but `other`.
+// The lightest node without a parent, except `other`.
 static int lightest(const uint64_t *weight, const int *parent, int nodes, int other) {
     int found = -1;
     for (int i = 0; i < nodes; i++) {
@@ -118,7 +118,7 @@ static int lightest(const uint64_t *weight, const int *parent, int nodes, int ot
     return found;
 }
 
-// Lengths for these counts. Returns the longest.
+// Computes code lengths for these counts. Returns the longest.
 static int make_lengths(const uint64_t count[SYMBOLS], uint8_t length[SYMBOLS]) {
     uint64_t weight[NODES] = {0};
     int parent[NODES];
@@ -160,7 +160,7 @@ static uint16_t reversed(uint32_t bits, unsigned count) {
 static void make_code(struct encoder *self) {
     uint64_t count[SYMBOLS];
     memcpy(count, self->count, sizeof count);
-    // Flatter counts until no code is too long.
+    // Flatten the counts until no code is too long.
     while (make_lengths(count, self->code.length) > CODE_BITS_MAX) {
         for (int i = 0; i < SYMBOLS; i++) {
             count[i] = (count[i] + 1) / 2;
@@ -207,12 +207,12 @@ static size_t deflated_bytes(const struct encoder *self) {
     return (size_t)((bits + 7) / 8);
 }
 
-// One block, which is the last: its code, then the rows.
+// One block, the last: its code, then the rows.
 static void put_deflated(struct encoder *self) {
     put_bits(self, 1, 1);
-    put_bits(self, 2, 2);  // with a code of its own
+    put_bits(self, 2, 2);  // dynamic Huffman code
     put_bits(self, SYMBOLS - (LITERALS + 1), 5);
-    put_bits(self, 0, 5);  // one distance, which is not used
+    put_bits(self, 0, 5);  // one distance, unused
     put_bits(self, LENGTH_SYMBOLS - 4, 4);
     for (int i = 0; i < LENGTH_SYMBOLS; i++) {
         put_bits(self, i < FIRST_LENGTHS ? 0 : LENGTH_BITS, 3);
@@ -233,7 +233,7 @@ static void put_deflated(struct encoder *self) {
 
 // ---- chunks
 
-// Its length and name. Returns where its name stands.
+// Writes the chunk's length and name. Returns the offset of the name.
 static size_t begin_chunk(struct encoder *self, size_t length, const char *name) {
     put_u32(self, (uint32_t)length);
     put_bytes(self, name, 4);

@@ -13,7 +13,7 @@ static const double degree_per_rad = 180.0 / 3.14159265358979323846;
 static const double rad_per_degree = 3.14159265358979323846 / 180.0;
 static const double urad_per_rad = 1e6;
 static const double share_per_ppm = 1e-6;
-/// Of the text's decimals: a limit that is just reached is kept.
+/// Tolerance for the decimals of the text: a value exactly at the limit passes.
 static const double rounding = 2e-3;
 
 static const char *const side_names[RIG_SIDES] = {"left", "right"};
@@ -56,7 +56,7 @@ struct session_instrument calibration_match_instrument(const struct rig_profile 
     return instrument;
 }
 
-/// One line of printable ASCII, as the calibration's text takes it.
+/// Copies a name as one line of printable ASCII, as the calibration's text requires.
 static void copy_name(char target[CALIBRATION_NAME_BYTES], const char *name) {
     snprintf(target, CALIBRATION_NAME_BYTES, "%s", name + strspn(name, " "));
     for (char *at = target; *at != '\0'; at++) {
@@ -119,11 +119,11 @@ void calibration_match_pair(const char *profile, const struct session_instrument
 
 // ---- comparing
 
-/// Appends what to do to the fact that `message` states, unless it was accepted. ERROR_MISMATCH.
+/// Appends the advice to `message`, unless the mismatch was accepted. Returns ERROR_MISMATCH.
 static int advise(struct message *message, const char *advice, const char *accept) {
     const size_t used = strlen(message->text);
     if (accept != NULL) {
-        snprintf(message->text + used, sizeof message->text - used, ": %s, or continue with %s",
+        snprintf(message->text + used, sizeof message->text - used, ": %s, or accept it with %s",
                  advice, accept);
     }
     return ERROR_MISMATCH;
@@ -138,9 +138,9 @@ static int match_cameras(const struct calibration_origin *made,
                          struct message *message) {
     if (differ(made->instrument, now->instrument)) {
         message_set(message, ERROR_MISMATCH,
-                    "the instrument is \"%s\", but the calibration was made with \"%s\"",
+                    "this instrument is \"%s\", the calibration was made with \"%s\"",
                     now->instrument, made->instrument);
-        return advise(message, "calibrate this one", accept);
+        return advise(message, "calibrate this instrument", accept);
     }
     for (int side = 0; side < RIG_SIDES; side++) {
         const char *camera = now->side[side].camera;
@@ -149,11 +149,11 @@ static int match_cameras(const struct calibration_origin *made,
         }
         const bool swapped = strcmp(camera, made->side[1 - side].camera) == 0;
         message_set(message, ERROR_MISMATCH,
-                    "%sthe %s camera is \"%s\", but the calibration was made with \"%s\" there",
+                    "%sthe %s camera is \"%s\", the calibration was made with \"%s\"",
                     swapped ? "the cameras are swapped: " : "", side_names[side], camera,
                     made->side[side].camera);
-        return advise(
-            message, swapped ? "exchange left_camera and right_camera" : "calibrate again", accept);
+        return advise(message, swapped ? "swap left_camera and right_camera" : "calibrate again",
+                      accept);
     }
     return ERROR_OK;
 }
@@ -177,14 +177,14 @@ static int match_window(const struct calibration *calibration, int side,
         return ERROR_OK;
     }
     message_set(message, ERROR_MISMATCH,
-                "the %s window is %d x %d px at %d,%d with skip %d, but the calibration was made "
-                "with %d x %d px at %d,%d with skip %d",
+                "the %s window is %d x %d px at %d,%d with skip %d, the calibration was made for "
+                "%d x %d px at %d,%d with skip %d",
                 side_names[side], width_px, height_px, now->column_px, now->row_px, now->skip,
                 lens->width_px, lens->height_px, made->column_px, made->row_px, made->skip);
-    return advise(message, "set it (\"window\"), calibrate again", accept);
+    return advise(message, "set \"window\", calibrate again", accept);
 }
 
-/// Whether a servo was not set since the bring-up, so that it may stand anywhere.
+/// Whether a servo was not set since bring-up, so that its position is unknown.
 static bool is_unset(const struct calibration_axis *here, int side, int axis,
                      const struct session_instrument *instrument) {
     return axis == CALIBRATION_PAN && here->kind == CALIBRATION_AXIS_UNKNOWN &&
@@ -206,18 +206,18 @@ static int match_axis(const struct calibration_axis *then, const struct calibrat
         return ERROR_OK;
     }
     if (unset) {
-        message_set(message, ERROR_MISMATCH,
-                    "%s %s is not known (not set since the bring-up), but the calibration was made "
-                    "at %.*f %s",
-                    side_name, name, decimals, then->mean, unit);
+        message_set(
+            message, ERROR_MISMATCH,
+            "%s %s is unknown (not set since bring-up), the calibration was made at %.*f %s",
+            side_name, name, decimals, then->mean, unit);
     } else {
         message_set(message, ERROR_MISMATCH,
-                    "%s %s is at %.*f %s, but the calibration was made at %.*f %s (%.*f %s apart, "
-                    "at most %.*f)",
+                    "%s %s is at %.*f %s, the calibration was made at %.*f %s (%.*f %s apart, at "
+                    "most %.*f)",
                     side_name, name, decimals, here->mean, unit, decimals, then->mean, unit,
                     decimals, fabs(then->mean - here->mean), unit, decimals, limit);
     }
-    snprintf(advice, sizeof advice, "set it%s (\"%s %s %.*f\"), calibrate again",
+    snprintf(advice, sizeof advice, "move it%s (\"%s %s %.*f\"), calibrate again",
              unset ? "" : " back", name, side_name, axis == CALIBRATION_PAN ? decimals : 0,
              then->mean);
     return advise(message, advice, accept);
@@ -270,7 +270,7 @@ bool calibration_match_is_partial(const struct calibration *calibration,
     return false;
 }
 
-// ---- the deviation that all points share
+// ---- the standard deviation that all points share
 
 static bool is_known(const struct calibration *calibration, int side, int axis) {
     return calibration->origin.side[side].axis[axis].kind == CALIBRATION_AXIS_KNOWN;
@@ -292,13 +292,13 @@ double calibration_match_sigma_mm(const struct calibration *calibration,
         instrument = &usual;
     }
     const double pan_rad = limit_of(instrument, CALIBRATION_PAN) * rad_per_degree;
-    // The depth follows the mean of both focal lengths.
+    // The depth scales with the mean of both focal lengths.
     const double zoom_share = instrument->lens_repeatability_counts * instrument->lens_zoom_ppm *
                               share_per_ppm / RIG_SIDES;
     const double own_mm = calibration_depth_sigma_mm(calibration, depth_mm);
     double sum_mm2 = own_mm * own_mm;
     for (int side = 0; side < RIG_SIDES; side++) {
-        // A servo that was not set when the calibration was made can have been anywhere.
+        // A servo that was not set during calibration had an unknown position.
         const bool has_pan =
             calibration->origin.side[side].axis[CALIBRATION_PAN].kind != CALIBRATION_AXIS_NONE;
         if (is_known(calibration, side, CALIBRATION_PAN) ||

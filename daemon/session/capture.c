@@ -2,27 +2,25 @@
 #include "daemon/session/capture.h"
 
 const struct command_argument capture_arguments[CAPTURE_ARGUMENTS] = {
-    [CAPTURE_NAME] = {.name = "NAME",
-                      .kind = COMMAND_TEXT,
-                      .least = 1,
-                      .most = 60,
-                      .optional = true,
-                      .help =
-                          "of the new session: letters, digits and - _ . + = , @; one that tells "
-                          "the time when left out"},
-    [CAPTURE_CHECK] = {.name = "CHECK",
-                       .kind = COMMAND_CHOICE,
-                       .choices = "static",
-                       .optional = true,
-                       .help = "static: the left camera once more, and the scene must not have "
-                               "moved"},
+    [CAPTURE_NAME] =
+        {.name = "NAME",
+         .kind = COMMAND_TEXT,
+         .least = 1,
+         .most = 60,
+         .optional = true,
+         .help = "of the new session: letters, digits and - _ . + = , @; default: date and time"},
+    [CAPTURE_CHECK] =
+        {.name = "CHECK",
+         .kind = COMMAND_CHOICE,
+         .choices = "static",
+         .optional = true,
+         .help = "static: take the left image twice and check that the scene has not moved"},
     [CAPTURE_ACCEPT] = {.name = "MISMATCH",
                         .kind = COMMAND_CHOICE,
                         .choices = CAPTURE_ACCEPT_WORD,
                         .optional = true,
                         .help = CAPTURE_ACCEPT_WORD
-                        ": although the kept calibration was made with other axes, cameras or "
-                        "windows"},
+                        ": accept a saved calibration made with other axes, cameras or windows"},
 };
 
 const struct command_argument snapshot_arguments[SNAPSHOT_ARGUMENTS] = {
@@ -30,8 +28,8 @@ const struct command_argument snapshot_arguments[SNAPSHOT_ARGUMENTS] = {
                        .kind = COMMAND_CHOICE,
                        .choices = "full",
                        .optional = true,
-                       .help = "full: all pixels, in colour; at most 640 a side, in grey, when "
-                               "left out"},
+                       .help =
+                           "full: all pixels, in colour; default: grey, at most 640 pixels a side"},
 };
 
 struct pair_options capture_options(const struct command_value *values) {

@@ -32,7 +32,7 @@ static void add_pair(const struct capture_stamp *stamp, char text[CAPTURE_STAMP_
     if (pair->checked) {
         add(text, ", static scene (%.1f %% changed)", pair->change_permille / permille_a_percent);
     }
-    // A directory can be called anything, and a line feed would end the comment.
+    // A directory name may contain a line feed, which would end the comment.
     for (char *at = text; *at != '\0'; at++) {
         *at = (unsigned char)*at < ' ' || *at == 0x7F ? '?' : *at;
     }
@@ -71,7 +71,7 @@ void capture_stamp_line(const struct capture_stamp *stamp, int line,
 
 // ---- JSON
 
-/// 0 stands for a value that nobody knows.
+/// 0 means unknown.
 static void put_known(struct json *json, const char *name, double value) {
     if (value > 0) {
         json_real(json, name, value, 10);

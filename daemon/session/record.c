@@ -19,7 +19,7 @@ static bool is_on(const struct record *self) {
     return self->writer != NULL && !self->ending && !self->starved && record_disk_failed(self) == 0;
 }
 
-/// The command that runs belongs into the session: it has made a call, or has worked.
+/// Adds the running command to the session: it has made a call, or has succeeded.
 static void write_note(struct record *self) {
     if (self->note[0] != '\0') {
         record_disk_command(self, self->note);
@@ -27,7 +27,7 @@ static void write_note(struct record *self) {
     }
 }
 
-/// One call: what was asked, and the answer, which is printed.
+/// Adds one call: the request, and the result as printed by `format`.
 static void add_call(struct record *self, const char *asked, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 static void add_call(struct record *self, const char *asked, const char *format, ...) {
@@ -324,10 +324,10 @@ void record_init(struct record *self, const struct rig_ports *inner, struct rig_
                                    : wrap_camera(self, RIG_RIGHT);
 }
 
-/// Makes calls.log, which the disk has then, though not what will be in it.
+/// Creates calls.log and syncs its name, but not its contents.
 static int open_log(struct record *self, const struct session_writer *writer,
                     struct message *message) {
-    // In a directory that was there before, such a file is somebody else's.
+    // In an existing directory such a file is not ours.
     self->log = openat(writer->directory, SESSION_CALLS_NAME,
                        O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, SESSION_FILE_MODE);
     if (self->log >= 0 && sync_file(writer->directory)) {
@@ -357,7 +357,7 @@ int record_start(struct record *self, struct session_writer *writer, struct mess
     self->calls = 0;
     self->note[0] = '\0';
     self->filled = 0;
-    // Which ports there are, so that a player offers the same.
+    // The ports that exist, so that a replay offers the same.
     char line[TRACE_LINE_MAX + 1];
     const struct rig_ports *inner = &self->inner;
     const bool one = inner->camera[RIG_LEFT] == inner->camera[RIG_RIGHT];
@@ -393,7 +393,7 @@ void record_command_end(struct record *self, int error) {
         if (error == 0) {
             write_note(self);
         }
-        record_disk_send(self);  // whoever kills this process takes no ended command with it
+        record_disk_send(self);  // a killed process loses no finished command
     }
     self->note[0] = '\0';
 }
@@ -409,7 +409,7 @@ int record_run(struct record *self, const struct command *command, const struct 
     return error;
 }
 
-/// What no backend is asked for, but a player has to know.
+/// Adds a marker, which is not a call but which a replay needs.
 static void add_mark(struct record *self, void (*print)(char *text)) {
     if (is_on(self)) {
         char asked[TRACE_LINE_MAX + 1];

@@ -14,7 +14,7 @@
 #include "daemon/files/file_error.h"
 #include "daemon/files/write_all.h"
 
-// `trouble` stands before `failed` does, for whichever thread looks.
+// `trouble` is written before `failed` is set, as another thread may read it.
 
 int record_disk_failed(const struct record *self) {
     return __atomic_load_n(&self->failed, __ATOMIC_ACQUIRE);
@@ -24,7 +24,7 @@ static void set_failed(struct record *self, int error) {
     __atomic_store_n(&self->failed, error, __ATOMIC_RELEASE);
 }
 
-// ---- on the scribe's side
+// ---- on the disk writer's thread
 
 static void give_up(struct record *self) {
     const bool full = file_error_is_full(errno);
@@ -40,24 +40,24 @@ static void write_text(struct record *self, const char *text, size_t length) {
     self->crc = crc_update(self->crc, text, length);
 }
 
-/// The CRC of what was written so far, without which a player takes none of it.
+/// Writes the CRC of everything so far; a replay uses only what is covered by one.
 static void write_check(struct record *self) {
     char line[sizeof TRACE_CHECK + SESSION_CRC_DIGITS + 2];
     const int length = snprintf(line, sizeof line, TRACE_CHECK "%08" PRIx32 "\n", self->crc);
     write_text(self, line, (size_t)length);
 }
 
-/// Calls on their way to the disk.
+/// Calls queued for the disk.
 struct lines {
     struct scribe_task task;
     struct record *record;
-    bool checked;  // the check follows
+    bool checked;  // the CRC follows
     size_t length;
     char text[];
 };
 
 static void write_lines(struct scribe_task *task) {
-    // The task is its first member.
+    // The job is its first member.
     struct lines *lines = (struct lines *)task;
     write_text(lines->record, lines->text, lines->length);
     if (lines->checked) {
@@ -66,7 +66,7 @@ static void write_lines(struct scribe_task *task) {
     free(lines);
 }
 
-/// A frame on its way to the disk.
+/// A frame queued for the disk.
 struct frame_copy {
     struct scribe_task task;
     struct record *record;
@@ -88,7 +88,7 @@ static void write_frame(struct scribe_task *task) {
     free(copy);
 }
 
-/// A command on its way into the index.
+/// A command queued for the index.
 struct command_copy {
     struct scribe_task task;
     struct record *record;
@@ -115,16 +115,15 @@ static void write_check_and_wait(void *cookie) {
     }
 }
 
-// ---- on the side of who records
+// ---- on the recording thread
 
-/// For the scribe, too: `trouble` is his to write.
+/// A job too, as only the disk writer may set `trouble`.
 static void write_starved(struct scribe_task *task) {
     char *const place = (char *)task;
     struct record *self = (struct record *)(void *)(place - offsetof(struct record, starving));
     if (record_disk_failed(self) == 0) {
         set_failed(self, message_set(&self->trouble, ERROR_MEMORY,
-                                     "%s: there was no memory to record all of it with",
-                                     self->writer->path));
+                                     "%s: recording ended: out of memory", self->writer->path));
     }
 }
 

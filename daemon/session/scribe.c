@@ -65,7 +65,7 @@ void scribe_stop(struct scribe *self) {
     pthread_mutex_destroy(&self->lock);
 }
 
-/// With the lock.
+/// With the lock held.
 static void append(struct scribe *self, struct scribe_task *task) {
     task->next = NULL;
     if (self->first == NULL) {
@@ -92,7 +92,7 @@ void scribe_later(struct scribe *self, struct scribe_task *task) {
     pthread_mutex_unlock(&self->lock);
 }
 
-/// Work that somebody waits for.
+/// A job that its caller waits for.
 struct errand {
     struct scribe_task task;
     struct scribe *scribe;
@@ -102,7 +102,7 @@ struct errand {
 };
 
 static void run_errand(struct scribe_task *task) {
-    // The task is its first member.
+    // The job is its first member.
     struct errand *errand = (struct errand *)task;
     errand->work(errand->cookie);
     pthread_mutex_lock(&errand->scribe->lock);

@@ -40,7 +40,7 @@ unsigned session_frame_value_bytes(const struct pair_frame *frame) {
 
 // ---- printing
 
-/// A line in the making; `length` is negative once something did not fit.
+/// A line being printed; `length` is negative once something did not fit.
 struct line {
     char *text;
     int length;
@@ -59,7 +59,7 @@ static void put(struct line *line, const char *format, ...) {
     line->length = length >= 0 && (size_t)length < room ? line->length + length : -1;
 }
 
-/// A text as one word: blanks, '%' and what is not printable ASCII as %XX.
+/// Prints a text as one word: blanks, '%' and anything but printable ASCII as %XX.
 static void put_text(struct line *line, const char *key, const char *text) {
     put(line, " %s=", key);
     for (const char *c = text; *c != '\0'; c++) {
@@ -193,9 +193,9 @@ int session_event_print(const struct session_event *event, char text[SESSION_LIN
     return code != 0 ? code : line.length < 0 ? ERROR_RANGE : line.length;
 }
 
-// ---- parsing: words in a fixed order; what is not canonical shows when it is printed again
+// ---- parsing: words in a fixed order; anything not canonical is found by printing it again
 
-/// What is left of a line; `wrong` once something did not fit.
+/// The rest of a line; `wrong` once something did not match.
 struct cursor {
     const char *at, *end;
     bool wrong;
@@ -308,13 +308,13 @@ static void take_stand(struct cursor *cursor, const char *side, const char *when
     }
 }
 
-/// Whether this key comes next, of those that a frame need not have.
+/// Whether this key comes next, for optional keys of a frame.
 static bool has_key(const struct cursor *cursor, const char *side, const char *key) {
     struct cursor ahead = *cursor;
     return expect_key(&ahead, side, key);
 }
 
-/// Only where it was known; sessions of cameras with a port of their own have none.
+/// Only if it was known; sessions of cameras with separate ports have no window.
 static void take_window(struct cursor *cursor, const char *side, struct pair_window *window) {
     if (!has_key(cursor, side, "window")) {
         return;
@@ -326,7 +326,7 @@ static void take_window(struct cursor *cursor, const char *side, struct pair_win
     window->skip = (uint8_t)take_number(cursor, 10, UINT8_MAX);
 }
 
-/// Sessions of version 1 have none.
+/// Absent in sessions of version 1.
 static void take_picture(struct cursor *cursor, const char *side, struct pair_frame *frame) {
     uint16_t *const shares[] = {&frame->picture.brightness_permille,
                                 &frame->picture.saturated_permille, &frame->picture.black_permille,

@@ -33,7 +33,7 @@ int session_pairs_next(struct session_pairs *self, struct session_reader *reader
     }
     if (got == 0 && self->count == 0) {
         return message_set(message, ERROR_MISSING,
-                           "%s: the session holds no pair: nothing was captured", reader->path);
+                           "%s: no pair in the session (nothing was captured)", reader->path);
     }
     INVARIANT(got <= 0);
     return got;
@@ -49,16 +49,15 @@ int session_pairs_find(struct session_pairs *self, struct session_reader *reader
         return got;
     }
     if (number != 0 && self->count != number) {
-        return message_set(message, ERROR_MISSING,
-                           "%s: the session holds %u pair%s: pair %u is none", reader->path,
-                           (unsigned)self->count, self->count == 1 ? "" : "s", (unsigned)number);
+        return message_set(message, ERROR_MISSING, "%s: no pair %u (the session has %u)",
+                           reader->path, (unsigned)number, (unsigned)self->count);
     }
     return ERROR_OK;
 }
 
 // ---- as files
 
-/// "PATH/NAME" into `file`; false when that is too long.
+/// Joins "PATH/NAME" into `file`; false if that is too long.
 static bool join(const char *path, const char *name, char file[SESSION_PAIRS_PATH_BYTES]) {
     const int length = snprintf(file, SESSION_PAIRS_PATH_BYTES, "%s/%s", path, name);
     return length > 0 && length < SESSION_PAIRS_PATH_BYTES;
@@ -77,7 +76,7 @@ static int look_at_files(const struct session_reader *reader, const struct sessi
         char name[SESSION_NAME_MAX + 1];
         session_frame_name(event->frame_crc[side], name);
         if (!join(reader->path, name, files->path[side])) {
-            return message_set(message, ERROR_ARGUMENT, "%s: the path is too long", reader->path);
+            return message_set(message, ERROR_ARGUMENT, "%s: path too long", reader->path);
         }
         const int error = session_reader_frame(reader, &event->pair.frame[side],
                                                event->frame_crc[side], NULL, 0, message);
@@ -89,7 +88,7 @@ static int look_at_files(const struct session_reader *reader, const struct sessi
     return ERROR_OK;
 }
 
-/// What session_pairs_read works with.
+/// Work space of session_pairs_read.
 struct reading {
     struct session_reader reader;
     struct session_pairs pairs;
@@ -102,7 +101,7 @@ int session_pairs_read(const char *path,
                        struct message *message) {
     struct reading *reading = calloc(1, sizeof *reading);
     if (reading == NULL) {
-        return message_set(message, ERROR_MEMORY, "%s: no memory", path);
+        return message_set(message, ERROR_MEMORY, "%s: out of memory", path);
     }
     struct session_pairs *pairs = &reading->pairs;
     int code = session_reader_open(&reading->reader, AT_FDCWD, path, &pairs->event, message);

@@ -17,7 +17,7 @@ enum { VALUE_ROOM = 4096 };
 
 FILE *session_reader_file(const struct session_reader *self, const char *name,
                           struct message *message) {
-    // Neither out of the session by a link, nor for ever at a pipe that nobody writes into.
+    // Neither follow a link out of the session nor block on a pipe without a writer.
     const int file = openat(self->directory, name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
     struct stat about;
     const bool known = file >= 0 && fstat(file, &about) == 0;
@@ -25,7 +25,7 @@ FILE *session_reader_file(const struct session_reader *self, const char *name,
     FILE *stream = usual ? fdopen(file, "rb") : NULL;
     if (stream == NULL) {
         message_set(message, ERROR_MISSING, "%s/%s: cannot be read: %s", self->path, name,
-                    known && !usual ? "it is no usual file" : strerror(errno));
+                    known && !usual ? "not a regular file" : strerror(errno));
         if (file >= 0) {
             close(file);
         }
@@ -43,8 +43,7 @@ static int slurp(FILE *stream, const char *path, size_t limit, char **text, size
         *length += count;
         if (*length > limit) {
             free(*text);
-            return message_set(message, ERROR_TOO_LARGE, "%s: is larger than %zu bytes", path,
-                               limit);
+            return message_set(message, ERROR_TOO_LARGE, "%s: larger than %zu bytes", path, limit);
         }
         if (*length == capacity) {
             capacity *= 2;
@@ -56,7 +55,7 @@ static int slurp(FILE *stream, const char *path, size_t limit, char **text, size
         }
     }
     if (*text == NULL) {
-        return message_set(message, ERROR_MEMORY, "%s: no memory", path);
+        return message_set(message, ERROR_MEMORY, "%s: out of memory", path);
     }
     if (ferror(stream) != 0) {
         free(*text);
@@ -68,7 +67,7 @@ static int slurp(FILE *stream, const char *path, size_t limit, char **text, size
 static int load_index(struct session_reader *self, struct message *message) {
     FILE *stream = session_reader_file(self, SESSION_INDEX_NAME, message);
     if (stream == NULL) {
-        return message_set(message, ERROR_ARGUMENT, "%s: is no session: it has no %s", self->path,
+        return message_set(message, ERROR_ARGUMENT, "%s: not a session (it has no %s)", self->path,
                            SESSION_INDEX_NAME);
     }
     const int code = slurp(stream, self->path, SESSION_READ_INDEX_MAX_BYTES, &self->text,
@@ -80,7 +79,7 @@ static int load_index(struct session_reader *self, struct message *message) {
     return code;
 }
 
-/// Whether this is a whole line: its last word is the CRC of all before it.
+/// Whether this is a complete line: its last word is the CRC of everything before it.
 static bool crc_fits(const struct session_reader *self, const char *line, size_t length) {
     char word[1 + SESSION_CRC_DIGITS + 1];
     if (length < sizeof word) {
@@ -107,15 +106,14 @@ int session_reader_next(struct session_reader *self, struct session_event *event
             self->cut = true;
             return 0;
         }
-        return message_set(message, ERROR_CRC, "%s/%s: line %d is not what was written there",
+        return message_set(message, ERROR_CRC, "%s/%s: line %d is damaged (CRC mismatch)",
                            self->path, SESSION_INDEX_NAME, self->line + 1);
     }
     self->line++;
     const int code = session_event_parse(line, length - (1 + SESSION_CRC_DIGITS), event);
     if (code != 0 || self->ended || (event->kind == SESSION_BEGIN) != (self->line == 1)) {
         return message_set(message, ERROR_SYNTAX,
-                           "%s/%s: line %d is no event that may stand there: was it made by a "
-                           "newer version?",
+                           "%s/%s: line %d is not a valid event (possibly of a newer version)",
                            self->path, SESSION_INDEX_NAME, self->line);
     }
     self->crc = crc_update(self->crc, line, length + 1);
@@ -129,10 +127,10 @@ int session_reader_open(struct session_reader *self, int parent, const char *pat
     memset(self, 0, sizeof *self);
     self->directory = -1;
     if (strlen(path) >= sizeof self->path) {
-        return message_set(message, ERROR_ARGUMENT, "%s: the name is too long", path);
+        return message_set(message, ERROR_ARGUMENT, "%s: name too long", path);
     }
     snprintf(self->path, sizeof self->path, "%s", path);
-    // On a PC a session may be named by a link; for clients nothing leads out of "files".
+    // On a PC a session may be given by a link; for clients no link may lead out of "files".
     const int links = parent == AT_FDCWD ? 0 : O_NOFOLLOW;
     self->directory = openat(parent, path, O_RDONLY | O_DIRECTORY | O_CLOEXEC | links);
     if (self->directory < 0) {
@@ -151,7 +149,7 @@ int session_reader_open(struct session_reader *self, int parent, const char *pat
     }
     code = got < 0    ? got
            : got == 0 ? message_set(message, ERROR_ARGUMENT,
-                                    "%s: is no session: nothing was recorded", self->path)
+                                    "%s: not a session (nothing was recorded)", self->path)
                       : 0;
     if (code != 0) {
         session_reader_close(self);
@@ -160,10 +158,11 @@ int session_reader_open(struct session_reader *self, int parent, const char *pat
 }
 
 static int damaged(const struct session_reader *self, const char *name, struct message *message) {
-    return message_set(message, ERROR_CRC, "%s/%s: is not what was recorded", self->path, name);
+    return message_set(message, ERROR_CRC, "%s/%s: damaged (not what was recorded)", self->path,
+                       name);
 }
 
-/// Reads the rows behind the head; the CRC of all bytes, the head's included, goes to `crc`.
+/// Reads the rows after the header; adds all bytes to `crc`, which includes the header's.
 static bool read_rows(FILE *stream, const struct pair_frame *frame, uint16_t *data, uint32_t *crc) {
     const unsigned value_bytes = session_frame_value_bytes(frame);
     size_t left = (size_t)session_frame_row_values(frame) * frame->height_px;
@@ -191,7 +190,7 @@ static size_t values_of(const struct pair_frame *frame) {
     return (size_t)session_frame_row_values(frame) * frame->height_px;
 }
 
-/// Opens a frame's file behind its head, whose CRC goes to `crc`. 0, ERROR_MISSING or ERROR_CRC.
+/// Opens a frame's file after its header, whose CRC goes to `crc`. 0, ERROR_MISSING or ERROR_CRC.
 static int open_frame(const struct session_reader *self, const struct pair_frame *frame,
                       const char *name, FILE **stream, uint32_t *crc, struct message *message) {
     char head[SESSION_NAME_MAX + 1], found[SESSION_NAME_MAX + 1];
@@ -233,8 +232,7 @@ int session_reader_frame(const struct session_reader *self, const struct pair_fr
     uint32_t crc = 0;
     session_frame_name(crc32, name);
     if (data != NULL && values < values_of(frame)) {
-        return message_set(message, ERROR_MEMORY, "%s/%s: is larger than expected", self->path,
-                           name);
+        return message_set(message, ERROR_MEMORY, "%s/%s: larger than expected", self->path, name);
     }
     const int error = open_frame(self, frame, name, &stream, &crc, message);
     if (error != 0) {

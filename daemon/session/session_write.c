@@ -28,8 +28,8 @@ static int fail(const struct session_writer *self, const char *name, struct mess
                        self->path, name, strerror(reason));
 }
 
-/// Appends a line; the disk has it when this returns 0, those of registers with the next line of
-/// another kind. What could not be written whole is cut off again, here or by the next call.
+/// Appends a line; it is on disk when this returns 0, lines of registers with the next line of
+/// another kind. An incomplete line is cut off again, here or by the next call.
 static int append(struct session_writer *self, const char *line, size_t length,
                   struct message *message) {
     const bool later = self->event.kind == SESSION_REGISTERS;
@@ -37,7 +37,7 @@ static int append(struct session_writer *self, const char *line, size_t length,
         lseek(self->index, self->good_bytes, SEEK_SET) != self->good_bytes ||
         !write_all(self->index, line, length) || (!later && fsync(self->index) != 0)) {
         const int code = fail(self, SESSION_INDEX_NAME, message);
-        // The reader leaves out a line that is not whole, should this fail as well.
+        // If this fails too, readers skip the incomplete line.
         if (ftruncate(self->index, self->good_bytes) == 0) {
             fsync(self->index);
         }
@@ -52,8 +52,7 @@ static int append_event(struct session_writer *self, struct message *message) {
     char line[SESSION_LINE_MAX + 1 + 1 + SESSION_CRC_DIGITS + 1 + 1];
     const int length = session_event_print(&self->event, line);
     if (length < 0) {
-        return message_set(message, length,
-                           "%s: what is to be recorded is too long for a line, or no legal frame",
+        return message_set(message, length, "%s: the event is too long, or its frame is invalid",
                            self->path);
     }
     const uint32_t crc = crc_update(self->crc, line, (size_t)length);
@@ -62,18 +61,18 @@ static int append_event(struct session_writer *self, struct message *message) {
 }
 
 static int name_is_taken(const char *path, struct message *message) {
-    return message_set(message, ERROR_ARGUMENT, "%s: holds a session already: give another name",
-                       path);
+    return message_set(message, ERROR_ARGUMENT,
+                       "%s: already contains a session (give another name)", path);
 }
 
 int session_writer_check(int parent, const char *path, struct message *message) {
     struct stat status;
     if (fstatat(parent, path, &status, AT_SYMLINK_NOFOLLOW) != 0) {
-        return 0;  // whatever else is wrong shows when it is made
+        return 0;  // other errors show when it is created
     }
     if (!S_ISDIR(status.st_mode)) {
         return message_set(message, ERROR_ARGUMENT,
-                           "%s: is there and no directory: give another name", path);
+                           "%s: exists and is not a directory (give another name)", path);
     }
     char index[SESSION_WRITE_PATH_BYTES + sizeof SESSION_INDEX_NAME + 1];
     snprintf(index, sizeof index, "%s/" SESSION_INDEX_NAME, path);
@@ -84,11 +83,11 @@ int session_writer_check(int parent, const char *path, struct message *message) 
 static int begin_directory(struct session_writer *self, int parent, struct message *message) {
     self->made = mkdirat(parent, self->path, DIRECTORY_MODE) == 0;
     if (!self->made && errno != EEXIST) {
-        return message_set(message, file_error(errno), "%s: cannot be made: %s", self->path,
+        return message_set(message, file_error(errno), "%s: cannot be created: %s", self->path,
                            strerror(errno));
     }
     self->directory = openat(parent, self->path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
-    // Only a directory without an index may become a session; an index is never written over.
+    // Only a directory without an index may become a session; an index is never overwritten.
     self->index = self->directory < 0
                       ? -1
                       : openat(self->directory, SESSION_INDEX_NAME,
@@ -102,10 +101,10 @@ static int begin_directory(struct session_writer *self, int parent, struct messa
         if (self->made) {
             unlinkat(parent, self->path, AT_REMOVEDIR);
         }
-        return reason == EEXIST ? name_is_taken(self->path, message)
-                                : message_set(message, file_error(reason),
-                                              "%s: no session can be begun there: %s", self->path,
-                                              strerror(reason));
+        return reason == EEXIST
+                   ? name_is_taken(self->path, message)
+                   : message_set(message, file_error(reason), "%s: cannot begin a session: %s",
+                                 self->path, strerror(reason));
     }
     return 0;
 }
@@ -120,7 +119,7 @@ int session_writer_begin(struct session_writer *self, int parent, const char *pa
     memset(self, 0, sizeof *self);
     self->directory = self->index = -1;
     if (strlen(path) >= sizeof self->path) {
-        return message_set(message, ERROR_ARGUMENT, "%s: the name is too long", path);
+        return message_set(message, ERROR_ARGUMENT, "%s: name too long", path);
     }
     copy_text(self->path, sizeof self->path, path);
     const int code = begin_directory(self, parent, message);
@@ -134,7 +133,7 @@ int session_writer_begin(struct session_writer *self, int parent, const char *pa
     copy_text(event->profile, sizeof event->profile, profile);
     copy_text(event->date, sizeof event->date, date);
     int appended = append_event(self, message);
-    // The index is in the session's directory, and that in the one above.
+    // The index's name is in the session's directory, whose name is in its parent.
     if (appended == 0 &&
         !(sync_file(self->directory) && sync_directory_at(self->directory, ".."))) {
         appended = fail(self, SESSION_INDEX_NAME, message);
@@ -153,14 +152,14 @@ int session_writer_instrument(struct session_writer *self,
     return append_event(self, message);
 }
 
-// ---- files that are named by their contents
+// ---- files named by their contents
 
 static int begin_part(const struct session_writer *self) {
     return openat(self->directory, PART_NAME, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC,
                   SESSION_FILE_MODE);
 }
 
-/// Gives the part its name once the disk has it. `written` says whether all went well so far.
+/// Gives the temporary file its name once it is on disk. `written`: no error so far.
 static int finish_part(struct session_writer *self, int part, bool written, const char *name,
                        struct message *message) {
     bool safe = written && fsync(part) == 0;
@@ -201,11 +200,11 @@ int session_writer_calibration(struct session_writer *self, const char *text, si
     return append_event(self, message);
 }
 
-/// Takes the bytes of a frame's file as they come: sums them, or writes them too.
+/// Receives the bytes of a frame's file: computes their CRC, and optionally writes them.
 struct frame_sink {
     unsigned char *buffer;
     size_t capacity, filled;
-    int part;  // -1: only the sum is wanted
+    int part;  // -1: compute the CRC only
     uint32_t crc;
     bool failed;
 };
@@ -257,8 +256,8 @@ int session_writer_frame(struct session_writer *self, const struct pair_frame *f
                          uint32_t *crc32, struct message *message) {
     INVARIANT(frame->data != NULL && frame->stride >= session_frame_row_values(frame));
     if (frame->bits < 8 || frame->bits > 16 || frame->width_px == 0 || frame->height_px == 0) {
-        return message_set(message, ERROR_RANGE, "%s: a frame of %d x %d pixels of %d bits is none",
-                           self->path, frame->width_px, frame->height_px, frame->bits);
+        return message_set(message, ERROR_RANGE, "%s: invalid frame: %d x %d, %d bits", self->path,
+                           frame->width_px, frame->height_px, frame->bits);
     }
     const uint32_t sum = session_writer_frame_crc(frame);
     char name[SESSION_NAME_MAX + 1];
@@ -284,7 +283,7 @@ static int write_text(struct session_writer *self, enum session_event_kind kind,
                       struct message *message) {
     self->event.kind = kind;
     if (strlen(text) > SESSION_TEXT_MAX) {
-        return message_set(message, ERROR_RANGE, "%s: a text of more than %d bytes", self->path,
+        return message_set(message, ERROR_RANGE, "%s: text longer than %d bytes", self->path,
                            SESSION_TEXT_MAX);
     }
     copy_text(self->event.text, sizeof self->event.text, text);
@@ -328,7 +327,7 @@ int session_writer_pair(struct session_writer *self, const struct pair *pair,
     }
     event->kind = SESSION_PAIR;
     event->pair = *pair;
-    // The instrument counts from its bring-up, of which a session may have several.
+    // The instrument counts from bring-up, of which a session may have several.
     event->pair.number = self->pairs + 1;
     const int code = append_event(self, message);
     self->pairs += code == 0;
@@ -353,7 +352,7 @@ void session_writer_leave(struct session_writer *self) {
     }
 }
 
-/// Of a directory that was made for the session; what has not its kind of names is not its own.
+/// For a directory that was created for the session; files with other names stay.
 static void remove_files(const struct session_writer *self) {
     static const char *const own[] = {"frame-", "calibration-", PART_NAME};
     const int fd = openat(self->directory, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -378,7 +377,7 @@ void session_writer_discard(struct session_writer *self, int parent) {
     if (self->index < 0) {
         return;
     }
-    // First: what is left without it is no session, should the rest fail.
+    // First, as without an index the rest is not a session if something fails.
     unlinkat(self->directory, SESSION_INDEX_NAME, 0);
     if (self->made) {
         remove_files(self);

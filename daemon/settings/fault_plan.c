@@ -13,7 +13,7 @@ enum { RULE_BYTES = 80, ERROR_NAME_BYTES = 24, OPERATIONS_MOST = 4, WHY_BYTES = 
 
 static const char separators[] = ", \t\n";
 
-/// What fault.h wraps, by name.
+/// The parts that fault.h wraps, and their operations.
 static const struct part {
     const char *name;
     const char *operations[OPERATIONS_MOST];
@@ -32,7 +32,7 @@ static bool fits(const char *pattern, const char *name) {
     return strcmp(pattern, "*") == 0 || strcmp(pattern, name) == 0;
 }
 
-/// Whether what the patterns mean is there at all.
+/// Whether any part and operation match the patterns.
 static bool is_there(const char *part, const char *operation) {
     for (int i = 0; i < PARTS; i++) {
         for (int k = 0; k < OPERATIONS_MOST && parts[i].operations[k] != NULL; k++) {
@@ -44,7 +44,7 @@ static bool is_there(const char *part, const char *operation) {
     return false;
 }
 
-/// Appends `name` and a comma, unless the list ends in a text that has it already.
+/// Appends `name` and a comma, unless the list already contains it.
 static void list(char why[WHY_BYTES], const char *name) {
     char item[FAULT_PLAN_NAME_BYTES + 4];
     snprintf(item, sizeof item, " %s,", name);
@@ -54,18 +54,19 @@ static void list(char why[WHY_BYTES], const char *name) {
     }
 }
 
-/// The names of a rule are looked up; NULL, or what is wrong with what there is instead.
+/// Checks the names of a rule; NULL, or what is wrong and what exists instead.
 static const char *check_names(const struct fault_plan_rule *rule, char why[WHY_BYTES]) {
     if (is_there(rule->part, rule->operation)) {
         return NULL;
     }
     const bool wrong_part = !is_there(rule->part, "*");
     if (wrong_part) {
-        snprintf(why, WHY_BYTES, "there is no part \"%s\", but", rule->part);
+        snprintf(why, WHY_BYTES, "unknown part \"%s\" (expected", rule->part);
     } else if (strcmp(rule->part, "*") == 0) {
-        snprintf(why, WHY_BYTES, "no part has the operation \"%s\", but", rule->operation);
+        snprintf(why, WHY_BYTES, "unknown operation \"%s\" (expected", rule->operation);
     } else {
-        snprintf(why, WHY_BYTES, "%s has no operation \"%s\", but", rule->part, rule->operation);
+        snprintf(why, WHY_BYTES, "%s: unknown operation \"%s\" (expected", rule->part,
+                 rule->operation);
     }
     for (int i = 0; i < PARTS; i++) {
         if (wrong_part) {
@@ -78,13 +79,13 @@ static const char *check_names(const struct fault_plan_rule *rule, char why[WHY_
             }
         }
     }
-    // Instead of the last comma.
+    // Replaces the last comma.
     const size_t used = strlen(why) - 1;
-    snprintf(why + used, WHY_BYTES - used, " and *");
+    snprintf(why + used, WHY_BYTES - used, " or *)");
     return why;
 }
 
-/// The code of an error's name in lower case; 0 when there is none.
+/// The error code for a name in lower case; 0 if unknown.
 static int error_named(const char *name) {
     static const struct {
         const char *name;
@@ -106,7 +107,7 @@ static int error_named(const char *name) {
     return 0;
 }
 
-/// Operations that give bytes, levels or frames.
+/// Whether an operation returns bytes, levels or frames.
 static bool reads(const char *operation) {
     static const char *const names[] = {"transfer", "take", "read", "get"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
@@ -117,7 +118,7 @@ static bool reads(const char *operation) {
     return false;
 }
 
-/// Copies what comes before one of `ends` and goes on there; false when it is empty or too long.
+/// Copies the text before one of `ends` and moves past it; false if it is empty or too long.
 static bool take_word(const char **at, const char *ends, char word[FAULT_PLAN_NAME_BYTES]) {
     const size_t length = strcspn(*at, ends);
     if (length == 0 || length >= FAULT_PLAN_NAME_BYTES) {
@@ -137,28 +138,29 @@ static const char *parse_effect(const char *text, struct fault_plan_rule *rule) 
         return reads(rule->operation) ? NULL : "only transfer, take, read and get can be spoiled";
     }
     if (length >= sizeof name) {
-        return "there is no such error";
+        return "unknown error";
     }
     memcpy(name, text, length);
     name[length] = '\0';
     rule->effect.error = error_named(name);
     if (rule->effect.error == 0) {
-        return "there is no such error; those of core/error.h in lower case: io, timeout, device";
+        return "unknown error (expected a name of core/error.h in lower case, such as io or "
+               "timeout)";
     }
     rule->effect.after = strcmp(text + length, "/after") == 0;
-    return text[length] == '\0' || rule->effect.after ? NULL : "only /after can follow an error";
+    return text[length] == '\0' || rule->effect.after ? NULL : "only /after may follow an error";
 }
 
-/// "@N", "@N+" or "%P".
+/// Parses "@N", "@N+" or "%P".
 static const char *parse_turn(const char **at, struct fault_plan_rule *rule) {
     char *end = NULL;
     if (**at == '@') {
         if (!isdigit((unsigned char)(*at)[1])) {
-            return "a number of calls goes after @";
+            return "@ requires a number of calls";
         }
         const unsigned long nth = strtoul(*at + 1, &end, 10);
         if (nth < 1 || nth > 1000000000) {
-            return "calls are counted from 1 to 1000000000";
+            return "the number of calls must be from 1 to 1000000000";
         }
         rule->first = (uint32_t)nth;
         rule->for_ever = *end == '+';
@@ -167,32 +169,32 @@ static const char *parse_turn(const char **at, struct fault_plan_rule *rule) {
     }
     const double probability = strtod(*at + 1, &end);
     if (end == *at + 1 || !(probability >= 0 && probability <= 1)) {
-        return "a probability from 0 to 1 goes after %";
+        return "% requires a probability from 0 to 1";
     }
     rule->threshold = (uint32_t)(probability * UINT32_MAX);
     *at = end;
     return NULL;
 }
 
-/// NULL, or what is wrong; `why` has room for that.
+/// Parses a rule; NULL, or what is wrong, possibly in `why`.
 static const char *parse_rule(const char *text, struct fault_plan_rule *rule, char why[WHY_BYTES]) {
     *rule = (struct fault_plan_rule){.first = 0};
     if (!take_word(&text, ".@%=", rule->part) || *text++ != '.' ||
         !take_word(&text, "@%=", rule->operation) || *text == '=' || *text == '\0') {
-        return "a rule is PART.OPERATION@N=ERROR, @N+ or %P instead of @N";
+        return "invalid rule (expected PART.OPERATION@N=ERROR, with @N+ or %P instead of @N)";
     }
     const char *wrong = check_names(rule, why);
     wrong = wrong != NULL ? wrong : parse_turn(&text, rule);
     if (wrong != NULL) {
         return wrong;
     }
-    return *text != '=' ? "=ERROR is missing" : parse_effect(text + 1, rule);
+    return *text != '=' ? "missing =ERROR" : parse_effect(text + 1, rule);
 }
 
 static const char *parse_seed(const char *text, uint64_t *seed) {
     char *end = NULL;
     *seed = strtoull(text, &end, 0);
-    return isdigit((unsigned char)*text) && *end == '\0' ? NULL : "a seed is a number";
+    return isdigit((unsigned char)*text) && *end == '\0' ? NULL : "seed is not an integer";
 }
 
 int fault_plan_parse(struct fault_plan *self, const char *script, struct message *message) {
@@ -202,14 +204,14 @@ int fault_plan_parse(struct fault_plan *self, const char *script, struct message
          at += strspn(at, separators)) {
         const size_t length = strcspn(at, separators);
         char text[RULE_BYTES];
-        const char *wrong = "it is too long";
+        const char *wrong = "rule too long";
         if (length < sizeof text) {
             memcpy(text, at, length);
             text[length] = '\0';
             if (strncmp(text, "seed=", 5) == 0) {
                 wrong = parse_seed(text + 5, &plan.random);
             } else if (plan.count == FAULT_PLAN_RULES) {
-                return message_set(message, ERROR_RANGE, "there can be at most %d rules",
+                return message_set(message, ERROR_RANGE, "too many rules (at most %d)",
                                    FAULT_PLAN_RULES);
             } else {
                 wrong = parse_rule(text, &plan.rules[plan.count++], why);
@@ -225,7 +227,7 @@ int fault_plan_parse(struct fault_plan *self, const char *script, struct message
     return ERROR_OK;
 }
 
-/// SplitMix64 (Steele, Lea, Flood 2014), its upper half.
+/// Upper half of SplitMix64 (Steele, Lea, Flood 2014).
 static uint32_t draw(uint64_t *state) {
     *state += UINT64_C(0x9E3779B97F4A7C15);
     uint64_t z = *state;
@@ -257,7 +259,7 @@ static bool is_due(struct fault_plan *self, struct fault_plan_rule *rule) {
 struct fault_plan_effect fault_plan_next(struct fault_plan *self, const char *part,
                                          const char *operation) {
     INVARIANT(self->count >= 0 && self->count <= FAULT_PLAN_RULES);
-    // Else no rule could mean it.
+    // Otherwise no rule could match it.
     INVARIANT(is_there(part, operation));
     struct fault_plan_effect effect = {.error = 0};
     bool decided = false;

@@ -15,10 +15,10 @@ static int describe_fault(const char *path, int error, const struct calibration_
         snprintf(place, sizeof place, " line %d", fault->line);
     }
     if (error == ERROR_CRC) {
-        return message_set(message, error,
-                           "%s:%s the checksum does not match: the text was edited or damaged (as "
-                           "it stands it would be %08x)",
-                           path, place, fault->crc);
+        return message_set(
+            message, error,
+            "%s:%s checksum mismatch: the text was edited or damaged (expected %08x for this text)",
+            path, place, fault->crc);
     }
     const char *reason =
         fault->reason != NULL && fault->reason[0] != '\0' ? fault->reason : error_text(error);
@@ -40,7 +40,7 @@ int calibration_loader_own(const struct calibration_request *request,
     const bool failed = ferror(stream) != 0;
     fclose(stream);
     if (failed) {
-        return message_set(message, ERROR_ARGUMENT, "%s: reading failed", path);
+        return message_set(message, ERROR_ARGUMENT, "%s: cannot be read", path);
     }
     if (length == 0) {
         return message_set(message, ERROR_SYNTAX, "%s: the file is empty", path);
@@ -53,7 +53,7 @@ int calibration_loader_own(const struct calibration_request *request,
     }
     if (request->rectified && !parsed.rectified) {
         return message_set(message, ERROR_ARGUMENT,
-                           "%s is for images that are not rectified; leave out --rectified", path);
+                           "%s: not a rectified calibration (leave out --rectified)", path);
     }
     const bool short_is_meant = request->unit != NULL && strcmp(request->unit, "mm") == 0;
     const int length_error = short_is_meant

@@ -30,20 +30,20 @@ struct arguments {
     bool quiet;
 };
 
-/// One run. Large: static.
+/// The state of one run. Large: static.
 struct run {
     struct arguments arguments;
     const char *session;
-    char label[LABEL_MAX + 1];  // the session's name in those of the files
+    char label[LABEL_MAX + 1];  // the session's name, used in file names
     struct session_reader reader;
     struct session_pairs pairs;
-    uint32_t first, count;  // which pairs
+    uint32_t first, count;  // first pair and number of pairs
     char (*names)[NAME_BYTES];
-    const char **files;  // the same, as outdir_commit takes them
+    const char **files;  // the same, for outdir_commit
     int file_count;
     struct outdir out;
     struct progress progress;
-    bool failed_here;  // what went wrong is no fault of the session's
+    bool failed_here;  // the error is not in the session
     struct message message;
 };
 
@@ -51,20 +51,20 @@ static const struct option options[] = {
     {.name = "png",
      .kind = OPTION_FLAG,
      .offset = offsetof(struct arguments, png),
-     .help = "As PNG, 8 bits a value, in colour where the camera is; so far there is no other "
-             "format, so it may be left out."},
+     .help = "As PNG, 8 bits a value, in colour if the camera is. The only format so far, so it "
+             "may be left out."},
     {.name = "pair",
      .kind = OPTION_INT,
      .offset = offsetof(struct arguments, pair),
      .value_name = "N",
-     .help = "Only this pair, from 1. Default: all.",
+     .help = "Export only pair N, from 1. Default: all.",
      .minimum = 1,
      .maximum = PAIRS_MAX},
     {.name = "out",
      .kind = OPTION_TEXT,
      .offset = offsetof(struct arguments, out),
      .value_name = "DIR",
-     .help = "Where the pictures go; made if missing. Default: the working directory."},
+     .help = "Directory for the images; created if missing. Default: the working directory."},
     {.name = "quiet",
      .kind = OPTION_FLAG,
      .offset = offsetof(struct arguments, quiet),
@@ -74,15 +74,15 @@ static const struct option options[] = {
 static const struct option_page page = {
     .command = "vergence export",
     .operands = "SESSION",
-    .summary = "write the pairs of a session as pictures",
+    .summary = "write the pairs of a session as images",
     .description =
         "Writes both frames of each pair as SESSION-pair1-left.png and SESSION-pair1-right.png: "
-        "demosaiced, and as bright as a reconstruction takes them (the square root of light). "
-        "Where each camera stood is in the file, as a comment.\n"
-        "All pictures are written, or none. Pictures of an earlier export are replaced, any other "
-        "file is not.\n"
-        "Exit code: 0 OK; 1 writing failed; 2 the command line makes no sense; 3 no session, no "
-        "such pair, or a damaged one.",
+        "demosaiced, with the brightness a reconstruction uses (the square root of light). The "
+        "axis positions are in the file, as a comment.\n"
+        "All images are written, or none. Images of an earlier export are replaced, other files "
+        "are not.\n"
+        "Exit code: 0 OK; 1 writing failed; 2 invalid command line; 3 no session, no such pair, or "
+        "a damaged one.",
     .examples =
         "vergence export files/scene --png\n"
         "vergence export files/scene --pair 1 --out pictures",
@@ -92,7 +92,7 @@ static const struct option_page page = {
     .operands_max = 1,
 };
 
-/// The last part of the session's path, whatever it is called here ("."), as one word.
+/// The last part of the session's path as one word, also for a path such as ".".
 static void set_label(struct run *self) {
     char *whole = realpath(self->session, NULL);
     const char *path = whole != NULL ? whole : self->session;
@@ -109,7 +109,7 @@ static int open_session(struct run *self) {
     return session_reader_open(&self->reader, AT_FDCWD, self->session, NULL, &self->message);
 }
 
-/// Which pairs there are, and which are wanted.
+/// Determines the pairs that exist and those to export.
 static int choose_pairs(struct run *self) {
     const uint32_t wanted = (uint32_t)self->arguments.pair;
     int error = open_session(self);
@@ -118,10 +118,10 @@ static int choose_pairs(struct run *self) {
     }
     error = session_pairs_find(&self->pairs, &self->reader, wanted, &self->message);
     if (error == ERROR_OK && self->reader.cut) {
-        fprintf(stderr,
-                "vergence: note: %s was cut off, or is still being written: there may have been "
-                "more pairs\n",
-                self->session);
+        fprintf(
+            stderr,
+            "vergence: note: %s was cut off or is still being written: there may be more pairs\n",
+            self->session);
     }
     session_reader_close(&self->reader);
     self->first = wanted != 0 ? wanted : 1;
@@ -144,14 +144,14 @@ static int make_names(struct run *self) {
     return ERROR_OK;
 }
 
-/// Whether a file of this name may be written: there is none, or one of ours.
+/// Checks that a file of this name may be written: it does not exist, or an export wrote it.
 static int check_name(struct run *self, const char *name) {
     char path[OUTDIR_PATH_BYTES];
     struct stat about;
     uint8_t head[PICTURE_HEAD_BYTES];
     const int length = snprintf(path, sizeof path, "%s/%s", self->arguments.out, name);
     if (length < 0 || length >= (int)sizeof path || lstat(path, &about) != 0) {
-        return ERROR_OK;  // what else is wrong shows when it is written
+        return ERROR_OK;  // other errors show when it is written
     }
     const int fd = S_ISREG(about.st_mode) ? open(path, O_RDONLY | O_NOFOLLOW | O_CLOEXEC) : -1;
     const ssize_t bytes = fd >= 0 ? read(fd, head, sizeof head) : 0;
@@ -161,8 +161,8 @@ static int check_name(struct run *self, const char *name) {
     return bytes > 0 && picture_png_is_ours(head, (size_t)bytes)
                ? ERROR_OK
                : message_set(&self->message, ERROR_ARGUMENT,
-                             "%s exists and is not from vergence export; move it away, or give "
-                             "another --out",
+                             "%s exists and was not written by vergence export (move it, or give "
+                             "another --out)",
                              path);
 }
 
@@ -189,13 +189,12 @@ static int make_png(struct run *self, int side, const struct develop_balance *ba
     *png = error == ERROR_OK ? picture_png(&picture, bytes) : NULL;
     free(picture.pixels);
     if (error == ERROR_ARGUMENT) {
-        return message_set(&self->message, error,
-                           "%s: pair %u: frames of %d bits are not supported", self->session,
-                           (unsigned)self->pairs.count, frame->bits);
+        return message_set(&self->message, error, "%s: pair %u: unsupported frame depth: %d bits",
+                           self->session, (unsigned)self->pairs.count, frame->bits);
     }
-    return *png != NULL ? ERROR_OK
-                        : message_set(&self->message, ERROR_MEMORY, "%s: out of memory for a frame",
-                                      self->session);
+    return *png != NULL
+               ? ERROR_OK
+               : message_set(&self->message, ERROR_MEMORY, "%s: out of memory", self->session);
 }
 
 static int write_png(struct run *self, const char *name, const uint8_t *png, size_t bytes) {
@@ -212,7 +211,7 @@ static int write_png(struct run *self, const char *name, const uint8_t *png, siz
     return error;
 }
 
-/// `data` belongs to the caller, who frees it.
+/// The caller frees `frame->data`.
 static int read_frame(struct run *self, int side, struct pair_frame *frame) {
     const uint32_t crc32 = self->pairs.pair.frame_crc[side];
     const int error = session_reader_frame_fits(&self->reader, frame, crc32, &self->message);
@@ -221,13 +220,14 @@ static int read_frame(struct run *self, int side, struct pair_frame *frame) {
     }
     const size_t values = (size_t)session_frame_row_values(frame) * frame->height_px;
     frame->data = malloc(values * sizeof *frame->data);
-    return frame->data == NULL ? message_set(&self->message, ERROR_MEMORY,
-                                             "%s: out of memory for a frame", self->session)
-                               : session_reader_frame(&self->reader, frame, crc32, frame->data,
-                                                      values, &self->message);
+    return frame->data == NULL
+               ? message_set(&self->message, ERROR_MEMORY, "%s: out of memory", self->session)
+               : session_reader_frame(&self->reader, frame, crc32, frame->data, values,
+                                      &self->message);
 }
 
-/// The pair that was found last. White is white by the left frame, as in a reconstruction.
+/// Exports the pair found last. Both frames use the white balance of the left one, as in a
+/// reconstruction.
 static int export_pair(struct run *self) {
     struct develop_balance balance = {{0, 0, 0}};
     int error = ERROR_OK;
@@ -264,7 +264,7 @@ static int export_pairs(struct run *self) {
         if (got != 1) {
             error = got != 0 ? got
                              : message_set(&self->message, ERROR_MISSING,
-                                           "%s: has changed meanwhile", self->session);
+                                           "%s: changed during the export", self->session);
         } else if (self->pairs.count >= self->first) {
             error = export_pair(self);
         }

@@ -78,15 +78,14 @@ int reconstruct_command_run(const struct reconstruct_command_abilities *abilitie
         return exit_code;
     }
     if (request.debug_path != NULL && abilities->outputs->debug_maker == NULL) {
-        fputs("vergence reconstruct: --debug is not for this program: it writes no pictures\n",
-              stderr);
+        fputs("vergence reconstruct: --debug is not supported by this program\n", stderr);
         return CLIENT_USAGE;
     }
     if (abilities->outputs->mesh_maker == NULL &&
         (request.triangles > 0 || request.error_mm > 0 || request.compress)) {
         fputs(
-            "vergence reconstruct: --triangles, --error and --compress are not for this program: "
-            "it writes the full mesh only\n",
+            "vergence reconstruct: --triangles, --error and --compress are not supported by this "
+            "program (it writes the full mesh only)\n",
             stderr);
         return CLIENT_USAGE;
     }
@@ -101,7 +100,7 @@ int reconstruct_command_run(const struct reconstruct_command_abilities *abilitie
         session.pair = (uint32_t)request.pair;
         session.load_calibration = files.load_calibration;
         session.lack =
-            ": --calibration FILE is missing (or --rectified for a rectified pair without one)";
+            ": give --calibration FILE (or --rectified for a rectified pair without one)";
         source = (struct reconstruct_source){reconstruct_session_read, &session};
     }
     interrupt_catch();

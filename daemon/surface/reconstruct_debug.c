@@ -16,19 +16,18 @@ int reconstruct_debug_begin(struct reconstruct_debug *debug,
     const int row = request->debug_row >= 0 ? request->debug_row : plan->height_px / 2;
     if (row >= plan->height_px) {
         return message_set(message, ERROR_ARGUMENT,
-                           "--debug-row %d: the rectified left image has rows 0 to %d", row,
+                           "--debug-row: no row %d (the rectified left image has 0 to %d)", row,
                            plan->height_px - 1);
     }
     const int error = outdir_begin(&debug->directory, request->debug_path, message);
     if (error != ERROR_OK) {
-        // Not being able to write is a failure, not a bad input.
+        // Failing to write is a failure, not bad input.
         return error == ERROR_ARGUMENT ? ERROR_BUFFER : error;
     }
     debug->maker = maker;
     debug->self = maker->begin(options, row);
-    return debug->self != NULL
-               ? ERROR_OK
-               : message_set(message, ERROR_MEMORY, "not enough memory for pictures");
+    return debug->self != NULL ? ERROR_OK
+                               : message_set(message, ERROR_MEMORY, "out of memory for --debug");
 }
 
 int reconstruct_debug_finish(struct reconstruct_debug *debug,

@@ -8,8 +8,8 @@
 #include "core/error.h"
 #include "daemon/session/calibration_match.h"
 
-/// Assumed where nobody knows better; the focal length is then the width, 53 degrees across, and in
-/// narrow images a quarter of the height.
+/// Defaults if unknown; the assumed focal length is the width (53 degrees across), in narrow images
+/// a quarter of the height.
 static const double assumed_baseline_mm = 100.0;
 
 int reconstruct_inputs_check(const struct reconstruct_inputs *inputs, struct message *message) {
@@ -23,9 +23,9 @@ int reconstruct_inputs_check(const struct reconstruct_inputs *inputs, struct mes
     }
     if (left->image.width_px < MATCH_MIN_WIDTH_PX || left->image.height_px < MATCH_MIN_HEIGHT_PX) {
         return message_set(message, ERROR_TOO_SMALL,
-                           "%s: %dx%d pixels are too few to be matched; at least %dx%d are needed",
-                           left->path, left->image.width_px, left->image.height_px,
-                           MATCH_MIN_WIDTH_PX, MATCH_MIN_HEIGHT_PX);
+                           "%s: %dx%d pixels are too few (at least %dx%d are required)", left->path,
+                           left->image.width_px, left->image.height_px, MATCH_MIN_WIDTH_PX,
+                           MATCH_MIN_HEIGHT_PX);
     }
     return ERROR_OK;
 }
@@ -57,8 +57,8 @@ static void warn_if_dark(const struct image_file *file, struct reconstruct_conte
     }
     if (bits - used >= 3) {
         reconstruct_context_warn(context,
-                                 "%s: the brightest of %d bit pixels is %d; if the data have only "
-                                 "%d significant bits, say so by --bits",
+                                 "%s: the brightest of the %d bit pixels is %d; if only %d bits "
+                                 "are significant, give --bits",
                                  file->path, bits, file->brightest, used);
     }
 }
@@ -66,8 +66,8 @@ static void warn_if_dark(const struct image_file *file, struct reconstruct_conte
 static void note_turn(const struct image_file *file, struct reconstruct_context *context) {
     if (file->orientation > 1) {
         reconstruct_context_warn(context,
-                                 "%s: turned as its orientation (%d) says, like OpenCV does it; a "
-                                 "calibration must come from images turned alike",
+                                 "%s: turned by its orientation (%d), as OpenCV does; the "
+                                 "calibration must come from images turned the same way",
                                  file->path, file->orientation);
     }
 }
@@ -99,8 +99,7 @@ int reconstruct_inputs_fit(struct reconstruct_inputs *inputs, const char *name,
     if (!lens_fits(&calibration->left, file->file_width_px, file->file_height_px) ||
         !lens_fits(&calibration->right, file->file_width_px, file->file_height_px)) {
         return message_set(message, ERROR_SIZE_MISMATCH,
-                           "the images are %dx%d pixels, but %s is for %dx%d (left) and %dx%d "
-                           "(right)",
+                           "the images are %dx%d pixels, %s is for %dx%d (left) and %dx%d (right)",
                            file->file_width_px, file->file_height_px, name,
                            calibration->left.width_px, calibration->left.height_px,
                            calibration->right.width_px, calibration->right.height_px);
@@ -109,7 +108,7 @@ int reconstruct_inputs_fit(struct reconstruct_inputs *inputs, const char *name,
     calibration->right = shrunk_lens(calibration->right, file->shrink, width_px, height_px);
     const int error = calibration_round(calibration);
     if (error != ERROR_OK) {
-        return message_set(message, error, "the calibration does not survive a shrink by %d: %s",
+        return message_set(message, error, "the calibration is invalid after shrinking by %d: %s",
                            file->shrink, error_text(error));
     }
     return ERROR_OK;
@@ -119,7 +118,7 @@ static int assume_calibration(const struct reconstruct_request *request,
                               struct reconstruct_inputs *inputs,
                               struct reconstruct_context *context, struct message *message) {
     const struct image_file *file = &inputs->left;
-    // Narrow images would reach farther to the sides of the axis than rays are measured.
+    // Narrow images would otherwise reach farther from the axis than rays are measured.
     const double quarter_px = file->file_height_px / 4.0;
     const double assumed_px = file->file_width_px > quarter_px ? file->file_width_px : quarter_px;
     const double focal_px = request->focal_px > 0 ? request->focal_px : assumed_px;
@@ -149,14 +148,13 @@ static int assume_calibration(const struct reconstruct_request *request,
         error = calibration_validate(&made, NULL);
     }
     if (error != ERROR_OK) {
-        return message_set(message, error, "--focal or --baseline cannot be used: %s",
-                           error_text(error));
+        return message_set(message, error, "invalid --focal or --baseline: %s", error_text(error));
     }
     inputs->calibration = made;
     snprintf(inputs->calibration_format, sizeof inputs->calibration_format, "assumed");
     if (inputs->metric) {
-        reconstruct_context_warn(
-            context, "principal points are assumed to stand in the middle of the images");
+        reconstruct_context_warn(context,
+                                 "principal points are assumed to be in the middle of the images");
     } else {
         reconstruct_context_warn(
             context,
@@ -179,10 +177,10 @@ static int load_calibration(const struct reconstruct_request *request, calibrati
         .rectified = request->rectified,
         .first_camera = request->first_camera,
     };
-    // A pipe would make whoever opens it wait for its other end; lists of files are no path.
+    // Opening a pipe would block until its other end opens; lists of files are not a path.
     struct stat status;
     if (stat(wanted.path, &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)) {
-        return message_set(message, ERROR_ARGUMENT, "%s is neither a file nor a directory",
+        return message_set(message, ERROR_ARGUMENT, "%s: neither a file nor a directory",
                            wanted.path);
     }
     const int error = load(&wanted, &inputs->calibration, inputs->calibration_format, message);
@@ -197,15 +195,15 @@ static int load_calibration(const struct reconstruct_request *request, calibrati
     return ERROR_OK;
 }
 
-/// Pictures without a session do not say where the axes stood; a fixed rig has none.
+/// Images without a session do not record the axis positions; a fixed rig has no axes.
 static void note_axes(const struct reconstruct_inputs *inputs,
                       struct reconstruct_context *context) {
     static const struct calibration_origin nothing;
     if (inputs->calibration.has_origin &&
         calibration_match_is_partial(&inputs->calibration, &nothing)) {
         reconstruct_context_warn(context,
-                                 "these images do not say where pan, zoom, focus and iris stood: "
-                                 "the calibration is taken to belong to them");
+                                 "these images do not record pan, zoom, focus and iris: the "
+                                 "calibration is assumed to match");
     }
 }
 
@@ -225,7 +223,7 @@ void reconstruct_inputs_doubt(const struct reconstruct_inputs *inputs,
         note_turn(sides[side], context);
     }
     if (inputs->left.shrink > 1) {
-        reconstruct_context_warn(context, "the images were shrunk by %d while reading",
+        reconstruct_context_warn(context, "the images were shrunk by %d on reading",
                                  inputs->left.shrink);
     }
 }
@@ -248,7 +246,7 @@ int reconstruct_inputs_read(void *self, const struct reconstruct_request *reques
     if (error != ERROR_OK) {
         return error;
     }
-    inputs->left.request = inputs->right.request = NULL;  // it ends with this call
+    inputs->left.request = inputs->right.request = NULL;  // only valid during this call
     error =
         reconstruct_inputs_calibrate(request, files->load_calibration, inputs, context, message);
     if (error == ERROR_OK && request->calibration_path != NULL) {

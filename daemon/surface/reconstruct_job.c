@@ -22,11 +22,11 @@
 #include "daemon/surface/result/result_figures.h"
 #include "daemon/surface/result/result_files.h"
 
-/// A pair whose calibration fits gives more than this, short of blank walls; one whose rows are
-/// some pixels apart does not.
+/// A pair with a matching calibration exceeds this unless the scene is a blank wall; a pair whose
+/// rows are some pixels apart does not.
 static const double sparse_percent = 25;
 
-/// Everyday pictures have up to 20 % of such texture, a wall of tiles or a chessboard more than 80.
+/// Everyday images have up to 20 % of such texture, a tiled wall or a chessboard more than 80.
 static const double repeating_max_percent = 35;
 
 static const char interrupted[] = "interrupted; nothing was written";
@@ -57,7 +57,7 @@ static void choose_options(struct reconstruct_job *job) {
         options->rectify.region_width_px = request->region_px[2];
         options->rectify.region_height_px = request->region_px[3];
     }
-    // The reader has done its part of the shrinking already.
+    // The reader has already done its part of the shrinking.
     options->rectify.scale = request->scale * job->inputs.left.shrink;
     options->keep_all = request->keep_all;
     options->refine = !request->no_refine;
@@ -93,14 +93,14 @@ static void fill_context(struct reconstruct_job *job) {
     context->build_id = version_build_id();
 }
 
-/// Files that are only needed at the end are missed before the work, not after it.
+/// Checks files that are only needed at the end before the work.
 static int check_readable(const char *path, struct message *message) {
     if (path != NULL && access(path, R_OK) != 0) {
         return message_set(message, ERROR_ARGUMENT, "%s: %s", path, strerror(errno));
     }
     struct stat status;
     if (path != NULL && (stat(path, &status) != 0 || !S_ISREG(status.st_mode))) {
-        return message_set(message, ERROR_ARGUMENT, "%s is not a file", path);
+        return message_set(message, ERROR_ARGUMENT, "%s: not a file", path);
     }
     return ERROR_OK;
 }
@@ -119,7 +119,7 @@ static const char *replaced_input(const struct reconstruct_request *request, con
     return NULL;
 }
 
-/// Results that stand in the same directory as what they are made from must not replace it.
+/// Results in the same directory as the inputs must not replace them.
 static int protect_inputs(const struct reconstruct_job *job, struct message *message) {
     const struct reconstruct_request *request = job->request;
     const char *option = "--out";
@@ -140,11 +140,11 @@ static int protect_inputs(const struct reconstruct_job *job, struct message *mes
     return input == NULL
                ? ERROR_OK
                : message_set(message, ERROR_ARGUMENT,
-                             "%s would be replaced by the result %s; give %s another name", input,
+                             "%s would be replaced by the result %s (give %s another name)", input,
                              name, option);
 }
 
-/// Ground truth that cannot be read is refused; what cannot be compared is said.
+/// Unreadable ground truth is an error; ground truth that cannot be compared gives a warning.
 static int check_truth(struct reconstruct_job *job) {
     struct reconstruct_context *context = &job->context;
     const struct rectify_plan *plan = &job->result.plan;
@@ -153,9 +153,9 @@ static int check_truth(struct reconstruct_job *job) {
         return ERROR_OK;
     }
     if (job->outputs->check_truth == NULL) {
-        reconstruct_context_warn(context,
-                                 "--ground-truth is not used: this program writes no page "
-                                 "that would compare with it");
+        reconstruct_context_warn(
+            context,
+            "--ground-truth is ignored: this program writes no page that would compare with it");
         return ERROR_OK;
     }
     const int error = job->outputs->check_truth(context, size_px, &job->message);
@@ -167,7 +167,7 @@ static int check_truth(struct reconstruct_job *job) {
         const bool cut = job->request->region_px[2] > 0;
         reconstruct_context_warn(
             context,
-            "the ground truth %s is not used: it is %dx%d pixels, the rectified left image %dx%d%s",
+            "the ground truth %s is ignored: it is %dx%d pixels, the rectified left image %dx%d%s",
             context->ground_truth_path, size_px[0], size_px[1], plan->width_px, plan->height_px,
             resized && cut ? " (by --region and --scale: compare without them)"
             : resized      ? " (by --scale: compare without it)"
@@ -180,12 +180,11 @@ static int check_truth(struct reconstruct_job *job) {
 static void note_assumed_depths(struct reconstruct_job *job) {
     const struct rectify_plan *plan = &job->result.plan;
     if (plan->depth_range_assumed) {
-        reconstruct_context_warn(&job->context,
-                                 "no depth range was stated; disparities %d to %d px were searched "
-                                 "(%s say what to search)",
-                                 plan->disparity_min,
-                                 plan->disparity_min + plan->disparity_count - 1,
-                                 job->context.words->search);
+        reconstruct_context_warn(
+            &job->context,
+            "no depth range was given; disparities %d to %d px were searched (set it by %s)",
+            plan->disparity_min, plan->disparity_min + plan->disparity_count - 1,
+            job->context.words->search);
     }
 }
 
@@ -223,10 +222,9 @@ static int prepare(struct reconstruct_job *job) {
         const struct rectify_plan *plan = &job->result.plan;
         return message_set(
             &job->message, error,
-            "images of %dx%d pixels with a focal length of %.6g px and a baseline of "
-            "%.6g mm cannot be measured: they may reach %.0f times the focal length "
-            "to each side of the axis, and the baseline 100 m; is the focal length "
-            "wrong, or does --region leave a part that can?",
+            "images of %dx%d pixels with a focal length of %.6g px and a baseline of %.6g mm "
+            "cannot be measured (limits: %.0f times the focal length to each side of the axis, "
+            "baseline 100 m): check the focal length, or select a part with --region",
             plan->width_px, plan->height_px, plan->f_px, plan->baseline_mm, TRIANGULATE_SLOPE_MAX);
     }
     note_assumed_depths(job);
@@ -235,14 +233,14 @@ static int prepare(struct reconstruct_job *job) {
 
 static int refuse_memory(struct reconstruct_job *job) {
     return message_set(&job->message, ERROR_MEMORY,
-                       "not enough memory: %.0f MB are needed; make the images smaller by %s",
+                       "out of memory: %.0f MB are required (make the images smaller with %s)",
                        (double)job->memory_bytes / 1e6, job->context.words->smaller);
 }
 
 static int allocate(struct reconstruct_job *job) {
     job->workers = workers_create(job->request->threads);
     if (job->workers == NULL) {
-        return message_set(&job->message, ERROR_MEMORY, "not enough memory for threads");
+        return message_set(&job->message, ERROR_MEMORY, "out of memory for threads");
     }
     job->context.threads = workers_parallel(job->workers)->threads;
     job->memory_bytes =
@@ -313,19 +311,18 @@ static void note_doubts(struct reconstruct_job *job) {
         reconstruct_context_warn(&job->context, "only %.0f %% of the pixels could be measured: %s",
                                  density_percent, cause.text);
     } else if (density_percent < sparse_percent) {
-        reconstruct_context_warn(&job->context,
-                                 "only %.0f %% of the pixels could be measured: does the "
-                                 "calibration belong to these images, and is the scene within the "
-                                 "search?",
-                                 density_percent);
+        reconstruct_context_warn(
+            &job->context,
+            "only %.0f %% of the pixels could be measured: check that the calibration belongs to "
+            "these images, and that the scene is within the search",
+            density_percent);
     }
     const uint32_t points = job->result.vertex_count;
     const double repeating_percent = points > 0 ? 100.0 * job->result.repeating_count / points : 0;
     if (repeating_percent > repeating_max_percent) {
         reconstruct_context_warn(&job->context,
-                                 "%.0f %% of the points lie on texture that repeats itself: they "
-                                 "may be off by a period, all of them alike; a narrower search "
-                                 "(%s) leaves fewer periods",
+                                 "%.0f %% of the points lie on repeating texture: they may all be "
+                                 "off by one period; a narrower search (%s) leaves fewer periods",
                                  repeating_percent < 100 ? repeating_percent : 100,
                                  job->context.words->search);
     }
@@ -339,9 +336,8 @@ static void note_doubts(struct reconstruct_job *job) {
     const char *fault = result_figures_rows_fault(vertical, &job->result.plan, scale);
     if (fault != NULL) {
         reconstruct_context_warn(&job->context,
-                                 "the rows of the rectified images are %.2f px apart (median; "
-                                 "95 %%: %.2f px): the calibration does not fit these images well; "
-                                 "%s",
+                                 "the rows of the rectified images are %.2f px apart (median; 95 "
+                                 "%%: %.2f px): the calibration does not fit these images: %s",
                                  vertical->median_px, vertical->p95_px, fault);
     }
 }
@@ -351,7 +347,7 @@ static bool is_wanted(const struct reconstruct_job *job, const char *file_name) 
     return list == NULL || result_files_has(list, file_name);
 }
 
-/// Only where a file will hold it.
+/// Only if a file will contain it.
 static int simplify(struct reconstruct_job *job) {
     const struct reconstruct_mesh_maker *maker = job->outputs->mesh_maker;
     const struct reconstruct_request *request = job->request;
@@ -368,7 +364,7 @@ static int simplify(struct reconstruct_job *job) {
     return error;
 }
 
-/// Into the hidden directory.
+/// Writes into the hidden directory.
 static int write_results(struct reconstruct_job *job) {
     const struct reconstruct_outputs *outputs = job->outputs;
     for (int i = 0; i < outputs->writer_count; i++) {
@@ -403,7 +399,7 @@ static int commit_results(struct reconstruct_job *job) {
                          names[outputs->writer_count - 1], &job->message);
 }
 
-/// Pictures are there as well where no surface was found: they may say why. Where they cannot be
+/// Images are also written if no surface was found, as they may show why. If they cannot be
 /// written, nothing is.
 static int draw(struct reconstruct_job *job, int error) {
     struct message message;
@@ -418,7 +414,7 @@ static int run(struct reconstruct_job *job) {
     int error = prepare(job);
     if (error == ERROR_OK) {
         error = outdir_begin(&job->directory, job->request->out_path, &job->message);
-        // Not being able to write is a failure, not a bad input.
+        // Failing to write is a failure, not bad input.
         error = error == ERROR_ARGUMENT ? ERROR_BUFFER : error;
     }
     if (error == ERROR_OK) {

@@ -11,18 +11,17 @@
 
 static const double poor_percent = 50, permille_a_percent = 10;
 
-/// In parts of a thousand. No pair of the recorded ones is near them (brightness 136, saturated
-/// 306, sharpness 370 and, of one side against the other, 830), but they count only where little
-/// could be measured.
+/// In parts per thousand. No recorded pair is near them (brightness 136, saturated 306, sharpness
+/// 370 and, relative to the other side, 830), but they only count if little could be measured.
 enum {
     DARK = 60,  // the MT9T001 gives 41 in the dark
     BLACK = 600,
     SATURATED = 200,
     BLURRED = 250,
-    BLURRED_BESIDE = 650,  // of the other side's sharpness
-    ALIKE = 400,           // as views score: certainly the same scene
+    BLURRED_BESIDE = 650,  // relative to the other side's sharpness
+    ALIKE = 400,           // view score: certainly the same scene
     UNLIKE = 350,
-    CLEARLY = 150,  // so much more alike
+    CLEARLY = 150,  // difference in score that is significant
     OVERLAP = 500,
 };
 
@@ -73,18 +72,18 @@ static bool is_same(const struct reconstruct_image *left, const struct reconstru
 int reconstruct_pictures_judge(struct reconstruct_context *context, struct message *message) {
     context->picture[0] = stats_of(&context->left);
     context->picture[1] = stats_of(&context->right);
-    // Black ones may be alike: they are blamed for that.
+    // Black images may be identical: those are reported as too dark.
     if (context->picture[0].sharpness_permille == 0 || !is_same(&context->left, &context->right)) {
         return ERROR_OK;
     }
     return message_set(message, ERROR_ARGUMENT,
-                       "%s and %s are the same picture: give one of each camera",
-                       context->left_path, context->right_path);
+                       "%s and %s are the same image (give one of each camera)", context->left_path,
+                       context->right_path);
 }
 
 // ---- causes
 
-/// "; " before all but the first.
+/// Appends a cause, after "; " unless it is the first.
 static void add(struct message *cause, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 static void add(struct message *cause, const char *format, ...) {
@@ -99,9 +98,9 @@ static void add(struct message *cause, const char *format, ...) {
 }
 
 static const char *which(int sides) {
-    return sides == BOTH   ? "both pictures are"
-           : sides == LEFT ? "the left picture is"
-                           : "the right picture is";
+    return sides == BOTH   ? "both images are"
+           : sides == LEFT ? "the left image is"
+                           : "the right image is";
 }
 
 static void blame_light(const struct reconstruct_context *context, struct message *cause) {
@@ -129,7 +128,7 @@ static void blame_light(const struct reconstruct_context *context, struct messag
 static void blame_blur(const struct reconstruct_context *context, struct message *cause) {
     const int left = context->picture[0].sharpness_permille;
     const int right = context->picture[1].sharpness_permille;
-    const int sides = left == 0 || right == 0                ? 0  // no contrast to be blurred
+    const int sides = left == 0 || right == 0                ? 0  // no contrast to judge
                       : left < BLURRED && right < BLURRED    ? BOTH
                       : left * 1000 < right * BLURRED_BESIDE ? LEFT
                       : right * 1000 < left * BLURRED_BESIDE ? RIGHT
@@ -142,8 +141,8 @@ static void blame_blur(const struct reconstruct_context *context, struct message
     }
 }
 
-/// The disparity in the middle of the pictures when these lie `dx` cells apart. False: none, the
-/// lens does not see there.
+/// The disparity in the image centre if the images are `dx` cells apart. False: outside of the
+/// lens's field of view.
 static bool disparity_of(const struct reconstruct_context *context, int dx, double *disparity_px) {
     const struct rectify_plan *plan = &context->result->plan;
     const struct lens *lenses[SIDES] = {&context->calibration->left, &context->calibration->right};
@@ -170,7 +169,7 @@ static bool disparity_of(const struct reconstruct_context *context, int dx, doub
     return true;
 }
 
-/// The shifts that the search covers, to a cell. False: none.
+/// The shifts in cells that the search covers. False: none.
 static bool searched_shifts(const struct reconstruct_context *context, int *min_dx, int *max_dx) {
     const struct rectify_plan *plan = &context->result->plan;
     *min_dx = PICTURE_VIEW_MAX_DX + 1;
@@ -188,7 +187,7 @@ static bool searched_shifts(const struct reconstruct_context *context, int *min_
     return *min_dx <= *max_dx;
 }
 
-/// Whether the scene lies within the search once left and right are exchanged, but not as they are.
+/// Whether the scene is within the search only once left and right are swapped.
 static bool is_swapped(const struct reconstruct_context *context, const struct picture_view *left,
                        const struct picture_view *right) {
     int min_dx, max_dx;
@@ -202,7 +201,7 @@ static bool is_swapped(const struct reconstruct_context *context, const struct p
     return swapped >= ALIKE && swapped >= as_is + CLEARLY;
 }
 
-/// The turn that makes the right picture look like the left one, if it does not do so as it is.
+/// The turn that makes the right image match the left one, if it does not match unturned.
 static enum picture_turn turn_of(const struct picture_view *left, const struct picture_view *right,
                                  int as_is) {
     enum picture_turn best = PICTURE_AS_IS;
@@ -219,7 +218,7 @@ static enum picture_turn turn_of(const struct picture_view *left, const struct p
     return best;
 }
 
-/// Pictures that are the wrong way round; then nothing else counts.
+/// Images in the wrong order or orientation; other causes are meaningless then.
 static bool blame_order(const struct reconstruct_context *context, const struct picture_view *left,
                         const struct picture_view *right, int as_is, struct message *cause) {
     static const char *const turned[PICTURE_TURNS] = {
@@ -227,18 +226,18 @@ static bool blame_order(const struct reconstruct_context *context, const struct 
         "is mirrored left to right"};
     const enum picture_turn turn = turn_of(left, right, as_is);
     if (turn != PICTURE_AS_IS) {
-        add(cause, "one picture %s against the other: turn its camera, or the picture",
+        add(cause, "one image %s relative to the other: turn its camera or the image",
             turned[turn]);
     } else if (is_swapped(context, left, right)) {
         add(cause, context->calibration_path != NULL
-                       ? "left and right are swapped, or both pictures are upside down"
-                       : "left and right are swapped, both pictures are upside down, or the pair "
-                         "is not rectified");
+                       ? "left and right are swapped, or both images are upside down"
+                       : "left and right are swapped, both images are upside down, or the pair is "
+                         "not rectified");
     }
     return cause->text[0] != '\0';
 }
 
-/// Pictures of nothing are not alike either, and the pixels' reasons say so.
+/// Images without texture do not match either; the pixels' reasons show that.
 static bool has_texture(const struct reconstruct_context *context) {
     const struct reconstruct_result *result = context->result;
     const double pixels = (double)result->plan.width_px * result->plan.height_px;
@@ -266,9 +265,8 @@ bool reconstruct_pictures_blame(const struct reconstruct_context *context, struc
             overlay.overlap_permille / permille_a_percent);
     } else if (alike < UNLIKE && has_texture(context) && cause->text[0] == '\0') {
         add(cause,
-            "the pictures are little alike (%.0f %%): are both cameras aimed at the same thing, "
-            "and "
-            "does the calibration belong to these images?",
+            "the images differ too much (similarity %.0f %%): check that both cameras are aimed at "
+            "the same thing and that the calibration belongs to these images",
             alike / permille_a_percent);
     }
     return cause->text[0] != '\0';

@@ -22,20 +22,20 @@
 // clang-format off
 static const struct option options[] = {
     {.name = "calibration", .kind = OPTION_TEXT, .offset = FIELD(calibration_path), .value_name = "FILE",
-     .help = "The calibration of the pair: our own text, or a file of a kind that \"vergence info\" "
-             "lists (OpenCV, ROS, Kalibr, mrcal, Middlebury, KITTI). Needed unless --rectified is given "
-             "or the session holds one."},
+     .help = "The calibration of the pair, in Vergence's own format or one that \"vergence info\" "
+             "lists (OpenCV, ROS, Kalibr, mrcal, Middlebury, KITTI). Required unless --rectified is given "
+             "or the session contains one."},
     {.name = "pair", .kind = OPTION_INT, .offset = FIELD(pair), .value_name = "N",
      .minimum = 1, .maximum = 1000000,
-     .help = "With a session of several pairs: the N-th of them, from 1. Default: the last."},
+     .help = "Pair number in a session, from 1. Default: the last."},
     {.name = "out", .kind = OPTION_TEXT, .offset = FIELD(out_path), .value_name = "DIR",
-     .help = "Directory for the results; created when missing. Files of an earlier run in it are "
-             "replaced. Needed."},
+     .help = "Directory for the results; created if missing. Results of an earlier run in it are "
+             "replaced. Required."},
     {.name = "depth", .kind = OPTION_REAL, .offset = FIELD(depth_mm), .value_name = "NEAR:FAR",
      .minimum = 1e-3, .maximum = INFINITY, .count = 2, .separator = ':',
-     .help = "Depths to search, in mm before the left camera; FAR may be inf. No point lies outside "
-             "them, but with --keep-all. Default: what the calibration states, else around the point where the cameras' axes meet, else "
-             "disparities to a quarter of the width."},
+     .help = "Depths to search, in mm from the left camera; FAR may be inf. No point lies outside "
+             "them unless --keep-all is given. Default: the calibration's range, else around the point where the cameras' axes meet, else "
+             "disparities up to a quarter of the width."},
     {.name = "disparity", .kind = OPTION_INT, .offset = FIELD(disparity), .value_name = "MIN:COUNT",
      .minimum = -MATCH_DISPARITY_LIMIT, .maximum = MATCH_DISPARITY_LIMIT, .count = 2, .separator = ':',
      .help = "Disparities to search instead, in pixels of the rectified images: MIN to "
@@ -45,27 +45,27 @@ static const struct option options[] = {
      .help = "Reconstruct only this window of the rectified left image, in its pixels."},
     {.name = "scale", .kind = OPTION_REAL, .offset = FIELD(scale), .value_name = "S",
      .minimum = 0.01, .maximum = 4,
-     .help = "Size of the rectified images against the raw ones. Default: 1. Images above the maximum of "
-             "4096 x 4096 pixels need one that makes them smaller."},
+     .help = "Size of the rectified images relative to the raw ones. Default: 1. Images above the maximum of "
+             "4096 x 4096 pixels require a smaller scale."},
     {.name = "threads", .kind = OPTION_INT, .offset = FIELD(threads), .value_name = "N",
      .minimum = 1, .maximum = WORKERS_MAX_THREADS,
-     .help = "Threads to compute with; the result does not depend on it. Default: all processors."},
+     .help = "Number of threads; the result does not depend on it. Default: all processors."},
     {.name = "rectified", .kind = OPTION_FLAG, .offset = FIELD(rectified),
-     .help = "The images are rectified already. With --calibration the file's rectified cameras are "
-             "taken. Without one the geometry comes from --focal and --baseline, or is assumed: "
-             "shapes are then right only up to a stretch in depth, lengths mean nothing, and the "
+     .help = "The images are already rectified. With --calibration the file's rectified cameras are "
+             "used. Without it the geometry comes from --focal and --baseline, or is assumed: "
+             "shapes are then correct only up to a stretch in depth and lengths are meaningless; the "
              "results say so."},
     {.name = "focal", .kind = OPTION_REAL, .offset = FIELD(focal_px), .value_name = "PX",
      .minimum = 1, .maximum = 1e6,
-     .help = "With --rectified and no calibration: focal length in pixels of the images as they are in the files."},
+     .help = "With --rectified and no calibration: focal length in pixels of the images in the files."},
     {.name = "baseline", .kind = OPTION_REAL, .offset = FIELD(baseline_mm), .value_name = "MM",
      .minimum = 1e-3, .maximum = 1e5,
      .help = "With --rectified and no calibration: distance between the cameras in mm."},
     {.name = "unit", .kind = OPTION_CHOICE, .offset = FIELD(unit), .value_name = "UNIT",
      .choices = "mm cm m",
-     .help = "Unit of length of an imported calibration whose format has none. Default: mm. Options and "
-             "results are in mm whatever it says. Without it a baseline below 5 mm and a depth below "
-             "10 mm are refused, as metres are likely to be meant; --unit mm takes them."},
+     .help = "Unit of length of an imported calibration whose format states none. Default: mm. Options and "
+             "results are always in mm. Without it a baseline below 5 mm or a depth below "
+             "10 mm is rejected, as metres are probably meant; --unit mm accepts them."},
     {.name = "first-camera", .kind = OPTION_INT, .offset = FIELD(first_camera), .value_name = "N",
      .minimum = 0, .maximum = 8,
      .help = "Number of the left camera in a calibration of several pairs (KITTI: 0 grey, 2 colour)."},
@@ -75,63 +75,63 @@ static const struct option options[] = {
              "none for all others."},
     {.name = "bits", .kind = OPTION_INT, .offset = FIELD(bits), .value_name = "N",
      .minimum = 8, .maximum = 16,
-     .help = "Significant bits of a pixel. Default: what the file says; 10 for .raw files."},
+     .help = "Significant bits of a pixel. Default: as the file states; 10 for .raw files."},
     {.name = "raw", .kind = OPTION_INT, .offset = FIELD(raw_px), .value_name = "WxH",
      .minimum = 1, .maximum = IMAGE_FILE_MAX_SIDE_PX, .count = 2, .separator = 'x',
      .help = "Size of .raw files (16 bit little-endian words without a header). Default: 2048x1536."},
     {.name = "preset", .kind = OPTION_CHOICE, .offset = FIELD(preset), .value_name = "NAME",
      .choices = "fast standard best board paper",
-     .help = "What the matcher spends: fast (every other row), standard, best (all disparities "
-             "everywhere: thin things and repeated texture), board (as the instrument does), paper "
-             "(the greedy path it began with). Default: standard."},
+     .help = "Matcher effort: fast (every other row), standard, best (all disparities "
+             "everywhere: thin objects and repeating texture), board (as on the instrument), paper "
+             "(the original greedy path). Default: standard."},
     {.name = "no-refine", .kind = OPTION_FLAG, .offset = FIELD(no_refine),
-     .help = "Leave out the sub-pixel refinement and the predicted deviation that comes with it."},
+     .help = "Skip the sub-pixel refinement and its predicted deviation."},
     {.name = "keep-all", .kind = OPTION_FLAG, .offset = FIELD(keep_all),
-     .help = "Reject no match, however doubtful: for judging the matcher."},
+     .help = "Keep every match, however doubtful: for evaluating the matcher."},
     {.name = "accept-mismatch", .kind = OPTION_FLAG, .offset = FIELD(accept_mismatch),
-     .help = "Measure although the calibration was made at another pan, zoom, focus or iris, with "
-             "other cameras, or with another window than SESSION: lengths are wrong then, and every "
+     .help = "Accept a calibration made at another pan, zoom, focus or iris, with "
+             "other cameras, or with another window than SESSION: lengths are then wrong, and every "
              "result says so."},
     {.name = "speckle", .kind = OPTION_INT, .offset = FIELD(speckle_px), .value_name = "N",
      .minimum = 0, .maximum = 1000000,
-     .help = "Reject islands of fewer than N pixels. Default: 60."},
+     .help = "Reject regions of fewer than N pixels. Default: 60."},
     {.name = "files", .kind = OPTION_TEXT, .offset = FIELD(files), .value_name = "LIST",
-     .help = "Write only these results, e.g. mesh.glb,result.json,report.html. Others of an earlier run in "
+     .help = "Write only these results, e.g. mesh.glb,result.json,report.html. Other results of an earlier run in "
              "the same directory are removed. Default: all."},
     {.name = "triangles", .kind = OPTION_INT, .offset = FIELD(triangles), .value_name = "N",
      .minimum = 1, .maximum = INT_MAX,
-     .help = "At most N triangles in mesh.glb and mesh.ply: simplified where that changes the surface "
-             "least, measured in pixels. Holes stay open. Default: mesh.glb is simplified within half of the predicted "
-             "deviation and a tenth of a pixel, mesh.ply holds every point. Not on the board."},
+     .help = "Maximum number of triangles in mesh.glb and mesh.ply: simplified where it changes the surface "
+             "least, in pixels. Holes stay open. Default: mesh.glb is simplified within half of the predicted "
+             "deviation and a tenth of a pixel, mesh.ply contains every point. Not on the board."},
     {.name = "error", .kind = OPTION_REAL, .offset = FIELD(error_mm), .value_name = "MM",
      .minimum = 1e-3, .maximum = 1e6,
-     .help = "As few triangles in mesh.glb and mesh.ply as keep 99 % of the measured points within MM of "
+     .help = "Use the fewest triangles in mesh.glb and mesh.ply that keep 99 % of the measured points within MM of "
              "the surface; result.json states the distances. Not on the board."},
     {.name = "compress", .kind = OPTION_FLAG, .offset = FIELD(compress),
      .help = "Compress mesh.glb (EXT_meshopt_compression): about a third of the size, for three.js, "
              "Babylon.js and other viewers with the decoder; Blender before 5.2 cannot open it. Not on the board."},
     {.name = "mesh-unit", .kind = OPTION_CHOICE, .offset = FIELD(mesh_unit), .value_name = "UNIT",
      .choices = "mm cm m",
-     .help = "Unit of length in mesh.ply and points.pcd. Default: mm. (mesh.glb is in metres, as glTF wants it.)"},
+     .help = "Unit of length in mesh.ply and points.pcd. Default: mm. (mesh.glb is in metres, as glTF requires.)"},
     {.name = "ground-truth", .kind = OPTION_TEXT, .offset = FIELD(ground_truth_path), .value_name = "FILE",
      .help = "True disparities of the rectified left image, for the error map of the report."},
     {.name = "mask", .kind = OPTION_TEXT, .offset = FIELD(mask_path), .value_name = "FILE",
      .help = "With --ground-truth: which pixels count (255 visible in both, 128 occluded, 0 unknown)."},
     {.name = "ground-truth-scale", .kind = OPTION_REAL, .offset = FIELD(ground_truth_scale), .value_name = "S",
      .minimum = 1e-3, .maximum = 1e6,
-     .help = "With --ground-truth: what the values of an 8 bit image were multiplied by."},
+     .help = "With --ground-truth: factor by which the values of an 8 bit image were multiplied."},
     {.name = "debug", .kind = OPTION_TEXT, .offset = FIELD(debug_path), .value_name = "DIR",
-     .help = "Also write a picture of each stage of the matching into this directory, and a page that "
-             "explains them (debug.html): for seeing why a place is wrong. The results keep their bytes. "
+     .help = "Also write an image of each matching stage and a page that "
+             "explains them (debug.html) into this directory. The results do not change. "
              "Not on the board."},
     {.name = "debug-row", .kind = OPTION_INT, .offset = FIELD(debug_row), .value_name = "N",
      .minimum = 0, .maximum = IMAGE_MAX_SIDE_PX - 1,
-     .help = "With --debug: the row of the rectified left image whose costs and messages are drawn. "
+     .help = "With --debug: the row of the rectified left image whose costs are drawn. "
              "Default: the middle one."},
     {.name = "json", .kind = OPTION_FLAG, .offset = FIELD(json),
-     .help = "Print result.json on standard output instead of the summary."},
+     .help = "Print result.json to standard output instead of the summary."},
     {.name = "quiet", .kind = OPTION_FLAG, .offset = FIELD(quiet),
-     .help = "Print neither summary nor warnings nor progress."},
+     .help = "Print no summary, warnings or progress."},
 };
 // clang-format on
 
@@ -140,14 +140,14 @@ static const struct option_page page = {
     .operands = "LEFT RIGHT | SESSION",
     .summary = "measure a surface from a pair of images",
     .description =
-        "Rectifies the pair, finds the disparity of every pixel of the left image or the reason "
-        "why it has none, and writes the surface in millimetres in the frame of the left camera "
-        "(x right, y down, z forward): meshes, point cloud, disparity and depth maps, a page to "
-        "look at (report.html) and all figures (result.json).\n"
-        "SESSION is a directory that \"capture\" or \"record\" of vergenced made: its last pair "
-        "is measured, by the calibration that it holds unless --calibration names another.\n"
-        "The directory of results appears when everything is written; until then, and after any "
-        "failure, nothing of this run stands under its name. Ctrl-C stops within a second.",
+        "Rectifies the pair, finds the disparity of every pixel of the left image, or the reason "
+        "why there is none, and writes the surface in millimetres in the frame of the left camera "
+        "(x right, y down, z forward): meshes, point cloud, disparity and depth maps, a report "
+        "(report.html) and all figures (result.json).\n"
+        "SESSION is a directory written by \"capture\" or \"record\" of vergenced: its last pair "
+        "is measured with the session's calibration, unless --calibration names another.\n"
+        "The directory of results appears once everything is written; before that, and after any "
+        "failure, nothing of this run exists under its name. Ctrl-C stops within a second.",
     .examples =
         "vergence reconstruct left.png right.png --calibration rig.txt --out result\n"
         "vergence reconstruct l.pgm r.pgm --calibration intrinsics.yml --depth 400:900 "
@@ -162,70 +162,70 @@ static const struct option_page page = {
     .operands_max = 2,
 };
 
-/// What the table cannot say about single options; NULL when the line makes sense.
+/// Contradictions that the option table cannot express; NULL if there are none.
 static const char *find_contradiction(const struct reconstruct_request *request) {
     if (request->out_path == NULL) {
-        return "--out DIR is missing: where shall the results go?";
+        return "missing --out DIR";
     }
     if (request->session_path == NULL && request->right_path == NULL) {
-        return "RIGHT is missing: two images are wanted, or the directory of a recorded session";
+        return "missing RIGHT (expected two images, or the directory of a recorded session)";
     }
     if (request->session_path == NULL && request->pair != 0) {
-        return "--pair is for a recorded session";
+        return "--pair requires a recorded session";
     }
     if (request->session_path != NULL &&
         (request->bits != 0 || request->bayer >= 0 || request->raw_px[0] != 0)) {
-        return "--bits, --bayer and --raw are for images; a session says itself what its frames "
-               "are";
+        return "--bits, --bayer and --raw are for images, not for a session, which states its own "
+               "frame are";
     }
     if (request->session_path == NULL && request->calibration_path == NULL && !request->rectified) {
-        return "--calibration FILE is missing (or --rectified for a rectified pair without one)";
+        return "missing --calibration FILE (or --rectified for a rectified pair without one)";
     }
     if ((!request->rectified || request->calibration_path != NULL) &&
         (request->focal_px > 0 || request->baseline_mm > 0)) {
-        return "--focal and --baseline are for --rectified without a calibration";
+        return "--focal and --baseline require --rectified and no --calibration";
     }
     if (request->calibration_path == NULL && request->first_camera >= 0) {
-        return "--first-camera belongs to --calibration";
+        return "--first-camera requires --calibration";
     }
     if (request->calibration_path == NULL && request->unit > 0) {
-        return "--unit cm and --unit m belong to --calibration";
+        return "--unit cm and --unit m require --calibration";
     }
     if (request->depth_mm[1] > 0 && !(request->depth_mm[0] < request->depth_mm[1])) {
-        return "--depth NEAR:FAR is empty: NEAR must be less than FAR";
+        return "--depth NEAR:FAR is empty (NEAR must be less than FAR)";
     }
     if (request->depth_mm[1] > 0 && request->disparity[1] != 0) {
-        return "--depth and --disparity both say what to search; leave out one of the two";
+        return "--depth and --disparity exclude each other";
     }
     if (request->disparity[1] < 0 || (request->disparity[0] != 0 && request->disparity[1] == 0)) {
-        return "--disparity MIN:COUNT is empty: COUNT must be 1 or more";
+        return "--disparity MIN:COUNT is empty (COUNT must be at least 1)";
     }
     if (request->region_px[2] == 0 || request->region_px[3] == 0) {
-        return "--region X,Y,W,H is empty: W and H must be 1 or more";
+        return "--region X,Y,W,H is empty (W and H must be at least 1)";
     }
     if (request->triangles > 0 && request->error_mm > 0) {
-        return "--triangles and --error both say how far to simplify; leave out one of the two";
+        return "--triangles and --error exclude each other";
     }
     if (request->ground_truth_path == NULL &&
         (request->mask_path != NULL || request->ground_truth_scale > 0)) {
-        return "--mask and --ground-truth-scale belong to --ground-truth";
+        return "--mask and --ground-truth-scale require --ground-truth";
     }
     if (request->debug_path == NULL && request->debug_row >= 0) {
-        return "--debug-row belongs to --debug";
+        return "--debug-row requires --debug";
     }
     return NULL;
 }
 
-/// Lengths that are metres rather than mm; returns 0, or an error code with `message` set.
+/// Rejects lengths that look like metres; returns 0, or an error code with `message` set.
 static int check_lengths(const struct reconstruct_request *request, struct message *message) {
     if (request->unit == 0) {
         return 0;
     }
     const int error = length_check_depth(request->depth_mm[0], request->depth_mm[1], "--depth",
-                                         "; --unit mm says that it is meant", message);
+                                         ", or confirm with --unit mm", message);
     return error != 0 || request->baseline_mm == 0
                ? error
-               : length_check_baseline(request->baseline_mm, "--baseline", "--unit mm confirms it",
+               : length_check_baseline(request->baseline_mm, "--baseline", "confirm with --unit mm",
                                        message);
 }
 

@@ -25,7 +25,7 @@ static int read_frame(const struct reconstruct_session *self, const struct sessi
     }
     uint16_t *data = malloc(values * sizeof *data);
     if (data == NULL) {
-        return message_set(message, ERROR_MEMORY, "%s: no memory for a frame", self->path);
+        return message_set(message, ERROR_MEMORY, "%s: out of memory", self->path);
     }
     memset(file, 0, sizeof *file);
     file->path = self->name[side];
@@ -57,7 +57,7 @@ static int parse_calibration(const char *name, const char *text, size_t length,
                              fault.reason[0] != '\0' ? fault.reason : error_text(error));
 }
 
-/// The session's own, which was in force when the pair was taken.
+/// Reads the session's own calibration, in force when the pair was taken.
 static int read_own(struct reconstruct_session *self, const struct session_reader *reader,
                     uint32_t crc32, struct calibration *calibration, struct message *message) {
     char text[CALIBRATION_TEXT_MAX_BYTES], file[SESSION_NAME_MAX + 1];
@@ -69,7 +69,7 @@ static int read_own(struct reconstruct_session *self, const struct session_reade
                                           message);
 }
 
-/// That of the request before the session's own, and that before the kept one.
+/// Reads the request's calibration, else the session's own, else the saved one.
 static int read_calibration(struct reconstruct_session *self, const struct session_reader *reader,
                             const struct session_pairs *pairs,
                             const struct reconstruct_request *request,
@@ -87,15 +87,16 @@ static int read_calibration(struct reconstruct_session *self, const struct sessi
     if (self->own) {
         error = read_own(self, reader, pairs->calibration_crc, calibration, message);
     } else if (self->kept_text != NULL) {
-        snprintf(self->calibration_name, sizeof self->calibration_name, "the kept calibration");
+        snprintf(self->calibration_name, sizeof self->calibration_name, "the saved calibration");
         error = parse_calibration(self->calibration_name, self->kept_text, self->kept_length,
                                   calibration, message);
     } else if (self->kept_error != 0) {
-        return message_set(message, self->kept_error,
-                           "%s: has no calibration, and the kept one cannot be read: %s",
-                           self->path, error_text(self->kept_error));
+        return message_set(
+            message, self->kept_error,
+            "%s: no calibration in the session, and the saved one cannot be read: %s", self->path,
+            error_text(self->kept_error));
     } else {
-        return message_set(message, ERROR_MISSING, "%s: the session holds no calibration%s",
+        return message_set(message, ERROR_MISSING, "%s: no calibration in the session%s",
                            self->path, self->lack);
     }
     if (error != ERROR_OK) {
@@ -113,8 +114,8 @@ static int read_calibration(struct reconstruct_session *self, const struct sessi
 struct lens reconstruct_session_cut(const struct lens *lens, const struct pair_window *window,
                                     int width_px, int height_px) {
     INVARIANT(window->skip >= 1);
-    // Pixel u of the frame stands at column + skip u of the sensor when u is even, and skip - 1
-    // before that when it is odd; the mean of both is (skip - 1) / 2 before.
+    // Pixel u of the frame is at column + skip u of the sensor if u is even, and skip - 1 before
+    // that if it is odd; their mean is (skip - 1) / 2 before.
     const double skip = window->skip;
     const double middle = (skip - 1) / 2;
     struct lens cut = *lens;
@@ -136,7 +137,7 @@ static bool is_part(const struct pair_frame *frame) {
            (frame->width_px != MT9T001_WIDTH_PX || frame->height_px != MT9T001_HEIGHT_PX);
 }
 
-/// Makes the calibration one of the frames as they were taken.
+/// Fits the calibration to the frames as they were taken.
 static int cut_to_window(struct reconstruct_session *self, struct calibration *calibration,
                          struct reconstruct_context *context, struct message *message) {
     struct lens *const lenses[RIG_SIDES] = {&calibration->left, &calibration->right};
@@ -146,13 +147,12 @@ static int cut_to_window(struct reconstruct_session *self, struct calibration *c
             continue;
         }
         if (is_for(lenses[side], frame->width_px, frame->height_px)) {
-            if (calibration->origin.side[side].window.skip == 0) {  // of one that knows, see match
-                reconstruct_context_warn(
-                    context,
-                    "%s is of %dx%d pixels, as the %s frame, and is taken to be of "
-                    "the same part of the sensor",
-                    self->calibration_name, frame->width_px, frame->height_px,
-                    side == RIG_LEFT ? "left" : "right");
+            if (calibration->origin.side[side].window.skip == 0) {  // else match has checked it
+                reconstruct_context_warn(context,
+                                         "%s is for %dx%d pixels, the size of the %s frame: it is "
+                                         "assumed to be for the same part of the sensor",
+                                         self->calibration_name, frame->width_px, frame->height_px,
+                                         side == RIG_LEFT ? "left" : "right");
             }
         } else if (is_for(lenses[side], MT9T001_WIDTH_PX, MT9T001_HEIGHT_PX)) {
             *lenses[side] = reconstruct_session_cut(lenses[side], &frame->window, frame->width_px,
@@ -163,23 +163,23 @@ static int cut_to_window(struct reconstruct_session *self, struct calibration *c
         }
         if (side == RIG_LEFT && frame->window.skip > 1) {
             reconstruct_context_warn(context,
-                                     "pixels are taken to stand evenly, though with a skip of %d "
-                                     "the two of a colour pair are %.3g px off that",
+                                     "pixels are treated as evenly spaced, but with a skip of %d "
+                                     "the two of a colour pair are %.3g px off",
                                      frame->window.skip,
                                      (frame->window.skip - 1) / (2.0 * frame->window.skip));
         }
     }
     const int error = self->cut ? calibration_round(calibration) : ERROR_OK;
     if (error != ERROR_OK || (self->cut && calibration_validate(calibration, NULL) != ERROR_OK)) {
-        return message_set(message, ERROR_SIZE_MISMATCH,
-                           "%s cannot be cut to what the frames show of the sensor: choose a "
-                           "larger window",
-                           self->calibration_name);
+        return message_set(
+            message, ERROR_SIZE_MISMATCH,
+            "%s cannot be cut to the frames' part of the sensor (choose a larger window)",
+            self->calibration_name);
     }
     return ERROR_OK;
 }
 
-/// Refuses a calibration that was made with other axes, cameras or windows, or notes that it was.
+/// Rejects a calibration made with other axes, cameras or windows, or records that it was accepted.
 static int match(struct reconstruct_session *self, const struct session_pairs *pairs,
                  const struct reconstruct_request *request, struct reconstruct_inputs *inputs,
                  struct reconstruct_context *context, struct message *message) {
@@ -197,18 +197,18 @@ static int match(struct reconstruct_session *self, const struct session_pairs *p
         return error;
     }
     if (error != ERROR_OK) {
-        reconstruct_context_warn(context, "accepted mismatch, lengths are not to be trusted: %s",
+        reconstruct_context_warn(context, "accepted mismatch, lengths are not reliable: %s",
                                  context->mismatch.text);
     } else if (!context->axes_compared) {
-        reconstruct_context_warn(context,
-                                 "whether %s belongs to this pair is not known: not both say where "
-                                 "pan, zoom, focus and iris stood",
-                                 self->calibration_name);
+        reconstruct_context_warn(
+            context,
+            "whether %s belongs to this pair is unknown: not both record pan, zoom, focus and iris",
+            self->calibration_name);
     }
     return ERROR_OK;
 }
 
-/// A calibration that was assumed is of the frames already.
+/// A calibration that was assumed already fits the frames.
 static int fit_calibration(struct reconstruct_session *self, const struct session_pairs *pairs,
                            const struct reconstruct_request *request,
                            struct reconstruct_inputs *inputs, struct reconstruct_context *context,
@@ -249,7 +249,7 @@ static int read_all(struct reconstruct_session *self, const struct session_reade
     return error;
 }
 
-/// The last part of its path: results go to other places, where the rest would mean nothing.
+/// The last part of its path, as the rest is meaningless to readers of the results elsewhere.
 static void set_label(struct reconstruct_session *self) {
     const char *end = self->path + strlen(self->path);
     while (end > self->path && end[-1] == '/') {
@@ -274,10 +274,9 @@ static int find_pair(struct reconstruct_session *self, struct session_reader *re
     set_label(self);
     context->capture = (struct capture_stamp){self->label, &self->event.pair};
     if (reader->cut) {
-        reconstruct_context_warn(context,
-                                 "%s was cut off, or is still being written: there may have been "
-                                 "pairs after this one",
-                                 self->path);
+        reconstruct_context_warn(
+            context, "%s was cut off or is still being written: there may be more pairs",
+            self->path);
     }
     return ERROR_OK;
 }
@@ -292,7 +291,7 @@ int reconstruct_session_read(void *session, const struct reconstruct_request *re
     self->own = self->cut = false;
     struct session_pairs *pairs = calloc(1, sizeof *pairs);
     if (pairs == NULL) {
-        return message_set(message, ERROR_MEMORY, "%s: no memory", self->path);
+        return message_set(message, ERROR_MEMORY, "%s: out of memory", self->path);
     }
     int error = session_reader_open(&reader, self->parent, self->path, &pairs->event, message);
     if (error == ERROR_OK) {

@@ -116,15 +116,16 @@ void reconstruct_summary_no_surface(const struct reconstruct_context *context,
         }
     }
     message_set(message, ERROR_NO_SURFACE,
-                "no surface was found: %.0f %% of the pixels are \"%s\"; do both images show the "
-                "same scene, left and right in this order, and is it within the depths or "
-                "disparities searched (%d to %d px)?",
+                "no surface was found: %.0f %% of the pixels are \"%s\"; check that both images "
+                "show the same scene, in the order left, right, and that it is within the depths "
+                "or disparities searched (%d to %d px)",
                 total > 0 ? 100.0 * result->reason_count[main_reason] / total : 0.0,
                 reason_text(main_reason), result->plan.disparity_min,
                 result->plan.disparity_min + result->plan.disparity_count - 1);
 }
 
-/// Stated disparities that the matcher could search fail for one reason only: nothing is there.
+/// Disparities that the user gave and the matcher could search fail only because they lie beyond
+/// infinity.
 static void no_disparities(int error, const struct reconstruct_context *context,
                            struct message *message) {
     const struct rectify_options *rectify = &context->options->rectify;
@@ -133,13 +134,13 @@ static void no_disparities(int error, const struct reconstruct_context *context,
     if (count > 0 && count <= MATCH_MAX_DISPARITIES && first_px >= -MATCH_DISPARITY_LIMIT &&
         first_px <= MATCH_DISPARITY_LIMIT - count) {
         message_set(message, error,
-                    "disparities %d to %d px lie beyond infinity: nothing can be there; raise "
-                    "--disparity, and are left and right in the right order?",
+                    "disparities %d to %d px are beyond infinity: raise --disparity, or swap left "
+                    "and right",
                     first_px, first_px + count - 1);
     } else {
         message_set(message, error,
-                    "the search needs disparities that are not between %d and %d px, or more than "
-                    "%d of them; narrow it by %s, or make the images smaller by %s",
+                    "the search needs disparities outside of %d to %d px, or more than %d of them: "
+                    "narrow it with %s, or make the images smaller with %s",
                     -MATCH_DISPARITY_LIMIT, MATCH_DISPARITY_LIMIT, MATCH_MAX_DISPARITIES,
                     words->search, words->scale);
     }
@@ -153,7 +154,7 @@ void reconstruct_summary_no_plan(int error, const struct reconstruct_context *co
     switch (error) {
         case ERROR_DEPTH_RANGE:
             message_set(
-                message, error, "the depth range %.6g:%.6g mm is empty; give %s",
+                message, error, "the depth range %.6g:%.6g mm is empty: give %s",
                 rectify->depth_near_mm > 0 ? rectify->depth_near_mm : calibration->depth_near_mm,
                 rectify->depth_near_mm > 0 ? rectify->depth_far_mm : calibration->depth_far_mm,
                 words->depth);
@@ -162,30 +163,28 @@ void reconstruct_summary_no_plan(int error, const struct reconstruct_context *co
             no_disparities(error, context, message);
             break;
         case ERROR_OVERLAP:
-            message_set(
-                message, error,
-                "the two cameras share no field of view in the depths searched; are left and "
-                "right swapped, or is %s wrong?",
-                words->depth);
+            message_set(message, error,
+                        "the two cameras share no field of view in the depths searched: check %s, "
+                        "and the order of left and right",
+                        words->depth);
             break;
         case ERROR_TOO_LARGE:
-            message_set(
-                message, error,
-                "the rectified images would be larger than the maximum of %dx%d pixels; give "
-                "a %s below %.3g",
-                IMAGE_MAX_SIDE_PX, IMAGE_MAX_SIDE_PX, words->scale,
-                // As the user counts it: the reader may have done a part of the shrinking.
-                rectify->scale / context->shrink);
+            message_set(message, error,
+                        "the rectified images would exceed the maximum of %dx%d pixels: give a %s "
+                        "below %.3g",
+                        IMAGE_MAX_SIDE_PX, IMAGE_MAX_SIDE_PX, words->scale,
+                        // In the user's terms: the reader may have done part of the shrinking.
+                        rectify->scale / context->shrink);
             break;
         case ERROR_TOO_SMALL:
             message_set(message, error,
-                        "what is left of the images is too small to be matched; at least %dx%d "
-                        "rectified pixels are needed",
+                        "the images are too small for matching: at least %dx%d rectified pixels "
+                        "are required",
                         MATCH_MIN_WIDTH_PX, MATCH_MIN_HEIGHT_PX);
             break;
         case ERROR_ARGUMENT:
             if (rectify->region_width_px > 0) {
-                message_set(message, error, "--region lies outside the rectified image");
+                message_set(message, error, "--region is outside the rectified image");
                 break;
             }
             // fall through

@@ -3,8 +3,8 @@
 
 #include "core/invariant.h"
 
-/// Measured on pairs of 1.4 and 16.8 million pixels, by one thread, a pixel or a cell of
-/// `match_work`. Only their ratios matter, and these roughly.
+/// Measured on pairs of 1.4 and 16.8 million pixels with one thread, per pixel or per cell of
+/// `match_work`. Only rough ratios matter.
 static const double develop_ns = 20, rectify_ns = 9, match_cell_ns = 1.6, refine_ns = 65,
                     triangulate_ns = 55, mesh_ns = 65, write_ns = 1000;
 
@@ -16,7 +16,7 @@ void reconstruct_work_estimate(const struct reconstruct_image *raw, const struct
     const double pixels = (double)plan->width_px * plan->height_px;
     const struct match_options match = reconstruct_match_options(plan, options);
     const double cells = (double)match_work(plan->width_px, plan->height_px, &match);
-    // The greedy path has one thread.
+    // The greedy path is single-threaded.
     const int matching = options->preset == MATCH_PRESET_PAPER ? 1 : threads;
     work_ns[RECONSTRUCT_PLAN] = 0;
     work_ns[RECONSTRUCT_DEVELOP] = develop_ns * raw_pixels / threads;

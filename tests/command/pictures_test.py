@@ -105,13 +105,13 @@ class Pictures(pairs.Workshop):
         self.assertEqual(self.measured(self.recorded(left, right))[0], "")
         for words, first, second in (
                 (("both", "too dark"), exposed(left, 0.03, random), exposed(right, 0.03, random)),
-                (("the right picture is too dark",), left, exposed(right, 0.02, random)),
+                (("the right image is too dark",), left, exposed(right, 0.02, random)),
                 (("both", "too bright"), exposed(left, 14, random), exposed(right, 14, random)),
-                (("the left picture is too bright",), exposed(left, 10, random), right),
+                (("the left image is too bright",), exposed(left, 10, random), right),
                 (("both", "blurred"), exposed(blurred(left, 10), 1, random),
                  exposed(blurred(right, 10), 1, random)),
-                (("the right picture is blurred",), left, exposed(blurred(right, 5), 1, random)),
-                (("the left picture is blurred",), exposed(blurred(left, 5), 1, random), right)):
+                (("the right image is blurred",), left, exposed(blurred(right, 5), 1, random)),
+                (("the left image is blurred",), exposed(blurred(left, 5), 1, random), right)):
             with self.subTest(words):
                 self.named(words, self.recorded(first, second))
         # Half a turn, by whole cells of the mosaic.
@@ -121,7 +121,7 @@ class Pictures(pairs.Workshop):
         other = Session("mug_3x").images[1][:400]
         aside = numpy.hstack([right[:, 400:], other[:, :400]])
         self.named(("the views overlap by only 4", "aim both cameras"), self.recorded(left, aside))
-        self.named(("little alike", "aimed at the same"), self.recorded(left, other))
+        self.named(("differ too much", "aimed at the same"), self.recorded(left, other))
 
     def test_plain_images(self):
         """The same for image files, whose figures stand in result.json."""
@@ -132,9 +132,9 @@ class Pictures(pairs.Workshop):
         random = numpy.random.default_rng(pairs.SEED)
         dark = self.save("dark.png", cv2.add((self.right * 0.02).astype(numpy.uint8),
                                              random.integers(0, 3, self.right.shape, numpy.uint8)))
-        self.named(("the right picture is too dark",), self.left_path, dark, *pairs.RECTIFIED)
+        self.named(("the right image is too dark",), self.left_path, dark, *pairs.RECTIFIED)
         soft = self.save("soft.png", cv2.GaussianBlur(self.right, (0, 0), 4))
-        said = self.named(("the right picture is blurred",), self.left_path, soft, *pairs.RECTIFIED)
+        said = self.named(("the right image is blurred",), self.left_path, soft, *pairs.RECTIFIED)
         self.assertNotIn("calibration", said)
         flipped = self.save("flipped.png", self.right[::-1])
         self.named(("flipped",), self.left_path, flipped, *pairs.RECTIFIED)
@@ -146,7 +146,7 @@ class Pictures(pairs.Workshop):
         done = pairs.run("reconstruct", self.left_path, again, *pairs.RECTIFIED, "--out", self.out)
         self.assertEqual(done.returncode, 3, done.stderr)
         line, = done.stderr.splitlines()
-        for word in ("left.png", "again.png", "the same picture"):
+        for word in ("left.png", "again.png", "the same image"):
             self.assertIn(word, line)
         self.assertFalse(self.out.exists())
         black = self.save("black.png", numpy.zeros_like(self.left))

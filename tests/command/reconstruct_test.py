@@ -120,7 +120,7 @@ class Reconstruct(pairs.Workshop):
         done = pairs.run("reconstruct", self.left_path, shifted, *RECTIFIED, "--speckle", "0",
                          "--out", self.out)
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn("calibration belong to these images", done.stderr)
+        self.assertIn("calibration belongs to these images", done.stderr)
 
     def test_images_much_higher_than_wide_are_measured_or_refused_by_name(self):
         high = [self.save(f"{name}_high.png", numpy.vstack(8 * [image[:, 100:120]]))

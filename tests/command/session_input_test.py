@@ -73,7 +73,7 @@ class Calibrate(Calibrating):
                                            + b"end 00000000\n"),
                  f"{names[3]}/session.index: line 2"),
                 (lambda: index.write_bytes(good.split(b"\n")[0] + b"\n"),
-                 f"{names[3]}: the session holds no pair: nothing was captured"),
+                 f"{names[3]}: no pair in the session"),
                 (lambda: index.write_bytes(b"nonsense"), f"{names[3]}"),
                 (lambda: (index.write_bytes(good), frame.write_bytes(frame.read_bytes()[:-1])),
                  f"{names[4]}/{frame.name}"),
@@ -138,13 +138,13 @@ class Reconstruct(Reconstructing):
         images = [cv2.imread(str(path)) for path in (self.left_path, self.right_path)]
         rgb = [cv2.cvtColor(image, cv2.COLOR_BGR2RGB) for image in images]
         search = ["--rectified", "--disparity", "0:48"]
-        self.refused(f"{session.path}: the session holds no pair: nothing was captured",
+        self.refused(f"{session.path}: no pair in the session",
                      session.path, *search)
         session.pair(*rgb)
         first = self.measured(session.path, *search)
         self.assertTrue(numpy.array_equal(
             first, self.measured(self.left_path, self.right_path, *search), equal_nan=True))
-        self.refused(f"{session.path}: the session holds 1 pair: pair 2 is none",
+        self.refused(f"{session.path}: no pair 2 (the session has 1)",
                      session.path, "--pair", 2, *search)
         session.pair(rgb[0][::-1].copy(), rgb[1][::-1].copy())
         self.assertTrue(numpy.array_equal(
@@ -172,7 +172,7 @@ class Reconstruct(Reconstructing):
         session.pair(*[cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
                        for path in (self.left_path, self.right_path)])
         search = ["--rectified", "--disparity", "0:48", "--out", self.directory / "result"]
-        note = f"note: {session.path} was cut off, or is still being written"
+        note = f"note: {session.path} was cut off"
         self.assertIn(note, run("reconstruct", session.path, *search).stderr)
         session.end()
         self.assertNotIn("cut off", run("reconstruct", session.path, *search).stderr)
@@ -180,9 +180,9 @@ class Reconstruct(Reconstructing):
     def test_what_is_wrong_is_said_in_one_line(self):
         session = Session(self.directory / "session")
         session.pair(*boards.pairs(poses=boards.POSES[:1])[0])
-        self.refused(f"{session.path}: the session holds no calibration: --calibration FILE is "
-                     "missing", session.path)
-        self.refused(f"{self.directory}: is no session: it has no session.index", self.directory)
+        self.refused(f"{session.path}: no calibration in the session: give "
+                     "--calibration FILE", session.path)
+        self.refused(f"{self.directory}: not a session (it has no session.index", self.directory)
         nowhere = self.directory / "scnee"
         self.refused(f"{nowhere}: No such file or directory", nowhere)
         for words in (["info"], ["replay"], ["evaluate", "--ground-truth", "truth.pfm"],
@@ -191,12 +191,11 @@ class Reconstruct(Reconstructing):
             self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
             self.assertIn(str(nowhere), done.stderr)
             self.assertIn("No such file or directory", done.stderr)
-        self.refused("RIGHT is missing: two images are wanted, or the directory of a recorded "
-                     "session", self.left_path, code=2)
-        self.refused("--pair is for a recorded session", self.left_path, self.right_path, "--pair",
+        self.refused("missing RIGHT", self.left_path, code=2)
+        self.refused("--pair requires a recorded session", self.left_path, self.right_path, "--pair",
                      1, "--rectified", code=2)
         for option in (["--bits", 10], ["--bayer", "grbg"], ["--raw", "20x30"]):
-            self.refused("--bits, --bayer and --raw are for images; a session says itself",
+            self.refused("--bits, --bayer and --raw are for images",
                          session.path, "--rectified", *option, code=2)
         # A frame may claim any size: there is no memory for that before its file was looked at.
         claimed = Session(self.directory / "claimed")

@@ -186,8 +186,8 @@ class Pairs(Surfaces):
         self.assertEqual(done.returncode, 0, done.stderr)
         for text in (done.stdout, done.stderr):
             self.assertIn("left zoom", text)
-            self.assertNotIn("continue with", text)
-            self.assertNotIn("is taken to be", text)
+            self.assertNotIn("or accept it", text)
+            self.assertNotIn("is assumed to be", text)
         with open(os.path.join(out, "result.json"), encoding="utf-8") as file:
             result = json.load(file)
         self.assertEqual(result["calibration"]["match"], "no, accepted")

@@ -115,11 +115,11 @@ class Files(unittest.TestCase):
         self.assertEqual(self.check(self.config), (3, f"vergenced: v.conf:1: {none}"))
         self.assertEqual(self.check(self.profile), (3, f"vergenced: {none}"))
         os.mkdir(self.profile)
-        directory = "own.profile is a directory, not a file"
+        directory = "own.profile: not a regular file (directory)"
         self.assertEqual(self.check(self.config), (3, f"vergenced: v.conf:1: {directory}"))
         os.rmdir(self.profile)
         os.mkfifo(self.profile)
-        pipe = "own.profile is a device or pipe, not a file"
+        pipe = "own.profile: not a regular file (device or pipe)"
         self.assertEqual(self.check(self.config), (3, f"vergenced: v.conf:1: {pipe}"))
         self.assertEqual(run(f"profile={self.folder}/{250 * 'x'}.profile", "socket=none")[0], 3)
 

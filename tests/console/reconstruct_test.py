@@ -201,14 +201,14 @@ class Reconstruct(Surfaces):
         self.assertEqual(self.asked("reconstruct old")["session"], "old")
         shutil.rmtree(os.path.join(self.files, "surface-new-1"))
         shutil.rmtree(os.path.join(self.files, "surface-old-1"))
-        self.assertEqual(self.refused("reconstruct new 2"), ("MISSING", "new: the session holds 1 pair: pair 2 is none"))
+        self.assertEqual(self.refused("reconstruct new 2"), ("MISSING", "new: no pair 2 (the session has 1)"))
         self.assertEqual(self.refused("reconstruct none")[0], "MISSING")
         self.assertEqual(self.refused("reconstruct ../files/new")[0], "ARGUMENT")
         self.assertEqual(self.refused("reconstruct new 1 1 2000 1000")[0], "RANGE")
         self.assertEqual(self.refused("reconstruct new 1 1 2000")[0], "MISSING")
         error, text = self.refused("reconstruct new 1 1 0.3 3")
         self.assertEqual(error, "RANGE")
-        self.assertIn("in mm?", text)
+        self.assertIn("possibly in metres", text)
         os.symlink(self.files, os.path.join(self.files, "link"))
         self.assertEqual(self.refused("reconstruct link")[0], "MISSING")
         os.unlink(os.path.join(self.files, "link"))
@@ -337,7 +337,7 @@ class Reconstruct(Surfaces):
             used = int(file.read().split()[0]) * resource.getpagesize()
         error, text = self.limited(resource.RLIMIT_AS, used + 80_000_000, "reconstruct m 1 3")
         self.assertEqual(error, "MEMORY", text)
-        self.assertIn("not enough memory", text)
+        self.assertIn("out of memory", text)
         self.assertTrue(self.asked("reconstruct m 1 0.5")["points"] > 0)
 
     def test_a_full_disk(self):
@@ -382,8 +382,8 @@ class BrokenStore(Surfaces):
             self.first = self.client()
             shutil.rmtree(os.path.join(self.files, "surface-none-1"), ignore_errors=True)
             self.assertEqual(self.refused("reconstruct none 1 0.5 1600 2300"), (
-                "IO", "none: has no calibration, and the kept one cannot be read: the system could "
-                "not do it"))
+                "IO", "none: no calibration in the session, and the saved one cannot be read: the "
+                "system could not do it"))
             self.assertEqual("1 0" in failure,
                              not self.first.ask_json("reconstruct none 1 0.5 1600 2300")["ok"])
         # What has its own needs no other.

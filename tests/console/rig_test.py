@@ -218,7 +218,7 @@ class Rig(RigTest):
         # The last one captured here, whatever else lies there.
         os.utime(os.path.join(self.files, "one", "session.index"), (4e9, 4e9))
         refusal, = self.first.ask("reconstruct")
-        self.assertTrue(refusal.startswith(f"ERR MISSING {last}: the session holds no calibration"), refusal)
+        self.assertTrue(refusal.startswith(f"ERR MISSING {last}: no calibration in the session"), refusal)
 
     def test_safe(self):
         self.assertIn("state", self.asked("safe"))

@@ -415,16 +415,16 @@ TEST_CASE("names that are none are refused, also those of files that are no reco
     CHECK(store.load("pipe", &data) == ERROR_CRC);  // and does not wait for a writer
 }
 
-TEST_CASE("two processes cannot have one store, and the message says so") {
+TEST_CASE("a second process cannot open a store, and the message says why") {
     const Place place;
     {
         const Store first(place.path);
         REQUIRE(first.opened == ERROR_OK);
         const Store second(place.path);
         CHECK(second.opened == ERROR_REFUSED);
-        CHECK(std::string(second.text.text) ==
-              "settings directory " + place.path +
-                  ": it is locked; another process uses it; end that first");
+        const std::string text = second.text.text;
+        CHECK(text.find(place.path) != std::string::npos);
+        CHECK(text.find("locked") != std::string::npos);
     }
     CHECK(Store(place.path).opened == ERROR_OK);
     CHECK(Store(place.path + "/no/such").opened == ERROR_MISSING);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a disk has of the calls of a process, at the least that a system promises: the bytes of a
-/// file that was synced, a name that its directory was synced with. After a power loss nothing else
-/// is there.
+/// The minimal contents of a disk after a process's calls: the bytes of files that were synced, and
+/// names whose directories were synced. After a power loss nothing else exists.
 #ifndef VERGENCE_TESTS_POWER_LOSS_HPP
 #define VERGENCE_TESTS_POWER_LOSS_HPP
 
@@ -17,7 +16,7 @@ class power_loss {
   public:
     using path = std::filesystem::path;
 
-    /// The path of what is open, or of `name` in a directory that is open (or AT_FDCWD).
+    /// The path of an open descriptor, or of `name` in an open directory (or AT_FDCWD).
     static path of(int file) {
         return std::filesystem::read_symlink("/proc/self/fd/" + std::to_string(file));
     }
@@ -27,7 +26,7 @@ class power_loss {
     }
 
     void made_directory(const path &name) { names_.insert(name); }
-    /// A file that was opened to be written: of one that is new the disk has nothing.
+    /// A file opened for writing: the disk has nothing of a new one.
     void opened(const path &name, bool is_new) {
         if (is_new) {
             names_.insert(name);
@@ -61,7 +60,7 @@ class power_loss {
             name = name->parent_path() == what ? names_.erase(name) : std::next(name);
         }
     }
-    /// Takes away what was not synced.
+    /// Removes everything that was not synced.
     void strike() const {
         for (const auto &[name, bytes] : bytes_) {
             if (std::filesystem::exists(name)) {
@@ -74,8 +73,8 @@ class power_loss {
     }
 
   private:
-    std::set<path> names_;                  ///< that their directories were not synced with
-    std::map<path, std::uintmax_t> bytes_;  ///< of each file that the disk has
+    std::set<path> names_;                  ///< not yet synced by their directories
+    std::map<path, std::uintmax_t> bytes_;  ///< synced length of each file
 };
 
 #endif

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calls with random arguments and answers, recorded and played: the same calls get the same
-// answers, to the byte; another call ends the play with a line that says which.
+// Calls with random arguments and results, recorded and replayed: equal calls get equal results, to
+// the byte; a different call ends the replay with a line that names it.
 #include <deque>
 #include <fstream>
 #include <functional>
@@ -17,7 +17,7 @@ using namespace session_try;
 
 namespace {
 
-/// Backends that answer at random.
+/// Backends with random results.
 struct random_backend {
     Random chance{synthetic::test_seed()};
     std::uint64_t time = 1000;
@@ -205,7 +205,7 @@ void tell_rest(const rig_ports &ports, Random &random, std::ostream &out) {
     out << counts.frames << " " << counts.restarts;
 }
 
-/// One call or a few, told as text with all that came back.
+/// Makes one or a few calls; returns them as text with all results.
 std::string tell(const rig_ports &ports, Random &random) {
     std::ostringstream out;
     switch (upto(random, 3)) {
@@ -289,7 +289,7 @@ TEST_CASE("the same calls get the same answers, twice") {
         }
         CHECK(replay_is_over(played.value.get()));
         CHECK(!played.value->ended);
-        // One call too many, and time that goes on all the same.
+        // One call too many; time must continue.
         const hal_clock &clock = *played.value->ports.clock;
         const std::uint64_t now = clock.operations->now_us(clock.self);
         CHECK(clock.operations->now_us(clock.self) >= now + 1000000);
@@ -298,7 +298,7 @@ TEST_CASE("the same calls get the same answers, twice") {
     }
 }
 
-TEST_CASE("another call ends the play, and says which") {
+TEST_CASE("a different call ends the replay, and is named") {
     const recorded original(40);
     player played(original.path);
     REQUIRE(played.code == 0);
@@ -313,14 +313,14 @@ TEST_CASE("another call ends the play, and says which") {
     CHECK(trouble.find("the recorded call is '") != std::string::npos);
     CHECK(trouble.find("'clock wait 4711' came") != std::string::npos);
     CHECK(trouble.find('\n') == std::string::npos);
-    // All calls fail from here on, none hangs, and the first reason stays.
+    // All calls fail from here on, none blocks, and the first reason is kept.
     hal_camera_frame frame{};
     const hal_camera &camera = *played.value->ports.camera[0];
     CHECK(camera.operations->take(camera.self, 0, 1, &frame) == ERROR_IO);
     CHECK(played.value->trouble.text == trouble);
 }
 
-TEST_CASE("idling is told where it was, and an idling that was not expected ends the play") {
+TEST_CASE("idling is replayed where it was recorded; unexpected idling ends the replay") {
     const scratch folder;
     const std::string path = folder / "session";
     random_backend backend;
@@ -367,7 +367,7 @@ TEST_CASE("idling is told where it was, and an idling that was not expected ends
     }
 }
 
-TEST_CASE("a log that was cut off plays up to its last check; a changed one is refused") {
+TEST_CASE("a truncated log replays up to its last CRC; a modified one is rejected") {
     const recorded original(120);
     const std::string whole = original.log();
     const std::size_t first = whole.find("crc32 ");
@@ -401,7 +401,7 @@ TEST_CASE("a log that was cut off plays up to its last check; a changed one is r
     }
 }
 
-TEST_CASE("pairs alone play as two cameras") {
+TEST_CASE("a session of pairs without calls replays as two cameras") {
     const scratch folder;
     const std::string path = folder / "session";
     Random random(synthetic::test_seed());
@@ -433,7 +433,7 @@ TEST_CASE("pairs alone play as two cameras") {
             const std::uint64_t now_us = ports.clock->operations->now_us(ports.clock->self);
             int code = camera.operations->take(camera.self, now_us, now_us + 5000, &frame);
             if (code == 0 && upto(random, 1) == 0) {
-                // The same scene, as long as nobody has captured it.
+                // The same scene until it is captured.
                 camera.operations->give_back(camera.self, &frame);
                 end_us = frame.end_us;
                 code = camera.operations->take(camera.self, end_us, end_us + 5000, &frame);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The thread that writes for the one that has the instrument: nothing is lost or out of order, and
-// whoever waits looks after the instrument.
+// The disk writer thread: no job is lost or reordered, and a waiting thread serves the instrument.
 #include "daemon/session/scribe.h"
 
 #include <doctest/doctest.h>
@@ -32,7 +31,7 @@ void count(void *counter) {
     ++*static_cast<int *>(counter);
 }
 
-TEST_CASE("a scribe does all in order, and who waits looks after the instrument") {
+TEST_CASE("a disk writer runs all jobs in order, and a waiting thread serves the instrument") {
     scribe writer = {};
     int looks = 0;
     writer.meanwhile = count;
@@ -46,7 +45,7 @@ TEST_CASE("a scribe does all in order, and who waits looks after the instrument"
         notes.at(i) = {{write_note, 1, nullptr}, &done, i, 20ms};
         scribe_later(&writer, &notes.at(i).task);
     }
-    // Who leaves work there does not wait for it.
+    // Queueing a job does not wait for it.
     CHECK(std::chrono::steady_clock::now() - begin < 300ms);
     CHECK(looks == 0);
     struct Last {
@@ -65,13 +64,13 @@ TEST_CASE("a scribe does all in order, and who waits looks after the instrument"
     for (std::size_t i = 0; i < 20; i++) {
         CHECK(done.at(i) == i);
     }
-    // The end waits for what is left.
+    // Stopping waits for queued jobs.
     scribe_later(&writer, &notes[7].task);
     scribe_stop(&writer);
     CHECK(done.size() == 21);
 }
 
-TEST_CASE("a scribe holds no more than it says") {
+TEST_CASE("a disk writer holds no more than its limit") {
     scribe writer = {};
     writer.held_max_bytes = 1000;
     REQUIRE(scribe_start(&writer));
@@ -89,7 +88,7 @@ TEST_CASE("a scribe holds no more than it says") {
     CHECK(done == std::vector<std::size_t>{0, 1, 2});
 }
 
-TEST_CASE("without a scribe who gives work does it") {
+TEST_CASE("without a disk writer the caller runs its jobs") {
     std::vector<std::size_t> done;
     Note note = {{write_note, 1, nullptr}, &done, 1, 0ms};
     int counter = 0;

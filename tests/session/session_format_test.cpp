@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The session's directory: what goes in comes out, and nothing else is taken for it.
+// The session's directory: events are read back as written, and nothing else is accepted.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -24,7 +24,7 @@ void begin(session_writer &writer, const std::string &path) {
                                  "2026-11-22T03:00:00Z", &trouble) == 0);
 }
 
-/// Reads all events; the result of the last call.
+/// Reads all events; returns the result of the last call.
 int read_all(const std::string &path, int *count, message *trouble) {
     session_reader reader;
     auto event = std::make_unique<session_event>();
@@ -42,7 +42,7 @@ int read_all(const std::string &path, int *count, message *trouble) {
 
 }  // namespace
 
-TEST_CASE("all kinds of events come back as they went in") {
+TEST_CASE("all kinds of events are read back as written") {
     const scratch folder;
     const std::string path = folder / "session";
     Random random(synthetic::test_seed());
@@ -135,13 +135,13 @@ TEST_CASE("equal frames are one file, and a session is never begun twice") {
     auto again = new_writer();
     CHECK(session_writer_begin(again.get(), AT_FDCWD, path.c_str(), "", "", "", &trouble) ==
           ERROR_ARGUMENT);
-    CHECK(std::string(trouble.text).find("holds a session already") != std::string::npos);
+    CHECK(std::string(trouble.text).find("already contains") != std::string::npos);
     CHECK(read_text(path + "/session.index") == before);
     CHECK(session_writer_begin(again.get(), AT_FDCWD, (folder / "none/there").c_str(), "", "", "",
                                &trouble) == ERROR_MISSING);
 }
 
-TEST_CASE("an index that ends anywhere gives the events before; a changed one is refused") {
+TEST_CASE("a truncated index gives the events before the cut; a modified one is rejected") {
     const scratch folder;
     const std::string path = folder / "session";
     Random random(synthetic::test_seed());
@@ -163,8 +163,8 @@ TEST_CASE("an index that ends anywhere gives the events before; a changed one is
         CHECK(code == (lines == 0 ? ERROR_ARGUMENT : 0));
         CHECK(count == std::max(0L, lines - 1));
     }
-    // One changed byte: found, or in the last line (and the end of the one before, which makes one
-    // of the two) taken for one that did not become whole.
+    // One changed byte is detected, or, in the last line (and the line end before it, which joins
+    // two lines), taken for an incomplete line.
     const std::size_t last = whole.rfind('\n', whole.size() - 2) + 1;
     for (std::size_t at = 0; at < whole.size(); at++) {
         std::string changed = whole;
@@ -178,7 +178,7 @@ TEST_CASE("an index that ends anywhere gives the events before; a changed one is
     }
 }
 
-TEST_CASE("a damaged or missing frame is told by its name") {
+TEST_CASE("a damaged or missing frame is reported by name") {
     const scratch folder;
     const std::string path = folder / "session";
     Random random(synthetic::test_seed());
@@ -217,7 +217,7 @@ TEST_CASE("a damaged or missing frame is told by its name") {
     session_reader_close(&reader);
 }
 
-TEST_CASE("lines are canonical: what is printed again differently is refused") {
+TEST_CASE("lines are canonical: a line that would be printed differently is rejected") {
     auto event = std::make_unique<session_event>();
     const auto parses = [&](const std::string &line) {
         return session_event_parse(line.data(), line.size(), event.get()) == 0;
@@ -241,7 +241,7 @@ TEST_CASE("lines are canonical: what is printed again differently is refused") {
     }
 }
 
-TEST_CASE("a pair of version 1 says nothing of its pictures, one of version 2 may") {
+TEST_CASE("a pair of version 1 has no image statistics, one of version 2 may have them") {
     auto event = std::make_unique<session_event>();
     const auto frame = [](const std::string &side, const std::string &more) {
         const std::string at = " " + side + "_";

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A recording that is killed at every call of the system, in the middle of every write too, one
-// that loses its power there, and one that gets an error from every call: the directory can be
-// read, and all that was told to be safe is in it.
+// Recordings that are killed at every system call (also in the middle of a write), that lose power
+// there, or that get an error from every call: the directory stays readable and contains everything
+// that was reported as written.
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -26,21 +26,21 @@ struct fate {
     long at = 0;
     bool killed = false;  // else it fails
     int error = 0;
-    bool for_ever = false;  // all later calls fail, too
-    bool power = false;     // what is killed loses all that was not synced
+    bool for_ever = false;  // all later calls fail too
+    bool power = false;     // a kill also loses everything that was not synced
 };
 fate coming;
 long calls;
 power_loss disk;
 
-/// Whether this call fails; does not return when the process dies here.
+/// Whether this call fails; does not return if the process is killed here.
 bool strikes() {
     calls++;
     const bool now =
         coming.at != 0 && (calls == coming.at || (coming.for_ever && calls > coming.at));
     if (now && coming.killed) {
         if (coming.power) {
-            coming = {};  // what is done now is not the recording's
+            coming = {};  // calls from here on are not the recording's
             disk.strike();
         }
         raise(SIGKILL);
@@ -86,7 +86,7 @@ int __wrap_mkdirat(int directory, const char *path, mode_t mode) {
     return code;
 }
 
-// What is struck has come half of the way.
+// A write that is hit has written half of its bytes.
 ssize_t __wrap_write(int file, const void *data, size_t bytes) {
     if (coming.at != 0 && calls + 1 == coming.at && bytes > 1) {
         __real_write(file, data, bytes / 2);
@@ -151,7 +151,8 @@ struct recording {
     }
 };
 
-/// Records all pairs; tells each that is safe, by its number, to `told`. 0 or the first error.
+/// Records all pairs and reports each written one by its number to the descriptor `told`. Returns 0
+/// or the first error.
 int record_pairs(const recording &what, const std::string &path, int told) {
     auto writer = new_writer();
     message trouble{};
@@ -177,8 +178,8 @@ int record_pairs(const recording &what, const std::string &path, int told) {
     return first != 0 ? first : code;
 }
 
-/// Reads what is there: the pairs in it must be those of `told`, perhaps with one more where a kill
-/// came between its line and the telling, or where the line could not be taken back.
+/// Reads the session: its pairs must be those reported in `told`, plus possibly one if a kill came
+/// between its line and the report, or if the line could not be removed.
 void check_what_is_left(const recording &what, const std::string &path, const std::string &told,
                         bool one_more) {
     session_reader reader;
@@ -208,7 +209,7 @@ void check_what_is_left(const recording &what, const std::string &path, const st
     session_reader_close(&reader);
 }
 
-/// Runs the recording in a process of its own; what it told comes back. -1: it was killed.
+/// Runs the recording in its own process; its reports go to `told`. -1: it was killed.
 int run(const recording &what, const std::string &path, const fate &fate, std::string *told) {
     int ends[2];
     REQUIRE(pipe(ends) == 0);
@@ -248,7 +249,7 @@ long count_calls(const recording &what) {
 
 }  // namespace
 
-TEST_CASE("killed at every call") {
+TEST_CASE("a kill at every call loses no reported pair") {
     const recording what;
     const long count = count_calls(what);
     CHECK(count > 60);
@@ -261,7 +262,7 @@ TEST_CASE("killed at every call") {
     }
 }
 
-TEST_CASE("without power at every call") {
+TEST_CASE("a power loss at every call loses no reported pair") {
     const recording what;
     const long count = count_calls(what);
     for (long at = 1; at <= count; at++) {
@@ -273,7 +274,7 @@ TEST_CASE("without power at every call") {
     }
 }
 
-TEST_CASE("a disk without sync of directories will do, but not one that fails to") {
+TEST_CASE("a disk without directory sync is accepted, one whose sync fails is not") {
     const recording what;
     const long count = count_calls(what);
     long spared_by_EINVAL = 0, spared_by_EIO = 0;
@@ -287,14 +288,13 @@ TEST_CASE("a disk without sync of directories will do, but not one that fails to
             spared += run(what, folder / "session", {at, false, error, false, false}, &told) == 0;
         }
     }
-    // Those of directories: of the session's own for its index and each frame, and of the one
-    // above.
+    // Syncs of directories: the session's own for its index and each frame, and its parent's.
     CHECK(spared_by_EINVAL == spared_by_EIO + 1 + 2 * kPairs + 1);
-    // What is closed is synced already.
+    // Closed files are already synced.
     CHECK(spared_by_EIO == 3);
 }
 
-TEST_CASE("an error from every call, once and for ever") {
+TEST_CASE("an error from every call, once or persistent") {
     const recording what;
     const long count = count_calls(what);
     for (const int error : {ENOSPC, EIO}) {
@@ -307,7 +307,7 @@ TEST_CASE("an error from every call, once and for ever") {
                     run(what, folder / "session", {at, false, error, for_ever, false}, &told);
                 REQUIRE(code >= 0);
                 check_what_is_left(what, folder / "session", told, for_ever);
-                // What fails once costs at most the pair that was being written.
+                // A single failure loses at most the pair that was being written.
                 if (!for_ever && std::filesystem::exists(folder / "session/session.index")) {
                     CHECK(told.size() >= kPairs - 1);
                 }
@@ -329,7 +329,7 @@ std::ptrdiff_t open_files() {
     return std::distance(begin(all), end(all));
 }
 
-/// A recorder of an instrument that has nothing but a clock that stands still.
+/// A recorder of an instrument that has only a clock, which never advances.
 struct still_recorder {
     hal_clock_operations still = {no_time, no_wait};
     hal_clock clock = {&still, nullptr};
@@ -343,7 +343,7 @@ struct still_recorder {
     }
 };
 
-/// A session and its recording begin, and are taken away if they cannot.
+/// Begins a session and its recording, and removes them on failure.
 int begin_recording(record &recorder, session_writer &writer, const std::string &path,
                     const fate &fate) {
     message trouble{};
@@ -363,7 +363,7 @@ int begin_recording(record &recorder, session_writer &writer, const std::string 
 
 }  // namespace
 
-TEST_CASE("a recording that cannot begin leaves nothing behind, and the next one begins") {
+TEST_CASE("a recording that fails to begin leaves nothing behind, and the next one works") {
     const still_recorder still;
     record *const recorder = still.recorder.get();
     auto writer = new_writer();
@@ -392,7 +392,7 @@ TEST_CASE("a recording that cannot begin leaves nothing behind, and the next one
     CHECK(open_files() == open_before);
 }
 
-TEST_CASE("a recording takes no file that is there already") {
+TEST_CASE("a recording does not use an existing file") {
     const still_recorder still;
     record *const recorder = still.recorder.get();
     auto writer = new_writer();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole instrument on the simulated rig, recorded; then the same commands on the recording
-// alone: the same pair to the last byte, without a simulated rig.
+// Records the whole instrument on the simulated rig, then replays the same commands from the
+// recording alone: the pair is identical to the last byte.
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -9,7 +9,7 @@
 
 #include "daemon/backends/replay/replay.h"
 #include "daemon/session/record.h"
-// In C a function may have the name of a structure.
+// In C a function may have the same name as a structure.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wshadow"
 #include "daemon/backends/sim/sim_backend.h"
@@ -21,7 +21,7 @@ using namespace session_try;
 
 namespace {
 
-/// A simrig that ends with this.
+/// A simrig process that ends with this object.
 struct running_rig {
     pid_t process;
     std::string where;
@@ -54,7 +54,7 @@ struct running_rig {
     running_rig &operator=(const running_rig &) = delete;
 };
 
-/// What is done on either: everything that a session may hold.
+/// The commands that are recorded and replayed: everything that a session may contain.
 struct session_of_commands {
     std::vector<int> codes;
     std::vector<std::uint16_t> memory;
@@ -93,7 +93,7 @@ struct session_of_commands {
     }
 
   private:
-    /// Between two commands: as often as it was recorded, or a few times.
+    /// Between two commands: as often as recorded, or a few times.
     static void idle(rig *instrument, record *recorder, replay *player) {
         for (int i = 0; player == nullptr && i < 3; i++) {
             record_idle(recorder);
@@ -103,7 +103,7 @@ struct session_of_commands {
             CHECK(rig_idle(instrument) == 0);
         }
     }
-    /// The pixels outlive the memory that the pair was taken into.
+    /// Copies the pixels, so that they outlive the memory that the pair was taken into.
     void keep() {
         for (int side = 0; side < RIG_SIDES; side++) {
             pair_frame &frame = taken.value.frame[side];
@@ -116,7 +116,7 @@ struct session_of_commands {
 
 }  // namespace
 
-TEST_CASE("a recorded session plays as the instrument, bit for bit") {
+TEST_CASE("a recorded session replays bit for bit like the instrument") {
     const scratch folder;
     const std::string path = folder / "session";
     session_of_commands first, again;
@@ -156,7 +156,7 @@ TEST_CASE("a recorded session plays as the instrument, bit for bit") {
         CHECK(same_frame(again.taken.value.frame[side], first.taken.value.frame[side]));
         CHECK(again.taken.pixels[side] == first.taken.pixels[side]);
     }
-    // The index holds the same pair.
+    // The index contains the same pair.
     session_reader reader;
     auto event = std::make_unique<session_event>();
     REQUIRE(session_reader_open(&reader, AT_FDCWD, path.c_str(), nullptr, &trouble) == 0);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Recordings in which parts of the instrument answer otherwise than they did: whatever stands
-// there, and whoever wrote it, the play ends with a verdict or one line that says why, and never
-// the program.
+// Recordings with modified results: whatever they contain, a replay ends with a verdict or with one
+// line that gives the reason, and never crashes.
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -30,7 +29,7 @@ std::vector<std::string> lines_of(const std::string &path) {
     return lines;
 }
 
-/// Each check is made to fit what stands before it now.
+/// Writes the log with CRCs that match its modified lines.
 void write_log(const std::string &path, const std::vector<std::string> &lines) {
     std::ofstream file(path, std::ios::binary | std::ios::trunc);
     std::uint32_t crc = 0;
@@ -63,7 +62,7 @@ std::string random_number(Random &random) {
     }
 }
 
-/// Changes a word of an answer: some digits of it where it is long, else another number.
+/// Modifies a word of a result: some digits of a long one, else the number.
 std::string tampered(Random &random, const std::string &answer) {
     std::istringstream stream(answer);
     std::vector<std::string> words;
@@ -88,8 +87,7 @@ std::string tampered(Random &random, const std::string &answer) {
     return joined;
 }
 
-/// The lines with an answer, by what was called: there are few frames among many looks at the
-/// clock.
+/// The lines with a result, by called function: there are few frames among many clock reads.
 std::vector<std::vector<std::size_t>> calls_by_kind(const std::vector<std::string> &lines) {
     std::map<std::string, std::vector<std::size_t>> kinds;
     for (std::size_t at = 0; at < lines.size(); at++) {
@@ -111,7 +109,7 @@ void tamper(Random &random, std::vector<std::string> *lines) {
         const std::vector<std::size_t> &calls = kinds[upto(random, kinds.size() - 1)];
         std::string &line = (*lines)[calls[upto(random, calls.size() - 1)]];
         const std::size_t behind = line.find(TRACE_EQUALS) + sizeof TRACE_EQUALS - 1;
-        // Or what another call of the kind got: a frame of another size, registers of another one.
+        // Or the result of another call of this kind: a frame of another size, another register.
         const std::string &other = (*lines)[calls[upto(random, calls.size() - 1)]];
         const std::string theirs = other.substr(other.find(TRACE_EQUALS) + sizeof TRACE_EQUALS - 1);
         line = line.substr(0, behind) +
@@ -121,7 +119,7 @@ void tamper(Random &random, std::vector<std::string> *lines) {
 
 }  // namespace
 
-TEST_CASE("recordings that were tampered with are played to an end") {
+TEST_CASE("modified recordings are replayed to an end") {
     const char *const sessions = std::getenv("SESSIONS");
     REQUIRE(sessions != nullptr);
     const char *const wanted = std::getenv("VERGENCE_TAMPER_ROUNDS");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Random frames, pairs and events, and sessions that are read back whole.
+/// Random frames, pairs and events, and comparison with sessions read back.
 #ifndef VERGENCE_TESTS_SESSION_TRY_HPP
 #define VERGENCE_TESTS_SESSION_TRY_HPP
 
@@ -88,7 +88,7 @@ inline bool same_stand(const pair_stand &a, const pair_stand &b) {
     return a.pan_q4 == b.pan_q4 && std::memcmp(a.position, b.position, sizeof a.position) == 0;
 }
 
-/// Whether all but the pixels of two frames is the same.
+/// Whether two frames are equal except for their pixels.
 inline bool same_frame(const pair_frame &a, const pair_frame &b) {
     return a.width_px == b.width_px && a.height_px == b.height_px && a.bits == b.bits &&
            a.layout == b.layout && a.sequence == b.sequence && a.begin_us == b.begin_us &&
@@ -99,7 +99,7 @@ inline bool same_frame(const pair_frame &a, const pair_frame &b) {
            std::memcmp(&a.picture, &b.picture, sizeof a.picture) == 0;
 }
 
-/// Checks that an event's pair is `made`, to the last pixel; its number is for the session to give.
+/// Whether an event's pair equals `made`, to the last pixel; its number is assigned by the session.
 inline bool same_pair(const session_reader &reader, const session_event &event,
                       const owned_pair &made) {
     const pair &a = event.pair, &b = made.value;

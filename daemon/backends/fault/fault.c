@@ -8,12 +8,12 @@ static struct fault_plan_effect next(const struct fault_common *common, const ch
     return fault_plan_next(common->plan, common->part, operation);
 }
 
-/// Whether the call is to fail without being made.
+/// Whether the call fails without being made.
 static bool fails_before(const struct fault_plan_effect *effect) {
     return effect->error != 0 && !effect->after;
 }
 
-/// The injected error of a call with a deadline.
+/// Injects the error of a call with a deadline.
 static int fail_by(const struct fault_common *common, int error, uint64_t deadline_us) {
     if (error == ERROR_TIMEOUT) {
         common->clock->operations->wait_until_us(common->clock->self, deadline_us);
@@ -26,7 +26,7 @@ static int result_of(const struct fault_plan_effect *effect, int error) {
     return error == ERROR_OK ? effect->error : error;
 }
 
-/// Wrong in every bit, so that no check can miss it by chance.
+/// Inverts every bit, so that no check can miss it by chance.
 static void garble(void *data, size_t bytes) {
     unsigned char *byte = data;
     for (size_t i = 0; i < bytes; i++) {
@@ -79,7 +79,7 @@ static int camera_start(void *opaque, const struct hal_camera_format *format) {
                : result_of(&effect, self->real->operations->start(self->real->self, format));
 }
 
-/// The stream ends in any case: a camera that cannot be stopped is one that has gone.
+/// Stops the stream in any case: an error models a camera that is gone.
 static int camera_stop(void *opaque) {
     const struct fault_camera *self = opaque;
     const struct fault_plan_effect effect = next(&self->common, "stop");
@@ -97,7 +97,7 @@ static int camera_take(void *opaque, uint64_t not_before_us, uint64_t deadline_u
     const int error =
         self->real->operations->take(self->real->self, not_before_us, deadline_us, &got);
     if (error == ERROR_OK && effect.error != 0) {
-        // Nobody above has the frame, so nobody else can give it back.
+        // The caller never gets the frame, so it must be returned here.
         self->real->operations->give_back(self->real->self, &got);
         return effect.error;
     }

@@ -24,7 +24,7 @@
 enum {
     HEADER_BYTES = 58,
     TEMPORARY_BYTES = sizeof TEMPORARY_PREFIX + HAL_STORE_NAME_MAX,
-    RECORD_MAX = 999999999,  // as many digits as the header has
+    RECORD_MAX = 999999999,  // limited by the header's digits
 };
 
 static bool is_letter(char c) {
@@ -50,8 +50,8 @@ static void temporary_name(const char *name, char temporary[TEMPORARY_BYTES]) {
     INVARIANT(length > 0 && length < TEMPORARY_BYTES);
 }
 
-/// The first line of a record's file. The name is part of the checksum, so that a file under
-/// another record's name is not taken for it.
+/// Makes the first line of a record's file. The checksum covers the name, so that a file under
+/// another record's name is rejected.
 static void make_header(const char *name, const void *data, size_t bytes,
                         char header[HEADER_BYTES + 1]) {
     INVARIANT(bytes <= RECORD_MAX);
@@ -63,7 +63,7 @@ static void make_header(const char *name, const void *data, size_t bytes,
     INVARIANT(length == HEADER_BYTES);
 }
 
-/// Opens a file of the directory, again after a signal; -1 with errno.
+/// Opens a file of the directory, restarting after a signal; -1 with errno.
 static int open_file(const struct store *self, const char *name, int flags) {
     int fd = -1;
     do {
@@ -72,12 +72,12 @@ static int open_file(const struct store *self, const char *name, int flags) {
     return fd;
 }
 
-/// Closes once, whatever happens: Linux frees the descriptor in any case.
+/// Closes once, whatever it returns: Linux always frees the descriptor.
 static bool close_fd(int fd) {
     return close(fd) == 0 || errno == EINTR;
 }
 
-/// Reads until `bytes` are there or the file ends; their number, or -1 with errno.
+/// Reads until `bytes` are read or the file ends; returns their number, or -1 with errno.
 static ssize_t read_all(int fd, void *data, size_t bytes) {
     char *next = data;
     size_t got = 0;
@@ -95,7 +95,7 @@ static ssize_t read_all(int fd, void *data, size_t bytes) {
     return (ssize_t)got;
 }
 
-/// The number of bytes that a header promises, or -1 when it is none.
+/// The number of bytes that a header states, or -1 if it is invalid.
 static long promised_bytes(const char header[HEADER_BYTES]) {
     static const char before[] = "vergence record 1: ";
     enum { DIGITS = 9 };
@@ -155,7 +155,7 @@ static int load(void *opaque, const char *name, void *data, size_t capacity, siz
     return error;
 }
 
-/// Writes the whole file under the temporary name, onto the disk. errno after false.
+/// Writes and syncs the whole file under the temporary name. False with errno.
 static bool write_temporary(const struct store *self, const char *temporary, const char *header,
                             const void *data, size_t bytes) {
     const int fd = open_file(self, temporary, O_WRONLY | O_CREAT | O_TRUNC);
@@ -187,7 +187,7 @@ static int save(void *opaque, const char *name, const void *data, size_t bytes) 
     if (!write_temporary(self, temporary, header, data, bytes) ||
         renameat(self->directory_fd, temporary, self->directory_fd, name) != 0) {
         const int error = errno == ENOENT ? ERROR_IO : file_error(errno);
-        // What cannot be removed now is removed at the next start.
+        // If it cannot be removed now, the next start removes it.
         unlinkat(self->directory_fd, temporary, 0);
         return error;
     }
@@ -206,7 +206,7 @@ static int remove_record(void *opaque, const char *name) {
     return ERROR_OK;
 }
 
-/// Removes what saves that were interrupted have left. That some stay does no harm.
+/// Removes leftovers of interrupted saves. A failure does no harm.
 static void remove_temporaries(const struct store *self) {
     const int fd = open_file(self, ".", O_RDONLY | O_DIRECTORY);
     DIR *stream = fd < 0 ? NULL : fdopendir(fd);
@@ -224,30 +224,30 @@ static void remove_temporaries(const struct store *self) {
     closedir(stream);
 }
 
-/// errno as a sentence's end: what to do.
+/// What to do about errno, as the end of a sentence.
 static const char *advice(int error_number) {
     switch (error_number) {
         case EWOULDBLOCK:
-            return "another process uses it; end that first";
+            return "end the other process that uses it";
         case ENOENT:
-            return "make the directory above it";
+            return "create its parent directory";
         case ENOTDIR:
-            return "name a directory";
+            return "give a directory";
         case EACCES:
         case EPERM:
-            return "the user who runs this must own it";
+            return "it must belong to the user who runs vergenced";
         default:
-            return "name a directory that can be written to";
+            return "give a writable directory";
     }
 }
 
-/// Makes, opens and locks the directory; its descriptor, or -1 with errno. One that was there may
-/// have been made just before a kill: its name is synced, too, where that can be done.
+/// Creates, opens and locks the directory; returns its descriptor, or -1 with errno. An existing
+/// one may have been created just before a kill, so its name is synced too, if possible.
 static int open_directory(const char *path) {
     const bool made = mkdir(path, 0700) == 0;
     if (!made && errno != EEXIST) {
         const int error_number = errno;
-        // A file system that cannot be written to may hold it all the same.
+        // A read-only file system may still contain it.
         if (error_number != EROFS && error_number != EACCES && error_number != EPERM) {
             return -1;
         }
@@ -272,8 +272,8 @@ int store_open(struct store *self, const char *path, struct message *message) {
     if (fd < 0) {
         const int error_number = errno;
         const int error = error_number == EWOULDBLOCK ? ERROR_REFUSED : file_error(error_number);
-        return message_set(message, error, "settings directory %s: %s; %s", path,
-                           error_number == EWOULDBLOCK ? "it is locked" : strerror(error_number),
+        return message_set(message, error, "settings directory %s: %s (%s)", path,
+                           error_number == EWOULDBLOCK ? "locked" : strerror(error_number),
                            advice(error_number));
     }
     self->directory_fd = fd;

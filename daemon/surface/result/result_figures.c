@@ -43,7 +43,7 @@ static uint32_t sigma_of(const struct triangulate_point *point) {
     return point->sigma_um;
 }
 
-/// First value whose running count exceeds `*rank`, which becomes the rank within that value.
+/// First value whose cumulative count exceeds `*rank`, which becomes the rank within that value.
 static uint32_t find_rank(const uint32_t *counts, uint32_t *rank) {
     uint32_t value = 0;
     while (*rank >= counts[value]) {
@@ -54,8 +54,8 @@ static uint32_t find_rank(const uint32_t *counts, uint32_t *rank) {
     return value;
 }
 
-/// The value that `percent` of the points do not exceed: counted by the upper half of its bits
-/// first, then among the points that share that half by the lower.
+/// The value that `percent` of the points do not exceed: first by a histogram of the upper half of
+/// its bits, then of the lower half among the points that share the upper.
 static double quantile_mm(const struct reconstruct_result *result, point_value *value_of,
                           int percent, uint32_t *counts) {
     uint32_t rank = (uint32_t)((uint64_t)(result->vertex_count - 1) * (uint32_t)percent / 100);
@@ -93,11 +93,10 @@ bool result_figures_spread(const struct reconstruct_result *result,
 
 const char *result_figures_rows_fault(const struct triangulate_vertical *vertical,
                                       const struct rectify_plan *plan, double scale) {
-    // In pixels of the images that were taken: in images made larger the same misfit is more of
-    // theirs. 30 pairs with calibrations that fit stay below 0.24, 0.39 and 0.24 px; a focal length
-    // that is off by 0.3 % makes trends of 0.48 px and more at VGA, lenses with k1 = -0.28 that are
-    // taken for straight ones curvatures of 0.73 px and more. Weak distortion that is left out
-    // (k1 = -0.05) stays below: rows hardly show it.
+    // In pixels of the raw images, as enlarging them scales the misfit. 30 pairs with matching
+    // calibrations stay below 0.24, 0.39 and 0.24 px; a focal length that is off by 0.3 % gives
+    // trends of 0.48 px and more at VGA, lenses with k1 = -0.28 treated as undistorted curvatures
+    // of 0.73 px and more. Weak distortion left out (k1 = -0.05) stays below: rows hardly show it.
     static const double median_max_px = 0.5, trend_max_px = 0.45, curve_max_px = 0.4;
     const double enlarged = scale > 1 ? scale : 1;
     const double trend_px = vertical->trend_px / enlarged, curve_px = vertical->curve_px / enlarged;
@@ -109,14 +108,13 @@ const char *result_figures_rows_fault(const struct triangulate_vertical *vertica
     const double turn_px = 0.5 * fabs(vertical->slope_x) * plan->width_px;
     const double offset_px = fabs(vertical->offset_px);
     if (curve_px > curve_max_px && vertical->curve_px > vertical->trend_px) {
-        return "they are curved against each other, as by another lens distortion";
+        return "they are curved relative to each other, as by a different lens distortion";
     }
     if (spread_px > offset_px && spread_px > turn_px) {
-        return "they spread from top to bottom, as by another focal length: has zoom or focus of "
-               "one "
-               "camera moved?";
+        return "they spread from top to bottom, as by a different focal length: check zoom and "
+               "focus of both cameras";
     }
-    return turn_px > offset_px
-               ? "they are turned against each other: has a camera rolled about its axis?"
-               : "they lie above each other: has a camera tilted?";
+    return turn_px > offset_px ? "they are rotated relative to each other: check whether a camera "
+                                 "has rolled about its axis"
+                               : "they are offset vertically: check whether a camera has tilted";
 }

@@ -34,7 +34,8 @@ int result_files_check(const char *list, const struct result_writer *writers, in
                 snprintf(names + used, sizeof names - used, "%s%s", i > 0 ? ", " : "",
                          writers[i].file_name);
             }
-            return message_set(message, ERROR_ARGUMENT, "unknown file \"%.*s\" in --files (%s)",
+            return message_set(message, ERROR_ARGUMENT,
+                               "unknown file \"%.*s\" in --files (expected %s)",
                                (int)(length < 80 ? length : 80), at, names);
         }
     }

@@ -7,10 +7,10 @@
 #include "daemon/base/json.h"
 #include "daemon/surface/result/result_figures.h"
 
-/// Of result.json: grows when a member changes its meaning or goes away.
+/// Version of result.json: incremented if a member changes its meaning or is removed.
 enum { RESULT_JSON_VERSION = 1, KEY_BYTES = 48 };
 
-/// A text's words up to the first colon as a JSON key: "no texture: ..." gives "no_texture".
+/// Converts a text up to the first colon to a JSON key: "no texture: ..." gives "no_texture".
 static void make_key(const char *text, char key[KEY_BYTES]) {
     size_t length = strcspn(text, ":");
     length = length < KEY_BYTES - 1 ? length : KEY_BYTES - 1;
@@ -33,7 +33,7 @@ static void print_inputs(const struct reconstruct_context *context, struct json 
     json_close_object(json);
 }
 
-/// Percent as elsewhere.
+/// In percent, as elsewhere.
 static void print_pictures(const struct reconstruct_context *context, struct json *json) {
     json_open_object(json, "pictures");
     for (int side = 0; side < 2; side++) {

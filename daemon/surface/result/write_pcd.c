@@ -34,7 +34,7 @@ int write_pcd(const struct reconstruct_context *context, const char *path,
         output_file_put_f32(bytes, (float)point->x_um / unit_um);
         output_file_put_f32(bytes + 4, (float)point->y_um / unit_um);
         output_file_put_f32(bytes + 8, (float)point->z_um / unit_um);
-        // The library's "rgb" is the integer 0x00RRGGBB in the bytes of a float.
+        // PCL's "rgb" is the integer 0x00RRGGBB in the bytes of a float.
         output_file_put_u32(bytes + 12,
                             (uint32_t)rgb[0] << 16 | (uint32_t)rgb[1] << 8 | (uint32_t)rgb[2]);
         output_file_put_f32(bytes + 16, (float)point->sigma_um / unit_um);

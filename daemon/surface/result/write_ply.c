@@ -13,7 +13,7 @@ static void put_header(const struct reconstruct_context *context,
     write_stamps(context, "comment", stream);
     fprintf(stream, "comment left camera frame: x right, y down, z forward; %s\n",
             context->metric ? reconstruct_context_unit_name(context)
-                            : "assumed geometry, lengths mean nothing");
+                            : "assumed geometry, lengths are meaningless");
     fprintf(stream, "element vertex %" PRIu32 "\n", result->vertex_count);
     fputs(
         "property float x\nproperty float y\nproperty float z\n"

@@ -323,7 +323,7 @@ class BadInput(Workshop):
         done = self.run_on()
         self.assert_good(done, 7)
         self.note(done, "left02.png")
-        self.assertIn("no known image format", self.note(done, "right04.png"))
+        self.assertIn("unknown image format", self.note(done, "right04.png"))
         self.assertIn("empty", self.note(done, "right08.png"))
 
     def test_photographs_of_twelve_megapixels_that_exif_turns(self):

@@ -86,7 +86,7 @@ class Calibration(unittest.TestCase):
 
     def test_lengths_in_metres_need_their_unit(self):
         files = self.write_opencv(unit=1e-3)
-        self.assert_refused(self.info(files, "--size", "640x480"), "in mm?", "--unit")
+        self.assert_refused(self.info(files, "--size", "640x480"), "possibly in metres", "--unit")
         page = self.explain(files, "--size", "640x480", "--unit", "m")
         self.assertAlmostEqual(page["translation_right_left_mm"][0], -99.5, 8)
 

@@ -102,13 +102,13 @@ class Config(unittest.TestCase):
                  "FILE:1: rig.sensor_address_left 94 does not go with rig.sensor_address_right "
                  "94, which must be another one from 8 to 119"),
                 ("faults = i2c.*@z\n",
-                 'FILE:1: faults: fault "i2c.*@z": a number of calls goes after @'),
+                 'FILE:1: faults: fault "i2c.*@z": @ requires a number of calls'),
                 ("faults = i2c.read@1=io\n",
-                 'FILE:1: faults: fault "i2c.read@1=io": i2c has no operation "read", but transfer, '
-                 "lines and *"),
+                 'FILE:1: faults: fault "i2c.read@1=io": i2c: unknown operation "read" (expected '
+                 "transfer, lines or *)"),
                 ("faults = stor.save@1=io\n",
-                 'FILE:1: faults: fault "stor.save@1=io": there is no part "stor", but i2c, left, '
-                 "right, gpio, uart, store, watchdog and *"),
+                 'FILE:1: faults: fault "stor.save@1=io": unknown part "stor" (expected i2c, left, '
+                 "right, gpio, uart, store, watchdog or *)"),
                 # Nor is one that the other settings leave out: its faults would never be seen.
                 ("faults = watchdog.feed@1=io\n",
                  'FILE:1: faults: there is no part "watchdog" with watchdog none'),

@@ -84,9 +84,9 @@ class Interrupt(DaemonTest):
         script = "# " + "x" * 511 + "log 1\n" + "wait\0 0\n" + "wait 0\n" + "y" * 5000 + "\nwait 0"
         done = self.vergence("--keep-going", input=script)
         self.assertEqual((done.returncode, done.stdout), (1, "OK\nOK\n"))
-        self.assertEqual(done.stderr, "vergence: the line is longer than 512 characters\n"
-                         "vergence: the line holds a control character\n"
-                         "vergence: the line is longer than 512 characters\n")
+        self.assertEqual(done.stderr, "vergence: line longer than 512 characters\n"
+                         "vergence: control character in the line\n"
+                         "vergence: line longer than 512 characters\n")
         done = self.vergence("--keep-going", "--json", input=script + "\n\"x\n@text wait 0\n")
         answers = [json.loads(line) for line in done.stdout.splitlines()]
         self.assertEqual(done.stderr, "")

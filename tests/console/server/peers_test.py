@@ -17,8 +17,8 @@ from person import Person
 
 INTERRUPTED = 130
 BUSY_S = 20  # that a program may have to wait for a processor
-SILENT = b"vergence: vergenced does not answer yet; Ctrl-C ends this\n"
-NO_ANSWER = "vergenced does not answer as it should"
+SILENT = b"vergence: vergenced does not answer yet; Ctrl-C gives up\n"
+NO_ANSWER = "invalid answer from vergenced"
 
 
 class Peers(DaemonTest):
@@ -152,7 +152,7 @@ class Peers(DaemonTest):
             self.assertEqual(peer.recv(4096), b"\x03")
             process.send_signal(signal.SIGINT)
             output, told = process.communicate(timeout=PATIENCE_S)
-            why = "interrupted twice: ended before vergenced said that the command was given up"
+            why = "interrupted twice: ended before vergenced confirmed the cancellation"
             self.assertEqual(process.returncode, INTERRUPTED)
             if "--json" in words:
                 answer = json.loads(output)
@@ -225,7 +225,7 @@ class Peers(DaemonTest):
             for words in ([], ["--json"]):
                 done = subprocess.run([*launcher, *connect, *words], stdin=directory, text=True,
                                       capture_output=True, timeout=PATIENCE_S)
-                why_all = f"standard input cannot be read: {why}"
+                why_all = f"cannot read standard input: {why}"
                 self.assertEqual(done.returncode, 1, done)
                 if words:
                     answer = json.loads(done.stdout)
@@ -245,7 +245,7 @@ class Peers(DaemonTest):
                 here.close()
                 done = self.vergence(*words, stdin=there)
             self.assertEqual((done.returncode, done.stdout, done.stderr),
-                             (1, "OK\n", "vergence: standard input cannot be read: Connection "
+                             (1, "OK\n", "vergence: cannot read standard input: Connection "
                               "reset by peer\n"))
 
     def test_quit_ends_a_script(self):
@@ -261,15 +261,15 @@ class Peers(DaemonTest):
     def test_options_in_the_wrong_place(self):
         for words, why in (
                 (["--json", "--connect", "unix:/x", "version"],
-                 '"--connect ADDRESS" comes first: "--json" goes between ADDRESS and the command'),
+                 '"--connect ADDRESS" must come first: put "--json" between ADDRESS and the command'),
                 (["--keep-going", "--connect=unix:/x"],
-                 '"--connect ADDRESS" comes first: "--keep-going" goes between ADDRESS and the '
+                 '"--connect ADDRESS" must come first: put "--keep-going" between ADDRESS and the '
                  "command"),
                 (["--connect", "unix:/x", "pan", "--json"],
-                 '"--json" goes between ADDRESS and the command'),
+                 'put "--json" between ADDRESS and the command'),
                 (["--connect", "unix:/x", "pan", "left", "--keep-going"],
-                 '"--keep-going" goes between ADDRESS and the command'),
-                (["--connect", "unix:", "status"], "unix:: expected is unix:PATH")):
+                 'put "--keep-going" between ADDRESS and the command'),
+                (["--connect", "unix:", "status"], 'invalid address "unix:" (expected unix:PATH)')):
             done = subprocess.run([VERGENCE, *words], capture_output=True, text=True,
                                   timeout=PATIENCE_S, stdin=subprocess.DEVNULL)
             self.assertEqual((done.returncode, done.stdout, done.stderr),

@@ -55,8 +55,8 @@ class Remote(DaemonTest):
         self.assertEqual((done.returncode, done.stdout.count("build")), (1, 1))
         done = self.vergence(input="@json version\n")
         self.assertEqual((done.returncode, done.stdout, done.stderr),
-                         (1, "", 'vergence: "@json": the client says for itself how it wants its '
-                          "answers; --json is for JSON\n"))
+                         (1, "", 'vergence: "@json": lines beginning with @ are reserved for the client '
+                          "(use --json for JSON)\n"))
         done = self.vergence(input="version\nwait 0\n")
         self.assertEqual((done.returncode, done.stdout.count("OK\n")), (0, 2))
 
@@ -74,18 +74,18 @@ class Remote(DaemonTest):
 
     def test_a_place_that_makes_no_sense(self):
         for where, why in (
-                ("carrier:pigeon", "expected is unix:PATH, tcp:HOST:PORT or serial:DEVICE"),
-                ("foo.sock", "expected is unix:PATH, tcp:HOST:PORT or serial:DEVICE"),
-                ("tcp:nowhere", "expected is tcp:HOST:PORT"),
-                ("tcp:127.0.0.1:73324", '"73324" is no port: expected is 1 to 65535'),
-                ("tcp:127.0.0.1:99999", '"99999" is no port: expected is 1 to 65535'),
-                ("tcp:127.0.0.1:0", '"0" is no port: expected is 1 to 65535'),
-                ("tcp:127.0.0.1:18446744073709551617", "is no port: expected is 1 to 65535"),
-                ("tcp:127.0.0.1:", '"" is no port: expected is 1 to 65535'),
-                ("tcp:127.0.0.1:8o", '"8o" is no port: expected is 1 to 65535'),
-                (f"serial:{self.console.name}:12345", "there is no speed of 12345 baud"),
-                (f"serial:{self.console.name}:4295082496", "expected is serial:DEVICE:BAUD"),
-                ("unix:/" + 200 * "x", "the path is too long")):
+                ("carrier:pigeon", "expected unix:PATH, tcp:HOST:PORT or serial:DEVICE"),
+                ("foo.sock", "expected unix:PATH, tcp:HOST:PORT or serial:DEVICE"),
+                ("tcp:nowhere", "expected tcp:HOST:PORT"),
+                ("tcp:127.0.0.1:73324", 'invalid port "73324"'),
+                ("tcp:127.0.0.1:99999", 'invalid port "99999"'),
+                ("tcp:127.0.0.1:0", 'invalid port "0" (expected 1 to 65535)'),
+                ("tcp:127.0.0.1:18446744073709551617", "invalid port"),
+                ("tcp:127.0.0.1:", 'invalid port ""'),
+                ("tcp:127.0.0.1:8o", 'invalid port "8o"'),
+                (f"serial:{self.console.name}:12345", "unsupported speed 12345"),
+                (f"serial:{self.console.name}:4295082496", "expected serial:DEVICE:BAUD"),
+                ("unix:/" + 200 * "x", "path too long")):
             done = self.vergence("version", where=where)
             self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1),
                              done.stderr)
@@ -218,12 +218,12 @@ class Remote(DaemonTest):
         os.mkdir(folder)
         os.symlink(pipe, self.path_of("link"))
         for there, why in (
-                (pipe, f"{pipe}: is there and is no file: give another name"),
-                (self.path_of("link"), f"{self.path_of('link')}: is there and is no file: give "
-                 "another name"),
-                (folder, f"{folder}: is there and is no file: it is a directory; give a name in "
-                 "it"),
-                (other, f"{other}.part: is there and is no file; remove it")):
+                (pipe, f"{pipe}: exists and is not a file (give another name)"),
+                (self.path_of("link"), f"{self.path_of('link')}: exists and is not a file (give "
+                 "another name)"),
+                (folder, f"{folder}: exists and is not a file (it is a directory: give a name "
+                 "in it)"),
+                (other, f"{other}.part: exists and is not a file (remove it)")):
             done = self.vergence("fetch", "session/frame.bin", there)
             self.assertEqual((done.returncode, done.stdout, done.stderr),
                              (1, "", f"vergence: {why}\n"))
@@ -293,16 +293,16 @@ class Remote(DaemonTest):
         os.remove(os.path.join(here, "f000.bin"))
         with open(os.path.join(here, "f300.bin"), "ab") as file:
             file.write(b"x")
-        refused("c1/f300.bin: is there with other content: give another name than c1")
+        refused("c1/f300.bin: exists with other contents (give another name than c1)")
         os.rename(os.path.join(here, "f300.bin"), os.path.join(here, "mine"))
-        refused("c1/mine: is there and belongs to something else: give another name than c1")
+        refused("c1/mine: exists and is not part of it (give another name than c1)")
         self.assertFalse(os.path.exists(os.path.join(here, "f000.bin")))
         with open(self.path_of("plain"), "w", encoding="ascii") as file:
             file.write("x")
-        refused("plain: is there and is no directory: give another name", "plain")
+        refused("plain: exists and is not a directory (give another name)", "plain")
         refused("no/such: No such file or directory", "no/such")
         os.mkdir(os.path.join(there, "deep"))
-        refused("c1: holds a directory, deep: fetch that, and files, by their own names", "new")
+        refused("c1: contains the directory deep (fetch it, and files, by name)", "new")
         self.assertFalse(os.path.exists(self.path_of("new")))
 
     def test_a_person(self):
@@ -392,7 +392,7 @@ class Remote(DaemonTest):
         for words in ((), ("--json",)):
             done = self.vergence(*words, "version", where=f"serial:{line.name}")
             self.assertEqual(done.returncode, 3, done)
-            self.assertIn(f"{line.name}: another program has it; end that first",
+            self.assertIn(f"{line.name}: in use by another program",
                           done.stdout + done.stderr)
             self.assertEqual((done.stdout + done.stderr).count("\n"), 1)
         first.send_signal(signal.SIGINT)
@@ -407,7 +407,7 @@ class Remote(DaemonTest):
              f"console={self.console.name}"], stdin=subprocess.DEVNULL, capture_output=True,
             text=True, timeout=PATIENCE_S, check=False)
         self.assertNotEqual(done.returncode, 0)
-        self.assertIn(f"console = {self.console.name}: another program has it; end that first",
+        self.assertIn(f"console = {self.console.name}: in use by another program",
                       done.stderr)
 
     def test_a_serial_line_that_loses_bytes(self):

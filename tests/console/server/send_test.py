@@ -90,7 +90,7 @@ class Send(DaemonTest):
         self.assertIn("plain name", self.refused(path, "../x"))
         self.assertIn("plain name", self.refused(path, ".x"))
         self.assertIn("No such file", self.refused("/no/such/file"))
-        self.assertIn("is no file", self.refused("/tmp"))
+        self.assertIn("not a file", self.refused("/tmp"))
         os.makedirs(os.path.join(self.files, "directory"), exist_ok=True)
         self.assertIn("is no file here", self.refused(path, "directory"))
         os.truncate(path, 16 * 1024 * 1024 + 1)
@@ -219,7 +219,7 @@ class Send(DaemonTest):
             file.write(f"{body}crc32 {zlib.crc32(body.encode()):08x}\n")
         answer, = self.client().ask("calibration set metres.txt")
         self.assertEqual(answer[:12], "ERR BASELINE")
-        self.assertIn("in mm?", answer)
+        self.assertIn("possibly in metres", answer)
         self.assertTrue(self.client().ask_json("calibration set metres.txt mm")["ok"])
         self.assertTrue(self.client().ask_json("calibration set rig.txt")["ok"])
         with open(os.path.join(self.files, "bad.txt"), "w", encoding="ascii") as file:

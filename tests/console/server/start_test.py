@@ -152,7 +152,7 @@ class NoSocket(unittest.TestCase):
 
     def test_a_console_that_is_none(self):
         for path, why in (("/no/such", "No such file or directory"),
-                          ("/dev/null", "is no serial line")):
+                          ("/dev/null", "not a serial line")):
             self.assertEqual(self.refused("socket=none", f"console={path}"),
                              f"vergenced: console = {path}: {why}\n")
 

@@ -164,7 +164,7 @@ TEST_CASE("a failure leaves the earlier set as it was") {
         }
         CHECK(outdir_commit(&directory, names, 3, "end.txt", &text) == ERROR_BUFFER);
         CHECK(std::string(text.text) == "writing " + (place / "out/b.txt") + " failed: " +
-                                            (pipe ? "is there and is no file" : "Is a directory"));
+                                            (pipe ? "exists and is not a file" : "Is a directory"));
         CHECK(contents(place / "out/a.txt") == "old");
         CHECK(contents(place / "out/end.txt") == "old");
         CHECK(fs::is_fifo(place / "out/b.txt") == pipe);
