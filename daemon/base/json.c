@@ -23,19 +23,31 @@ static int utf8_length(const unsigned char *text) {
     if (lead < 0x80) {
         return 1;
     }
-    const int length = lead >= 0xc2 && lead <= 0xdf   ? 2
-                       : lead >= 0xe0 && lead <= 0xef ? 3
-                       : lead >= 0xf0 && lead <= 0xf4 ? 4
-                                                      : 0;
-    for (int i = 1; i < length; i++) {
-        if ((text[i] & 0xc0) != 0x80) {
+    // The second byte's range excludes overlong forms, surrogates, and all beyond U+10FFFF.
+    static const struct {
+        unsigned char first, last;  // of the lead byte
+        unsigned char second_min, second_max;
+        int length;
+    } forms[] = {
+        {0xc2, 0xdf, 0x80, 0xbf, 2}, {0xe0, 0xe0, 0xa0, 0xbf, 3}, {0xe1, 0xec, 0x80, 0xbf, 3},
+        {0xed, 0xed, 0x80, 0x9f, 3}, {0xee, 0xef, 0x80, 0xbf, 3}, {0xf0, 0xf0, 0x90, 0xbf, 4},
+        {0xf1, 0xf3, 0x80, 0xbf, 4}, {0xf4, 0xf4, 0x80, 0x8f, 4},
+    };
+    for (size_t i = 0; i < sizeof forms / sizeof forms[0]; i++) {
+        if (lead < forms[i].first || lead > forms[i].last) {
+            continue;
+        }
+        if (text[1] < forms[i].second_min || text[1] > forms[i].second_max) {
             return 0;
         }
+        for (int k = 2; k < forms[i].length; k++) {
+            if ((text[k] & 0xc0) != 0x80) {
+                return 0;
+            }
+        }
+        return forms[i].length;
     }
-    const bool overlong = (lead == 0xe0 && text[1] < 0xa0) || (lead == 0xf0 && text[1] < 0x90);
-    const bool surrogate = lead == 0xed && text[1] > 0x9f;
-    const bool beyond = lead == 0xf4 && text[1] > 0x8f;
-    return overlong || surrogate || beyond ? 0 : length;
+    return 0;
 }
 
 static void put_text(FILE *stream, const char *text) {

@@ -36,6 +36,20 @@ static bool is_hex(char c) {
     return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F');
 }
 
+/// Skips the rest of an escape, after the backslash.
+static bool skip_escape(struct scan *scan) {
+    if (!take(scan, 'u')) {
+        return scan->at < scan->end && *scan->at != '\0' &&
+               strchr("\"\\/bfnrt", *scan->at++) != NULL;
+    }
+    for (int i = 0; i < 4; i++) {
+        if (scan->at >= scan->end || !is_hex(*scan->at++)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 static bool skip_string(struct scan *scan) {
     if (!take(scan, '"')) {
         return false;
@@ -45,17 +59,7 @@ static bool skip_string(struct scan *scan) {
         if ((unsigned char)c < ' ') {
             return false;
         }
-        if (c != '\\') {
-            continue;
-        }
-        if (take(scan, 'u')) {
-            for (int i = 0; i < 4; i++) {
-                if (scan->at >= scan->end || !is_hex(*scan->at++)) {
-                    return false;
-                }
-            }
-        } else if (scan->at >= scan->end || *scan->at == '\0' ||
-                   strchr("\"\\/bfnrt", *scan->at++) == NULL) {
+        if (c == '\\' && !skip_escape(scan)) {
             return false;
         }
     }

@@ -323,6 +323,25 @@ static void erase_next(struct editor *self) {
     }
 }
 
+/// Executes the key ESC [ `parameter` ~ of the VT220.
+static void edit_key(struct editor *self, char parameter) {
+    switch (parameter) {
+        case '1':
+        case '7':
+            motion(self, 'H');
+            break;
+        case '4':
+        case '8':
+            motion(self, 'F');
+            break;
+        case '3':
+            erase_next(self);
+            break;
+        default:
+            break;
+    }
+}
+
 /// Processes a byte of an escape sequence (ECMA-48: ESC [ parameters letter; ESC O letter).
 static void feed_escape(struct editor *self, char byte) {
     if (self->escape == ESCAPE_BEGUN) {
@@ -335,14 +354,10 @@ static void feed_escape(struct editor *self, char byte) {
         return;
     }
     self->escape = ESCAPE_NONE;
-    if (byte != '~') {
+    if (byte == '~') {
+        edit_key(self, self->parameter);
+    } else {
         motion(self, byte);
-    } else if (self->parameter == '1' || self->parameter == '7') {
-        motion(self, 'H');
-    } else if (self->parameter == '4' || self->parameter == '8') {
-        motion(self, 'F');
-    } else if (self->parameter == '3') {
-        erase_next(self);
     }
 }
 

@@ -243,21 +243,33 @@ static bool print_help(const struct option_page *page, const char *argument) {
     return true;
 }
 
+/// Prints the help that one of the arguments asks for: it must work even if the rest of the line is
+/// wrong. False: none does.
+static bool find_help(const struct option_page *page, int argc, char **argv) {
+    for (int i = 1; i < argc && strcmp(argv[i], "--") != 0; i++) {
+        if (print_help(page, argv[i])) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool is_option(const char *argument) {
+    return argument[0] == '-' && argument[1] != '\0';
+}
+
 int options_parse(const struct option_page *page, int argc, char **argv, void *values,
                   const char **operands, int *operand_count) {
     struct message mistake;
     int taken = 0;
     bool only_operands = false;
-    // Help first: it must work even if the rest of the line is wrong.
-    for (int i = 1; i < argc && strcmp(argv[i], "--") != 0; i++) {
-        if (print_help(page, argv[i])) {
-            return CLIENT_OK;
-        }
+    if (find_help(page, argc, argv)) {
+        return CLIENT_OK;
     }
     for (int i = 1; i < argc; i++) {
         if (!only_operands && strcmp(argv[i], "--") == 0) {
             only_operands = true;
-        } else if (!only_operands && argv[i][0] == '-' && argv[i][1] != '\0') {
+        } else if (!only_operands && is_option(argv[i])) {
             if (take_option(page, argc, argv, &i, values, &mistake) != OPTIONS_CONTINUE) {
                 return refuse(page, &mistake);
             }

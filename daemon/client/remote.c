@@ -235,23 +235,14 @@ int remote_greet(struct remote *self, remote_show *show, void *cookie, struct me
                : message_set(message, ERROR_VERSION, "invalid answer from vergenced");
 }
 
-/// remote_ask over a socket, which loses nothing.
-static int ask_socket(struct remote *self, const char *command, remote_show *show, void *cookie,
-                      struct message *message) {
-    char request[REMOTE_REQUEST_BYTES];
-    const int length =
-        snprintf(request, sizeof request, "@%sprogress %s\n", self->json ? "json," : "", command);
-    if (length < 0 || (size_t)length >= sizeof request) {
-        return message_set(message, ERROR_SYNTAX, "the command is too long");
-    }
-    if (remote_interrupted(self)) {
-        return give_up(message);
-    }
-    const bool sent = remote_line_send(&self->line, request, (size_t)length);
+/// Shows the answer to a request that was sent. 0: OK; 1: ERR; ERROR_DEVICE or ERROR_VERSION with a
+/// message.
+static int show_answer(struct remote *self, remote_show *show, void *cookie,
+                       struct message *message) {
     for (;;) {
         char *text = NULL;
         bool ok = false;
-        if (!sent || remote_receive(self, REMOTE_FOREVER_MS, &text) != 0) {
+        if (remote_receive(self, REMOTE_FOREVER_MS, &text) != 0) {
             remote_progress(self, "", 0, 0);
             return message_set(message, ERROR_DEVICE, "connection lost");
         }
@@ -268,6 +259,25 @@ static int ask_socket(struct remote *self, const char *command, remote_show *sho
             return ok ? 0 : 1;
         }
     }
+}
+
+/// remote_ask over a socket, which loses nothing.
+static int ask_socket(struct remote *self, const char *command, remote_show *show, void *cookie,
+                      struct message *message) {
+    char request[REMOTE_REQUEST_BYTES];
+    const int length =
+        snprintf(request, sizeof request, "@%sprogress %s\n", self->json ? "json," : "", command);
+    if (length < 0 || (size_t)length >= sizeof request) {
+        return message_set(message, ERROR_SYNTAX, "command too long");
+    }
+    if (remote_interrupted(self)) {
+        return give_up(message);
+    }
+    if (!remote_line_send(&self->line, request, (size_t)length)) {
+        remote_progress(self, "", 0, 0);
+        return message_set(message, ERROR_DEVICE, "connection lost");
+    }
+    return show_answer(self, show, cookie, message);
 }
 
 int remote_ask(struct remote *self, const char *command, remote_show *show, void *cookie,
@@ -306,6 +316,24 @@ static int take_answer(struct remote *self, int limit_ms, struct json_value *ans
     }
 }
 
+/// Reads an intact answer. 0: OK, with `result`; else ERROR_REFUSED or ERROR_CANCELLED.
+static int read_answer(struct remote *self, struct json_value answer, struct json_value *result,
+                       struct message *message) {
+    char name[32] = "";
+    char text[512] = "";
+    *result = json_reader_member(answer, "result");
+    if (json_reader_true(json_reader_member(answer, "ok"))) {
+        return 0;
+    }
+    json_reader_text(json_reader_member(answer, "error"), name, sizeof name);
+    json_reader_text(json_reader_member(answer, "message"), text, sizeof text);
+    if (self->interrupted && strcmp(name, error_name(ERROR_CANCELLED)) == 0) {
+        return give_up(message);
+    }
+    self->refused = true;
+    return message_set(message, ERROR_REFUSED, "%s %s", name, text);
+}
+
 int remote_call(struct remote *self, const char *command, struct json_value *result,
                 struct message *message) {
     const int patience_ms = self->line.serial ? CALL_SERIAL_MS : CALL_SOCKET_MS;
@@ -315,8 +343,6 @@ int remote_call(struct remote *self, const char *command, struct json_value *res
     for (int i = 0; i < CALL_TRIES && silent < SILENT_TRIES; i++) {
         char request[REMOTE_REQUEST_BYTES];
         char prefix[32];
-        char name[32] = "";
-        char text[512] = "";
         struct json_value answer;
         if (remote_interrupted(self)) {
             return give_up(message);
@@ -324,7 +350,7 @@ int remote_call(struct remote *self, const char *command, struct json_value *res
         self->id = remote_next_id(self);
         snprintf(prefix, sizeof prefix, "json,id=%" PRId32, self->id);
         if (!remote_seal_request(prefix, command, request)) {
-            return message_set(message, ERROR_SYNTAX, "the command is too long");
+            return message_set(message, ERROR_SYNTAX, "command too long");
         }
         const bool sent = remote_line_send(&self->line, request, strlen(request));
         error = sent ? take_answer(self, patience_ms, &answer) : ERROR_DEVICE;
@@ -332,20 +358,9 @@ int remote_call(struct remote *self, const char *command, struct json_value *res
             return message_set(message, ERROR_DEVICE, "connection lost");
         }
         silent = error == ERROR_TIMEOUT ? silent + 1 : 0;
-        if (error != 0) {
-            continue;
+        if (error == 0) {
+            return read_answer(self, answer, result, message);
         }
-        *result = json_reader_member(answer, "result");
-        if (json_reader_true(json_reader_member(answer, "ok"))) {
-            return 0;
-        }
-        json_reader_text(json_reader_member(answer, "error"), name, sizeof name);
-        json_reader_text(json_reader_member(answer, "message"), text, sizeof text);
-        if (self->interrupted && strcmp(name, error_name(ERROR_CANCELLED)) == 0) {
-            return give_up(message);
-        }
-        self->refused = true;
-        return message_set(message, ERROR_REFUSED, "%s %s", name, text);
     }
     return message_set(message, ERROR_TIMEOUT, "no undamaged answer arrives over the line");
 }

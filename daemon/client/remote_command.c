@@ -153,6 +153,37 @@ static int interrupted_code(void) {
     return ferror(stdout) != 0 ? CLIENT_FAILED : EXIT_INTERRUPTED;
 }
 
+/// The exit code of a line that remote_files has carried out with this `error`.
+static int files_code(struct remote *self, int error, const struct message *message) {
+    if (error == 0) {
+        return CLIENT_OK;
+    }
+    const bool broken = error == ERROR_DEVICE || error == ERROR_TIMEOUT;
+    const int code = self->interrupted ? interrupted_code()
+                     : broken          ? REMOTE_EXIT_LINE
+                                       : REMOTE_EXIT_ERR;
+    // In JSON it has been shown, and so has the instrument's own error.
+    return self->json || error > 0 ? code : fail(self, error, message, code);
+}
+
+/// The exit code of a command with this result of remote_ask.
+static int ask_code(struct remote *self, int result, const struct message *message) {
+    switch (result) {
+        case 0:
+            return CLIENT_OK;
+        case 1:
+            return self->interrupted ? interrupted_code() : REMOTE_EXIT_ERR;
+        case ERROR_CANCELLED:
+            return fail(self, result, message, interrupted_code());
+        case ERROR_CRC:
+        case ERROR_SYNTAX:
+        case ERROR_MEMORY:
+            return fail(self, result, message, REMOTE_EXIT_ERR);
+        default:
+            return fail(self, result, message, REMOTE_EXIT_LINE);
+    }
+}
+
 /// Runs a line of a script, or the command of the command line.
 static int run_line(struct remote *self, const char *line) {
     char storage[COMMAND_LINE_MAX + 1];
@@ -176,30 +207,28 @@ static int run_line(struct remote *self, const char *line) {
     }
     int error = 0;
     if (remote_files(self, line, show, NULL, &error, &message) != 0) {
-        const bool broken = error == ERROR_DEVICE || error == ERROR_TIMEOUT;
-        const int code = self->interrupted ? interrupted_code()
-                         : broken          ? REMOTE_EXIT_LINE
-                                           : REMOTE_EXIT_ERR;
-        // In JSON it has been shown, and so has the instrument's own error.
-        return error == 0                ? CLIENT_OK
-               : self->json || error > 0 ? code
-                                         : fail(self, error, &message, code);
+        return files_code(self, error, &message);
     }
     const int result = remote_ask(self, line, show, NULL, &message);
-    if (result < 0) {
-        const bool own = result == ERROR_CRC || result == ERROR_SYNTAX || result == ERROR_MEMORY;
-        return fail(self, result, &message,
-                    result == ERROR_CANCELLED ? interrupted_code()
-                    : own                     ? REMOTE_EXIT_ERR
-                                              : REMOTE_EXIT_LINE);
+    if (result >= 0) {
+        self->over = result == 0 && strcmp(words[0], "quit") == 0;
     }
-    self->over = result == 0 && strcmp(words[0], "quit") == 0;
-    return result == 0 ? CLIENT_OK : self->interrupted ? interrupted_code() : REMOTE_EXIT_ERR;
+    return ask_code(self, result, &message);
+}
+
+/// Reports a line of a script that cannot be run. The exit code.
+static int refuse_line(struct remote *self, enum remote_script_line kind) {
+    struct message message;
+    if (kind == REMOTE_SCRIPT_TOO_LONG) {
+        message_set(&message, 0, "line longer than %d characters", COMMAND_LINE_MAX);
+    } else {
+        message_set(&message, 0, "control character in the line");
+    }
+    return refuse(self, &message);
 }
 
 static int run_script(struct remote *self, bool keep_going) {
     static struct remote_script script;
-    struct message message;
     int worst = CLIENT_OK;
     for (;;) {
         const enum remote_script_line kind = remote_script_next(&script, self);
@@ -207,22 +236,31 @@ static int run_script(struct remote *self, bool keep_going) {
             return self->interrupted ? interrupted_code() : worst;
         }
         if (kind == REMOTE_SCRIPT_BROKEN) {
+            struct message message;
             message_set(&message, 0, "cannot read standard input: %s",
                         strerror(script.errno_of_read));
             return fail(self, file_error(script.errno_of_read), &message, REMOTE_EXIT_ERR);
         }
-        if (kind == REMOTE_SCRIPT_TOO_LONG) {
-            message_set(&message, 0, "line longer than %d characters", COMMAND_LINE_MAX);
-        } else if (kind == REMOTE_SCRIPT_CONTROL) {
-            message_set(&message, 0, "control character in the line");
-        }
         const int code =
-            kind == REMOTE_SCRIPT_LINE ? run_line(self, script.line) : refuse(self, &message);
+            kind == REMOTE_SCRIPT_LINE ? run_line(self, script.line) : refuse_line(self, kind);
         worst = code != CLIENT_OK ? code : worst;
         if (self->over || (code != CLIENT_OK && (!keep_going || code != REMOTE_EXIT_ERR))) {
             return worst;
         }
     }
+}
+
+/// Appends a word at `length`; inside quotes, quotes and backslashes are escaped. The new length,
+/// at most `bytes` - 2.
+static size_t append_word(char *line, size_t length, size_t bytes, const char *word, bool quoted) {
+    for (; *word != '\0' && length + 4 < bytes; word++) {
+        if (quoted && (*word == '"' || *word == '\\')) {
+            line[length++] = '\\';
+        }
+        line[length++] = *word;
+    }
+    line[length] = '\0';
+    return length;
 }
 
 /// Joins the words; quotes those with blanks or quotes.
@@ -233,13 +271,7 @@ static bool join(char *const *words, int count, char *line, size_t bytes) {
         const bool quoted = count > 1 && (words[i][0] == '\0' || strpbrk(words[i], " \t\"#"));
         const char *const lead = i > 0 ? " " : "";
         length += (size_t)snprintf(line + length, bytes - length, "%s%s", lead, quoted ? "\"" : "");
-        for (const char *at = words[i]; *at != '\0' && length + 4 < bytes; at++) {
-            if (quoted && (*at == '"' || *at == '\\')) {
-                line[length++] = '\\';
-            }
-            line[length++] = *at;
-        }
-        line[length] = '\0';
+        length = append_word(line, length, bytes, words[i], quoted);
         length += (size_t)snprintf(line + length, bytes - length, "%s", quoted ? "\"" : "");
         if (length + 8 >= bytes) {
             return false;

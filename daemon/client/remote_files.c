@@ -50,6 +50,33 @@ static int move_file(struct remote *self, bool fetch, const char *name, const ch
     return error;
 }
 
+/// What a line does with whole files.
+enum transfer { NO_TRANSFER, FETCH, SEND, SNAPSHOT };
+
+static enum transfer transfer_of(const char *const *words, size_t count) {
+    if (strcmp(words[0], "snapshot") == 0) {
+        return SNAPSHOT;
+    }
+    if (count > 1 && strcmp(words[0], "send") == 0) {
+        return SEND;
+    }
+    // "fetch NAME OFFSET" is for the instrument.
+    const bool is_block = count == 3 && words[2][strspn(words[2], "0123456789")] == '\0';
+    return count > 1 && !is_block && strcmp(words[0], "fetch") == 0 ? FETCH : NO_TRANSFER;
+}
+
+/// Shows an error as an answer in JSON.
+static void show_failure(struct remote *self, remote_show *show, void *cookie, int error,
+                         const struct message *message) {
+    if (error == ERROR_REFUSED && self->refused) {
+        char refusal[MESSAGE_BYTES + 8];
+        snprintf(refusal, sizeof refusal, "ERR %s", message->text);  // from the daemon
+        remote_show_refusal(self, show, cookie, refusal);
+    } else if (error < 0) {
+        remote_show_error(self, show, cookie, error, message->text);
+    }
+}
+
 int remote_files(struct remote *self, const char *line, remote_show *show, void *cookie, int *error,
                  struct message *message) {
     char storage[COMMAND_LINE_MAX + 1];
@@ -60,29 +87,22 @@ int remote_files(struct remote *self, const char *line, remote_show *show, void 
         return 0;
     }
     INVARIANT(words[0] != NULL);
-    const bool snapshot = strcmp(words[0], "snapshot") == 0;
-    const bool fetch = strcmp(words[0], "fetch") == 0 && count > 1;
-    const bool send = strcmp(words[0], "send") == 0 && count > 1;
-    // "fetch NAME OFFSET" is for the instrument.
-    if ((!fetch && !send && !snapshot) ||
-        (fetch && count == 3 && words[2][strspn(words[2], "0123456789")] == '\0')) {
+    const enum transfer transfer = transfer_of(words, count);
+    if (transfer == NO_TRANSFER) {
         return 0;
     }
     self->refused = false;
-    if (snapshot) {
+    if (transfer == SNAPSHOT) {
         *error = remote_snapshot(self, line, show, cookie, message);
     } else {
         char plain[COMMAND_LINE_MAX + 1];
+        const bool fetch = transfer == FETCH;
         const char *name = fetch ? without_end(words[1], plain) : words[1];
         const char *other = count == 3 ? words[2] : base_name(name);
         *error = move_file(self, fetch, name, other, show, cookie, message);
     }
-    if (self->json && *error == ERROR_REFUSED && self->refused) {
-        char refusal[MESSAGE_BYTES + 8];
-        snprintf(refusal, sizeof refusal, "ERR %s", message->text);  // from the daemon
-        remote_show_refusal(self, show, cookie, refusal);
-    } else if (self->json && *error < 0) {
-        remote_show_error(self, show, cookie, *error, message->text);
+    if (self->json) {
+        show_failure(self, show, cookie, *error, message);
     }
     return 1;
 }

@@ -280,6 +280,26 @@ static int fill(struct remote_line *self) {
     return bytes == 0 || (errno != EAGAIN && errno != EINTR) ? ERROR_DEVICE : 0;
 }
 
+/// Waits for data until `end_us` (if `limit_ms` is not negative) and reads it. 0, or an error of
+/// remote_line_receive.
+static int await(struct remote_line *self, int limit_ms, uint64_t end_us, int extra_fd,
+                 bool *extra_ready) {
+    struct pollfd fds[] = {{.fd = self->fd, .events = POLLIN}, {.fd = extra_fd, .events = POLLIN}};
+    const uint64_t now_us = monotonic_now_us();
+    if (limit_ms >= 0 && now_us >= end_us) {
+        return ERROR_TIMEOUT;
+    }
+    const int wait_ms = limit_ms < 0 ? -1 : (int)((end_us - now_us) / 1000) + 1;
+    if (poll(fds, 2, wait_ms) < 0) {
+        return ERROR_CANCELLED;
+    }
+    if (fds[1].revents != 0) {
+        *extra_ready = true;
+        return ERROR_CANCELLED;
+    }
+    return fds[0].revents != 0 && fill(self) != 0 ? ERROR_DEVICE : 0;
+}
+
 int remote_line_receive(struct remote_line *self, int limit_ms, int extra_fd, bool *extra_ready,
                         char **text) {
     const uint64_t end_us = monotonic_now_us() + (uint64_t)(limit_ms > 0 ? limit_ms : 0) * 1000;
@@ -293,22 +313,9 @@ int remote_line_receive(struct remote_line *self, int limit_ms, int extra_fd, bo
             self->skipping = false;
             continue;
         }
-        struct pollfd fds[] = {{.fd = self->fd, .events = POLLIN},
-                               {.fd = extra_fd, .events = POLLIN}};
-        const uint64_t now_us = monotonic_now_us();
-        if (limit_ms >= 0 && now_us >= end_us) {
-            return ERROR_TIMEOUT;
-        }
-        const int wait_ms = limit_ms < 0 ? -1 : (int)((end_us - now_us) / 1000) + 1;
-        if (poll(fds, 2, wait_ms) < 0) {
-            return ERROR_CANCELLED;
-        }
-        if (fds[1].revents != 0) {
-            *extra_ready = true;
-            return ERROR_CANCELLED;
-        }
-        if (fds[0].revents != 0 && fill(self) != 0) {
-            return ERROR_DEVICE;
+        const int error = await(self, limit_ms, end_us, extra_fd, extra_ready);
+        if (error != 0) {
+            return error;
         }
     }
 }

@@ -30,6 +30,29 @@ static bool read_more(struct remote_script *self, struct remote *remote) {
     }
 }
 
+/// Adds a character other than the line end; `kind` becomes what the line is with it.
+static void add(struct remote_script *self, char next, size_t *length,
+                enum remote_script_line *kind) {
+    if (next == '\0') {
+        *kind = REMOTE_SCRIPT_CONTROL;
+    } else if (*length + 1 < sizeof self->line) {
+        self->line[(*length)++] = next;
+    } else if (*kind == REMOTE_SCRIPT_LINE && next != '\r') {
+        *kind = REMOTE_SCRIPT_TOO_LONG;
+    }
+}
+
+/// What follows once no more can be read. A partial line is dropped if the user interrupted it or a
+/// read error cut it off.
+static enum remote_script_line kind_at_end(const struct remote_script *self,
+                                           const struct remote *remote, bool begun,
+                                           enum remote_script_line kind) {
+    if (self->errno_of_read != 0) {
+        return REMOTE_SCRIPT_BROKEN;
+    }
+    return begun && !remote->interrupted ? kind : REMOTE_SCRIPT_END;
+}
+
 enum remote_script_line remote_script_next(struct remote_script *self, struct remote *remote) {
     enum remote_script_line kind = REMOTE_SCRIPT_LINE;
     size_t length = 0;
@@ -39,10 +62,7 @@ enum remote_script_line remote_script_next(struct remote_script *self, struct re
     }
     for (;;) {
         if (self->begin == self->end && !read_more(self, remote)) {
-            // A partial line is dropped if the user interrupted it or a read error cut it off.
-            kind = self->errno_of_read != 0        ? REMOTE_SCRIPT_BROKEN
-                   : begun && !remote->interrupted ? kind
-                                                   : REMOTE_SCRIPT_END;
+            kind = kind_at_end(self, remote, begun, kind);
             break;
         }
         const char next = self->data[self->begin++];
@@ -50,13 +70,7 @@ enum remote_script_line remote_script_next(struct remote_script *self, struct re
         if (next == '\n') {
             break;
         }
-        if (next == '\0') {
-            kind = REMOTE_SCRIPT_CONTROL;
-        } else if (length + 1 < sizeof self->line) {
-            self->line[length++] = next;
-        } else if (kind == REMOTE_SCRIPT_LINE && next != '\r') {
-            kind = REMOTE_SCRIPT_TOO_LONG;
-        }
+        add(self, next, &length, &kind);
     }
     if (length > 0 && self->line[length - 1] == '\r') {
         length--;

@@ -66,6 +66,20 @@ void remote_seal_strip_json(char *line) {
     }
 }
 
+/// Parses what is between # and the digits of the CRC: nothing, or a request id and a comma.
+static bool read_id(const char *text, const char *end, int32_t *id) {
+    const size_t digits = strspn(text, "0123456789");
+    *id = REMOTE_SEAL_NO_ID;
+    if (text == end) {
+        return true;
+    }
+    if (text + digits + 1 != end || text[digits] != ',' || digits == 0 || digits > ID_DIGITS_MAX) {
+        return false;
+    }
+    *id = (int32_t)strtol(text, NULL, 10);
+    return true;
+}
+
 enum remote_seal remote_seal_take_text(char *line, uint32_t crc, int32_t *id) {
     const size_t length = strlen(line);
     char *const begin = strrchr(line, '#');
@@ -73,17 +87,15 @@ enum remote_seal remote_seal_take_text(char *line, uint32_t crc, int32_t *id) {
         return REMOTE_SEAL_NONE;
     }
     const char *const digits = line + length - CRC_DIGITS;
-    const size_t number = strspn(begin + 1, "0123456789");
-    const bool numbered = begin + 1 + number + 1 == digits && begin[1 + number] == ',';
-    uint32_t told = 0;
-    if (!(begin + 1 == digits || (numbered && number > 0 && number <= ID_DIGITS_MAX)) ||
-        !read_crc(digits, &told)) {
+    uint32_t stated = 0;
+    int32_t stated_id = REMOTE_SEAL_NO_ID;
+    if (!read_id(begin + 1, digits, &stated_id) || !read_crc(digits, &stated)) {
         return REMOTE_SEAL_NONE;
     }
-    if (crc_update(crc, line, (size_t)(digits - line)) != told) {
+    if (crc_update(crc, line, (size_t)(digits - line)) != stated) {
         return REMOTE_SEAL_DAMAGED;
     }
-    *id = numbered ? (int32_t)strtol(begin + 1, NULL, 10) : REMOTE_SEAL_NO_ID;
+    *id = stated_id;
     begin[-1] = '\0';
     return REMOTE_SEAL_WHOLE;
 }

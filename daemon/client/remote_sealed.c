@@ -71,23 +71,29 @@ static bool lacks_rounds(const struct hearing *self) {
     return self->rounds && self->ever_damaged;
 }
 
+/// Keeps a line until its CRC arrives with the last line; progress is shown at once.
+static void keep_line(struct hearing *self, const char *line) {
+    const size_t bytes = strlen(line) + 1;
+    if (bytes > REMOTE_LINE_BYTES - self->length) {
+        note_damage(self);
+    } else if (!remote_show_progress(self->remote, line)) {
+        memcpy(self->text + self->length, line, bytes - 1);
+        self->text[self->length + bytes - 1] = '\n';
+        self->length += bytes;
+    }
+}
+
 /// Processes a line of a text answer.
 static enum outcome hear_text(struct hearing *self, char *line) {
     int32_t id = REMOTE_SEAL_NO_ID;
     const uint32_t crc = crc_update(0, self->text, self->length);
     const enum remote_seal seal = remote_seal_take_text(line, crc, &id);
-    const size_t bytes = strlen(line) + 1;
-    if (seal == REMOTE_SEAL_DAMAGED ||
-        (seal == REMOTE_SEAL_NONE && bytes > REMOTE_LINE_BYTES - self->length)) {
+    if (seal == REMOTE_SEAL_DAMAGED) {
         note_damage(self);
         return GOES_ON;
     }
     if (seal == REMOTE_SEAL_NONE) {
-        if (!remote_show_progress(self->remote, line)) {
-            memcpy(self->text + self->length, line, bytes - 1);
-            self->text[self->length + bytes - 1] = '\n';
-            self->length += bytes;
-        }
+        keep_line(self, line);
         return GOES_ON;
     }
     const size_t length = self->length;
@@ -176,35 +182,43 @@ static int conclude(const struct hearing *self, enum outcome outcome, bool perha
                        doubt);
 }
 
+/// Sends the request until its outcome is known, or the peer is gone. `perhaps`: it may have been
+/// executed.
+static enum outcome repeat(struct hearing *self, const char *request, bool *perhaps) {
+    struct remote *remote = self->remote;
+    enum outcome outcome = UNANSWERED;
+    int silent = 0;
+    for (int i = 0; i < TRIES && silent < SILENT_TRIES && !remote_interrupted(remote); i++) {
+        const uint64_t before = remote->line.heard_bytes;
+        // A failed send counts as not received.
+        const bool sent = remote_line_send(&remote->line, request, strlen(request));
+        outcome = sent ? hear(self) : BROKEN;
+        *perhaps = *perhaps || outcome == UNANSWERED || (sent && outcome == BROKEN);
+        silent = remote->line.heard_bytes == before ? silent + 1 : 0;
+        if (outcome != UNANSWERED && outcome != NOT_RECEIVED) {
+            break;
+        }
+    }
+    return outcome;
+}
+
 int remote_ask_sealed(struct remote *self, const char *command, remote_show *show, void *cookie,
                       struct message *message) {
     struct hearing hearing = {.remote = self, .show = show, .cookie = cookie};
     char request[REMOTE_REQUEST_BYTES];
     char words[64];
-    enum outcome outcome = UNANSWERED;
     bool perhaps = false;
-    int silent = 0;
     self->id = remote_next_id(self);
     snprintf(words, sizeof words, "%sprogress,id=%" PRId32 ",once", self->json ? "json," : "",
              self->id);
     if (!remote_seal_request(words, command, request)) {
-        return message_set(message, ERROR_SYNTAX, "the command is too long");
+        return message_set(message, ERROR_SYNTAX, "command too long");
     }
     hearing.text = malloc(REMOTE_LINE_BYTES);
     if (hearing.text == NULL) {
         return message_set(message, ERROR_MEMORY, "out of memory");
     }
-    for (int i = 0; i < TRIES && silent < SILENT_TRIES && !remote_interrupted(self); i++) {
-        const uint64_t before = self->line.heard_bytes;
-        // A failed send counts as not received.
-        const bool sent = remote_line_send(&self->line, request, strlen(request));
-        outcome = sent ? hear(&hearing) : BROKEN;
-        perhaps = perhaps || outcome == UNANSWERED || (sent && outcome == BROKEN);
-        silent = self->line.heard_bytes == before ? silent + 1 : 0;
-        if (outcome != UNANSWERED && outcome != NOT_RECEIVED) {
-            break;
-        }
-    }
+    const enum outcome outcome = repeat(&hearing, request, &perhaps);
     remote_progress(self, "", 0, 0);
     free(hearing.text);
     return conclude(&hearing, outcome, perhaps, message);

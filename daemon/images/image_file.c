@@ -52,8 +52,9 @@ static int refuse_size(const struct image_file *file, int width_px, int height_p
         file->path, width_px, height_px, IMAGE_MAX_SIDE_PX, IMAGE_MAX_SIDE_PX, 1.0 / needed);
 }
 
-static int choose_size(struct image_file *file, int width_px, int height_px, bool mosaic,
-                       struct message *message) {
+/// Checks the size in the file and chooses how much the image is shrunk.
+static int choose_factor(struct image_file *file, int width_px, int height_px, bool mosaic,
+                         struct message *message) {
     if (width_px < 1 || height_px < 1 || width_px > IMAGE_FILE_MAX_SIDE_PX ||
         height_px > IMAGE_FILE_MAX_SIDE_PX) {
         return message_set(message, ERROR_TOO_LARGE,
@@ -73,6 +74,16 @@ static int choose_size(struct image_file *file, int width_px, int height_px, boo
         }
         file->shrink = choose_shrink(file->request->scale);
     }
+    return ERROR_OK;
+}
+
+/// Sets the size of the image in memory.
+static int choose_size(struct image_file *file, int width_px, int height_px, bool mosaic,
+                       struct message *message) {
+    const int error = choose_factor(file, width_px, height_px, mosaic, message);
+    if (error != ERROR_OK) {
+        return error;
+    }
     // Incomplete blocks at the right and lower edge of the shown image are dropped.
     const struct turn turn = turn_of(file->orientation);
     file->skip_x_px = turn.mirrors_x ? width_px % file->shrink : 0;
@@ -89,40 +100,59 @@ static int choose_size(struct image_file *file, int width_px, int height_px, boo
     return ERROR_OK;
 }
 
-int image_file_begin(struct image_file *file, int width_px, int height_px, int channels, int bits,
-                     enum pixel_layout layout, struct message *message) {
-    INVARIANT(file->pixels == NULL && channels == (layout == PIXEL_RGB ? 3 : 1));
-    INVARIANT(bits >= 8 && bits <= 16);
-    const struct image_request *request = file->request;
-    if (channels == 1 && request->bayer != IMAGE_BAYER_BY_FORMAT) {
-        layout = request->bayer == IMAGE_BAYER_GRBG ? PIXEL_BAYER_GRBG : PIXEL_GREY;
+/// The layout that the request asks for, if the file's own is unknown; ERROR_ARGUMENT if it is not
+/// possible for this file.
+static int choose_layout(const struct image_file *file, int channels, enum pixel_layout *layout,
+                         struct message *message) {
+    const enum image_bayer bayer = file->request->bayer;
+    if (channels == 1 && bayer != IMAGE_BAYER_BY_FORMAT) {
+        *layout = bayer == IMAGE_BAYER_GRBG ? PIXEL_BAYER_GRBG : PIXEL_GREY;
     }
-    if (channels == 3 && request->bayer == IMAGE_BAYER_GRBG) {
+    if (channels == 3 && bayer == IMAGE_BAYER_GRBG) {
         return message_set(message, ERROR_ARGUMENT,
                            "%s is a colour image, not a mosaic (leave out --bayer grbg)",
                            file->path);
     }
-    if (layout == PIXEL_BAYER_GRBG && file->orientation > 1) {
+    if (*layout == PIXEL_BAYER_GRBG && file->orientation > 1) {
         return message_set(message, ERROR_ARGUMENT,
                            "%s has orientation %d, but a Bayer mosaic cannot be turned (save it "
                            "without an orientation)",
                            file->path, file->orientation);
     }
-    const int error = choose_size(file, width_px, height_px, layout == PIXEL_BAYER_GRBG, message);
-    if (error != ERROR_OK) {
-        return error;
-    }
-    file->channels = channels;
-    const size_t row = (size_t)file->image.width_px * (size_t)channels;
+    return ERROR_OK;
+}
+
+/// Allocates the pixels, and the sums while shrinking; `row`: values in a row.
+static int allocate(struct image_file *file, size_t row, struct message *message) {
     file->pixels = malloc(row * (size_t)file->image.height_px * sizeof *file->pixels);
     file->sums = file->shrink > 1 ? calloc(row, sizeof *file->sums) : NULL;
     if (file->pixels == NULL || (file->shrink > 1 && file->sums == NULL)) {
         return message_set(message, ERROR_MEMORY, "%s: out of memory for %dx%d pixels", file->path,
                            file->image.width_px, file->image.height_px);
     }
+    return ERROR_OK;
+}
+
+int image_file_begin(struct image_file *file, int width_px, int height_px, int channels, int bits,
+                     enum pixel_layout layout, struct message *message) {
+    INVARIANT(file->pixels == NULL && channels == (layout == PIXEL_RGB ? 3 : 1));
+    INVARIANT(bits >= 8 && bits <= 16);
+    int error = choose_layout(file, channels, &layout, message);
+    if (error == ERROR_OK) {
+        error = choose_size(file, width_px, height_px, layout == PIXEL_BAYER_GRBG, message);
+    }
+    if (error != ERROR_OK) {
+        return error;
+    }
+    file->channels = channels;
+    const size_t row = (size_t)file->image.width_px * (size_t)channels;
+    error = allocate(file, row, message);
+    if (error != ERROR_OK) {
+        return error;
+    }
     file->image.data = file->pixels;
     file->image.stride = (ptrdiff_t)row;
-    file->image.bits = request->bits != 0 ? request->bits : bits;
+    file->image.bits = file->request->bits != 0 ? file->request->bits : bits;
     file->image.layout = layout;
     return ERROR_OK;
 }
@@ -176,6 +206,27 @@ int image_file_row(struct image_file *file, const uint16_t *values, struct messa
     return ERROR_OK;
 }
 
+/// Copies the pixels of `file`, turned, to `turned`, whose size is given.
+static void copy_turned(const struct image_file *file, const struct turn *turn, int width_px,
+                        int height_px, uint16_t *turned) {
+    const struct reconstruct_image *image = &file->image;
+    // Steps in memory from a pixel to its right and lower neighbours in the shown image.
+    const ptrdiff_t step_x = turn->mirrors_x ? -file->channels : file->channels;
+    const ptrdiff_t step_y = turn->mirrors_y ? -image->stride : image->stride;
+    const ptrdiff_t right = turn->swaps ? step_y : step_x, down = turn->swaps ? step_x : step_y;
+    const uint16_t *first = file->pixels +
+                            (turn->mirrors_x ? (image->width_px - 1) * file->channels : 0) +
+                            (turn->mirrors_y ? (image->height_px - 1) * image->stride : 0);
+    for (int y = 0; y < height_px; y++) {
+        for (int x = 0; x < width_px; x++) {
+            const uint16_t *from = first + y * down + x * right;
+            for (int c = 0; c < file->channels; c++) {
+                *turned++ = from[c];
+            }
+        }
+    }
+}
+
 /// Turns the image in memory to the way it is to be shown.
 static int turn_image(struct image_file *file, struct message *message) {
     const struct turn turn = turn_of(file->orientation);
@@ -190,22 +241,7 @@ static int turn_image(struct image_file *file, struct message *message) {
     if (turned == NULL) {
         return message_set(message, ERROR_MEMORY, "%s: out of memory", file->path);
     }
-    // Steps in memory from a pixel to its right and lower neighbours in the shown image.
-    const ptrdiff_t step_x = turn.mirrors_x ? -file->channels : file->channels;
-    const ptrdiff_t step_y = turn.mirrors_y ? -image->stride : image->stride;
-    const ptrdiff_t right = turn.swaps ? step_y : step_x, down = turn.swaps ? step_x : step_y;
-    const uint16_t *first = file->pixels +
-                            (turn.mirrors_x ? (image->width_px - 1) * file->channels : 0) +
-                            (turn.mirrors_y ? (image->height_px - 1) * image->stride : 0);
-    uint16_t *to = turned;
-    for (int y = 0; y < height_px; y++) {
-        for (int x = 0; x < width_px; x++) {
-            const uint16_t *from = first + y * down + x * right;
-            for (int c = 0; c < file->channels; c++) {
-                *to++ = from[c];
-            }
-        }
-    }
+    copy_turned(file, &turn, width_px, height_px, turned);
     free(file->pixels);
     file->pixels = turned;
     image->data = turned;

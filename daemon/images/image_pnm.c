@@ -117,6 +117,18 @@ static void stretch_row(uint16_t *row, size_t count, uint32_t maxval, int bits) 
     }
 }
 
+/// Whether a header of a legal size promises more than the file contains. A value takes at least
+/// one byte (binary) or a digit and a space.
+static bool is_truncated(const struct pnm *pnm, int bits) {
+    if (pnm->width_px > IMAGE_FILE_MAX_SIDE_PX || pnm->height_px > IMAGE_FILE_MAX_SIDE_PX) {
+        return false;
+    }
+    const uint64_t values =
+        (uint64_t)pnm->width_px * (uint64_t)pnm->height_px * (uint64_t)pnm->channels;
+    const uint64_t least = pnm->plain ? 2 * values - (values > 0) : values * (bits > 8 ? 2 : 1);
+    return pnm->length - pnm->at < least;
+}
+
 int image_pnm_parse(const unsigned char *data, size_t length, struct image_file *file,
                     struct message *message) {
     struct pnm pnm = {.data = data, .length = length};
@@ -124,14 +136,7 @@ int image_pnm_parse(const unsigned char *data, size_t length, struct image_file 
         return message_set(message, ERROR_SYNTAX, "%s: invalid PNM header", file->path);
     }
     const int bits = bits_of_maxval(pnm.maxval);
-    // A value takes at least one byte (binary) or a digit and a space: a header that promises more
-    // than the file contains is rejected before memory is allocated.
-    const uint64_t values =
-        (uint64_t)pnm.width_px * (uint64_t)pnm.height_px * (uint64_t)pnm.channels;
-    const uint64_t least = pnm.plain ? 2 * values - (values > 0) : values * (bits > 8 ? 2 : 1);
-    const bool legal =
-        pnm.width_px <= IMAGE_FILE_MAX_SIDE_PX && pnm.height_px <= IMAGE_FILE_MAX_SIDE_PX;
-    if (legal && pnm.length - pnm.at < least) {
+    if (is_truncated(&pnm, bits)) {  // before memory is allocated
         return message_set(message, ERROR_SYNTAX,
                            "%s: truncated: %dx%d pixels need more than %zu bytes", file->path,
                            pnm.width_px, pnm.height_px, length);

@@ -155,6 +155,19 @@ static void put_instrument(struct line *line, const struct session_instrument *i
     put(line, " lens_zoom_ppm=%" PRIu32, instrument->lens_zoom_ppm);
 }
 
+static int put_begin(struct line *line, const struct session_event *event) {
+    put(line, " version=%d", event->version);
+    put_text(line, "build", event->build);
+    put_text(line, "profile", event->profile);
+    put_text(line, "date", event->date);
+    return event->version >= 1 && event->version <= SESSION_VERSION ? 0 : ERROR_RANGE;
+}
+
+/// Length of a finished line, or ERROR_RANGE if something did not fit.
+static int length_of(const struct line *line) {
+    return line->length < 0 ? ERROR_RANGE : line->length;
+}
+
 int session_event_print(const struct session_event *event, char text[SESSION_LINE_MAX + 1]) {
     if ((unsigned)event->kind >= SESSION_EVENT_KINDS) {
         return ERROR_RANGE;
@@ -164,11 +177,7 @@ int session_event_print(const struct session_event *event, char text[SESSION_LIN
     int code = 0;
     switch (event->kind) {
         case SESSION_BEGIN:
-            code = event->version >= 1 && event->version <= SESSION_VERSION ? 0 : ERROR_RANGE;
-            put(&line, " version=%d", event->version);
-            put_text(&line, "build", event->build);
-            put_text(&line, "profile", event->profile);
-            put_text(&line, "date", event->date);
+            code = put_begin(&line, event);
             break;
         case SESSION_INSTRUMENT:
             put_instrument(&line, &event->instrument);
@@ -190,7 +199,7 @@ int session_event_print(const struct session_event *event, char text[SESSION_LIN
         case SESSION_EVENT_KINDS:
             break;
     }
-    return code != 0 ? code : line.length < 0 ? ERROR_RANGE : line.length;
+    return code != 0 ? code : length_of(&line);
 }
 
 // ---- parsing: words in a fixed order; anything not canonical is found by printing it again

@@ -162,8 +162,8 @@ static const struct option_page page = {
     .operands_max = 2,
 };
 
-/// Contradictions that the option table cannot express; NULL if there are none.
-static const char *find_contradiction(const struct reconstruct_request *request) {
+/// What is wrong with images and session; NULL: nothing.
+static const char *check_images(const struct reconstruct_request *request) {
     if (request->out_path == NULL) {
         return "missing --out DIR";
     }
@@ -175,9 +175,13 @@ static const char *find_contradiction(const struct reconstruct_request *request)
     }
     if (request->session_path != NULL &&
         (request->bits != 0 || request->bayer >= 0 || request->raw_px[0] != 0)) {
-        return "--bits, --bayer and --raw are for images, not for a session, which states its own "
-               "frame are";
+        return "--bits, --bayer and --raw are for images (a session states its own frame format)";
     }
+    return NULL;
+}
+
+/// What is wrong with the calibration; NULL: nothing.
+static const char *check_calibration(const struct reconstruct_request *request) {
     if (request->session_path == NULL && request->calibration_path == NULL && !request->rectified) {
         return "missing --calibration FILE (or --rectified for a rectified pair without one)";
     }
@@ -191,6 +195,11 @@ static const char *find_contradiction(const struct reconstruct_request *request)
     if (request->calibration_path == NULL && request->unit > 0) {
         return "--unit cm and --unit m require --calibration";
     }
+    return NULL;
+}
+
+/// What is wrong with the search range; NULL: nothing.
+static const char *check_search(const struct reconstruct_request *request) {
     if (request->depth_mm[1] > 0 && !(request->depth_mm[0] < request->depth_mm[1])) {
         return "--depth NEAR:FAR is empty (NEAR must be less than FAR)";
     }
@@ -203,6 +212,11 @@ static const char *find_contradiction(const struct reconstruct_request *request)
     if (request->region_px[2] == 0 || request->region_px[3] == 0) {
         return "--region X,Y,W,H is empty (W and H must be at least 1)";
     }
+    return NULL;
+}
+
+/// What is wrong with the outputs; NULL: nothing.
+static const char *check_outputs(const struct reconstruct_request *request) {
     if (request->triangles > 0 && request->error_mm > 0) {
         return "--triangles and --error exclude each other";
     }
@@ -212,6 +226,19 @@ static const char *find_contradiction(const struct reconstruct_request *request)
     }
     if (request->debug_path == NULL && request->debug_row >= 0) {
         return "--debug-row requires --debug";
+    }
+    return NULL;
+}
+
+/// Contradictions that the option table cannot express; NULL if there are none.
+static const char *find_contradiction(const struct reconstruct_request *request) {
+    static const char *(*const checks[])(const struct reconstruct_request *) = {
+        check_images, check_calibration, check_search, check_outputs};
+    for (size_t i = 0; i < sizeof checks / sizeof checks[0]; i++) {
+        const char *const wrong = checks[i](request);
+        if (wrong != NULL) {
+            return wrong;
+        }
     }
     return NULL;
 }

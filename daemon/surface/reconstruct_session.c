@@ -137,30 +137,37 @@ static bool is_part(const struct pair_frame *frame) {
            (frame->width_px != MT9T001_WIDTH_PX || frame->height_px != MT9T001_HEIGHT_PX);
 }
 
+/// Fits one camera's part of the calibration to its frame.
+static void cut_side(struct reconstruct_session *self, int side, struct calibration *calibration,
+                     struct reconstruct_context *context) {
+    const struct pair_frame *frame = &self->event.pair.frame[side];
+    struct lens *lens = side == RIG_LEFT ? &calibration->left : &calibration->right;
+    struct calibration_window *window = &calibration->origin.side[side].window;
+    if (is_for(lens, frame->width_px, frame->height_px)) {
+        if (window->skip == 0) {  // else match has checked it
+            reconstruct_context_warn(context,
+                                     "%s is for %dx%d pixels, the size of the %s frame: it is "
+                                     "assumed to be for the same part of the sensor",
+                                     self->calibration_name, frame->width_px, frame->height_px,
+                                     side == RIG_LEFT ? "left" : "right");
+        }
+    } else if (is_for(lens, MT9T001_WIDTH_PX, MT9T001_HEIGHT_PX)) {
+        *lens = reconstruct_session_cut(lens, &frame->window, frame->width_px, frame->height_px);
+        *window = (struct calibration_window){frame->window.column_px, frame->window.row_px,
+                                              frame->window.skip};
+        self->cut = true;
+    }
+}
+
 /// Fits the calibration to the frames as they were taken.
 static int cut_to_window(struct reconstruct_session *self, struct calibration *calibration,
                          struct reconstruct_context *context, struct message *message) {
-    struct lens *const lenses[RIG_SIDES] = {&calibration->left, &calibration->right};
     for (int side = 0; side < RIG_SIDES; side++) {
         const struct pair_frame *frame = &self->event.pair.frame[side];
         if (!is_part(frame)) {
             continue;
         }
-        if (is_for(lenses[side], frame->width_px, frame->height_px)) {
-            if (calibration->origin.side[side].window.skip == 0) {  // else match has checked it
-                reconstruct_context_warn(context,
-                                         "%s is for %dx%d pixels, the size of the %s frame: it is "
-                                         "assumed to be for the same part of the sensor",
-                                         self->calibration_name, frame->width_px, frame->height_px,
-                                         side == RIG_LEFT ? "left" : "right");
-            }
-        } else if (is_for(lenses[side], MT9T001_WIDTH_PX, MT9T001_HEIGHT_PX)) {
-            *lenses[side] = reconstruct_session_cut(lenses[side], &frame->window, frame->width_px,
-                                                    frame->height_px);
-            calibration->origin.side[side].window = (struct calibration_window){
-                frame->window.column_px, frame->window.row_px, frame->window.skip};
-            self->cut = true;
-        }
+        cut_side(self, side, calibration, context);
         if (side == RIG_LEFT && frame->window.skip > 1) {
             reconstruct_context_warn(context,
                                      "pixels are treated as evenly spaced, but with a skip of %d "
