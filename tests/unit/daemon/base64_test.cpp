@@ -18,7 +18,7 @@ std::string encoded(const std::string &bytes) {
     return text;
 }
 
-/// "refused" when the text is none.
+/// "refused" if the text is not valid.
 std::string decoded(const std::string &text, std::size_t capacity = 1000) {
     std::string bytes(capacity + 1, '#');
     const long count = base64_decode(text.c_str(), bytes.data(), capacity);
@@ -48,7 +48,7 @@ TEST_CASE("the examples of RFC 4648") {
     }
 }
 
-TEST_CASE("random bytes come back, and only the text that was written is read") {
+TEST_CASE("random bytes are decoded to themselves, and only the canonical text is accepted") {
     std::mt19937_64 random(synthetic::test_seed());
     INFO("seed " << synthetic::test_seed());
     for (int i = 0; i < 2000; i++) {
@@ -63,14 +63,14 @@ TEST_CASE("random bytes come back, and only the text that was written is read") 
             continue;
         }
         REQUIRE(decoded(text, bytes.size() - 1) == "refused");
-        // Whatever is changed: another text is read as other bytes, or not at all.
+        // A modified text is decoded to other bytes, or rejected.
         text[random() % text.size()] = static_cast<char>(1 + random() % 255);
         const std::string other = decoded(text);
         REQUIRE((other == "refused" || encoded(other) == text));
     }
 }
 
-TEST_CASE("what is no Base64 is refused") {
+TEST_CASE("invalid Base64 is rejected") {
     for (const char *text : {"Z", "Zg", "Zg=", "=", "====", "Zg==Zg==", "Z===", "Zh==", "Zm9=",
                              "Zm 9", "Zm9v\n", "Zm9-", "Zm9_", "Z=8="}) {
         CHECK_MESSAGE(decoded(text) == "refused", text);

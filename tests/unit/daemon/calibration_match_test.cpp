@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether a calibration belongs to a pair: each way in which it may not is refused by its name, and
-// what the axes' repeatability makes of the depth.
+// Whether a calibration belongs to a pair: each kind of mismatch is rejected by name; and the
+// effect of the axes' repeatability on the depth.
 #include "daemon/session/calibration_match.h"
 
 #include <doctest/doctest.h>
@@ -48,7 +48,7 @@ calibration_match_state state_of(const struct pair &pair, const char *profile = 
     return state;
 }
 
-/// As `vergence calibrate` makes one of such pairs.
+/// A calibration as `vergence calibrate` makes it from such pairs.
 calibration made() {
     calibration value = calibration_examples::example();
     value.has_origin = true;
@@ -73,7 +73,7 @@ void check_names(const std::string &text, std::initializer_list<const char *> wo
     }
 }
 
-/// What is said of a pair that differs from the calibration's by `change`.
+/// The message for a pair that differs from the calibration's by `change`.
 std::string changed(const std::function<void(struct pair &)> &change) {
     struct pair pair = captured();
     change(pair);
@@ -82,19 +82,19 @@ std::string changed(const std::function<void(struct pair &)> &change) {
 
 }  // namespace
 
-TEST_CASE("a pair of the axes that were calibrated fits") {
+TEST_CASE("a pair with the calibrated axes matches") {
     const calibration value = made();
     CHECK(value.origin.side[0].axis[CALIBRATION_PAN].mean == doctest::Approx(3.57).epsilon(0.01));
     CHECK(refusal_of(value, state_of(captured()), ERROR_OK).empty());
     struct pair pair = captured();
-    for (pair_frame &frame : pair.frame) {  // as far as it repeats
+    for (pair_frame &frame : pair.frame) {  // by its repeatability
         frame.before.position[LENS_ZOOM] += 4;
         frame.after.position[LENS_ZOOM] += 4;
     }
     CHECK(refusal_of(value, state_of(pair), ERROR_OK).empty());
 }
 
-TEST_CASE("an axis elsewhere is refused by its name, with both values and what to do") {
+TEST_CASE("a moved axis is rejected by name, with both values and a remedy") {
     const uint16_t degree_q4 = 165;  // 10.3 us a degree
     check_names(changed([&](struct pair &pair) {
                     pair.frame[RIG_LEFT].before.pan_q4 += degree_q4;
@@ -111,7 +111,7 @@ TEST_CASE("an axis elsewhere is refused by its name, with both values and what t
     }
 }
 
-TEST_CASE("other cameras, another instrument and another window are refused by name") {
+TEST_CASE("other cameras, another instrument and another window are rejected by name") {
     calibration_match_state state = state_of(captured());
     std::swap(state.origin.side[0].camera, state.origin.side[1].camera);
     check_names(refusal_of(made(), state), {"swapped", "Cam at usb-2", "left camera"});
@@ -127,7 +127,7 @@ TEST_CASE("other cameras, another instrument and another window are refused by n
                 {"right window", "320 x 480"});
 }
 
-TEST_CASE("what was accepted is stated without advice") {
+TEST_CASE("an accepted mismatch is reported without advice") {
     struct pair pair = captured();
     pair.frame[RIG_LEFT].before.pan_q4 += 165;
     pair.frame[RIG_LEFT].after.pan_q4 += 165;
@@ -150,7 +150,7 @@ TEST_CASE("a calibration of the whole sensor fits every window of it") {
     CHECK(refusal_of(value, state_of(captured()), ERROR_OK).empty());
 }
 
-TEST_CASE("what one side does not know is not compared, and said to be so") {
+TEST_CASE("values that one side does not know are not compared, which is reported") {
     const calibration old = calibration_examples::example();
     const calibration_match_state state = state_of(captured());
     CHECK(refusal_of(old, state, ERROR_OK).empty());
@@ -159,7 +159,7 @@ TEST_CASE("what one side does not know is not compared, and said to be so") {
     CHECK_FALSE(calibration_match_is_partial(&value, &state.origin));
     const calibration_origin nothing = {};
     CHECK(calibration_match_is_partial(&value, &nothing));
-    // A rig without axes needs none.
+    // A rig without axes needs no values.
     CHECK_FALSE(calibration_match_is_partial(&old, &nothing));
     struct pair pair = captured();
     pair.frame[RIG_LEFT].before.pan_q4 = 0;  // not set yet
@@ -167,12 +167,12 @@ TEST_CASE("what one side does not know is not compared, and said to be so") {
     CHECK(unsent.origin.side[0].axis[CALIBRATION_PAN].kind == CALIBRATION_AXIS_UNKNOWN);
     CHECK(calibration_match_is_partial(&value, &unsent.origin));
     check_names(refusal_of(value, unsent), {"left pan", "not set", "pan left 3.568"});
-    calibration_match_state elsewhere = unsent;  // of an instrument whose servos are not known
+    calibration_match_state elsewhere = unsent;  // of an instrument with unknown servos
     elsewhere.instrument.servo_q4_per_rad[0] = 0;
     CHECK(refusal_of(value, elsewhere, ERROR_OK).empty());
 }
 
-TEST_CASE("a session that does not say what it was taken with is of its built-in profile") {
+TEST_CASE("a session without an instrument uses its built-in profile") {
     const struct pair pair = captured();
     calibration_match_state state = {};
     calibration_match_pair("rig", nullptr, &pair, &state);
@@ -181,7 +181,7 @@ TEST_CASE("a session that does not say what it was taken with is of its built-in
     CHECK(state.origin.side[0].axis[CALIBRATION_PAN].kind == CALIBRATION_AXIS_UNKNOWN);
 }
 
-TEST_CASE("the common deviation carries pan, zoom and the calibration's own") {
+TEST_CASE("the common deviation includes pan, zoom and the calibration's own") {
     calibration value = made();
     value.yaw_sigma_rad = value.scale_sigma = 0;
     value.translation_right_left_mm[0] = -250;
@@ -190,20 +190,20 @@ TEST_CASE("the common deviation carries pan, zoom and the calibration's own") {
     const double pan_mm = 1800.0 * 1800 / 250 * 5236e-6 * std::sqrt(2.0);
     const double zoom_mm = 1800 * 4 * 4187e-6 / std::sqrt(2.0);
     const double both_mm = std::hypot(pan_mm, zoom_mm);
-    CHECK(both_mm > 95);  // what 0.3 degrees of two servos make of 1.8 m
+    CHECK(both_mm > 95);  // 0.3 degrees of two servos at 1.8 m
     CHECK(calibration_match_sigma_mm(&value, &instrument, 1800) == doctest::Approx(both_mm));
     CHECK(calibration_match_sigma_mm(&value, nullptr, 1800) == doctest::Approx(both_mm));
     value.scale_sigma = 0.01;
     CHECK(calibration_match_sigma_mm(&value, &instrument, 1800) ==
           doctest::Approx(std::hypot(both_mm, 18.0)));
-    // A servo that was not set when it was made can have been anywhere.
+    // A servo that was not set during calibration had an unknown position.
     calibration unset = value;
     for (calibration_side_origin &side : unset.origin.side) {
         side.axis[CALIBRATION_PAN] = {CALIBRATION_AXIS_UNKNOWN, 0, 0};
     }
     CHECK(calibration_match_sigma_mm(&unset, &instrument, 1800) ==
           doctest::Approx(std::hypot(both_mm, 18.0)));
-    // Without motors the calibration's own is left, and the old text says nothing.
+    // Without motors only the calibration's own remains; the old text states none.
     for (calibration_side_origin &side : value.origin.side) {
         for (calibration_axis &axis : side.axis) {
             axis = {CALIBRATION_AXIS_NONE, 0, 0};

@@ -54,7 +54,7 @@ struct outcome {
     int code;
     values result;
     std::vector<std::string> operands;
-    std::vector<std::string> words;  // the result's text points into them
+    std::vector<std::string> words;  // the parsed text points into them
 };
 
 outcome parse(std::vector<std::string> words) {
@@ -89,7 +89,7 @@ int reconstruct_code(std::vector<std::string> words) {
 
 }  // namespace
 
-TEST_CASE("values arrive in every spelling") {
+TEST_CASE("values are parsed in every spelling") {
     const outcome made =
         parse({"left", "--flag", "--number", "-5", "--size=3x4", "--range", "-0.5:inf", "--text",
                "--odd name", "--kind", "green", "--", "--right"});
@@ -106,7 +106,7 @@ TEST_CASE("values arrive in every spelling") {
     CHECK(parse({"-"}).operands == std::vector<std::string>{"-"});
 }
 
-TEST_CASE("mistakes are refused and leave the value alone") {
+TEST_CASE("errors are reported and leave the value unchanged") {
     const std::vector<std::vector<std::string>> wrong = {
         {"--nothing"},           {"-f"},
         {"--flag=yes"},          {"--number"},
@@ -131,7 +131,7 @@ TEST_CASE("mistakes are refused and leave the value alone") {
     }
 }
 
-TEST_CASE("close names are guessed, distant ones are not") {
+TEST_CASE("near names are suggested, distant ones are not") {
     const char *const words[] = {"reconstruct", "evaluate", "info"};
     CHECK(std::string(options_closest("recnstruct", words, 3)) == "reconstruct");
     CHECK(std::string(options_closest("eval", words, 3)) == "evaluate");
@@ -161,7 +161,7 @@ TEST_CASE("help names every option within 80 columns") {
     }
 }
 
-TEST_CASE("reconstruct refuses what contradicts itself") {
+TEST_CASE("reconstruct rejects contradictory options") {
     const std::vector<std::string> good = {"--calibration", "c", "--out", "o"};
     CHECK(reconstruct_code(good) == OPTIONS_CONTINUE);
     const std::vector<std::vector<std::string>> additions = {
@@ -189,7 +189,7 @@ TEST_CASE("reconstruct refuses what contradicts itself") {
     CHECK(reconstruct_code({"--rectified", "--out", "o"}) == OPTIONS_CONTINUE);
 }
 
-TEST_CASE("help states the defaults that hold") {
+TEST_CASE("help states the actual defaults") {
     const reconstruct_options defaults = reconstruct_default_options();
     reconstruct_request request;
     char name[] = "reconstruct", left[] = "l", right[] = "r", out[] = "--out", directory[] = "o";

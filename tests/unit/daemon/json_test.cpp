@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The JSON writer against a foreign parser.
+// The JSON writer, checked with an independent parser.
 #include "daemon/base/json.h"
 
 #include <doctest/doctest.h>
@@ -16,7 +16,7 @@
 
 namespace {
 
-/// What `write` prints between json_begin and json_end.
+/// The text that `write` produces between json_begin and json_end.
 template <typename Writer>
 std::string printed(Writer write) {
     char *text = nullptr;
@@ -39,7 +39,7 @@ nlohmann::json parsed_text(const std::string &value) {
 
 }  // namespace
 
-TEST_CASE("every kind of value arrives") {
+TEST_CASE("every kind of value is parsed back") {
     const std::string text = printed([](json *out) {
         json_open_object(out, nullptr);
         json_integer(out, "least", std::numeric_limits<int64_t>::min());
@@ -77,7 +77,7 @@ TEST_CASE("texts are escaped") {
         "Gr\xc3\xb6\xc3\x9f"
         "e \xe4\xb8\xad \xf0\x9f\x98\x80";
     CHECK(parsed_text(foreign).get<std::string>() == foreign);
-    // Latin-1, an overlong slash, a surrogate, a cut sequence.
+    // Latin-1, an overlong slash, a surrogate, a truncated sequence.
     CHECK(parsed_text("a\xf6z").get<std::string>() == "a\xef\xbf\xbdz");
     CHECK(parsed_text("\xc0\xaf").get<std::string>() == "\xef\xbf\xbd\xef\xbf\xbd");
     CHECK(parsed_text("\xed\xa0\x80").get<std::string>().find("\xed") == std::string::npos);

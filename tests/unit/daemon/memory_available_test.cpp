@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much memory there is to be had, also where /proc does not tell.
+// How much memory is available, also if /proc does not state it.
 #include "daemon/base/memory_available.h"
 
 #include <doctest/doctest.h>
@@ -13,7 +13,7 @@
 
 namespace {
 
-TEST_CASE("available memory is what the kernel says") {
+TEST_CASE("available memory is what the kernel states") {
     const scratch folder;
     const std::string file =
         folder.write("meminfo",
@@ -22,11 +22,11 @@ TEST_CASE("available memory is what the kernel says") {
     CHECK(memory_available_as_in(file.c_str()) == 3500 * 1024);
 }
 
-TEST_CASE("where the kernel does not say, what nobody uses counts, and not all memory") {
+TEST_CASE("if the kernel does not state it, free memory counts, not all memory") {
     const scratch folder;
     const std::string silent = folder.write("meminfo", "MemTotal: 4000 kB\nSwapFree: 500 kB\n");
     for (const std::string &file : {silent, folder / "none"}) {
-        // Others take and give meanwhile: it lies between two looks, or near them.
+        // Other processes allocate and free meanwhile: the value is between two readings, or near.
         struct sysinfo before = {}, after = {};
         REQUIRE(sysinfo(&before) == 0);
         const std::uint64_t bytes = memory_available_as_in(file.c_str());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A directory of results appears as a whole or not at all.
+// A directory of results appears whole or not at all.
 #include "daemon/files/outdir.h"
 
 #include <doctest/doctest.h>
@@ -53,13 +53,13 @@ void put_work(const outdir &directory, const char *name, const char *text) {
 
 }  // namespace
 
-/// In place of the C library's: whoever asks for it changes it, for all threads.
+/// Replaces the C library's function: calling it would change the mask for all threads.
 extern "C" mode_t umask(mode_t mask) noexcept {
     umasks++;
     return static_cast<mode_t>(syscall(SYS_umask, mask));
 }
 
-TEST_CASE("permissions are those of any new file or directory, and no thread's umask changes") {
+TEST_CASE("permissions follow the umask, which is not changed for other threads") {
     const mode_t before = umask(0027);
     const scratch place;
     const int asked = umasks;
@@ -79,7 +79,7 @@ TEST_CASE("permissions are those of any new file or directory, and no thread's u
     umask(before);
 }
 
-TEST_CASE("two at a time in one place do not meet") {
+TEST_CASE("two runs in one place do not interfere") {
     const scratch place;
     outdir first, second;
     message text;
@@ -93,7 +93,7 @@ TEST_CASE("two at a time in one place do not meet") {
     CHECK(contents(place / "two/end.txt") == "2");
 }
 
-TEST_CASE("a new directory appears complete") {
+TEST_CASE("a new directory appears whole") {
     const scratch place;
     outdir directory;
     message text;
@@ -113,7 +113,7 @@ TEST_CASE("a new directory appears complete") {
     CHECK(fs::exists(place / "out/end.txt"));
 }
 
-TEST_CASE("missing parents come and, after a failure, go") {
+TEST_CASE("missing parents are created and, after a failure, removed") {
     const scratch place;
     outdir directory;
     message text;
@@ -127,7 +127,7 @@ TEST_CASE("missing parents come and, after a failure, go") {
     CHECK(fs::exists(place / "x/y/out/end.txt"));
 }
 
-TEST_CASE("an earlier set is replaced, strangers stay") {
+TEST_CASE("an earlier set is replaced, other files stay") {
     const scratch place;
     fs::create_directory(place / "out");
     for (const char *name : {"out/a.txt", "out/b.txt", "out/end.txt", "out/mine.txt"}) {
@@ -145,7 +145,7 @@ TEST_CASE("an earlier set is replaced, strangers stay") {
     CHECK(contents(place / "out/mine.txt") == "old");
 }
 
-TEST_CASE("a failure leaves the earlier set as it was") {
+TEST_CASE("a failure leaves the earlier set unchanged") {
     for (const bool pipe : {false, true}) {
         const scratch place;
         fs::create_directories(place / "out");
@@ -172,7 +172,7 @@ TEST_CASE("a failure leaves the earlier set as it was") {
     }
 }
 
-TEST_CASE("of two runs at a time the later one's set stands, whole") {
+TEST_CASE("of two simultaneous runs the later one's set remains, whole") {
     const scratch place;
     outdir first, second;
     message text;
@@ -191,7 +191,7 @@ TEST_CASE("of two runs at a time the later one's set stands, whole") {
     CHECK(contents(place / "out/end.txt") == "second");
 }
 
-TEST_CASE("what cannot be a directory is refused") {
+TEST_CASE("a path that cannot be a directory is rejected") {
     const scratch place;
     put(place / "file", "x");
     outdir directory;
@@ -204,7 +204,7 @@ TEST_CASE("what cannot be a directory is refused") {
     CHECK(listing(place.path) == std::set<std::string>{"file"});
 }
 
-TEST_CASE("what a killed run left is removed, what a living one holds is not") {
+TEST_CASE("leftovers of a killed run are removed, those of a running one are not") {
     const scratch place;
     outdir living, next;
     message text;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures for people: PNG files of our own as libpng reads them, and frames that become smaller.
+// Images for people: our PNG files as read by libpng, and reduced frames.
 #include "daemon/images/picture.h"
 
 #include <doctest/doctest.h>
@@ -29,7 +29,7 @@ std::string encoded(const pixels &values, int width, int height, int channels,
     return std::string(reinterpret_cast<const char *>(file.get()), bytes);
 }
 
-/// What libpng finds in the file.
+/// The contents of the file as libpng reads them.
 pixels decoded(const std::string &file, int width, int height, int channels) {
     const scratch folder;
     const image_request request{};
@@ -75,9 +75,9 @@ TEST_CASE("libpng reads back what was written") {
     }
 }
 
-TEST_CASE("No code is longer than deflate allows") {
-    // Differences as rare as Fibonacci's numbers ask for the longest codes; in one column each
-    // value is the one above and a difference. The end of the block is the other 1.
+TEST_CASE("no code is longer than deflate allows") {
+    // Differences with Fibonacci frequencies give the longest codes; in one column each value is
+    // the one above plus a difference. The end of the block is the other 1.
     pixels values;
     for (unsigned difference = 10, now = 1, next = 2; difference < 28; difference++) {
         for (unsigned i = 0; i < now; i++) {
@@ -92,7 +92,7 @@ TEST_CASE("No code is longer than deflate allows") {
     check_same(values, 1, static_cast<int>(values.size() / 3), 3);
 }
 
-TEST_CASE("A smooth picture becomes much smaller than its pixels") {
+TEST_CASE("a smooth image becomes much smaller than its pixels") {
     pixels values(640 * 480);
     for (size_t i = 0; i < values.size(); i++) {
         values[i] = static_cast<uint8_t>(i % 640 / 4 + i / 640 / 8);
@@ -100,7 +100,7 @@ TEST_CASE("A smooth picture becomes much smaller than its pixels") {
     CHECK(encoded(values, 640, 480, 1).size() < values.size() / 4);
 }
 
-TEST_CASE("Our files are known by their first bytes") {
+TEST_CASE("our files are recognised by their first bytes") {
     const auto is_ours = [](const std::string &file, size_t bytes) {
         return picture_png_is_ours(reinterpret_cast<const uint8_t *>(file.data()),
                                    std::min(bytes, file.size()));
@@ -117,8 +117,8 @@ TEST_CASE("Our files are known by their first bytes") {
     CHECK_FALSE(is_ours(other, PICTURE_HEAD_BYTES));
 }
 
-TEST_CASE("A frame becomes smaller by whole squares") {
-    // Grey: each value is its own place's.
+TEST_CASE("a frame is reduced by whole squares") {
+    // Grey: each value is its own position's.
     std::vector<uint16_t> values(7 * 5);
     for (size_t i = 0; i < values.size(); i++) {
         values[i] = static_cast<uint16_t>(i * 7);
@@ -133,7 +133,7 @@ TEST_CASE("A frame becomes smaller by whole squares") {
     const reconstruct_image raw = picture_raw(&frame);
     const develop_balance balance = develop_balance_of(&raw);
     for (const int channels : {1, 3}) {
-        // Rows are further apart than they are long.
+        // Rows are spaced further apart than they are long.
         pixels out(static_cast<size_t>(2 * 20), 99);
         picture picture{out.data(), 3, 2, channels, 20, nullptr};
         REQUIRE(picture_develop(&frame, &balance, 2, &picture) == ERROR_OK);

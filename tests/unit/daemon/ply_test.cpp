@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The writers every build has, on a result made by hand: bytes, and disks that are full.
+// The writers of every build, on a hand-made result: bytes, and full disks.
 #include <doctest/doctest.h>
 #include <unistd.h>
 
@@ -129,7 +129,7 @@ TEST_CASE("PFM: rows from below, infinity where rejected, negative disparities k
     CHECK(float_at(pfm, head.size() + 4 * 15) == 2.5f);  // pixel 127, the last of the last row
 }
 
-TEST_CASE("PCD and PGM have the sizes they say") {
+TEST_CASE("PCD and PGM have the sizes that they state") {
     const std::string pcd = written(write_pcd);
     const std::string marker = "DATA binary\n";
     CHECK(pcd.find("POINTS 3\n") != std::string::npos);
@@ -153,7 +153,7 @@ TEST_CASE("JSON: quantiles, infinities and quotes") {
     CHECK(value["vertical_disparity"].is_null());
 }
 
-TEST_CASE("a full disk is an error of every writer") {
+TEST_CASE("every writer reports a full disk") {
     const handmade made;
     for (const writer write : writers) {
         message text;
@@ -164,7 +164,7 @@ TEST_CASE("a full disk is an error of every writer") {
     }
 }
 
-TEST_CASE("pieces of any length arrive in order") {
+TEST_CASE("pieces of any length are written in order") {
     std::string path = (std::filesystem::temp_directory_path() / "vergence-out-XXXXXX").string();
     const int fd = mkstemp(path.data());
     REQUIRE(fd >= 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The readers of our own: PNM, raw, and the limits and shrinking that all formats share.
+// The built-in readers: PNM, raw, and the limits and shrinking shared by all formats.
 #include <doctest/doctest.h>
 
 #include <cstring>
@@ -16,7 +16,7 @@
 
 namespace {
 
-/// A file parsed from memory; frees itself.
+/// A file parsed from memory; freed by its destructor.
 struct parsed {
     image_file file{};
     message text{};
@@ -28,7 +28,7 @@ struct parsed {
         : request(wanted) {
         file.path = "test.pnm";
         file.request = &request;
-        // A copy of exact size, so that a sanitizer sees a read beyond it.
+        // A copy of exact size, so that a sanitizer detects a read beyond it.
         std::vector<unsigned char> exact(bytes.begin(), bytes.end());
         error = parse(exact.data(), exact.size(), &file, &text);
     }
@@ -61,7 +61,7 @@ std::string be16(int value) {
 
 }  // namespace
 
-TEST_CASE("the four kinds of PNM say the same") {
+TEST_CASE("the four kinds of PNM are equivalent") {
     const std::vector<int> grey = {0, 1, 2, 253, 254, 255};
     const parsed text("P2\n# a comment\n3 2 # another\n255\n0 1 2\n253 254 255\n", plain());
     const parsed binary(std::string("P5 3 2 255\n\0\1\2\xfd\xfe\xff", 17), plain());
@@ -81,7 +81,7 @@ TEST_CASE("the four kinds of PNM say the same") {
     CHECK(colour.file.image.layout == PIXEL_RGB);
 }
 
-TEST_CASE("maxval says the bits") {
+TEST_CASE("maxval determines the bits") {
     const parsed ten("P5 2 1 1023\n" + be16(0) + be16(1023), plain());
     REQUIRE(ten.error == ERROR_OK);
     CHECK(ten.file.image.bits == 10);
@@ -90,7 +90,7 @@ TEST_CASE("maxval says the bits") {
     REQUIRE(sixteen.error == ERROR_OK);
     CHECK(sixteen.file.image.bits == 16);
     CHECK(sixteen.values() == std::vector<int>{258, 65535});
-    // Other ranges are stretched to the next one of whole bits.
+    // Other ranges are stretched to the next full range of bits.
     const parsed bits("P2 4 1 3 0 1 2 3", plain());
     REQUIRE(bits.error == ERROR_OK);
     CHECK(bits.values() == std::vector<int>{0, 85, 170, 255});
@@ -100,7 +100,7 @@ TEST_CASE("maxval says the bits") {
     CHECK(thousand.values() == std::vector<int>{0, 512, 1023});
 }
 
-TEST_CASE("damaged PNM is refused") {
+TEST_CASE("damaged PNM is rejected") {
     const char *wrong[] = {
         "P5",
         "P5 ",
@@ -127,14 +127,14 @@ TEST_CASE("damaged PNM is refused") {
     }
 }
 
-TEST_CASE("a header cannot ask for memory that its file does not back") {
+TEST_CASE("a header cannot request more memory than its file justifies") {
     const parsed bomb("P6 32000 32000 65535\nabc", plain());
     CHECK(bomb.error == ERROR_SYNTAX);
     const parsed wide("P5 100000 100000 255\nabc", plain());
     CHECK(wide.error == ERROR_TOO_LARGE);
 }
 
-TEST_CASE("what is too large names the limit and --scale") {
+TEST_CASE("the message for a large image names the limit and --scale") {
     const std::string bytes = "P5 4097 2 255\n" + std::string(2 * 4097, 'a');
     const parsed refused(bytes, plain());
     CHECK(refused.error == ERROR_TOO_LARGE);
@@ -180,7 +180,7 @@ TEST_CASE("shrinking averages whole blocks") {
     }
 }
 
-TEST_CASE("bits and mosaics are as the user says") {
+TEST_CASE("bits and mosaics are as the user states") {
     image_request twelve = plain();
     twelve.bits = 12;
     const parsed stated("P5 2 1 65535\n" + be16(5) + be16(4095), twelve);
@@ -218,7 +218,7 @@ TEST_CASE("raw frames are little-endian words of ten bits") {
     CHECK(sensor.file.image.height_px == 1536);
 }
 
-TEST_CASE("what cannot be loaded is named, with the code that fits") {
+TEST_CASE("a file that cannot be loaded is named, with the right error code") {
     const image_format formats[] = {{"PGM/PPM", "pgm", image_pnm_probe, image_pnm_read}};
     const image_request request = plain();
     const scratch here;
@@ -235,13 +235,13 @@ TEST_CASE("what cannot be loaded is named, with the code that fits") {
     CHECK(code_of(here.write("empty.pgm", "")) == ERROR_SYNTAX);
     CHECK(code_of(here.write("other.pgm", "GIF89a")) == ERROR_SYNTAX);
     const std::string huge = here.write("huge.pgm", "P5 9 9 255\n");
-    std::filesystem::resize_file(huge, (uint64_t{1} << 30) + 1);  // takes no room on the disk
+    std::filesystem::resize_file(huge, (uint64_t{1} << 30) + 1);  // takes no space on disk
     CHECK(code_of(huge) == ERROR_TOO_LARGE);
 }
 
 namespace {
 
-// A format whose files are PGM or PPM behind one digit: the orientation.
+// A format whose files are PGM or PPM after one digit: the orientation.
 int read_turned(const char *path, const image_request *, image_file *file, message *text) {
     return image_file_load(
         path,
@@ -254,7 +254,7 @@ int read_turned(const char *path, const image_request *, image_file *file, messa
 
 const image_format turned_format[] = {{"turned", "turned", nullptr, read_turned}};
 
-// From one side of an image of this size to the pixel (x, y).
+// Distance from one side of an image of this size to the pixel (x, y).
 int distance_from(const std::string &side, int width, int height, int x, int y) {
     return side == "top"      ? y
            : side == "bottom" ? height - 1 - y
@@ -262,8 +262,8 @@ int distance_from(const std::string &side, int width, int height, int x, int y) 
                               : width - 1 - x;
 }
 
-// Where the pixel (x, y) of the shown image, of this size, stands in the file: EXIF says on which
-// side of the shown image the file's first row and first column are.
+// Position in the file of pixel (x, y) of the shown image of this size: EXIF states the side of the
+// shown image on which the file's first row and first column are.
 void place_in_file(int orientation, int width, int height, int x, int y, int *column, int *row) {
     static const char *const sides[9][2] = {
         {"top", "left"},     {"top", "left"},     {"top", "right"},
@@ -275,7 +275,7 @@ void place_in_file(int orientation, int width, int height, int x, int y, int *co
 
 }  // namespace
 
-TEST_CASE("an image is turned the way up that its file says") {
+TEST_CASE("an image is turned as its file states") {
     const scratch here;
     for (int orientation = 0; orientation <= 8; orientation++) {
         CAPTURE(orientation);
@@ -310,7 +310,7 @@ TEST_CASE("an image is turned the way up that its file says") {
     }
 }
 
-TEST_CASE("shrinking and turning give what turning and shrinking give") {
+TEST_CASE("shrinking then turning equals turning then shrinking") {
     const uint64_t seed = synthetic::test_seed();
     INFO("seed ", seed);
     std::mt19937_64 random(seed);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A calibration of the whole sensor for frames of a part of it.
+// A calibration of the whole sensor, cut to frames of a part of it.
 #include <doctest/doctest.h>
 
 #include <random>
@@ -21,14 +21,14 @@ lens whole() {
     return made;
 }
 
-/// Where a sensor that takes pixels in pairs, and every so many pairs, has found pixel `u`.
+/// Sensor position of pixel `u` for a sensor that reads pixels in pairs and skips pairs.
 double array_px(unsigned first, unsigned skip, unsigned u) {
     return first + 2.0 * skip * (u / 2) + u % 2;
 }
 
 }  // namespace
 
-TEST_CASE("what the simulated rig says of its cameras with these windows") {
+TEST_CASE("agrees with the simulated rig's cameras for these windows") {
     const struct {
         pair_window window;
         int size_px[2];
@@ -54,7 +54,7 @@ TEST_CASE("what the simulated rig says of its cameras with these windows") {
     }
 }
 
-TEST_CASE("a direction is seen where the sensor's pixels of it come, in the mean of a pair") {
+TEST_CASE("a direction is seen at the mean position of its pair of sensor pixels") {
     std::mt19937_64 random(synthetic::test_seed());
     INFO("seed " << synthetic::test_seed());
     const lens from = whole();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What people are told when a pair cannot be rectified.
+// Messages for a pair that cannot be rectified.
 #include <doctest/doctest.h>
 
 #include <string>
@@ -13,7 +13,7 @@ const reconstruct_words words{"--scale", "--scale", "--depth", "--depth", "--acc
 
 }  // namespace
 
-TEST_CASE("the scale to stay below is the one that the user gave") {
+TEST_CASE("the scale in the message is in the user's terms") {
     calibration rig = {};
     reconstruct_options options = reconstruct_default_options();
     reconstruct_context context{};
@@ -31,7 +31,7 @@ TEST_CASE("the scale to stay below is the one that the user gave") {
     CHECK(std::string(text.text).find("--scale below 0.25") != std::string::npos);
 }
 
-TEST_CASE("an empty range of depths is the one in force") {
+TEST_CASE("the message about an empty depth range states the range in use") {
     calibration rig = {};
     rig.depth_near_mm = 7;
     rig.depth_far_mm = 3;

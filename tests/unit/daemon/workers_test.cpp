@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pool of threads: every part runs once, whoever takes it, also when runs follow each other
-// faster than threads wake up.
+// The thread pool: every part runs once, on any thread, also if runs follow each other faster than
+// threads wake up.
 #include "daemon/base/workers.h"
 
 #include <doctest/doctest.h>
@@ -48,7 +48,7 @@ TEST_CASE("every part runs exactly once") {
     }
 }
 
-TEST_CASE("short runs in close succession lose and repeat nothing") {
+TEST_CASE("short runs in close succession lose and repeat no part") {
     const pool crew(4);
     long wrong = 0;
     for (int round = 0; round < 20000; round++) {
@@ -62,7 +62,7 @@ TEST_CASE("short runs in close succession lose and repeat nothing") {
     CHECK(wrong == 0);
 }
 
-TEST_CASE("threads that went to sleep wake up") {
+TEST_CASE("sleeping threads wake up") {
     const pool crew(3);
     for (int round = 0; round < 5; round++) {
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -74,7 +74,7 @@ TEST_CASE("threads that went to sleep wake up") {
     }
 }
 
-TEST_CASE("a part may ask for parts of its own") {
+TEST_CASE("a part may start a nested run") {
     struct nested {
         const pool *crew;
         tally inner{40};

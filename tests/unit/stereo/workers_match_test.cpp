@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The product's own pool of threads under the matcher and the whole reconstruction: the same bytes
-// for any number of threads, run after run, also with two pools at once.
+// The thread pool under the matcher and the whole reconstruction: the same bytes for any number of
+// threads, run after run, also with two pools at once.
 #include <doctest/doctest.h>
 
 #include <memory>
@@ -41,7 +41,7 @@ struct Answer {
     }
 };
 
-// Doctest's checks are not for other threads than its own: an answer left empty says it failed.
+// Doctest's checks work only on its own thread: an empty answer means failure.
 Answer answer_of(const Pair &pair, const struct parallel *parallel) {
     MatchSetting setting;
     setting.parallel = parallel;
@@ -64,7 +64,7 @@ Answer answer_of(const Pair &pair, const struct parallel *parallel) {
 
 }  // namespace
 
-TEST_CASE("the pool gives the bytes that one thread gives, again and again") {
+TEST_CASE("the pool gives the same bytes as one thread, repeatedly") {
     const uint64_t seed = test_seed();
     INFO("VERGENCE_SEED=", seed);
     const Pair pair = test_pair(seed);
@@ -80,7 +80,7 @@ TEST_CASE("the pool gives the bytes that one thread gives, again and again") {
     }
 }
 
-TEST_CASE("two pools at once do not disturb each other") {
+TEST_CASE("two pools at once do not interfere") {
     const uint64_t seed = test_seed();
     INFO("VERGENCE_SEED=", seed);
     const Pair pairs[2] = {test_pair(seed), test_pair(seed + 1)};
