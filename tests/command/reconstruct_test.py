@@ -41,7 +41,7 @@ class Reconstruct(pairs.Workshop):
         self.assertEqual((reasons == 0).sum(), numpy.isfinite(self.disparity()).sum())
 
     def test_the_page_on_results_is_right(self):
-        page = pathlib.Path(os.environ["VERGENCE_SOURCE"], "daemon", "results.md").read_text()
+        page = pathlib.Path(os.environ["VERGENCE_SOURCE"], "daemon", "surface.md").read_text()
         rows = [[cell.strip() for cell in line.strip("|").split("|")]
                 for line in page.splitlines() if line.startswith("|")]
         named = {name for row in rows for name in re.findall(r"`(\w+\.\w+)`", row[0])}

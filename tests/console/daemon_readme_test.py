@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every command of the daemon's README runs, in its order, on the simulated rig; and its table of
+settings names the daemon's own settings. Its example of TCP is run by access_test."""
+import glob
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+from bad_line import BadLine
+from daemon_process import PATIENCE_S, SIMRIG, VERGENCE, VERGENCED, DaemonTest, Terminal
+
+ROOT = pathlib.Path(os.environ["VERGENCE_SOURCE"])
+TEXT = (ROOT / "daemon" / "README.md").read_text(encoding="utf-8")
+SESSION = ROOT / "tests" / "sessions" / "cylinder_1x"
+
+
+def commands():
+    """The lines of the shell blocks, without their comments."""
+    blocks = re.findall(r"^```sh(?: serial)?\n(.*?)^```", TEXT, re.S | re.M)
+    return [line.split("  #")[0].rstrip() for block in blocks for line in block.splitlines()]
+
+
+class Settings(unittest.TestCase):
+    def test_the_table_names_every_setting(self):
+        help_config = subprocess.run([VERGENCED, "--help-config"], capture_output=True, text=True,
+                                     timeout=PATIENCE_S, check=True).stdout
+        keys = {key for key in re.findall(r"^#?\s*([a-z0-9_.]+) = ", help_config, re.M)
+                if not key.startswith("rig.")}
+        table = TEXT.split("## Settings")[1].split("### Profiles")[0]
+        named = {key for row in re.findall(r"^\| (`.*?) \|", table, re.M)
+                 for key in re.findall(r"`([a-z0-9_]+)`", row)}
+        self.assertGreater(len(keys), 20)
+        self.assertEqual(named, keys)
+
+
+@unittest.skipUnless(SIMRIG, "the simulated rig needs -DVERGENCE_FPGA=ON")
+class Commands(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="readme"))
+        self.addCleanup(shutil.rmtree, self.folder)
+        self.console = Terminal()
+        self.addCleanup(self.console.close)
+        self.line = BadLine(self.console, 1, 0, 0)  # it loses nothing
+        self.addCleanup(self.line.close)
+        programs = {os.path.dirname(program)
+                    for program in (VERGENCED, os.environ["VERGENCE"], VERGENCE)}
+        self.environment = {**os.environ, "ASAN_OPTIONS": "detect_leaks=0",
+                            "PATH": os.pathsep.join([*programs, os.environ["PATH"]])}
+
+    def run_line(self, line):
+        done = subprocess.run(["bash", "-c", line], cwd=self.folder, env=self.environment,
+                              stdin=subprocess.DEVNULL, capture_output=True, text=True,
+                              timeout=4 * PATIENCE_S, check=False)
+        self.assertEqual(done.returncode, 0, f"{line}\n{done.stdout}{done.stderr}")
+
+    def begin(self, line, path):
+        """A program in the background, until its socket is there."""
+        process = subprocess.Popen(["bash", "-c", "exec " + line.removesuffix(" &")],
+                                   cwd=self.folder, env=self.environment,
+                                   stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+        self.addCleanup(DaemonTest.end, process)
+        DaemonTest.wait_for(self.folder / path)
+
+    def test_every_command_runs(self):
+        lines = commands()
+        self.assertGreaterEqual(len(lines), 18)
+        calibration, = SESSION.glob("calibration-*.txt")
+        shutil.copy(calibration, self.folder / "rig.txt")
+        for line in lines:
+            line = line.replace("/dev/ttyUSB0", self.line.name)
+            if line.startswith("vergence simulate"):
+                self.begin(line, "rig.sock")
+            elif line.endswith(" &"):
+                self.begin(f"{line.removesuffix(' &')} console={self.console.name}", "v.sock")
+            elif " fetch bugreport-" in line:
+                made, = glob.glob("bugreport-*.txt", root_dir=self.folder / "files")
+                self.run_line(re.sub(r"bugreport-\S+", made, line))
+                self.assertTrue((self.folder / made).exists())
+            else:
+                self.run_line(line)
+        for pattern in ("images/scene-pair1-*.png", "snapshot-*.png"):
+            self.assertEqual(len(list(self.folder.glob(pattern))), 2, pattern)
+
+
+if __name__ == "__main__":
+    unittest.main()
