@@ -32,7 +32,8 @@ class Arguments(pairs.Workshop):
         cases = [
             ([], "command"), (["banana"], "banana"), (["recontruct"], "reconstruct"),
             (["reconstruct"], "missing"), (["reconstruct", VERGENCE], "missing"),
-            (["reconstruct", "a", "b"], "--out"), (["reconstruct", "a", "b", "c"], "too many"),
+            (["reconstruct", "a", "b"], "--out"),
+            (["reconstruct", "a", "b", "c"], "unexpected argument"),
             (["reconstruct", "a", "b", "--out", "o"], "--calibration"),
             (["reconstruct", "a", "b", "--out"], "--out"),
             (["reconstruct", "a", "b", "--dept", "1:2"], "--depth"),
