@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The C library's functions that a program calls in place of the kernel: descriptors.
+// C library functions that replace system calls on descriptors.
 #include <dirent.h>
 #include <dlfcn.h>
 #include <errno.h>
@@ -18,12 +18,12 @@
 
 #include "fake_file.h"
 
-// What the fortified C library calls; it has no prototypes for people.
+// Called by the fortified C library, which declares no prototype.
 int __open_2(const char *path, int flags);
 int __open64_2(const char *path, int flags);
 ssize_t __read_chk(int fd, void *data, size_t bytes, size_t room);
 
-/// Result of a device's function as a system call gives it.
+/// A device function's result as a system call returns it.
 static int as_call(int result) {
     if (result < 0) {
         errno = -result;
@@ -136,7 +136,7 @@ int close(int fd) {
     enum fake_fate fate = FAKE_RUN;
     int error = 0;
     if (file != NULL) {
-        // As with Linux, the descriptor is gone whatever close returns.
+        // As on Linux, the descriptor is closed whatever close() returns.
         fate = fake_kernel_step(file->name, "close", "");
         error = errno;
         if (file->operations != NULL && file->operations->close != NULL) {
@@ -246,7 +246,7 @@ static void *map(void *address, size_t bytes, int protection, int flags, int fd,
             return MAP_FAILED;
         }
     }
-    // Returned as a number; the C library's own wrapper does the same.
+    // Returned as a number, as the C library's own wrapper does.
     const long result = syscall(SYS_mmap, address, bytes, protection, flags, fd, offset);
     return result == -1 ? MAP_FAILED : (void *)(uintptr_t)result;  // NOLINT
 }
@@ -259,7 +259,7 @@ void *mmap64(void *address, size_t bytes, int protection, int flags, int fd, off
     return map(address, bytes, protection, flags, fd, offset);
 }
 
-/// A call on a descriptor alone; 0 or -1 when it fails, and 1 when the real one is to be made.
+/// A call on a descriptor: 0; -1 if it fails; 1 if the real call is to be made.
 static int step_on(int fd, const char *call, const char *details) {
     const struct fake_file *file = fake_file_of(fd);
     if (file == NULL || fake_kernel_step(file->name, call, details) != FAKE_FAIL) {
@@ -272,7 +272,7 @@ int fsync(int fd) {
     if (fake_file_of(fd) == NULL) {
         return (int)syscall(SYS_fsync, fd);
     }
-    // The disk is not asked: no test pulls the plug, and thousands of syncs take minutes.
+    // No real fsync: no test cuts the power, and thousands of syncs take minutes.
     return step_on(fd, "fsync", "") < 0 ? -1 : 0;
 }
 
@@ -317,9 +317,9 @@ int mkdir(const char *path, mode_t mode) {
     return (int)syscall(SYS_mkdirat, AT_FDCWD, path, mode);
 }
 
-// The C library makes the system calls of these by itself.
+// The C library makes these system calls internally.
 
-/// The next function of this name after ours.
+/// The next definition of this function after ours.
 static void *next_function(const char *name) {
     void *function = dlsym(RTLD_NEXT, name);
     if (function == NULL) {
@@ -349,7 +349,7 @@ int closedir(DIR *stream) {
     return next(stream);
 }
 
-/// Of a device that is a terminal: with the C library's settings in place of the kernel's.
+/// ioctl of a terminal device, with the C library's struct instead of the kernel's.
 static int control_terminal(struct fake_file *file, unsigned long request, void *argument) {
     fake_kernel_lock();
     const int result = file->operations->ioctl == NULL

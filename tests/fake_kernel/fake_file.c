@@ -13,7 +13,7 @@
 
 static struct fake_device devices[FAKE_DEVICES];
 static struct fake_file files[FAKE_FILES];
-static int spare_fd = -1;  // of files that belong to no device
+static int spare_fd = -1;  // for files that belong to no device
 
 struct fake_device *fake_file_device(const char *path, unsigned major, unsigned minor,
                                      const struct fake_operations *operations, void *state) {
@@ -63,7 +63,7 @@ uint64_t fake_file_plugged(const struct fake_device *device) {
     if (stat(device->plug, &status) != 0) {
         return 0;
     }
-    // Numbers of files are used again; their times are not.
+    // Inode numbers are reused; times are not.
     const uint64_t time_ns =
         (uint64_t)status.st_ctim.tv_sec * 1000000000 + (uint64_t)status.st_ctim.tv_nsec;
     return (status.st_ino ^ time_ns) | 1;

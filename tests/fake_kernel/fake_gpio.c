@@ -14,8 +14,8 @@
 enum { MAJOR = 254, MINOR = 0 };
 
 static struct fake_gpio state;
-static struct fake_device *chip_device;  // what its lines go with when it is pulled out
-// What the open file of a line points to, so that it knows which one it is.
+static struct fake_device *chip_device;  // the lines are unplugged with it
+// State of a line's open file: the number of the line.
 static unsigned line_numbers[FAKE_GPIO_LINES] = {0, 1, 2, 3, 4, 5, 6, 7};
 
 static unsigned line_of(const struct fake_file *file) {
@@ -59,7 +59,7 @@ static short poll_line(struct fake_file *file, uint64_t now_us, uint64_t *next_u
     return 0;
 }
 
-/// The stamp of the oldest edge, which is over then.
+/// Removes the oldest edge and returns its stamp.
 static int take_edge(unsigned line, uint64_t *time_ns) {
     if (state.edge_count[line] == 0 || state.edges_us[line][0] > fake_kernel_now_us()) {
         fprintf(stderr, "fake kernel: an edge is read that has not come: it would wait for ever\n");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A fake /dev/gpiochip*, as libgpiod 1.6 (the kernel's first interface) and 2 (its second) find
-/// and use it: also what they read in /sys.
+/// A fake /dev/gpiochip* for libgpiod 1.6 (the kernel's first interface) and 2 (its second),
+/// including what they read in /sys.
 #ifndef VERGENCE_TESTS_FAKE_GPIO_H
 #define VERGENCE_TESTS_FAKE_GPIO_H
 
@@ -13,26 +13,26 @@ extern "C" {
 
 enum { FAKE_GPIO_LINES = 8, FAKE_GPIO_EDGES = 16 };
 
-/// A chip. Levels are those of the wire.
+/// A chip. Levels are those on the wire.
 struct fake_gpio {
     bool wire[FAKE_GPIO_LINES];
     bool requested[FAKE_GPIO_LINES];  ///< a second request gets EBUSY
     bool is_output[FAKE_GPIO_LINES];
     bool active_low[FAKE_GPIO_LINES];
     char consumer[FAKE_GPIO_LINES][32];
-    /// Edges to active, in order of their times; taken out as they are read.
+    /// Edges to active, in order of time; removed when read.
     uint64_t edges_us[FAKE_GPIO_LINES][FAKE_GPIO_EDGES];
     unsigned edge_count[FAKE_GPIO_LINES];
-    int64_t stamp_offset_us;  ///< what the stamps of edges are off by
-    /// Sets the wires of inputs, and adds edges that have come. NULL: they are the test's to set.
+    int64_t stamp_offset_us;  ///< offset of the edge stamps
+    /// Sets the input wires and adds new edges. NULL: set by the test.
     void (*look)(struct fake_gpio *self);
-    /// A line that is an output has been set. NULL: nothing hangs on it.
+    /// Called when an output is set. NULL: not connected.
     void (*drive)(struct fake_gpio *self, unsigned line);
 };
 
 /// Adds the chip, "/dev/gpiochipN". Lives until the next call.
 struct fake_gpio *fake_gpio_add(const char *path);
-/// The line will become active at this time.
+/// Adds an edge to active at this time.
 void fake_gpio_edge(struct fake_gpio *self, unsigned line, uint64_t time_us);
 
 #ifdef __cplusplus

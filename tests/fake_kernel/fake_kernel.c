@@ -23,7 +23,7 @@ enum effect { EFFECT_NONE, EFFECT_ERROR, EFFECT_KILL, EFFECT_HANG, EFFECT_HALVE,
 struct plan {
     enum effect effect;
     char what[128];
-    unsigned after;  // fitting calls still to pass by
+    unsigned after;  // matching calls to skip
     unsigned times;  // 0: for ever
     bool for_ever;
     int error;  // of EFFECT_SLOW: ms
@@ -158,12 +158,12 @@ void fake_kernel_slow(const char *what, unsigned ms) {
     add_plan(EFFECT_SLOW, what, 1, (int)ms, 0);
 }
 
-/// Whether it is this plan's turn; counts.
+/// Whether this plan applies now; counts the call.
 static bool is_due(struct plan *plan, const char *line) {
     if (plan->effect == EFFECT_NONE || strstr(line, plan->what) == NULL) {
         return false;
     }
-    // No kernel fails to sleep, but for a signal: who wants that names it.
+    // Sleeping fails only on a signal: a plan must name it explicitly.
     if (plan->what[0] == '\0' && strncmp(line, "clock ", 6) == 0) {
         return false;
     }
@@ -177,7 +177,7 @@ static bool is_due(struct plan *plan, const char *line) {
 static void write_down(const char *line) {
     const size_t length = strlen(line);
     if (record_length + length + 2 > RECORD_BYTES) {
-        record_length = 0;  // a long run: only its end is kept
+        record_length = 0;  // in a long run only the end is kept
     }
     memcpy(record + record_length, line, length);
     record_length += length;

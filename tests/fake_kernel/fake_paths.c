@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The C library's functions that ask about a path: how libgpiod finds out what a device is.
+// C library functions that query a path: how libgpiod identifies a device.
 #include <dlfcn.h>
 #include <errno.h>
 #include <stdio.h>
@@ -29,7 +29,7 @@ static void describe_device(const struct fake_device *device, struct stat *statu
     status->st_ino = fake_file_plugged(device);
 }
 
-/// What stat says of a device's path: 0, or -1 with errno.
+/// stat() of a device's path: 0, or -1 with errno.
 static int look_at(const struct fake_device *device, struct stat *status) {
     if (fake_file_plugged(device) == 0) {
         errno = ENOENT;
@@ -82,7 +82,7 @@ int access(const char *path, int mode) {
     return next(path, mode);
 }
 
-/// What /sys says that a fake chip belongs to, or NULL for all other paths.
+/// The /sys subsystem of a fake chip, or NULL for other paths.
 static char *resolve_subsystem(const char *path, char *resolved) {
     static const char bus[] = "/sys/bus/gpio";
     if (strcmp(path, "/sys/dev/char/254:0/subsystem") != 0) {

@@ -8,7 +8,7 @@
 
 struct picture {
     unsigned width_px, height_px, maximum;
-    int channels;  // 0: the file as it is
+    int channels;  // 0: the file unchanged
     size_t bytes;
     uint8_t *data;
 };
@@ -29,14 +29,14 @@ static struct picture load(const char *path, int plain) {
         if (fscanf(file, "P%c %u %u %u", &kind, &picture.width_px, &picture.height_px,
                    &picture.maximum) != 4 ||
             (kind != '5' && kind != '6') || fgetc(file) == EOF) {
-            stop(path, "is no binary PGM or PPM without comments");
+            stop(path, "not a binary PGM or PPM without comments");
         }
         picture.channels = kind == '6' ? 3 : 1;
     }
     const long begin = ftell(file);
     const long end = fseek(file, 0, SEEK_END) == 0 ? ftell(file) : -1;
     if (begin < 0 || end <= begin || fseek(file, begin, SEEK_SET) != 0) {
-        stop(path, "is no file with pixels");
+        stop(path, "not a file with pixels");
     }
     picture.bytes = (size_t)(end - begin);
     picture.data = malloc(picture.bytes);
@@ -58,7 +58,7 @@ static uint8_t byte_of(int value) {
     return (uint8_t)(value < 0 ? 0 : value > 255 ? 255 : value);
 }
 
-/// BT.601, Y from 16 to 235, the colour of a pair the mean of its two pixels.
+/// Converts by BT.601, Y from 16 to 235; a pair's colour is the mean of its two pixels.
 static void yuyv_of(const uint8_t *rgb, size_t pixels, uint8_t *data) {
     for (size_t i = 0; i + 1 < pixels; i += 2) {
         const uint8_t *a = rgb + 3 * i, *b = a + 3;

@@ -22,27 +22,27 @@
 enum {
     TIMEOUT_UNIT_US = 10000,
     LINE_BITS_PER_S = B9600,
-    // That a driver has with a whole frame, before the port takes another one: of the small ones
-    // that come every millisecond most are lost, which are not simulated then.
+    // Time a driver needs per frame before the port takes another: of small frames every
+    // millisecond most are lost, and are then not simulated.
     DRIVER_BUSY_US = 5000,
 };
 
 static struct sim_backend backend;
 static bool connected;
-static atomic_ullong now_us;  // as the event loop's thread asks for it while another one waits
+static atomic_ullong now_us;  // read by the event loop's thread while another one waits
 static _Thread_local unsigned asking;
 
 static struct fake_i2c *bus;
 static struct fake_video *camera;
 static bool camera_runs;
-static uint32_t first_number;  // of the stream's frames
-static uint64_t ready_us;      // when the driver has done with the last frame
+static uint32_t first_number;  // of the stream's first frame
+static uint64_t ready_us;      // when the driver has finished the last frame
 static struct fake_gpio *chip;
 static unsigned reset_wire, irq_wire;
 static struct fake_serial serial;
 static bool has_serial;
 
-// The client's own mistakes; hidden, so that the program has its own.
+// The sim client's own invariants; hidden, so that the program keeps its own handler.
 __attribute__((visibility("hidden"))) void invariant_failed(const char *file, int line,
                                                             const char *condition) {
     fprintf(stderr, "fake kernel: internal error at %s:%d: %s\n", file, line, condition);
@@ -54,7 +54,7 @@ static void stop(const char *what) {
     abort();
 }
 
-/// Before and after whatever asks the rig, which may let time pass. One thread at a time.
+/// Bracket every request to the rig, which may advance the time. One thread at a time.
 static void begin_asking(void) {
     fake_kernel_lock();
     asking++;
@@ -164,7 +164,7 @@ static void fill(struct fake_video *self, const struct hal_camera_frame *frame) 
     free(bytes);
 }
 
-/// The port is armed as long as a buffer waits; a frame that is whole goes into it.
+/// Arms the port while a buffer waits, and fills it with a complete frame.
 static void look_at_port(struct fake_video *self) {
     const struct hal_camera *port = &backend.camera;
     begin_asking();
@@ -234,7 +234,7 @@ static void look_at_lines(struct fake_gpio *self) {
         stop("its interrupt");
     }
     self->wire[irq_wire] = high;
-    // A kernel keeps so many edges, and only of a line that somebody has asked for.
+    // A kernel queues this many edges, and only for a requested line.
     struct sim_gpio *lines = &backend.gpio_state;
     for (uint32_t i = 0; i < lines->edge_count; i++) {
         if (self->requested[irq_wire] && self->edge_count[irq_wire] < FAKE_GPIO_EDGES) {
@@ -261,14 +261,15 @@ void fake_rig_gpio(const char *path, unsigned reset_line, unsigned irq_line) {
     chip = fake_gpio_add(path);
     reset_wire = reset_line;
     irq_wire = irq_line;
-    chip->wire[reset_wire] = true;  // a resistor holds it up
+    chip->wire[reset_wire] = true;  // pulled up by a resistor
     chip->look = look_at_lines;
     chip->drive = drive;
 }
 
 // ---- time
 
-/// What interrupts would do: nothing that has come stays in the rig, where it would wake us again.
+/// Does what interrupts would do, so that no event stays in the rig, where it would wake this code
+/// again.
 static void look_at_all(void) {
     if (chip != NULL) {
         look_at_lines(chip);

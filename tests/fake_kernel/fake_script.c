@@ -57,7 +57,7 @@ static int errno_named(const char *name) {
 }
 
 static void add_video(const char *line, const char *rest) {
-    // They live as long as the program.
+    // Kept for the lifetime of the program.
     static char pictures[VIDEOS][WORD_BYTES];
     static unsigned count;
     char path[WORD_BYTES], format[WORD_BYTES];
@@ -150,14 +150,14 @@ static void set_video(const char *line, const char *rest) {
     }
 }
 
-/// Which wires of the chip go to the trigger inputs of which cameras.
+/// Connections from the chip's wires to the cameras' trigger inputs.
 static struct {
     unsigned wire;
     struct fake_video *camera;
 } inputs[VIDEOS];
 static unsigned input_count;
 
-/// Inputs see the wire go high.
+/// Triggers the cameras when the wire goes high.
 static void drive_inputs(struct fake_gpio *chip, unsigned wire) {
     for (unsigned i = 0; i < input_count; i++) {
         if (inputs[i].wire == wire && chip->wire[wire]) {

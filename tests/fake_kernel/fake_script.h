@@ -1,40 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The fake kernel in a program that knows nothing of it: LD_PRELOAD names the library, and
-/// VERGENCE_FAKE_KERNEL a file of lines that are followed at start. Time is real, but for
-/// `rig`.
+/// The fake kernel in an unmodified program: LD_PRELOAD names the library, and VERGENCE_FAKE_KERNEL
+/// a script that is run at start. Time is real, except with `rig`.
 ///
 ///     video PATH FORMAT PICTURE FRAME_US [WIDTHxHEIGHT]
 ///                          a camera that shows PICTURE (fake_picture.h); FORMAT: GREY, YUYV,
 ///                          SGRBG10 or MJPEG, the last with a size
 ///     set PATH KEY VALUE   of a camera: first_us, phase_us, damage_every, lose_every,
 ///                          readout_us, as in fake_video.h
-///     trigger PATH [LINE]  the camera gives a frame when that line of the chip goes high, else
-///                          none; without LINE its input hangs on nothing
-///     plug PATH FILE       the device is connected while FILE is there; files that are open when
-///                          it goes stay dead
+///     trigger PATH [LINE]  the camera takes a frame only when that line of the chip goes high;
+///                          without LINE its input is not connected
+///     plug PATH FILE       the device is connected while FILE exists; files that are open when
+///                          it disappears stay dead
 ///     i2c PATH ADDRESS     a bus with one device of 256 registers
 ///     gpio PATH            a chip with 8 lines
-///     rig WHERE            a simulated rig that runs there (unix:PATH, tcp:HOST:PORT) stands
-///                          behind the devices of the next four lines, and the time is its
-///                          (fake_rig.h)
+///     rig WHERE            connects the devices of the next four lines to the simulated rig at
+///                          unix:PATH or tcp:HOST:PORT, and uses its time (fake_rig.h)
 ///     rig i2c PATH         its bus
 ///     rig video PATH       its port
 ///     rig serial PATH      the line to its lens controller
 ///     rig gpio PATH RESET IRQ      its two lines, with their numbers at that chip
-///     watchdog PATH [MOST_S]   a watchdog of 60 s, or of no more than MOST_S
-///     watch PREFIX         real files under PREFIX are seen
+///     watchdog PATH [MOST_S]   a watchdog with a period of 60 s, or at most MOST_S
+///     watch PREFIX         handles real files under PREFIX
 ///     fail NTH TIMES ERRNO WHAT    as fake_kernel_fail; ERRNO as in errno.h, or a number
 ///     kill NTH WHAT        as fake_kernel_kill
 ///     hang NTH WHAT        as fake_kernel_hang
 ///     slow MS WHAT         as fake_kernel_slow
-///     record FILE          every line of the record is appended to FILE as it comes
-///     # ...                a remark
+///     record FILE          appends every line of the record to FILE
+///     # ...                a comment
 ///
-/// WHAT is the rest of the line and may be missing: all. A line that is wrong ends the program.
+/// WHAT is the rest of the line; default: all calls. An invalid line ends the program.
 #ifndef VERGENCE_TESTS_FAKE_SCRIPT_H
 #define VERGENCE_TESTS_FAKE_SCRIPT_H
 
-/// Follows the lines of a file.
+/// Runs the script in a file.
 void fake_script_run(const char *path);
 
 #endif

@@ -11,7 +11,7 @@
 
 enum { MAJOR = 4, MINOR = 65 };
 
-/// Whether both ends mean the same by the same levels, and nothing changes a byte on its way.
+/// Whether both ends use the same settings, so that bytes pass unchanged.
 static bool understands(const struct fake_serial *self) {
     const struct termios *now = &self->settings;
     const tcflag_t frame = CSIZE | PARENB | CSTOPB;
@@ -21,7 +21,7 @@ static bool understands(const struct fake_serial *self) {
            (now->c_iflag & (ICRNL | INLCR | IGNCR | ISTRIP | IXON | IXOFF)) == 0;
 }
 
-/// What a byte becomes where the two ends differ.
+/// A byte as received with different settings.
 static uint8_t garbled(uint8_t byte) {
     return (uint8_t)(byte << 1 | 0x81);
 }

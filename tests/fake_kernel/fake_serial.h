@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A fake serial line: the calls that a terminal's settings are made with, and bytes both ways.
-/// What is not pretended are the ways of a terminal that is not raw.
+/// A fake serial line: the calls for terminal settings, and bytes both ways. Only raw mode is
+/// emulated.
 #ifndef VERGENCE_TESTS_FAKE_SERIAL_H
 #define VERGENCE_TESTS_FAKE_SERIAL_H
 
@@ -11,12 +11,12 @@
 
 enum { FAKE_SERIAL_BYTES = 4096 };
 
-/// A line. What is above the bar is for whoever adds it.
+/// A line. The user sets the fields above the bar.
 struct fake_serial {
-    speed_t speed;  ///< that the other end has
-    /// Bytes on their way to the other end.
+    speed_t speed;  ///< of the other end
+    /// Sends bytes to the other end.
     void (*send)(const uint8_t *bytes, size_t count);
-    /// Looks whether bytes have come, and gives them to fake_serial_receive.
+    /// Passes newly arrived bytes to fake_serial_receive.
     void (*look)(struct fake_serial *self);
     // ---
     struct termios settings;
@@ -24,10 +24,9 @@ struct fake_serial {
     size_t count;
 };
 
-/// Adds the line, as a system leaves it at its start: 38400 bit/s, not raw. The struct is the
-/// caller's.
+/// Adds the line in a system's initial state: 38400 bit/s, not raw. The caller owns the struct.
 void fake_serial_add(const char *path, struct fake_serial *self);
-/// Bytes have come from the other end; those that there is no room for are lost.
+/// Adds bytes from the other end; bytes that do not fit are lost.
 void fake_serial_receive(struct fake_serial *self, const uint8_t *bytes, size_t count);
 
 #endif

@@ -32,7 +32,7 @@ static uint32_t frame_bytes(const struct fake_video_format *format) {
                                          : format->bytes_per_line * format->height_px;
 }
 
-/// Where the buffer is in the device's memory.
+/// The buffer's offset in the device's memory.
 static size_t offset_of(const struct fake_video *self, unsigned index) {
     return index * self->buffer_bytes;
 }
@@ -81,7 +81,7 @@ static uint32_t readout_us(const struct fake_video *self) {
     return self->triggered && self->readout_us != 0 ? self->readout_us : self->frame_us;
 }
 
-/// The frame that ends at `end_us` goes into the first buffer that waits, if one does.
+/// Puts the frame that ends at `end_us` into the first waiting buffer, if any.
 static void deliver(struct fake_video *self, uint64_t end_us) {
     const uint32_t sequence = self->sequence++;
     const bool lost = self->lose_every != 0 && (sequence + 1) % self->lose_every == 0;
@@ -105,7 +105,7 @@ static void deliver(struct fake_video *self, uint64_t end_us) {
     free(data);
 }
 
-/// Everything that has happened until `now_us`.
+/// Simulates everything up to `now_us`.
 static void catch_up(struct fake_video *self, uint64_t now_us) {
     if (self->look != NULL) {
         self->look(self);
@@ -140,7 +140,7 @@ static int query_capabilities(const struct fake_video *self, struct v4l2_capabil
     return 0;
 }
 
-/// As drivers do: what it does not have becomes what it has.
+/// Changes unsupported values to supported ones, as drivers do.
 static int set_format(struct fake_video *self, struct v4l2_format *request) {
     if (self->count > 0) {
         return -EBUSY;
@@ -267,7 +267,7 @@ static struct fake_video_control *control_of(struct fake_video *self, uint32_t i
 }
 
 static int use_control(struct fake_video *self, unsigned long request, void *argument) {
-    // The first member of both structs.
+    // The id is the first member of both structs.
     struct fake_video_control *own = control_of(self, *(const uint32_t *)argument);
     if (own == NULL) {
         return -EINVAL;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A fake /dev/video*: a camera with a clock of frames, a queue of buffers and controls. As with a
-/// real driver, a frame that finds no buffer is lost, and its number with it.
+/// A fake /dev/video*: a camera with a frame clock, a buffer queue and controls. As with a real
+/// driver, a frame without a buffer is lost, with its number.
 #ifndef VERGENCE_TESTS_FAKE_VIDEO_H
 #define VERGENCE_TESTS_FAKE_VIDEO_H
 
@@ -17,7 +17,7 @@ enum { FAKE_VIDEO_BUFFERS = 16, FAKE_VIDEO_FORMATS = 8, FAKE_VIDEO_CONTROLS = 8 
 
 struct fake_video_format {
     uint32_t fourcc, width_px, height_px;
-    uint32_t bytes_per_line;  ///< 0: as short as possible
+    uint32_t bytes_per_line;  ///< 0: minimal
 };
 
 struct fake_video_control {
@@ -25,35 +25,35 @@ struct fake_video_control {
     int32_t minimum, maximum, step, value;
 };
 
-/// A camera. What is above the line is the test's to change at any time.
+/// A camera. The test may change the fields above the line at any time.
 struct fake_video {
     uint32_t capabilities;  ///< V4L2_CAP_* of the device
     struct fake_video_format formats[FAKE_VIDEO_FORMATS];
     struct fake_video_control controls[FAKE_VIDEO_CONTROLS];
-    unsigned buffers_most;        ///< that the driver gives
-    uint32_t frame_us;            ///< from frame to frame
+    unsigned buffers_most;        ///< maximum number of buffers
+    uint32_t frame_us;            ///< frame interval
     uint32_t first_us;            ///< from STREAMON to the end of the first frame
     bool tells_frame_time;        ///< VIDIOC_G_PARM
     uint32_t time_flags;          ///< V4L2_BUF_FLAG_TIMESTAMP_* and _TSTAMP_SRC_*
-    bool counts;                  ///< false: sequence stays 0, as with some drivers
+    bool counts;                  ///< false: sequence stays 0, as in some drivers
     bool full_range;              ///< V4L2_QUANTIZATION_FULL_RANGE
     uint32_t damage_every;        ///< 0: none; n: every n-th frame has V4L2_BUF_FLAG_ERROR
     uint32_t lose_every;          ///< 0: none; n: every n-th frame is missing, with its number
     int32_t phase_us;             ///< -1: frames end at any time; else so long after whole frame
                                   ///< times of the clock: two cameras that run freely
-    bool triggered;               ///< frames come after fake_video_pulse alone, one each
+    bool triggered;               ///< frames only after fake_video_pulse, one each
     uint32_t readout_us;          ///< from a pulse to the end of its frame; 0: frame_us
-    uint32_t frames_until_still;  ///< 0: runs for ever; n: no more frames after n of a stream
-    /// Fills a frame; `bytes` are the room, and become what is filled. NULL: every byte is
-    /// x + y + the frame's number.
+    uint32_t frames_until_still;  ///< 0: unlimited; n: the stream stops after n frames
+    /// Fills a frame; `*bytes` is the capacity, then the filled size. NULL: every byte is x + y +
+    /// the frame's number.
     void (*paint)(struct fake_video *self, uint32_t sequence, uint8_t *data, size_t *bytes);
-    /// Gives the frames that have come to fake_video_fill; asked before and after every call.
-    /// NULL: they come by the clock.
+    /// Passes available frames to fake_video_fill; called before and after every call. NULL: frames
+    /// by the clock.
     void (*look)(struct fake_video *self);
-    bool takes_any_size;  ///< frames are of the size that is asked for
+    bool takes_any_size;  ///< frames have the requested size
     /// May change what DQBUF returns. NULL: nothing.
     void (*spoil)(struct fake_video *self, struct v4l2_buffer *buffer);
-    const char *picture;  ///< a file to show (fake_picture.h), read again when it changes; NULL
+    const char *picture;  ///< an image file (fake_picture.h), read again when it changes; or NULL
     void *user;
     // ---
     struct fake_video_format format;
@@ -68,12 +68,11 @@ struct fake_video {
     int fd;
 };
 
-/// Adds a camera with one format, 30 frames a second, exact time stamps at the frames' ends, and
-/// 16 buffers at most. The struct belongs to the fake kernel and lives until the next reset; at
-/// most 4.
+/// Adds a camera with one format, 30 frames/s, exact time stamps at the frame ends, and at most 16
+/// buffers. Owned by the fake kernel until the next reset; at most 4 cameras.
 struct fake_video *fake_video_add(const char *path, uint32_t fourcc, uint32_t width_px,
                                   uint32_t height_px);
-/// A whole frame.
+/// A complete frame.
 struct fake_video_frame {
     const uint8_t *data;
     size_t bytes;
@@ -82,12 +81,12 @@ struct fake_video_frame {
     bool damaged;
 };
 
-/// Puts a frame into the first buffer that waits, which must be there.
+/// Puts a frame into the first waiting buffer, which must exist.
 void fake_video_fill(struct fake_video *self, const struct fake_video_frame *frame);
-/// The input of a camera that is triggered goes active. One that is not streaming, or is busy with
-/// its last frame, does not see it.
+/// Activates the trigger input. A camera that is not streaming, or busy with its last frame,
+/// ignores it.
 void fake_video_pulse(struct fake_video *self);
-/// Forgets all cameras.
+/// Removes all cameras.
 void fake_video_forget(void);
 
 #ifdef __cplusplus

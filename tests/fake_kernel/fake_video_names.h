@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the record says about requests to a video device.
+/// Descriptions of video requests in the record.
 #ifndef VERGENCE_TESTS_FAKE_VIDEO_NAMES_H
 #define VERGENCE_TESTS_FAKE_VIDEO_NAMES_H
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The C library's functions that a program calls in place of the kernel: time and waiting.
+// C library functions that replace system calls: time and waiting.
 #include <errno.h>
 #include <poll.h>
 #include <signal.h>
@@ -19,7 +19,7 @@ int __ppoll_chk(struct pollfd *polled, nfds_t count, const struct timespec *time
 int __poll_chk(struct pollfd *polled, nfds_t count, int timeout_ms, size_t room);
 
 static const uint64_t never_us = UINT64_MAX;
-// How long real files may be ready without being looked at where devices are waited for as well.
+// Maximum time between polls of real files while devices are also waited for.
 static const uint64_t look_again_us = 5000;
 
 int clock_gettime(clockid_t clock, struct timespec *now) {
@@ -35,7 +35,7 @@ int clock_gettime(clockid_t clock, struct timespec *now) {
 int clock_nanosleep(clockid_t clock, int flags, const struct timespec *until,
                     struct timespec *left) {
     if (clock == CLOCK_MONOTONIC && fake_kernel_time_is_virtual()) {
-        // As the kernel: no time passes, and the function returns the number of the error.
+        // As in the kernel: no time passes, and the function returns the error number.
         if (fake_kernel_step("clock", "sleep", flags == TIMER_ABSTIME ? "until" : "for") ==
             FAKE_FAIL) {
             return errno;
@@ -50,7 +50,7 @@ int clock_nanosleep(clockid_t clock, int flags, const struct timespec *until,
 
 static int poll_really(struct pollfd *polled, nfds_t count, const struct timespec *timeout,
                        const sigset_t *signals) {
-    // The kernel changes the time that it is given.
+    // The kernel modifies its timeout argument.
     struct timespec copy = {0};
     if (timeout != NULL) {
         copy = *timeout;
@@ -59,7 +59,7 @@ static int poll_really(struct pollfd *polled, nfds_t count, const struct timespe
                         _NSIG / 8);
 }
 
-/// Asks every descriptor once. `*next_us`: when a device may have something new.
+/// Polls every descriptor once. `*next_us`: when a device may have news.
 static int poll_once(struct pollfd *polled, nfds_t count, uint64_t *next_us, bool *has_real) {
     static const struct timespec at_once = {0};
     int ready = 0;

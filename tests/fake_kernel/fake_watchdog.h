@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A fake /dev/watchdog: armed when it is opened; says when the system would have restarted.
+/// A fake /dev/watchdog: armed when opened; reports when the system would have restarted.
 #ifndef VERGENCE_TESTS_FAKE_WATCHDOG_H
 #define VERGENCE_TESTS_FAKE_WATCHDOG_H
 
@@ -12,12 +12,12 @@ extern "C" {
 
 struct fake_watchdog {
     int period_s;
-    int least_s, most_s;  ///< a period outside is set to the nearer end
+    int least_s, most_s;  ///< periods outside are set to the nearer limit
     bool sets_period, tells_period, has_keepalive;
     bool armed;
     unsigned feeds;
     uint64_t fed_us;
-    uint64_t longest_us;  ///< greatest time between two feeds
+    uint64_t longest_us;  ///< longest time between two feeds
 };
 
 /// Adds the device. Lives until the next call.
