@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// camera_probe DEVICE WIDTH HEIGHT FRAMES: what the first pixel of each frame is. A program that
-// knows nothing of the fake kernel, for preload_test.py.
+// camera_probe DEVICE WIDTH HEIGHT FRAMES: prints the first pixel of each frame. A program without
+// knowledge of the fake kernel, for preload_test.py.
 #include <cstdio>
 #include <cstdlib>
 

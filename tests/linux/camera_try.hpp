@@ -17,7 +17,7 @@ namespace linux_try {
 constexpr uint32_t kFrame_us = 33333;
 inline const char *const kVideo = "/dev/video0";
 
-/// Mapped buffers of fake devices that are still there.
+/// Number of mapped buffers of fake devices.
 inline long mappings() {
     std::ifstream maps("/proc/self/maps");
     long count = 0;
@@ -64,7 +64,7 @@ struct Camera {
     void give_back(const hal_camera_frame &frame) {
         camera.hal.operations->give_back(camera.hal.self, &frame);
     }
-    /// Takes a frame and gives it back.
+    /// Takes a frame and returns it.
     int look(hal_camera_frame *frame, uint64_t not_before_us = 0, uint64_t wait_us = 1000000) {
         const int error = take(frame, not_before_us, wait_us);
         if (error == ERROR_OK) {

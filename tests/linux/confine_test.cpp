@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the confined daemon may still ask of devices: the requests of our backends, and no others.
+// The device requests allowed to the confined daemon: those of the backends, and no others.
 #include "daemon/server/confine.h"
 
 #include <doctest/doctest.h>
@@ -34,7 +34,7 @@ struct Request {
 #define REQUEST(name) \
     { #name, static_cast < uint64_t>(name) }
 
-// Of daemon/backends/linux, the console, and both versions of libgpiod.
+// Requests of daemon/backends/linux, the console, and both versions of libgpiod.
 const std::vector<Request> kOurs = {
     REQUEST(VIDIOC_QUERYCAP),
     REQUEST(VIDIOC_S_FMT),
@@ -76,17 +76,17 @@ const std::vector<Request> kOurs = {
     REQUEST(TIOCNXCL),
 };
 
-// Words put into another terminal as if somebody had typed them there, and what else is not ours.
+// Injecting input into another terminal, and other requests that the daemon does not need.
 const std::vector<Request> kOthers = {
     REQUEST(TIOCSTI),   REQUEST(TIOCLINUX),       REQUEST(TIOCSCTTY),
     REQUEST(TIOCCONS),  REQUEST(TIOCSETD),        REQUEST(VT_ACTIVATE),
     REQUEST(KDSETMODE), REQUEST(I2C_SLAVE_FORCE), REQUEST(I2C_SMBUS)};
 
-// Of newer C libraries in place of TCGETS and TCSETS; the macros lack their structure here.
+// Used by newer C libraries instead of TCGETS and TCSETS; their macros lack the structure here.
 constexpr uint64_t kNewer[] = {_IOC(_IOC_READ, 'T', 0x2A, 44), _IOC(_IOC_WRITE, 'T', 0x2B, 44),
                                _IOC(_IOC_WRITE, 'T', 0x2C, 44), _IOC(_IOC_WRITE, 'T', 0x2D, 44)};
 
-// Asks a confined process for each of them on no file: what comes of it is errno.
+// Makes each request in a confined process without an open file; the errno shows whether it passed.
 std::vector<int> errors_of(const std::vector<uint64_t> &numbers) {
     int ends[2];
     REQUIRE(pipe(ends) == 0);
@@ -111,7 +111,7 @@ std::vector<int> errors_of(const std::vector<uint64_t> &numbers) {
     ::close(ends[0]);
     int status = 0;
     REQUIRE(waitpid(child, &status, 0) == child);
-    // 2: this was built without libseccomp, which a test cannot do without.
+    // 2: built without libseccomp, which this test requires.
     REQUIRE(status == 0);
     REQUIRE(got == static_cast<ssize_t>(bytes));
     return errors;
@@ -127,7 +127,7 @@ std::vector<uint64_t> numbers_of(const std::vector<Request> &requests) {
 
 }  // namespace
 
-TEST_CASE("every request of our backends goes through to the kernel") {
+TEST_CASE("all requests of the backends reach the kernel") {
     const std::vector<int> errors = errors_of(numbers_of(kOurs));
     for (size_t i = 0; i < kOurs.size(); i++) {
         CAPTURE(kOurs[i].name);
@@ -138,7 +138,7 @@ TEST_CASE("every request of our backends goes through to the kernel") {
     }
 }
 
-TEST_CASE("others are refused, those that type into a terminal among them") {
+TEST_CASE("other requests are refused, including terminal input injection") {
     const std::vector<int> errors = errors_of(numbers_of(kOthers));
     for (size_t i = 0; i < kOthers.size(); i++) {
         CAPTURE(kOthers[i].name);
@@ -146,9 +146,9 @@ TEST_CASE("others are refused, those that type into a terminal among them") {
     }
 }
 
-TEST_CASE("bits that the kernel does not look at hide nothing") {
+TEST_CASE("bits that the kernel ignores do not bypass the filter") {
     if (sizeof(unsigned long) < sizeof(uint64_t)) {
-        return;  // there are none
+        return;  // no such requests
     }
     std::vector<uint64_t> numbers;
     for (unsigned bit = 32; bit < 64; bit++) {

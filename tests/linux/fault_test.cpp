@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Injected faults: the script, whose turn it is, and that each part fails as a real one would.
+// Injected faults: the script, which call fails, and that each part fails as a real one would.
 #include "daemon/backends/fault/fault.h"
 
 #include <algorithm>
@@ -50,7 +50,7 @@ fault_common common_of(fault_plan *plan, const char *part) {
     return {plan, &monotonic_clock, part};
 }
 
-// What a plan does to the first calls of an operation: the errors.
+// The errors that a plan gives the first calls of an operation.
 std::vector<int> errors_of(fault_plan *plan, const char *part, const char *operation, int calls) {
     std::vector<int> errors;
     for (int i = 0; i < calls; i++) {
@@ -59,7 +59,7 @@ std::vector<int> errors_of(fault_plan *plan, const char *part, const char *opera
     return errors;
 }
 
-// A line that gives "abc", and counts its calls.
+// A serial line that delivers "abc" and counts its calls.
 struct EchoUart {
     int calls = 0;
     hal_uart_operations operations{[](void *self, const void *, size_t, uint64_t) {
@@ -100,7 +100,7 @@ struct EchoGpio {
 
 }  // namespace
 
-TEST_CASE("whose turn it is") {
+TEST_CASE("which call a rule applies to") {
     const int n = ERROR_I2C_NACK, t = ERROR_TIMEOUT;
     fault_plan once = plan_of("i2c.transfer@3=i2c_nack");
     CHECK(errors_of(&once, "i2c", "transfer", 5) == std::vector<int>{0, 0, n, 0, 0});
@@ -116,7 +116,7 @@ TEST_CASE("whose turn it is") {
     CHECK(errors_of(&none, "i2c", "transfer", 2) == std::vector<int>{0, 0});
 }
 
-TEST_CASE("probabilities come from the seed, and are about right") {
+TEST_CASE("probabilities follow the seed and are approximately right") {
     fault_plan first = plan_of("i2c.*%0.1=io,seed=7"), same = plan_of("seed=7,i2c.*%0.1=io");
     fault_plan other = plan_of("i2c.*%0.1=io,seed=8");
     const std::vector<int> errors = errors_of(&first, "i2c", "transfer", 10000);
@@ -131,7 +131,7 @@ TEST_CASE("probabilities come from the seed, and are about right") {
     CHECK(never.injected == 0);
 }
 
-TEST_CASE("every error has its name, and only those") {
+TEST_CASE("only error names are accepted, and all of them") {
 #define CHECK_NAME(name, number, text)                                       \
     if ((number) != 0) {                                                     \
         std::string word = #name;                                            \
@@ -146,7 +146,7 @@ TEST_CASE("every error has its name, and only those") {
     CHECK(names(refusal("i2c.transfer@1=ok"), {"unknown error"}));
 }
 
-TEST_CASE("a script that is wrong is refused with the rule and what is wrong with it") {
+TEST_CASE("an invalid script is rejected with the rule and the reason") {
     const struct {
         const char *rule;
         std::vector<const char *> words;
@@ -179,7 +179,7 @@ TEST_CASE("a script that is wrong is refused with the rule and what is wrong wit
     CHECK(names(refusal(many.c_str()), {"too many rules", "16"}));
 }
 
-TEST_CASE("a part or an operation that is not there is refused with those that are") {
+TEST_CASE("an unknown part or operation is rejected with the known ones") {
     const struct {
         const char *rule;
         std::vector<const char *> words;
@@ -209,7 +209,7 @@ TEST_CASE("a part or an operation that is not there is refused with those that a
     CHECK_FALSE(fault_plan_names(&some, "*.feed"));
 }
 
-TEST_CASE("threads that share a plan lose no fault") {
+TEST_CASE("threads that share a plan lose no faults") {
     constexpr int kThreads = 4, kCalls = 20000;
     fault_plan plan = plan_of("*.*@30000=io,*.*@70000=timeout,uart.*@19999=device,i2c.*%1=crc");
     std::vector<std::thread> threads;
@@ -230,7 +230,7 @@ TEST_CASE("threads that share a plan lose no fault") {
     CHECK(plan.injected == 3);
 }
 
-TEST_CASE("any text is read or refused") {
+TEST_CASE("any text is accepted or rejected") {
     std::mt19937 random(static_cast<uint32_t>(synthetic::test_seed()));
     INFO("VERGENCE_SEED=", synthetic::test_seed());
     const std::string letters = "i2c.transfer@%+=,/ 0159.io_seedafter*\x80\n";
@@ -253,7 +253,7 @@ TEST_CASE("any text is read or refused") {
     CHECK(good > 1000);
 }
 
-TEST_CASE("a bus: before, after, spoiled, at the deadline; and no lines where there are none") {
+TEST_CASE("a bus: before, after, corrupted, at the deadline; no lines if it has none") {
     const Kernel kernel;
     fake_i2c *adapter = fake_i2c_add("/dev/i2c-1", 0x5D);
     adapter->registers[0] = 0x16;
@@ -293,7 +293,7 @@ TEST_CASE("a bus: before, after, spoiled, at the deadline; and no lines where th
     i2c_dev_close(&dev);
 }
 
-TEST_CASE("a bus with lines has them behind the wrapper, too") {
+TEST_CASE("a wrapped bus keeps its lines") {
     const hal_i2c_operations operations = {nullptr, [](void *, unsigned pulled, unsigned *high) {
                                                *high = ~pulled & (HAL_I2C_SCL | HAL_I2C_SDA);
                                                return 0;
@@ -310,7 +310,7 @@ TEST_CASE("a bus with lines has them behind the wrapper, too") {
     CHECK(high == HAL_I2C_SCL);
 }
 
-TEST_CASE("a camera: no frame is lost that nobody has, and damage is told") {
+TEST_CASE("a camera: no frame is leaked, and damage is reported") {
     const Kernel kernel;
     fake_video_add(linux_try::kVideo, V4L2_PIX_FMT_GREY, 64, 48);
     linux_try::Camera real;

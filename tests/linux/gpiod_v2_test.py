@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The GPIO lines with libgpiod 2, which Debian 12 does not have: its sources come with the Python
-package gpiod, and gpiod_lines_test.cpp is built against them. And without libgpiod."""
+"""The GPIO lines with libgpiod 2, which Debian 12 does not have: its sources are in the Python
+package gpiod, and gpiod_lines_test.cpp is built against them. Also without libgpiod."""
 import fcntl
 import os
 import shutil
@@ -20,7 +20,7 @@ OWN = ["-D_GNU_SOURCE", "-I", ROOT, "-I", os.path.join(ROOT, "firmware")]
 
 
 def sources():
-    """The directory of the package's sources; downloaded once."""
+    """Directory of the package's sources; downloaded once."""
     place = os.path.join(CACHE, "gpiod-2")
     os.makedirs(CACHE, exist_ok=True)
     with open(place + ".lock", "w", encoding="ascii") as lock:
@@ -38,7 +38,7 @@ def sources():
 
 
 class Build:
-    """Objects and programs in a directory of their own."""
+    """Builds objects and programs in a separate directory."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -84,7 +84,7 @@ class GpiodV2(unittest.TestCase):
         self.assertIn("built with libgpiod 2", done.stdout)
         self.assertIn("| 0 failed |", done.stdout)
 
-    def test_without_libgpiod_a_line_is_refused_and_no_line_is_no_error(self):
+    def test_without_libgpiod_lines_are_rejected(self):
         check = r"""
             #include <stdio.h>
             #include "core/error.h"
@@ -107,10 +107,10 @@ class GpiodV2(unittest.TestCase):
                 file.write(check)
             program = build.link("none", build.compile(source, *OWN), *own_objects(build, "none"))
             done = subprocess.run([program], capture_output=True, text=True, check=True)
-        self.assertEqual(done.stdout.splitlines(), [
-            "0", "1",
-            "line 0 of /dev/gpiochip0 for the bridge's reset: Function not implemented; this "
-            "program was built without libgpiod (Debian: libgpiod-dev)"])
+        lines = done.stdout.splitlines()
+        self.assertEqual(lines[:2], ["0", "1"])
+        self.assertEqual(len(lines), 3)
+        self.assertRegex(lines[2], "^line 0 of /dev/gpiochip0 .*built without libgpiod")
 
 
 if __name__ == "__main__":

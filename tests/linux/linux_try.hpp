@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A test's own kernel: fresh at the start, and at the end no descriptor may be left open.
+/// A fake kernel for one test: reset at the start; at the end no descriptor may be open.
 #ifndef VERGENCE_TESTS_LINUX_TRY_HPP
 #define VERGENCE_TESTS_LINUX_TRY_HPP
 
@@ -22,7 +22,7 @@ inline long open_descriptors() {
     return std::distance(begin(all), end(all));
 }
 
-/// Virtual time begins here, so that a time near 0 is never right by chance.
+/// Start of virtual time, so that a time near 0 is never right by chance.
 constexpr uint64_t kStart_us = 1000000000;
 
 struct Kernel {
@@ -40,7 +40,7 @@ struct Kernel {
     }
 };
 
-/// A file that says whether a device is plugged in (fake_kernel_plug).
+/// A file whose existence means that a device is plugged in (fake_kernel_plug).
 struct Plug {
     scratch folder;
     std::string file = folder / "plug";
@@ -49,18 +49,18 @@ struct Plug {
     void out() const { std::filesystem::remove(file); }
 };
 
-/// The record since the last call of this.
+/// The record since the last call of this function.
 inline std::string record() {
     std::string text = fake_kernel_record();
     fake_kernel_forget();
     return text;
 }
 
-/// What the kernel says when something breaks for good.
+/// Errors of permanent failures.
 constexpr int kErrors[] = {EIO, ENODEV, ENXIO, EBUSY, EACCES, ENOMEM, EINVAL, ENOTTY, ETIMEDOUT};
 
-/// Makes every single call of `scenario` fail with `error` in turn, `times` (0: for ever, too), and
-/// calls `check` with what it returned. `scenario` gets a fresh kernel each time.
+/// Makes each call of `scenario` fail with `error` in turn, `times` times (0: also forever), and
+/// calls `check` with its result. `scenario` gets a fresh kernel each time.
 inline void each_call_fails(int error, unsigned times, const std::function<int()> &scenario,
                             const std::function<void(unsigned, int)> &check) {
     for (unsigned nth = 1;; nth++) {
@@ -68,7 +68,7 @@ inline void each_call_fails(int error, unsigned times, const std::function<int()
         fake_kernel_fail("", nth, error, times);
         const int result = scenario();
         if (!fake_kernel_failed()) {
-            return;  // there are no more calls
+            return;  // no more calls
         }
         INFO("call ", nth, " fails with ", error, "; record:\n", std::string(fake_kernel_record()));
         check(nth, result);

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The fake kernel in a program that knows nothing of it: cameras that show recorded pictures."""
+"""The fake kernel in an unmodified program: cameras that show recorded images."""
 import os
 import resource
 import signal
@@ -15,7 +15,7 @@ WIDTH, HEIGHT = 32, 24
 
 
 def without_core():
-    """Nobody wants the memory of a program that was to end so."""
+    """Disables core dumps of programs that are meant to end abnormally."""
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
@@ -29,7 +29,7 @@ class Preload(unittest.TestCase):
         return os.path.join(self.folder, name)
 
     def show(self, name, pixels):
-        """Replaces a picture, whole, as seen by a camera that runs."""
+        """Replaces an image atomically, as seen by a running camera."""
         maximum = 255 if pixels.dtype == np.uint8 else 65535
         kind = b"P6" if pixels.ndim == 3 else b"P5"
         data = pixels if maximum == 255 else pixels.astype(">u2")
@@ -70,7 +70,7 @@ class Preload(unittest.TestCase):
         self.assertLess(np.abs(np.subtract(rgb, (200, 100, 50))).max(), 4)
         code, lines, _ = self.probe(script, device="/dev/video6")
         self.assertEqual(code, 1)
-        self.assertIn("No such file or directory; is it connected", lines[0])
+        self.assertIn("/dev/video6: No such file or directory", lines[0])
 
     def test_the_scene_changes_while_the_camera_runs(self):
         self.show("scene", np.full((HEIGHT, WIDTH), 10, np.uint8))
@@ -101,7 +101,7 @@ class Preload(unittest.TestCase):
         self.assertEqual(lines[0], "video0 open rdwr noctty nonblock cloexec")
         self.assertEqual(lines[-1], "video0 ioctl STREAMON")
 
-    def test_a_line_that_is_wrong_ends_the_program(self):
+    def test_an_invalid_line_ends_the_program(self):
         for line in ("nonsense", "video /dev/video0", "fail 1 1 ENOTHING x", "i2c /dev/i2c-1 0x99"):
             code, _, err = self.probe(line + "\n")
             self.assertEqual(code, -signal.SIGABRT, line)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Devices that are not there, that go, and that come back under the same name.
+// Devices that are missing, disappear, and reappear under the same name.
 #include "camera_try.hpp"
 #include "daemon/backends/linux/i2c_dev.h"
 #include "daemon/backends/linux/termios_uart.h"
@@ -24,7 +24,7 @@ int write_byte(i2c_dev &bus) {
 
 }  // namespace
 
-TEST_CASE("what is not open says so, call by call") {
+TEST_CASE("every call of a closed device returns an error") {
     const Kernel kernel;
     i2c_dev bus;
     i2c_dev_init(&bus);
@@ -55,7 +55,7 @@ TEST_CASE("what is not open says so, call by call") {
     CHECK(record() == "");
 }
 
-TEST_CASE("a bus that was pulled out is another one when it is back") {
+TEST_CASE("a reconnected bus is another one") {
     const Plug plug;
     const Kernel kernel;
     fake_i2c_add(kBus, kBridge);
@@ -78,7 +78,7 @@ TEST_CASE("a bus that was pulled out is another one when it is back") {
     i2c_dev_close(&bus);
 }
 
-TEST_CASE("a camera is opened anew only when it is another one") {
+TEST_CASE("a camera is reopened only if it is another one") {
     const Plug plug;
     const Kernel kernel;
     fake_video_add(kVideo, V4L2_PIX_FMT_GREY, 64, 48);

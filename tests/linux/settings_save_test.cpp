@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// "settings save", killed and failed at each system call: the kept settings are those of before or
-// those that are in force, whole.
+// "settings save", killed and failed at each system call: the saved settings are completely the old
+// or completely the new ones.
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -44,7 +44,7 @@ int save(const std::string &path, const kept_settings &kept) {
     return error;
 }
 
-// The exposure that is kept, of both sides the same.
+// The saved exposure, equal on both sides.
 int32_t load(const std::string &path) {
     store store;
     message why;
@@ -63,7 +63,7 @@ int32_t load(const std::string &path) {
 
 constexpr int32_t kOldUs = 7000, kNewUs = 1234567;
 
-// A store that has the old ones, the fake kernel watching it.
+// A store with the old settings, watched by the fake kernel.
 struct Place {
     linux_try::Kernel kernel;
     scratch directory;
@@ -78,7 +78,7 @@ struct Place {
 
 }  // namespace
 
-TEST_CASE("killed at every system call in turn: the old settings or the new ones, whole") {
+TEST_CASE("killed at each system call in turn: complete old or complete new settings") {
     unsigned nth = 1, olds = 0, news = 0;
     for (;; nth++) {
         const Place place;

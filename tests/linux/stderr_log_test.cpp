@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// hal_log on standard error: journald's levels, and it never waits for a reader.
+// hal_log on standard error: journald's levels, and it never blocks on a reader.
 #include "daemon/backends/linux/stderr_log.h"
 
 #include <fcntl.h>
@@ -16,7 +16,7 @@
 
 namespace {
 
-// Another file as standard error for a while.
+// Replaces standard error by another file for a while.
 struct Stderr {
     int saved = dup(2);
 
@@ -47,7 +47,7 @@ size_t lines_in(const std::string &text) {
     return static_cast<size_t>(std::count(text.begin(), text.end(), '\n'));
 }
 
-// Writes until lines are lost, without ever waiting; reads; and sees the loss told.
+// Writes until lines are lost, without ever blocking; then reads and checks the report of the loss.
 void check_loss(int reader, int writer) {
     stderr_log log;
     {
@@ -66,13 +66,12 @@ void check_loss(int reader, int writer) {
     const std::string first = drain(reader);
     CHECK(lines_in(first) == written - lost);
     put(log, HAL_LOG_INFO, "after");
-    CHECK(drain(reader) ==
-          "<4>" + std::to_string(lost) + " lines of the log were lost\n<6>after\n");
+    CHECK(drain(reader) == "<4>" + std::to_string(lost) + " log lines were lost\n<6>after\n");
     CHECK(log.lost == 0);
     stderr_log_close(&log);
 }
 
-// A reader that has gone is no signal.
+// A closed reader does not raise a signal.
 void check_gone(int reader, int writer) {
     stderr_log log;
     {
@@ -88,7 +87,7 @@ void check_gone(int reader, int writer) {
 
 }  // namespace
 
-TEST_CASE("a pipe gets levels as journald reads them, one line each") {
+TEST_CASE("a pipe gets journald levels, one line each") {
     const linux_try::Kernel kernel;
     int ends[2];
     REQUIRE(pipe(ends) == 0);
@@ -110,7 +109,7 @@ TEST_CASE("a pipe gets levels as journald reads them, one line each") {
     close(ends[1]);
 }
 
-TEST_CASE("a terminal gets words") {
+TEST_CASE("a terminal gets level words") {
     const linux_try::Kernel kernel;
     int master = -1, slave = -1;
     REQUIRE(openpty(&master, &slave, nullptr, nullptr, nullptr) == 0);
@@ -122,7 +121,7 @@ TEST_CASE("a terminal gets words") {
     put(log, HAL_LOG_WARNING, "careful");
     put(log, HAL_LOG_NOTICE, "so so");
     CHECK(drain(master) == "warning: careful\r\nso so\r\n");
-    // Stopped by Ctrl-S: lines are lost, nobody waits.
+    // Stopped by Ctrl-S: lines are lost, nothing blocks.
     CHECK(tcflow(slave, TCOOFF) == 0);
     for (int i = 0; i < 100; i++) {
         put(log, HAL_LOG_INFO, "stopped");
@@ -133,7 +132,7 @@ TEST_CASE("a terminal gets words") {
     close(slave);
 }
 
-TEST_CASE("a reader that never reads costs lines, not time: pipe and socket") {
+TEST_CASE("a pipe or socket that is not read loses lines and does not block") {
     const linux_try::Kernel kernel;
     int ends[2];
     REQUIRE(pipe(ends) == 0);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The store of settings: always the old record or the new one, whole, whatever happens at whichever
-// system call.
+// The settings store: always the complete old or new record, whatever fails at any system call.
 #include "daemon/backends/store/store.h"
 
 #include <fcntl.h>
@@ -68,7 +67,7 @@ std::set<std::string> listing(const std::string &path) {
     return names;
 }
 
-// A directory with two records, the fake kernel watching it.
+// A directory with two records, watched by the fake kernel.
 struct Place {
     linux_try::Kernel kernel;
     scratch directory;
@@ -85,7 +84,7 @@ struct Place {
     }
 };
 
-// Runs `work` in a process of its own; its exit status as wait gives it.
+// Runs `work` in a separate process; returns its exit status as wait() does.
 int in_child(const std::function<int()> &work) {
     const pid_t child = fork();
     REQUIRE(child >= 0);
@@ -109,7 +108,7 @@ int change(const std::string &path, Change what) {
                                    : store.remove("limits");
 }
 
-// What the changed record may be: as before, and as afterwards.
+// The valid contents of the changed record: old and new.
 std::string changed(const std::string &path, Change what) {
     return load(path, what == Change::First ? "first" : "limits");
 }
@@ -128,7 +127,7 @@ constexpr Change kChanges[] = {Change::Save, Change::First, Change::Remove};
 
 }  // namespace
 
-TEST_CASE("a save makes sure of the file, then of its name; its calls") {
+TEST_CASE("the calls of a save: it syncs the file, then its name") {
     const Place place;
     Store store(place.path);
     CHECK(record() ==
@@ -164,7 +163,7 @@ TEST_CASE("a save makes sure of the file, then of its name; its calls") {
     CHECK(store.load("limits", &data) == ERROR_MISSING);
 }
 
-TEST_CASE("the directory's own name is safe before there is a record in it") {
+TEST_CASE("the directory's name is synced before it has a record") {
     const linux_try::Kernel kernel;
     const scratch directory;
     const std::string path = directory / "new";
@@ -189,7 +188,7 @@ TEST_CASE("the directory's own name is safe before there is a record in it") {
     }
 }
 
-TEST_CASE("a record is a line of text and then the contents as they are") {
+TEST_CASE("a record is a line of text followed by the unchanged contents") {
     const Place place;
     std::ostringstream text;
     text << std::ifstream(place.path + "/other").rdbuf();
@@ -201,7 +200,7 @@ TEST_CASE("a record is a line of text and then the contents as they are") {
     CHECK((status.st_mode & 0777) == 0700);
 }
 
-TEST_CASE("killed at every system call in turn: the old record or the new one, whole") {
+TEST_CASE("killed at each system call in turn: the complete old or new record") {
     for (const Change what : kChanges) {
         unsigned nth = 1, olds = 0, news = 0;
         for (;; nth++) {
@@ -225,7 +224,7 @@ TEST_CASE("killed at every system call in turn: the old record or the new one, w
             for (const std::string &name : listing(place.path)) {
                 CHECK(name[0] != '.');  // the next start has cleaned up
             }
-            // It can be changed afterwards as if nothing had been.
+            // The store works normally afterwards.
             CHECK(Store(place.path).save("limits", "again") == ERROR_OK);
             CHECK(load(place.path, "limits") == "again");
         }
@@ -249,7 +248,7 @@ TEST_CASE("killed in the middle of a write") {
     }
 }
 
-TEST_CASE("every system call fails in turn: the old or the new record, and the right error") {
+TEST_CASE("each system call fails in turn: the old or the new record, and the right error") {
     const struct {
         int system, ours;
     } pairs[] = {{EIO, ERROR_IO},        {ENOSPC, ERROR_FULL},    {EDQUOT, ERROR_FULL},
@@ -284,15 +283,15 @@ TEST_CASE("every system call fails in turn: the old or the new record, and the r
                     CHECK(load(place.path, "limits") == "again");
                 }
                 CHECK(nth >= 10);
-                // What may fail: to make the directory that is there, or to sync its name once
-                // more, to clean up, to close it.
+                // These may fail: creating the existing directory, syncing its name again, cleaning
+                // up, closing it.
                 CHECK(succeeded <= 13);
             }
         }
     }
 }
 
-TEST_CASE("a full disk: saves fail, the record stays, and nothing is left over") {
+TEST_CASE("a full disk: saves fail, the record stays, no files are left behind") {
     const Place place;
     Store store(place.path);
     fake_kernel_fail(" write", 1, ENOSPC, 0);
@@ -306,7 +305,7 @@ TEST_CASE("a full disk: saves fail, the record stays, and nothing is left over")
     CHECK(listing(place.path) == std::set<std::string>{"limits", "other"});
 }
 
-TEST_CASE("every system call of a load fails in turn: an error, and never a part of the record") {
+TEST_CASE("each system call of a load fails in turn: an error, never a partial record") {
     for (const int error : {EIO, EACCES, ENOMEM}) {
         for (unsigned nth = 1; nth <= 4; nth++) {
             const Place place;
@@ -346,7 +345,7 @@ TEST_CASE("signals and short reads and writes change nothing") {
     }
 }
 
-TEST_CASE("a file system without sync of directories will do") {
+TEST_CASE("a file system that cannot sync directories is accepted") {
     for (const int error : {EINVAL, ENOTSUP}) {
         const Place place;
         Store store(place.path);
@@ -356,7 +355,7 @@ TEST_CASE("a file system without sync of directories will do") {
     }
 }
 
-TEST_CASE("any changed byte, and any missing or added one, is found") {
+TEST_CASE("any changed, missing or added byte is detected") {
     const Place place;
     fake_kernel_reset();
     std::ostringstream stream;
@@ -384,12 +383,12 @@ TEST_CASE("any changed byte, and any missing or added one, is found") {
     CHECK(store.load("other", &data) == ERROR_OK);
     CHECK(store.load("other", &data, 9) == ERROR_OK);
     CHECK(store.load("other", &data, 8) == ERROR_BUFFER);
-    // A record under another's name is not that record.
+    // A record under another record's name is invalid.
     fs::rename(place.path + "/other", place.path + "/limits");
     CHECK(store.load("limits", &data) == ERROR_CRC);
 }
 
-TEST_CASE("names that are none are refused, also those of files that are no records") {
+TEST_CASE("invalid names are rejected, and so are files that are not records") {
     const Place place;
     Store store(place.path);
     std::string data;
@@ -415,7 +414,7 @@ TEST_CASE("names that are none are refused, also those of files that are no reco
     CHECK(store.load("pipe", &data) == ERROR_CRC);  // and does not wait for a writer
 }
 
-TEST_CASE("a second process cannot open a store, and the message says why") {
+TEST_CASE("two processes cannot share a store, and the message says so") {
     const Place place;
     {
         const Store first(place.path);

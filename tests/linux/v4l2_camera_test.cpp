@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// hal_camera on V4L2: its calls, times, numbers, and what happens when the stream breaks.
+// hal_camera on V4L2: its calls, times and numbers, and what happens when the stream breaks.
 #include <set>
 
 #include "camera_try.hpp"
@@ -48,7 +48,7 @@ TEST_CASE("the calls of opening, starting, taking, stopping and closing") {
               "video0 ioctl QBUF 0\n");
         camera.give_back(frame);
         CHECK(record().empty());
-        // The same again costs nothing.
+        // Starting it again makes no calls.
         REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
         CHECK(record().empty());
         REQUIRE(camera.stop() == ERROR_OK);
@@ -60,7 +60,7 @@ TEST_CASE("the calls of opening, starting, taking, stopping and closing") {
     CHECK(record() == "video0 ioctl REQBUFS 0\nvideo0 close\n");
 }
 
-TEST_CASE("a frame says what it is") {
+TEST_CASE("a frame has correct metadata") {
     const Kernel kernel;
     grey_camera();
     Camera camera;
@@ -86,7 +86,7 @@ TEST_CASE("a frame says what it is") {
     CHECK(camera.log.lines.empty());
 }
 
-TEST_CASE("a frame that began too early is passed over") {
+TEST_CASE("a frame that began too early is skipped") {
     const Kernel kernel;
     for (const bool begins : {false, true}) {
         fake_kernel_reset();
@@ -102,7 +102,7 @@ TEST_CASE("a frame that began too early is passed over") {
         CHECK(frame.begin_us == kStart_us + 2 * kFrame_us);
         CHECK(frame.end_us == kStart_us + 3 * kFrame_us);
         CHECK(frame.sequence == 3);
-        // Old frames lie in the queue for a while; none of them is taken for a new one.
+        // Old frames stay in the queue; none of them is taken as a new one.
         fake_kernel_advance(4 * kFrame_us);
         const uint64_t now_us = fake_kernel_now_us();
         REQUIRE(camera.look(&frame, now_us) == ERROR_OK);
@@ -112,7 +112,7 @@ TEST_CASE("a frame that began too early is passed over") {
     }
 }
 
-TEST_CASE("the last pixel of a frame that is stamped when its exposure begins comes after that") {
+TEST_CASE("a stamp of the start of exposure precedes the last pixel") {
     const Kernel kernel;
     fake_kernel_virtual_time(kStart_us);
     fake_video *video = grey_camera();
@@ -123,17 +123,17 @@ TEST_CASE("the last pixel of a frame that is stamped when its exposure begins co
     int32_t applied = 0;
     REQUIRE(camera.control(HAL_CAMERA_EXPOSURE_US, 20000, &applied) == ERROR_OK);
     REQUIRE(applied == 20000);
-    fake_kernel_advance(4 * kFrame_us);  // it waits in the queue: now says nothing
+    fake_kernel_advance(4 * kFrame_us);  // it waits in the queue, so the current time is irrelevant
     hal_camera_frame frame;
     REQUIRE(camera.look(&frame, kStart_us) == ERROR_OK);
     CHECK(frame.end_us == frame.begin_us + 20000 + kFrame_us);
 }
 
-TEST_CASE("without the driver's time stamps frames are never taken for newer than they are") {
+TEST_CASE("without driver time stamps frames never appear newer than they are") {
     const Kernel kernel;
     fake_video *video = grey_camera();
     video->time_flags = V4L2_BUF_FLAG_TIMESTAMP_UNKNOWN;
-    // The first byte of a frame is the time when it began, in frame times.
+    // A frame's first byte is the time when it began, in frame times.
     static uint64_t origin_us;
     origin_us = kStart_us;
     video->paint = [](fake_video *self, uint32_t, uint8_t *data, size_t *) {
@@ -145,7 +145,7 @@ TEST_CASE("without the driver's time stamps frames are never taken for newer tha
     uint32_t taken = 0;
     for (int i = 0; i < 50; i++) {
         fake_kernel_advance(static_cast<uint64_t>(i * 7919 % 200000));
-        // Also times that are past: a frame that waits in the queue may be older than it looks.
+        // Also past times: a queued frame may be older than it looks.
         const uint64_t not_before_us =
             fake_kernel_now_us() - static_cast<uint64_t>(i % 4) * uint64_t{20000};
         REQUIRE(camera.look(&frame, not_before_us, 400000) == ERROR_OK);
@@ -160,7 +160,7 @@ TEST_CASE("without the driver's time stamps frames are never taken for newer tha
     CHECK(taken == 50);
 }
 
-TEST_CASE("a call ends at its deadline, to the microsecond") {
+TEST_CASE("a call ends exactly at its deadline") {
     const Kernel kernel;
     grey_camera()->first_us = 500000;
     Camera camera;
@@ -171,24 +171,24 @@ TEST_CASE("a call ends at its deadline, to the microsecond") {
     CHECK(camera.look(&frame, 0, 0) == ERROR_TIMEOUT);
     CHECK(camera.counts().timeouts == 2);
     CHECK(camera.counts().restarts == 0);
-    // Frames come, but all too early.
+    // All frames are too early.
     CHECK(camera.look(&frame, UINT64_MAX, 1000000) == ERROR_TIMEOUT);
     CHECK(fake_kernel_now_us() == kStart_us + 1123456);
     CHECK(camera.look(&frame) == ERROR_OK);
     CHECK(camera.counts().timeouts == 3);
-    // Frames are there, all too early, and no time is left.
+    // All queued frames are too early, and no time is left.
     fake_kernel_advance(3 * kFrame_us);
     CHECK(camera.look(&frame, UINT64_MAX, 0) == ERROR_TIMEOUT);
 }
 
-TEST_CASE("frames that nobody took are counted") {
+TEST_CASE("missed frames are counted") {
     const Kernel kernel;
     fake_video *video = grey_camera();
     Camera camera;
     REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
     hal_camera_frame frame;
     REQUIRE(camera.look(&frame) == ERROR_OK);
-    fake_kernel_advance(10 * kFrame_us);  // four find a buffer, six do not
+    fake_kernel_advance(10 * kFrame_us);  // four frames find a buffer, six do not
     for (uint32_t i = 0; i < 4; i++) {
         REQUIRE(camera.look(&frame) == ERROR_OK);
         CHECK(frame.sequence == 2 + i);
@@ -197,7 +197,7 @@ TEST_CASE("frames that nobody took are counted") {
     REQUIRE(camera.look(&frame) == ERROR_OK);
     CHECK(frame.sequence == 12);
     CHECK(camera.counts().gaps == 6);
-    // A driver whose numbers stand still has no gaps, and ours go on.
+    // A driver with constant numbers has no gaps, and the camera's numbers continue.
     video->counts = false;
     REQUIRE(camera.look(&frame) == ERROR_OK);
     REQUIRE(camera.look(&frame) == ERROR_OK);
@@ -206,7 +206,7 @@ TEST_CASE("frames that nobody took are counted") {
     CHECK(camera.counts().restarts == 0);
 }
 
-TEST_CASE("two frames can be lent, and keep their pixels") {
+TEST_CASE("two frames can be lent and keep their pixels") {
     const Kernel kernel;
     grey_camera();
     Camera camera;
@@ -226,7 +226,7 @@ TEST_CASE("two frames can be lent, and keep their pixels") {
     camera.give_back(second);
 }
 
-TEST_CASE("what the driver says about a frame is told") {
+TEST_CASE("the driver's frame flags are reported") {
     const Kernel kernel;
     fake_video *video = grey_camera();
     Camera camera;
@@ -254,7 +254,7 @@ TEST_CASE("what the driver says about a frame is told") {
     CHECK(camera.counts().faulty == 4);
 }
 
-TEST_CASE("a stream that stands still is started again, and that is counted and told") {
+TEST_CASE("a stopped stream is restarted, counted and logged") {
     const Kernel kernel;
     fake_video *video = grey_camera();
     video->frames_until_still = 3;
@@ -275,10 +275,10 @@ TEST_CASE("a stream that stands still is started again, and that is counted and 
     CHECK(fake_kernel_now_us() == kStart_us + 9 * kFrame_us + 2 * 100000);
     REQUIRE(camera.log.lines.size() == 2);
     CHECK(camera.log.lines[0] ==
-          "4 camera /dev/video0: no frame came for 100 ms; the stream is started again");
+          "4 camera /dev/video0: no frame for 100 ms; restarting the stream");
 }
 
-TEST_CASE("a stream whose frames are exposed for long does not stand still") {
+TEST_CASE("a long exposure is not a stopped stream") {
     const Kernel kernel;
     fake_video *video = grey_camera();
     constexpr int32_t kExposure_us = 1500000;
@@ -301,14 +301,14 @@ TEST_CASE("a stream whose frames are exposed for long does not stand still") {
     }
     CHECK(camera.counts().restarts == 0);
     CHECK(camera.log.lines.empty());
-    // One that stands still is found all the same.
+    // A stopped stream is still detected.
     video->frames_until_still = 1;
     CHECK(camera.look(&frame, 0, 20 * uint64_t(kExposure_us)) == ERROR_OK);
     CHECK(camera.look(&frame, 0, 20 * uint64_t(kExposure_us)) == ERROR_OK);
     CHECK(camera.counts().restarts > 0);
 }
 
-TEST_CASE("a stream that breaks once is made anew; the call succeeds") {
+TEST_CASE("a stream that breaks once is restarted; the call succeeds") {
     for (const int error : {EIO, EPIPE, EINVAL, ENOMEM, ETIMEDOUT, EPROTO}) {
         for (const char *call : {"DQBUF", "poll", " QBUF"}) {
             CAPTURE(error);
@@ -331,7 +331,7 @@ TEST_CASE("a stream that breaks once is made anew; the call succeeds") {
     }
 }
 
-TEST_CASE("a driver that goes wrong in other ways") {
+TEST_CASE("other faults of a driver") {
     const Kernel kernel;
     fake_video *video = grey_camera();
     Camera camera;
@@ -344,28 +344,27 @@ TEST_CASE("a driver that goes wrong in other ways") {
     CHECK(camera.look(&frame) == ERROR_OK);
     CHECK(camera.counts().restarts == 1);
     video->spoil = [](fake_video *self, v4l2_buffer *buffer) {
-        buffer->index = self->queued[0];  // its own, which it has not given back
+        buffer->index = self->queued[0];  // a queued one, which it has not returned
         self->spoil = nullptr;
     };
     CHECK(camera.look(&frame) == ERROR_OK);
     CHECK(camera.look(&frame) == ERROR_OK);
     CHECK(camera.counts().restarts == 2);
-    // Ready without a frame, again and again.
+    // Repeatedly ready without a frame.
     fake_kernel_fail("DQBUF", 1, EAGAIN, 20);
     CHECK(camera.look(&frame) == ERROR_OK);
     CHECK(camera.counts().restarts >= 3);
-    // Somebody has turned it off: EINVAL; and once more, with a driver that says POLLERR only.
+    // Turned off by another program: EINVAL; then a driver that only reports POLLERR.
     video->on = false;
     CHECK(camera.look(&frame) == ERROR_OK);
     video->on = false;
     fake_kernel_fail("DQBUF", 1, EAGAIN, 2);
     CHECK(camera.look(&frame) == ERROR_OK);
     CHECK(camera.log.lines.back() ==
-          "4 camera /dev/video0: the driver reports an error (POLLERR); the stream is started "
-          "again");
+          "4 camera /dev/video0: the driver reports an error (POLLERR); restarting the stream");
 }
 
-TEST_CASE("a camera that was pulled out and put back works after the next start") {
+TEST_CASE("a reconnected camera works after the next start") {
     const Kernel kernel;
     grey_camera();
     Camera camera;
@@ -380,9 +379,7 @@ TEST_CASE("a camera that was pulled out and put back works after the next start"
     CHECK(record() ==
           "video0 ioctl STREAMOFF\nvideo0 ioctl REQBUFS 0\nvideo0 ioctl REQBUFS 0\nvideo0 close\n"
           "video0 open rdwr noctty nonblock cloexec\n");
-    CHECK(camera.log.lines.back() ==
-          "3 camera /dev/video0: No such file or directory; is it connected, "
-          "and its driver loaded?");
+    CHECK(camera.log.lines.back().find("3 camera /dev/video0: No such file or directory; ") == 0);
     CHECK(camera.control(HAL_CAMERA_GAIN_PART, 1, &applied) == ERROR_DEVICE);
     CHECK(camera.stop() == ERROR_OK);
     CHECK(camera.start(kWidth, kHeight) == ERROR_DEVICE);
@@ -391,7 +388,7 @@ TEST_CASE("a camera that was pulled out and put back works after the next start"
     CHECK(camera.look(&frame) == ERROR_OK);
 }
 
-TEST_CASE("a camera that is pulled out while its stream is made anew") {
+TEST_CASE("a camera that is unplugged during a restart of its stream") {
     const Kernel kernel;
     grey_camera();
     Camera camera;
@@ -404,7 +401,7 @@ TEST_CASE("a camera that is pulled out while its stream is made anew") {
     CHECK(camera.log.lines.back() == "3 camera /dev/video0: REQBUFS: No such device");
 }
 
-TEST_CASE("a stream that stays broken: three attempts with pauses, then an error; later it works") {
+TEST_CASE("a stream that stays broken: three attempts with pauses, then an error") {
     const Kernel kernel;
     grey_camera();
     Camera camera;
@@ -419,14 +416,14 @@ TEST_CASE("a stream that stays broken: three attempts with pauses, then an error
           "3 camera /dev/video0: DQBUF: Input/output error; giving up for now");
     CHECK(camera.look(&frame) == ERROR_OK);
 
-    // A short deadline is kept all the same.
+    // A short deadline is still met.
     fake_kernel_fail("DQBUF", 1, EIO, 0);
     const uint64_t before_us = fake_kernel_now_us();
     CHECK(camera.look(&frame, 0, 10000) == ERROR_TIMEOUT);
     CHECK(fake_kernel_now_us() == before_us + 10000);
 }
 
-TEST_CASE("a camera that was pulled out is told at once") {
+TEST_CASE("an unplugged camera is reported at once") {
     for (const int error : {ENODEV, ENXIO}) {
         for (const char *call : {"DQBUF", "poll"}) {
             const Kernel kernel;

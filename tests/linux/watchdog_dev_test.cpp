@@ -25,7 +25,7 @@ uint64_t period_us(watchdog_dev &dog) {
 
 }  // namespace
 
-TEST_CASE("the calls of opening, feeding, and an orderly end") {
+TEST_CASE("the calls of opening, feeding and an orderly end") {
     const Kernel kernel;
     const fake_watchdog *device = fake_watchdog_add(kPath);
     watchdog_dev dog;
@@ -46,7 +46,7 @@ TEST_CASE("the calls of opening, feeding, and an orderly end") {
     CHECK_FALSE(watchdog_dev_close(&dog, true));
 }
 
-TEST_CASE("an end that is not orderly leaves it armed, and the system restarts") {
+TEST_CASE("after a disorderly end it stays armed and the system restarts") {
     const Kernel kernel;
     const fake_watchdog *device = fake_watchdog_add(kPath);
     watchdog_dev dog;
@@ -60,7 +60,7 @@ TEST_CASE("an end that is not orderly leaves it armed, and the system restarts")
     CHECK(fake_watchdog_bit(device));
 }
 
-TEST_CASE("the period is what the driver makes of it") {
+TEST_CASE("the period is the one that the driver sets") {
     const struct {
         bool sets, tells;
         unsigned wanted_s;
@@ -95,7 +95,7 @@ TEST_CASE("a driver without KEEPALIVE is fed by writing, and never with the magi
     CHECK(device->armed);
 }
 
-TEST_CASE("every call fails in turn, and signals are no failure") {
+TEST_CASE("each call fails in turn, and signals are not failures") {
     for (const int error : linux_try::kErrors) {
         linux_try::each_call_fails(
             error, 1,
@@ -107,9 +107,9 @@ TEST_CASE("every call fails in turn, and signals are no failure") {
                 if (result != ERROR_OK) {
                     CHECK(dog.fd == -1);
                     CHECK(std::string(text.text).find(kPath) != std::string::npos);
-                    // Nothing is written, also not to disarm it, to what may be no watchdog.
+                    // Nothing is written, not even to disarm it, to what may not be a watchdog.
                     CHECK(device->armed ==
-                          (std::string(text.text).find("is no watchdog") != std::string::npos));
+                          (std::string(text.text).find("not a watchdog") != std::string::npos));
                     return result;
                 }
                 result = feed(dog);
@@ -142,8 +142,7 @@ TEST_CASE("two programs cannot feed one watchdog") {
     message text;
     REQUIRE(watchdog_dev_open(&first, kPath, 15, &text) == ERROR_OK);
     CHECK(watchdog_dev_open(&second, kPath, 15, &text) == ERROR_REFUSED);
-    CHECK(
-        std::string(text.text) ==
-        "watchdog /dev/watchdog: Device or resource busy; another program has it; end that first");
+    CHECK(std::string(text.text).find("watchdog /dev/watchdog: Device or resource busy; ") == 0);
+    CHECK(std::string(text.text).find("another program") != std::string::npos);
     watchdog_dev_close(&first, true);
 }

@@ -310,8 +310,8 @@ TEST_CASE("a different call ends the replay, and is named") {
     clock.operations->wait_until_us(clock.self, 4711);
     const std::string trouble = played.value->trouble.text;
     CHECK(trouble.find("calls.log: line ") != std::string::npos);
-    CHECK(trouble.find("the recorded call is '") != std::string::npos);
-    CHECK(trouble.find("'clock wait 4711' came") != std::string::npos);
+    CHECK(trouble.find("expected the call '") != std::string::npos);
+    CHECK(trouble.find("got 'clock wait 4711'") != std::string::npos);
     CHECK(trouble.find('\n') == std::string::npos);
     // All calls fail from here on, none blocks, and the first reason is kept.
     hal_camera_frame frame{};
@@ -361,7 +361,7 @@ TEST_CASE("idling is replayed where it was recorded; unexpected idling ends the 
             CHECK(replay_idle_is_next(played.value.get()));
             CHECK(replay_is_over(played.value.get()));
         } else {
-            CHECK(std::string(played.value->trouble.text).find("the recorded call is 'idle'") !=
+            CHECK(std::string(played.value->trouble.text).find("expected the call 'idle'") !=
                   std::string::npos);
         }
     }

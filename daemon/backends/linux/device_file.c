@@ -15,7 +15,7 @@
 #include "daemon/backends/linux/monotonic_clock.h"
 #include "daemon/base/monotonic.h"
 
-// A poll is never longer than this; it is only made again.
+// Longest single poll; longer waits repeat it.
 static const uint64_t longest_poll_us = 3600 * UINT64_C(1000000);
 
 static int open_error(int error_number, const char **advice) {
@@ -23,14 +23,14 @@ static int open_error(int error_number, const char **advice) {
         case ENOENT:
         case ENODEV:
         case ENXIO:
-            *advice = "is it connected, and its driver loaded?";
+            *advice = "check that it is connected and its driver is loaded";
             return ERROR_DEVICE;
         case EACCES:
         case EPERM:
-            *advice = "the user who runs this must be in the group that owns it";
+            *advice = "the user must be in the group that owns it";
             return ERROR_REFUSED;
         case EBUSY:
-            *advice = "another program has it; end that first";
+            *advice = "in use by another program (end it first)";
             return ERROR_REFUSED;
         default:
             *advice = "see the kernel's messages (dmesg)";
@@ -41,10 +41,9 @@ static int open_error(int error_number, const char **advice) {
 int device_file_open(const char *path, int flags, const char *what, struct message *message) {
     struct stat status;
     int fd = -1;
-    // Before it is opened: a pipe would wait for its other end, and a file is not ours to change.
+    // Before opening: open() of a pipe would block, and regular files must not be changed.
     if (stat(path, &status) == 0 && !S_ISCHR(status.st_mode)) {
-        return message_set(message, ERROR_DEVICE, "%s %s: is no %s, for it is no character device",
-                           what, path, what);
+        return message_set(message, ERROR_DEVICE, "%s %s: not a character device", what, path);
     }
     do {
         fd = open(path, flags | O_CLOEXEC | O_NOCTTY);
@@ -60,7 +59,7 @@ int device_file_open(const char *path, int flags, const char *what, struct messa
 
 void device_file_close(int *fd) {
     if (*fd >= 0) {
-        // Linux closes it whatever close returns, also after a signal.
+        // Linux closes the descriptor whatever close() returns, also after a signal.
         close(*fd);
         *fd = -1;
     }
@@ -121,7 +120,7 @@ int device_file_wait(int fd, short events, uint64_t deadline_us, short *happened
         if (ready < 0 && errno != EINTR) {
             return ERROR_IO;
         }
-        // Asked at least once, even when the deadline had passed before.
+        // Poll at least once, even if the deadline has passed.
         if (monotonic_now_us() >= deadline_us) {
             return ERROR_TIMEOUT;
         }

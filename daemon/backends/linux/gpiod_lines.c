@@ -22,7 +22,7 @@ static const struct {
     [HAL_GPIO_TRIGGER] = {"the cameras' trigger", false},
 };
 
-/// The chip may be a USB device.
+/// The chip may be a USB device, so it can disappear.
 static int failed(struct gpiod_lines *self, int error_number) {
     const int error = device_file_error(error_number);
     self->gone = self->gone || error == ERROR_DEVICE;
@@ -80,7 +80,7 @@ static int wait_edge(void *opaque, enum hal_gpio_line line, uint64_t deadline_us
         }
         uint64_t edge_us = 0;
         if (gpiod_shim_read_edge(self->lines[line], &edge_us) == 0) {
-            // Kernels before 5.7 stamp with the time of day; it can only have been by now.
+            // Kernels before 5.7 stamp with the time of day: use the current time, an upper bound.
             const uint64_t now_us = monotonic_now_us();
             *time_us = edge_us < now_us ? edge_us : now_us;
             return ERROR_OK;
@@ -94,23 +94,23 @@ static int wait_edge(void *opaque, enum hal_gpio_line line, uint64_t deadline_us
 static int open_error(int error_number, const char **advice) {
     switch (error_number) {
         case ENOSYS:
-            *advice = "this program was built without libgpiod (Debian: libgpiod-dev)";
+            *advice = "built without libgpiod (Debian: libgpiod-dev)";
             return ERROR_UNSUPPORTED;
         case EINVAL:
-            *advice = "the chip has no such line (gpioinfo shows what it has)";
+            *advice = "no such line on this chip (gpioinfo lists them)";
             return ERROR_UNSUPPORTED;
         case EBUSY:
-            *advice = "another program or driver has it (gpioinfo shows which)";
+            *advice = "in use by another program or driver (gpioinfo shows which)";
             return ERROR_REFUSED;
         case EACCES:
         case EPERM:
-            *advice = "the user who runs this must be in the group that owns the chip";
+            *advice = "the user must be in the group that owns the chip";
             return ERROR_REFUSED;
         case ENOENT:
         case ENODEV:
         case ENXIO:
         case ENOTTY:
-            *advice = "there is no such GPIO chip (gpiodetect shows those that there are)";
+            *advice = "no such GPIO chip (gpiodetect lists them)";
             return ERROR_DEVICE;
         default:
             *advice = "see the kernel's messages (dmesg)";
@@ -134,7 +134,7 @@ int gpiod_lines_open(struct gpiod_lines *self, const struct gpiod_lines_place *p
         const enum gpiod_shim_use use = kinds[i].is_input        ? GPIOD_SHIM_EDGES
                                         : place->active_at_start ? GPIOD_SHIM_OUTPUT_ACTIVE
                                                                  : GPIOD_SHIM_OUTPUT_INACTIVE;
-        // Before it is opened: one that is changed meanwhile counts as another one.
+        // Before opening: a chip that changes meanwhile counts as another one.
         self->chips[i] = (struct device_file_identity){.number = 0};
         (void)device_file_identify(place->chip, &self->chips[i]);
         do {

@@ -14,33 +14,33 @@
 extern "C" {
 #endif
 
-/// Where a line of the interface is.
+/// Location of a line of the interface.
 struct gpiod_lines_place {
-    const char *chip;  ///< "/dev/gpiochip0"; NULL: there is no such line here
+    const char *chip;  ///< "/dev/gpiochip0"; NULL: the line does not exist
     unsigned offset;   ///< on the chip
     bool active_low;
-    bool active_at_start;  ///< of an output
+    bool active_at_start;  ///< initial level of an output
 };
 
 /// The caller owns it; `hal` points to it, so it must not move.
 struct gpiod_lines {
     struct hal_gpio hal;
     struct gpiod_shim *lines[HAL_GPIO_LINES];
-    struct device_file_identity chips[HAL_GPIO_LINES];  ///< of those lines
-    bool closed;                                        ///< nothing is requested that was to be
-    bool gone;                                          ///< the chip has been pulled out
+    struct device_file_identity chips[HAL_GPIO_LINES];  ///< of the lines' chips
+    bool closed;  ///< the lines were to be requested but are not
+    bool gone;    ///< the chip was unplugged
 };
 
-/// Makes them lines that are not open: all calls say ERROR_DEVICE.
+/// Initialises closed lines: all calls return ERROR_DEVICE.
 void gpiod_lines_init(struct gpiod_lines *self);
-/// Requests all lines that have a place; outputs get their first level then, and keep their last
-/// one when the program ends, as far as the chip does. ERROR_DEVICE, ERROR_REFUSED,
-/// ERROR_UNSUPPORTED, ERROR_IO; `message` says more and nothing is requested then.
+/// Requests all lines that have a location. Outputs are set to their initial level, and keep their
+/// last level after the program ends if the chip does. Errors: ERROR_DEVICE, ERROR_REFUSED,
+/// ERROR_UNSUPPORTED, ERROR_IO, with a message, and nothing is requested.
 int gpiod_lines_open(struct gpiod_lines *self, const struct gpiod_lines_place *places,
                      struct message *message);
 void gpiod_lines_close(struct gpiod_lines *self);
-/// Whether they are requested, their chips are still those of these places, and none has gone as
-/// far as their last use tells.
+/// Whether the lines are requested, their chips are still those at these locations, and the last
+/// use reported none as gone.
 bool gpiod_lines_are_current(const struct gpiod_lines *self,
                              const struct gpiod_lines_place *places);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Built where there is no libgpiod.
+// Used if libgpiod is not available.
 #include <errno.h>
 #include <stddef.h>
 

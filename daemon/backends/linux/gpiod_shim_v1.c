@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// libgpiod 1.6: a line belongs to its chip, and goes with it.
+// libgpiod 1.6: a line belongs to its chip and is closed with it.
 #include <errno.h>
 #include <gpiod.h>
 #include <stdlib.h>

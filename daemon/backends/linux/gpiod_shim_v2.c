@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// libgpiod 2: a request outlives the chip that it came from.
+// libgpiod 2: a request remains valid after its chip is closed.
 #include <errno.h>
 #include <gpiod.h>
 #include <stdlib.h>
@@ -17,7 +17,7 @@ const char *gpiod_shim_library(void) {
     return "libgpiod 2";
 }
 
-/// Settings of the line, or NULL with errno.
+/// The line's settings, or NULL with errno.
 static struct gpiod_line_config *configure(unsigned offset, bool active_low,
                                            enum gpiod_shim_use use) {
     struct gpiod_line_settings *settings = gpiod_line_settings_new();

@@ -38,7 +38,7 @@ static int error_of(int error_number) {
     }
 }
 
-/// The adapter's time limit for a transfer that may take `left_us`.
+/// Sets the adapter's time limit for a transfer with `left_us` remaining.
 static int set_timeout(struct i2c_dev *self, uint64_t left_us) {
     unsigned long units = TIMEOUT_MAX_10MS;
     if (left_us < (uint64_t)TIMEOUT_MAX_10MS * TIMEOUT_UNIT_US) {
@@ -88,7 +88,7 @@ static int transfer(void *opaque, const struct hal_i2c_message *messages, size_t
     if (done < 0) {
         return error_of(errno);
     }
-    // An adapter that ran fewer messages broke the transfer off.
+    // Fewer messages than requested: the adapter aborted the transfer.
     return (size_t)done == count ? ERROR_OK : ERROR_IO;
 }
 
@@ -106,12 +106,12 @@ int i2c_dev_open(struct i2c_dev *self, const char *path, struct message *message
     unsigned long functions = 0;
     int error = ERROR_OK;
     if (device_file_control(fd, I2C_FUNCS, &functions) < 0) {
-        error = message_set(message, ERROR_IO, "I2C bus %s: %s; is it an i2c-dev device?", path,
+        error = message_set(message, ERROR_IO, "I2C bus %s: %s (expected an i2c-dev device)", path,
                             strerror(errno));
     } else if ((functions & I2C_FUNC_I2C) == 0) {
         error = message_set(message, ERROR_UNSUPPORTED,
-                            "I2C bus %s can do SMBus only; the bridge needs an adapter with "
-                            "I2C_FUNC_I2C",
+                            "I2C bus %s supports SMBus only (the bridge requires an adapter with "
+                            "I2C_FUNC_I2C)",
                             path);
     } else if (ioctl(fd, I2C_RETRIES, 0UL) < 0) {
         error =

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 /// hal_i2c on Linux's i2c-dev: a transfer is one I2C_RDWR, with repeated STARTs and one STOP.
 ///
-/// The adapter is told to repeat nothing (I2C_RETRIES 0) and to give up at the deadline
-/// (I2C_TIMEOUT, in steps of 10 ms rounded down, never 0: no kernel can do less, so a transfer with
-/// less than 10 ms left may end up to 10 ms late on a bus that hangs). Both belong to the adapter,
-/// not to the descriptor: two programs on a bus see each other's.
-/// The kernel tells neither how far a failed transfer came nor the state of the lines.
-/// EINTR (a driver that gives up for a signal) is told as ERROR_TIMEOUT: it was cut short anywhere.
+/// The adapter is set to not retry (I2C_RETRIES 0) and to give up at the deadline (I2C_TIMEOUT,
+/// rounded down to 10 ms but never 0; the kernel's minimum is 10 ms, so on a hanging bus a transfer
+/// with less time left may end up to 10 ms late). Both settings belong to the adapter, not the
+/// descriptor: two programs on a bus share them.
+/// The kernel reports neither the progress of a failed transfer nor the state of the lines. EINTR
+/// (a driver that gives up on a signal) is returned as ERROR_TIMEOUT: the transfer may have been
+/// cut anywhere.
 #ifndef VERGENCE_DAEMON_BACKENDS_LINUX_I2C_DEV_H
 #define VERGENCE_DAEMON_BACKENDS_LINUX_I2C_DEV_H
 
@@ -24,16 +25,16 @@ extern "C" {
 struct i2c_dev {
     struct hal_i2c hal;
     int fd;
-    unsigned long timeout_10ms;  ///< the adapter's, 0: not set yet
+    unsigned long timeout_10ms;  ///< of the adapter; 0: not set yet
 };
 
-/// Makes it one that is not open: its transfers say ERROR_DEVICE.
+/// Initialises a closed bus: its transfers return ERROR_DEVICE.
 void i2c_dev_init(struct i2c_dev *self);
 /// Opens a bus, for example "/dev/i2c-1". ERROR_DEVICE, ERROR_REFUSED, ERROR_IO, or
-/// ERROR_UNSUPPORTED: the adapter knows SMBus only. `message` says more; nothing is open then.
+/// ERROR_UNSUPPORTED (the adapter supports SMBus only), with a message, and nothing is open.
 int i2c_dev_open(struct i2c_dev *self, const char *path, struct message *message);
 void i2c_dev_close(struct i2c_dev *self);
-/// Whether it is open, and still the bus of this path.
+/// Whether it is open and still the bus at this path.
 bool i2c_dev_is_current(const struct i2c_dev *self, const char *path);
 
 #ifdef __cplusplus

@@ -13,7 +13,7 @@
 #include "core/invariant.h"
 #include "daemon/backends/linux/device_file.h"
 
-// A pipe takes so many bytes whole or not at all.
+// A pipe takes up to this many bytes atomically.
 enum { LINE_BYTES = 1024, HEAD_BYTES = 64 };
 
 static const char *word_of(enum hal_log_level level) {
@@ -27,11 +27,10 @@ static const char *word_of(enum hal_log_level level) {
     }
 }
 
-/// All of it at once, or nothing. A longer file than a pipe's (a terminal) may take a part; that
-/// line is cut then.
+/// Writes the line completely or not at all. Only a terminal may take a part; the line is then cut.
 static bool put(const struct stderr_log *self, const char *line, size_t bytes) {
     struct pollfd polled = {.fd = self->fd, .events = POLLOUT};
-    // A pipe without a reader is ready, too: its write would be a signal.
+    // A pipe without a reader is also ready, but writing to it raises a signal.
     if (self->fd < 0 || poll(&polled, 1, 0) != 1 || polled.revents != POLLOUT) {
         return false;
     }
@@ -43,7 +42,7 @@ static bool put(const struct stderr_log *self, const char *line, size_t bytes) {
     return written > 0;
 }
 
-/// One line with its head and its end; control characters in it would make two.
+/// Writes one line with prefix and end; control characters are replaced, as they could split it.
 static bool put_text(const struct stderr_log *self, enum hal_log_level level, const char *text) {
     char line[LINE_BYTES + HEAD_BYTES];
     int length = self->is_terminal ? snprintf(line, LINE_BYTES, "%s%s", word_of(level), text)
@@ -69,7 +68,7 @@ static void write_line(void *opaque, enum hal_log_level level, const char *text)
     }
     if (self->lost > 0) {
         char what[HEAD_BYTES];
-        snprintf(what, sizeof what, "%u lines of the log were lost", (unsigned)self->lost);
+        snprintf(what, sizeof what, "%u log lines were lost", (unsigned)self->lost);
         if (!put_text(self, HAL_LOG_WARNING, what)) {
             self->lost++;
             return;
@@ -88,8 +87,8 @@ void stderr_log_open(struct stderr_log *self, enum hal_log_level most) {
     }
     self->is_socket = S_ISSOCK(status.st_mode);
     self->is_terminal = isatty(STDERR_FILENO) == 1;
-    // Whether it blocks belongs to the open file, which other programs may share: so we open our
-    // own. A socket cannot be opened; there each call says it.
+    // O_NONBLOCK belongs to the open file, which other programs may share, so open a private one. A
+    // socket cannot be reopened; there each call requests it.
     if (!self->is_socket) {
         self->fd = open("/proc/self/fd/2", O_WRONLY | O_APPEND | O_NONBLOCK | O_CLOEXEC | O_NOCTTY);
     }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// hal_log on standard error. Where that is no terminal each line begins with its level, <4>, as
-/// journald reads it; on a terminal with a word.
+/// hal_log on standard error. On a terminal each line begins with its level as a word, elsewhere as
+/// <4>, which journald reads.
 ///
-/// A line that cannot be written at once (a pipe that nobody reads, a terminal that was stopped) is
-/// lost; the next one that can be is preceded by the number of those that were.
+/// A line that cannot be written at once (a pipe that is not read, a stopped terminal) is lost; the
+/// next line that can be written is preceded by the number of lost lines.
 #ifndef VERGENCE_DAEMON_BACKENDS_LINUX_STDERR_LOG_H
 #define VERGENCE_DAEMON_BACKENDS_LINUX_STDERR_LOG_H
 
@@ -20,7 +20,7 @@ extern "C" {
 struct stderr_log {
     struct hal_log hal;
     enum hal_log_level most;  ///< higher levels are not written; may be changed at any time
-    int fd;                   ///< standard error's file, opened anew without blocking
+    int fd;                   ///< standard error, reopened non-blocking
     bool is_socket, is_terminal;
     uint32_t lost;
 };

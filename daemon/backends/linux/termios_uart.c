@@ -14,7 +14,7 @@
 #include "daemon/backends/linux/device_file.h"
 #include "daemon/base/serial_device.h"
 
-/// The line is gone when the kernel says EIO, too: that is what a pulled USB adapter gives.
+/// EIO also means that the line is gone: it is what an unplugged USB adapter returns.
 static int error_of(int error_number) {
     return error_number == EIO ? ERROR_DEVICE : device_file_error(error_number);
 }
@@ -25,7 +25,7 @@ static int wait_for(const struct termios_uart *self, short events, uint64_t dead
     if (error != ERROR_OK) {
         return error;
     }
-    // What came before the line was hung up may still be read.
+    // Input received before the hang-up can still be read.
     return (happened & events) != 0 ? ERROR_OK : ERROR_DEVICE;
 }
 
@@ -71,7 +71,7 @@ static int read_some(void *opaque, void *data, size_t capacity, uint64_t deadlin
             *bytes = (size_t)got;
             return ERROR_OK;
         }
-        // Ready without a byte: the end, which on a terminal is a line that was hung up.
+        // Ready without a byte is end of file: the line was hung up.
         if (got == 0) {
             return ERROR_DEVICE;
         }
@@ -89,7 +89,7 @@ static int discard(void *opaque) {
     return tcflush(self->fd, TCIFLUSH) == 0 ? ERROR_OK : error_of(errno);
 }
 
-/// Whether the driver took what matters of the settings: it answers 0 if it took any of them.
+/// Whether the driver applied the settings that matter: tcsetattr returns 0 if it applied any.
 static bool took(int fd, const struct termios *wanted) {
     struct termios now;
     const tcflag_t control = CSIZE | PARENB | CSTOPB | CREAD | CRTSCTS;
@@ -107,7 +107,7 @@ static int make_raw(int fd, speed_t speed) {
     settings.c_cflag &= ~(tcflag_t)(CSTOPB | CRTSCTS);
     settings.c_cflag |= CLOCAL | CREAD;
     settings.c_iflag &= ~(tcflag_t)(IXON | IXOFF);
-    settings.c_cc[VMIN] = 1;  // so that 0 bytes are the end, and not that none is there
+    settings.c_cc[VMIN] = 1;  // so that 0 bytes mean end of file, not that no byte is available
     settings.c_cc[VTIME] = 0;
     if (cfsetispeed(&settings, speed) != 0 || cfsetospeed(&settings, speed) != 0 ||
         tcsetattr(fd, TCSANOW, &settings) != 0) {
@@ -141,8 +141,8 @@ int termios_uart_open(struct termios_uart *self, const char *path, uint32_t bits
     speed_t speed = B0;
     if (!serial_device_speed(bits_per_s, &speed)) {
         return message_set(message, ERROR_UNSUPPORTED,
-                           "serial line %s: no line runs at %u bit/s; 9600, 115200 and their like "
-                           "up to 921600 do",
+                           "serial line %s: unsupported speed %u bit/s (expected a standard speed "
+                           "such as 9600 or 115200, up to 921600)",
                            path, (unsigned)bits_per_s);
     }
     const int fd = device_file_open(path, O_RDWR | O_NONBLOCK, "serial line", message);
@@ -152,7 +152,8 @@ int termios_uart_open(struct termios_uart *self, const char *path, uint32_t bits
     self->fd = fd;
     int error = claim(self);
     if (error == ERROR_REFUSED) {
-        message_set(message, error, "serial line %s: another program has it; end that first", path);
+        message_set(message, error, "serial line %s: in use by another program (end it first)",
+                    path);
         termios_uart_close(self);
         return error;
     }
@@ -160,7 +161,7 @@ int termios_uart_open(struct termios_uart *self, const char *path, uint32_t bits
         error = make_raw(fd, speed);
     }
     if (error != ERROR_OK) {
-        message_set(message, error, "serial line %s cannot be set to %u bit/s, 8N1, raw: %s", path,
+        message_set(message, error, "serial line %s: cannot set %u bit/s, 8N1, raw: %s", path,
                     (unsigned)bits_per_s, strerror(errno));
         termios_uart_close(self);
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// hal_uart on a Linux terminal: raw, 8 data bits, no parity, one stop bit, no handshake. Nobody
-/// else can have the line meanwhile: the kernel refuses all but root (TIOCEXCL), and who locks it
-/// as we do (flock) is refused in any case.
+/// hal_uart on a Linux terminal: raw, 8 data bits, no parity, one stop bit, no handshake. The line
+/// is exclusive: the kernel refuses other users except root (TIOCEXCL), and flock refuses every
+/// other program that locks it.
 #ifndef VERGENCE_DAEMON_BACKENDS_LINUX_TERMIOS_UART_H
 #define VERGENCE_DAEMON_BACKENDS_LINUX_TERMIOS_UART_H
 
@@ -18,18 +18,18 @@ extern "C" {
 struct termios_uart {
     struct hal_uart hal;
     int fd;
-    bool exclusive;  ///< by our own TIOCEXCL
+    bool exclusive;  ///< this object set TIOCEXCL
 };
 
-/// Makes it one that is not open: its calls say ERROR_DEVICE.
+/// Initialises a closed line: its calls return ERROR_DEVICE.
 void termios_uart_init(struct termios_uart *self);
-/// Opens a line, for example "/dev/ttyUSB0", at 1200 .. 921600 bit/s; what had come before is
-/// forgotten. ERROR_DEVICE, ERROR_REFUSED, ERROR_IO, or ERROR_UNSUPPORTED: no terminal, or not at
-/// this speed. `message` says more; nothing is open then.
+/// Opens a line, for example "/dev/ttyUSB0", at 1200 .. 921600 bit/s, and discards pending input.
+/// ERROR_DEVICE, ERROR_REFUSED, ERROR_IO, or ERROR_UNSUPPORTED (not a terminal, or not this speed),
+/// with a message, and nothing is open.
 int termios_uart_open(struct termios_uart *self, const char *path, uint32_t bits_per_s,
                       struct message *message);
 void termios_uart_close(struct termios_uart *self);
-/// Whether it is open, still the line of this path, and nothing has hung it up.
+/// Whether it is open, still the line at this path, and not hung up.
 bool termios_uart_is_current(const struct termios_uart *self, const char *path);
 
 #ifdef __cplusplus

@@ -13,11 +13,11 @@
 #include "daemon/base/monotonic.h"
 
 enum {
-    RESTARTS_MAX = 3,         // in one call
-    PAUSE_US = 20000,         // before the second restart in a row; twice that before the third
-    MISSED_FRAMES = 3,        // after so many frame times without one the stream is broken
-    MISSED_US = 100000,       // but never sooner
-    FIRST_FRAME_US = 2000000  // webcams take so long to begin
+    RESTARTS_MAX = 3,         // per call
+    PAUSE_US = 20000,         // before the second restart in a row; doubled before the third
+    MISSED_FRAMES = 3,        // the stream is broken after this many frame times without a frame
+    MISSED_US = 100000,       // but not before this time
+    FIRST_FRAME_US = 2000000  // webcams take this long to start
 };
 
 static void tell(const struct v4l2_camera *self, enum hal_log_level level, const char *what) {
@@ -28,14 +28,14 @@ static void tell(const struct v4l2_camera *self, enum hal_log_level level, const
     }
 }
 
-/// Longest time from frame to frame; one that is exposed for longer takes longer.
+/// Longest frame interval; a longer exposure extends it.
 static uint32_t frame_time_us(const struct v4l2_camera *self) {
     const uint32_t told_us =
         self->stream.frame_us > self->frame_us ? self->stream.frame_us : self->frame_us;
     return told_us > self->exposure_us ? told_us : self->exposure_us;
 }
 
-/// How long the next frame may take, behind one.
+/// Time limit for the next frame after a frame.
 static uint32_t usual_patience_us(const struct v4l2_camera *self) {
     const uint64_t patience_us = (uint64_t)MISSED_FRAMES * frame_time_us(self);
     return patience_us < MISSED_US    ? MISSED_US
@@ -43,7 +43,7 @@ static uint32_t usual_patience_us(const struct v4l2_camera *self) {
                                       : (uint32_t)patience_us;
 }
 
-/// The stream has just been turned on: numbers begin anew, and the first frame may take long.
+/// Resets numbering after a stream start; the first frame may take long.
 static void begin_waiting(struct v4l2_camera *self) {
     self->has_sequence = false;
     self->alive_us = monotonic_now_us();
@@ -70,7 +70,7 @@ static bool make_slots(struct v4l2_camera *self, size_t values) {
     return true;
 }
 
-/// A camera that was pulled out and put back is another file of the same name.
+/// Reopens an unplugged camera: plugged in again it is another file of the same name.
 static int open_again(struct v4l2_camera *self, struct message *message) {
     v4l2_stream_close(&self->stream);
     self->exposure_us = 0;
@@ -128,20 +128,20 @@ static int start(void *opaque, const struct hal_camera_format *format) {
     begin_waiting(self);
     const size_t row = v4l2_pixels_row_values(self->stream.format, format->width_px);
     if (!make_slots(self, row * format->height_px)) {
-        tell(self, HAL_LOG_ERROR, "no memory for its frames; smaller ones may do");
+        tell(self, HAL_LOG_ERROR, "out of memory for its frames (try smaller frames)");
         (void)stop(self);
         return ERROR_IO;
     }
     return ERROR_OK;
 }
 
-/// Makes a stream that broke anew. `tries` counts the attempts of this call.
+/// Restarts a broken stream. `tries` counts the attempts of this call.
 static int restart(struct v4l2_camera *self, uint64_t deadline_us, int *tries) {
     int error = ERROR_IO;
     while (error != ERROR_OK) {
         char text[sizeof self->stream.trouble.text + 40];
         snprintf(text, sizeof text, "%s; %s", self->stream.trouble.text,
-                 *tries < RESTARTS_MAX ? "the stream is started again" : "giving up for now");
+                 *tries < RESTARTS_MAX ? "restarting the stream" : "giving up for now");
         tell(self, *tries < RESTARTS_MAX ? HAL_LOG_WARNING : HAL_LOG_ERROR, text);
         if (*tries == RESTARTS_MAX) {
             return ERROR_IO;
@@ -165,13 +165,13 @@ static int restart(struct v4l2_camera *self, uint64_t deadline_us, int *tries) {
         }
     }
     begin_waiting(self);
-    // How many frames were lost nobody knows; at least one, or it had not broken.
+    // The number of lost frames is unknown, but at least one.
     self->sequence++;
     self->counts.gaps++;
     return ERROR_OK;
 }
 
-/// The next buffer of the driver, over restarts.
+/// Waits for the driver's next buffer, across restarts.
 static int next_filled(struct v4l2_camera *self, uint64_t deadline_us, int *tries,
                        struct v4l2_stream_filled *filled) {
     for (;;) {
@@ -182,7 +182,7 @@ static int next_filled(struct v4l2_camera *self, uint64_t deadline_us, int *trie
             error = v4l2_stream_next(&self->stream, lost_us < deadline_us ? lost_us : deadline_us,
                                      filled);
             if (error == ERROR_TIMEOUT && lost_us < deadline_us) {
-                message_set(&self->stream.trouble, 0, "no frame came for %u ms",
+                message_set(&self->stream.trouble, 0, "no frame for %u ms",
                             self->patience_us / 1000);
                 error = ERROR_IO;
             }
@@ -200,8 +200,8 @@ static int next_filled(struct v4l2_camera *self, uint64_t deadline_us, int *trie
     }
 }
 
-/// Numbers the frame and counts those that are missing before it. A driver that does not count
-/// (its number stays) gives no gaps.
+/// Numbers the frame and counts the missing frames before it. A driver that does not count
+/// (constant number) yields no gaps.
 static void number(struct v4l2_camera *self, uint32_t driver_sequence) {
     const uint32_t step = self->has_sequence ? driver_sequence - self->driver_sequence : 1;
     const bool advances = step != 0 && step < UINT32_C(0x80000000);
@@ -211,13 +211,13 @@ static void number(struct v4l2_camera *self, uint32_t driver_sequence) {
     self->has_sequence = true;
 }
 
-/// When the frame's first and last pixel came, the first never too late; see the header.
+/// Sets the times of the first and last pixel; the first is never too late, see the header.
 static void set_times(const struct v4l2_camera *self, const struct v4l2_stream_filled *filled,
                       uint64_t now_us, struct hal_camera_frame *frame) {
-    // A readout takes at most the time from frame to frame that the driver says.
+    // A readout takes at most the frame interval that the driver reports.
     const uint64_t frame_us = self->stream.frame_us > 0 ? self->stream.frame_us : self->frame_us;
     if (filled->has_time && filled->time_us <= now_us) {
-        // A row that has begun to be exposed comes only when it has been.
+        // A row is read out only after its exposure.
         const uint64_t whole_after_us = filled->time_begins ? frame_us + self->exposure_us : 0;
         const uint64_t end_us = filled->time_us + whole_after_us;
         frame->end_us = end_us < now_us ? end_us : now_us;
@@ -226,7 +226,7 @@ static void set_times(const struct v4l2_camera *self, const struct v4l2_stream_f
                                                        : 0;
         return;
     }
-    // It was whole after its buffer had been queued; and only now, when none was there before.
+    // Complete after its buffer was queued; only now, if no buffer was ready before.
     const uint64_t whole_us =
         filled->waited ? now_us : self->stream.buffers[filled->index].queued_us;
     frame->end_us = now_us;
@@ -262,7 +262,7 @@ static void lend(struct v4l2_camera *self, const struct v4l2_stream_filled *fill
     self->counts.faulty += faults != 0;
 }
 
-/// Gives the driver its buffer back. One that it does not take breaks the stream: it is made anew
+/// Returns a buffer to the driver. If the driver refuses it the stream is broken, and is restarted
 /// before the next frame.
 static int requeue(struct v4l2_camera *self, unsigned index) {
     const int error = v4l2_stream_queue(&self->stream, index);
@@ -296,7 +296,7 @@ static int take_one(struct v4l2_camera *self, uint64_t not_before_us, uint64_t d
         }
         error = requeue(self, filled.index);
         if (late_enough) {
-            // It is whole and ours; that the device has gone since is for the next call to tell.
+            // The frame is complete and copied; the next call reports a device that has gone since.
             *frame = got;
             return ERROR_OK;
         }

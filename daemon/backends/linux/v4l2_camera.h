@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 /// hal_camera on a Linux video device: a webcam, or the parallel port behind the camera select.
 ///
-/// A stream that breaks (an error of the driver, no frame for three times what one takes, a buffer
-/// that cannot be) is stopped, its buffers are released, and it is started again: at most 3 times a
-/// call, with growing pauses, within the call's deadline. Each is counted and told to the log.
+/// A broken stream (driver error, no frame for three frame times, an impossible buffer) is stopped,
+/// its buffers are released, and it is restarted: at most 3 times per call, with increasing pauses,
+/// within the call's deadline. Each restart is counted and logged.
 ///
-/// A camera that was pulled out says ERROR_DEVICE until `start` finds it under its path again.
+/// An unplugged camera returns ERROR_DEVICE until `start` finds it at its path again.
 ///
-/// Times of frames: with a monotonic time stamp from the driver they are exact at one end, and the
-/// other end is one frame time away (and the exposure, as it was set, behind a stamp of when that
-/// began), so that a frame never seems to have begun later than it did.
-/// Drivers without such stamps give a bound: a frame that was waited for became whole just now, one
-/// that was there already became so after its buffer had been queued.
+/// Times of frames: a monotonic driver time stamp is exact at one end; the other end is one frame
+/// time away (plus the exposure, as set, for a stamp of the start of exposure), so that a frame
+/// never appears to begin later than it did. Drivers without such stamps give a bound: a frame that
+/// was waited for is complete now, one that was already there was complete after its buffer had
+/// been queued.
 #ifndef VERGENCE_DAEMON_BACKENDS_LINUX_V4L2_CAMERA_H
 #define VERGENCE_DAEMON_BACKENDS_LINUX_V4L2_CAMERA_H
 
@@ -33,40 +33,41 @@ struct v4l2_camera {
     struct v4l2_stream stream;
     char path[64];
     const struct hal_log *log;  ///< NULL: none
-    uint32_t frame_us;          ///< longest time from frame to frame
-    uint32_t exposure_us;       ///< as it was set or found last; 0: it is not known
-    /// Frames come when somebody lets them: that none comes does not mean that the stream broke.
-    /// The caller's to set, after v4l2_camera_init.
+    uint32_t frame_us;          ///< longest frame interval
+    uint32_t exposure_us;       ///< last set or read; 0: unknown
+    /// Frames come only when triggered, so a missing frame does not mean a broken stream. Set by
+    /// the caller after v4l2_camera_init.
     bool triggered;
-    bool gone;  ///< it was pulled out: the next start opens it again
+    bool gone;  ///< it was unplugged: the next start reopens it
     bool started;
-    /// Why it does not start, without the device's name; "": it did, or it has no such frames.
+    /// Why it does not start, without the device's name; "": it did, or it does not support this
+    /// format.
     struct message refused;
     struct hal_camera_format format;
     struct hal_camera_counts counts;
 
-    uint16_t *slots[V4L2_CAMERA_LENT_MAX];  ///< memory of the frames that are lent
+    uint16_t *slots[V4L2_CAMERA_LENT_MAX];  ///< memory of the lent frames
     bool lent[V4L2_CAMERA_LENT_MAX];
     size_t slot_values;
 
     bool has_sequence;
-    uint32_t driver_sequence, sequence;  ///< of the last frame: the driver's, ours
-    uint64_t alive_us;                   ///< a frame came, or the stream was started
-    uint32_t patience_us;                ///< how long the next one may take
+    uint32_t driver_sequence, sequence;  ///< of the last frame: the driver's, this object's
+    uint64_t alive_us;                   ///< when the last frame came or the stream was started
+    uint32_t patience_us;                ///< time limit for the next frame
 };
 
-/// Makes it one that is not open, and says ERROR_DEVICE until `start` finds it under its path.
+/// Initialises a closed camera: it returns ERROR_DEVICE until `start` finds it at its path.
 void v4l2_camera_init(struct v4l2_camera *self, const char *path, uint32_t frame_us,
                       const struct hal_log *log);
-/// Opens a camera, for example "/dev/video0", without starting it. `frame_us`: the longest time
-/// from frame to frame, where the driver does not tell. ERROR_DEVICE, ERROR_REFUSED,
-/// ERROR_UNSUPPORTED, ERROR_IO; `message` says more; nothing is open then.
+/// Opens a camera, for example "/dev/video0", without starting it. `frame_us`: the longest frame
+/// interval, used if the driver does not report one. ERROR_DEVICE, ERROR_REFUSED,
+/// ERROR_UNSUPPORTED, ERROR_IO, with a message, and nothing is open.
 int v4l2_camera_open(struct v4l2_camera *self, const char *path, uint32_t frame_us,
                      const struct hal_log *log, struct message *message);
-/// Sees to it that the camera that is under its path now is open; one that was pulled out, or
-/// another one, is stopped. No frame may be lent. Errors as of v4l2_camera_open.
+/// Ensures that the camera now at its path is open; an unplugged or different one is stopped. No
+/// frame may be lent. Errors as for v4l2_camera_open.
 int v4l2_camera_renew(struct v4l2_camera *self, struct message *message);
-/// Stops, releases all memory.
+/// Stops and releases all memory.
 void v4l2_camera_close(struct v4l2_camera *self);
 
 #ifdef __cplusplus

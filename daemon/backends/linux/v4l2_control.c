@@ -12,16 +12,16 @@
 
 enum { EXPOSURE_UNIT_US = 100, PARTS = 1000 };
 
-/// What there is to a control.
+/// Description of a control.
 struct control {
-    uint32_t id;            ///< of the value
-    uint32_t automatic_id;  ///< what has to be `manual` for it to count
+    uint32_t id;            ///< control id of the value
+    uint32_t automatic_id;  ///< control that must be `manual` for the value to apply
     int32_t manual;
-    uint32_t also_id;  ///< set to 0 as well, where the camera has it; 0: none
+    uint32_t also_id;  ///< also set to 0 if the camera has it; 0: none
 };
 
 static const struct control controls[] = {
-    // With priority a camera stretches the time between frames to expose longer.
+    // With exposure priority a camera lengthens the frame interval to expose longer.
     [HAL_CAMERA_EXPOSURE_US] = {V4L2_CID_EXPOSURE_ABSOLUTE, V4L2_CID_EXPOSURE_AUTO,
                                 V4L2_EXPOSURE_MANUAL, V4L2_CID_EXPOSURE_AUTO_PRIORITY},
     [HAL_CAMERA_GAIN_PART] = {V4L2_CID_GAIN, V4L2_CID_AUTOGAIN, 0, 0},
@@ -45,13 +45,13 @@ static int write_control(int fd, uint32_t id, int32_t value) {
     return device_file_control(fd, VIDIOC_S_CTRL, &control) < 0 ? error_of(errno) : ERROR_OK;
 }
 
-/// Turns something off that only some cameras have.
+/// Writes a control that only some cameras have.
 static int write_if_there(int fd, uint32_t id, int32_t value) {
     const int error = write_control(fd, id, value);
     return error == ERROR_UNSUPPORTED ? ERROR_OK : error;
 }
 
-/// `value` of 0 .. `parts`, as a number of the range; to the nearest step.
+/// Scales `value` of 0 .. `parts` to the range, rounded to the nearest step.
 static int32_t scale_up(const struct v4l2_queryctrl *range, int64_t value, int64_t parts) {
     const int64_t span = (int64_t)range->maximum - range->minimum;
     const int64_t step = range->step > 0 ? range->step : 1;
@@ -67,14 +67,14 @@ static int32_t scale_down(const struct v4l2_queryctrl *range, int32_t value) {
     return (int32_t)(scaled < 0 ? 0 : scaled > PARTS ? PARTS : scaled);
 }
 
-/// The number that the camera is to get for ours.
+/// The camera's raw value for a value of the interface.
 static int raw_value(enum hal_camera_control control, const struct v4l2_queryctrl *range,
                      int32_t value, int32_t *raw) {
     if (control != HAL_CAMERA_EXPOSURE_US) {
         *raw = scale_up(range, value, PARTS);
         return value >= 0 && value <= PARTS ? ERROR_OK : ERROR_RANGE;
     }
-    // To the nearest unit, and that to the nearest step.
+    // Rounded to the nearest unit, then to the nearest step.
     const int64_t units = ((int64_t)value + EXPOSURE_UNIT_US / 2) / EXPOSURE_UNIT_US;
     if (value <= 0 || units < range->minimum || units > range->maximum) {
         return ERROR_RANGE;
@@ -83,7 +83,8 @@ static int raw_value(enum hal_camera_control control, const struct v4l2_queryctr
     return ERROR_OK;
 }
 
-/// Of an exposure that is too short or too long; nobody asks for parts that are out of range.
+/// Reports the nearest exposure to one that is too short or too long; relative values are never out
+/// of range.
 static void tell_nearest(enum hal_camera_control control, const struct v4l2_queryctrl *range,
                          int32_t value, int32_t *nearest) {
     const int64_t least = range->minimum > 0 ? range->minimum : 1;
@@ -94,12 +95,12 @@ static void tell_nearest(enum hal_camera_control control, const struct v4l2_quer
     }
 }
 
-/// So many units that their time is no number here are as good as none: nobody knows.
+/// An exposure in us; 0 (unknown) if it does not fit.
 static int32_t exposure_us_of(int32_t units) {
     return units > 0 && units <= INT32_MAX / EXPOSURE_UNIT_US ? units * EXPOSURE_UNIT_US : 0;
 }
 
-/// The exposure in force, where the camera does not choose it by itself.
+/// Reads the current exposure, unless the camera chooses it automatically.
 static int find_exposure(int fd, int32_t *exposure_us) {
     struct v4l2_control mode = {.id = V4L2_CID_EXPOSURE_AUTO};
     int error = device_file_control(fd, VIDIOC_G_CTRL, &mode) < 0 ? error_of(errno) : ERROR_OK;
@@ -148,7 +149,7 @@ int v4l2_control_set(int fd, enum hal_camera_control control, int32_t value, int
     if (error != ERROR_OK) {
         return error;
     }
-    // The camera has the last word.
+    // Read back what the camera actually set.
     if (device_file_control(fd, VIDIOC_G_CTRL, &now) < 0) {
         return error_of(errno);
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Exposure, gain and focus of a V4L2 camera. Each turns the camera's own control of it off first:
-/// a camera that changes by itself between two frames cannot be measured with.
+/// Exposure, gain and focus of a V4L2 camera. Each call first disables the camera's automatic
+/// control: measuring requires a camera that does not change between two frames.
 #ifndef VERGENCE_DAEMON_BACKENDS_LINUX_V4L2_CONTROL_H
 #define VERGENCE_DAEMON_BACKENDS_LINUX_V4L2_CONTROL_H
 
@@ -12,8 +12,8 @@
 extern "C" {
 #endif
 
-/// As `control` of hal_camera. ERROR_UNSUPPORTED: it has none (exposure: or not in known units);
-/// ERROR_RANGE; ERROR_DEVICE; ERROR_IO.
+/// As `control` of hal_camera. ERROR_UNSUPPORTED: the camera has no such control (exposure: or not
+/// in known units); ERROR_RANGE; ERROR_DEVICE; ERROR_IO.
 int v4l2_control_set(int fd, enum hal_camera_control control, int32_t value, int32_t *applied);
 
 #ifdef __cplusplus

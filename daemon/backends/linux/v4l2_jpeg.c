@@ -7,13 +7,13 @@
 
 #include <setjmp.h>
 #include <stdio.h>
-// libjpeg's headers need the two above.
+// libjpeg's headers require the two above.
 #include <jerror.h>
 #include <jpeglib.h>
 
-/// Webcams put up to ten bytes in front of a marker (Logitech C270), or fill a word. More are left
-/// over where the codes went out of step: of 800 bits that were turned over in a picture of 512 x
-/// 480, 128 left bytes over, one of them fewer than 17.
+/// Webcams write up to ten bytes of padding before a marker (Logitech C270), or pad to a word. Lost
+/// synchronisation leaves more: of 800 flipped bits in an image of 512 x 480, 128 left bytes over,
+/// and only one of them fewer than 17.
 enum { PADDING_MOST_BYTES = 16 };
 
 bool v4l2_jpeg_available(void) {
@@ -27,13 +27,13 @@ struct escape {
 };
 
 static void give_up(j_common_ptr info) {
-    // The manager is the first member, so it has the address of the whole.
+    // The manager is the first member, so both have the same address.
     struct escape *escape = (struct escape *)(void *)info->err;
     longjmp(escape->place, 1);
 }
 
-/// Warnings are below level 0; all of them mean wrong pixels but for those that cameras cause
-/// without harm. A damaged frame of a stream is counted by the caller; nobody reads about each.
+/// Warnings have levels below 0; all of them mean wrong pixels, except those that cameras cause
+/// harmlessly. The caller counts damaged frames, so they are not logged one by one.
 static void note(j_common_ptr info, int level) {
     struct escape *escape = (struct escape *)(void *)info->err;
     const struct jpeg_error_mgr *said = info->err;
@@ -44,7 +44,7 @@ static void note(j_common_ptr info, int level) {
     }
 }
 
-/// A pixel row of bytes becomes one of 16 bits, in the same place from the end on.
+/// Widens a row of bytes to 16 bits in place, from the end.
 static void widen(uint16_t *row, size_t values) {
     const uint8_t *bytes = (const uint8_t *)row;
     for (size_t i = values; i-- > 0;) {

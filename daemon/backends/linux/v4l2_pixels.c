@@ -7,8 +7,7 @@
 #include "core/invariant.h"
 #include "daemon/backends/linux/v4l2_jpeg.h"
 
-// Mosaics and grey as they are before colours that were made from fewer samples; what was
-// compressed comes last.
+// Raw mosaics and grey before colours interpolated from fewer samples; compressed formats last.
 static const struct v4l2_pixels formats[] = {
     {V4L2_PIX_FMT_SGRBG10, "SGRBG10", HAL_CAMERA_BAYER_GRBG, 10, 2},
     {V4L2_PIX_FMT_SGRBG8, "SGRBG8", HAL_CAMERA_BAYER_GRBG, 8, 1},
@@ -51,7 +50,7 @@ static uint16_t clamp_byte(int value_q8) {
     return (uint16_t)(value < 0 ? 0 : value > 255 ? 255 : value);
 }
 
-/// Parts of 256: of Y, and of the colour differences in red, green and blue.
+/// Weights in 1/256: of Y, and of the colour differences in red, green and blue.
 struct weights {
     int black, y, red_v, green_u, green_v, blue_u;
 };

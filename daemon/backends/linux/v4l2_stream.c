@@ -14,18 +14,18 @@
 #include "daemon/backends/linux/monotonic_clock.h"
 #include "daemon/base/monotonic.h"
 
-// poll that says "ready" so often without a buffer behind it is a driver that went wrong.
+// After this many `ready` results of poll without a buffer the driver is considered faulty.
 enum { EMPTY_ANSWERS_MAX = 8 };
 
-/// Remembers what failed and returns our error for errno.
+/// Records what failed and returns the error for errno.
 static int fail(struct v4l2_stream *self, const char *what) {
     const int error = device_file_error(errno);
-    // The deadline is ours alone: a driver's ETIMEDOUT is a stream that broke.
+    // Only this code sets deadlines: a driver's ETIMEDOUT is a broken stream.
     return message_set(&self->trouble, error == ERROR_TIMEOUT ? ERROR_IO : error, "%s: %s", what,
                        strerror(errno));
 }
 
-/// A driver's text; what is not printable ASCII becomes '?'.
+/// Copies a driver's text; non-printable characters become '?'.
 static void copy_name(char *name, size_t bytes, const uint8_t *told) {
     size_t length = 0;
     while (length + 1 < bytes && told[length] != '\0') {
@@ -49,7 +49,7 @@ int v4l2_stream_open(struct v4l2_stream *self, const char *path, struct message 
         const bool other = errno == ENOTTY || errno == EINVAL;
         error = message_set(message, other ? ERROR_UNSUPPORTED : device_file_error(errno),
                             "camera %s: %s", path,
-                            other ? "it is no V4L2 device; name /dev/videoN" : strerror(errno));
+                            other ? "not a V4L2 device (expected /dev/videoN)" : strerror(errno));
     } else {
         const uint32_t can = (ability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0
                                  ? ability.device_caps
@@ -60,8 +60,8 @@ int v4l2_stream_open(struct v4l2_stream *self, const char *path, struct message 
         const uint32_t needed = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
         if ((can & needed) != needed) {
             error = message_set(message, ERROR_UNSUPPORTED,
-                                "camera %s (%.31s) does not stream pictures; a camera often has "
-                                "two devices, try the next lower number",
+                                "camera %s (%.31s) does not stream images (a camera often has two "
+                                "devices: try the next lower number)",
                                 path, self->card);
         }
     }
@@ -78,7 +78,7 @@ void v4l2_stream_close(struct v4l2_stream *self) {
     }
 }
 
-/// Whether rows of this length fit what the driver says.
+/// Whether rows of this length fit the sizes that the driver reports.
 static bool is_layout_possible(const struct v4l2_pixels *format,
                                const struct v4l2_pix_format *pix) {
     const uint64_t row = v4l2_pixels_row_bytes(format, pix->width);
@@ -88,8 +88,8 @@ static bool is_layout_possible(const struct v4l2_pixels *format,
              (uint64_t)pix->bytesperline * (pix->height - 1) + row <= pix->sizeimage));
 }
 
-/// Asks the camera for frames of this kind. False when it has none; errno is 0 then, or the error;
-/// `*nearest` is the size that it would have, where it says one.
+/// Requests frames of this kind. False if the camera does not have them; errno is then 0, or the
+/// error. `*nearest` is the size the camera offers instead, if it reports one.
 static bool set_format(struct v4l2_stream *self, const struct v4l2_pixels *format,
                        const struct hal_camera_format *wanted, struct hal_camera_format *nearest) {
     struct v4l2_format request = {.type = V4L2_BUF_TYPE_VIDEO_CAPTURE};
@@ -99,7 +99,7 @@ static bool set_format(struct v4l2_stream *self, const struct v4l2_pixels *forma
     pix->pixelformat = format->fourcc;
     pix->field = V4L2_FIELD_NONE;
     if (device_file_control(self->fd, VIDIOC_S_FMT, &request) < 0) {
-        // EINVAL: older drivers answer so to formats that they do not know.
+        // Older drivers return EINVAL for unknown formats.
         errno = errno == EINVAL ? 0 : errno;
         return false;
     }
@@ -122,7 +122,7 @@ static bool set_format(struct v4l2_stream *self, const struct v4l2_pixels *forma
     return true;
 }
 
-/// The time from frame to frame, where the driver tells.
+/// The frame interval, if the driver reports it.
 static uint32_t frame_time_us(const struct v4l2_stream *self) {
     struct v4l2_streamparm parameters = {.type = V4L2_BUF_TYPE_VIDEO_CAPTURE};
     const struct v4l2_captureparm *capture = &parameters.parm.capture;
@@ -164,15 +164,15 @@ static int map_buffer(struct v4l2_stream *self, unsigned index) {
     const size_t least = (size_t)layout->bytes_per_line * (layout->height_px - 1U) + row;
     if (self->format->bytes_per_pixel != 0 && buffer.length < least) {
         return message_set(&self->trouble, ERROR_IO,
-                           "the driver's buffers have %u bytes, a frame has %zu", buffer.length,
+                           "the driver's buffers have %u bytes, a frame needs %zu", buffer.length,
                            least);
     }
     void *data = mmap(NULL, buffer.length, PROT_READ, MAP_SHARED, self->fd, (off_t)buffer.m.offset);
     if (data == MAP_FAILED) {
         return errno == ENODEV || errno == EINVAL || errno == ENOSYS || errno == EPERM
                    ? message_set(&self->trouble, ERROR_UNSUPPORTED,
-                                 "its memory cannot be mapped: %s; without an MMU the driver "
-                                 "needs get_unmapped_area",
+                                 "cannot map its memory: %s (without an MMU the driver must "
+                                 "support get_unmapped_area)",
                                  strerror(errno))
                    : fail(self, "mmap");
     }
@@ -193,17 +193,17 @@ int v4l2_stream_queue(struct v4l2_stream *self, unsigned index) {
     return ERROR_OK;
 }
 
-/// Buffers, their memory, and on. What was made stays on an error.
+/// Requests and maps the buffers and starts the stream. On an error what was created remains.
 static int turn_on(struct v4l2_stream *self) {
     unsigned given = 0;
     int error = request_buffers(self, V4L2_STREAM_BUFFERS, &given);
     if (error != ERROR_OK) {
         return error;
     }
-    // With one buffer a driver has nowhere to put the next frame.
+    // With one buffer the driver has no room for the next frame.
     if (given < 2) {
         return message_set(&self->trouble, ERROR_IO,
-                           "the driver has memory for %u frames only; smaller ones may do", given);
+                           "the driver has memory for only %u frames (try smaller frames)", given);
     }
     given = given < V4L2_STREAM_BUFFERS_MAX ? given : V4L2_STREAM_BUFFERS_MAX;
     for (unsigned i = 0; error == ERROR_OK && i < given; i++) {
@@ -220,8 +220,8 @@ static int turn_on(struct v4l2_stream *self) {
         const bool no_room = errno == ENOSPC;
         error = fail(self, "STREAMON");
         return no_room ? message_set(&self->trouble, ERROR_FULL,
-                                     "the USB bus has no room for its frames; use another port of "
-                                     "the computer, or smaller frames")
+                                     "not enough USB bandwidth for its frames (use another port of "
+                                     "the computer, or smaller frames)")
                        : error;
     }
     self->on = true;
@@ -242,8 +242,8 @@ int v4l2_stream_on(struct v4l2_stream *self) {
 int v4l2_stream_start(struct v4l2_stream *self, const struct hal_camera_format *format) {
     INVARIANT(self->fd >= 0 && !self->on);
     int error = message_set(&self->trouble, ERROR_UNSUPPORTED,
-                            "it has no frames of %u x %u in a format that we read (v4l2-ctl "
-                            "--list-formats-ext shows what it has)",
+                            "no supported format at %u x %u (v4l2-ctl --list-formats-ext lists "
+                            "all)",
                             format->width_px, format->height_px);
     struct hal_camera_format nearest = {0, 0};
     const struct v4l2_pixels *pixels = NULL;
@@ -251,20 +251,20 @@ int v4l2_stream_start(struct v4l2_stream *self, const struct hal_camera_format *
         if (set_format(self, pixels, format, &nearest)) {
             self->frame_us = frame_time_us(self);
             error = v4l2_stream_on(self);
-            // A format with fewer bytes may still fit onto the bus.
+            // A format with fewer bytes may still fit the bus bandwidth.
             if (error != ERROR_FULL) {
                 return error;
             }
         } else if (errno != 0) {
             return errno == EBUSY ? message_set(&self->trouble, ERROR_IO,
-                                                "another program uses it; end that first")
+                                                "in use by another program (end it first)")
                                   : fail(self, "S_FMT");
         }
     }
     if (error == ERROR_UNSUPPORTED && nearest.width_px != 0) {
         message_set(&self->trouble, error,
-                    "it has no frames of %u x %u that we read; the nearest are %u x %u (v4l2-ctl "
-                    "--list-formats-ext shows all)",
+                    "no supported format at %u x %u, the nearest is %u x %u (v4l2-ctl "
+                    "--list-formats-ext lists all)",
                     format->width_px, format->height_px, nearest.width_px, nearest.height_px);
     }
     return error == ERROR_FULL ? ERROR_IO : error;
@@ -279,7 +279,7 @@ int v4l2_stream_off(struct v4l2_stream *self) {
     }
     self->on = false;
     for (unsigned i = 0; i < self->count; i++) {
-        // The address is the one that mmap gave; only its type says that nobody writes there.
+        // The address came from mmap; only its type is const.
         munmap((void *)(uintptr_t)self->buffers[i].data, self->buffers[i].bytes);
     }
     memset(self->buffers, 0, sizeof self->buffers);
@@ -289,7 +289,7 @@ int v4l2_stream_off(struct v4l2_stream *self) {
     return error != ERROR_OK ? error : released;
 }
 
-/// Checks what the driver says about a buffer; false when it cannot be.
+/// Checks the driver's description of a buffer; false if it is impossible.
 static bool accept(struct v4l2_stream *self, const struct v4l2_buffer *buffer,
                    struct v4l2_stream_filled *filled) {
     if (buffer->index >= self->count || !self->buffers[buffer->index].queued) {
@@ -324,7 +324,7 @@ int v4l2_stream_next(struct v4l2_stream *self, uint64_t deadline_us,
         if (device_file_control(self->fd, VIDIOC_DQBUF, &buffer) == 0) {
             if (!accept(self, &buffer, filled)) {
                 return message_set(&self->trouble, ERROR_IO,
-                                   "the driver gave a buffer that it never got");
+                                   "the driver returned a buffer that was not queued");
             }
             filled->waited = empty > 0;
             return ERROR_OK;
@@ -340,6 +340,5 @@ int v4l2_stream_next(struct v4l2_stream *self, uint64_t deadline_us,
             return error == ERROR_IO ? fail(self, "poll") : error;
         }
     }
-    return message_set(&self->trouble, ERROR_IO,
-                       "the driver says that there are frames, without any");
+    return message_set(&self->trouble, ERROR_IO, "the driver reports frames but delivers none");
 }

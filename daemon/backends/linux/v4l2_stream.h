@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A capture device of V4L2 that streams by mapped memory: formats, buffers, on and off. What to do
-/// when it stops is v4l2_camera's business.
+/// A V4L2 capture device that streams into mapped memory: formats, buffers, on and off. v4l2_camera
+/// handles interruptions.
 #ifndef VERGENCE_DAEMON_BACKENDS_LINUX_V4L2_STREAM_H
 #define VERGENCE_DAEMON_BACKENDS_LINUX_V4L2_STREAM_H
 
@@ -15,59 +15,59 @@
 extern "C" {
 #endif
 
-/// Buffers that are asked for; a driver may give others, up to the second number.
+/// Buffers requested; a driver may give a different number, up to the maximum.
 enum { V4L2_STREAM_BUFFERS = 4, V4L2_STREAM_BUFFERS_MAX = 8 };
 
 struct v4l2_stream_buffer {
     const uint8_t *data;  ///< mapped
     size_t bytes;
-    uint64_t queued_us;  ///< when the driver got it last
+    uint64_t queued_us;  ///< when it was last queued
     bool queued;
 };
 
 /// The caller owns it.
 struct v4l2_stream {
     int fd;
-    char driver[16], card[32], bus[32];  ///< as the driver calls them; while it is open
+    char driver[16], card[32], bus[32];  ///< as reported by the driver; valid while open
     const struct v4l2_pixels *format;
     struct v4l2_pixels_source layout;  ///< of every buffer; `data` and `bytes` are not set
-    uint32_t frame_us;                 ///< from frame to frame as the driver says; 0: it does not
+    uint32_t frame_us;                 ///< frame interval reported by the driver; 0: not reported
     struct v4l2_stream_buffer buffers[V4L2_STREAM_BUFFERS_MAX];
     unsigned count;
     bool on;
-    struct message trouble;  ///< what the last error was, without the device's name
+    struct message trouble;  ///< the last error, without the device's name
 };
 
-/// A buffer that the driver has filled.
+/// A buffer filled by the driver.
 struct v4l2_stream_filled {
     unsigned index;
     struct v4l2_pixels_source pixels;
     uint32_t sequence;
     bool damaged;      ///< V4L2_BUF_FLAG_ERROR, or impossible numbers
-    bool waited;       ///< none was there when it was asked for
+    bool waited;       ///< no buffer was ready when it was requested
     bool has_time;     ///< `time_us` is of CLOCK_MONOTONIC
-    bool time_begins;  ///< it is when the exposure began, not when the frame was whole
+    bool time_begins;  ///< it is the start of exposure, not the end of the frame
     uint64_t time_us;
 };
 
-/// Opens a device and sees to it that it captures and streams. ERROR_DEVICE, ERROR_REFUSED,
-/// ERROR_UNSUPPORTED, ERROR_IO; `message` says more and nothing is open then.
+/// Opens a device and checks that it captures and streams. ERROR_DEVICE, ERROR_REFUSED,
+/// ERROR_UNSUPPORTED, ERROR_IO, with a message, and nothing is open.
 int v4l2_stream_open(struct v4l2_stream *self, const char *path, struct message *message);
 void v4l2_stream_close(struct v4l2_stream *self);
 
-/// Chooses the first of our formats that the camera has in this size and for which the bus has
-/// room, and lets it run. ERROR_UNSUPPORTED, ERROR_DEVICE, ERROR_IO; `trouble` says more.
+/// Starts the first supported format that the camera offers in this size and the bus has bandwidth
+/// for. ERROR_UNSUPPORTED, ERROR_DEVICE, ERROR_IO, with details in the field of the last error.
 int v4l2_stream_start(struct v4l2_stream *self, const struct hal_camera_format *format);
-/// The same format again, after `v4l2_stream_off`.
+/// Restarts the same format after `v4l2_stream_off`.
 int v4l2_stream_on(struct v4l2_stream *self);
-/// Stops and gives all buffers back; goes on when something fails and returns the first error.
+/// Stops and releases all buffers; continues after an error and returns the first.
 int v4l2_stream_off(struct v4l2_stream *self);
 
-/// Waits for the next filled buffer. ERROR_TIMEOUT; ERROR_DEVICE: it is gone; ERROR_IO: the stream
-/// is broken and has to be made anew.
+/// Waits for the next filled buffer. ERROR_TIMEOUT; ERROR_DEVICE: it has disappeared; ERROR_IO: the
+/// stream is broken and must be restarted.
 int v4l2_stream_next(struct v4l2_stream *self, uint64_t deadline_us,
                      struct v4l2_stream_filled *filled);
-/// Gives a buffer to the driver. ERROR_DEVICE; ERROR_IO.
+/// Queues a buffer for the driver. ERROR_DEVICE; ERROR_IO.
 int v4l2_stream_queue(struct v4l2_stream *self, unsigned index);
 
 #ifdef __cplusplus

@@ -22,7 +22,7 @@ static int feed(void *opaque) {
     if (errno != ENOTTY && errno != EOPNOTSUPP) {
         return device_file_error(errno);
     }
-    // Any byte feeds it but 'V'; the kernel itself does so for every driver.
+    // Any byte except 'V' feeds it; the kernel handles this for every driver.
     ssize_t written = 0;
     do {
         written = write(self->fd, "", 1);
@@ -35,14 +35,15 @@ static uint64_t period_us(void *opaque) {
     return self->period_us;
 }
 
-/// Whether a watchdog's driver is there: each of them answers this, whatever else it lacks. Nothing
-/// may be written before that is known.
+/// Whether the device is a watchdog: every driver answers this request. Nothing may be written
+/// before that is known.
 static bool is_watchdog(const struct watchdog_dev *self) {
     struct watchdog_info information;
     return device_file_control(self->fd, WDIOC_GETSUPPORT, &information) == 0;
 }
 
-/// The period that counts now, as near to `period_s` as the driver can; 0: it does not tell.
+/// Sets the period as close to `period_s` as the driver can; returns the actual one, 0 if not
+/// reported.
 static bool set_period(struct watchdog_dev *self, int period_s) {
     int seconds = period_s;
     if (device_file_control(self->fd, WDIOC_SETTIMEOUT, &seconds) < 0) {
@@ -71,17 +72,16 @@ int watchdog_dev_open(struct watchdog_dev *self, const char *path, unsigned peri
         const int error_number = errno;
         (void)watchdog_dev_close(self, false);
         return message_set(message, ERROR_DEVICE,
-                           "watchdog %s: is no watchdog: %s; give the device of one, such as "
-                           "/dev/watchdog",
+                           "watchdog %s: not a watchdog: %s (expected a device such as "
+                           "/dev/watchdog)",
                            path, strerror(error_number));
     }
     if (!set_period(self, (int)period_s)) {
         const int error_number = errno;
-        // It was armed by opening it.
+        // Opening has armed it.
         (void)watchdog_dev_close(self, true);
         return message_set(message, device_file_error(error_number),
-                           "watchdog %s: its period cannot be set: %s", path,
-                           strerror(error_number));
+                           "watchdog %s: cannot set the period: %s", path, strerror(error_number));
     }
     return ERROR_OK;
 }

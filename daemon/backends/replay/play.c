@@ -18,28 +18,28 @@
 
 enum { TABLE_MAX = 64, COMMAND_MESSAGE_BYTES = 512 };
 
-/// A play under way. Large: allocated.
+/// A replay in progress. Large: allocated.
 struct play {
     const struct play_observer *observer;
     struct play_outcome *outcome;
     struct replay replay;
-    uint32_t calls;  ///< that were recorded
+    uint32_t calls;  ///< recorded calls
     struct session_reader session;
-    struct session_event event;  ///< of the recording
-    struct config config;        ///< its settings
-    bool up;                     ///< `rig` was set up, with those
+    struct session_event event;  ///< the current recorded event
+    struct config config;        ///< settings of the recording
+    bool up;                     ///< `rig` was initialised with `config`
     struct rig rig;
     struct command table[TABLE_MAX];
     size_t table_count;
-    bool cancelled;          ///< by whoever watches
-    bool command_cancelled;  ///< as it was when it was recorded
-    bool taken;              ///< `again` is a pair that was not compared yet
+    bool cancelled;          ///< by the observer
+    bool command_cancelled;  ///< as recorded
+    bool taken;              ///< `again` holds a pair that is not yet compared
     struct session_event again;
     char line[2][SESSION_LINE_MAX + 1];
-    char why[COMMAND_MESSAGE_BYTES];  ///< of the last command that failed
+    char why[COMMAND_MESSAGE_BYTES];  ///< error text of the last failed command
 };
 
-// ---- who watches
+// ---- observer
 
 static bool rig_goes_on(void *cookie) {
     struct play *self = cookie;
@@ -54,7 +54,7 @@ static void show_progress(void *cookie, const char *what, uint32_t done, uint32_
     struct play *self = cookie;
     (void)what, (void)done, (void)total;
     if (self->observer->progress != NULL && self->calls > 0) {
-        self->observer->progress(self->observer->self, "playing", self->replay.made, self->calls);
+        self->observer->progress(self->observer->self, "replaying", self->replay.made, self->calls);
     }
 }
 
@@ -64,7 +64,7 @@ static bool differs(const struct play *self) {
     return self->outcome->departed.text[0] != '\0';
 }
 
-/// The first difference counts.
+/// Records a difference; only the first one counts.
 static void depart(struct play *self, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 static void depart(struct play *self, const char *format, ...) {
@@ -82,14 +82,14 @@ static void depart(struct play *self, const char *format, ...) {
     message_set(&outcome->departed, 0, "%s", what);
 }
 
-/// A call that came otherwise than recorded; not what only the cut of a recording took away.
+/// Records a call that differs, unless only the cut-off end of the recording is missing.
 static void look_for_trouble(struct play *self) {
     if (self->replay.ended && !(self->replay.ran_out && self->outcome->cut)) {
         depart(self, "%s", self->replay.trouble.text);
     }
 }
 
-/// The words of two lines of an index in which they differ first.
+/// Records the first word in which two index lines differ.
 static void depart_in_pair(struct play *self) {
     const char *expected = self->line[0];
     const char *came = self->line[1];
@@ -102,14 +102,14 @@ static void depart_in_pair(struct play *self) {
         expected += length + 1;
         came += length + 1;
     }
-    depart(self, "%s: pair %u: recorded is %.*s, but %.*s came", self->session.path,
+    depart(self, "%s: pair %u: expected %.*s, got %.*s", self->session.path,
            (unsigned)self->event.pair.number, (int)strcspn(expected, " "), expected,
            (int)strcspn(came, " "), came);
 }
 
 // ---- commands
 
-/// Keeps what the session would have held of the pair.
+/// Keeps what the session would hold of the pair.
 static int run_capture(const struct command_call *call) {
     struct play *self = call->surroundings;
     const struct pair_options options = capture_options(call->values);
@@ -120,7 +120,7 @@ static int run_capture(const struct command_call *call) {
     }
     struct session_event *again = &self->again;
     again->kind = SESSION_PAIR;
-    // What they held stands in the recorded calls, which come again or differ.
+    // Their values are part of the recorded calls, which must match.
     struct registers_all registers;
     const int error = capture_take(call->rig, &options, memory, values, &again->pair, &registers);
     self->taken = error == 0;
@@ -132,7 +132,7 @@ static int run_capture(const struct command_call *call) {
     return error;
 }
 
-/// Nothing of what it showed was kept; the frames stand in the recorded calls.
+/// A snapshot is not stored; its frames are part of the recorded calls.
 static int run_snapshot(const struct command_call *call) {
     const struct pair_options options = {.check_static = false};
     const size_t values = pair_values(call->rig, &options);
@@ -143,7 +143,8 @@ static int run_snapshot(const struct command_call *call) {
     return error;
 }
 
-/// The instrument's own commands, capture and snapshot; all others have nothing to do with it.
+/// The instrument's own commands, capture and snapshot; other commands do not affect the
+/// instrument.
 static void make_table(struct play *self) {
     static const struct command more[] = {
         {.name = "capture",
@@ -170,18 +171,18 @@ static void make_table(struct play *self) {
     self->table_count = count + MORE;
 }
 
-/// As the daemon after its start, or after `record start`.
+/// Sets up the rig as the daemon does at its start, or after `record start`.
 static void bring_rig(struct play *self) {
     const struct rig_observer observer = {rig_goes_on, show_progress, self};
     struct message why;
-    // A session comes from anywhere, and so do its settings and its calls.
+    // Sessions are untrusted input, and so are their settings and calls.
     if (config_check(&self->config, &why) != 0) {
-        depart(self, "%s: its settings cannot be used: %.900s", self->session.path, why.text);
+        depart(self, "%s: invalid settings: %.900s", self->session.path, why.text);
         return;
     }
     const char *lack = rig_ports_lack(&self->config.profile, &self->replay.ports);
     if (lack != NULL) {
-        depart(self, "%s: its settings ask for %s, which was not recorded", self->session.path,
+        depart(self, "%s: its settings require %s, which was not recorded", self->session.path,
                lack);
         return;
     }
@@ -213,7 +214,7 @@ static void run_command(struct play *self) {
     const int error = command_parse(self->event.text, self->table, self->table_count, storage,
                                     values, &command, why, COMMAND_MESSAGE_BYTES);
     if (error != 0 || command == NULL) {
-        depart(self, "%s: the command \"%.200s\" cannot be played: %s", self->session.path,
+        depart(self, "%s: cannot replay the command \"%.200s\": %s", self->session.path,
                self->event.text, why);
         return;
     }
@@ -223,7 +224,7 @@ static void run_command(struct play *self) {
                                       .message = why,
                                       .message_bytes = COMMAND_MESSAGE_BYTES,
                                       .surroundings = self};
-    // Whether it worked is no matter: it did the same as then, or the calls tell.
+    // Its result is irrelevant: it did the same as recorded, or the calls differ.
     (void)command_run(command, &call);
     look_for_trouble(self);
     self->outcome->commands += !differs(self) && !self->replay.ended;
@@ -232,14 +233,15 @@ static void run_command(struct play *self) {
 
 static void compare_pair(struct play *self) {
     if (!self->taken) {
-        depart(self, "%s: pair %u was recorded here, but none came%s%.500s", self->session.path,
+        depart(self, "%s: pair %u was recorded here, but not captured%s%.500s", self->session.path,
                (unsigned)self->event.pair.number, self->why[0] != '\0' ? ": " : "", self->why);
         return;
     }
     self->taken = false;
-    self->again.pair.number = self->event.pair.number;  // the session's, not the instrument's
+    self->again.pair.number =
+        self->event.pair.number;  // the number in the session, not the instrument's
     for (int side = 0; side < RIG_SIDES; side++) {
-        // Recordings of version 1 do not say how their pictures are.
+        // Version 1 of the session format does not record how images were stored.
         self->again.pair.frame[side].has_picture = self->event.pair.frame[side].has_picture;
     }
     const int expected = session_event_print(&self->event, self->line[0]);
@@ -252,14 +254,14 @@ static void compare_pair(struct play *self) {
     self->outcome->pairs++;
 }
 
-/// Those before the first command have been taken, by replay_profile.
+/// Settings before the first command were applied by replay_profile.
 static int refuse_late_setting(const struct play *self, struct message *message) {
     return self->up ? message_set(message, ERROR_SYNTAX, "%s: \"%.200s\" comes after a command",
                                   self->session.path, self->event.text)
                     : 0;
 }
 
-/// One event; 0, or an error that ends the play.
+/// Replays one event. 0, or an error that ends the replay.
 static int play_event(struct play *self, struct message *message) {
     switch (self->event.kind) {
         case SESSION_SETTING:
@@ -281,7 +283,7 @@ static int play_event(struct play *self, struct message *message) {
     return self->cancelled ? message_set(message, ERROR_CANCELLED, "cancelled") : 0;
 }
 
-/// Whether the index ends in order, which is known before anything is played.
+/// Checks the whole index before anything is replayed.
 static int look_ahead(struct play *self, int parent, const char *path, struct message *message) {
     struct play_outcome *outcome = self->outcome;
     uint32_t commands = 0;
@@ -297,9 +299,9 @@ static int look_ahead(struct play *self, int parent, const char *path, struct me
     outcome->cut = self->session.cut;
     session_reader_close(&self->session);
     if (got == 0 && commands == 0) {
-        got = message_set(message, ERROR_MISSING,
-                          "%s: holds no commands to be played again: \"record start\" records them",
-                          path);
+        got =
+            message_set(message, ERROR_MISSING,
+                        "%s: contains no commands to replay (\"record start\" records them)", path);
     }
     return got;
 }
@@ -314,12 +316,11 @@ static int open_all(struct play *self, int parent, const char *path, struct mess
     }
     if (self->replay.log == NULL) {
         return message_set(message, ERROR_MISSING,
-                           "%s: holds no calls to be played again: \"record start\" records them",
-                           path);
+                           "%s: contains no calls to replay (\"record start\" records them)", path);
     }
     self->calls = self->replay.calls;
     config_defaults(&self->config);
-    self->config.backend = CONFIG_BACKEND_REPLAY;  // it needs no devices
+    self->config.backend = CONFIG_BACKEND_REPLAY;  // requires no devices
     error = replay_profile(parent, path, &self->config, message);
     return error != 0 ? error : session_reader_open(&self->session, parent, path, NULL, message);
 }
@@ -341,15 +342,14 @@ static int play_all(struct play *self, struct message *message) {
         look_for_trouble(self);
     }
     if (!differs(self) && !outcome->cut && !replay_is_over(&self->replay)) {
-        depart(self, "%s: the last %u recorded calls did not come again", self->session.path,
+        depart(self, "%s: the last %u recorded calls were not made", self->session.path,
                (unsigned)self->replay.calls);
     }
     outcome->calls = self->replay.made;
     outcome->same = !differs(self);
     if (outcome->same && outcome->commands == 0) {
         return message_set(message, ERROR_MISSING,
-                           "%s: was cut off before its first command was whole: there is nothing "
-                           "to be compared",
+                           "%s: cut off before its first command was complete: nothing to compare",
                            self->session.path);
     }
     return 0;
@@ -359,7 +359,7 @@ int play_session(int parent, const char *path, const struct play_observer *obser
                  struct play_outcome *outcome, struct message *message) {
     struct play *self = calloc(1, sizeof *self);
     if (self == NULL) {
-        return message_set(message, ERROR_MEMORY, "%s: no memory", path);
+        return message_set(message, ERROR_MEMORY, "%s: out of memory", path);
     }
     memset(outcome, 0, sizeof *outcome);
     self->observer = observer;

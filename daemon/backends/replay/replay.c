@@ -20,7 +20,7 @@ int replay_camera_lend(struct replay_camera *camera, const struct pair_frame *fo
         place++;
     }
     if (place == REPLAY_FRAMES_LENT) {
-        return message_set(&self->trouble, ERROR_MEMORY, "%s: two frames are lent already",
+        return message_set(&self->trouble, ERROR_MEMORY, "%s: two frames are already lent",
                            self->session.path);
     }
     const int fits = session_reader_frame_fits(&self->session, form, crc32, &self->trouble);
@@ -30,7 +30,7 @@ int replay_camera_lend(struct replay_camera *camera, const struct pair_frame *fo
     if (values > camera->values[place]) {
         uint16_t *more = realloc(camera->pixels[place], values * sizeof *more);
         if (more == NULL) {
-            return message_set(&self->trouble, ERROR_MEMORY, "%s: no memory for a frame",
+            return message_set(&self->trouble, ERROR_MEMORY, "%s: out of memory for a frame",
                                self->session.path);
         }
         camera->pixels[place] = more;
@@ -74,7 +74,7 @@ int replay_open(struct replay *self, int parent, const char *path, char *profile
     self->session.directory = -1;
     struct session_event *begin = malloc(sizeof *begin);
     if (begin == NULL) {
-        return message_set(message, ERROR_MEMORY, "%s: no memory", path);
+        return message_set(message, ERROR_MEMORY, "%s: out of memory", path);
     }
     int code = session_reader_open(&self->session, parent, path, begin, message);
     if (code == 0 && profile != NULL) {

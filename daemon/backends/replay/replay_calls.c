@@ -12,11 +12,11 @@
 #include "core/invariant.h"
 
 enum { HEAD_LINES = 2 };
-#define WAIT_OVER_US 1000000u  // by which every look at the clock passes once the play has ended
+#define WAIT_OVER_US 1000000u  // added by each clock read after the replay has ended
 
-// ---- the log: which lines count, and the next one
+// ---- the log: valid lines, and the next line
 
-/// The next line without its end; false at the end of the file, and for a line that is too long.
+/// Reads the next line without its end. False: end of file, or a line that is too long.
 static bool next_line(struct replay *self) {
     if (fgets(self->text, sizeof self->text, self->log) == NULL) {
         return false;
@@ -33,7 +33,7 @@ static bool is_check(const char *text) {
     return strncmp(text, TRACE_CHECK, strlen(TRACE_CHECK)) == 0;
 }
 
-/// Counts the lines up to the last check that fits.
+/// Counts the lines up to the last matching check.
 static int count_lines(struct replay *self, struct message *message) {
     uint32_t crc = 0, line = 0, calls = 0;
     while (next_line(self)) {
@@ -42,8 +42,7 @@ static int count_lines(struct replay *self, struct message *message) {
         snprintf(check, sizeof check, TRACE_CHECK "%08" PRIx32, crc);
         if (is_check(self->text)) {
             if (strcmp(self->text, check) != 0) {
-                return message_set(message, ERROR_CRC,
-                                   "%s/%s: what stands before line %u is not what was recorded",
+                return message_set(message, ERROR_CRC, "%s/%s: checksum mismatch before line %u",
                                    self->session.path, SESSION_CALLS_NAME, line);
             }
             self->lines = line;
@@ -55,7 +54,7 @@ static int count_lines(struct replay *self, struct message *message) {
         crc = crc_update(crc, "\n", 1);
     }
     if (self->lines == 0) {
-        return message_set(message, ERROR_MISSING, "%s/%s: holds nothing that is whole",
+        return message_set(message, ERROR_MISSING, "%s/%s: contains no complete record",
                            self->session.path, SESSION_CALLS_NAME);
     }
     rewind(self->log);
@@ -75,7 +74,7 @@ static void stop_playing(struct replay *self, const char *format, ...) {
                 self->line, why);
 }
 
-/// Puts the next call into `text`, unless it is there already; false where none is.
+/// Reads the next call into `text`, unless it is there already. False: there is no next call.
 static bool next_call(struct replay *self) {
     while (!self->peeked && !self->ended && self->line < self->lines && next_line(self)) {
         self->line++;
@@ -98,19 +97,18 @@ bool replay_calls_take_mark(struct replay *self, void (*print)(char *text)) {
     return true;
 }
 
-/// The answer to a call; NULL when the play has ended or does so now.
+/// The recorded answer to a call; NULL if the replay has ended or ends now.
 static const char *answer_to(struct replay *self, const char *asked) {
     if (next_call(self)) {
         self->peeked = false;
         char *equals = strstr(self->text, TRACE_EQUALS);
         if (equals == NULL) {
-            stop_playing(self, "is no call");
+            stop_playing(self, "not a call");
             return NULL;
         }
         *equals = '\0';
         if (strcmp(self->text, asked) != 0) {
-            stop_playing(self, "the recorded call is '%.300s', but '%.300s' came", self->text,
-                         asked);
+            stop_playing(self, "expected the call '%.300s', got '%.300s'", self->text, asked);
             return NULL;
         }
         self->calls--;
@@ -119,12 +117,12 @@ static const char *answer_to(struct replay *self, const char *asked) {
     }
     if (!self->ended) {
         self->ran_out = true;
-        stop_playing(self, "the recording ends here, but '%.300s' came", asked);
+        stop_playing(self, "the recording ends here, got '%.300s'", asked);
     }
     return NULL;
 }
 
-/// Takes a number off the front of an answer, and a blank behind it.
+/// Parses a number and a following blank at the front of an answer.
 static bool take_number(const char **text, int64_t *value) {
     char *end;
     *value = strtoll(*text, &end, 10);
@@ -133,18 +131,18 @@ static bool take_number(const char **text, int64_t *value) {
     return taken;
 }
 
-/// The same for a moment, in microseconds of the clock; of 2^63 of them a sum fits as well.
+/// The same for a time in microseconds; limited so that a sum of two fits.
 static bool take_time(const char **text, int64_t *time_us) {
     errno = 0;
     return take_number(text, time_us) && errno == 0 && *time_us >= 0;
 }
 
 static int wrong_answer(struct replay *self) {
-    stop_playing(self, "is no answer to '%.300s'", self->text);
+    stop_playing(self, "invalid answer to '%.300s'", self->text);
     return ERROR_IO;
 }
 
-/// The code at the front of the answer to a call; behind it in `*rest` what else there is.
+/// Parses the result code of a call; the remaining answer is in `*rest`.
 static int code_of(struct replay *self, const char *asked, const char **rest) {
     *rest = answer_to(self, asked);
     int64_t code;
@@ -172,7 +170,7 @@ static uint64_t clock_now_us(void *context) {
         wrong_answer(self);
     }
     if (!self->ended) {
-        // A recording that was tampered with must not turn time back, on which all relies.
+        // A manipulated recording must not make time run backwards.
         self->now_us = (uint64_t)told_us > self->now_us ? (uint64_t)told_us : self->now_us;
     } else {
         self->now_us += WAIT_OVER_US;
@@ -239,7 +237,7 @@ static int i2c_lines(void *context, unsigned pulled, unsigned *high) {
 static int uart_write(void *context, const void *data, size_t bytes, uint64_t deadline_us) {
     const uint8_t *at = data;
     int code = 0;
-    while (code == 0 && bytes > 0) {  // in the pieces that the recorder makes of it
+    while (code == 0 && bytes > 0) {  // in the pieces that the recorder writes
         const size_t some = bytes < TRACE_BYTES_MAX ? bytes : TRACE_BYTES_MAX;
         char asked[TRACE_LINE_MAX + 1];
         trace_uart_write(asked, at, some, deadline_us);
@@ -426,8 +424,8 @@ static int set_ports(struct replay *self, struct message *message) {
     if (!known || !next_line(self) ||
         sscanf(self->text, "ports i2c=%d lines=%d gpio=%d uart=%d cameras=%d controls=%1d%1d", &i2c,
                &lines, &gpio, &uart, &cameras, &left_control, &right_control) != 7) {
-        return message_set(message, ERROR_VERSION, "%s/%s: is not of this version",
-                           self->session.path, SESSION_CALLS_NAME);
+        return message_set(message, ERROR_VERSION, "%s/%s: unsupported version", self->session.path,
+                           SESSION_CALLS_NAME);
     }
     self->clock = (struct hal_clock){&clock_operations, self};
     self->ports.clock = &self->clock;

@@ -23,23 +23,22 @@ static const struct option options[] = {
     {.name = "json",
      .kind = OPTION_FLAG,
      .offset = offsetof(struct arguments, json),
-     .help = "Print what came out as JSON."},
+     .help = "Print the result as JSON."},
     {.name = "quiet",
      .kind = OPTION_FLAG,
      .offset = offsetof(struct arguments, quiet),
-     .help = "Print nothing where all came out the same, and no progress."},
+     .help = "Print no progress, and nothing if everything matches."},
 };
 
 static const struct option_page page = {
     .command = "vergence replay",
     .operands = "SESSION",
-    .summary = "play a recording again and compare the pairs",
+    .summary = "replay a recording and compare the pairs",
     .description =
-        "Carries out the commands of a recorded session (\"record\" at the instrument's console) "
-        "on "
-        "the recorded answers of the hardware. Every call and every pair must come out bit for bit "
-        "the same; else the first difference is told.\n"
-        "Exit code: 0 all is the same; 1 it is not; 3 there is no recording to be played.",
+        "Runs the commands of a recorded session (\"record\" at the instrument's console) on the "
+        "recorded answers of the hardware. Every call and every pair must match bit for bit; "
+        "otherwise the first difference is reported.\n"
+        "Exit codes: 0 everything matches; 1 something differs; 3 no recording to replay.",
     .examples =
         "vergence replay record-20261122-101500\n"
         "vergence replay record-20261122-101500 --json",
@@ -88,7 +87,7 @@ static void print_outcome(const char *path, const struct play_outcome *outcome,
     if (arguments->json) {
         print_json(path, outcome);
     } else if (!arguments->quiet && outcome->same) {
-        printf("%s: the same, bit for bit: %u commands, %u calls, %u pair%s%s\n", path,
+        printf("%s: identical: %u commands, %u calls, %u pair%s%s\n", path,
                (unsigned)outcome->commands, (unsigned)outcome->calls, (unsigned)outcome->pairs,
                outcome->pairs == 1 ? "" : "s",
                outcome->cut ? "; the recording was cut off there" : "");

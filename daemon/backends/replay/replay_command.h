@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// `vergence replay SESSION`: a recording carried out again and compared, on any machine.
+/// `vergence replay SESSION`: runs a recording again and compares it, on any machine.
 #ifndef VERGENCE_DAEMON_BACKENDS_REPLAY_REPLAY_COMMAND_H
 #define VERGENCE_DAEMON_BACKENDS_REPLAY_REPLAY_COMMAND_H
 
@@ -7,7 +7,7 @@
 extern "C" {
 #endif
 
-/// Runs the command and returns its exit code, see client.h: 0 when all came out the same.
+/// Runs the command and returns its exit code, see client.h: 0 if everything matched.
 int replay_command_run(int argc, char **argv);
 
 #ifdef __cplusplus

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pairs alone: both cameras show a pair's frames, over and over, until it was captured, and then
-// the next pair's. Time begins with the first pair and passes by waiting and by frames, which are
-// as long, and within a pair as far apart, as they were, unless somebody asks for later ones.
+// Replay of pairs only: both cameras show a pair's frames repeatedly until it is captured, then the
+// next pair's. Time starts at the first pair and advances by waits and frames. Frames have the
+// recorded duration and offset within the pair, unless later frames are requested.
 #include <stdlib.h>
 #include <string.h>
 
@@ -36,8 +36,8 @@ static int stop(void *context) {
     return 0;
 }
 
-/// When the next frame begins: not before it may, not before the camera's last one ended, and the
-/// right one so long after the left one as it was, where that is possible.
+/// Start of the next frame: not before the requested time or the end of the camera's last frame;
+/// the right frame keeps its recorded offset to the left one if possible.
 static uint64_t begin_of(const struct replay_camera *camera, const struct session_event *event,
                          uint64_t not_before_us) {
     const struct replay *self = camera->replay;
@@ -59,8 +59,9 @@ static int take(void *context, uint64_t not_before_us, uint64_t deadline_us,
     if (self->next_pair >= self->pair_count) {
         self->now_us = later(self->now_us, deadline_us);
         camera->counts.timeouts++;
-        return message_set(&self->trouble, ERROR_TIMEOUT, "%s: all %u recorded pairs were given",
-                           self->session.path, self->pair_count);
+        return message_set(&self->trouble, ERROR_TIMEOUT,
+                           "%s: all %u recorded pairs were delivered", self->session.path,
+                           self->pair_count);
     }
     const struct session_event *event = &self->pairs[self->next_pair];
     const struct pair_frame *form = &event->pair.frame[camera->number];
@@ -88,7 +89,7 @@ static void give_back(void *context, const struct hal_camera_frame *frame) {
     replay_camera_take_back(context, frame);
 }
 
-/// What was set then is what the frames have, whatever is asked for.
+/// Frames have the recorded settings, whatever is requested.
 static int control(void *context, enum hal_camera_control control, int32_t value,
                    int32_t *applied) {
     const struct replay_camera *camera = context;
@@ -112,14 +113,14 @@ static int add_pair(struct replay *self, const struct session_event *event,
     for (int side = 0; side < RIG_SIDES; side++) {
         const struct pair_frame *frame = &event->pair.frame[side];
         if (frame->end_us < frame->begin_us) {
-            return message_set(message, ERROR_RANGE, "%s: pair %u ends before it begins",
+            return message_set(message, ERROR_RANGE, "%s: pair %u ends before it starts",
                                self->session.path, event->pair.number);
         }
     }
     struct session_event *more =
         realloc(self->pairs, (self->pair_count + (size_t)1) * sizeof *more);
     if (more == NULL) {
-        return message_set(message, ERROR_MEMORY, "%s: no memory", self->session.path);
+        return message_set(message, ERROR_MEMORY, "%s: out of memory", self->session.path);
     }
     self->pairs = more;
     self->pairs[self->pair_count++] = *event;
@@ -128,8 +129,9 @@ static int add_pair(struct replay *self, const struct session_event *event,
 
 int replay_pairs_open(struct replay *self, struct message *message) {
     struct session_event *event = malloc(sizeof *event);
-    int code =
-        event != NULL ? 1 : message_set(message, ERROR_MEMORY, "%s: no memory", self->session.path);
+    int code = event != NULL
+                   ? 1
+                   : message_set(message, ERROR_MEMORY, "%s: out of memory", self->session.path);
     while (code == 1 && (code = session_reader_next(&self->session, event, message)) == 1) {
         if (event->kind == SESSION_PAIR) {
             const int added = add_pair(self, event, message);
@@ -138,7 +140,7 @@ int replay_pairs_open(struct replay *self, struct message *message) {
     }
     free(event);
     if (code == 0 && self->pair_count == 0) {
-        code = message_set(message, ERROR_MISSING, "%s: has neither calls nor pairs to play",
+        code = message_set(message, ERROR_MISSING, "%s: contains neither calls nor pairs to replay",
                            self->session.path);
     }
     if (code != 0) {

@@ -7,7 +7,7 @@
 #include "core/error.h"
 #include "daemon/session/session_read.h"
 
-/// What is read. Large: allocated.
+/// The reader's state. Large: allocated.
 struct reading {
     struct session_reader session;
     struct session_event event;
@@ -21,7 +21,7 @@ static bool is_of_rig(const char *key) {
             return config_key_is_of_rig(i) || strcmp(key, CONFIG_PROFILE_KEY) == 0;
         }
     }
-    return true;  // config_set says what is wrong
+    return true;  // config_set reports the error
 }
 
 static int apply(struct reading *self, struct message *message) {
@@ -31,7 +31,7 @@ static int apply(struct reading *self, struct message *message) {
         *equals = '\0';
     }
     if (equals == NULL || !is_of_rig(key)) {
-        return message_set(message, ERROR_SYNTAX, "%s: \"%.200s\" is no setting of an instrument",
+        return message_set(message, ERROR_SYNTAX, "%s: \"%.200s\" is not an instrument setting",
                            self->session.path, key);
     }
     struct message why;
@@ -47,7 +47,7 @@ static int read_all(struct reading *self, int parent, const char *path, struct m
     }
     memcpy(self->name, self->event.profile, sizeof self->name);
     config_defaults(&self->config);
-    // A name of its own says nothing by itself: the settings do.
+    // A custom name defines nothing: the settings do.
     (void)config_set(&self->config, CONFIG_PROFILE_KEY, self->name, &why);
     int got = 1;
     while (error == 0 && (got = session_reader_next(&self->session, &self->event, message)) == 1 &&
@@ -60,14 +60,14 @@ static int read_all(struct reading *self, int parent, const char *path, struct m
     return strcmp(self->name, self->config.profile.name) == 0
                ? 0
                : message_set(message, ERROR_MISSING,
-                             "%s: it is of the instrument %s, but does not tell what that is", path,
+                             "%s: recorded with the profile %s, which it does not define", path,
                              self->name);
 }
 
 int replay_profile(int parent, const char *path, struct config *config, struct message *message) {
     struct reading *self = calloc(1, sizeof *self);
     if (self == NULL) {
-        return message_set(message, ERROR_MEMORY, "%s: no memory", path);
+        return message_set(message, ERROR_MEMORY, "%s: out of memory", path);
     }
     self->session.directory = -1;
     const int error = read_all(self, parent, path, message);

@@ -8,7 +8,7 @@
 
 enum { BUS_SPEED_HZ = 400000 };
 
-// What the rig that went knew does not hold for the next one.
+// State of the previous rig does not apply to the next one.
 static void look_for_rig(void *opaque) {
     struct sim_backend *self = opaque;
     if (sim_connection_gone(&self->connection)) {
@@ -28,7 +28,7 @@ static const char *missing(void *opaque, enum rig_part part) {
 int sim_backend_open(struct sim_backend *self, const char *where, int patience_ms) {
     if (strlen(where) >= sizeof self->where) {
         self->connection = (struct sim_connection){.socket = -1};
-        snprintf(self->connection.text, sizeof self->connection.text, "this place is too long");
+        snprintf(self->connection.text, sizeof self->connection.text, "the address is too long");
         return ERROR_ARGUMENT;
     }
     strcpy(self->where, where);
@@ -41,7 +41,8 @@ int sim_backend_open(struct sim_backend *self, const char *where, int patience_m
                             (size_t)MT9T001_WIDTH_PX * MT9T001_HEIGHT_PX);
     if (error != ERROR_OK) {
         sim_connection_close(&self->connection);
-        snprintf(self->connection.text, sizeof self->connection.text, "no memory for two frames");
+        snprintf(self->connection.text, sizeof self->connection.text,
+                 "out of memory for two frames");
         return error;
     }
     self->i2c_state = (struct sim_i2c){&self->connection, BUS_SPEED_HZ};

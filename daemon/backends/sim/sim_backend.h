@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// All backends of a simulated rig together: what the instrument hangs on when it is simulated.
+/// All backends of a simulated rig.
 #ifndef VERGENCE_DAEMON_BACKENDS_SIM_SIM_BACKEND_H
 #define VERGENCE_DAEMON_BACKENDS_SIM_SIM_BACKEND_H
 
@@ -17,7 +17,7 @@ extern "C" {
 
 enum { SIM_BACKEND_WHERE = 320 };
 
-/// The backends. The caller owns them; they must not be moved while they are open.
+/// The backends. The caller owns them; they must not move while open.
 struct sim_backend {
     struct sim_connection connection;
     struct sim_i2c i2c_state;
@@ -34,12 +34,12 @@ struct sim_backend {
 };
 
 /// Connects as the board (see sim_connection_open for `where`, `patience_ms` and errors) and
-/// allocates memory for two full frames. `connection.text` says what is wrong.
+/// allocates two full frames. On an error `connection.text` has the details.
 int sim_backend_open(struct sim_backend *self, const char *where, int patience_ms);
 void sim_backend_close(struct sim_backend *self);
 
-/// The ports of a rig of the profile "rig"; without a log. Their opener connects anew when the
-/// simulated rig has gone: each bring-up looks for it.
+/// The ports for a rig with the profile "rig", without a log. Each bring-up reconnects if the
+/// simulated rig has gone.
 struct rig_ports sim_backend_ports(const struct sim_backend *self);
 
 #ifdef __cplusplus

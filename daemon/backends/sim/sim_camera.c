@@ -69,8 +69,8 @@ static int arm(struct sim_camera *self) {
     return error;
 }
 
-// No frame that begins before then is wanted, and so none is armed for: what passes an armed port
-// costs the rig its pixels one by one.
+// Waits before arming, as no earlier frame is wanted: frames that pass an armed port are rendered
+// pixel by pixel.
 static int wait_until(struct sim_camera *self, uint64_t not_before_us, uint64_t deadline_us) {
     const uint64_t until_us = not_before_us < deadline_us ? not_before_us : deadline_us;
     if (until_us <= self->connection->now_us) {
@@ -86,7 +86,7 @@ static uint32_t faults_of(uint32_t told) {
            ((told & SIMRIG_FRAME_LONG) != 0 ? HAL_CAMERA_LONG : 0u);
 }
 
-// Waits for the armed frame, into `memory`.
+// Waits for the armed frame and copies it to `memory`.
 static int fetch(struct sim_camera *self, uint64_t deadline_us, uint16_t *memory,
                  struct hal_camera_frame *frame) {
     const size_t values = (size_t)self->format.width_px * self->format.height_px;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The simulated rig's one parallel port as hal_camera: frames of whichever camera is selected.
+/// The simulated rig's single parallel port as hal_camera: frames of the selected camera.
 ///
-/// The port takes one frame at a time, the next that begins while it is armed, so sequence numbers
-/// have gaps that are no loss: frames that nobody asked for. A take whose deadline passes leaves
-/// the port armed for the next one.
+/// The port takes one frame at a time, the next that begins while it is armed. Gaps in the sequence
+/// numbers are therefore unrequested frames, not losses. A take that times out leaves the port
+/// armed for the next one.
 #ifndef VERGENCE_DAEMON_BACKENDS_SIM_SIM_CAMERA_H
 #define VERGENCE_DAEMON_BACKENDS_SIM_SIM_CAMERA_H
 
@@ -27,7 +27,7 @@ struct sim_camera {
     struct hal_camera_counts counts;
 };
 
-/// Allocates memory for frames of up to `most_px` pixels; close frees it. ERROR_MEMORY.
+/// Allocates frames of up to `most_px` pixels; close frees them. ERROR_MEMORY.
 int sim_camera_open(struct sim_camera *self, struct sim_connection *connection, size_t most_px);
 void sim_camera_close(struct sim_camera *self);
 

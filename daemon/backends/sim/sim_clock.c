@@ -3,13 +3,13 @@
 
 static uint64_t now_us(void *self) {
     struct sim_connection *connection = self;
-    sim_connection_ask_time(connection);  // where it has gone, the newest known remains
+    sim_connection_ask_time(connection);  // if it has gone, the last known time remains
     return connection->now_us;
 }
 
 static void wait_until_us(void *self, uint64_t time_us) {
     struct sim_connection *connection = self;
-    // The newest time known may be old, but is never ahead.
+    // The last known time may be old, but is never ahead.
     if (time_us > connection->now_us) {
         sim_connection_advance(connection, time_us, 0, NULL);
     }

@@ -22,7 +22,7 @@ enum {
     RENEW_PATIENCE_MS = 2000,
 };
 
-// More than a day is refused.
+// The rig rejects more than a day.
 static const uint64_t longest_us = 12 * UINT64_C(3600000000);
 
 __attribute__((format(printf, 2, 3))) static void say(struct sim_connection *self,
@@ -40,15 +40,15 @@ void sim_connection_close(struct sim_connection *self) {
     self->socket = -1;
 }
 
-// The rig is of no use any more.
+// Closes the connection and records why.
 static int give_up(struct sim_connection *self, int error, const char *doing) {
     if (error == ERROR_TIMEOUT) {
-        say(self, "the simulated rig does not answer for %d s while %s",
+        say(self, "no answer from the simulated rig for %d s while %s",
             (self->patience_ms + 500) / 1000, doing);
     } else if (error == ERROR_SYNTAX) {
-        say(self, "what answers is no simulated rig, or of another version (%s)", doing);
+        say(self, "not a simulated rig, or another version (%s)", doing);
     } else {
-        say(self, "the simulated rig has gone (%s): start it, then bring up again", doing);
+        say(self, "the simulated rig has gone (%s): start it, then run bringup", doing);
     }
     sim_connection_close(self);
     return ERROR_DEVICE;
@@ -71,7 +71,7 @@ static bool has_data(const struct sim_exchange *exchange) {
             exchange->status >= SIMRIG_I2C_STUCK);
 }
 
-// The body of a reply, behind the status.
+// Receives the body of a reply after the status.
 static int receive_data(struct sim_connection *self, struct sim_exchange *exchange, size_t bytes,
                         int64_t deadline_ms) {
     if (bytes < exchange->head_bytes) {
@@ -90,13 +90,13 @@ static int receive_text(struct sim_connection *self, size_t bytes, int64_t deadl
     const size_t kept = bytes < sizeof self->text - 1 ? bytes : sizeof self->text - 1;
     const int error = sim_socket_receive(self->socket, self->text, kept, deadline_ms);
     self->text[kept] = '\0';
-    // Whatever answers there, what people read is one line and nothing but that.
+    // The text may come from any server: keep one printable line.
     for (size_t i = 0; i < kept; i++) {
         const unsigned char c = (unsigned char)self->text[i];
         self->text[i] = c < ' ' || c == 0x7F ? '?' : self->text[i];
     }
     if (kept == 0) {
-        say(self, "the simulated rig refuses it and does not say why");
+        say(self, "refused by the simulated rig, without a reason");
     }
     return error == ERROR_OK ? discard(self, bytes - kept, deadline_ms) : error;
 }
@@ -149,7 +149,7 @@ int sim_connection_run(struct sim_connection *self, struct sim_exchange *exchang
             return ERROR_OK;
         }
         if (monotonic_now_ms() >= deadline_ms) {
-            return give_up(self, ERROR_TIMEOUT, "another client lets time pass");
+            return give_up(self, ERROR_TIMEOUT, "another client advances the time");
         }
         nanosleep(&(struct timespec){.tv_nsec = BUSY_PAUSE_NS}, NULL);
     }
@@ -191,14 +191,15 @@ int sim_connection_open(struct sim_connection *self, const char *where, uint16_t
     *self = (struct sim_connection){.socket = -1, .patience_ms = patience_ms};
     const int made = sim_socket_connect(where, monotonic_now_ms() + patience_ms);
     if (made == ERROR_ARGUMENT) {
-        say(self, "'%s' is no place of a simulated rig: unix:PATH or tcp:HOST:PORT", where);
+        say(self, "invalid address '%s' of a simulated rig (expected unix:PATH or tcp:HOST:PORT)",
+            where);
         return ERROR_ARGUMENT;
     }
     if (made < 0) {
         const char *why = made == ERROR_TIMEOUT ? "no answer"
                           : errno == 0          ? "no such host"
                                                 : strerror(errno);
-        say(self, "no simulated rig at %s: %s; is simrig running there?", where, why);
+        say(self, "no simulated rig at %s: %s (is simrig running?)", where, why);
         return ERROR_IO;
     }
     self->socket = made;
@@ -240,8 +241,7 @@ int sim_connection_renew(struct sim_connection *self, const char *where, uint16_
         error = sim_connection_ask_time(self);
     }
     if (error == ERROR_OK && self->wall != before.wall) {
-        say(self, "the simulated rig at %s keeps another kind of time: start vergenced anew",
-            where);
+        say(self, "the simulated rig at %s keeps another kind of time: restart vergenced", where);
         sim_connection_close(self);
         error = ERROR_REFUSED;
     }
@@ -269,7 +269,7 @@ int sim_connection_advance(struct sim_connection *self, uint64_t until_us, uint3
                                        .head_bytes = sizeof head};
         error = sim_connection_demand(self, &advance);
         if (error != ERROR_OK) {
-            // Nothing happens there any more, so waits for it are over: deadlines still come.
+            // The rig is gone, so waits are over: let deadlines be reached.
             self->now_us = until_us > self->now_us ? until_us : self->now_us;
             break;
         }

@@ -10,8 +10,8 @@
 enum {
     REPLY_HEAD = 8,
     EDGE_BYTES = 10,
-    EDGES_MAX = 4096,  // that the rig keeps
-    IRQ_LINE = 0,      // its number in edges
+    EDGES_MAX = 4096,  // kept by the rig
+    IRQ_LINE = 0,      // its line number in edge records
 };
 
 static int set(void *context, enum hal_gpio_line line, bool active) {
@@ -36,7 +36,7 @@ static void drop_oldest(struct sim_gpio *self) {
     memmove(self->edges_us, self->edges_us + 1, self->edge_count * sizeof self->edges_us[0]);
 }
 
-// Asks for levels, and keeps the edges to active that come with them.
+// Reads the levels, and keeps the edges to active in the reply.
 static int ask(struct sim_gpio *self, uint32_t *levels) {
     uint8_t head[REPLY_HEAD], edges[EDGES_MAX * EDGE_BYTES];
     struct sim_exchange request = {.type = SIMRIG_GPIO_GET,
@@ -49,7 +49,7 @@ static int ask(struct sim_gpio *self, uint32_t *levels) {
         return error;
     }
     const size_t count = sim_bytes_u32(head + 4);
-    // In 32 bits a greater count times its bytes may be few again.
+    // Checked first: in 32 bits, count * EDGE_BYTES could overflow.
     if (count > EDGES_MAX || request.rest_bytes != count * EDGE_BYTES) {
         return ERROR_IO;
     }

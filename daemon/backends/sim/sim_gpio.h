@@ -12,12 +12,12 @@ extern "C" {
 
 enum { SIM_GPIO_EDGES = 64 };
 
-/// The lines. The caller owns them and the connection, which must outlive all users; begin with
-/// everything else 0.
+/// The lines. The caller owns them and the connection, which must outlive all users; initialise all
+/// other fields to 0.
 struct sim_gpio {
     struct sim_connection *connection;
     uint32_t outputs;                   ///< SIMRIG_OUT_*
-    uint64_t edges_us[SIM_GPIO_EDGES];  ///< to active that nobody has waited for; the newest
+    uint64_t edges_us[SIM_GPIO_EDGES];  ///< edges to active not yet waited for; the latest ones
     uint32_t edge_count;
 };
 

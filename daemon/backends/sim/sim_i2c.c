@@ -41,13 +41,13 @@ size_t sim_i2c_begun(int32_t status, const struct hal_i2c_message *messages, siz
         all += 1u + messages[i].bytes;
     }
     if (status == SIMRIG_I2C_STUCK) {
-        return 0;  // the lines were looked at before START
+        return 0;  // the lines were checked before START
     }
     if (status == SIMRIG_I2C_NACK_ADDRESS) {
         return before < all ? before + 1 : all;
     }
-    // The address, the bytes that are whole, and the one under way. Where it was lost before that,
-    // in a START or an address, less is true.
+    // The address, the complete bytes and the current one. Fewer if it was lost earlier, in a START
+    // or an address.
     const size_t most = before + 1 + bytes + 1;
     return status == SIMRIG_OK || most > all ? all : most;
 }
@@ -72,7 +72,7 @@ static size_t write_request(uint8_t *body, const struct hal_i2c_message *message
     return at;
 }
 
-// False: not as many bytes as were asked for.
+// False: not the requested number of bytes.
 static bool take_reads(const struct hal_i2c_message *messages, size_t count, const uint8_t *bytes,
                        size_t available) {
     size_t at = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The simulated rig's bus as hal_i2c. Its lines cannot be reached one by one.
+/// The simulated rig's bus as hal_i2c. Its lines cannot be driven individually.
 #ifndef VERGENCE_DAEMON_BACKENDS_SIM_SIM_I2C_H
 #define VERGENCE_DAEMON_BACKENDS_SIM_SIM_I2C_H
 
@@ -18,8 +18,8 @@ struct sim_i2c {
 
 struct hal_i2c sim_i2c_hal(struct sim_i2c *self);
 
-/// What hal_i2c calls `begun`, from a reply: `whole` messages went through, and `bytes` of the next
-/// one (without its address). An upper bound where the reply leaves it open.
+/// The `begun` count of hal_i2c from a reply: `whole` messages were transferred, and `bytes` of the
+/// next one (without its address). An upper bound if the reply is ambiguous.
 size_t sim_i2c_begun(int32_t status, const struct hal_i2c_message *messages, size_t count,
                      size_t whole, size_t bytes);
 

@@ -17,7 +17,7 @@
 #include "core/invariant.h"
 #include "daemon/base/monotonic.h"
 
-// 0 when the socket is ready for `events`.
+// Waits until the socket is ready for `events`; 0 when it is.
 static int wait_for(int socket, short events, int64_t deadline_ms) {
     for (;;) {
         const int64_t left_ms = deadline_ms - monotonic_now_ms();
@@ -121,7 +121,7 @@ int sim_socket_send(int socket, const void *data, size_t bytes, int64_t deadline
     INVARIANT(socket >= 0 && (data != NULL || bytes == 0));
     const uint8_t *next = data;
     while (bytes > 0) {
-        // A rig that has gone is an error, not a signal.
+        // A disconnected rig is an error, not a signal.
         const ssize_t sent = send(socket, next, bytes, MSG_NOSIGNAL);
         if (sent > 0) {
             next += sent;

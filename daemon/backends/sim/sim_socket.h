@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A stream socket on which every wait ends: connecting, sending, receiving.
+/// A stream socket on which every operation has a deadline: connecting, sending, receiving.
 #ifndef VERGENCE_DAEMON_BACKENDS_SIM_SIM_SOCKET_H
 #define VERGENCE_DAEMON_BACKENDS_SIM_SIM_SOCKET_H
 
@@ -11,12 +11,12 @@
 extern "C" {
 #endif
 
-/// A connection to unix:PATH or tcp:HOST:PORT by a time of monotonic_now_ms. The socket;
-/// ERROR_ARGUMENT: `where` is neither; ERROR_TIMEOUT; ERROR_IO: `errno` says why, or 0: the host
+/// Connects to unix:PATH or tcp:HOST:PORT by a time of monotonic_now_ms. Returns the socket;
+/// ERROR_ARGUMENT: `where` is neither form; ERROR_TIMEOUT; ERROR_IO: see `errno`, or 0: the host
 /// has no address.
 int sim_socket_connect(const char *where, int64_t deadline_ms);
 
-/// Whether the other end has closed it, or nobody is there any more.
+/// Whether the other end has closed the connection.
 bool sim_socket_has_ended(int socket);
 
 /// Sends or receives all `bytes`. 0; ERROR_TIMEOUT; ERROR_IO: the other end has gone.

@@ -6,7 +6,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 
-// Writes take no time there, so the deadline cannot pass.
+// Writes take no simulated time, so the deadline cannot pass.
 static int write_bytes(void *context, const void *data, size_t bytes, uint64_t deadline_us) {
     struct sim_uart *self = context;
     (void)deadline_us;
@@ -22,7 +22,7 @@ static int write_bytes(void *context, const void *data, size_t bytes, uint64_t d
     return error;
 }
 
-// Fetches what has come behind what is pending.
+// Appends newly received bytes to the pending ones.
 static int fetch(struct sim_uart *self) {
     INVARIANT(self->pending_bytes <= sizeof self->pending);
     struct sim_exchange request = {.type = SIMRIG_SERIAL_READ,
@@ -57,7 +57,7 @@ static int read_bytes(void *context, void *data, size_t capacity, uint64_t deadl
         if (error != ERROR_OK) {
             return error;
         }
-        // Also woken when the controller got a byte: it need not answer.
+        // Also woken when the controller received a byte: it need not answer.
         if (woken == 0) {
             return ERROR_TIMEOUT;
         }

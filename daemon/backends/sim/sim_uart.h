@@ -10,11 +10,11 @@
 extern "C" {
 #endif
 
-/// The line. The caller owns it and the connection, which must outlive all users; begin with
-/// everything else 0.
+/// The line. The caller owns it and the connection, which must outlive all users; initialise all
+/// other fields to 0.
 struct sim_uart {
     struct sim_connection *connection;
-    uint8_t pending[SIMRIG_SERIAL_BYTES_MAX];  ///< came, not yet read; what is more is lost
+    uint8_t pending[SIMRIG_SERIAL_BYTES_MAX];  ///< received, not yet read; excess is dropped
     size_t pending_bytes;
 };
 
