@@ -22,7 +22,7 @@ static int open_sim(struct main_backends *self, const struct config *config,
     return 0;
 }
 
-/// Of a recording that is played the instrument is what it was then, whatever the settings say.
+/// For a replay the instrument is the recorded one, whatever the settings say.
 static int take_profile(struct config *config, struct message *message) {
     int error = replay_profile(AT_FDCWD, config->backend_place, config, message);
     if (error == 0) {
@@ -48,16 +48,16 @@ static void open_nothing(void *opaque) {
     (void)opaque;
 }
 
-/// After the first call that was not recorded all parts fail, and none of them is to blame.
+/// After the first call that does not match all parts fail, and none of them is the cause.
 static const char *why_played_part_fails(void *opaque, enum rig_part part) {
     struct main_backends *self = opaque;
     (void)part;
     main_backends_tell_departure(self);
     return self->replay.ran_out
-               ? "the recording that is played ends here; to play it anew start the daemon again"
+               ? "the replayed recording ends here: restart the daemon to replay it again"
            : self->replay.trouble.text[0] != '\0'
-               ? "what is played was recorded otherwise (\"log\" tells how); start the daemon "
-                 "again, and give the recorded commands in their order"
+               ? "mismatch with the recording (see \"log\"): restart the daemon and give the "
+                 "recorded commands in order"
                : NULL;
 }
 
@@ -65,7 +65,7 @@ static int open_replay(struct main_backends *self, struct config *config, struct
                        struct message *message) {
     int error = replay_open(&self->replay, AT_FDCWD, config->backend_place, NULL, message);
     self->has_replay = error == 0;
-    // Pairs alone play for any profile of two cameras.
+    // Pairs alone can be replayed for any profile of two cameras.
     const bool calls = error == 0 && self->replay.log != NULL;
     error = calls ? take_profile(config, message) : error;
     if (error != 0) {
@@ -77,22 +77,23 @@ static int open_replay(struct main_backends *self, struct config *config, struct
     ports->opener = &self->replay_opener;
     const char *lack = rig_ports_lack(&config->profile, ports);
     if (lack != NULL && calls) {
-        return message_set(message, ERROR_ARGUMENT,
-                           "backend = replay %s: what was recorded has not %s, which its profile "
-                           "asks for",
-                           config->backend_place, lack);
+        return message_set(
+            message, ERROR_ARGUMENT,
+            "backend = replay %s: the recording does not contain %s, which its profile "
+            "requires",
+            config->backend_place, lack);
     }
     if (lack != NULL) {
         return message_set(message, ERROR_ARGUMENT,
-                           "backend = replay %s: it holds pairs but no recorded calls, so it plays "
-                           "as two cameras alone: set profile = two-cameras, rig.trigger = no, and "
-                           "rig.width_px and rig.height_px to those of its frames",
+                           "backend = replay %s: pairs without recorded calls replay as two "
+                           "cameras only (set profile = two-cameras, rig.trigger = no, and "
+                           "rig.width_px and rig.height_px to the size of its frames)",
                            config->backend_place);
     }
     return 0;
 }
 
-/// Puts the faults of a test in front of what they are to hit.
+/// Wraps the ports in a test's faults.
 static int wrap_faults(struct main_backends *self, const char *script, struct rig_ports *ports,
                        struct message *message) {
     if (script[0] == '\0') {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the instrument hangs on, as the settings say it: devices of Linux, a simulated rig, or a
-/// recorded session; in front of that the faults of a test, and in front of all the recorder.
+/// The backends that the settings select: Linux devices, a simulated rig, or a recorded session;
+/// wrapped by a test's faults, and all of it by the recorder.
 #ifndef VERGENCE_DAEMON_MAIN_BACKENDS_H
 #define VERGENCE_DAEMON_MAIN_BACKENDS_H
 
@@ -18,15 +18,15 @@
 extern "C" {
 #endif
 
-/// All of them; static storage, as it is large and must not move.
+/// All backends. Use static storage: it is large and must not move.
 struct main_backends {
     struct sim_backend sim;
     struct replay replay;
     struct main_linux devices;
     bool has_sim, has_replay;
-    struct rig_opener replay_opener;  ///< opens nothing, but knows why a played part fails
+    struct rig_opener replay_opener;  ///< opens nothing, but states why a replayed part fails
     const struct hal_log *log;
-    bool departure_told;  ///< why the play ended is in the log
+    bool departure_told;  ///< the end of the replay was logged
 
     struct fault_plan plan;
     struct fault_i2c fault_i2c;
@@ -38,21 +38,21 @@ struct main_backends {
     const struct hal_clock *faults_clock;  ///< NULL: the plan has no rule
 
     struct record record;
-    bool time_passes;  ///< by itself, and not by the rig's own waits alone
+    bool time_passes;  ///< in real time, and not only by the rig's own waits
 };
 
-/// Opens what the settings name. `*ports` are the rig's. Of a recording that is played the profile
-/// in the settings becomes what it was then. 0, or an error with a message; main_backends_close is
-/// needed in any case.
+/// Opens the backends that the settings name; `*ports` are the rig's. For a replay the profile in
+/// the settings is replaced by the recorded one. 0, or an error with a message; call
+/// main_backends_close in any case.
 int main_backends_open(struct main_backends *self, struct config *config, const struct hal_log *log,
                        struct rig_ports *ports, struct message *message);
-/// What is no part of the rig, behind the same faults, once they are open: `real` (NULL: NULL),
-/// which must not move, or what stands in front of it.
+/// Backends outside the rig, behind the same faults, once they are open: `real` (NULL: NULL), which
+/// must not move, or a wrapper around it.
 const struct hal_store *main_backends_store(struct main_backends *self,
                                             const struct hal_store *real);
 const struct hal_watchdog *main_backends_watchdog(struct main_backends *self,
                                                   const struct hal_watchdog *real);
-/// Puts into the log why the play of a recording ended, if it did, once.
+/// Logs once why a replay ended, if it did.
 void main_backends_tell_departure(struct main_backends *self);
 void main_backends_close(struct main_backends *self);
 

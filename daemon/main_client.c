@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The client as the board carries it.
+// The client as shipped on the board.
 #include "daemon/backends/replay/replay_command.h"
 #include "daemon/client/client.h"
 #include "daemon/images/image_pnm.h"
@@ -22,8 +22,8 @@ static int run_reconstruct(int argc, char **argv) {
 int main(int argc, char **argv) {
     static const struct client_command commands[] = {
         {"reconstruct", "measure a surface from a pair of images", run_reconstruct},
-        {"export", "write the pairs of a session as pictures", export_command_run},
-        {"replay", "play a recording again and compare the pairs", replay_command_run},
+        {"export", "write the pairs of a session as images", export_command_run},
+        {"replay", "replay a recording and compare the pairs", replay_command_run},
     };
     return client_main(argc, argv, commands, sizeof commands / sizeof commands[0]);
 }

@@ -11,7 +11,7 @@
 
 enum { LENS_BITS_PER_S = 9600 };
 
-// ---- one device after the other: 0 when it is open now, else an error with a message
+// ---- opening each device: 0 if it is open now, else an error with a message
 
 static int open_i2c(struct main_linux *self, struct message *message) {
     if (i2c_dev_is_current(&self->i2c, self->config->i2c)) {
@@ -52,8 +52,8 @@ static int open_device(struct main_linux *self, enum main_linux_device device,
     }
 }
 
-/// "left_camera = /dev/video0: No such file or directory; ...": the setting, then what the backend
-/// says from the device's path on.
+/// Prefixes the setting: "left_camera = /dev/video0: No such file or directory; ...", followed by
+/// the backend's message from the device's path on.
 static void name_setting(const struct main_linux *self, enum main_linux_device device,
                          struct message *message) {
     const struct config *config = self->config;
@@ -90,7 +90,7 @@ static void open_all(void *opaque) {
     }
 }
 
-/// "left_camera = /dev/video0: another program uses it; ..."; NULL: it starts.
+/// "left_camera = /dev/video0: in use by another program; ..."; NULL: the camera starts.
 static const char *refused(struct main_linux *self, enum main_linux_device device) {
     const bool right = device == MAIN_LINUX_RIGHT_CAMERA;
     const struct v4l2_camera *camera = &self->camera[right ? RIG_RIGHT : RIG_LEFT];
@@ -127,7 +127,7 @@ static const char *missing(void *opaque, enum rig_part part) {
     }
     const char *text = self->missing[device].text;
     if (text[0] == '\0' && device == MAIN_LINUX_LENS_UART) {
-        // A line may switch the controller.
+        // A GPIO line may switch the controller's power.
         text = self->missing[MAIN_LINUX_GPIO].text;
     }
     if (text[0] != '\0') {
@@ -137,10 +137,10 @@ static const char *missing(void *opaque, enum rig_part part) {
     return camera ? refused(self, device) : NULL;
 }
 
-/// Its name and the port that it hangs on: of two cameras of a kind the port is what differs.
+/// Its name and its USB port: the port distinguishes two cameras of a kind.
 static const char *identity(void *opaque, enum rig_part part) {
     struct main_linux *self = opaque;
-    // Both sensors of a bridge are behind the same device.
+    // Both sensors of a bridge share one device.
     if (self->config->profile.bridge ||
         (part != RIG_PART_LEFT_CAMERA && part != RIG_PART_RIGHT_CAMERA)) {
         return NULL;
@@ -154,7 +154,7 @@ static const char *identity(void *opaque, enum rig_part part) {
     return self->identity.text;
 }
 
-/// Where the lines are; whether there is any.
+/// Finds the locations of the lines; whether there is any.
 static bool find_places(struct main_linux *self) {
     const struct config *config = self->config;
     const struct {

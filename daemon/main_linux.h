@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The devices of Linux that an instrument hangs on, as the settings name them. One that is not
-/// there, or that has been pulled out, keeps nobody from serving: every bring-up looks again.
+/// The Linux devices of an instrument, as the settings name them. A missing or unplugged device
+/// does not keep the daemon from serving: every bring-up looks for it again.
 #ifndef VERGENCE_DAEMON_MAIN_LINUX_H
 #define VERGENCE_DAEMON_MAIN_LINUX_H
 
@@ -27,7 +27,7 @@ enum main_linux_device {
     MAIN_LINUX_DEVICES
 };
 
-/// Static storage; it must not move.
+/// Use static storage; it must not move.
 struct main_linux {
     const struct config *config;
     struct i2c_dev i2c;
@@ -38,19 +38,19 @@ struct main_linux {
     struct rig_opener opener;
     bool needed[MAIN_LINUX_DEVICES];
     struct message missing[MAIN_LINUX_DEVICES];  ///< why it is not open; "": it is
-    struct message identity;                     ///< of the camera that was asked about last
-    struct message refused;                      ///< why a camera that is open does not start
+    struct message identity;                     ///< of the camera that was queried last
+    struct message refused;                      ///< why an open camera does not start
 };
 
-/// Opens what the profile needs and is there; the others are told to the log, and by the bring-up.
-/// `config` and `log` must outlive it. `*ports` are the rig's.
+/// Opens the devices that the profile needs and that exist; the others are reported in the log, and
+/// by each bring-up. `config` and `log` must outlive it. `*ports` are the rig's.
 void main_linux_open(struct main_linux *self, const struct config *config,
                      const struct hal_log *log, struct rig_ports *ports);
 
-/// Tells of the cameras that are open: what their drivers say of them, and what they stream. From
-/// the thread that has the rig.
+/// Reports the open cameras: what their drivers report, and what they stream. Call from the thread
+/// that has the rig.
 void main_linux_put(const struct main_linux *self, const struct command_call *call);
-/// Closes everything; harmless when nothing was opened.
+/// Closes everything; harmless if nothing was opened.
 void main_linux_close(struct main_linux *self);
 
 #ifdef __cplusplus

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The console's `replay`: a recording below "files" is played beside the instrument, which it does
-// not touch.
+// The console's `replay`: replays a recording below "files" without touching the instrument.
 #include "daemon/main_replay.h"
 
 #include <stdint.h>
@@ -46,16 +45,16 @@ static const struct command_argument replay_arguments[] = {
      .kind = COMMAND_TEXT,
      .least = 1,
      .most = FILES_NAME_MAX,
-     .help = "one that was recorded by \"record\"",
+     .help = "a session recorded with \"record\"",
      .candidates = files_candidates_session},
 };
 
 static const struct command commands[] = {
     {.name = "replay",
-     .summary = "play a recording again and compare the pairs",
-     .help = "Its commands are carried out on the recorded answers of the hardware; the "
-             "instrument itself is not touched. Every pair must come out bit for bit the same: "
-             "else the first difference is told, with the number of the command and of the call.",
+     .summary = "replay a recording and compare the pairs",
+     .help = "Runs its commands on the recorded answers of the hardware, without touching the "
+             "instrument. Every pair must match bit for bit; otherwise the first difference is "
+             "reported, with the number of the command and of the call.",
      .arguments = replay_arguments,
      .argument_count = 1,
      .flags = COMMAND_NO_RIG | COMMAND_LONG,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The console's command `replay`. It stands beside the main because it brings a backend with it.
+/// The console's command `replay`. Separate from the other commands because it requires a backend.
 #ifndef VERGENCE_DAEMON_MAIN_REPLAY_H
 #define VERGENCE_DAEMON_MAIN_REPLAY_H
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon: picks the backends and the commands, and serves them.
+// The daemon: selects the backends and the commands, and serves them.
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
@@ -34,7 +34,7 @@
 
 enum { SETTINGS_MAX = 64, MANUAL_SECTION = 8 };
 
-/// All that the daemon consists of.
+/// All parts of the daemon.
 struct daemon {
     struct config config;
     struct logbook logbook;
@@ -65,26 +65,24 @@ static const struct option options[] = {
      .kind = OPTION_TEXT,
      .offset = offsetof(struct arguments, config),
      .value_name = "FILE",
-     .help = "Settings. Without it: as root or as a service of systemd "
-             "/etc/vergence/vergenced.conf, else ~/.config/vergence/vergenced.conf "
-             "($XDG_CONFIG_HOME), where that file exists; else defaults."},
+     .help = "Settings file. Default: /etc/vergence/vergenced.conf for root and systemd services, "
+             "else ~/.config/vergence/vergenced.conf ($XDG_CONFIG_HOME), if that file exists; "
+             "else built-in defaults."},
     {.name = "check",
      .kind = OPTION_TEXT,
      .offset = offsetof(struct arguments, check),
      .value_name = "FILE",
-     .help =
-         "Only check a file of settings, and the profile's that it names; or a profile's, whose "
-         "name ends in .profile."},
+     .help = "Check a settings file and the profile that it names, or a profile (a name ending in "
+             ".profile), and exit."},
     {.name = "help-config",
      .kind = OPTION_FLAG,
      .offset = offsetof(struct arguments, help_config),
-     .help = "Print all settings with their defaults, each explained: a file to begin with."},
+     .help = "Print all settings with explanations and defaults, as a file to start from."},
     {.name = "help-profile",
      .kind = OPTION_TEXT,
      .offset = offsetof(struct arguments, help_profile),
      .value_name = "NAME",
-     .help =
-         "Print a built-in profile, each line explained: a file to begin one of your own with."},
+     .help = "Print a built-in profile with explanations, as a file to start from."},
     {.name = "version",
      .kind = OPTION_FLAG,
      .offset = offsetof(struct arguments, version),
@@ -96,18 +94,19 @@ static const struct option_page page = {
     .operands = "[KEY=VALUE ...]",
     .summary = "serves the instrument to consoles and programs",
     .description =
-        "Brings nothing up by itself: \"bringup\" does. Ends on SIGTERM, with the "
-        "instrument in its safe state; opens its log again on SIGHUP.\n"
-        "KEY=VALUE replaces the file's line with that key, or is one more; what else the file sets "
-        "stays. Here as there a key is set once, \"none\" is the value of what is not wanted, and "
-        "profile stands before the rig. keys, which it sets.\n"
-        "Root and a service of systemd have their socket in /run/vergence and their files in "
-        "/var/lib/vergence. Everybody else needs no settings for that: the socket is "
+        "Does not bring up the instrument: the command \"bringup\" does. SIGTERM ends the daemon "
+        "with the instrument in its safe state; SIGHUP reopens the log.\n"
+        "KEY=VALUE replaces or adds a line of the settings file. A key may be set once in the file "
+        "and once here, \"none\" disables a setting, and profile precedes the rig. keys, whose "
+        "values it sets.\n"
+        "For root and systemd services the socket is in /run/vergence and files are in "
+        "/var/lib/vergence. For other users the socket is "
         "$XDG_RUNTIME_DIR/vergence/vergenced.sock (or below ~/.local/state), where \"vergence "
         "--connect\" finds it, files are in ~/.local/share/vergence/files ($XDG_DATA_HOME), store "
-        "and log in ~/.local/state/vergence ($XDG_STATE_HOME). The first lines say where.\n"
-        "Exit codes: 0 ended in good order, or the file is good; 1 standard output cannot be "
-        "written; 2 an option is wrong; 3 a setting is wrong, or what it names cannot be used.",
+        "and log in ~/.local/state/vergence ($XDG_STATE_HOME). The first lines of output show the "
+        "locations.\n"
+        "Exit codes: 0 orderly end, or the file is valid; 1 standard output cannot be written; 2 "
+        "invalid option; 3 invalid setting, or what it names cannot be used.",
     .examples =
         "vergenced --check vergenced.conf\n"
         "vergenced \"backend=sim unix:rig.sock\" socket=v.sock console=stdio",
@@ -122,7 +121,7 @@ static int fail(const struct message *message) {
     return CLIENT_BAD_INPUT;
 }
 
-/// One table of all commands, in the order of their names.
+/// Order of the table of all commands: by name.
 static int by_name(const void *a, const void *b) {
     return strcmp(((const struct command *)a)->name, ((const struct command *)b)->name);
 }
@@ -151,8 +150,8 @@ static bool join_tables(struct daemon *self) {
     return true;
 }
 
-/// Makes the directories of those places that no setting has named: what a setting names has to be
-/// there, so that a slip is noticed.
+/// Creates the parent directories of default locations only: a location from a setting must exist,
+/// so that a typing error is noticed.
 static int make_places(const struct config *config, struct message *message) {
     struct places places;
     places_default(&places);
@@ -167,7 +166,7 @@ static int make_places(const struct config *config, struct message *message) {
     for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) {
         if (strcmp(all[i].path, all[i].by_default) == 0 &&
             !places_make_parent(all[i].path, places.of_user ? 0700 : 0750)) {
-            return message_set(message, ERROR_IO, "%s = %s: cannot make its directory: %s",
+            return message_set(message, ERROR_IO, "%s = %s: cannot create its directory: %s",
                                all[i].key, all[i].path, strerror(errno));
         }
     }
@@ -206,14 +205,14 @@ static int open_store(struct daemon *self, struct message *message) {
     self->store_open = error == 0;
     if (error == 0 && self->files_fd >= 0 && are_same(self->files_fd, self->store.directory_fd)) {
         return message_set(message, ERROR_ARGUMENT,
-                           "store = %s: is the directory of files as well, which clients may "
-                           "replace; give it one of its own",
+                           "store = %s: same directory as \"files\", whose files clients may "
+                           "replace (use a separate directory)",
                            path);
     }
     return error;
 }
 
-/// From here on the system restarts when nobody feeds it.
+/// Arms the watchdog: from here on the system restarts if it is not fed.
 static int open_watchdog(struct daemon *self, struct message *message) {
     const struct config *config = &self->config;
     if (config->watchdog[0] == '\0') {
@@ -225,17 +224,17 @@ static int open_watchdog(struct daemon *self, struct message *message) {
     const unsigned period_s = (unsigned)(self->watchdog.period_us / MONOTONIC_US_IN_S);
     if (error == 0 && period_s != 0 && period_s < CONFIG_WATCHDOG_LEAST_S) {
         return message_set(message, ERROR_UNSUPPORTED,
-                           "watchdog = %s: its period is %u s at most, and an orderly end may take "
-                           "longer: one of %d s or more is needed, or none",
+                           "watchdog = %s: its period is at most %u s, but an orderly end may take "
+                           "longer (use a watchdog of %d s or more, or none)",
                            config->watchdog, period_s, CONFIG_WATCHDOG_LEAST_S);
     }
     return error;
 }
 
-/// The rig's thread has ended in order.
+/// Disarms the watchdog, after the rig's thread has ended orderly.
 static void close_watchdog(struct daemon *self) {
     if (self->watchdog_open && !watchdog_dev_close(&self->watchdog, true)) {
-        logbook_print(&self->logbook, HAL_LOG_ERROR, "the watchdog could not be stopped");
+        logbook_print(&self->logbook, HAL_LOG_ERROR, "cannot stop the watchdog");
     }
 }
 
@@ -255,9 +254,9 @@ static void put_devices(void *devices, const struct command_call *call) {
     main_linux_put(devices, call);
 }
 
-/// Of frames on their way to a slow disk. A command of a rig takes at most six frames of 6 MiB (a
-/// pair, a third one to compare, each a second time after a damaged one); a board of 64 MB cannot
-/// hold so much, and waits for its disk instead.
+/// Limit for frames waiting for a slow disk. A command takes at most six frames of 6 MiB (a pair
+/// and a third frame to compare, each repeated after a damaged one); a board of 64 MB cannot hold
+/// that many and waits for its disk instead.
 static size_t held_max_bytes(void) {
     enum { MOST_BYTES = 64 << 20 };
     const uint64_t half = memory_available_bytes() / 2;
@@ -309,9 +308,9 @@ static int start(struct daemon *self, struct message *message) {
         return error;
     }
     self->scribe.held_max_bytes = held_max_bytes();
-    // Now that signals are blocked, which the thread inherits.
+    // Only now that signals are blocked, as the thread inherits the mask.
     if (!scribe_start(&self->scribe)) {
-        return message_set(message, ERROR_IO, "the system does not let it have a thread");
+        return message_set(message, ERROR_IO, "cannot start a thread");
     }
     self->backends.record.scribe = &self->scribe;
     const struct rig_observer observer = crew_observer(&self->server.rig_crew);
@@ -331,7 +330,7 @@ static int confine(struct daemon *self, struct message *message) {
     return error;
 }
 
-/// To the log, and to the terminal where that is somewhere else.
+/// Reports the start to the log, and to the terminal if the log is elsewhere.
 static void report_start(struct daemon *self) {
     const struct config *config = &self->config;
     const bool elsewhere = config->log_file[0] != '\0';
@@ -361,7 +360,7 @@ static int serve(struct daemon *self) {
     struct message message;
     notify_open();
     int error = join_tables(self) ? start(self, &message)
-                                  : message_set(&message, ERROR_MEMORY, "there is no memory");
+                                  : message_set(&message, ERROR_MEMORY, "out of memory");
     error = error != 0 ? error : confine(self, &message);
     int code = CLIENT_OK;
     if (error != 0) {
@@ -387,8 +386,8 @@ static int serve(struct daemon *self) {
     return code;
 }
 
-/// The settings of a file and of words; to be checked alone may also be a profile's file, which
-/// settings of defaults have then. 0, or an error with a message.
+/// Loads the settings of a file and the command line; with `check` the file may also be a profile,
+/// which is then checked with default settings. 0, or an error with a message.
 static int load_config(struct config *config, const char *path, bool check,
                        const char *words[SETTINGS_MAX + 1], int count, struct message *message) {
     static const char key[] = "profile=";
@@ -403,7 +402,7 @@ static int load_config(struct config *config, const char *path, bool check,
     return config_load(config, NULL, words, count + 1, message);
 }
 
-/// What is printed instead of serving, if anything is. The exit code, or OPTIONS_CONTINUE.
+/// Prints a page instead of serving, if requested. Returns the exit code, or OPTIONS_CONTINUE.
 static int print_page(const struct arguments *arguments, const char *const *settings, int count) {
     const char *option = arguments->help_config            ? "--help-config"
                          : arguments->help_profile != NULL ? "--help-profile"
@@ -413,7 +412,7 @@ static int print_page(const struct arguments *arguments, const char *const *sett
         return OPTIONS_CONTINUE;
     }
     if (count > 0) {
-        fprintf(stderr, "vergenced: %s takes no settings: %s\n", option, settings[0]);
+        fprintf(stderr, "vergenced: %s does not accept settings: %s\n", option, settings[0]);
         return CLIENT_USAGE;
     }
     if (arguments->help_config) {
@@ -430,8 +429,8 @@ static int print_page(const struct arguments *arguments, const char *const *sett
     return CLIENT_OK;
 }
 
-/// Manual pages, and what a shell may fill in: the build asks for them. The exit code, or
-/// OPTIONS_CONTINUE where an argument asks for something else.
+/// Prints manual pages and shell completion data, for the build. Returns the exit code, or
+/// OPTIONS_CONTINUE for other arguments.
 static int print_manual(struct daemon *self, const char *argument) {
     const bool console = strcmp(argument, "--help-man-console") == 0;
     if (strcmp(argument, "--help-man-config") == 0) {
@@ -461,7 +460,7 @@ static int print_manual(struct daemon *self, const char *argument) {
     return CLIENT_OK;
 }
 
-/// The exit code; what was printed may still wait in the buffer of standard output.
+/// Returns the exit code; standard output may still be buffered.
 static int run(int argc, char **argv) {
     static struct daemon daemon;
     struct arguments arguments = {0};

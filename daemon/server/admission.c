@@ -11,7 +11,7 @@ static bool begins_with(const char *line, size_t length, const char *word) {
     return length >= bytes && memcmp(line, word, bytes) == 0;
 }
 
-/// No command is in capitals.
+/// No console command is upper-case.
 static bool is_http(const char *line, size_t length) {
     static const char *const methods[] = {"GET ",     "HEAD ",    "POST ",  "PUT ",   "DELETE ",
                                           "CONNECT ", "OPTIONS ", "TRACE ", "PATCH ", "PRI "};

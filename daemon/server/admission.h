@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the first line of a client may be. A web page can send what it likes to a port of this
-/// machine, so that HTTP is never answered, and TCP needs a token (daemon/files/token.h) that no
-/// page knows.
+/// Checks a client's first line. A web page can send anything to a local port, so HTTP is never
+/// answered, and TCP requires a token (daemon/files/token.h) that no page knows.
 #ifndef VERGENCE_DAEMON_SERVER_ADMISSION_H
 #define VERGENCE_DAEMON_SERVER_ADMISSION_H
 
@@ -12,14 +11,14 @@ extern "C" {
 #endif
 
 enum admission {
-    ADMISSION_LINE,   ///< to be treated as any other
-    ADMISSION_TOKEN,  ///< the right token, or one where none is needed: to be answered OK
-    ADMISSION_WRONG,  ///< not the token, which is needed
-    ADMISSION_HTTP,   ///< a request of HTTP
+    ADMISSION_LINE,   ///< handled like any other line
+    ADMISSION_TOKEN,  ///< the right token, or a token where none is required: answer OK
+    ADMISSION_WRONG,  ///< not the token, though one is required
+    ADMISSION_HTTP,   ///< an HTTP request
 };
 
-/// Judges the first line that is not blank, `length` bytes without its end; one that is too long
-/// may be cut. `token`: what is needed; NULL: nothing.
+/// Classifies the first non-blank line: `length` bytes without the line end (a line that is too
+/// long may be cut). `token`: the required token, or NULL if none is required.
 enum admission admission_of(const char *line, size_t length, const char *token);
 
 #ifdef __cplusplus

@@ -16,13 +16,13 @@
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
-/// What remains allowed. No new programs, no other processes, no tracing, no mounting, no change of
-/// user; sockets alone of the families below, and of devices what `requests` has.
+/// The allowed calls. No new programs, other processes, tracing, mounting or change of user;
+/// sockets only of the families below, and device requests only from `requests`.
 static const int allowed[] = {
-    // Memory and threads. The threads of a reconstruction begin later and end with it: clone is
-    // allowed for threads alone, below. A pool made before the confinement would hold its stacks
-    // for ever on a small board, and gain nothing: a thread may do no more than its process, and
-    // the filter holds for threads to come.
+    // Memory and threads. Reconstruction threads start later and end with the job, so clone is
+    // allowed for threads only (below). A thread pool started before confinement would keep its
+    // stacks on a small board and gain nothing: a thread has the rights of its process, and the
+    // filter applies to new threads.
     SCMP_SYS(brk),
     SCMP_SYS(mmap),
     SCMP_SYS(mmap2),
@@ -113,7 +113,7 @@ static const int allowed[] = {
     SCMP_SYS(utimensat),
     SCMP_SYS(copy_file_range),
     SCMP_SYS(sendfile),
-    // Waiting for all of them.
+    // Waiting for events.
     SCMP_SYS(poll),
     SCMP_SYS(ppoll),
     SCMP_SYS(ppoll_time64),
@@ -124,11 +124,11 @@ static const int allowed[] = {
     SCMP_SYS(timerfd_create),
     SCMP_SYS(timerfd_settime),
     SCMP_SYS(pipe2),
-    // Clients that come, and a simulated rig that is found again.
+    // New clients, and reconnecting to a simulated rig.
     SCMP_SYS(accept),
     SCMP_SYS(accept4),
     SCMP_SYS(connect),
-    SCMP_SYS(send),  // of their own on 32 bits of ARM, whose C library calls them
+    SCMP_SYS(send),  // separate calls on 32-bit ARM, used by its C library
     SCMP_SYS(recv),
     SCMP_SYS(sendto),
     SCMP_SYS(recvfrom),
@@ -141,13 +141,13 @@ static const int allowed[] = {
     SCMP_SYS(getpeername),
 };
 
-// Whole requests, their letter and number, their letter and one direction, or their letter. Not
-// the upper half of a register: the kernel does not look at it, so nothing may hide there.
+// Masks: the whole request, letter and number, letter and one direction, or the letter. The upper
+// half of a register is not compared: the kernel ignores it.
 enum { LETTER = _IOC_TYPEMASK << _IOC_TYPESHIFT, NUMBER = _IOC_NRMASK << _IOC_NRSHIFT };
 #define WHOLE UINT32_MAX
 
-/// What devices may be asked. Of terminals their settings and their owner: no words put into one
-/// as if somebody had typed them (TIOCSTI, TIOCLINUX).
+/// Allowed ioctl requests. For terminals: settings and owner, but not injecting input (TIOCSTI,
+/// TIOCLINUX).
 static const struct {
     uint32_t mask, request;
 } requests[] = {
@@ -155,7 +155,7 @@ static const struct {
     {WHOLE, TCSETS},
     {WHOLE, TCSETSW},
     {WHOLE, TCSETSF},
-    // The same with any speed, which newer C libraries use.
+    // The same with arbitrary baud rates, used by newer C libraries.
     {LETTER | NUMBER, _IOC(0U, 'T', 0x2A, 0)},
     {LETTER | NUMBER, _IOC(0U, 'T', 0x2B, 0)},
     {LETTER | NUMBER, _IOC(0U, 'T', 0x2C, 0)},
@@ -167,14 +167,14 @@ static const struct {
     {WHOLE, I2C_FUNCS},
     {WHOLE, I2C_TIMEOUT},
     {WHOLE, I2C_RETRIES},
-    // Cameras; those of consoles have the letter, too, but no direction.
+    // Cameras. Console requests share the letter but have no direction.
     {LETTER | _IOC(_IOC_READ, 0, 0, 0), _IOC(_IOC_READ, 'V', 0, 0)},
     {LETTER | _IOC(_IOC_WRITE, 0, 0, 0), _IOC(_IOC_WRITE, 'V', 0, 0)},
     {LETTER, _IOC(0U, 'W', 0, 0)},   // watchdogs
-    {LETTER, _IOC(0U, 0xB4, 0, 0)},  // lines of a gpiochip
+    {LETTER, _IOC(0U, 0xB4, 0, 0)},  // gpiochip lines
 };
 
-/// A call with an argument that has these bits under the mask.
+/// Allows a call whose argument has these bits under the mask.
 static int allow_masked(scmp_filter_ctx filter, int call, unsigned argument, scmp_datum_t mask,
                         scmp_datum_t bits) {
     const struct scmp_arg_cmp same = {
@@ -186,11 +186,11 @@ static int add_rules(scmp_filter_ctx filter) {
     int error = 0;
     for (size_t i = 0; error == 0 && i < sizeof allowed / sizeof allowed[0]; i++) {
         error = seccomp_rule_add(filter, SCMP_ACT_ALLOW, allowed[i], 0);
-        // Names that this processor does not have are no mistake.
+        // Calls that this architecture does not have are not an error.
         error = error == -EDOM || error == -EOPNOTSUPP ? 0 : error;
     }
-    // Threads, but no processes. The flags of clone3 are out of the filter's sight: without it the
-    // C library uses clone.
+    // Threads, but no processes. The filter cannot see the flags of clone3; without clone3 the C
+    // library falls back to clone.
     if (error == 0) {
         error = seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3), 0);
     }
@@ -211,7 +211,7 @@ static int add_rules(scmp_filter_ctx filter) {
 int confine_process(struct message *message) {
     scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ERRNO(EPERM));
     if (filter == NULL) {
-        return message_set(message, ERROR_MEMORY, "confinement: no memory");
+        return message_set(message, ERROR_MEMORY, "confinement: out of memory");
     }
     int error = seccomp_attr_set(filter, SCMP_FLTATR_CTL_TSYNC, 1);
     if (error == 0) {
@@ -223,7 +223,7 @@ int confine_process(struct message *message) {
     seccomp_release(filter);
     if (error != 0) {
         return message_set(message, ERROR_IO,
-                           "confinement: the system refused it: %s; \"confine = no\" does without",
+                           "confinement: refused by the system: %s (\"confine = no\" disables it)",
                            strerror(-error));
     }
     return 0;
@@ -236,7 +236,7 @@ int confine_process(struct message *message) {
         return message_set(message, ERROR_IO, "confinement: %s", strerror(errno));
     }
     return message_set(message, ERROR_UNSUPPORTED,
-                       "this program was built without libseccomp (Debian: libseccomp-dev): "
+                       "built without libseccomp (Debian: libseccomp-dev): "
                        "system calls are not confined");
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The process gives up what it does not need any more: new privileges, and all system calls but
-/// those that serving clients and the instrument takes.
+/// Confines the process: no new privileges, and only the system calls needed to serve clients and
+/// the instrument.
 #ifndef VERGENCE_DAEMON_SERVER_CONFINE_H
 #define VERGENCE_DAEMON_SERVER_CONFINE_H
 
@@ -10,9 +10,9 @@
 extern "C" {
 #endif
 
-/// For all threads, for good. A call that is not on the list fails with EPERM. 0;
-/// ERROR_UNSUPPORTED: this program was built without libseccomp; ERROR_IO: the system did not do
-/// it. With a message.
+/// Confines all threads, irrevocably. A call that is not on the list fails with EPERM. Returns 0;
+/// ERROR_UNSUPPORTED if built without libseccomp; ERROR_IO if the system refused. Errors set
+/// `message`.
 int confine_process(struct message *message);
 
 #ifdef __cplusplus

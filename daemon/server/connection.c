@@ -15,7 +15,7 @@ enum {
     CTRL_C = 3,
     SEND_BYTES = 4096,
     BACKLOG_BYTES = OUTPUT_BYTES / 4,
-    LIFE_US = 500000  ///< between two signs of life
+    LIFE_US = 500000  ///< between two heartbeats
 };
 
 static const char prompt[] = "vergence> ";
@@ -94,23 +94,22 @@ bool connection_is_busy(const struct connection *self) {
     return atomic_load(&self->job.state) != JOB_FREE || self->job.watch.on;
 }
 
-/// The next prompt of a person; not yet while what he pasted is still coming and is dropped.
+/// Shows the next prompt, unless pasted input that is being dropped is still arriving.
 static void begin_editing(struct connection *self) {
     if (connection_is_edited(self) && !self->ended && !self->overflowed) {
         editor_begin(&self->editor);
     }
 }
 
-/// Tells a person that what he typed is not wanted.
+/// Reports at the terminal that typed-ahead input was dropped.
 static void step_overflow(struct connection *self) {
     if (!self->overflowed || connection_input_is_overflowing(self)) {
         return;
     }
     output_put_text(&self->output, self->dropping
-                                       ? "vergence: too much was typed ahead: all of it is "
-                                         "forgotten, up to the next Enter\r\n"
-                                       : "vergence: too much was typed ahead: all of it is "
-                                         "forgotten\r\n");
+                                       ? "vergence: too much typed ahead: input up to the next "
+                                         "Enter is dropped\r\n"
+                                       : "vergence: too much typed ahead: input dropped\r\n");
     connection_input_end_overflow(self);
     begin_editing(self);
 }
@@ -125,24 +124,24 @@ void connection_gone(struct connection *self) {
     }
 }
 
-/// What a line that is well-formed may not be. 0, or an error with a message.
+/// Checks whether a well-formed line is allowed now. 0, or an error with a message.
 static int look_at_request(const struct connection *self, const struct request *request,
                            char *message, size_t message_bytes) {
     if (self->sealed && !request->sealed) {
         snprintf(message, message_bytes,
-                 "a program has this line, and seals what it sends: \"@terminal\" ends that");
+                 "this line has no CRC, which \"@sealed\" requires (\"@terminal\" ends that)");
         return ERROR_CRC;
     }
     if (request->once && !self->sealed) {
-        snprintf(
-            message, message_bytes,
-            "the console has begun anew since \"@sealed\": it does not know what it did before");
+        snprintf(message, message_bytes,
+                 "the console was restarted after \"@sealed\": it does not know which commands "
+                 "were run");
         return ERROR_RESTARTED;
     }
     return 0;
 }
 
-/// Makes a job of a line and hands it over; a refused one is only answered.
+/// Turns a line into a job and queues it; a refused line is only answered.
 static void begin_line(struct connection *self, const char *line, bool refused) {
     struct job *job = &self->job;
     char message[JOB_MESSAGE_BYTES];
@@ -185,7 +184,7 @@ static void begin_line(struct connection *self, const char *line, bool refused) 
     }
 }
 
-/// A terminal's lines that are none for the commands: who is at its other end.
+/// Handles @program, @sealed and @terminal, which set who uses a terminal. False: another line.
 static bool change_side(struct connection *self, const char *line) {
     const bool sealed = strcmp(line, "@sealed") == 0;
     const bool program = sealed || strcmp(line, "@program") == 0;
@@ -205,8 +204,8 @@ static bool change_side(struct connection *self, const char *line) {
     return true;
 }
 
-/// Feeds the editor until it has a line, or has shown more than is read at once: one key may show
-/// the whole line anew.
+/// Feeds the editor until it has a line or has output more than is read at once: a single key may
+/// redraw the whole line.
 static void step_terminal(struct connection *self) {
     size_t used = 0;
     while (used < self->input_bytes && !connection_is_busy(self) && connection_is_edited(self) &&
@@ -232,14 +231,14 @@ static void step_terminal(struct connection *self) {
     connection_input_forget(self, used);
 }
 
-/// Answers a line of a program that nobody looks at.
+/// Answers a program's line that is not parsed.
 static void answer_unread(struct connection *self, int error, const char *message) {
     self->job.request = (struct request){.json = self->json, .id = REQUEST_ID_NONE};
     self->job.terminal = false;
     self->host->answer(self->host->self, &self->job, error, message);
 }
 
-/// A first line that says who is there, and is carried out no further.
+/// Handles a first line that only identifies the client.
 static void take_greeting(struct connection *self, enum admission admission) {
     if (admission == ADMISSION_TOKEN) {
         self->greeted = true;
@@ -247,26 +246,26 @@ static void take_greeting(struct connection *self, enum admission admission) {
         return;
     }
     if (admission == ADMISSION_HTTP) {
-        self->hangs_up = "speaks HTTP";
+        self->hangs_up = "sent an HTTP request";
         connection_gone(self);
         return;
     }
-    self->hangs_up = "over TCP gives a wrong token, or none";
+    self->hangs_up = "sent no valid token over TCP";
     answer_unread(
         self, ERROR_REFUSED,
-        "over TCP the first line is \"@token TOKEN\": the setting \"tcp_token\" names the "
-        "file, which vergence --connect finds, or gets by --token FILE");
+        "over TCP the first line must be \"@token TOKEN\" (the setting \"tcp_token\" names the "
+        "file; vergence --connect finds it, or takes --token FILE)");
     self->ended = true;
     connection_input_forget(self, self->input_bytes);
 }
 
-/// Takes the next whole line of a program; false: there is none.
+/// Handles the next complete line of a program. False: there is no complete line.
 static bool step_lines(struct connection *self) {
     size_t length = 0;
     while (length < self->input_bytes && !connection_input_is_line_end(self->input[length])) {
         length++;
     }
-    // The last line may lack its end.
+    // The last line may have no line end.
     const bool whole = length < self->input_bytes || (self->ended && length > 0);
     if (!whole && length < JOB_LINE_BYTES) {
         return false;
@@ -293,13 +292,13 @@ static bool step_lines(struct connection *self) {
         begin_line(self, line, refused);
     } else {
         answer_unread(self, ERROR_SYNTAX,
-                      length < sizeof line ? "the line holds a control character"
+                      length < sizeof line ? "the line contains a control character"
                                            : "the line is longer than 512 characters");
     }
     return true;
 }
 
-/// Answers the next line that was dropped, when those before it are answered; false: there is none.
+/// Answers the next dropped line, once those before it are answered. False: there is none.
 static bool step_dropped(struct connection *self) {
     if (!self->overflowed || self->input_bytes > 0) {
         return false;
@@ -309,11 +308,11 @@ static bool step_dropped(struct connection *self) {
         return false;
     }
     self->dropped_lines--;
-    answer_unread(self, ERROR_BUSY, "too much was sent ahead: the line was not carried out");
+    answer_unread(self, ERROR_BUSY, "too much was sent ahead: the line was not run");
     return true;
 }
 
-/// A command has been answered.
+/// Completes a command that has been answered.
 static void take_answer(struct connection *self, uint64_t now_us) {
     struct job *job = &self->job;
     job->bar_shown = false;
@@ -324,7 +323,7 @@ static void take_answer(struct connection *self, uint64_t now_us) {
         connection_input_forget(self, self->input_bytes);
     }
     if (job->watch.on && !self->gone) {
-        // The rounds stay on their beat, and none is made up for.
+        // The rounds keep their period; missed rounds are not made up.
         const uint64_t beat_us = self->watch_us + job->watch.interval_us;
         self->watch_us = !job->round ? now_us : beat_us > now_us ? beat_us : now_us;
         return;
@@ -333,7 +332,7 @@ static void take_answer(struct connection *self, uint64_t now_us) {
     begin_editing(self);
 }
 
-/// The next round of a watch, or its end.
+/// Runs the next round of a watch, or ends it.
 static void step_watch(struct connection *self, uint64_t now_us) {
     struct job *job = &self->job;
     char message[JOB_MESSAGE_BYTES];
@@ -351,14 +350,14 @@ static void step_watch(struct connection *self, uint64_t now_us) {
         atomic_store(&job->state, JOB_WAITING);
         self->host->submit(self->host->self, job);
     }
-    // Answered already: cancelled, or too much else waits.
+    // Already answered: cancelled, or the queue is full.
     if (atomic_load(&job->state) == JOB_FREE) {
         job->watch.on = false;
         begin_editing(self);
     }
 }
 
-/// Who seals his lines waits for a sign of life: an answer may have been lost on its way.
+/// A client with CRC-framed lines waits for heartbeats, since an answer may have been lost.
 static void show_life(struct connection *self, uint64_t now_us) {
     static const char idle[] = {CONNECTION_IDLE};
     if (self->sealed && connection_is_busy(self) && now_us - self->life_us >= LIFE_US &&
@@ -373,7 +372,7 @@ void connection_step(struct connection *self, uint64_t now_us) {
         take_answer(self, now_us);
     }
     show_life(self, now_us);
-    // Who does not read his answers gets no more of them.
+    // A client that does not read its answers gets no more.
     if (self->gone || atomic_load(&self->job.state) != JOB_FREE ||
         output_length(&self->output) > BACKLOG_BYTES) {
         return;

@@ -10,15 +10,15 @@
 enum {
     CTRL_C = 3,
     BELL = 7,
-    PATIENCE_US = 1000000,  ///< with a command that may be a long one
-    QUIET_US = 300000       ///< after which what was pasted is over
+    PATIENCE_US = 1000000,  ///< for a command that may be a long one
+    QUIET_US = 300000       ///< after which pasted input has ended
 };
 
 size_t connection_input_room(const struct connection *self) {
     if (!self->used || self->ended || self->gone) {
         return 0;
     }
-    // Short commands make room soon: what was pasted may wait for them.
+    // Short commands free the buffer soon: pasted input may wait for them.
     const bool listens = self->kind == CONNECTION_TERMINAL && connection_is_busy(self) &&
                          (self->overflowed || monotonic_now_us() - self->heard_us > PATIENCE_US);
     return self->overflowed || (listens && self->input_bytes == sizeof self->input)
@@ -39,8 +39,8 @@ bool connection_input_is_line_end(char byte) {
     return byte == '\n' || byte == '\r';
 }
 
-/// What a person has typed ahead is forgotten. A program counts answers: none of its lines is
-/// carried out, and each is answered.
+/// Discards what a person typed ahead. A program counts answers: its lines are not run, but each is
+/// answered.
 static void refuse_ahead(struct connection *self) {
     size_t length = connection_is_edited(self) || self->gone ? 0 : self->input_bytes;
     while (length > 0 && !connection_input_is_line_end(self->input[length - 1])) {
@@ -57,7 +57,7 @@ static void refuse_ahead(struct connection *self) {
     }
 }
 
-/// What only waits for others' is answered here: they may take long.
+/// A job that waits for another client's is answered here, as the other may take long.
 static void cancel_job(struct connection *self) {
     struct job *job = &self->job;
     if (!connection_is_busy(self)) {
@@ -71,28 +71,28 @@ static void cancel_job(struct connection *self) {
     }
 }
 
-/// Ctrl-C: what runs is cancelled, what was sent ahead is not begun.
+/// Ctrl-C: cancels what runs, discards what was sent ahead.
 void connection_input_cancel(struct connection *self) {
     self->ctrl_c_ahead = false;
     refuse_ahead(self);
     cancel_job(self);
 }
 
-/// A line is dropped whole, and counts once.
+/// Drops a byte. A line is dropped whole and counts once.
 static void drop(struct connection *self, char byte) {
     self->dropped_lines += !connection_input_is_line_end(byte) && !self->dropping;
     self->dropping = !connection_input_is_line_end(byte);
 }
 
-/// There is no room for more: from here on all is dropped, also the line that it cuts, or all that
-/// a person has typed ahead: what follows may be meant for what stands before it.
+/// The buffer is full: drops all further input, including the line that is cut. A person's
+/// typed-ahead input is dropped entirely, since later lines may depend on earlier ones.
 static void overflow(struct connection *self) {
     size_t length = connection_is_edited(self) ? 0 : self->input_bytes;
     while (length > 0 && !connection_input_is_line_end(self->input[length - 1])) {
         length--;
     }
     self->overflowed = true;
-    self->dropping = self->skipping && length == 0;  // that line has been answered
+    self->dropping = self->skipping && length == 0;  // that line has already been answered
     for (size_t i = length; i < self->input_bytes; i++) {
         drop(self, self->input[i]);
     }

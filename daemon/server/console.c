@@ -19,7 +19,7 @@ static void open_stdio(struct console *self) {
         cfmakeraw(&raw);
         self->stdio_raw = tcsetattr(STDIN_FILENO, TCSADRAIN, &raw) == 0;
     }
-    // Both before one of them changes: they may be the same.
+    // Read both flags before changing either: they may be the same file.
     for (int fd = STDIN_FILENO; fd <= STDOUT_FILENO; fd++) {
         self->stdio_flags[fd] = fcntl(fd, F_GETFL);
     }
@@ -71,7 +71,7 @@ bool console_is_stdio(const struct console *self, const struct connection *clien
 
 void console_left(struct console *self, bool gone) {
     INVARIANT(!self->stdio);
-    // Where the line is still there the next one who types gets a prompt.
+    // If the line is still there, the next key gets a prompt.
     self->retry_us = gone ? monotonic_now_us() + RETRY_US : 0;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The console: a serial line, which may go and come back, or standard input and output, whose
-/// settings are others' as well and are put back. It takes the place of one client.
+/// The console: a serial line, which may disappear and return, or standard input and output, whose
+/// settings are shared with other processes and are restored. It occupies one client slot.
 #ifndef VERGENCE_DAEMON_SERVER_CONSOLE_H
 #define VERGENCE_DAEMON_SERVER_CONSOLE_H
 
@@ -18,29 +18,30 @@ extern "C" {
 
 struct console {
     const struct config *config;
-    struct connection *client;  ///< its place
-    bool stdio;                 ///< it is standard input and output
+    struct connection *client;  ///< its client slot
+    bool stdio;                 ///< the console is standard input and output
     bool stdio_raw;
-    int stdio_flags[2];  ///< of standard input and output, before; others share them
+    int stdio_flags[2];  ///< original flags of standard input and output, which others share
     struct termios stdio_settings;
     uint64_t retry_us;
 };
 
-/// Opens the console that the settings name, if any: a terminal with line editing where it is one.
-/// `client` is a connection without a use and outlives it. 0, or an error with a message.
+/// Opens the console that the settings name, if any; with line editing if it is a terminal.
+/// `client` is an unused connection and outlives the console. 0, or an error with a message.
 int console_open(struct console *self, const struct config *config, struct connection *client,
                  struct message *message);
 
-/// Puts the settings of standard input and output back. Not needed where console_open never was.
+/// Restores the settings of standard input and output. Not needed if console_open was not called.
 void console_close(struct console *self);
 
-/// Whether this client has the daemon's own input and output, which others may share.
+/// Whether this client uses the daemon's own standard input and output, which others may share.
 bool console_is_stdio(const struct console *self, const struct connection *client);
 
-/// A serial console is over (`gone`: the line itself failed); console_retry brings it back.
+/// Reports that a serial console has ended (`gone`: the line itself failed); console_retry reopens
+/// it.
 void console_left(struct console *self, bool gone);
 
-/// A serial console that has gone may come back (an adapter that is plugged in again).
+/// Tries to reopen a serial console that has disappeared (an adapter that is plugged in again).
 void console_retry(struct console *self, uint64_t now_us);
 
 #ifdef __cplusplus

@@ -20,7 +20,7 @@
 
 enum { IDLE_US = 50000, PROGRESS_US = 100000, WAIT_TOLD_US = 500000 };
 
-/// Asked by a command that works without the rig just now.
+/// Called by a command that runs without the rig.
 static bool go_on(void *cookie) {
     struct crew *self = cookie;
     atomic_store(&self->alive_us, monotonic_now_us());
@@ -28,7 +28,7 @@ static bool go_on(void *cookie) {
     return !atomic_load(&self->stopping) && (job == NULL || !atomic_load(&job->cancelled));
 }
 
-/// Asked by the rig, whose command ends where this says no: a recording has to know.
+/// Called by the rig, which ends its command on false; the recording must contain that.
 static bool rig_goes_on(void *cookie) {
     struct crew *self = cookie;
     const struct surroundings *around = &self->surroundings;
@@ -62,7 +62,7 @@ struct rig_observer crew_observer(struct crew *self) {
     return (struct rig_observer){.go_on = rig_goes_on, .progress = show_progress, .self = self};
 }
 
-/// Gives a job back to the event loop.
+/// Returns a job to the event loop.
 static void finish(struct crew *self, struct job *job) {
     const uint64_t one = 1;
     pthread_mutex_lock(&self->lock);
@@ -70,14 +70,14 @@ static void finish(struct crew *self, struct job *job) {
     pthread_mutex_unlock(&self->lock);
     atomic_store(&job->state, JOB_DONE);
     const ssize_t told = write(self->wake_fd, &one, sizeof one);
-    (void)told;  // it cannot fail but for being told often enough already
+    (void)told;  // fails only if enough wake-ups are already pending
 }
 
-// ---- what the log is told
+// ---- logging
 
 enum { TOLD_LINE_BYTES = 60 };
 
-/// Whether it is the instrument's or the machine's fault, and not of what was typed.
+/// Whether the error is a fault of the instrument or the machine, and not of the input.
 static bool is_fault(const struct crew *self, int error) {
     switch (error) {
         case ERROR_I2C_NACK:
@@ -94,7 +94,7 @@ static bool is_fault(const struct crew *self, int error) {
         case ERROR_MEMORY:
             return true;
         case ERROR_REFUSED:
-            return self->has_rig;  // else a file that is nobody's business
+            return self->has_rig;  // without the rig it is a file that clients may not use
         default:
             return false;
     }
@@ -112,7 +112,7 @@ static void tell(const struct crew *self, enum hal_log_level level, const char *
     log->operations->write(log->self, level, text);
 }
 
-/// A change of the instrument's state, and of what it came; an error has a message.
+/// Logs a change of the instrument's state and its cause; for an error, with its message.
 static bool tell_state(struct crew *self, const char *line, int error, const char *message) {
     static const char *const states[] = {
         [RIG_DOWN] = "down", [RIG_READY] = "ready", [RIG_SAFE] = "in its safe state"};
@@ -128,7 +128,7 @@ static bool tell_state(struct crew *self, const char *line, int error, const cha
     return true;
 }
 
-/// That a recording ends before its time, as soon as it is known.
+/// Logs that a recording was cut off, as soon as it is known.
 static void tell_cut(struct crew *self) {
     const char *cut = self->has_rig ? record_cut(self->surroundings.record) : NULL;
     if (cut != NULL && !self->cut_told) {
@@ -137,7 +137,7 @@ static void tell_cut(struct crew *self) {
     self->cut_told = cut != NULL;
 }
 
-/// What became of a command, where somebody might ask for it later.
+/// Logs the outcome of a command if it matters later.
 static void tell_outcome(struct crew *self, const char *line, int error, const char *message) {
     tell_cut(self);
     if (!tell_state(self, line, error, message) && is_fault(self, error)) {
@@ -146,19 +146,19 @@ static void tell_outcome(struct crew *self, const char *line, int error, const c
     }
 }
 
-/// No room: what to do then.
+/// Adds advice to a disk-full error.
 static void advise(const struct crew *self, int error, char *message, size_t bytes) {
     const size_t length = strlen(message);
     const bool cut = self->has_rig && record_cut(self->surroundings.record) != NULL;
     if (error == ERROR_FULL) {
         snprintf(message + length, bytes - length, "%s",
-                 cut ? "; the recording is cut off: make room on that disk, \"record stop\", and "
-                       "record anew"
-                     : "; make room on that disk, then do it again");
+                 cut ? "; the recording is cut off: free space on that disk, \"record stop\", "
+                       "record again"
+                     : "; free space on that disk and try again");
     }
 }
 
-/// What the daemon adds to `status`.
+/// The daemon's part of `status`.
 static int put_state(const struct command_call *call) {
     commands_session_put_state(call);
     return commands_calibration_put_state(call);
@@ -204,7 +204,7 @@ static void run(struct crew *self, struct job *job) {
     }
 }
 
-/// The rig wants to be looked after: between two jobs, and while one waits for the disk.
+/// Services the rig: between two jobs, and while one waits for the disk.
 static void look_after_rig(void *cookie) {
     struct crew *self = cookie;
     if (!self->has_rig || !self->time_passes || self->rig->state != RIG_READY) {
@@ -213,7 +213,7 @@ static void look_after_rig(void *cookie) {
     record_idle(self->surroundings.record);
     const int error = rig_idle(self->rig);
     if (error != 0) {
-        tell_outcome(self, "while nothing was asked", error, self->rig->trouble.text);
+        tell_outcome(self, "between commands", error, self->rig->trouble.text);
     }
 }
 
@@ -223,7 +223,7 @@ static void idle(struct crew *self) {
     tell_cut(self);
 }
 
-/// In a recording that is played time does not pass: the rig is looked after where it was then.
+/// Replay has no real time: services the rig wherever the recording did.
 static void catch_up(const struct crew *self) {
     const struct surroundings *around = &self->surroundings;
     while (self->has_rig && around->idle_is_next != NULL && around->idle_is_next(around->replay)) {
@@ -231,7 +231,7 @@ static void catch_up(const struct crew *self) {
     }
 }
 
-/// The next job; NULL after a while without one.
+/// Waits for the next job; NULL after a while without one.
 static struct job *next_job(struct crew *self) {
     const struct timespec until = monotonic_timespec(monotonic_now_us() + IDLE_US);
     struct job *job = NULL;
@@ -263,7 +263,7 @@ static void *work(void *cookie) {
             run(self, job);
             finish(self, job);
         }
-        // Also when one job follows another at once.
+        // Also if jobs follow each other without a pause.
         const uint64_t now_us = monotonic_now_us();
         if (now_us - idle_us >= IDLE_US) {
             idle_us = now_us;
@@ -288,7 +288,7 @@ bool crew_start(struct crew *self, size_t capacity) {
     self->surroundings.progress = show_progress;
     self->surroundings.self = self;
     if (self->has_rig) {
-        // A disk that does not come back is a thread that is stuck: alive_us stays.
+        // A hanging disk counts as a stuck thread: alive_us stays.
         self->surroundings.scribe->meanwhile = look_after_rig;
         self->surroundings.scribe->self = self;
     }
@@ -340,7 +340,7 @@ bool crew_submit(struct crew *self, struct job *job) {
     return room;
 }
 
-/// How many wait before a job; `count` when it does not wait any more. The caller has the lock.
+/// Number of jobs queued before a job; `count` if it is not queued. The caller holds the lock.
 static size_t place_of(const struct crew *self, const struct job *job) {
     size_t place = 0;
     while (place < self->count && self->waiting[(self->first + place) % CONFIG_QUEUE_MAX] != job) {
@@ -364,7 +364,7 @@ bool crew_withdraw(struct crew *self, struct job *job) {
 
 void crew_tell_wait(struct crew *self, struct job *job, struct reply *reply, uint64_t now_us) {
     char what[COMMAND_LINE_MAX];
-    // The thread begins no job meanwhile, whose answer this would stand in.
+    // Under the lock the thread cannot start a job whose answer this would interleave with.
     pthread_mutex_lock(&self->lock);
     const size_t place = place_of(self, job);
     const uint32_t ahead = (uint32_t)place + 1;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A thread that carries out jobs one after the other. There are two: one has the rig and looks
-/// after it in between, the other does what needs no rig.
+/// A worker thread that runs jobs one after the other. There are two: one owns the rig and services
+/// it between jobs, the other runs commands that need no rig.
 #ifndef VERGENCE_DAEMON_SERVER_CREW_H
 #define VERGENCE_DAEMON_SERVER_CREW_H
 
@@ -23,49 +23,49 @@ struct crew {
     pthread_t thread;
     bool started;
     pthread_mutex_t lock;
-    pthread_cond_t news;  ///< a job, or `stopping`
+    pthread_cond_t news;  ///< a job was queued, or `stopping` was set
     struct job *waiting[CONFIG_QUEUE_MAX];
     size_t first, count, capacity;
-    struct job *running;        ///< the thread's; changed under the lock
-    bool cancel_recorded;       ///< that `running` is to end
-    enum rig_state told_state;  ///< what the log knows of it
-    bool cut_told;              ///< that the recording is cut off
+    struct job *running;        ///< owned by the thread; changed under the lock
+    bool cancel_recorded;       ///< the cancellation of `running` is recorded
+    enum rig_state told_state;  ///< last state that was logged
+    bool cut_told;              ///< a cut-off recording was logged
     atomic_bool stopping;
-    _Atomic uint64_t alive_us;  ///< monotonic; the thread was seen going on
+    _Atomic uint64_t alive_us;  ///< monotonic time at which the thread last made progress
 
-    struct rig *rig;   ///< those without the rig use its profile alone
-    bool has_rig;      ///< looks after it, and leaves it safe at the end
-    bool time_passes;  ///< by itself; else between jobs nothing is due
-    int wake_fd;       ///< an eventfd that tells the event loop that a job is done
+    struct rig *rig;   ///< a worker without the rig uses only its profile
+    bool has_rig;      ///< services the rig and leaves it in its safe state
+    bool time_passes;  ///< in real time; if not, nothing is due between jobs
+    int wake_fd;       ///< eventfd that wakes the event loop when a job is done
     struct reply reply;
     struct surroundings surroundings;
-    uint64_t progress_us;  ///< shown last
+    uint64_t progress_us;  ///< when progress was last shown
     const char *progress_what;
 };
 
-/// Who watches the rig's long calls, for rig_init: the crew that has it.
+/// Observer of the rig's long calls, for rig_init; for the worker that owns the rig.
 struct rig_observer crew_observer(struct crew *self);
 
-/// Starts the thread. All fields from `rig` to `wake_fd`, and `surroundings` but for `started_us`
-/// and its last three, are set before; `capacity` is 1 .. CONFIG_QUEUE_MAX. False: the system did
-/// not let it.
+/// Starts the thread. The caller sets all fields from `rig` to `wake_fd`, and `surroundings` except
+/// `started_us` and its last three fields; `capacity` is 1 .. CONFIG_QUEUE_MAX. False: the thread
+/// cannot be created.
 bool crew_start(struct crew *self, size_t capacity);
 
-/// Cancels what runs, answers what waits, leaves the rig safe and ends the thread.
+/// Cancels the running job, answers those that wait, makes the rig safe and ends the thread.
 void crew_stop(struct crew *self);
 
 /// Queues a job whose state is JOB_WAITING. False: the queue is full.
 bool crew_submit(struct crew *self, struct job *job);
 
-/// Takes back a job that nobody has begun: it is the caller's again, and to be answered by it.
-/// False: it is under way, or done.
+/// Takes back a job that has not been started; the caller owns it again and must answer it. False:
+/// it is running or done.
 bool crew_withdraw(struct crew *self, struct job *job);
 
-/// Tells the client of a job that has waited for a while which command it waits for, once for each:
-/// as progress, by `reply`, which is the caller's.
+/// Reports to a client whose job has waited for a while which command it waits for, once for each,
+/// as progress on the caller's `reply`.
 void crew_tell_wait(struct crew *self, struct job *job, struct reply *reply, uint64_t now_us);
 
-/// How long ago the thread went on, in us.
+/// Time since the thread last made progress, in us.
 uint64_t crew_silence_us(const struct crew *self);
 
 #ifdef __cplusplus

@@ -27,7 +27,7 @@ _Static_assert(sizeof LISTENER_BESIDE - 1 + CONFIG_SOCKET_BYTES <=
                    sizeof(((struct sockaddr_un *)0)->sun_path),
                "the name of a socket that does not listen yet fits");
 
-/// Closes a descriptor that is not good enough. The error's own words.
+/// Closes a descriptor and returns the text of the preceding error.
 static const char *give_up(int fd) {
     const int number = errno;
     if (fd >= 0) {
@@ -47,38 +47,39 @@ static bool is_served(const struct sockaddr_un *address) {
     return served;
 }
 
-/// What is there already and is no socket is somebody's, and stays.
+/// Checks for an existing file that is not a socket: it is kept, and an error.
 static bool is_no_socket(const char *path, struct message *message) {
     struct stat there;
     if (lstat(path, &there) != 0 || S_ISSOCK(there.st_mode)) {
         return false;
     }
     (void)message_set(message, ERROR_ARGUMENT,
-                      "%s: is there and is no socket; give another path, or remove it", path);
+                      "%s: exists and is not a socket (use another path, or remove it)", path);
     return true;
 }
 
 int listener_unix(const char *path, int *listener, struct message *message) {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     if (strlen(path) >= CONFIG_SOCKET_BYTES) {
-        return message_set(message, ERROR_ARGUMENT, "%s: a socket's path has at most %d characters",
-                           path, CONFIG_SOCKET_BYTES - 1);
+        return message_set(message, ERROR_ARGUMENT,
+                           "%s: path too long (at most %d characters for a socket)", path,
+                           CONFIG_SOCKET_BYTES - 1);
     }
     memcpy(address.sun_path, path, strlen(path) + 1);
     if (is_no_socket(path, message)) {
         return ERROR_ARGUMENT;
     }
     if (is_served(&address)) {
-        return message_set(message, ERROR_BUSY, "%s: another vergenced listens there", path);
+        return message_set(message, ERROR_BUSY, "%s: in use by another vergenced", path);
     }
-    // It gets its name when it listens: who sees the name can connect.
+    // Renamed once it listens: a client that sees the name can connect.
     memcpy(address.sun_path + strlen(path), LISTENER_BESIDE, sizeof LISTENER_BESIDE);
     if (is_no_socket(address.sun_path, message)) {
         return ERROR_ARGUMENT;
     }
     unlink(address.sun_path);
     const int fd = socket(AF_UNIX, SOCKET_FLAGS, 0);
-    // Nobody else may come in between bind and chmod.
+    // No other user may connect between bind and chmod.
     const mode_t mask = umask(0177);
     const int bound = fd >= 0 ? bind(fd, (const struct sockaddr *)&address, sizeof address) : -1;
     umask(mask);
@@ -117,7 +118,7 @@ int listener_open(const char *path, uint16_t port, const char *token_path, int f
     if (error != 0) {
         return message_set(message, error, "tcp_token = %.900s", inner.text);
     }
-    // Last: whoever waits for the daemon waits for this to appear.
+    // Last: programs that wait for the daemon wait for this file to appear.
     error = path[0] == '\0' ? 0 : listener_unix(path, &fds[LISTENER_UNIX], &inner);
     return error == 0 ? 0 : message_set(message, error, "socket = %.900s", inner.text);
 }
@@ -130,8 +131,8 @@ void listener_turn_away(int fd) {
     static const char text[] = "ERR BUSY too many clients: try again later\n";
     char asked[TURNED_AWAY_BYTES];
     const ssize_t told = write(fd, text, sizeof text - 1);
-    (void)told;  // whoever is not told sees the end all the same
-    // What is not read when it is closed would reset the connection, and the line be lost.
+    (void)told;  // a client without this line still sees the end of the connection
+    // Closing with unread input would reset the connection and lose the line.
     shutdown(fd, SHUT_WR);
     const ssize_t unread = read(fd, asked, sizeof asked);
     (void)unread;
@@ -142,7 +143,7 @@ void listener_turn_away_without_descriptor(int listener, int *spare_fd) {
     if (errno != EMFILE && errno != ENFILE) {
         return;
     }
-    // It is -1 when another thread took the number that was free for a moment.
+    // It is -1 if another thread took the freed descriptor.
     const int fd = *spare_fd >= 0 && close(*spare_fd) == 0 ? listener_accept(listener) : -1;
     if (fd >= 0) {
         listener_turn_away(fd);

@@ -16,7 +16,7 @@ static socklen_t notify_bytes;
 
 enum { PERIOD_MOST_US = 1000000, PERIOD_LEAST_US = 10000 };
 
-/// A variable of the environment that is a number; 0: it is none.
+/// An environment variable as a number; 0 if it is not a number.
 static uint64_t number_in(const char *name) {
     const char *text = getenv(name);
     if (text == NULL || text[0] < '0' || text[0] > '9') {
@@ -47,7 +47,7 @@ void notify_open(void) {
     const size_t length = strlen(path);
     memcpy(notify_address.sun_path, path, length + 1);
     if (path[0] == '@') {
-        notify_address.sun_path[0] = '\0';  // a name that is no file
+        notify_address.sun_path[0] = '\0';  // an abstract name, which is not a file
     }
     notify_bytes = (socklen_t)(offsetof(struct sockaddr_un, sun_path) + length);
     notify_fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);

@@ -22,15 +22,15 @@
 #include "daemon/server/notify.h"
 
 enum {
-    CONSOLE = 0,  ///< its place among the clients
-    UNIX = 0,     ///< places among the listeners
+    CONSOLE = 0,  ///< index in `clients`
+    UNIX = 0,     ///< indices in `listeners`
     TCP = 1,
-    TICK_MS = 250,  ///< the loop looks at all once in this time, come what may
+    TICK_MS = 250,  ///< maximum time of one poll()
     FDS_MAX = 2 + LISTENERS + 2 * (CONFIG_CLIENTS_MAX + 1),
-    STUCK_SIMULATED_S = 150,  ///< a simulated rig renders its frames, which takes what it takes
-    LOOK_BYTES = 256 * 1024,  ///< more than a socket holds
+    STUCK_SIMULATED_S = 150,  ///< a simulated rig renders its frames, which takes long
+    LOOK_BYTES = 256 * 1024,  ///< more than a socket buffers
     LOOK_US = 200000,
-    GREETING_US = 10000000,  ///< a client has for its first line that makes sense
+    GREETING_US = 10000000,  ///< time limit for a client's first valid line
 };
 
 static void answer(void *cookie, struct job *job, int error, const char *message) {
@@ -48,7 +48,7 @@ static int parse(void *cookie, const char *line, struct job *job, char *message,
                          &job->command, message, message_bytes);
 }
 
-/// Who carries it out.
+/// The worker that runs the job.
 static struct crew *crew_of(struct server *self, const struct job *job) {
     const bool desk = (job->command->flags & COMMAND_NO_RIG) != 0;
     return desk ? &self->desk_crew : &self->rig_crew;
@@ -68,11 +68,11 @@ static void submit(void *cookie, struct job *job) {
 
 static void complete(void *cookie, const char *typed, char *words) {
     const struct server *self = cookie;
-    // Of what a thread of its own uses: what never changes.
+    // Uses only what never changes: the worker runs in another thread.
     completion_words(&self->desk_crew.surroundings, typed, words, EDITOR_WORDS_BYTES);
 }
 
-/// Signals become something to read. Threads made later inherit the mask.
+/// Makes signals readable from a descriptor. Threads started later inherit the mask.
 static bool open_signals(struct server *self) {
     sigset_t taken;
     sigemptyset(&taken);
@@ -80,7 +80,7 @@ static bool open_signals(struct server *self) {
     sigaddset(&taken, SIGTERM);
     sigaddset(&taken, SIGHUP);
     signal(SIGPIPE, SIG_IGN);
-    signal(SIGXFSZ, SIG_IGN);  // a limit of size is a full disk, and no reason to end
+    signal(SIGXFSZ, SIG_IGN);  // a file size limit is handled like a full disk
     if (pthread_sigmask(SIG_BLOCK, &taken, NULL) != 0) {
         return false;
     }
@@ -139,7 +139,7 @@ int server_open(struct server *self, const struct server_parts *parts, struct me
         return message_set(message, ERROR_IO, "cannot wait for signals: %s", strerror(errno));
     }
     if (!open_clients(self)) {
-        return message_set(message, ERROR_MEMORY, "no memory for %u clients",
+        return message_set(message, ERROR_MEMORY, "out of memory for %u clients",
                            (unsigned)parts->config->clients);
     }
     open_crew(self, &self->rig_crew, parts);
@@ -156,7 +156,7 @@ int server_open(struct server *self, const struct server_parts *parts, struct me
 int server_start(struct server *self, struct message *message) {
     if (!crew_start(&self->rig_crew, self->config->queue) ||
         !crew_start(&self->desk_crew, self->config->queue)) {
-        return message_set(message, ERROR_IO, "the system gives no thread: %s", strerror(errno));
+        return message_set(message, ERROR_IO, "cannot start a thread: %s", strerror(errno));
     }
     return 0;
 }
@@ -174,7 +174,7 @@ static void take_signals(struct server *self) {
     }
 }
 
-/// Lets go of what is ours: not of the standard streams.
+/// Closes the client's descriptors, except standard input and output.
 static void hang_up(struct server *self, struct connection *client) {
     if (client->lasting) {
         serial_device_close(client->in_fd);
@@ -193,8 +193,8 @@ static void close_client(struct server *self, struct connection *client) {
     }
 }
 
-/// A place for one more client: a free one, else that of the client that has been silent for
-/// longest since it came. NULL: all have greeted.
+/// A slot for a new client: an unused one, else that of the longest-connected client that has not
+/// greeted. NULL: all have greeted.
 static struct connection *free_seat(struct server *self) {
     struct connection *silent = NULL;
     for (size_t i = CONSOLE + 1; i < self->client_count; i++) {
@@ -213,7 +213,7 @@ static struct connection *free_seat(struct server *self) {
     return silent;
 }
 
-/// All seats are taken, and one of them is freed as soon as its last command ends.
+/// Whether all slots are used and one becomes free as soon as its last command ends.
 static bool seat_is_due(const struct server *self) {
     bool due = false;
     for (size_t i = CONSOLE + 1; i < self->client_count; i++) {
@@ -240,8 +240,7 @@ static void receive(struct connection *client) {
     }
 }
 
-/// Behind what a client has sent ahead, which it is welcome to, a Ctrl-C may be on its way. Of a
-/// pipe that cannot be seen.
+/// A Ctrl-C may be pending behind what a client has sent ahead. On a pipe it cannot be seen.
 static void look_ahead(struct connection *client) {
     char data[LOOK_BYTES];
     const ssize_t bytes = recv(client->in_fd, data, sizeof data, MSG_PEEK | MSG_DONTWAIT);
@@ -250,19 +249,19 @@ static void look_ahead(struct connection *client) {
     }
 }
 
-/// Drops a client that has not greeted in time.
+/// Drops a client that did not greet in time.
 static void end_silence(struct server *self, struct connection *client, uint64_t now_us) {
     if (client->greeted || client->gone || now_us - client->begun_us <= GREETING_US) {
         return;
     }
-    client->hangs_up = "has not greeted";
+    client->hangs_up = "sent no valid line";
     client->job.request = (struct request){.id = REQUEST_ID_NONE};
-    answer(self, &client->job, ERROR_TIMEOUT, "no line that makes sense came within 10 s");
+    answer(self, &client->job, ERROR_TIMEOUT, "no valid line within 10 s");
     connection_send(client, now_us);
     connection_gone(client);
 }
 
-/// Reads, works, writes for one client.
+/// Reads, runs and writes for one client.
 static void serve(struct server *self, struct connection *client, short input, short output,
                   uint64_t now_us) {
     if (!client->used) {
@@ -275,7 +274,7 @@ static void serve(struct server *self, struct connection *client, short input, s
     if ((input & POLLIN) != 0 && connection_input_room(client) > 0) {
         receive(client);
     } else if ((input & (POLLHUP | POLLERR | POLLNVAL)) != 0 && (input & POLLIN) == 0) {
-        // Both directions are shut; of a pipe in front of another output only this one.
+        // Both directions are closed; of a pipe with a separate output only this one.
         if (client->in_fd == client->out_fd) {
             connection_gone(client);
         } else {
@@ -292,11 +291,11 @@ static void serve(struct server *self, struct connection *client, short input, s
     connection_send(client, now_us);
     const uint64_t patience_us = (uint64_t)self->config->reader_timeout_s * 1000000;
     const bool stalled = client->stalled_us != 0 && now_us - client->stalled_us > patience_us;
-    // Whoever has the daemon's own output may read it when he likes: nobody waits for it.
+    // Nothing waits for a client on the daemon's own output, so it may read as slowly as it likes.
     const bool own = console_is_stdio(&self->console, client);
     if (!client->gone && !own && (stalled || output_overrun(&client->output))) {
         if (client->lasting) {
-            output_reset(&client->output, false);  // nobody has plugged in a terminal
+            output_reset(&client->output, false);  // no terminal is connected
             client->stalled_us = 0;
         } else {
             logbook_print(self->logbook, HAL_LOG_WARNING, "a client does not read: dropped");
@@ -314,8 +313,8 @@ static void serve(struct server *self, struct connection *client, short input, s
     }
 }
 
-/// Accepts one client: before the next one is accepted, poll() reports who has closed since, or a
-/// client that closes and connects again could find its own old seat taken.
+/// Accepts only one client: poll() must report closed clients before the next one is accepted, or a
+/// client that closes and reconnects could find its old slot still in use.
 static void accept_client(struct server *self, int place, uint64_t now_us) {
     const int listener = self->listeners[place];
     if (seat_is_due(self)) {
@@ -333,11 +332,11 @@ static void accept_client(struct server *self, int place, uint64_t now_us) {
     }
     connection_begin(seat, CONNECTION_LINES, fd, fd, "client");
     connection_await_greeting(seat, place == LISTENER_TCP ? self->token : NULL, now_us);
-    // Its first line may have come already: a client that has greeted keeps the seat.
+    // Its first line may have arrived already; a client that has greeted keeps the slot.
     serve(self, seat, POLLIN, 0, now_us);
 }
 
-/// What the loop waits for; places of a client's descriptors in `at` (-1: not there).
+/// Collects the descriptors to poll; stores the indices of each client's in `at` (-1: not polled).
 static nfds_t gather(struct server *self, struct pollfd *fds, int at[][2]) {
     nfds_t count = 0;
     fds[count++] = (struct pollfd){.fd = self->signal_fd, .events = POLLIN};
@@ -353,7 +352,7 @@ static nfds_t gather(struct server *self, struct pollfd *fds, int at[][2]) {
         if (!client->used || client->gone) {
             continue;
         }
-        // A peer that has gone for good is seen without asking for input.
+        // poll() reports a disconnected peer even without POLLIN.
         if (client->in_fd == client->out_fd || !client->ended) {
             at[i][0] = (int)count;
             const short events = connection_input_room(client) > 0 ? POLLIN : 0;
@@ -368,10 +367,10 @@ static nfds_t gather(struct server *self, struct pollfd *fds, int at[][2]) {
     return count;
 }
 
-/// Until when nothing is due, in ms from now.
+/// Time until something is due, in ms.
 static int patience_ms(const struct server *self, uint64_t now_us) {
     uint64_t due_us = now_us + (uint64_t)TICK_MS * 1000;
-    // One that is overdue waits for the thread of the instrument, and the loop need not run for it.
+    // An overdue heartbeat waits for the instrument's thread and must not keep the loop spinning.
     const uint64_t notify_us = self->notified_us + self->notify_us;
     due_us = notify_us > now_us && notify_us < due_us ? notify_us : due_us;
     for (size_t i = 0; i < self->client_count; i++) {
@@ -393,8 +392,8 @@ static void feed(struct server *self) {
     self->watchdog_told = error != 0;
 }
 
-/// Watchdogs are fed as long as the thread that has the instrument goes on: the service manager's,
-/// which starts the daemon anew, and the system's, which bites when that does not help.
+/// Feeds the watchdogs while the instrument's thread makes progress: the service manager's, which
+/// restarts the daemon, and the system's, which resets the machine if that does not help.
 static void notify(struct server *self, uint64_t now_us) {
     const bool simulated = self->config->backend == CONFIG_BACKEND_SIM;
     const unsigned stuck_s = self->config->stuck_s;
@@ -402,7 +401,7 @@ static void notify(struct server *self, uint64_t now_us) {
     const bool alive = crew_silence_us(&self->rig_crew) < (uint64_t)limit_s * 1000000;
     if (!alive && !self->stuck_told) {
         logbook_print(self->logbook, HAL_LOG_ERROR,
-                      "the thread of the instrument has been stuck for %u s", limit_s);
+                      "the instrument's thread has been stuck for %u s", limit_s);
     }
     self->stuck_told = !alive;
     if (alive && now_us - self->notified_us >= self->notify_us) {
@@ -452,11 +451,11 @@ int server_run(struct server *self) {
         turn(self);
     }
     notify_send("STOPPING=1");
-    feed(self);  // from here on nobody does: the instrument is made safe now
+    feed(self);  // the last feed: the instrument is made safe now
     return 0;
 }
 
-/// What has been answered is sent, as far as it is taken at once.
+/// Sends finished answers as far as they are accepted at once.
 static void close_clients(struct server *self) {
     for (size_t i = 0; i < self->client_count; i++) {
         struct connection *client = &self->clients[i];

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The whole instrument through Linux's own interfaces: the shipped, confined daemon on /dev/i2c-1,
-/dev/video0, /dev/ttyS1 and /dev/gpiochip0 of a fake kernel, behind which a simulated rig stands.
-Time passes there only while somebody waits, so every call of the hardware's interfaces that was
-recorded can be made again at another rig of the same seed, by the daemon's own client of such rigs:
-what each of them brings must be the same. Only times are rounded, and what hangs on parts of a
-microsecond (the lamps' flicker, the servos' pulses) makes a few pixels of a picture differ by one
-step."""
+"""The whole instrument through Linux's interfaces: the shipped, confined daemon on /dev/i2c-1,
+/dev/video0, /dev/ttyS1 and /dev/gpiochip0 of a fake kernel, backed by a simulated rig. Time
+advances only while a thread waits, so every recorded hardware call can be repeated at another rig
+of the same seed by the daemon's own client of such rigs, and must give the same result. Only times
+are rounded, and what depends on fractions of a microsecond (the lamps' flicker, the servos' pulses)
+changes a few pixels by one step."""
 import os
 import re
 import subprocess
@@ -18,28 +17,27 @@ from daemon_process import PATIENCE_S, SIMRIG, VERGENCE
 from fake_devices import DeviceTest
 
 ASK_AGAIN = os.environ.get("VERGENCE_ASK_AGAIN", "")
-# What the fake kernel's clock is ahead (tests/fake_kernel/fake_rig.h).
+# Offset of the fake kernel's clock (tests/fake_kernel/fake_rig.h).
 BEGIN_US = 10 ** 15
 ROUNDED_US = 2
 RESET_LINE, IRQ_LINE = 3, 5
 FRAME = re.compile(r"camera0 take _ = 0 frame-([0-9a-f]{8})")
-# A camera's own registers of the bridge, of which all but SHORT_LINES, SHORT_FRAMES and FLAGS tell
-# of the frames that went through it: a driver takes all, the client of simulated rigs those that
-# are wanted.
+# A camera's registers in the bridge. All but SHORT_LINES, SHORT_FRAMES and FLAGS count the frames
+# that passed: a driver takes all frames, the client of simulated rigs only requested ones.
 COUNTS = re.compile(r"(2c w (?:30|38) 2c r 18 = 0 21) \w{20}(\w{12})\w{4}$")
 
-# When the last frames began, wanted or not, and the bridge's own time.
+# Start of the last frames, requested or not, and the bridge's own time.
 TIMES = re.compile(r"(2c w (?:44|4a) 2c r \d+ = 0 \d+) \w+$")
 
 
 def parts_of(call):
-    """A call in parts that must be the same, and its times, which may differ by their rounding."""
+    """Splits a call into parts that must be equal, and its times, which may differ by rounding."""
     call = COUNTS.sub(r"\1 \2", call)
     call = TIMES.sub(r"\1", call)
     call = re.sub(r"^(camera0 give_back) \d+", r"\1", call)
-    # Without frames that nobody wanted, and how often nothing had come yet.
+    # Without unrequested frames and empty polls.
     call = re.sub(r"^(camera0 counts = \d+ \d+) \d+ \d+", r"\1", call)
-    # Without the time that the frame was not to begin before, and its number.
+    # Without the frame's not-before time and number.
     call = re.sub(r"^(camera0 take) \d+ (\d+)", r"\1 \2", call)
     call = re.sub(r"^(camera0 take .* = 0 \w+ \S+ \d+ \d+) \d+", r"\1", call)
     call = re.sub(r"^(camera0 take .* = 0) (\w+)", r"\1 frame-\2", call)
@@ -57,7 +55,7 @@ class Board(DeviceTest):
         super().setUp()
 
     def simulate(self, name):
-        """A simulated rig; where it listens."""
+        """Starts a simulated rig; returns its address."""
         path = self.place(name)
         rig = subprocess.Popen([SIMRIG, "--scene", "plane", "--seed", "11", "--listen",
                                 f"unix:{path}"], stdout=subprocess.DEVNULL)
@@ -66,8 +64,8 @@ class Board(DeviceTest):
         return f"unix:{path}"
 
     def serve_board(self, *lines):
-        """The daemon on the devices of a board that drives a simulated rig. Small frames: rows of
-        the sensor take their time to be simulated."""
+        """Starts the daemon on the devices of a board that drives a simulated rig. Frames are
+        small, as each sensor row takes time to simulate."""
         script = [f"rig {self.simulate('board.sock')}", "rig i2c /dev/i2c-1",
                   "rig video /dev/video0", "rig serial /dev/ttyS1",
                   f"rig gpio /dev/gpiochip0 {RESET_LINE} {IRQ_LINE}", *lines]
@@ -83,7 +81,7 @@ class Board(DeviceTest):
                 for line in lines[2:] if not line.startswith("idle ")]
 
     def ask_again(self, calls, name):
-        """The calls made again, at another rig."""
+        """Repeats the calls at another rig."""
         subprocess.run([ASK_AGAIN, self.simulate("other.sock"), os.path.join(self.files, name)],
                        input="\n".join(calls) + "\n", text=True, check=True, timeout=PATIENCE_S)
         return self.calls(name)
@@ -93,7 +91,7 @@ class Everything(Board):
     def test_all_that_comes_is_what_the_rig_gave(self):
         self.plug("plug")
         self.serve_board(f"plug /dev/gpiochip0 {self.place('plug')}")
-        # Out and in again while nobody uses it: one bring-up must do.
+        # Unplugged and plugged in while unused: one bring-up must suffice.
         self.plug("plug", False)
         self.plug("plug")
         self.asked("record start r1")
@@ -105,13 +103,13 @@ class Everything(Board):
         self.assertNotRegex(self.said(), "warning|error")
         done = subprocess.run([VERGENCE, "replay", os.path.join(self.files, "r1")],
                               capture_output=True, text=True, timeout=PATIENCE_S)
-        self.assertIn("r1: the same, bit for bit: ", done.stdout + done.stderr)
+        self.assertIn("r1: identical: ", done.stdout + done.stderr)
         calls = self.calls("r1")
         again = self.ask_again(calls, "again")
         slack_us = ROUNDED_US
         for call, other in zip(calls, again):
-            # Each transfer ends at a whole microsecond here, so that the two rigs drift apart with
-            # every one until both wait for the same time.
+            # Each transfer ends at a whole microsecond here, so the two rigs drift apart until both
+            # wait for the same time.
             slack_us += call.startswith("i2c transfer")
             slack_us = ROUNDED_US if call.startswith("clock wait") else slack_us
             self.compare(call, other, slack_us)
@@ -140,7 +138,7 @@ class Everything(Board):
             self.assertLessEqual(abs(time_us - expected_us), slack_us, f"{call} / {other}")
 
     def use(self):
-        """What the instrument is for."""
+        """The main use of the instrument."""
         for axis, position in (("zoom", 320), ("focus", 540), ("iris", 800)):
             for side in self.asked(f"{axis} both {position}").values():
                 self.assertAlmostEqual(side["position"], position, delta=6)

@@ -13,7 +13,7 @@ import cv2
 from daemon_process import PATIENCE_S, VERGENCED
 from fake_devices import FRAME_US, DeviceTest, LensController, show, texture
 
-NOT_THERE = "No such file or directory; is it connected, and its driver loaded?"
+NOT_THERE = "No such file or directory; check that it is connected and its driver is loaded"
 WORKS = [{"part": "left camera", "state": "works"}, {"part": "right camera", "state": "works"}]
 
 
@@ -43,7 +43,7 @@ class TwoCameras(DeviceTest):
         self.assertEqual(self.first.ask("gain"), ["left: not set", "right: not set", "OK"])
         # Units of 100 us, from 1 to 5000 of them.
         self.assertEqual(self.asked("exposure 5040"), {"left": 5000, "right": 5000})
-        # 256 steps from 1 to 128: what is asked for goes to the nearest.
+        # 256 steps from 1 to 128, rounded to the nearest.
         self.assertEqual(self.asked("gain left 1.3"), {"left": 1.5})
         self.assertEqual(self.asked("gain left 2"), {"left": 2})
         self.assertEqual(self.asked("gain right"), {"right": "not set"})
@@ -67,7 +67,7 @@ class TwoCameras(DeviceTest):
                              part)
         self.assertRegex(text, "format: [A-Z]+")
 
-    def test_what_webcams_lack_is_refused_in_one_line(self):
+    def test_features_webcams_do_not_have_are_rejected(self):
         self.serve(self.cameras(), self.profile)
         self.asked("bringup")
         for command, line in (
@@ -75,12 +75,13 @@ class TwoCameras(DeviceTest):
                 ("zoom 400", "this instrument has no motorized lens on the left"),
                 ("registers left", "this instrument has no bridge and no sensors on its bus")):
             self.assertEqual(self.first.ask(command), [f"ERR NOT_CONNECTED {line}"])
-        self.assertEqual(self.first.ask("window 320 240"), [
-            "ERR UNSUPPORTED left camera: left_camera = /dev/video0: it has no frames of 320 x 240 "
-            "that we read; the nearest are 640 x 480 (v4l2-ctl --list-formats-ext shows all)"])
+        answer = self.first.ask("window 320 240")
+        self.assertEqual(len(answer), 1)
+        self.assertRegex(answer[0], "^ERR UNSUPPORTED left camera: left_camera = /dev/video0: .*"
+                         "320 x 240.* nearest .*640 x 480")
         self.assertEqual(self.first.ask("window 640 480 2"), [
             "ERR UNSUPPORTED window: SKIP 2: cameras without the bridge skip no pixels; leave it out"])
-        # What was refused is no trouble of a part.
+        # A rejected request is not an error of a part.
         health = self.asked("health")
         self.assertNotIn("trouble", health)
         self.assertEqual([part["failures"] for part in health["parts"]], [0, 0])
@@ -95,7 +96,7 @@ class TwoCameras(DeviceTest):
         for side, picture in enumerate(self.pictures):
             show(picture, texture(7 + side))
         commands.append("capture - static")
-        # The new picture may come between the two looks of one capture.
+        # The new image may arrive between the two looks of one capture.
         while self.first.ask(commands[-1])[-1] != "OK":
             commands.append(commands[-1])
         self.assertEqual(self.asked("record stop")["pairs"], 2)
@@ -124,7 +125,7 @@ class TwoCameras(DeviceTest):
         self.plug("plug")
         self.assertEqual(self.asked("bringup")["parts"], WORKS)
         self.asked("capture")
-        # Out and in again while nobody looked.
+        # Unplugged and plugged in while unused.
         self.plug("plug", False)
         self.plug("plug")
         self.assertEqual(self.asked("bringup")["parts"], WORKS)
@@ -150,7 +151,7 @@ class TwoCameras(DeviceTest):
             event = json.loads(other.line())
         self.assertTrue(event["ok"], event)
 
-    def test_what_is_missing_is_told_and_found_later(self):
+    def test_a_missing_device_is_reported_and_found_later(self):
         plugs = "".join(f"plug /dev/video{side} {self.place(f'plug{side}')}\n" for side in (0, 1))
         self.serve(self.cameras() + plugs, self.profile)
         for side, name in enumerate(("left", "right")):
@@ -163,7 +164,7 @@ class TwoCameras(DeviceTest):
         self.plug("plug1")
         self.assertEqual(self.asked("bringup")["parts"], WORKS)
 
-    def test_damaged_and_lost_frames_are_not_taken_for_good_ones(self):
+    def test_damaged_and_lost_frames_are_not_used(self):
         self.serve(self.cameras() + "set /dev/video0 damage_every 3\n"
                    "set /dev/video1 lose_every 3\n", self.profile)
         self.asked("bringup")
@@ -186,7 +187,7 @@ class TwoCameras(DeviceTest):
         for _ in range(6):
             self.asked("capture")
         self.assertEqual(self.asked("health")["left"]["restarts"], 1)
-        self.assert_said("camera /dev/video0: DQBUF: Input/output error; the stream is started again")
+        self.assert_said("camera /dev/video0: DQBUF: Input/output error; restarting the stream")
 
     def test_slow_to_start_and_jpeg(self):
         for side, picture in enumerate(self.pictures):
@@ -202,14 +203,11 @@ class TwoCameras(DeviceTest):
         with open(os.path.join(self.files, "one", self.frames_of("one")[0]), "rb") as file:
             self.assertEqual(file.read(2), b"P6")
 
-    def test_a_camera_that_another_program_has(self):
+    def test_a_camera_in_use_by_another_program(self):
         self.serve(self.cameras() + "fail 1 3 EBUSY video1 ioctl S_FMT\n", self.profile)
-        self.refused("bringup", "ERR IO right camera: right_camera = /dev/video1: another program "
-                     "uses it; end that first")
-        self.refused("bringup", "ERR IO right camera: right_camera = /dev/video1: another program "
-                     "uses it; end that first")
-        self.refused("bringup", "ERR IO right camera: right_camera = /dev/video1: another program "
-                     "uses it; end that first")
+        for _ in range(3):
+            self.assertRegex(self.first.ask("bringup")[-1], "^ERR IO right camera: "
+                             "right_camera = /dev/video1: in use by another program")
         self.assertEqual(self.asked("bringup")["parts"], WORKS)
 
     def test_two_sizes(self):
@@ -220,13 +218,12 @@ class TwoCameras(DeviceTest):
         self.assertEqual(self.asked("status")["state"], "safe")
 
     def test_frames_that_are_far_apart_are_refused(self):
-        # Whatever their phase, frames every 300 ms that begin together are 150 ms apart here.
+        # Whatever the phase, frames every 300 ms that begin together are 150 ms apart here.
         self.serve(self.cameras(300000) + "set /dev/video0 phase_us 0\n"
                    "set /dev/video1 phase_us 150000\n", self.profile)
         self.asked("bringup")
         answer = self.first.ask("capture")[-1]
-        self.assertRegex(answer, r"^ERR MOVED right camera: its frame began 1[45]\d ms from the "
-                         "left one, more than 50 ms; expose shorter, or raise rig.skew_limit_us$")
+        self.assertRegex(answer, r"^ERR MOVED right camera: .* 1[45]\d ms .*50 ms.*skew_limit_us")
 
 
 class TwoCamerasAndLenses(DeviceTest):
@@ -292,7 +289,7 @@ class FullRig(DeviceTest):
                    "reset_line=3", f"lens_uart={self.place('none')}")
         self.assert_said(f"i2c = /dev/i2c-7: {NOT_THERE}\n")
         self.assert_said("gpio_chip = /dev/gpiochip0: line 3 of /dev/gpiochip0 for the bridge's reset: "
-                         "No such file or directory; there is no such GPIO chip")
+                         "No such file or directory; no such GPIO chip")
         answer = self.first.ask_json("bringup")
         self.assertIn("bridge's reset line: gpio_chip = /dev/gpiochip0: line 3", answer["message"])
         self.assertEqual(answer["result"]["state"], "safe")

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the console's tests share: a simulated rig, a vergenced in front of it, clients of that,
-and a terminal that shows what a person would see."""
+"""Shared by the console's tests: a simulated rig, a vergenced in front of it, its clients, and a
+terminal that shows what a person would see."""
 import json
 import os
 import pty
@@ -19,20 +19,21 @@ VERGENCED = os.environ["VERGENCED"]
 VERGENCE = os.environ["VERGENCE_BOARD"]
 SIMRIG = os.environ.get("SIMRIG", "")
 PATIENCE_S = 60
-# Whoever runs the tests: the defaults of the system, with the log on standard error.
+# Independent of the user that runs the tests: the system's defaults, with the log on standard
+# error.
 os.environ["STATE_DIRECTORY"] = "/var/lib/vergence"
 
 
 def small_stack(kib):
-    """A launcher of programs whose stack may not grow further, and whose C library makes threads
-    with such stacks; a sanitizer's frames are several times as large."""
+    """A launcher for programs whose stack may not grow, and whose C library creates threads with
+    such stacks; a sanitizer's frames are several times as large."""
     with open(VERGENCED, "rb") as program:
         limit_kib = 8 * kib if b"__asan_init" in program.read() else kib
     return ("sh", "-c", f'ulimit -s {limit_kib}; exec "$@"', "sh")
 
 
 class Screen:
-    """The last line of a terminal that knows nothing but characters, CR, LF, BEL and BS."""
+    """The last line of a terminal that supports only characters, CR, LF, BEL and BS."""
 
     def __init__(self):
         self.lines, self.column, self.bells = [""], 0, 0
@@ -55,7 +56,7 @@ class Screen:
 
 
 class Terminal:
-    """A pseudo terminal with somebody at it; not `raw`, as a program of a PC finds it."""
+    """A pseudo terminal with a person at it; not `raw`, as a PC program finds it."""
 
     def __init__(self, raw=True):
         self.master, slave = pty.openpty()
@@ -74,7 +75,7 @@ class Terminal:
             data = data[os.write(self.master, data):]
 
     def read(self, timeout_s):
-        """What comes within the time; "" when nothing does."""
+        """Output received within the time; "" if none."""
         if not select.select([self.master], [], [], timeout_s)[0]:
             return ""
         text = os.read(self.master, 65536).decode(errors="replace")
@@ -91,7 +92,8 @@ class Terminal:
             self.read(0.1)
 
     def wait_line(self, line):
-        """Until the last line of the screen is this, and the cursor behind it or within."""
+        """Waits until the last line of the screen is this, with the cursor at its end or inside
+        it."""
         self.wait(lambda t: t.screen.lines[-1].rstrip() == line.rstrip())
 
     def at_prompt(self):
@@ -101,7 +103,7 @@ class Terminal:
         self.wait(Terminal.at_prompt)
 
     def run(self, line):
-        """Types a line; what is shown between it and the next prompt."""
+        """Types a line; returns what is shown up to the next prompt."""
         begin = len(self.screen.lines)
         self.send(line + "\r")
         self.wait(lambda t: len(t.screen.lines) > begin and t.at_prompt())
@@ -156,20 +158,20 @@ class Client:
 
 
 def replaced(words, *settings):
-    """The words of a command line with these settings for those of the same keys: none is given
+    """The command line with these settings replacing those of the same keys, as no key may be given
     twice."""
     keys = {setting.split("=")[0] for setting in settings}
     return [*(word for word in words if word.split("=")[0] not in keys), *settings]
 
 
 class DaemonTest(unittest.TestCase):
-    """A daemon for each class, with a simulated rig behind it."""
+    """One daemon per class, with a simulated rig behind it."""
     settings = ()
     scene = "plane"
     has_socket = True
     error_file = None
     environment = {}
-    launcher = ()  # words before the daemon's
+    launcher = ()  # arguments before the daemon's
 
     @classmethod
     def setUpClass(cls):
@@ -197,7 +199,7 @@ class DaemonTest(unittest.TestCase):
         cls.log = open(os.path.join(cls.folder, "stderr"), "ab")
         cls.addClassCleanup(cls.log.close)
         arguments = cls.arguments()
-        # The search for leaks needs a process of its own, which a confined one may not make.
+        # The leak check needs another process, which a confined daemon may not create.
         leaks = {} if "confine=no" in arguments else {"ASAN_OPTIONS": "detect_leaks=0"}
         cls.daemon = subprocess.Popen([*cls.launcher, VERGENCED, *arguments],
                                       stdin=subprocess.DEVNULL, stderr=cls.log,
@@ -219,7 +221,7 @@ class DaemonTest(unittest.TestCase):
 
     @staticmethod
     def end(process):
-        """Ends it in good order; a crash is a failure of the test."""
+        """Ends it orderly; a crash fails the test."""
         if process.poll() is None:
             process.send_signal(signal.SIGTERM)
             try:
@@ -231,7 +233,7 @@ class DaemonTest(unittest.TestCase):
 
     @classmethod
     def said(cls):
-        """What the daemon has written to standard error."""
+        """The daemon's output on standard error."""
         with open(os.path.join(cls.folder, "stderr"), encoding="utf-8") as file:
             return file.read()
 

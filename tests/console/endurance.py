@@ -1,23 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """usage: endurance.py [--hours N] [--seed N] [--verbose]
 
-Lets vergenced serve a simulated rig in virtual time for N hours (default 24), with random commands
-and random faults: what jams, is unplugged, silent, stuck or sends garbage; clients that vanish,
-never read, send rubbish or are killed. Prints a line for each virtual hour, and how far it came
-when SIGINT or SIGTERM ends it.
+Runs vergenced on a simulated rig in virtual time for N hours (default 24), with random commands
+and random faults: parts that jam, are unplugged, silent, stuck or send garbage; clients that
+vanish, never read, send garbage or are killed. Prints a line for each virtual hour, and the
+progress when SIGINT or SIGTERM ends it.
 
-It fails when the daemon ends, its memory grows by more than 2 MiB or its descriptors by any after
+It fails if the daemon ends, its memory grows by more than 2 MiB or its descriptors by any after
 the first hour (or the first half of a shorter run), the bridge's watchdog fires while the daemon
-says it is ready, a bring-up fails though nothing is broken, a command fails without a reason, or
+reports that it is ready, a bring-up fails without a fault, a command fails without a reason, or
 does not end.
 
-The seed says which commands and faults come; where a cancelled command stops depends on the
-machine. What was found is told with the commands before it, and the simulated rig's log is kept:
-"vergence simulate --replay" makes the rig go through it again. --verbose prints each command with
+The seed determines the commands and faults; where a cancelled command stops depends on the
+machine. A failure is printed with the commands before it, and the simulated rig's log is kept:
+"vergence simulate --replay" repeats it. --verbose prints each command with
 the time of the rig. VERGENCED, VERGENCE_BOARD and SIMRIG name the programs, VERGENCE_SOURCE the
 sources.
 
-Exit code: 0 nothing found; 1 something was found, and is told; 2 wrong usage; 130 interrupted.
+Exit code: 0 nothing found; 1 a failure was found and printed; 2 wrong usage; 130 interrupted.
 """
 import argparse
 import collections
@@ -37,9 +37,9 @@ from daemon_process import SIMRIG, VERGENCE, VERGENCED, Client
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), os.pardir, "simrig"))
 from simrig_client import CONTROLLER, Client as RigClient, Gone  # noqa: E402
 
-COMMAND_S = 900  # of the wall: a command that takes longer never ends
+COMMAND_S = 900  # wall-clock limit of one command
 GROWTH_KIB = 2048
-LATELY = 60  # commands and faults that are told with what was found
+LATELY = 60  # commands and faults printed with a failure
 SIDES = ("left", "right")
 STATUS_FIRED = 1 << 2
 REPAIRS = tuple([f"servo {side} free" for side in SIDES] +
@@ -49,7 +49,7 @@ REPAIRS = tuple([f"servo {side} free" for side in SIDES] +
 
 
 class Found(Exception):
-    """What must not be."""
+    """A failure."""
 
 
 class Interrupted(Exception):
@@ -60,7 +60,7 @@ class Endurance:
     def __init__(self, folder, hours, seed, verbose):
         self.folder, self.hours, self.verbose = folder, hours, verbose
         self.chance = random.Random(seed)
-        self.faulty = 0  # commands until what is broken is mended; 0: nothing is
+        self.faulty = 0  # commands until faults are repaired; 0: no faults
         self.ready = False
         self.deaf = []
         self.told, self.bringups, self.commands, self.cancelled = 0, 0, 0, 0
@@ -75,7 +75,7 @@ class Endurance:
 
     def start(self):
         rig_path = os.path.join(self.folder, "rig.sock")
-        # So that long times are met at once: counters of microseconds turn over at any moment.
+        # Long times from the start, so that microsecond counters wrap at any moment.
         begin_s = self.chance.randrange(900000)
         self.rig = subprocess.Popen([SIMRIG, "--scene", "plane", "--seed", str(self.seed), "--listen",
                                      f"unix:{rig_path}", "--log", self.rig_log, "--begin",
@@ -117,7 +117,7 @@ class Endurance:
     # ---- one command
 
     def ask(self, command):
-        """The answer in JSON; never does it stay away."""
+        """Returns the answer in JSON, which must always come."""
         self.tell(command)
         self.commands += 1
         try:
@@ -146,14 +146,14 @@ class Endurance:
         self.must("window 64 48")
 
     def must(self, command):
-        """A command that works while nothing is broken."""
+        """Runs a command that works while there are no faults."""
         answer = self.ask(command)
         if not answer["ok"] and self.faulty == 0 and self.ready:
             raise Found(f"nothing is broken, but: {command}: {answer['message']}")
         return answer
 
     def check_watchdog(self):
-        """What the bridge itself says while the daemon believes that all is well."""
+        """Checks the bridge's own state while the daemon reports that all is well."""
         self.ready = self.ask("status")["result"]["state"] == "ready"
         if not self.ready:
             return
@@ -181,7 +181,7 @@ class Endurance:
         if command == "record start r":
             self.record()
         elif command == "record stop":
-            self.ask(command)  # nothing may be under way
+            self.ask(command)  # nothing may be running
         elif command == "safe":
             self.must(command)
             self.ready = False
@@ -191,7 +191,7 @@ class Endurance:
     def record(self):
         self.ask("record stop")
         shutil.rmtree(os.path.join(self.files, "r"), ignore_errors=True)
-        self.ready = False  # it begins with the instrument down
+        self.ready = False  # it starts with the instrument down
         self.must("record start r")
         if self.faulty == 0:
             self.bringup()
@@ -211,14 +211,14 @@ class Endurance:
         self.faulty = pick.randrange(1, 6)
 
     def mend(self):
-        self.tell("everything is mended")
+        self.tell("all faults are repaired")
         for repair in REPAIRS:
             self.desk.control(f"fault {repair}")
         self.faulty = 0
         self.bringup()
 
     def cancel(self):
-        """Ctrl-C in the middle of something."""
+        """Sends Ctrl-C during a command."""
         command = self.chance.choice(("bringup", "pan both 20 -20", "zoom both 800", "capture x",
                                       "selftest", "wait 1000"))
         shutil.rmtree(os.path.join(self.files, "x"), ignore_errors=True)
@@ -289,7 +289,7 @@ class Endurance:
     # ---- the account
 
     def settle(self):
-        """Nobody there but one client, nothing recorded and nothing broken."""
+        """Only one client, no recording and no faults."""
         self.mend()
         for client in self.deaf:
             client.socket.close()
@@ -302,7 +302,7 @@ class Endurance:
             raise Found(f"between two feeds of the watchdog {self.gap_ms} ms have passed")
 
     def measure(self):
-        """Resident memory (KiB) and descriptors, once those who left are gone."""
+        """Resident memory (KiB) and descriptors, once closed connections are gone."""
         end = time.monotonic() + 60
         fds = -1
         while fds != len(os.listdir(f"/proc/{self.daemon.pid}/fd")) and time.monotonic() < end:
@@ -324,7 +324,7 @@ class Endurance:
         memory, fds = self.measure()
         hours = self.passed_s() / 3600
         print(f"{hours:8.3f} h  {memory:6d} KiB  {fds:3d} descriptors  {self.commands:7d} commands"
-              f"  {self.cancelled:5d} broken off  {self.told:6d} failures told"
+              f"  {self.cancelled:5d} cancelled  {self.told:6d} failures"
               f"  {self.bringups:5d} bring-ups  {self.gap_ms:8.3f} ms longest gap", flush=True)
         if self.base is None:
             self.base = (memory, fds)

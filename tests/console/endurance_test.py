@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A short endurance.py, and that it finds what it is there to find."""
+"""A short endurance.py run, and that it detects a failure."""
 import os
 import random
 import signal
@@ -23,7 +23,7 @@ class Endurance(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertIn("nothing found", done.stdout)
 
-    def test_it_says_how_far_it_came(self):
+    def test_it_prints_its_progress(self):
         run = subprocess.Popen([sys.executable, "-B", SCRIPT, "--verbose"], text=True,
                                stdout=subprocess.PIPE)
         line = run.stdout.readline()
@@ -35,7 +35,7 @@ class Endurance(unittest.TestCase):
         self.assertEqual(run.returncode, 130, said)
         self.assertIn("of 24 virtual hours: interrupted", said)
 
-    def test_a_daemon_that_ends_is_found(self):
+    def test_a_daemon_that_ends_is_detected(self):
         run = subprocess.Popen([sys.executable, "-B", SCRIPT, "--verbose"], text=True,
                                stdout=subprocess.PIPE)
         line = run.stdout.readline()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A daemon on the devices of a fake kernel (tests/fake_kernel): cameras that show pictures, and a
+"""A daemon on the devices of a fake kernel (tests/fake_kernel): cameras that show images, and a
 lens controller at a pseudo terminal."""
 import os
 import pty
@@ -17,7 +17,7 @@ from daemon_process import PATIENCE_S, DaemonTest
 
 LIBRARY = os.environ["VERGENCE_FAKE_KERNEL_LIBRARY"]
 WIDTH, HEIGHT = 640, 480
-# Slow enough that a busy machine, or a sanitizer's program, finds frames that were not lost.
+# Slow enough that a busy machine, or a sanitizer build, loses no frames.
 FRAME_US = 100000
 
 
@@ -38,7 +38,7 @@ def show(path, image):
 
 
 def texture(seed, width=WIDTH, height=HEIGHT):
-    """Something to see, in colours."""
+    """A colour texture."""
     random = numpy.random.default_rng(seed)
     coarse = random.integers(40, 200, (height // 8, width // 8, 3), dtype=numpy.uint8)
     return numpy.kron(coarse, numpy.ones((8, 8, 1), numpy.uint8))
@@ -64,7 +64,7 @@ class LensController:
         self.thread.start()
 
     def pull_out(self):
-        """The device goes; harmless when it has gone."""
+        """Removes the device; harmless if it is gone."""
         if not self.ends.is_set():
             self.ends.set()
             self.thread.join()
@@ -77,7 +77,7 @@ class LensController:
             if select.select([self.master], [], [], 0.05)[0]:
                 try:
                     text += os.read(self.master, 4096).decode(errors="replace")
-                except OSError:  # nobody has the other end open
+                except OSError:  # the other end is not open
                     self.ends.wait(0.02)
             *lines, text = text.split("\n")
             for line in lines:
@@ -100,7 +100,7 @@ class LensController:
 
 
     def turn(self):
-        """Where the slow motor is by now."""
+        """Current position of the slow motor."""
         if self.way is not None:
             begin, end, since = self.way
             counts = min(abs(end - begin), int((time.monotonic() - since) * self.counts_per_s))
@@ -128,7 +128,7 @@ class DeviceTest(DaemonTest):
         return os.path.join(cls.folder, name)
 
     def plug(self, name, there=True):
-        """What the script's "plug" looks at."""
+        """The file for the script's "plug"."""
         if there:
             with open(self.place(name), "w", encoding="ascii"):
                 pass
@@ -165,7 +165,7 @@ class DeviceTest(DaemonTest):
         return answer["result"]
 
     def assert_said(self, text):
-        """The log has this; it comes when the daemon has the time."""
+        """Waits until the log contains this."""
         end = time.monotonic() + PATIENCE_S
         while text not in self.said() and time.monotonic() < end:
             time.sleep(0.02)

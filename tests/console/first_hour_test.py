@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The README's first hour without hardware, typed as it stands there by a user without root."""
+"""The README's first hour without hardware, typed exactly as written by a user without root."""
 import json
 import os
 import pathlib

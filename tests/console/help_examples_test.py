@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every example of every --help runs as it is, in a folder with the files that it names."""
+"""Every example of every --help runs as written, in a folder with the files that it names."""
 import os
 import pathlib
 import re
@@ -23,14 +23,14 @@ import boards  # noqa: E402
 from readme_test import write_calibration, write_pair  # noqa: E402
 from recorded import Session  # noqa: E402
 
-# Programs with a page of their own; those of vergence it lists itself.
+# Programs with help pages; vergence lists its own commands.
 TOOLS = [str(path.relative_to(ROOT)) for folder in ("tools", "tools/simrig")
          for path in sorted((ROOT / folder).iterdir())
          if path.is_file() and os.access(path, os.X_OK)]
 SERVES = re.compile(r"(vergence simulate|simrig|vergenced)\b(?!.* --(view|replay|check)\b)")
-# Devices that not every machine has, and what the test has in their place.
+# Devices that not every machine has, and their replacements in the test.
 SERIAL = "/dev/ttyUSB0"
-# What is in no test, with the reason: nothing.
+# Commands without a test, with the reason: none.
 NOT_RUN = {}
 
 
@@ -46,7 +46,7 @@ def examples_of(page):
 
 
 def commands():
-    """Those that vergence lists."""
+    """The commands that vergence lists."""
     listed = page_of(VERGENCE).partition("\nCommands\n")[2].split("\n\n")[0]
     return [line.split()[0] for line in listed.splitlines()]
 
@@ -77,7 +77,7 @@ class Examples(UserTest):
         self.assertEqual(done.returncode, 0, f"{line}\n{done.stdout}{done.stderr}")
 
     def serve(self, line):
-        """Until it says that it is ready; then it is ended."""
+        """Runs it until it reports that it is ready; then ends it."""
         program = subprocess.Popen([*AS_USER, "bash", "-c", "exec " + line], cwd=self.home,
                                    env=self.environment, stdin=subprocess.DEVNULL, text=True,
                                    stdout=subprocess.PIPE, stderr=subprocess.STDOUT)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A calibration that was made with other axes, cameras or windows is refused by name wherever it
-would be used: by capture, status, calibration set, and by reconstruct on the daemon and on a PC."""
+"""A calibration made with other axes, cameras or windows is rejected by name wherever it would be
+used: by capture, status, calibration set, and by reconstruct on the daemon and on a PC."""
 import glob
 import json
 import os
@@ -90,11 +90,11 @@ class Instrument(DaemonTest):
             self.assertFalse(os.path.exists(os.path.join(self.files, "away")))
             status = refused("status", name)
             self.assertEqual(status["result"]["calibration"]["match"], "no")
-            self.assertIn("pairs", status["result"])  # all the rest is there
+            self.assertIn("pairs", status["result"])  # the other fields are present
             refused("calibration set rig.txt", name, "accept-mismatch")
             works(back)
             if name == "left pan":
-                works("capture back")  # as far as anybody can tell
+                works("capture back")  # as far as can be determined
         works("pan left 4.57")
         kept = works("capture anyway accept-mismatch")
         self.assertIn("left pan", kept["accepted_mismatch"])
@@ -103,7 +103,7 @@ class Instrument(DaemonTest):
                           os.path.join(self.files, "anyway"))])
         self.assertIn("left pan", works("calibration set rig.txt accept-mismatch")
                       ["accepted_mismatch"])
-        works("bringup")  # the servos may stand anywhere, none was set since
+        works("bringup")  # the servo positions are unknown until set
         works("window 128 96")
         refused("capture unset", "left pan", "not set", "accept-mismatch")
         refused("status", "left pan")
@@ -114,7 +114,7 @@ class Instrument(DaemonTest):
 class Pairs(Surfaces):
     """The recorded pair, whose index and calibration are changed."""
     def changed(self, name, change, **origin):
-        """A session with the calibration of the recorded pair, and a pair that differs."""
+        """A session with the recorded pair's calibration, and a pair that differs."""
         folder = self.session(name, calibration=False, window="688,568,1")
         pair = pair_of(folder)
         text = with_origin(calibration_of(SESSION), pair, **origin)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Somebody at a PC's terminal."""
+"""A person at a PC's terminal."""
 import fcntl
 import os
 import struct
@@ -10,7 +10,7 @@ from daemon_process import VERGENCE, Terminal
 
 
 class Person(Terminal):
-    """Somebody at a terminal, with the client in it."""
+    """A person at a terminal that runs the client."""
 
     def __init__(self, path):
         super().__init__(raw=False)
@@ -21,24 +21,24 @@ class Person(Terminal):
 
     @classmethod
     def of(cls, test):
-        """One at the daemon of a DaemonTest, who goes when the test ends."""
+        """A person at a DaemonTest's daemon, closed when the test ends."""
         person = cls(test.path)
         test.addCleanup(person.close)
         return person
 
     def set_columns(self, columns):
-        """Changes the width of the window, which nobody knows at first."""
+        """Changes the width of the window, which is unset at first."""
         fcntl.ioctl(self.master, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
 
     def type(self, text):
-        """What is pasted may be more than the terminal holds before somebody reads."""
+        """Pastes a text, which may be more than the terminal buffers before it is read."""
         data = text.encode()
         while data:
             data = data[os.write(self.master, data[:512]):]
             self.look(0)
 
     def look(self, timeout_s):
-        """Takes in all that is there."""
+        """Reads everything available."""
         while self.read(timeout_s):
             timeout_s = 0
 
@@ -46,7 +46,7 @@ class Person(Terminal):
         self.wait(lambda _: condition())
 
     def said(self, line):
-        """How often; a bar that stood there was wiped with blanks."""
+        """Counts a line; an erased progress bar leaves blanks."""
         return sum(said.rstrip() == line for said in self.screen.lines)
 
     def close(self):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A daemon with two cameras that give the frames of a recorded session, so that no rig is needed; and
-the index of a session, read and written."""
+"""A daemon with two cameras that replay a recorded session's frames, so that no rig is needed; also
+reading and writing a session's index."""
 import os
 import re
 import shutil
@@ -13,7 +13,7 @@ SESSION = os.path.join(os.environ["VERGENCE_SOURCE"], "tests", "sessions", "cyli
 
 
 def sealed(lines):
-    """An index of these events, each line with its CRC."""
+    """Writes an index of these events, each line with its CRC."""
     text = b""
     for line in lines:
         text += line.encode() + b" "
@@ -32,7 +32,7 @@ def write_index(folder, lines):
 
 
 class PlayedPairs(DaemonTest):
-    """A daemon with two cameras that play recorded pairs, over and over the same scene."""
+    """A daemon with two cameras that replay recorded pairs, with the same scene repeated."""
     settings = ("profile=two-cameras", "rig.width_px=672", "rig.height_px=400",
                 "rig.skew_limit_us=5000000")
 
@@ -48,7 +48,8 @@ class PlayedPairs(DaemonTest):
 
     @classmethod
     def make_pairs(cls):
-        """Many pairs alone, of two cameras, with the frames of the recorded session."""
+        """Creates many pairs without calls, from two cameras, with the frames of the recorded
+        session."""
         shutil.copytree(SESSION, cls.pairs, ignore=shutil.ignore_patterns("regress", "calls.log"))
         lines = lines_of(cls.pairs)
         pair = next(line for line in lines if line.startswith("pair "))

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Profiles as files: the shipped ones are those that are built in; what is wrong in one is said with
-its line; what an instrument of one's own has recorded plays where its file is not."""
+"""Profile files: the shipped ones equal the built-in ones; errors are reported with their line;
+recordings of a custom instrument replay without its file."""
 import json
 import os
 import shutil
@@ -38,7 +38,7 @@ class Files(unittest.TestCase):
         return code, said.replace(self.folder + "/", "").strip()
 
     def refused(self, profile, sentence):
-        """Of the settings that name it, and of the profile alone."""
+        """Checks the settings that name it, and the profile alone."""
         self.put("own.profile", profile)
         self.assertEqual(self.check(self.config), (3, f"vergenced: v.conf:1: {sentence}"))
         self.assertEqual(self.check(self.profile), (3, f"vergenced: {sentence}"))
@@ -55,7 +55,7 @@ class Files(unittest.TestCase):
             3, 'vergenced: --help-profile "dome": expected is one of: rig two-cameras '
             "two-cameras-lens\n"))
 
-    def test_what_is_wrong_is_said_with_its_line(self):
+    def test_errors_are_reported_with_their_line(self):
         for text, sentence in (
                 ("like = rig\nwidth_px = 99999\n",
                  "own.profile:2: width_px 99999 is out of range: from 16 to 16384 px"),
@@ -109,7 +109,7 @@ class Files(unittest.TestCase):
             with self.subTest(text[:60]):
                 self.refused(text, sentence)
 
-    def test_what_is_no_file(self):
+    def test_a_path_that_is_not_a_file(self):
         os.unlink(self.profile)
         none = "own.profile: No such file or directory"
         self.assertEqual(self.check(self.config), (3, f"vergenced: v.conf:1: {none}"))
@@ -123,7 +123,7 @@ class Files(unittest.TestCase):
         self.assertEqual(self.check(self.config), (3, f"vergenced: v.conf:1: {pipe}"))
         self.assertEqual(run(f"profile={self.folder}/{250 * 'x'}.profile", "socket=none")[0], 3)
 
-    def test_what_is_right(self):
+    def test_valid_profiles(self):
         for text in ("like = rig",
                      "\ufeff# one\r\n like=two-cameras-lens # begins\r\nname = bench-2.b\r\n",
                      "like = two-cameras\nname = wide\nwidth_px = 4000\nheight_px = 3000\n",
@@ -138,12 +138,12 @@ class Files(unittest.TestCase):
             self.put("v.conf", f"profile = {value}\n")
             for cwd in (self.folder, "/"):
                 self.assertEqual(self.check(self.config, cwd=cwd), (0, "v.conf: good"))
-        # Of a command line it is seen from where one stands.
+        # On the command line it is relative to the current directory.
         self.assertEqual(run("--check", "/dev/null", "profile=own.profile", cwd=self.folder),
                          (0, "/dev/null: good\n"))
         self.assertEqual(run("--check", "/dev/null", "profile=own.profile", cwd="/"),
                          (3, "vergenced: own.profile: No such file or directory\n"))
-        # Any name will do when it has a /.
+        # Any name is accepted if it contains a /.
         os.rename(self.profile, os.path.join(self.folder, "own"))
         self.put("v.conf", "profile = ./own\n")
         self.assertEqual(self.check(self.config), (0, "v.conf: good"))
@@ -160,13 +160,13 @@ class Files(unittest.TestCase):
             "would undo"))
         self.put("v.conf", "profile = own.profile\nrig.width_px = 8000\nrig.name = wide\n")
         self.assertEqual(self.check(self.config), (0, "v.conf: good"))
-        # A word replaces the line, and the file that it names is none of its business.
+        # An argument replaces the line, so the file that the line names is not read.
         self.assertEqual(self.check(self.config, "profile=rig", "rig.width_px=640"),
                          (0, "v.conf: good"))
 
 
 class OwnInstrument(PlayedPairs):
-    """Two cameras with a profile in a file, which goes away once the daemon runs."""
+    """Two cameras with a profile file that is deleted once the daemon runs."""
 
     @classmethod
     def arguments(cls):
@@ -205,7 +205,7 @@ class OwnInstrument(PlayedPairs):
                               text=True, timeout=PATIENCE_S)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertTrue(json.loads(done.stdout)["same"])
-        # A daemon that plays it is that instrument, whatever its settings say.
+        # A daemon that replays it is that instrument, whatever its settings say.
         for words in ((), ("profile=rig",), ("profile=two-cameras", "rig.width_px=64")):
             done = subprocess.run(
                 [VERGENCED, f"backend=replay {folder}", "socket=none", "console=stdio",
@@ -218,7 +218,7 @@ class OwnInstrument(PlayedPairs):
             shutil.rmtree(os.path.join(self.files, "again"))
 
     def test_a_recording_opens_no_file(self):
-        """Whoever plays a session of somebody else reads nothing that it names."""
+        """Replaying another user's session opens no file that it names."""
         self.record("spoiled", ["bringup"])
         folder = os.path.join(self.files, "spoiled")
         lines = lines_of(folder)
@@ -227,14 +227,14 @@ class OwnInstrument(PlayedPairs):
             file.write("like = two-cameras\nname = bench-2\n")
         for text, said in (
                 (f"profile%20=%20{secret}", "expected is one of: rig two-cameras"),
-                (f"files%20=%20{secret}", '"files" is no setting of an instrument'),
-                ("profile%20=%20rig", "its settings ask for an I2C bus, which was not recorded")):
+                (f"files%20=%20{secret}", '"files" is not an instrument setting'),
+                ("profile%20=%20rig", "an I2C bus, which was not recorded")):
             write_index(folder, [line.replace("profile%20=%20two-cameras", text) for line in lines])
             answer = self.first.ask_json("replay spoiled")
             self.assertFalse(answer["ok"])
             self.assertIn(said, answer["message"])
         write_index(folder, [line for line in lines if not line.startswith("setting ")])
-        self.assertIn("is of the instrument bench-2, but does not tell what that is",
+        self.assertIn("profile bench-2",
                       self.first.ask_json("replay spoiled")["message"])
 
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Surfaces from recorded pairs, at the console of a confined daemon: the same bytes as the command
-line gives, cancelled and refused without a trace, with the right calibration for the window."""
+"""Surfaces from recorded pairs at the console of a confined daemon: the same bytes as from the
+command line, cancelled and rejected without leftovers, with the right calibration for the
+window."""
 import glob
 import json
 import os
@@ -28,7 +29,7 @@ STAMP = re.compile(rb"^(comment|#) (capture c pair 1: |left: |right: )[^\n]+\n",
 
 
 def sealed_index(lines):
-    """An index of these events, each line with its CRC."""
+    """Writes an index of these events, each line with its CRC."""
     text = b""
     for line in lines:
         text += line.encode()
@@ -48,7 +49,7 @@ def calibration_of(folder):
 
 
 def resized(text, size, shift, sides=("left", "right")):
-    """A calibration for frames of another size that begin elsewhere."""
+    """A calibration for frames of another size and offset."""
     text = re.sub(r"(\w+_size_px) .*", rf"\1 {size[0]} {size[1]}", text)
     for side in sides:
         x, y = map(float, re.search(rf"{side}_centre_px (\S+) (\S+)", text).groups())
@@ -82,7 +83,7 @@ class Surfaces(DaemonTest):
             shutil.rmtree(path) if os.path.isdir(path) else os.unlink(path)
 
     def session(self, name, calibration=True, window=None):
-        """A copy of the recorded session; without its calibration, with another window told."""
+        """Copies the recorded session without its calibration, with another recorded window."""
         folder = os.path.join(self.files, name)
         shutil.copytree(SESSION, folder, ignore=shutil.ignore_patterns("regress", "calls.log"))
         lines = [line for line in lines_of(folder)
@@ -143,18 +144,18 @@ class Reconstruct(Surfaces):
             capture_output=True, text=True, timeout=PATIENCE_S)
         self.assertEqual(done.returncode, 0, done.stderr)
         for name in FILES - {"result.json"}:
-            # But for how the pair was captured, which pictures do not tell.
+            # Except how the pair was captured, which images do not record.
             console = STAMP.sub(b"", self.bytes_of(f"surface-c-1/{name}"))
             self.assertEqual(console, self.bytes_of(name, out), name)
         told = json.loads(done.stdout)
         self.assertEqual(figures["points"], told["counts"]["vertices"])
         self.assertAlmostEqual(figures["depth_median"], told["depth_mm"]["median"], places=2)
-        # Once more over what is there; and its files can be fetched.
+        # Again over existing files; and its files can be fetched.
         self.asked("reconstruct c 1 1 1600 2300")
         done = self.vergence("fetch", "surface-c-1/mesh.ply", os.path.join(self.folder, "mesh"))
         self.assertEqual(done.returncode, 0, done.stderr)
 
-    def test_every_result_tells_the_capture(self):
+    def test_every_result_describes_the_capture(self):
         """Skew, settings and positions of the pair, as the session's index has them."""
         pair = dict(word.split("=", 1) for line in lines_of(self.session("c"))
                     if line.startswith("pair ") for word in line.split()[1:])
@@ -190,7 +191,7 @@ class Reconstruct(Surfaces):
         self.session("old")
         time.sleep(0.02)
         self.session("new")
-        # A capture that was killed left no pair: it is not what is meant.
+        # A killed capture left no pair and is not selected.
         killed = os.path.join(self.files, "killed")
         os.mkdir(killed)
         with open(os.path.join(killed, "session.index"), "wb") as file:
@@ -212,7 +213,7 @@ class Reconstruct(Surfaces):
         os.symlink(self.files, os.path.join(self.files, "link"))
         self.assertEqual(self.refused("reconstruct link")[0], "MISSING")
         os.unlink(os.path.join(self.files, "link"))
-        # Nor does what is written follow one.
+        # Output does not follow a link either.
         outside = os.path.join(self.folder, "outside")
         os.mkdir(outside)
         os.symlink(outside, os.path.join(self.files, "surface-new-1"))
@@ -234,18 +235,18 @@ class Reconstruct(Surfaces):
         error, text = self.refused("reconstruct none")
         self.assertEqual(error, "MISSING")
         self.assertIn("calibration set", text)
-        # One of the same size is taken, and that is said.
+        # A calibration of the same size is used, and that is reported.
         self.keep(whole)
         kept = self.asked("reconstruct none 1 1 1600 2300")
         shutil.rmtree(os.path.join(self.files, "surface-none-1"))
         self.assertEqual((kept["calibration_from"], kept["calibration_cut"]), ("kept", "no"))
         self.assertTrue(any("same part of the sensor" in note for note in kept["notes"]))
-        # Where no surface comes of it, what was said of it is said with the refusal.
+        # If there is no surface, the report is part of the error.
         self.keep(resized(whole, WINDOW, (0, 60), sides=["right"]))
         error, text = self.refused("reconstruct none 1 1 1600 2300")
         self.assertEqual(error, "NO_SURFACE")
         self.assertIn("same part of the sensor", text)
-        # One of the whole sensor is cut.
+        # A calibration of the whole sensor is cut.
         self.keep(resized(whole, SENSOR, corner))
         cut = self.asked("reconstruct none 1 1 1600 2300")
         self.assert_the_same_with_the_calibration_given("none")
@@ -254,7 +255,7 @@ class Reconstruct(Surfaces):
         for key in ("points", "depth_median", "depth_near", "depth_far", "rows_apart"):
             self.assertAlmostEqual(cut[key], own[key], delta=1e-4 * own["points"]
                                    if key == "points" else 0.01, msg=key)
-        # Where nobody knows which part it is, it is refused; so is one of any other size.
+        # If the part of the sensor is unknown it is rejected, and so is any other size.
         self.session("unknown", calibration=False)
         self.assertEqual(self.refused("reconstruct unknown")[0], "SIZE_MISMATCH")
         self.keep(resized(whole, (1024, 768), (0, 0)))
@@ -263,7 +264,7 @@ class Reconstruct(Surfaces):
         self.assertIn("672x400", text)
 
     def assert_the_same_with_the_calibration_given(self, session):
-        """On the command line: it is cut to the window as any other."""
+        """On the command line it is cut to the window as any other."""
         out = os.path.join(self.folder, "given")
         done = subprocess.run(
             [VERGENCE, "reconstruct", os.path.join(self.files, session), "--calibration",
@@ -295,7 +296,7 @@ class Reconstruct(Surfaces):
         self.first.send("@json,progress reconstruct c 1 3\n")
         event = json.loads(self.first.line())
         self.assertEqual(event["event"], "progress")
-        # Who needs the instrument does not wait meanwhile.
+        # Commands for the instrument do not wait meanwhile.
         begin = time.monotonic()
         self.assertTrue(self.client().ask_json("status")["ok"])
         asked_s = time.monotonic() - begin
@@ -323,7 +324,7 @@ class Reconstruct(Surfaces):
             self.assertAlmostEqual(figures[f"depth_{name}"], depth_mm, delta=0.5)
 
     def limited(self, what, limit, command):
-        """A command refused by a limit of the system; without it it works."""
+        """A command that fails by a limit of the system; without the limit it works."""
         before = resource.prlimit(self.daemon.pid, what)
         resource.prlimit(self.daemon.pid, what, (limit, before[1]))
         try:
@@ -349,7 +350,7 @@ class Reconstruct(Surfaces):
 
 
 class SmallStack(Surfaces):
-    """Where a program's own stack may not grow as usual."""
+    """The program's own stack may not grow as it does by default."""
     launcher = small_stack(128)
 
     def test_the_work_has_room(self):
@@ -358,8 +359,8 @@ class SmallStack(Surfaces):
 
 
 class BrokenStore(Surfaces):
-    """Of the hardware's interfaces a reconstruction uses the store alone, for the calibration that
-    is kept: on a fake kernel, whose disk does not give it."""
+    """A reconstruction uses only the store of the hardware's interfaces, for the saved calibration;
+    here a fake kernel's disk fails to deliver it."""
     failures = ("", "fail 1 1 EIO calibration open", "fail 1 0 EIO calibration read")
 
     @classmethod
@@ -370,7 +371,7 @@ class BrokenStore(Surfaces):
         cls.environment = preloaded(script)
         super().start()
 
-    def test_each_failure_is_told(self):
+    def test_each_failure_is_reported(self):
         self.keep(calibration_of(SESSION))
         self.session("none", calibration=False, window="688,568,1")
         self.session("own")
@@ -386,7 +387,7 @@ class BrokenStore(Surfaces):
                 "system could not do it"))
             self.assertEqual("1 0" in failure,
                              not self.first.ask_json("reconstruct none 1 0.5 1600 2300")["ok"])
-        # What has its own needs no other.
+        # A session with its own calibration needs no other.
         self.assertTrue(self.first.ask_json("reconstruct own 1 0.5 1600 2300")["ok"])
 
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Recordings played again, at the console and on a PC: the same bit for bit, or where not. What is
-recorded here are two cameras that give the frames of another session, so no rig is needed."""
+"""Recordings replayed at the console and on a PC: identical, or with the place of the difference.
+The recordings are of two cameras that replay another session's frames, so no rig is needed."""
 import glob
 import json
 import os
@@ -18,7 +18,7 @@ COMMANDS = ["bringup", "status", "window 672 400", "exposure 7000", "snapshot", 
 
 
 def calls_of(folder):
-    """The recorded calls, without their sum."""
+    """The recorded calls without their checksum."""
     with open(os.path.join(folder, "calls.log"), encoding="ascii") as file:
         return [line for line in file.read().splitlines() if not line.startswith("crc32 ")]
 
@@ -42,7 +42,7 @@ class Replay(PlayedPairs):
         return folder
 
     def played(self, name):
-        """By the console, then on a PC: both say the same."""
+        """At the console, then on a PC: both give the same result."""
         answer = self.first.ask_json(f"replay {name}")
         done = subprocess.run([VERGENCE, "replay", os.path.join(self.files, name), "--json"],
                               capture_output=True, text=True, timeout=PATIENCE_S)
@@ -67,7 +67,7 @@ class Replay(PlayedPairs):
                 for line in lines_of(os.path.join(self.files, name))
                 if line.startswith("command ")]
 
-    def test_the_same_bit_for_bit(self):
+    def test_a_recording_replays_identically(self):
         self.assertEqual(self.commands_of("whole"), COMMANDS)
         self.assertIn("setting text=rig.skew_limit_us%20=%205000000", lines_of(self.recorded))
         answer = self.played("whole")
@@ -78,7 +78,7 @@ class Replay(PlayedPairs):
         self.assertGreater(result["calls"], 40)
         done = subprocess.run([VERGENCE, "replay", self.recorded], capture_output=True, text=True,
                               timeout=PATIENCE_S)
-        self.assertRegex(done.stdout, "the same, bit for bit: 9 commands, [0-9]+ calls, 2 pairs$")
+        self.assertRegex(done.stdout, "identical: 9 commands, [0-9]+ calls, 2 pairs$")
 
     def test_what_is_not_there_is_missing(self):
         with self.client() as client:
@@ -99,16 +99,17 @@ class Replay(PlayedPairs):
                               capture_output=True, text=True, timeout=PATIENCE_S)
         self.assertRegex(done.stdout, ", 1 pair$")
 
-    def test_all_commands_are_noted(self):
+    def test_all_commands_are_recorded(self):
         self.record("noted", ["bringup", "gain", "watch 0.1 \"exposure left\" 2",
                               "bugreport", "exposure 8000", "help", "version", "safe", "bringup"])
         self.assertEqual(self.commands_of("noted"), [
             "bringup", "gain", "exposure left", "exposure left", "status", "health",
-            "exposure 8000", "safe", "bringup"])  # registers are refused: two cameras have none
+            "exposure 8000", "safe", "bringup"])  # registers are rejected: two cameras have none
         self.assertTrue(self.played("noted")["ok"])
 
     def test_refused_commands_are_not_played(self):
-        """Why they were refused is not in the recording: a name, another recording, a file."""
+        """The reason of the rejection is not in the recording: a name, another recording, a
+        file."""
         self.record("refused", ["bringup"], stop=False)
         for command in ("capture foo", "record start refused", "pan left 3", "zoom 3",
                         "calibration set nothing", "exposure 1e9", "capture"):
@@ -127,7 +128,7 @@ class Replay(PlayedPairs):
         self.assertEqual(numbers, ["number=1", "number=2", "number=3"])
         answer = self.played("twice")
         self.assertTrue(answer["ok"], answer)
-        # As it was recorded by those who counted from the bring-up.
+        # As recorded by versions that counted from the bring-up.
         folder = os.path.join(self.files, "twice")
         write_index(folder, [line.replace("number=3 ", "number=1 ") for line in lines_of(folder)])
         self.assertTrue(self.played("twice")["ok"])
@@ -166,7 +167,7 @@ class Replay(PlayedPairs):
         self.played("time")
         self.assertEqual(self.first.ask("version")[-1], "OK")
 
-    def test_answers_that_are_no_numbers(self):
+    def test_answers_that_are_not_numbers(self):
         for name, call, answers in (("clock", "clock now = ", ("x1", "", "-5", 24 * "9")),
                                     ("control", "camera0 control 0 7000 = ", ("0", "0 x"))):
             for number, bad in enumerate(answers):
@@ -177,11 +178,11 @@ class Replay(PlayedPairs):
                 write_calls(folder, lines)
                 answer = self.played(f"{name}-{number}")
                 self.assertEqual(answer["error"], "VERIFY", (bad, answer))
-                self.assertIn(f"line {place + 1}: is no answer to '{call[:-3]}'",
+                self.assertIn(f"line {place + 1}: invalid answer to '{call[:-3]}'",
                               answer["message"])
 
     def other_commands(self, name, commands):
-        """What a daemon that plays this says to these."""
+        """The answers of a daemon that replays this to these commands."""
         done = subprocess.run(
             [VERGENCED, f"backend=replay {os.path.join(self.files, name)}", "socket=none",
              "console=stdio", f"files={self.files}", "store=none", *self.settings],
@@ -189,19 +190,16 @@ class Replay(PlayedPairs):
         return done.stdout, done.stderr
 
     def test_other_commands_than_the_recorded_ones(self):
-        """No part is to blame, and at once it is told where they part."""
+        """No part is blamed, and the first difference is reported at once."""
         said, logged = self.other_commands("whole", "bringup\nexposure 6000\nhealth\nlog\n")
-        self.assertRegex(said, "\nERR IO left camera: what is played was recorded otherwise "
-                         r'\("log" tells how\); start the daemon again, and give the recorded '
-                         "commands in their order\n")
-        self.assertIn("why what is played was recorded otherwise", said)
+        self.assertRegex(said, "\nERR IO left camera: mismatch with the recording ")
+        self.assertIn("why mismatch with the recording", said)
         for text in (said, logged):
-            self.assertEqual(text.count("the recorded call is "), 1, text)
+            self.assertEqual(text.count("expected the call "), 1, text)
         self.record("short", ["bringup"])
         said, logged = self.other_commands("short", "bringup\nexposure 6000\nlog\n")
-        self.assertRegex(said, "\nERR IO left camera: the recording that is played ends here; to "
-                         "play it anew start the daemon again\n")
-        self.assertEqual(logged.count("the recording ends here, but "), 1, logged)
+        self.assertRegex(said, "\nERR IO left camera: the replayed recording ends here")
+        self.assertEqual(logged.count("the recording ends here, got "), 1, logged)
 
     def test_a_call_that_differs(self):
         folder = self.copy("call")
@@ -213,8 +211,8 @@ class Replay(PlayedPairs):
         self.assertEqual(answer["error"], "VERIFY", answer)
         self.assertEqual(answer["result"]["command"], COMMANDS.index("exposure 7000") + 1)
         self.assertEqual(answer["result"]["call"], number + 1 - 2)
-        self.assertRegex(answer["message"], "the recorded call is 'camera0 control 0 7001', but "
-                         "'camera0 control 0 7000' came")
+        self.assertRegex(answer["message"], "expected .*'camera0 control 0 7001'.* got "
+                         "'camera0 control 0 7000'")
 
     def test_a_pair_that_differs(self):
         folder = self.copy("pair")
@@ -223,8 +221,8 @@ class Replay(PlayedPairs):
         write_index(folder, lines)
         answer = self.played("pair")
         self.assertEqual((answer["error"], answer["result"]["pairs"]), ("VERIFY", 1))
-        self.assertRegex(answer["message"], "pair 2: recorded is left_exposure_us=1(\\d+), but "
-                         "left_exposure_us=\\1 came")
+        self.assertRegex(answer["message"], "pair 2: expected left_exposure_us=1(\\d+), got "
+                         "left_exposure_us=\\1")
 
     def test_commands_that_differ(self):
         folder = self.copy("less")
@@ -233,16 +231,16 @@ class Replay(PlayedPairs):
         answer = self.played("less")
         self.assertEqual(answer["error"], "VERIFY", answer)
         write_index(folder, [line for line in lines if "capture%20-" not in line])
-        self.assertIn("none came", self.played("less")["message"])
+        self.assertIn("not captured", self.played("less")["message"])
         lines = [line for line in lines if not line.startswith("pair number=2")]
         write_index(folder, [line for line in lines if "capture%20-" not in line])
-        self.assertRegex(self.played("less")["message"], "the last \\d+ recorded calls did not")
+        self.assertRegex(self.played("less")["message"], "the last \\d+ recorded calls ")
         write_index(folder, [line.replace("health", "dance") for line in lines])
-        self.assertIn("\"dance\" cannot be played", self.played("less")["message"])
+        self.assertIn("cannot replay the command \"dance\"", self.played("less")["message"])
         write_index(folder, [line.replace("5000000", "none") for line in lines])
         self.assertIn("rig.skew_limit_us", self.played("less")["message"])
 
-    def test_what_is_no_recording(self):
+    def test_a_session_that_is_not_a_recording(self):
         silent = os.path.join(self.files, "silent")
         shutil.copytree(SESSION, silent)
         write_index(silent, [line for line in lines_of(silent) if not line.startswith("command ")])
@@ -267,7 +265,7 @@ class Replay(PlayedPairs):
         answer = self.played("cancelled")
         self.assertTrue(answer["ok"], answer)
         self.assertEqual(answer["result"]["pairs"], 1)
-        # The same commands, given to a daemon that plays the recording: nobody cancels there.
+        # The same commands to a daemon that replays the recording, without cancelling there.
         done = subprocess.run(
             [VERGENCED, f"backend=replay {os.path.join(self.files, 'cancelled')}", "socket=none",
              "console=stdio", f"files={self.files}", "store=none", *self.settings],
@@ -277,7 +275,7 @@ class Replay(PlayedPairs):
         self.assertEqual(ends, ["OK", "ERR CANCELLED", "OK", "OK"], done.stdout + done.stderr)
 
     def test_a_cancelled_bugreport_cancels_no_other_command(self):
-        """What is recorded of it are the commands within it."""
+        """It is recorded as the commands that it runs."""
         self.record("report", [], stop=False)
         cancelled, tries = 0, 0
         while cancelled < 3:

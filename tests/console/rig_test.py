@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The instrument through its console: brought up, aimed, looked at, on the simulated rig."""
+"""The instrument through its console: bring-up, aiming and looking, on the simulated rig."""
 import glob
 import os
 import subprocess
@@ -61,7 +61,7 @@ class Rig(RigTest):
             for side in ("left", "right"):
                 self.assertAlmostEqual(result[side]["position"], 450, delta=6, msg=axis)
                 self.assertNotIn("note", result[side], axis)
-        # At the lower end there is no room to come from below, as everywhere else.
+        # At the lower end there is no space to approach from below, as elsewhere.
         near = self.asked("zoom 300")
         self.assertIn("from below", near["left"]["note"])
         self.assertGreater(near["right"]["play"], 0)
@@ -133,19 +133,19 @@ class Rig(RigTest):
             time.sleep(patience_s)
             self.first.send("\x03")
             self.first.answer()
-            self.assertNotEqual(self.asked("status").get("trouble"), "")  # a wish, and no trouble
+            self.assertNotEqual(self.asked("status").get("trouble"), "")  # a cancellation, not an error
             if self.asked("status")["state"] == "safe":
-                break  # else it had not begun yet, or had ended
+                break  # otherwise it had not started yet, or had ended
         self.assertEqual(self.first.ask("zoom both 500")[-1],
                          "ERR NOT_READY zoom: the instrument is in its safe state; \"bringup\" again")
 
     def frames_of(self, session):
-        """The files of a session's frames, whose names are the CRC of what is in them."""
+        """The files of a session's frames, whose names are the CRC of their contents."""
         pattern = os.path.join(self.files, session, "frame-*")
         return sorted(os.path.basename(path) for path in glob.glob(pattern))
 
     def test_a_bus_that_sticks_and_comes_back(self):
-        """In the middle of a move, with frames of another size than that of the bring-up."""
+        """During a move, with frames of another size than at the bring-up."""
         self.asked("window 128 96")
         self.fault("bus scl")
         answer = self.first.ask_json("focus both 429")
@@ -154,7 +154,7 @@ class Rig(RigTest):
         self.fault("bus ok")
         self.asked("bringup")
 
-    def test_a_recorded_session_plays_bit_for_bit(self):
+    def test_a_recorded_session_replays_identically(self):
         self.asked("record start r1")
         self.assertEqual(self.first.ask("record start r2")[0][:8], "ERR BUSY")
         commands = ["bringup", "window 320 240", "exposure 8000", "pan both 3 -3", "capture",
@@ -171,7 +171,7 @@ class Rig(RigTest):
         played = self.asked("replay r1")
         self.assertEqual((played["same"], played["commands"], played["pairs"]),
                          ("yes", len(commands), 2))
-        # The same commands to a daemon that has nothing but the recording.
+        # The same commands to a daemon that has only the recording.
         script = "".join(f"{command}\n" for command in commands).replace(
             "capture\n", "capture p1\n").replace("capture - static", "capture p2 static")
         done = subprocess.run(
@@ -215,7 +215,7 @@ class Rig(RigTest):
         self.assertTrue(last.startswith("capture-"))
         with open(os.path.join(self.files, last, "session.index"), encoding="ascii") as file:
             self.assertEqual(file.read().count("_window=864,648,1"), 2)
-        # The last one captured here, whatever else lies there.
+        # The last one captured here, whatever other sessions exist.
         os.utime(os.path.join(self.files, "one", "session.index"), (4e9, 4e9))
         refusal, = self.first.ask("reconstruct")
         self.assertTrue(refusal.startswith(f"ERR MISSING {last}: no calibration in the session"), refusal)
@@ -229,7 +229,7 @@ class Rig(RigTest):
 class Troubles(RigTest):
     settings = ("rig.skew_limit_us=1000", "rig.width_px=128", "rig.height_px=96")
 
-    def test_one_that_is_over_is_no_reason_for_a_safe_state(self):
+    def test_a_past_fault_does_not_cause_a_safe_state(self):
         refusal = self.first.ask("capture")[-1]
         self.assertEqual(refusal[:9], "ERR MOVED")
         for command in ("status", "health"):
@@ -242,7 +242,7 @@ class Troubles(RigTest):
         told = self.asked("status")
         self.assertEqual([key for key in told if "trouble" in key], [])
 
-    def test_one_that_lasts_is_told_as_the_reason(self):
+    def test_a_lasting_fault_is_reported_as_the_reason(self):
         self.fault("camera left unplug")
         self.addCleanup(self.fault, "camera left ok")
         refusal = self.first.ask("capture")[-1]
@@ -252,7 +252,7 @@ class Troubles(RigTest):
 
 
 class RigsThatGo(DaemonTest):
-    """The simulated rig ends, and comes back or does not."""
+    """The simulated rig ends, and returns or not."""
     settings = ("rig.width_px=128", "rig.height_px=96")
 
     def test_it_is_named_and_looked_for_again(self):
@@ -263,7 +263,7 @@ class RigsThatGo(DaemonTest):
         for command in ("pan 5", "capture", "bringup"):
             answer = first.ask(command)[-1]
             self.assertRegex(answer, "^ERR (DEVICE|NOT_READY) .*simulated rig", command)
-        self.assertRegex(answer, "no simulated rig at unix:.*is simrig running there")
+        self.assertRegex(answer, "no simulated rig at unix:.*is simrig running")
         type(self).begin_rig()
         self.assertEqual(first.ask("bringup")[-1], "OK")
         self.assertEqual(first.ask("pan 5")[-1], "OK")
@@ -271,7 +271,7 @@ class RigsThatGo(DaemonTest):
         self.assertNotIn("trouble", first.ask_json("status")["result"])
 
     def test_another_one_at_once(self):
-        """Between two commands: the next one tells it, and a bring-up is enough."""
+        """Between two commands: the next one reports it, and a bring-up suffices."""
         first = self.client()
         self.assertEqual(first.ask("bringup")[-1], "OK")
         self.end(self.rig)
@@ -285,8 +285,8 @@ class RigsThatGo(DaemonTest):
 
 
 class Log(RigTest):
-    def test_the_log_tells_what_went_wrong(self):
-        """Each once: the answer, and the state that it left."""
+    def test_the_log_reports_faults(self):
+        """Each once: the answer, and the resulting state."""
         for fault, repair, command, name in (
                 ("lens left zoom jam", "lens left zoom free", "zoom left 700", "JAMMED"),
                 ("camera left unplug", "camera left ok", "capture", "TIMEOUT"),
@@ -310,7 +310,7 @@ class Log(RigTest):
             self.asked("bringup")
             self.assertIn("notice: the instrument is ready: bringup", self.logged()[-1])
             self.assertIn("safe state: ", "".join(self.logged()[before:]))
-        # What was typed wrong is nobody's fault.
+        # A wrong command is not logged as a fault.
         before = self.logged()
         for command in ("zoom 9000", "pan 400", "fly", "capture ../x", "fetch nothing"):
             self.assertEqual(self.first.ask(command)[-1][:4], "ERR ")

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What both cameras see now: one picture among the instrument's files, which the client fetches."""
+"""The current view of both cameras: one image among the instrument's files, which the client
+fetches."""
 import glob
 import json
 import os
@@ -19,14 +20,14 @@ from played_pairs import SESSION, PlayedPairs
 
 
 def shrunk(image, factor):
-    """The means of whole squares."""
+    """Means over square blocks."""
     height, width = (side // factor for side in image.shape[:2])
     parts = image[:height * factor, :width * factor].reshape(height, factor, width, factor, -1)
     return parts.mean(axis=(1, 3)).squeeze()
 
 
 def developed(folder, side):
-    """A session's frame of light as grey, by OpenCV: about what the instrument makes of it."""
+    """A session's raw frame as grey, by OpenCV: approximately the instrument's conversion."""
     with open(os.path.join(folder, "session.index"), encoding="ascii") as file:
         crc = re.search(rf"{side}_frame=(\w+)", file.read())[1]
     raw = cv2.imread(os.path.join(folder, f"frame-{crc}.pnm"), cv2.IMREAD_UNCHANGED)
@@ -48,7 +49,7 @@ class Looking:
         return image
 
     def assert_shows(self, image, session, factor):
-        """Both sides of a session's pair, apart by noise and by how colours are made."""
+        """Compares with both sides of a session's pair, up to noise and colour conversion."""
         middle = image.shape[1] // 2
         for side, half in (("left", image[:, :middle]), ("right", image[:, middle:])):
             expected = shrunk(developed(session, side), factor)
@@ -67,7 +68,7 @@ class OnTheRig(Looking, DaemonTest):
         self.asked("bringup")
         self.asked("window 1344 800")
         session = os.path.join(self.files, self.asked("capture")["session"])
-        # 1344 / 3 is the first whole part of at most 640.
+        # 1344 / 3 is the first whole fraction of at most 640.
         self.assert_shows(self.shown(self.asked("snapshot")["file"]), session, 3)
         self.asked("record start looked-at")
         commands = ("bringup", "window 320 240", "snapshot", "capture", "snapshot full",
@@ -140,7 +141,7 @@ class Fetched(Looking, PlayedPairs):
         return done.stdout
 
     def object_of(self, *words):
-        """The only one beside those that say how far it is."""
+        """The only answer object, besides progress objects."""
         told = [json.loads(line) for line in self.fetched("--json", *words).splitlines()]
         answers = [answer for answer in told if "event" not in answer]
         self.assertEqual(len(answers), 1, told)
@@ -169,7 +170,7 @@ class Fetched(Looking, PlayedPairs):
         self.assert_same(answer["result"]["file"])
 
     def test_nothing_here_is_written_over(self):
-        """An instrument whose clock is wrong gives the same names again."""
+        """An instrument with a wrong clock gives the same names again."""
         now = int(time.time())
         taken = [time.strftime(f"snapshot-%Y%m%d-%H%M%S{more}.png", time.gmtime(now + second))
                  for second in range(120) for more in ("", "-2", "-3", "-4", "-5", "-6", "-7")]
@@ -190,7 +191,7 @@ class Fetched(Looking, PlayedPairs):
         self.assertRegex(lines[-2], r"written: snapshot-\S+\.png, \d+ bytes$")
         self.assertEqual(len(os.listdir(self.here)), 1)
 
-    def test_what_fails_is_told_once(self):
+    def test_a_failure_is_reported_once(self):
         for words, code in ((("snapshot", "half"), 1), (("--json", "snapshot", "half"), 1)):
             done = self.vergence(*words, cwd=self.here)
             self.assertEqual(done.returncode, code, done)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The README's commands from two webcams to a surface, taken from it, on a fake kernel: somebody
-prints the board, holds it before the cameras view after view, and then puts the scene there."""
+"""The README's commands from two webcams to a surface, taken from the README, on a fake kernel: the
+board is printed, shown to the cameras view after view, and replaced by the scene."""
 import json
 import os
 import pathlib
@@ -28,14 +28,15 @@ COMMANDS = 6
 
 
 def commands():
-    """Those of the README's block, in their order."""
+    """The commands of the README's block, in order."""
     with open(os.path.join(ROOT, "README.md"), encoding="utf-8") as file:
         block = re.findall(r"^```sh webcams\n(.*?)^```", file.read(), re.S | re.M)
     return [line for line in block[0].splitlines() if line.strip() and not line.startswith("#")]
 
 
 def painted():
-    """The board's texture with something on its squares, so that there is a surface to measure."""
+    """The board's texture with additional texture on its squares, so that there is a surface to
+    measure."""
     texture = boards.board_texture().astype(float)
     random = numpy.random.default_rng(5)
     spots = cv2.GaussianBlur(random.normal(size=texture.shape), (0, 0), 4)
@@ -63,7 +64,7 @@ class Webcams(unittest.TestCase):
     def show(self, pair):
         for path, image in zip(self.pictures, pair):
             show(path, cv2.cvtColor(image, cv2.COLOR_GRAY2RGB))
-        time.sleep(2 * FRAME_US * 1e-6)  # what was on its way has arrived
+        time.sleep(2 * FRAME_US * 1e-6)  # frames in flight have arrived
 
     def run_one(self, command):
         done = subprocess.run(["bash", "-c", command], cwd=self.folder, env=self.quiet, text=True,
@@ -72,7 +73,7 @@ class Webcams(unittest.TestCase):
         return done.stdout
 
     def start(self, command):
-        """The daemon, as the shell would with the & behind it."""
+        """Starts the daemon, as the shell does with &."""
         self.assertTrue(command.endswith(" &"), command)
         daemon = subprocess.Popen(["bash", "-c", "exec " + command[:-1]], cwd=self.folder,
                                   env=self.environment, stdin=subprocess.DEVNULL)
@@ -93,7 +94,7 @@ class Webcams(unittest.TestCase):
         return index.exists() and b"\nend" in index.read_bytes()
 
     def capture_views(self, command):
-        """Somebody holds the board another way whenever the loop asks for it."""
+        """Shows the board in another pose whenever the loop asks for it."""
         loop = subprocess.Popen(["bash", "-c", command], cwd=self.folder, env=self.quiet,
                                 stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                 stderr=subprocess.STDOUT)
@@ -115,7 +116,7 @@ class Webcams(unittest.TestCase):
         self.assertEqual(said.count(b"\nOK\n"), 1 + len(views), said)
 
     def look(self):
-        """The README's commands that show what was taken."""
+        """The README's commands that show the result."""
         with open(os.path.join(ROOT, "README.md"), encoding="utf-8") as file:
             text = re.sub(r"\n +", " ", file.read())
         shown = re.findall(r"`(vergence (?:--connect unix:rig.sock snapshot|\w+ files/scene"
@@ -137,7 +138,7 @@ class Webcams(unittest.TestCase):
             self.assertIn(word, said)
 
     def exchange_cameras(self, daemon):
-        """The calibration knows by their ports that left and right are exchanged."""
+        """The calibration detects by the ports that left and right are swapped."""
         text = pathlib.Path(self.folder, "calibrated", "rig.calibration").read_text()
         cameras = [re.search(rf"^{side}_camera (.*)$", text, re.M)[1] for side in ("left", "right")]
         self.assertNotIn("unknown", cameras)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Who may command: web pages, programs without the token, clients that never say anything."""
+"""Access: web pages, programs without the token, clients that never send a line."""
 import http.client
 import os
 import re
@@ -36,7 +36,8 @@ class Tcp(Client):
 
 
 def post(connection, body):
-    """What a page in a browser can send without asking anybody; whether it got any answer."""
+    """Sends what a browser page can send without permission; returns whether there was any
+    answer."""
     try:
         connection.request("POST", "/", body, {"Content-Type": "text/plain"})
         connection.getresponse()
@@ -77,10 +78,10 @@ class Port(WithPort):
         page = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE_S)
         self.addCleanup(page.close)
         answered = post(page, "pan left 5\n")
-        # What came with it has been read, or never will be: whoever asks now comes later.
+        # What was sent with it has been read or never will be, as later requests are handled later.
         self.assertAlmostEqual(self.pan(), 1, delta=0.1)
         self.assertFalse(answered)
-        # A proxy may bring the page to the Unix socket, and with a path of any length.
+        # A proxy may forward the page to the Unix socket, with a path of any length.
         for path in ("/", "/" + 600 * "x"):
             client = self.client()
             client.send(f"POST {path} HTTP/1.1\r\nHost: x\r\n\r\npan left 5\n")
@@ -88,7 +89,7 @@ class Port(WithPort):
                 client.answer()
         self.assertAlmostEqual(self.pan(), 1, delta=0.1)
 
-    def test_nothing_is_carried_out_before_the_token(self):
+    def test_nothing_runs_before_the_token(self):
         for first in ("bugreport", "@text", "@json bugreport", "@token", "@token x",
                       "@token " + 64 * "0", f"@token {self.the_token()[:-1]}",
                       f"@token {self.the_token()}0", f" @token {self.the_token()}",
@@ -98,7 +99,7 @@ class Port(WithPort):
                 client.send(first + "\n")
                 self.assertTrue(client.line().startswith("ERR REFUSED "))
                 self.assertIsNone(client.line())
-                # With what follows in one piece.
+                # Together with the following lines.
                 client = self.tcp()
                 client.send(f"{first}\n@token {self.the_token()}\nbugreport\n")
                 self.assertIn((client.line() or "ERR REFUSED ")[:12], "ERR REFUSED ")
@@ -111,7 +112,7 @@ class Port(WithPort):
         self.assertEqual(client.line(), "OK")
         self.assertEqual(client.answer()[-1], "OK")
         self.assertIn('"ok": true', client.line())
-        # A tunnel may lead from a port here to the socket there, which needs none.
+        # A tunnel may lead from a port here to the socket there, which needs no token.
         client = self.client()
         self.assertEqual(client.ask("@token x"), ["OK"])
         self.assertEqual(client.ask("version")[-1], "OK")
@@ -157,7 +158,7 @@ class UsualPlace(WithPort):
     def test_the_client_finds_it(self):
         done = self.vergence("version", where=self.where, env={**os.environ, **self.environment})
         self.assertEqual((done.returncode, done.stderr), (0, ""))
-        # Who has none is told so, and which.
+        # Without a token the message names the file.
         done = self.vergence("version", where=self.where,
                              env={**os.environ, "XDG_STATE_HOME": os.path.join(self.folder, "x")})
         self.assertEqual((done.returncode, done.stderr[:12]), (1, "ERR REFUSED "))
@@ -220,7 +221,7 @@ class Readme(unittest.TestCase):
 
 
 class Silent(WithPort):
-    """Who says nothing keeps nobody out, and does not stay."""
+    """Silent clients do not block others and are dropped."""
     settings = ("clients=3",)
 
     def test_they_hold_no_slots(self):
@@ -232,7 +233,7 @@ class Silent(WithPort):
                 self.assertEqual(client.ask("version")[-1], "OK")
         done = self.vergence("--token", self.token, "version", where=self.where)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
-        # Those who have greeted do, and nobody takes their place.
+        # Clients that have greeted keep their slots.
         others = [self.client(), self.client()]
         for client in others:
             self.assertEqual(client.ask("version")[-1], "OK")
@@ -255,7 +256,7 @@ class Silent(WithPort):
         half.send("@token")
         self.assertTrue(half.line().startswith("ERR TIMEOUT"))
         self.assertIsNone(half.line())
-        # Who was silent after a first line has stayed.
+        # A client that was silent after its first line stays.
         self.assertEqual(talker.ask("version")[-1], "OK")
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A user without root, with a home directory of his own."""
+"""A user without root privileges, with a separate home directory."""
 import os
 import pathlib
 import shutil
@@ -11,7 +11,7 @@ import unittest
 from daemon_process import PATIENCE_S
 
 VERGENCE = os.environ["VERGENCE"]
-# A build and its sources may lie where only root looks: a namespace keeps that, and takes root away.
+# Builds and sources may be readable only by root: a namespace keeps that, and drops root.
 AS_USER = ("unshare", "--user", "--map-user=1000", "--map-group=1000") if os.geteuid() == 0 else ()
 
 
@@ -20,7 +20,7 @@ class UserTest(unittest.TestCase):
         if AS_USER and subprocess.run([*AS_USER, "true"], check=False,
                                       stderr=subprocess.DEVNULL).returncode != 0:
             self.skipTest("the system lets root not become a user (unshare --user)")
-        # Sockets have short names: not in the folder of the build.
+        # Socket names must be short: not in the build folder.
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="places"))
         self.addCleanup(shutil.rmtree, self.folder)
         self.home, self.runtime = self.folder / "home", self.folder / "run"
@@ -30,12 +30,12 @@ class UserTest(unittest.TestCase):
         self.socket = self.runtime / "vergence" / "vergenced.sock"
         self.environment = {name: value for name, value in os.environ.items()
                             if not name.startswith("XDG_") and not name.endswith("_DIRECTORY")}
-        # The search for leaks needs a process of its own, which a confined daemon may not make.
+        # The leak check needs another process, which a confined daemon may not create.
         self.environment |= {"HOME": str(self.home), "XDG_RUNTIME_DIR": str(self.runtime),
                              "ASAN_OPTIONS": "detect_leaks=0"}
 
     def begin(self, *command, **options):
-        """A program in the background, which is ended in good order."""
+        """Runs a program in the background and ends it orderly."""
         program = subprocess.Popen([*AS_USER, *command], cwd=self.home, env=self.environment,
                                    stdin=subprocess.DEVNULL, text=True, **options)
 
@@ -49,7 +49,8 @@ class UserTest(unittest.TestCase):
         return program
 
     def begin_until(self, word, *command):
-        """A program in the background, and what it says up to the line with this word."""
+        """Starts a program in the background and returns its output up to the line with this
+        word."""
         program = self.begin(*command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         said = []
         for line in program.stdout:
@@ -59,7 +60,7 @@ class UserTest(unittest.TestCase):
         raise AssertionError(f"it has ended: {said}")
 
     def begin_daemon(self, *command):
-        """What it says until it serves."""
+        """Its output until it serves."""
         self.daemon, said = self.begin_until("serving", *command)
         return said
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // usage: ask_again RIG SESSION < CALLS
 //
-// Makes recorded calls of the hardware's interfaces (lines as in daemon/session/session.md) again,
-// one after the other, at a simulated rig that listens at RIG, and records them with what they
-// bring there into the new directory SESSION. Of frames it asks for that which began when the
-// recorded one did. For board_test.py.
+// Repeats recorded calls of the hardware's interfaces (lines as in daemon/session/session.md), in
+// order, at a simulated rig that listens at RIG, and records them with their results in the new
+// directory SESSION. For frames it requests the one that began when the recorded one did. For
+// board_test.py.
 #include <fcntl.h>
 
 #include <algorithm>
@@ -28,8 +28,8 @@
 namespace {
 
 const int patience_ms = 60000;
-// The recorded port was ready all the time. One that is armed at the last moment misses a frame,
-// and one that is armed long before gets another: the shortest frames of the rig are 886 us apart.
+// The recorded port was always armed. A port armed at the last moment misses a frame, and one armed
+// long before gets another: the rig's shortest frames are 886 us apart.
 const std::uint64_t lead_us = 800;
 
 [[noreturn]] void give_up(const std::string &why) {
@@ -51,7 +51,7 @@ std::vector<std::uint8_t> bytes_of(const std::string &digits) {
     return bytes;
 }
 
-/// When the frame began that a recorded call brought; 0: it brought none.
+/// Start of the frame that a recorded call returned; 0: none.
 std::uint64_t begin_of(const std::string &call) {
     std::istringstream words(call);
     std::string part, what, equals, file, size;
@@ -188,7 +188,7 @@ int main(int count, char **arguments) {
     for (std::string line; std::getline(std::cin, line);) {
         calls.push_back(line);
     }
-    std::size_t next = 0;  // the next call that brings a frame
+    std::size_t next = 0;  // the next call that returns a frame
     for (std::size_t i = 0; i < calls.size(); i++) {
         for (next = std::max(next, i); next < calls.size() && begin_of(calls[next]) == 0;) {
             next++;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A serial line that is not as good as its users would like."""
+"""A bad serial line."""
 import os
 import pty
 import random
@@ -38,7 +38,7 @@ class BadLine:
                 data = os.read(end, 4096)
                 self.carried += len(data)
                 if self.limit is not None and self.carried > self.limit:
-                    continue  # the plug is out
+                    continue  # unplugged
                 data = self.spoil(data)
                 while data:
                     data = data[os.write(ends[end], data):]

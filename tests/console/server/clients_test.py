@@ -23,7 +23,7 @@ class Clients(DaemonTest):
         self.assertEqual(self.first.ask("wait 0")[-1], "OK")
 
     def seated(self):
-        """A client that is served. Seats of those that have gone are free soon, not at once."""
+        """A client that is served. Slots of closed connections become free soon, not at once."""
         end = time.monotonic() + PATIENCE_S
         while True:
             client = self.client()
@@ -31,7 +31,7 @@ class Clients(DaemonTest):
                 if client.ask("version")[-1] == "OK":
                     return client
             except OSError:
-                pass  # turned away before it had asked
+                pass  # rejected before it sent a line
             self.assertLess(time.monotonic(), end, "no seat becomes free")
             client.socket.close()
             time.sleep(0.02)
@@ -88,12 +88,12 @@ class Clients(DaemonTest):
         text = "\n".join(lines)
         self.assertEqual(text[-8:], f"{zlib.crc32(text[:-8].encode()):08X}")
         self.assertEqual(text[-10:-8], " #")
-        # The number of the request is part of what is sealed.
+        # The request's number is covered by the CRC.
         self.first.send(sealed("wait 0", "text,id=7"))
         line = self.first.line()
         self.assertEqual(line[:-8], "OK #7,")
         self.assertEqual(line[-8:], f"{zlib.crc32(b'OK #7,'):08X}")
-        # So is all that stands behind @, and crc is its last word.
+        # So is everything after @, and crc is its last option.
         self.first.send(sealed("version", "json,id=8").replace("id=8", "id=9"))
         answer = json.loads(self.first.line())
         self.assertEqual((answer["error"], "id" in answer, "crc" in answer), ("CRC", False, True))
@@ -117,7 +117,7 @@ class Clients(DaemonTest):
         self.assertEqual(self.first.ask('watch 1 "watch 1 version"')[0][:12], "ERR ARGUMENT")
         self.assertIn("zoom: the instrument is down", self.first.ask("watch 1 zoom")[0])
 
-    def test_help_is_whole(self):
+    def test_help_is_complete(self):
         commands = self.first.ask_json("help")["result"]
         wanted = ("help status health selftest pan zoom focus iris exposure gain window capture "
                   "reconstruct record replay calibration registers watch log config version "
@@ -135,14 +135,14 @@ class Clients(DaemonTest):
         time.sleep(0.3)
         self.assertEqual(others[2].ask("wait 0"), [
             "ERR BUSY too many commands are waiting: try again later"])
-        # What needs no rig does not wait for it.
+        # Commands without the rig do not wait for it.
         self.assertEqual(others[3].ask("version")[-1], "OK")
         self.first.send("\x03")
         self.assertEqual(self.first.answer(), ["ERR CANCELLED cancelled"])
         self.assertEqual(others[0].answer(), ["OK"])
         self.assertEqual(others[1].answer(), ["OK"])
 
-    def test_what_was_sent_ahead_of_ctrl_c_is_answered_and_not_carried_out(self):
+    def test_lines_ahead_of_ctrl_c_are_answered_and_not_run(self):
         self.first.send("wait 100000\n")
         time.sleep(0.3)
         self.first.send("@json,id=7 record start never\n\n# a comment\nversion\nnosuch\nstat\x03")
@@ -152,7 +152,7 @@ class Clients(DaemonTest):
         self.assertEqual(self.first.answer(), ["ERR CANCELLED cancelled"])
         self.assertIn("nosuch", self.first.answer()[0])
         self.assertEqual(self.first.ask_json("record")["result"]["recording"], "nothing")
-        # Likewise when both arrive at once.
+        # The same if both arrive at once.
         for _ in range(20):
             self.first.send("wait 1000\n\x03")
             self.assertEqual(self.first.answer(), ["ERR CANCELLED cancelled"])
@@ -161,7 +161,7 @@ class Clients(DaemonTest):
         others = [self.seated() for _ in range(3)]
         self.first.send("wait 100000\n")
         time.sleep(0.3)
-        # The places of those that went are free at once.
+        # Their queue places are free at once.
         others[0].send("status\nversion\n")
         others[1].send("@json watch 0.1 status\n")
         time.sleep(0.3)
@@ -191,7 +191,7 @@ class Clients(DaemonTest):
         self.first.send("\x03")
         self.assertEqual(self.first.answer(), ["ERR CANCELLED cancelled"])
 
-    def test_who_waits_for_another_is_told(self):
+    def test_waiting_for_another_client_is_reported(self):
         others = [self.seated() for _ in range(3)]
         self.first.send("wait 100000\n")
         time.sleep(0.3)
@@ -202,13 +202,13 @@ class Clients(DaemonTest):
             "event": "progress", "what": "waiting for another client's wait", "done": 0,
             "total": 1})
         self.assertEqual(others[1].line(), "... waiting for another client's wait 0/2")
-        # What needs no instrument does not wait, and who did not ask is not told.
+        # Commands without the instrument do not wait, and clients without @progress get no report.
         self.assertEqual(others[2].ask("@progress version")[0][:8], "version:")
         self.first.send("\x03")
         self.assertEqual(self.first.answer(), ["ERR CANCELLED cancelled"])
         self.assertTrue(json.loads(others[0].line())["ok"])
         answer = others[1].answer()
-        # It may be told that it waits for the one before it, while that one is carried out.
+        # It may get a report while the command before it runs.
         if answer[0].startswith("..."):
             self.assertEqual(answer.pop(0), "... waiting for another client's status 1/2")
         self.assertEqual(answer, ["state: down", "profile: rig", "OK"])
@@ -219,7 +219,7 @@ class Clients(DaemonTest):
         with Client(self.path) as late:
             self.assertEqual(late.line(), "ERR BUSY too many clients: try again later")
             self.assertIsNone(late.line())
-        # Also who speaks first, which it can before or after the daemon hangs up.
+        # Also a client that writes first, before or after the daemon closes the connection.
         for i in range(8):
             with Client(self.path) as late:
                 try:
@@ -290,7 +290,7 @@ class Clients(DaemonTest):
                          "ERR SYNTAX the line is longer than 512 characters")
         self.assertEqual(self.first.answer()[-1], "OK")
         self.first.send(b"ver\0sion\n")
-        self.assertEqual(self.first.line(), "ERR SYNTAX the line holds a control character")
+        self.assertEqual(self.first.line(), "ERR SYNTAX the line contains a control character")
         seed = int(os.environ.get("VERGENCE_TEST_SEED", random.randrange(1 << 32)))
         print(f"VERGENCE_TEST_SEED={seed}")
         chance = random.Random(seed)
@@ -302,10 +302,10 @@ class Clients(DaemonTest):
             lines.append(line)
         self.assertEqual(lines[-2:], ["OK", "OK"])
 
-    def test_what_the_client_says_of_an_output_that_fails(self):
+    def test_the_client_reports_an_output_that_fails(self):
         read_end, write_end = os.pipe()
         os.close(read_end)
-        # Nothing more is asked for.
+        # No further request is sent.
         with os.fdopen(write_end, "wb") as closed, open("/dev/full", "wb") as full:
             for output, code, told in ((closed, 141, ""),
                                        (full, 1, "vergence: writing to standard output failed: No "
@@ -376,10 +376,10 @@ class NoDescriptors(DaemonTest):
             fields = file.read().rsplit(")", 1)[1].split()
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
-    def test_who_is_too_much_is_told_and_nothing_spins(self):
+    def test_excess_clients_are_rejected_and_nothing_spins(self):
         first = self.client()
         self.assertEqual(first.ask("version")[-1], "OK")
-        # Room for one more at most: the lowest number that is free is the next one taken.
+        # At most one more: the lowest free descriptor is used next.
         highest = max(map(int, os.listdir(f"/proc/{self.daemon.pid}/fd")))
         resource.prlimit(self.daemon.pid, resource.RLIMIT_NOFILE, (highest + 2, highest + 2))
         others = [self.client() for _ in range(8)]

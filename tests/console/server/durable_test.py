@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the daemon or its client has told to be there is there after a power loss: names are synced
-with their directories, in the order of the calls that a fake kernel notes."""
+"""What the daemon or its client has reported as stored survives a power loss: names are synced with
+their directories, in the order of the calls that a fake kernel records."""
 import os
 import unittest
 
@@ -8,21 +8,21 @@ from fake_devices import HEIGHT, WIDTH, DeviceTest, preloaded
 
 
 class Calls(DeviceTest):
-    """What the fake kernel of one program notes."""
+    """The record of one program's fake kernel."""
 
     def setUp(self):
         super().setUp()
         self.record, self.read = self.place("record"), 0
 
     def calls(self):
-        """Those since the last asking, without what cameras do."""
+        """Calls since the last read, without those of cameras."""
         with open(self.record, encoding="ascii") as file:
             lines = [line for line in file.read().splitlines() if not line.startswith("video")]
         new, self.read = lines[self.read:], len(lines)
         return new
 
     def in_order(self, *wanted):
-        """The calls have these among them, one after the other."""
+        """The calls contain these, in this order."""
         calls = self.calls()
         at = 0
         for line in wanted:
@@ -36,7 +36,7 @@ class Durable(Calls):
         self.serve(f"{self.cameras()}watch {self.files}\nrecord {self.record}\n",
                    "profile=two-cameras", f"rig.width_px={WIDTH}", f"rig.height_px={HEIGHT}")
 
-    def test_names_are_synced_before_they_are_told(self):
+    def test_names_are_synced_before_they_are_reported(self):
         self.in_order("files mkdir", ".. fsync")
         path = os.path.join(self.files, self.asked("bugreport")["file"])
         name = os.path.basename(path)
@@ -46,9 +46,9 @@ class Durable(Calls):
         self.in_order("session.index fsync", "r fsync", ".. fsync",
                       "calls.log open wronly create excl cloexec", "r fsync")
 
-    def test_what_cannot_be_synced_is_told(self):
+    def test_a_failed_sync_is_reported(self):
         self.end(self.daemon)
-        # That of the directory above, at the start, is the first of these.
+        # The first is the sync of the parent directory at the start.
         self.serve(f"{self.cameras()}watch {self.files}\nfail 2 2 EIO . fsync\n",
                    "profile=two-cameras", f"rig.width_px={WIDTH}", f"rig.height_px={HEIGHT}")
         self.assertRegex(self.first.ask("bugreport")[-1],
@@ -83,14 +83,14 @@ class Fetched(Calls):
         done = self.fetch("one", f"{self.here}/one")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.in_order("one.part write 49152", "one.part fsync", "one.part rename one", ". fsync")
-        # A path that is relative has a directory, too; the fake kernel sees whole ones alone.
+        # A relative path has a directory, too; the fake kernel handles only absolute paths.
         done = self.fetch("one", "again")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         done = self.fetch("s", f"{self.here}/s")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.in_order("s mkdir", ".. fsync", "two.part fsync", "two.part rename two", ". fsync")
 
-    def test_what_cannot_be_synced_is_told_and_kept(self):
+    def test_a_failed_sync_is_reported_and_the_file_kept(self):
         for call, left in (("one.part fsync", "one.part"), (". fsync", "one")):
             done = self.fetch("one", f"{self.here}/one", more=f"fail 1 1 EIO {call}\n")
             self.assertEqual((done.returncode, done.stdout, done.stderr),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The setting "faults": each part fails when its rule says so, and what is answered names it."""
+"""The setting "faults": each part fails when its rule says so, and the answer names it."""
 import glob
 import os
 import shutil
@@ -28,7 +28,7 @@ class Store(FaultsTest):
         store = os.path.join(self.folder, "store")
         self.assertEqual(self.client().ask("calibration set new.txt"), [
             f"ERR FULL calibration: it cannot be kept in the store {store}: there is no room left; "
-            "make room on that disk, then do it again"])
+            "free space on that disk and try again"])
         self.assertEqual(self.works("calibration show"), old)
         self.assertEqual(self.works("calibration"), old)
         self.assertEqual(self.client().ask("calibration show"), [

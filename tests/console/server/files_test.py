@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the daemon writes what it captures, and who may read that."""
+"""Where the daemon writes captures, and their permissions."""
 import os
 import shutil
 import stat
@@ -9,7 +9,7 @@ from daemon_process import Client, DaemonTest
 
 
 class Files(DaemonTest):
-    """What the daemon writes stays in "files", and is not for everybody."""
+    """The daemon writes only below "files", and not readable by others."""
 
     @classmethod
     def setUpClass(cls):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ctrl-C, pasted text and readers that go away, at the shipped client: it ends at once, nothing
-goes on that was not wanted, and no line becomes another one."""
+"""Ctrl-C, pasted text and closed readers in the shipped client: it ends at once, no unwanted
+command runs, and no line is mixed up with another."""
 import json
 import os
 import random
@@ -30,7 +30,7 @@ class Interrupt(DaemonTest):
             output, _ = process.communicate(timeout=PATIENCE_S)
         except subprocess.TimeoutExpired:
             self.fail("it does not end")
-        # Before it has begun to look, the signal itself ends it.
+        # Before its handler is installed the signal itself ends it.
         self.assertIn(process.returncode, (INTERRUPTED, -signal.SIGINT))
         return output
 
@@ -45,7 +45,7 @@ class Interrupt(DaemonTest):
             with open(script, encoding="ascii") as file:
                 process = self.begin(*words, stdin=file)
                 process.stdout.readline()
-                # Somebody must read, or it would only stand still.
+                # Something must read, or it would only block.
                 for _ in range(chance.randrange(200)):
                     process.stdout.readline()
                 process.send_signal(signal.SIGINT)
@@ -62,7 +62,7 @@ class Interrupt(DaemonTest):
                 time.sleep(delay_s)
                 process.send_signal(signal.SIGINT)
                 self.check_interrupted(process)
-            # It goes on from there.
+            # It resumes from there.
             done = self.vergence(*words, cwd=self.folder)
             self.assertEqual((done.returncode, done.stderr), (0, ""))
             for path in (local, os.path.join(self.files, "back" if "send" in words else "big")):
@@ -79,8 +79,8 @@ class Interrupt(DaemonTest):
             self.assertEqual(process.wait(PATIENCE_S), INTERRUPTED)
             process.stdin.close()
 
-    def test_lines_that_are_none(self):
-        # The tail of a long line, or what follows a zero byte, is no command.
+    def test_invalid_lines(self):
+        # The rest of a long line, or what follows a zero byte, is not a command.
         script = "# " + "x" * 511 + "log 1\n" + "wait\0 0\n" + "wait 0\n" + "y" * 5000 + "\nwait 0"
         done = self.vergence("--keep-going", input=script)
         self.assertEqual((done.returncode, done.stdout), (1, "OK\nOK\n"))
@@ -93,7 +93,7 @@ class Interrupt(DaemonTest):
         self.assertEqual([answer["ok"] for answer in answers],
                          [False, False, True, False, True, False, False])
         self.assertEqual({answer["error"] for answer in answers if not answer["ok"]}, {"SYNTAX"})
-        # As long as may be, with the end of a line of another system.
+        # The maximum length, with another system's line end.
         done = self.vergence(input="wait 0".ljust(512) + "\r\n")
         self.assertEqual((done.returncode, done.stdout), (0, "OK\n"), done.stderr)
 
@@ -105,7 +105,7 @@ class Interrupt(DaemonTest):
         self.assertEqual(process.wait(PATIENCE_S), 141)
         self.assertEqual(process.stderr.read(), "")
 
-    def test_a_person_forgets_what_he_pasted(self):
+    def test_ctrl_c_drops_pasted_text(self):
         person = Person.of(self)
         person.type("wait 100000\rversion\rlog 1\r")
         person.until(lambda: "waiting" in person.screen.lines[-1])
@@ -119,7 +119,7 @@ class Interrupt(DaemonTest):
         time.sleep(0.3)
         person.look(0)
         self.assertFalse([line for line in person.screen.lines if "build" in line])
-        # Completion works on, and so does the next line.
+        # Completion still works, and so does the next line.
         person.type("vers\t\r")
         person.until(lambda: person.said("OK") == 1 and person.at_prompt())
 
@@ -130,7 +130,7 @@ class Interrupt(DaemonTest):
         person.type("wait 1\r" + "".join(f"wait 0 # {i:03}\r" for i in range(300)))
         person.until(lambda: person.said("OK") == 601 and person.at_prompt())
         self.assertFalse([line for line in person.screen.lines if "ERR" in line])
-        # More than can be kept: nothing of it is taken for something else.
+        # More than the buffer holds: nothing of it is misinterpreted.
         person.type("wait 3\r" + 8000 * "bugreport\r")
         person.until(lambda: person.said("OK") == 602 and person.at_prompt())
         self.assertGreater(person.screen.bells, 0)
@@ -142,7 +142,7 @@ class Interrupt(DaemonTest):
         with open(os.path.join(self.files, "huge"), "wb") as file:
             file.write(bytes(14 << 20))
         person = Person.of(self)
-        # The file here would be in the tests' directory.
+        # Its local file would be in the tests' directory.
         local = os.path.join(self.folder, "huge")
         for i in range(3):
             person.type(f"fetch huge {local}\r")
@@ -155,12 +155,12 @@ class Interrupt(DaemonTest):
         person.until(lambda: person.said("OK") == 1 and person.at_prompt())
 
     def test_ctrl_c_behind_more_than_is_kept(self):
-        """A program is told of each line that it was not carried out."""
+        """A program gets an answer for each line that was not run."""
         other = self.client()
         self.assertEqual(other.ask("wait 0"), ["OK"])
         for ahead, pieces in ((625, 1), (5000, 1), (200, 200)):
             client = self.client()
-            # Longer than any one piece, so that many are more than is kept.
+            # Longer than any one read, so that many are beyond the buffer.
             line = "version".ljust(100 if pieces > 1 else 7) + "\n"
             client.send("wait 100000\n")
             for _ in range(pieces):

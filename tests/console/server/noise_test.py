@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The shipped client over a serial line that loses and changes bytes: every command is answered as
-over a good one or fails with one line, soon; what was carried out was asked for, and once."""
+over a good line or soon fails with one line; only requested commands run, each at most once."""
 import json
 import os
 import random
@@ -13,7 +13,7 @@ from bad_line import BadLine
 from daemon_process import PATIENCE_S, VERGENCE, DaemonTest, Terminal, sealed
 
 CLEAN, FAINT, NOISY, LOUD = 0, 0.0001, 0.001, 0.002
-SOON_S = 60  # each of the tries has its deadline, and there are not many
+SOON_S = 60  # each attempt has a deadline, and their number is limited
 
 
 class Lines:
@@ -23,7 +23,7 @@ class Lines:
         self.slave, self.left = line.slave, b""
 
     def ask(self, text):
-        """The line that it is answered with."""
+        """The answer line."""
         os.write(self.slave, text.encode() + b"\n")
         return self.line()
 
@@ -66,7 +66,7 @@ class Noise(DaemonTest):
         return process
 
     def ask(self, *words, **options):
-        """Exit code, what was answered, and what was told."""
+        """Exit code, answer, and error output."""
         begin = time.monotonic()
         process = self.begin(*words, **options)
         output, told = process.communicate(timeout=3 * PATIENCE_S)
@@ -83,7 +83,7 @@ class Noise(DaemonTest):
             self.assertEqual((output, told.count("\n")), ("", 1))
 
     def recorded(self, name):
-        """The waits that a recording tells."""
+        """The waits in a recording."""
         with open(os.path.join(self.files, name, "session.index"), encoding="ascii") as file:
             return [unquote(line.split()[1].removeprefix("text=")) for line in file
                     if line.startswith("command text=wait")]
@@ -108,7 +108,7 @@ class Noise(DaemonTest):
             print(f"rate {rate}: {good} of {len(wanted)} answered")
             self.assertGreater(good, 0)
 
-    def test_what_is_carried_out_was_asked_for_and_once(self):
+    def test_only_requested_commands_run_and_once(self):
         self.assertEqual(self.first.ask("bringup")[-1], "OK")
         self.assertEqual(self.first.ask("record start noise")[-1], "OK")
         done, asked = [], []
@@ -136,7 +136,7 @@ class Noise(DaemonTest):
         self.assertGreater(len(done), 0)
 
     def test_rounds_of_a_watch(self):
-        """Those that come are right, and it is told that some are not there."""
+        """Rounds that arrive are right, and missing ones are reported."""
         for form in ((), ("--json",)):
             one = self.ask(*form, "watch", "0.1", "status", "1")[1].removesuffix("OK\n")
             for rate in (CLEAN, NOISY):
@@ -160,12 +160,11 @@ class Noise(DaemonTest):
                     self.assertIn("rounds of the watch may be missing", output + told)
 
     def test_a_command_that_takes_long(self):
-        """It is waited for as long as there are signs of life, and asked for once more when what
-        was lost is its end."""
+        """The client waits while there are heartbeats, and asks again if the end was lost."""
         self.first.send("wait 100000\n")
         process = self.begin("status")
         with self.assertRaises(subprocess.TimeoutExpired):
-            process.wait(12)  # longer than any silence is put up with
+            process.wait(12)  # longer than any tolerated silence
         self.first.send("\x03")
         self.assertEqual(self.first.answer()[-1], "ERR CANCELLED cancelled")
         output, told = process.communicate(timeout=PATIENCE_S)
@@ -185,10 +184,10 @@ class Noise(DaemonTest):
             self.check_failed(form, process.returncode, output, told)
             self.line.limit = None
 
-    def test_what_is_carried_out_over_a_sealed_line(self):
-        """As lines, whatever the client does."""
+    def test_commands_over_a_framed_line(self):
+        """Checks the raw lines, independent of the client."""
         line = Lines(self.line)
-        # Behind what others have left: the echo and the answer to a word that is no command.
+        # After leftovers of others: the echo, and the answer to a word that is not a command.
         answer = line.ask("\x03\rlisten")
         while not answer.startswith("ERR"):
             answer = line.line()
@@ -200,7 +199,7 @@ class Noise(DaemonTest):
         self.assertEqual(line.ask(sealed("wait 0", "text"))[:4], "OK #")
         self.assertEqual(line.ask(sealed("wait 0", "text,once"))[:10], "ERR SYNTAX")
         self.assertEqual(line.ask(sealed("wait 0", "text,id=4"))[:6], "OK #4,")
-        # The same again is another question, but with "once".
+        # Repeated, it is another request unless it has "once".
         self.assertEqual(self.first.ask("bringup")[-1], "OK")
         self.assertEqual(self.first.ask("record start sealed")[-1], "OK")
         for words in ("text,id=5", "text,id=6,once", "json,id=7,once"):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The shipped client before anything is asked: what is at the other end, what its script is read
-from, and what its command line says."""
+"""The shipped client before its first request: what is at the other end, where its script comes
+from, and its command line."""
 import json
 import os
 import select
@@ -35,12 +35,12 @@ class Peers(DaemonTest):
         self.addCleanup(self.daemon.send_signal, signal.SIGCONT)
 
     def wait_line(self, file):
-        """The next line, as it comes: the end of the process is not waited for."""
+        """The next line as it arrives, without waiting for the end of the process."""
         self.assertTrue(select.select([file], [], [], PATIENCE_S)[0], "nothing is told")
         return file.readline()
 
     def check_given_up(self, process, words):
-        """Nothing answers: exit code 3 and one line, or its JSON."""
+        """No answer: exit code 3 and one line, or its JSON."""
         output, told = process.communicate(timeout=PATIENCE_S)
         self.assertEqual(process.returncode, 3, (words, output, told))
         if "--json" in words:
@@ -56,11 +56,11 @@ class Peers(DaemonTest):
         processes = [self.begin(*words, stdin=subprocess.DEVNULL) for words in kinds]
         for words, process in zip(kinds, processes):
             self.check_given_up(process, words)
-        # 4.5 s, and what a busy machine adds to it.
+        # 4.5 s, plus the delay of a busy machine.
         self.assertLess(time.monotonic() - begin, 4.5 + BUSY_S)
 
-    def test_who_never_answers_is_given_up(self):
-        """A program at a port, one that accepts no more, a device."""
+    def test_a_silent_peer_is_given_up(self):
+        """A program at a port, a port that accepts nothing more, a device."""
         port = socket.create_server(("127.0.0.1", 0))
         self.addCleanup(port.close)
         path = os.path.join(self.folder, "full.sock")
@@ -84,7 +84,7 @@ class Peers(DaemonTest):
             chatty.send("$GPGGA,1\r\n")
             for ready in select.select([device.master, chatty.master], [], [], 0.02)[0]:
                 os.read(ready, 4096)
-            time.sleep(0.01)  # a device that talks all the time, not as fast as can be
+            time.sleep(0.01)  # a device that sends all the time, but not at full speed
         for where, process in zip(places, processes):
             self.check_given_up(process, [where])
         print(f"given up after {time.monotonic() - begin:.2f} s")
@@ -113,7 +113,7 @@ class Peers(DaemonTest):
         self.assertEqual((process.returncode, told), (INTERRUPTED, b"vergence: interrupted\n"))
 
     def test_a_long_command_is_waited_for_in_silence(self):
-        """A watch says nothing between its rounds, and nobody is told that this is wrong."""
+        """A watch is silent between its rounds, and that is not reported as an error."""
         done = self.vergence("watch", "6", "version", "2")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
 
@@ -127,8 +127,8 @@ class Peers(DaemonTest):
         return server, path
 
     def fake(self, *said):
-        """A process in front of a peer that says these one after the other, each when something was
-        asked, and then nothing more."""
+        """Starts a process with a peer that sends these one after the other, one per request, and
+        then nothing more."""
         server, path = self.listen()
 
         def begin(*words):
@@ -161,7 +161,7 @@ class Peers(DaemonTest):
             else:
                 self.assertEqual((output, told.decode()), (b"", f"vergence: {why}\n"))
 
-    def test_who_is_no_vergenced(self):
+    def test_a_peer_that_is_not_vergenced(self):
         begin = self.fake(b"SSH-2.0-OpenSSH_9.6\r\n")
         for words in (["status"], ["--json", "status"], ["fetch", "x"], []):
             process, _ = begin(*words)
@@ -181,7 +181,7 @@ class Peers(DaemonTest):
         process, _ = begin("status")
         output, told = process.communicate(timeout=PATIENCE_S)
         self.assertEqual((output.decode(), told.decode()), (f"{good}\n", f"ERR IO {good}\n"))
-        # One that turns it away.
+        # A peer that rejects it.
         process, _ = self.fake(b"ERR BUSY \x1b[2J\n")("status")
         output, told = process.communicate(timeout=PATIENCE_S)
         self.assertEqual(told, b"ERR BUSY \\x1b[2J\n")
@@ -210,7 +210,7 @@ class Peers(DaemonTest):
         self.addCleanup(thread.join, PATIENCE_S)
         person = Person(path)
         self.addCleanup(person.close)
-        # The screen takes no control character.
+        # No control character reaches the screen.
         self.assertEqual(person.run("show"), ["a\\x1b[2Jb", "ERR IO \\xc2\\x9b"])
         person.send("sh\t")
         person.wait_line("vergence> show?")
@@ -236,7 +236,7 @@ class Peers(DaemonTest):
                     self.assertEqual((done.stdout, done.stderr), ("", f"vergence: {why_all}\n"))
 
     def test_a_script_that_breaks_off(self):
-        """What stands before the break is carried out, a line that it cut is not."""
+        """Complete lines before the break run; a line cut by it does not."""
         for words in ([], ["--keep-going"]):
             here, there = socket.socketpair()
             with there:
@@ -274,12 +274,12 @@ class Peers(DaemonTest):
                                   timeout=PATIENCE_S, stdin=subprocess.DEVNULL)
             self.assertEqual((done.returncode, done.stdout, done.stderr),
                              (2, "", f"vergence: {why}\n"))
-        # A whole line as one word is the daemon's alone.
+        # A whole line as one argument is only for the daemon.
         done = self.vergence("help --json")
         self.assertEqual((done.returncode, done.stderr[:4]), (1, "ERR "))
 
     def test_a_file_that_cannot_be_sent(self):
-        """The kinds of errors are the same for a file that is missing here or there."""
+        """The error codes are the same for a file that is missing here or there."""
         path = os.path.join(self.folder, "IO loop")
         os.symlink(path, path)
         self.addCleanup(os.remove, path)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A user without root and without settings: where the daemon's files are, how the client finds it,
-and that the two lines which "vergence simulate" prints work as they are."""
+and that the two lines printed by "vergence simulate" work as written."""
 import json
 import signal
 import stat
@@ -46,7 +46,7 @@ class Places(UserTest):
         self.assertIn(f"socket: {other}/state/vergence/vergenced.sock\n", said)
         self.assertIn(f"files: {self.home}/.local/share/vergence/files\n", said)
         self.assertNotIn("store:", said)
-        # Started where the variable is not set, asked where it is.
+        # The daemon starts without the variable, the client has it.
         self.environment["XDG_RUNTIME_DIR"] = str(self.runtime)
         self.assert_answers("version")
 
@@ -63,13 +63,13 @@ class Places(UserTest):
         self.assertFalse((self.state / "vergenced.log").exists())
         self.assertIn("queue: 3", self.assert_answers("config"))
 
-    def test_what_a_setting_names_is_not_made(self):
+    def test_directories_of_settings_are_not_created(self):
         done = self.run_as_user(VERGENCED, *CAMERAS, f"socket={self.folder}/slip/v.sock")
         self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
         self.assertIn("No such file or directory", done.stderr)
         self.assertFalse((self.folder / "slip").exists())
 
-    def test_a_place_that_cannot_be_made_is_named(self):
+    def test_a_directory_that_cannot_be_created_is_named(self):
         (self.home / ".local").write_text("in the way")
         done = self.run_as_user(VERGENCED, *CAMERAS)
         self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
@@ -113,7 +113,7 @@ class Places(UserTest):
 @unittest.skipUnless(SIMRIG, "the simulated rig needs -DVERGENCE_FPGA=ON")
 class Simulate(UserTest):
     def simulate(self, *words):
-        """The lines to type next."""
+        """The printed lines to type next."""
         _, said = self.begin_until("--connect", VERGENCE, "simulate", "plane", *words)
         return [line.strip() for line in said.splitlines()[2:]]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The shipped client: one command, a script, a person, files over a line that loses bytes."""
+"""The shipped client: a single command, a script, a person, files over a line that loses bytes."""
 import fcntl
 import json
 import os
@@ -60,7 +60,7 @@ class Remote(DaemonTest):
         done = self.vergence(input="version\nwait 0\n")
         self.assertEqual((done.returncode, done.stdout.count("OK\n")), (0, 2))
 
-    def test_its_usage_is_told_once(self):
+    def test_its_usage_is_printed_once(self):
         done = subprocess.run([VERGENCE, "--connect", "unix:/x", "--help"], capture_output=True,
                               text=True, timeout=PATIENCE_S)
         self.assertIn("\nusage: vergence --connect [ADDRESS] [OPTIONS] [COMMAND [ARGUMENT ...]]\n",
@@ -92,7 +92,7 @@ class Remote(DaemonTest):
             self.assertIn(why, done.stderr)
 
     def test_what_fails_is_json_too(self):
-        """Whatever a program meets, it gets one object on standard output, and no text elsewhere."""
+        """Every error is one object on standard output, without other text."""
         nowhere = "unix:/no/such"
         for where, words, code, error in (
                 (nowhere, ["version"], 3, "IO"),
@@ -162,7 +162,7 @@ class Remote(DaemonTest):
         name = 'of "any\\name'
         os.mkdir(os.path.join(self.files, name))
         self.addCleanup(shutil.rmtree, os.path.join(self.files, name))
-        # More than are listed at a time: the next list is asked for by the last one's name.
+        # More than are listed at a time: the next list starts after the last name.
         files = [f'"{i}\\' for i in range(612)]
         for file in files:
             with open(os.path.join(self.files, name, file), "wb"):
@@ -202,7 +202,7 @@ class Remote(DaemonTest):
         raw = self.client().ask_json("fetch session/none.bin")
         self.assertEqual(answer, raw)
         self.assertFalse(answer["ok"])
-        # What was left of another file under this name does no harm.
+        # A partial file of another transfer under this name does no harm.
         with open(there + ".part", "wb") as file:
             file.write(b"something else")
         self.assertEqual(self.vergence("fetch", "session/frame.bin", there).returncode, 0)
@@ -231,7 +231,7 @@ class Remote(DaemonTest):
             self.assertTrue(stat.S_ISFIFO(os.lstat(path).st_mode))
         self.assertFalse(os.path.exists(pipe + ".part"))
 
-    def test_a_disk_that_takes_no_more_is_told_and_what_it_took_is_kept(self):
+    def test_a_full_disk_is_reported_and_the_partial_file_kept(self):
         def limit():
             resource.setrlimit(resource.RLIMIT_FSIZE, (60000, 60000))
 
@@ -239,7 +239,7 @@ class Remote(DaemonTest):
         file, folder = self.path_of("full/frame.bin"), self.path_of("full/session")
         for name, there, part in (("session/frame.bin", file, file),
                                   ("session", folder, f"{folder}/frame.bin")):
-            # The first try meets the end within a block, the others before their first byte.
+            # The first attempt fails within a block, the others before their first byte.
             for words in ((), (), ("--json",)):
                 done = self.vergence(*words, "fetch", name, there, preexec_fn=limit)
                 why = f"{part}.part: File too large"
@@ -278,7 +278,7 @@ class Remote(DaemonTest):
             return done.stdout
 
         self.assertEqual(fetched(), f"written: c1, 613 files, {total} bytes\nOK\n")
-        # Again, and where an earlier try was broken off.
+        # Again, and after an interrupted attempt.
         os.remove(os.path.join(here, "f600.bin"))
         with open(os.path.join(here, "f600.bin.part"), "wb") as file:
             file.write(content["f600.bin"][:100])
@@ -329,7 +329,7 @@ class Remote(DaemonTest):
             if columns:
                 person.set_columns(columns)
                 person.type("\x0c")
-            # The last column, and that of the cursor, stay free.
+            # The last column and the cursor's stay free.
             shown = ("help " + text)[-((columns or 80) - len("vergence> ") - 2):]
             person.until(lambda shown=shown: person.screen.lines[-1].rstrip() ==
                          "vergence> " + shown)
@@ -346,7 +346,7 @@ class Remote(DaemonTest):
                          person.at_prompt())
             bars = re.findall("waiting[^\r\n]*]", person.text[begin:])
             self.assertEqual({len(bar) for bar in bars}, {min(columns - 1, 77)}, bars)
-            # What wipes it is no longer either.
+            # The text that erases it is not longer either.
             blanks = re.findall("\r( +)\r", person.text[begin:])
             self.assertEqual({len(blank) for blank in blanks}, {min(columns - 1, 77)})
 
@@ -371,7 +371,7 @@ class Remote(DaemonTest):
 
     @staticmethod
     def is_claimed(path):
-        """Whether somebody has it; he who looks does not keep it."""
+        """Whether a process has it open; checking does not keep it."""
         fd = os.open(path, os.O_RDWR | os.O_NOCTTY)
         try:
             fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -426,7 +426,7 @@ class Remote(DaemonTest):
         begin = time.monotonic()
         done = self.vergence("fetch", "session/frame.bin", self.path_of("changed"),
                              where=f"serial:{line.name}")
-        # Some fourteen answers are damaged; each waited for would take three seconds.
+        # About fourteen answers are damaged; waiting for each would take three seconds.
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertLess(time.monotonic() - begin, 15)
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files for the instrument: sent whole or not at all, over lines that break, past a kill and a
-full disk; and what they are for, the calibration that it keeps."""
+"""Files sent to the instrument: complete or not at all, over lines that break, after a kill and
+with a full disk; and their use, the saved calibration."""
 import base64
 import glob
 import os
@@ -25,7 +25,7 @@ def crc_of(data):
 
 
 def block_of(name, content, offset, data):
-    """The line that brings this block."""
+    """The line that sends this block."""
     return (f"send {name} {len(content)} {crc_of(content)} {offset} {crc_of(data)} "
             f"{base64.b64encode(data).decode()}")
 
@@ -41,7 +41,7 @@ class Send(DaemonTest):
         cls.chance = random.Random(SEED)
 
     def content(self, size):
-        """Random bytes, and a file here with them."""
+        """Random bytes and a local file with them."""
         data = self.chance.randbytes(size)
         path = os.path.join(self.folder, "local")
         with open(path, "wb") as file:
@@ -68,14 +68,14 @@ class Send(DaemonTest):
         return done.stderr
 
     def restart(self):
-        """Another daemon after a kill in the middle of whatever it did."""
+        """Kills the daemon at any point and starts another."""
         self.daemon.send_signal(signal.SIGKILL)
         self.daemon.wait(PATIENCE_S)
-        self.daemon.returncode = 0  # meant; the class's clean-up need not complain
+        self.daemon.returncode = 0  # intended: not a crash for the class's clean-up
         os.unlink(self.path)
         self.start()
 
-    def test_whole_files(self):
+    def test_complete_files(self):
         for size in (0, 1, 287, 288, 289, 5000):
             data, path = self.content(size)
             self.sent(path, "name.bin")
@@ -195,7 +195,7 @@ class Send(DaemonTest):
         while line.carried < line.limit:
             self.assertLess(time.monotonic(), end)
             time.sleep(0.01)
-        process.kill()  # whoever sits there does not want to wait for the client to give up
+        process.kill()  # killed, as a person would not wait for the client to give up
         process.wait(PATIENCE_S)
         had = os.path.getsize(self.parts()[0])
         self.assertGreater(had, 5000)

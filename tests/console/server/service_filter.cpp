@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Puts a service manager's restrictions around a program: service_filter FILE PROGRAM
-// [ARGUMENT...]. FILE has a word a line: a system call that stays allowed, "family N" of sockets
-// that stay, or "no-write-execute" for memory that is never both. Every other system call kills the
-// program with SIGSYS, as systemd does unless the unit names an error, so that a call that is
-// missed is seen.
+// Runs a program with a service manager's restrictions: service_filter FILE PROGRAM [ARGUMENT...].
+// FILE has one entry per line: an allowed system call, "family N" for an allowed socket family, or
+// "no-write-execute" to forbid memory that is writable and executable. Every other system call
+// kills the program with SIGSYS, as systemd does unless the unit names an error, so that a missing
+// call is noticed.
 #include <seccomp.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -24,7 +24,7 @@ void demand(int error, const std::string &what) {
     }
 }
 
-// Calls that this processor does not have are left out, as the service manager does.
+// Calls that this architecture does not have are skipped, as in the service manager.
 void allow(scmp_filter_ctx filter, const std::string &name) {
     const int call = seccomp_syscall_resolve_name(name.c_str());
     if (call == __NR_SCMP_ERROR) {
@@ -34,10 +34,10 @@ void allow(scmp_filter_ctx filter, const std::string &name) {
     demand(error == -EDOM || error == -EOPNOTSUPP ? 0 : error, name);
 }
 
-// Over the rules of the first filter: each filter has its say, and the strictest counts.
+// In addition to the first filter: with several filters the strictest decision applies.
 void load_families(const std::vector<unsigned> &families) {
     scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ALLOW);
-    constexpr unsigned kMost = 64;  // more than there are
+    constexpr unsigned kMost = 64;  // more than exist
     for (unsigned family = 0; family < kMost; family++) {
         bool allowed = false;
         for (const unsigned one : families) {
@@ -86,7 +86,7 @@ void load(const char *path) {
             allow(calls, word);
         }
     }
-    // That of the calls last: it may not allow another one.
+    // The filter of the calls comes last: it may not allow another filter.
     if (!families.empty()) {
         load_families(families);
     }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The daemon as a service: what the service manager is told, and what is installed."""
+"""The daemon as a service: its reports to the service manager, and what is installed."""
 import glob
 import os
 import re
@@ -18,7 +18,7 @@ SERVICE = os.path.join(os.path.dirname(VERGENCED), "vergenced.service")
 
 
 def analyze():
-    """systemd-analyze; a test that cannot do without it fails where it is missing."""
+    """Path of systemd-analyze; a test that requires it fails without it."""
     found = shutil.which("systemd-analyze")
     assert found, "systemd-analyze is missing: tools/install_packages test"
     return found
@@ -36,7 +36,7 @@ def settings_of(path):
 
 
 def expanded(names):
-    """The system calls of these names and sets; a set may name others."""
+    """The system calls of these names and sets; a set may include others."""
     calls = set()
     for name in names:
         if not name.startswith("@"):
@@ -49,7 +49,7 @@ def expanded(names):
 
 
 class Manager(DaemonTest):
-    """A daemon that tells a service manager how it is."""
+    """A daemon that reports to a service manager."""
 
     @classmethod
     def setUpClass(cls):
@@ -84,13 +84,13 @@ class Notify(Manager):
         while said[-1] == "WATCHDOG=1":
             said.append(self.manager.recv(100).decode())
         self.assertEqual(said[-1], "STOPPING=1")
-        # The command that ran was told to end, and its client was answered.
+        # The running command was cancelled and its client answered.
         self.assertEqual(client.answer(), ["ERR CANCELLED cancelled"])
         self.start()
 
 
 class Hasty(Manager):
-    """A manager that wants signs of life more often than the daemon gives them by itself."""
+    """A manager that requires more frequent heartbeats than the default."""
     period_us = 500000
 
     @classmethod
@@ -105,10 +105,10 @@ class Hasty(Manager):
         feeds = 10
         for _ in range(feeds):
             self.assertEqual(self.manager.recv(100).decode(), "WATCHDOG=1")
-        # As fast as a busy machine lets it; that of a second takes ten.
+        # As fast as a busy machine allows; at the default of a second it takes ten.
         self.assertLess(time.monotonic() - begin, 2 * feeds * self.period_us / 2 / 1e6)
 
-    def test_what_another_process_is_to_feed_is_not_ours(self):
+    def test_the_watchdog_of_another_process_is_not_fed(self):
         for pid, fast in (("1", False), (None, True)):
             with self.subTest(pid=pid):
                 self.end(self.daemon)
@@ -130,14 +130,15 @@ class Hasty(Manager):
 
 
 class Filtered(Manager):
-    """Within what the unit leaves of the system; what it does not is death by SIGSYS."""
+    """Under the unit's restrictions; any other call is death by SIGSYS."""
 
     @classmethod
     def setUpClass(cls):
         cls.filter = os.environ.get("VERGENCE_SERVICE_FILTER")
         assert cls.filter, "libseccomp-dev is missing: tools/install_packages test"
         unit = settings_of(SERVICE)
-        # Of an allow list, the first word of which is no "~"; a service always has the set @default.
+        # Entries of an allow list, whose first entry has no "~"; a service always has the set
+        # @default.
         names = " ".join(unit["SystemCallFilter"]).split()
         cls.calls = expanded(["@default", *names])
         families = [str(int(getattr(socket, name)))
@@ -164,17 +165,17 @@ class Filtered(Manager):
         self.assertEqual(client.ask("calibration")[-1][:11], "ERR MISSING")
         with open(f"/proc/{self.daemon.pid}/status", encoding="ascii") as file:
             status = {words[0]: words[-1] for words in (line.split() for line in file)}
-        # The service manager's are three here; the daemon's own is one more.
+        # The service manager has three filters here; the daemon adds one.
         self.assertEqual((status["Seccomp:"], status["Seccomp_filters:"],
                           status["NoNewPrivs:"]), ("2", "4", "1"))
         client.send("quit\n")
-        self.daemon.send_signal(signal.SIGHUP)  # its log is opened anew
+        self.daemon.send_signal(signal.SIGHUP)  # it reopens its log
         self.assertEqual(self.client().ask("version")[-1], "OK")
         self.end(self.daemon)
         self.assertEqual(self.daemon.returncode, 0)
         self.start()
 
-    def test_a_filter_that_lacks_a_call_is_seen(self):
+    def test_a_missing_call_in_a_filter_is_noticed(self):
         narrow = os.path.join(self.folder, "narrow")
         self.write(narrow, self.calls - {"seccomp"})
         done = subprocess.run(
@@ -185,15 +186,15 @@ class Filtered(Manager):
 
 
 class Names(unittest.TestCase):
-    """What a processor has as a call of its own another one makes with a call that does more: this
-    one never sees what 32 bits of ARM need."""
+    """One architecture's separate calls are part of a more general call on another: this one never
+    makes the calls that 32-bit ARM needs."""
 
     def test_every_call_of_sockets_is_allowed_by_its_own_name(self):
         daemon = os.path.join(os.environ["VERGENCE_SOURCE"], "daemon")
         with open(os.path.join(daemon, "server", "confine.c"), encoding="utf-8") as file:
             allowed = set(re.findall(r"SCMP_SYS\((\w+)\)", file.read()))
         made = set()
-        for folder in ("server", "sim"):
+        for folder in ("server", "backends/sim"):
             for path in sorted(glob.glob(os.path.join(daemon, folder, "*.c"))):
                 with open(path, encoding="utf-8") as file:
                     made |= set(re.findall(r"\b(send|sendto|recv|recvfrom|accept4|connect|shutdown)\(",
@@ -203,7 +204,7 @@ class Names(unittest.TestCase):
 
 
 class Installed(unittest.TestCase):
-    def test_the_installed_service_is_whole(self):
+    def test_the_installed_service_is_complete(self):
         build = os.path.dirname(os.path.dirname(VERGENCED))
         with tempfile.TemporaryDirectory() as root:
             subprocess.run(["cmake", "--install", build, "--component", "daemon"], check=True,
@@ -214,13 +215,13 @@ class Installed(unittest.TestCase):
             unit = {key: values[-1] for key, values in
                     settings_of(by_name["vergenced.service"]).items()}
             words = unit["ExecStart"].split()
-            # Everything that the unit names is there.
+            # Everything that the unit names exists.
             self.assertIn(root + words[0], found)
             self.assertIn(root + words[2], found)
             done = subprocess.run([root + words[0], "--check", root + words[2]],
                                   capture_output=True, text=True, timeout=PATIENCE_S)
             self.assertEqual(done.returncode, 0, done.stderr)
-            # So are the profiles, beside the settings that may name one.
+            # So do the profiles next to the settings that may name one.
             with open(root + words[2], encoding="utf-8") as file:
                 text = file.read()
             for name in ("rig", "two-cameras", "two-cameras-lens"):
@@ -230,9 +231,9 @@ class Installed(unittest.TestCase):
                                       capture_output=True, text=True, timeout=PATIENCE_S)
                 self.assertEqual(done.returncode, 0, done.stderr)
             self.assertEqual((unit["Type"], unit["User"]), ("notify", "vergence"))
-            # What is not allowed is an error that is told, not a death that nobody understands.
+            # A forbidden call is a reported error, not an unexplained kill.
             self.assertEqual(unit["SystemCallErrorNumber"], "EPERM")
-            # What is free is seen in /proc/meminfo alone.
+            # Free memory is only visible in /proc/meminfo.
             self.assertEqual(unit.get("ProcSubset", "all"), "all")
             with open(by_name["70-vergence.rules"], encoding="utf-8") as file:
                 self.assertIn(f'GROUP="{unit["Group"]}"', file.read())

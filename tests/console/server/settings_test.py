@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the instrument is set to outlives the daemon: saved, restored, forgotten; damaged, of another
+"""Settings of the instrument outlive the daemon: saved, restored, forgotten; damaged, of another
 instrument, and with a store that fails."""
 import os
 import shutil
@@ -13,7 +13,7 @@ from played_pairs import lines_of
 
 
 class Kept(unittest.TestCase):
-    """What both instruments need."""
+    """Common to both instruments."""
 
     def ok(self, client, *commands):
         for command in commands:
@@ -29,7 +29,7 @@ class Kept(unittest.TestCase):
 
     @classmethod
     def again(cls, *settings):
-        """Another daemon, with another command line for these settings."""
+        """Starts another daemon with these settings changed."""
         cls.end(cls.daemon)
         cls.settings = tuple(replaced(cls.settings, *settings))
         cls.start()
@@ -45,7 +45,7 @@ class Rig(Kept, DaemonTest):
         return replaced(super().arguments(), f"store={cls.store}")
 
     def status(self, client):
-        """Without what is measured, and how many pairs there were."""
+        """The status without measured values and the number of pairs."""
         status = self.ok(client, "status")
         for side in ("left", "right"):
             for axis in ("zoom", "focus", "iris"):
@@ -64,7 +64,7 @@ class Rig(Kept, DaemonTest):
         self.assertEqual(kept["profile"], "rig")
         self.assertEqual(kept["window"], {"width": 640, "height": 480, "skip": 2})
         self.assertEqual((kept["left"]["zoom"], kept["right"]["focus"]), (420, 505))
-        self.assertNotIn("iris", kept["left"])  # nobody has moved it
+        self.assertNotIn("iris", kept["left"])  # it was not moved
         before = self.status(first)
         self.again()
         client = self.client()
@@ -79,10 +79,10 @@ class Rig(Kept, DaemonTest):
         for lens, side, target in ((lenses[0], "left", 420), (lenses[0], "right", 420),
                                    (lenses[1], "left", 500), (lenses[1], "right", 505)):
             self.assertAlmostEqual(lens[side]["position"], target, delta=5)
-        # What was restored is what is kept, to the last digit.
+        # The restored settings are the saved ones, to the last digit.
         self.assertEqual(self.ok(client, "settings save"), kept)
 
-        # A recording holds what was done, and needs no store.
+        # A recording contains the commands and needs no store.
         self.ok(client, "record start restored", "bringup", "settings restore", "settings",
                 "settings save", "capture", "record stop")
         commands = [line[len("command text="):].replace("%20", " ")
@@ -98,7 +98,7 @@ class Rig(Kept, DaemonTest):
         self.ok(client, "settings forget", "replay restored")
         self.assertIn("none are kept", self.refused(client, "settings forget", "MISSING"))
 
-        # Beyond what it can do, and of another profile: none of it is given.
+        # Out of range, and of another profile: none of it is set.
         self.ok(client, "pan both 29", "settings save")
         self.again("rig.pan_most_urad=300000")
         client = self.client()
@@ -107,7 +107,7 @@ class Rig(Kept, DaemonTest):
         self.assertIn("left camera does not turn to",
                       self.refused(client, "settings restore", "RANGE"))
         self.assertEqual(self.status(client), before)
-        # At a limit that has no end in degrees.
+        # At a limit without a finite decimal value in degrees.
         self.ok(client, "pan both 17.188734", "settings save", "pan both 0", "settings restore")
         self.assertAlmostEqual(self.ok(client, "pan")["left"], 17.189, delta=0.01)
         self.again("rig.pan_most_urad=523599", "rig.name=other")
@@ -180,13 +180,13 @@ class Cameras(CameraTest):
         status = self.ok(client, "status")
         self.assertEqual((status["left"], status["right"]),
                          ({"exposure": 7000}, {"exposure": 8000, "gain": 2}))
-        # It is part of what is recorded, as commands of its own, and plays without the store.
+        # Restored settings are recorded as separate commands, and replay without the store.
         self.ok(client, "record start brought", "bringup", "capture", "record stop")
         commands = ["bringup", "exposure left 7000", "exposure right 8000", "gain right 2.000",
                     "capture"]
         self.assertEqual(self.commands_of("brought"), commands)
         self.ok(client, "replay brought")
-        # A daemon that plays it restores nothing by itself.
+        # A daemon that replays it restores nothing.
         done = subprocess.run(
             [VERGENCED, f"backend=replay {os.path.join(self.files, 'brought')}", "socket=none",
              "console=stdio", "restore=yes", f"files={self.place('more')}",
@@ -194,7 +194,7 @@ class Cameras(CameraTest):
             input="\n".join(commands) + "\n", timeout=PATIENCE_S)
         self.assertEqual([line for line in done.stdout.splitlines() if line[:3] in ("OK", "ERR")],
                          5 * ["OK"], done.stdout + done.stderr)
-        # What is damaged is told, and no failure of the instrument.
+        # A damaged record is reported, and is not a failure of the instrument.
         with open(self.record(), "r+b") as file:
             file.seek(-2, os.SEEK_END)
             file.write(b"9")
@@ -284,7 +284,7 @@ class Cameras(CameraTest):
 
 
 class OneLens(CameraTest):
-    """Likewise with one motorized lens, which takes its time."""
+    """The same with one motorized lens, which takes its time."""
     profile = "two-cameras-lens"
 
     def setUp(self):
@@ -302,7 +302,7 @@ class OneLens(CameraTest):
         self.ok(client, "focus left 60", "zoom left 50")
         client = self.begin("restore=yes")
         self.assertEqual(self.ok(client, "bringup")["settings"], "restored")
-        self.assertAlmostEqual(self.ok(client, "zoom")["left"]["position"], 50, delta=2)  # as it was
+        self.assertAlmostEqual(self.ok(client, "zoom")["left"]["position"], 50, delta=2)  # unchanged
         client.send("@progress settings restore\n")
         seen = client.line()
         while not seen.startswith("... zoom"):
@@ -316,7 +316,7 @@ class OneLens(CameraTest):
         self.ok(client, "settings restore")
         self.assertAlmostEqual(self.ok(client, "zoom")["left"]["position"], 80, delta=2)
         self.assertAlmostEqual(self.ok(client, "focus")["left"]["position"], 100, delta=2)
-        # A position that this lens does not have, of a record that is whole.
+        # A position outside this lens's range, in a valid record.
         text = self.text().split("\n", 1)[1].replace("left_zoom 80", "left_zoom 300")
         self.write(text)
         self.assertIn("the zoom of its left lens goes from 44 to 180, not to 300",
@@ -330,7 +330,7 @@ class OneLens(CameraTest):
         self.assertAlmostEqual(self.ok(client, "zoom")["left"]["position"], 80, delta=2)
 
     def write(self, text):
-        """A record that is whole, as the store makes it."""
+        """A valid record, as the store writes it."""
         data = text.encode()
         crc = zlib.crc32(b"settings\0" + data)
         with open(self.record(), "wb") as file:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A person at the serial console: editing keys, history, completion, Ctrl-C, rubbish."""
+"""A person at the serial console: editing keys, history, completion, Ctrl-C, garbage."""
 import os
 import random
 import signal
@@ -58,7 +58,7 @@ class Console(DaemonTest):
     def test_history(self):
         self.terminal.run("version")
         self.terminal.run("log 1")
-        self.terminal.run("log 1")  # not kept twice
+        self.terminal.run("log 1")  # not stored twice
         up, down = "\x1b[A", "\x1b[B"
         self.typed("new" + up, "log 1")
         self.typed(up, "version")
@@ -135,7 +135,7 @@ class Console(DaemonTest):
         self.terminal.wait_prompt()
         self.assertIn("ERR CANCELLED cancelled",
                       [line.strip() for line in self.terminal.screen.lines[begin:]])
-        # The bar is wiped by the answer.
+        # The answer erases the bar.
         self.terminal.send("status\r")
         self.terminal.wait(lambda t: t.screen.lines[-1].startswith("waiting for another"))
         other.send("\x03")
@@ -144,7 +144,7 @@ class Console(DaemonTest):
                          ["state: down", "profile: rig", "OK"])
 
     def waiting(self):
-        """Another client, whose command is under way until it is cancelled."""
+        """Another client, whose command runs until it is cancelled."""
         other = self.client()
         other.send("@progress wait 100000\n")
         other.line()
@@ -153,7 +153,7 @@ class Console(DaemonTest):
     def since(self, begin):
         return [line.strip() for line in self.terminal.screen.lines[begin:]]
 
-    def test_ctrl_c_behind_more_than_is_kept(self):
+    def test_ctrl_c_behind_more_than_fits(self):
         for noise in ("version\r" * 5000, "x" * 30000, "x" * 30000 + "\r" * 20000):
             self.terminal.text = ""
             begin = len(self.terminal.screen.lines)
@@ -164,9 +164,9 @@ class Console(DaemonTest):
             self.assertNotIn("build", self.terminal.text)
         self.assertEqual(self.terminal.run("wait 0"), ["OK"])
 
-    def test_more_is_typed_ahead_than_is_kept(self):
-        told = "vergence: too much was typed ahead: all of it is forgotten"
-        for end, more in (("\r", ""), ("ver", ", up to the next Enter")):
+    def test_more_typed_ahead_than_fits(self):
+        report = "vergence: too much typed ahead: input "
+        for end, rest in (("\r", "dropped"), ("ver", "up to the next Enter is dropped")):
             self.terminal.text = ""
             begin = len(self.terminal.screen.lines)
             other = self.waiting()
@@ -174,33 +174,32 @@ class Console(DaemonTest):
             bells = self.terminal.screen.bells
             self.terminal.wait(lambda t, bells=bells: t.screen.bells > bells)
             other.send("\x03")
-            self.terminal.wait(lambda t, begin=begin, more=more: t.at_prompt() and
-                               told + more in self.since(begin))
-            if more:
-                self.terminal.send("sion\r")  # the rest of a line is none
+            self.terminal.wait(lambda t, begin=begin, rest=rest: t.at_prompt() and
+                               report + rest in self.since(begin))
+            if end == "ver":
+                self.terminal.send("sion\r")  # the rest of a dropped line is not a command
             self.assertEqual(self.terminal.run("wait 0"), ["OK"])
             self.assertNotIn("build", self.terminal.text)
             self.assertNotIn("ERR", self.terminal.text)
 
-    def test_a_program_sends_more_ahead_than_is_kept(self):
-        """Each line is answered, whether it was carried out or not."""
+    def test_a_program_sends_more_ahead_than_fits(self):
+        """Each line is answered, whether it was run or not."""
         self.terminal.send("@program\r")
         self.terminal.wait(lambda t: "OK\r\n" in t.text)
         self.terminal.text = ""
         other = self.waiting()
         self.terminal.send("status\n" + "wait 0\n" * 5000 + "version")
         while self.terminal.read(1):
-            pass  # it is all there
+            pass  # everything was read
         other.send("\x03")
         self.terminal.wait(lambda t: t.text.count("OK\n") + t.text.count("ERR BUSY") == 5002)
-        self.assertIn("ERR BUSY too much was sent ahead: the line was not carried out\n",
-                      self.terminal.text)
-        carried_out = self.terminal.text.count("OK\n")
-        self.assertGreater(carried_out, 1000)
+        self.assertIn("ERR BUSY too much was sent ahead", self.terminal.text)
+        answered = self.terminal.text.count("OK\n")
+        self.assertGreater(answered, 1000)
         self.assertNotIn("build", self.terminal.text)
         self.terminal.send("\nversion\n@terminal\n")
         self.terminal.wait(Terminal.at_prompt)
-        # Nothing is left in the editor, such as "@program".
+        # Nothing remains in the editor, such as "@program".
         self.assertEqual(self.terminal.run(""), [])
         self.assertEqual(self.terminal.run("wait 0"), ["OK"])
         self.assertEqual(self.terminal.text.count("build"), 1)
@@ -212,7 +211,7 @@ class Console(DaemonTest):
                                          t.screen.lines[begin:]) == 2)
         self.terminal.wait_prompt()
 
-    def test_the_end_is_a_new_beginning(self):
+    def test_the_terminal_restarts_after_its_end(self):
         for keys in ("\x04", "quit\r"):
             begin = len(self.terminal.screen.lines)
             self.terminal.send(keys)
@@ -222,16 +221,16 @@ class Console(DaemonTest):
         self.assertEqual(self.terminal.run("version")[-1], "OK")
 
     def test_nothing_but_plain_characters_is_sent(self):
-        # Screen refuses any other, all the time; so no escape sequence has come, TERM or not.
+        # Screen rejects any other character, so no escape sequence was sent, whatever TERM is.
         self.terminal.run("help")
         self.assertNotIn("\x1b", self.terminal.text)
 
-    def test_rubbish(self):
+    def test_garbage(self):
         seed = int(os.environ.get("VERGENCE_TEST_SEED", random.randrange(1 << 32)))
         print(f"VERGENCE_TEST_SEED={seed}")
         chance = random.Random(seed)
         for _ in range(30):
-            # No line of it must mean anything.
+            # No line of it may be a command.
             data = bytes(chance.choice([b for b in range(256) if b not in (10, 13)])
                          for _ in range(chance.randrange(1, 700)))
             self.terminal.send(data)
@@ -242,9 +241,9 @@ class Console(DaemonTest):
         self.terminal.wait_prompt()
         self.assertEqual(self.terminal.run("version")[-1], "OK")
 
-    def test_what_is_shown_is_whole_however_late_it_is_read(self):
-        # Each key in front of a long line shows all of it anew: at once it is more than the daemon
-        # keeps for one who does not read.
+    def test_output_is_complete_however_late_it_is_read(self):
+        # Each key before a long line redraws all of it: at once more than the daemon buffers for a
+        # client that does not read.
         self.daemon.send_signal(signal.SIGSTOP)
         self.terminal.send("a" * 200 + "\x01" + "b\x7f" * 1930 + "see\x03\x03")
         self.daemon.send_signal(signal.SIGCONT)
