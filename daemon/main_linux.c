@@ -102,29 +102,28 @@ static const char *refused(struct main_linux *self, enum main_linux_device devic
     return self->refused.text;
 }
 
-static const char *missing(void *opaque, enum rig_part part) {
-    struct main_linux *self = opaque;
-    const bool bridge = self->config->profile.bridge;
-    enum main_linux_device device = MAIN_LINUX_I2C;
+/// The device that a part of the rig depends on. Both sensors of a bridge share the left camera's.
+static enum main_linux_device device_of(enum rig_part part, bool bridge) {
     switch (part) {
         case RIG_PART_LEFT_CAMERA:
-            device = MAIN_LINUX_LEFT_CAMERA;
-            break;
+            return MAIN_LINUX_LEFT_CAMERA;
         case RIG_PART_RIGHT_CAMERA:
-            device = bridge ? MAIN_LINUX_LEFT_CAMERA : MAIN_LINUX_RIGHT_CAMERA;
-            break;
+            return bridge ? MAIN_LINUX_LEFT_CAMERA : MAIN_LINUX_RIGHT_CAMERA;
         case RIG_PART_LEFT_LENS:
         case RIG_PART_RIGHT_LENS:
-            device = MAIN_LINUX_LENS_UART;
-            break;
+            return MAIN_LINUX_LENS_UART;
         case RIG_PART_RESET_LINE:
         case RIG_PART_IRQ_LINE:
         case RIG_PART_TRIGGER_LINE:
-            device = MAIN_LINUX_GPIO;
-            break;
+            return MAIN_LINUX_GPIO;
         default:
-            break;
+            return MAIN_LINUX_I2C;
     }
+}
+
+static const char *missing(void *opaque, enum rig_part part) {
+    struct main_linux *self = opaque;
+    const enum main_linux_device device = device_of(part, self->config->profile.bridge);
     const char *text = self->missing[device].text;
     if (text[0] == '\0' && device == MAIN_LINUX_LENS_UART) {
         // A GPIO line may switch the controller's power.

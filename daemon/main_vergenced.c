@@ -96,15 +96,12 @@ static const struct option_page page = {
     .description =
         "Does not bring up the instrument: the command \"bringup\" does. SIGTERM ends the daemon "
         "with the instrument in its safe state; SIGHUP reopens the log.\n"
-        "KEY=VALUE replaces or adds a line of the settings file. A key may be set once in the file "
-        "and once here, \"none\" disables a setting, and profile precedes the rig. keys, whose "
-        "values it sets.\n"
-        "For root and systemd services the socket is in /run/vergence and files are in "
-        "/var/lib/vergence. For other users the socket is "
-        "$XDG_RUNTIME_DIR/vergence/vergenced.sock (or below ~/.local/state), where \"vergence "
-        "--connect\" finds it, files are in ~/.local/share/vergence/files ($XDG_DATA_HOME), store "
-        "and log in ~/.local/state/vergence ($XDG_STATE_HOME). The first lines of output show the "
-        "locations.\n"
+        "KEY=VALUE replaces or adds a line of the settings file. A key may be set once in each, "
+        "\"none\" disables a setting, and profile precedes the rig. keys, which it sets.\n"
+        "For root and systemd services the socket is in /run/vergence, files in /var/lib/vergence. "
+        "For other users the socket is $XDG_RUNTIME_DIR/vergence/vergenced.sock (or below "
+        "~/.local/state), files are in ~/.local/share/vergence/files ($XDG_DATA_HOME), store and "
+        "log in ~/.local/state/vergence ($XDG_STATE_HOME). The first lines of output say which.\n"
         "Exit codes: 0 orderly end, or the file is valid; 1 standard output cannot be written; 2 "
         "invalid option; 3 invalid setting, or what it names cannot be used.",
     .examples =
@@ -254,17 +251,16 @@ static void put_devices(void *devices, const struct command_call *call) {
     main_linux_put(devices, call);
 }
 
-/// Limit for frames waiting for a slow disk. A command takes at most six frames of 6 MiB (a pair
-/// and a third frame to compare, each repeated after a damaged one); a board of 64 MB cannot hold
-/// that many and waits for its disk instead.
+/// Limit for frames waiting for a slow disk. A command takes at most six of 6 MiB (a pair, a third
+/// one to compare, each repeated once); a board of 64 MB waits for its disk instead.
 static size_t held_max_bytes(void) {
     enum { MOST_BYTES = 64 << 20 };
     const uint64_t half = memory_available_bytes() / 2;
     return half < MOST_BYTES ? (size_t)half : MOST_BYTES;
 }
 
-static int start(struct daemon *self, struct message *message) {
-    struct rig_ports ports = {0};
+/// Opens everything that the server uses. 0, or an error with a message.
+static int open_parts(struct daemon *self, struct rig_ports *ports, struct message *message) {
     const int number = logbook_open(&self->logbook, self->config.log_file, self->config.log_level);
     if (number != 0) {
         return message_set(message, ERROR_IO, "log = %s: %s", self->config.log_file,
@@ -274,15 +270,13 @@ static int start(struct daemon *self, struct message *message) {
     int error = open_files(self, message);
     error = error != 0 ? error : open_store(self, message);
     if (error == 0) {
-        error = main_backends_open(&self->backends, &self->config, &self->log, &ports, message);
+        error = main_backends_open(&self->backends, &self->config, &self->log, ports, message);
     }
-    if (error == 0) {
-        error = open_watchdog(self, message);
-    }
-    if (error != 0) {
-        return error;
-    }
-    const struct server_parts parts = {
+    return error != 0 ? error : open_watchdog(self, message);
+}
+
+static struct server_parts parts_of(struct daemon *self) {
+    return (struct server_parts){
         .config = &self->config,
         .logbook = &self->logbook,
         .log = &self->log,
@@ -303,6 +297,15 @@ static int start(struct daemon *self, struct message *message) {
         .devices = &self->backends.devices,
         .time_passes = self->backends.time_passes,
     };
+}
+
+static int start(struct daemon *self, struct message *message) {
+    struct rig_ports ports = {0};
+    int error = open_parts(self, &ports, message);
+    if (error != 0) {
+        return error;
+    }
+    const struct server_parts parts = parts_of(self);
     error = server_open(&self->server, &parts, message);
     if (error != 0) {
         return error;
@@ -362,10 +365,8 @@ static int serve(struct daemon *self) {
     int error = join_tables(self) ? start(self, &message)
                                   : message_set(&message, ERROR_MEMORY, "out of memory");
     error = error != 0 ? error : confine(self, &message);
-    int code = CLIENT_OK;
-    if (error != 0) {
-        code = fail(&message);
-    } else {
+    const int code = error != 0 ? fail(&message) : CLIENT_OK;
+    if (error == 0) {
         report_start(self);
         server_run(&self->server);
     }

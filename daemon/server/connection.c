@@ -141,6 +141,48 @@ static int look_at_request(const struct connection *self, const struct request *
     return 0;
 }
 
+/// Repeats the last answer to a command that is run at most once and is asked for again.
+static bool repeat_answer(struct connection *self) {
+    const struct request *request = &self->job.request;
+    if (request->once && request->id == self->once_id) {
+        output_repeat(&self->output);
+        return true;
+    }
+    self->once_id = request->once ? request->id : self->once_id;
+    return false;
+}
+
+/// Handles a line of options alone, which apply to all following lines.
+static bool set_options(struct connection *self, const char *line) {
+    struct job *job = &self->job;
+    const char *command = job->request.command;
+    if (line[0] != '@' || command[strspn(command, " \t")] != '\0') {
+        return false;
+    }
+    self->json = job->request.json;
+    self->progress = job->request.progress;
+    self->greeted = true;
+    self->host->answer(self->host->self, job, 0, "");
+    return true;
+}
+
+/// Parses the command of a line; a refused one is an error. 0, or an error with a message.
+static int parse_command(struct connection *self, bool refused, char *message,
+                         size_t message_bytes) {
+    struct job *job = &self->job;
+    const int error =
+        self->host->parse(self->host->self, job->request.command, job, message, message_bytes);
+    if (error != 0 || job->command == NULL) {
+        return error;
+    }
+    self->greeted = true;
+    if (refused) {
+        snprintf(message, message_bytes, "%s", error_text(ERROR_CANCELLED));
+        return ERROR_CANCELLED;
+    }
+    return 0;
+}
+
 /// Turns a line into a job and queues it; a refused line is only answered.
 static void begin_line(struct connection *self, const char *line, bool refused) {
     struct job *job = &self->job;
@@ -152,30 +194,15 @@ static void begin_line(struct connection *self, const char *line, bool refused) 
     atomic_store(&job->cancelled, false);
     int error = request_parse(line, &job->request, message, sizeof message);
     error = error != 0 ? error : look_at_request(self, &job->request, message, sizeof message);
-    const char *command = job->request.command;
     job->request.once = job->request.once && error == 0;
-    if (job->request.once && job->request.id == self->once_id) {
-        output_repeat(&self->output);
-        return;
-    }
-    self->once_id = job->request.once ? job->request.id : self->once_id;
-    if (error == 0 && line[0] == '@' && command[strspn(command, " \t")] == '\0') {
-        self->json = job->request.json;
-        self->progress = job->request.progress;
-        self->greeted = true;
-        job->command = NULL;
-        self->host->answer(self->host->self, job, 0, "");
+    if (repeat_answer(self)) {
         return;
     }
     job->command = NULL;
-    if (error == 0) {
-        error = self->host->parse(self->host->self, command, job, message, sizeof message);
+    if (error == 0 && set_options(self, line)) {
+        return;
     }
-    self->greeted = self->greeted || (error == 0 && job->command != NULL);
-    if (error == 0 && job->command != NULL && refused) {
-        error = ERROR_CANCELLED;
-        snprintf(message, sizeof message, "%s", error_text(error));
-    }
+    error = error != 0 ? error : parse_command(self, refused, message, sizeof message);
     if (error != 0) {
         self->host->answer(self->host->self, job, error, message);
     } else if (job->command != NULL) {
@@ -184,7 +211,8 @@ static void begin_line(struct connection *self, const char *line, bool refused) 
     }
 }
 
-/// Handles @program, @sealed and @terminal, which set who uses a terminal. False: another line.
+/// Handles @program, @sealed and @terminal, which set the user of a terminal: a program or a
+/// person. False: another line.
 static bool change_side(struct connection *self, const char *line) {
     const bool sealed = strcmp(line, "@sealed") == 0;
     const bool program = sealed || strcmp(line, "@program") == 0;
@@ -204,29 +232,42 @@ static bool change_side(struct connection *self, const char *line) {
     return true;
 }
 
+/// Whether the client reads its answers, so that it gets more.
+static bool has_room(struct connection *self) {
+    return output_length(&self->output) <= BACKLOG_BYTES;
+}
+
+/// Whether the next input is for the editor, or else for a program's next line.
+static bool is_ready(struct connection *self, bool edited) {
+    return connection_is_edited(self) == edited && !connection_is_busy(self) && has_room(self);
+}
+
+/// Feeds the editor one key.
+static void take_key(struct connection *self, char key) {
+    if (self->skipping && key != CTRL_C) {
+        self->skipping = !connection_input_is_line_end(key);
+        return;
+    }
+    self->skipping = false;
+    const enum editor_event event = editor_feed(&self->editor, key);
+    if (event == EDITOR_END) {
+        output_put_text(&self->output, "\r\n");
+        self->ended = true;
+    } else if (event == EDITOR_LINE && !change_side(self, self->editor.line)) {
+        begin_line(self, self->editor.line, false);
+    }
+    if (event != EDITOR_MORE && event != EDITOR_END && !connection_is_busy(self) &&
+        connection_is_edited(self)) {
+        editor_begin(&self->editor);
+    }
+}
+
 /// Feeds the editor until it has a line or has output more than is read at once: a single key may
 /// redraw the whole line.
 static void step_terminal(struct connection *self) {
     size_t used = 0;
-    while (used < self->input_bytes && !connection_is_busy(self) && connection_is_edited(self) &&
-           !self->ended && output_length(&self->output) <= BACKLOG_BYTES) {
-        const char key = self->input[used++];
-        if (self->skipping && key != CTRL_C) {
-            self->skipping = !connection_input_is_line_end(key);
-            continue;
-        }
-        self->skipping = false;
-        const enum editor_event event = editor_feed(&self->editor, key);
-        if (event == EDITOR_END) {
-            output_put_text(&self->output, "\r\n");
-            self->ended = true;
-        } else if (event == EDITOR_LINE && !change_side(self, self->editor.line)) {
-            begin_line(self, self->editor.line, false);
-        }
-        if (event != EDITOR_MORE && event != EDITOR_END && !connection_is_busy(self) &&
-            connection_is_edited(self)) {
-            editor_begin(&self->editor);
-        }
+    while (used < self->input_bytes && !self->ended && is_ready(self, true)) {
+        take_key(self, self->input[used++]);
     }
     connection_input_forget(self, used);
 }
@@ -259,21 +300,49 @@ static void take_greeting(struct connection *self, enum admission admission) {
     connection_input_forget(self, self->input_bytes);
 }
 
-/// Handles the next complete line of a program. False: there is no complete line.
-static bool step_lines(struct connection *self) {
+/// Length of the first line of the input, without its end.
+static size_t first_line_length(const struct connection *self) {
     size_t length = 0;
     while (length < self->input_bytes && !connection_input_is_line_end(self->input[length])) {
         length++;
     }
+    return length;
+}
+
+/// Copies the first line of the input. False, and "": it is too long or contains a 0.
+static bool copy_line(const struct connection *self, size_t length, char line[JOB_LINE_BYTES]) {
+    const bool fits = length < JOB_LINE_BYTES && memchr(self->input, '\0', length) == NULL;
+    memcpy(line, self->input, fits ? length : 0);
+    line[fits ? length : 0] = '\0';
+    return fits;
+}
+
+/// Runs a line of a program. `fits` false: `line` is empty, as it was too long or contained a 0.
+static void take_line(struct connection *self, const char *line, size_t length, bool fits,
+                      bool refused) {
+    const bool empty = fits && line[strspn(line, " \t")] == '\0';
+    if (empty || change_side(self, line)) {
+        return;
+    }
+    if (fits) {
+        begin_line(self, line, refused);
+    } else {
+        answer_unread(self, ERROR_SYNTAX,
+                      length < JOB_LINE_BYTES ? "the line contains a control character"
+                                              : "the line is longer than 512 characters");
+    }
+}
+
+/// Handles the next complete line of a program. False: there is no complete line.
+static bool step_lines(struct connection *self) {
+    const size_t length = first_line_length(self);
     // The last line may have no line end.
     const bool whole = length < self->input_bytes || (self->ended && length > 0);
     if (!whole && length < JOB_LINE_BYTES) {
         return false;
     }
     char line[JOB_LINE_BYTES];
-    const bool fits = length < sizeof line && memchr(self->input, '\0', length) == NULL;
-    memcpy(line, self->input, fits ? length : 0);
-    line[fits ? length : 0] = '\0';
+    const bool fits = copy_line(self, length, line);
     const bool skipped = self->skipping;
     const bool refused = self->refused_bytes > 0 || self->ctrl_c_ahead;
     const enum admission admission =
@@ -282,18 +351,8 @@ static bool step_lines(struct connection *self) {
     connection_input_forget(self, whole && length < self->input_bytes ? length + 1 : length);
     if (admission != ADMISSION_LINE) {
         take_greeting(self, admission);
-        return true;
-    }
-    const bool empty = line[strspn(line, " \t")] == '\0' && fits;
-    if (skipped || empty || change_side(self, line)) {
-        return true;
-    }
-    if (fits) {
-        begin_line(self, line, refused);
-    } else {
-        answer_unread(self, ERROR_SYNTAX,
-                      length < sizeof line ? "the line contains a control character"
-                                           : "the line is longer than 512 characters");
+    } else if (!skipped) {
+        take_line(self, line, length, fits, refused);
     }
     return true;
 }
@@ -373,8 +432,7 @@ void connection_step(struct connection *self, uint64_t now_us) {
     }
     show_life(self, now_us);
     // A client that does not read its answers gets no more.
-    if (self->gone || atomic_load(&self->job.state) != JOB_FREE ||
-        output_length(&self->output) > BACKLOG_BYTES) {
+    if (self->gone || atomic_load(&self->job.state) != JOB_FREE || !has_room(self)) {
         return;
     }
     if (self->job.watch.on) {
@@ -385,11 +443,9 @@ void connection_step(struct connection *self, uint64_t now_us) {
         step_overflow(self);
         step_terminal(self);
     }
-    while (!connection_is_edited(self) && !connection_is_busy(self) && self->input_bytes > 0 &&
-           output_length(&self->output) <= BACKLOG_BYTES && step_lines(self)) {
+    while (self->input_bytes > 0 && is_ready(self, false) && step_lines(self)) {
     }
-    while (!connection_is_edited(self) && !connection_is_busy(self) &&
-           output_length(&self->output) <= BACKLOG_BYTES && step_dropped(self)) {
+    while (is_ready(self, false) && step_dropped(self)) {
     }
 }
 

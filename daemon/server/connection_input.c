@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/server/connection_input.h"
 
+#include <errno.h>
+#include <poll.h>
 #include <string.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
@@ -10,8 +14,10 @@
 enum {
     CTRL_C = 3,
     BELL = 7,
-    PATIENCE_US = 1000000,  ///< for a command that may be a long one
-    QUIET_US = 300000       ///< after which pasted input has ended
+    PATIENCE_US = 1000000,    ///< for a command that may be a long one
+    LOOK_BYTES = 256 * 1024,  ///< more than a socket buffers
+    LOOK_US = 200000,         ///< between two looks for a Ctrl-C
+    QUIET_US = 300000         ///< after which pasted input has ended
 };
 
 size_t connection_input_room(const struct connection *self) {
@@ -145,4 +151,47 @@ void connection_input_forget(struct connection *self, size_t bytes) {
     memmove(self->input, self->input + bytes, self->input_bytes - bytes);
     self->input_bytes -= bytes;
     self->refused_bytes -= bytes < self->refused_bytes ? bytes : self->refused_bytes;
+}
+
+static void receive(struct connection *self) {
+    char data[CONNECTION_INPUT_BYTES];
+    const size_t room = connection_input_room(self);
+    INVARIANT(room > 0 && room <= sizeof data);
+    const ssize_t bytes = read(self->in_fd, data, room);
+    if (bytes > 0) {
+        connection_input_receive(self, data, (size_t)bytes, false);
+    } else if (bytes == 0) {
+        connection_input_receive(self, NULL, 0, true);
+    } else if (errno != EAGAIN && errno != EINTR) {
+        connection_gone(self);
+    }
+}
+
+/// A Ctrl-C may be pending behind what a client has sent ahead. On a pipe it cannot be seen.
+static void look_ahead(struct connection *self) {
+    char data[LOOK_BYTES];
+    const ssize_t bytes = recv(self->in_fd, data, sizeof data, MSG_PEEK | MSG_DONTWAIT);
+    if (bytes > 0) {
+        connection_input_look_ahead(self, data, (size_t)bytes);
+    }
+}
+
+void connection_input_take(struct connection *self, short input, uint64_t now_us) {
+    if (connection_input_is_deaf(self) && now_us - self->looked_us >= LOOK_US) {
+        self->looked_us = now_us;
+        look_ahead(self);
+    }
+    if ((input & POLLIN) != 0 && connection_input_room(self) > 0) {
+        receive(self);
+        return;
+    }
+    if ((input & (POLLHUP | POLLERR | POLLNVAL)) == 0 || (input & POLLIN) != 0) {
+        return;
+    }
+    // Both directions are closed; of a pipe with a separate output only this one.
+    if (self->in_fd == self->out_fd) {
+        connection_gone(self);
+    } else {
+        connection_input_receive(self, NULL, 0, true);
+    }
 }

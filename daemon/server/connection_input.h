@@ -32,6 +32,9 @@ void connection_input_end_overflow(struct connection *self);
 /// Removes the first `bytes` bytes, which have been used.
 void connection_input_forget(struct connection *self, size_t bytes);
 
+/// Handles the events `input` of poll() for the client's input at `now_us`: reads what is there,
+/// looks for a Ctrl-C behind a full input, and notices its end.
+void connection_input_take(struct connection *self, short input, uint64_t now_us);
 /// Whether the byte ends a line: CR or LF.
 bool connection_input_is_line_end(char byte);
 

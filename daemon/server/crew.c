@@ -79,25 +79,18 @@ enum { TOLD_LINE_BYTES = 60 };
 
 /// Whether the error is a fault of the instrument or the machine, and not of the input.
 static bool is_fault(const struct crew *self, int error) {
-    switch (error) {
-        case ERROR_I2C_NACK:
-        case ERROR_I2C_ARBITRATION:
-        case ERROR_I2C_STUCK:
-        case ERROR_TIMEOUT:
-        case ERROR_DEVICE:
-        case ERROR_VERIFY:
-        case ERROR_RESTARTED:
-        case ERROR_IO:
-        case ERROR_FULL:
-        case ERROR_JAMMED:
-        case ERROR_FRAME:
-        case ERROR_MEMORY:
+    static const int faults[] = {
+        ERROR_I2C_NACK, ERROR_I2C_ARBITRATION, ERROR_I2C_STUCK, ERROR_TIMEOUT,
+        ERROR_DEVICE,   ERROR_VERIFY,          ERROR_RESTARTED, ERROR_IO,
+        ERROR_FULL,     ERROR_JAMMED,          ERROR_FRAME,     ERROR_MEMORY,
+    };
+    for (size_t i = 0; i < sizeof faults / sizeof faults[0]; i++) {
+        if (error == faults[i]) {
             return true;
-        case ERROR_REFUSED:
-            return self->has_rig;  // without the rig it is a file that clients may not use
-        default:
-            return false;
+        }
     }
+    // Without the rig it is a file that clients may not use.
+    return error == ERROR_REFUSED && self->has_rig;
 }
 
 static void tell(const struct crew *self, enum hal_log_level level, const char *format, ...)

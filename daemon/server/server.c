@@ -28,9 +28,7 @@ enum {
     TICK_MS = 250,  ///< maximum time of one poll()
     FDS_MAX = 2 + LISTENERS + 2 * (CONFIG_CLIENTS_MAX + 1),
     STUCK_SIMULATED_S = 150,  ///< a simulated rig renders its frames, which takes long
-    LOOK_BYTES = 256 * 1024,  ///< more than a socket buffers
-    LOOK_US = 200000,
-    GREETING_US = 10000000,  ///< time limit for a client's first valid line
+    GREETING_US = 10000000,   ///< time limit for a client's first valid line
 };
 
 static void answer(void *cookie, struct job *job, int error, const char *message) {
@@ -226,29 +224,6 @@ static bool seat_is_due(const struct server *self) {
     return due;
 }
 
-static void receive(struct connection *client) {
-    char data[CONNECTION_INPUT_BYTES];
-    const size_t room = connection_input_room(client);
-    INVARIANT(room > 0 && room <= sizeof data);
-    const ssize_t bytes = read(client->in_fd, data, room);
-    if (bytes > 0) {
-        connection_input_receive(client, data, (size_t)bytes, false);
-    } else if (bytes == 0) {
-        connection_input_receive(client, NULL, 0, true);
-    } else if (errno != EAGAIN && errno != EINTR) {
-        connection_gone(client);
-    }
-}
-
-/// A Ctrl-C may be pending behind what a client has sent ahead. On a pipe it cannot be seen.
-static void look_ahead(struct connection *client) {
-    char data[LOOK_BYTES];
-    const ssize_t bytes = recv(client->in_fd, data, sizeof data, MSG_PEEK | MSG_DONTWAIT);
-    if (bytes > 0) {
-        connection_input_look_ahead(client, data, (size_t)bytes);
-    }
-}
-
 /// Drops a client that did not greet in time.
 static void end_silence(struct server *self, struct connection *client, uint64_t now_us) {
     if (client->greeted || client->gone || now_us - client->begun_us <= GREETING_US) {
@@ -261,26 +236,31 @@ static void end_silence(struct server *self, struct connection *client, uint64_t
     connection_gone(client);
 }
 
+/// Drops a client that does not read its answers.
+static void end_stall(struct server *self, struct connection *client, uint64_t now_us) {
+    const uint64_t patience_us = (uint64_t)self->config->reader_timeout_s * 1000000;
+    const bool stalled = client->stalled_us != 0 && now_us - client->stalled_us > patience_us;
+    // Nothing waits for a client on the daemon's own output, so it may read as slowly as it likes.
+    const bool own = console_is_stdio(&self->console, client);
+    if (client->gone || own || (!stalled && !output_overrun(&client->output))) {
+        return;
+    }
+    if (client->lasting) {
+        output_reset(&client->output, false);  // no terminal is connected
+        client->stalled_us = 0;
+    } else {
+        logbook_print(self->logbook, HAL_LOG_WARNING, "a client does not read: dropped");
+        connection_gone(client);
+    }
+}
+
 /// Reads, runs and writes for one client.
 static void serve(struct server *self, struct connection *client, short input, short output,
                   uint64_t now_us) {
     if (!client->used) {
         return;
     }
-    if (connection_input_is_deaf(client) && now_us - client->looked_us >= LOOK_US) {
-        client->looked_us = now_us;
-        look_ahead(client);
-    }
-    if ((input & POLLIN) != 0 && connection_input_room(client) > 0) {
-        receive(client);
-    } else if ((input & (POLLHUP | POLLERR | POLLNVAL)) != 0 && (input & POLLIN) == 0) {
-        // Both directions are closed; of a pipe with a separate output only this one.
-        if (client->in_fd == client->out_fd) {
-            connection_gone(client);
-        } else {
-            connection_input_receive(client, NULL, 0, true);
-        }
-    }
+    connection_input_take(client, input, now_us);
     if ((output & (POLLERR | POLLNVAL)) != 0) {
         connection_gone(client);
     }
@@ -289,19 +269,7 @@ static void serve(struct server *self, struct connection *client, short input, s
         crew_tell_wait(crew_of(self, &client->job), &client->job, &self->reply, now_us);
     }
     connection_send(client, now_us);
-    const uint64_t patience_us = (uint64_t)self->config->reader_timeout_s * 1000000;
-    const bool stalled = client->stalled_us != 0 && now_us - client->stalled_us > patience_us;
-    // Nothing waits for a client on the daemon's own output, so it may read as slowly as it likes.
-    const bool own = console_is_stdio(&self->console, client);
-    if (!client->gone && !own && (stalled || output_overrun(&client->output))) {
-        if (client->lasting) {
-            output_reset(&client->output, false);  // no terminal is connected
-            client->stalled_us = 0;
-        } else {
-            logbook_print(self->logbook, HAL_LOG_WARNING, "a client does not read: dropped");
-            connection_gone(client);
-        }
-    }
+    end_stall(self, client, now_us);
     end_silence(self, client, now_us);
     connection_step(client, now_us);
     if (client->hangs_up != NULL) {

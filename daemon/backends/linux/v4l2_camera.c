@@ -93,24 +93,34 @@ static int stop(void *opaque) {
     return error;
 }
 
+static bool is_streaming(const struct v4l2_camera *self, const struct hal_camera_format *format) {
+    return !self->gone && self->started && self->stream.on &&
+           self->format.width_px == format->width_px && self->format.height_px == format->height_px;
+}
+
+/// Reopens an unplugged camera; an error is logged.
+static int find_again(struct v4l2_camera *self) {
+    struct message message;
+    const int error = open_again(self, &message);
+    if (error != ERROR_OK && self->log != NULL) {
+        self->log->operations->write(self->log->self, HAL_LOG_ERROR, message.text);
+    }
+    return error;
+}
+
 static int start(void *opaque, const struct hal_camera_format *format) {
     struct v4l2_camera *self = opaque;
     if (format->width_px == 0 || format->height_px == 0) {
         return ERROR_UNSUPPORTED;
     }
-    if (!self->gone && self->started && self->stream.on &&
-        self->format.width_px == format->width_px && self->format.height_px == format->height_px) {
+    if (is_streaming(self, format)) {
         return ERROR_OK;
     }
     self->refused.text[0] = '\0';
     int error = stop(self);
     if (self->gone) {
-        struct message message;
-        error = open_again(self, &message);
+        error = find_again(self);
         if (error != ERROR_OK) {
-            if (self->log != NULL) {
-                self->log->operations->write(self->log->self, HAL_LOG_ERROR, message.text);
-            }
             return error;
         }
     }

@@ -325,7 +325,8 @@ static int open_all(struct play *self, int parent, const char *path, struct mess
     return error != 0 ? error : session_reader_open(&self->session, parent, path, NULL, message);
 }
 
-static int play_all(struct play *self, struct message *message) {
+/// Replays event by event, up to the end, the first difference or the end of a cut recording.
+static int play_events(struct play *self, struct message *message) {
     int error = 0;
     int got = 1;
     const bool *const ran_out = &self->replay.ran_out;
@@ -333,8 +334,13 @@ static int play_all(struct play *self, struct message *message) {
            (got = session_reader_next(&self->session, &self->event, message)) == 1) {
         error = play_event(self, message);
     }
-    if (error != 0 || got < 0) {
-        return error != 0 ? error : got;
+    return error != 0 ? error : got < 0 ? got : 0;
+}
+
+static int play_all(struct play *self, struct message *message) {
+    const int error = play_events(self, message);
+    if (error != 0) {
+        return error;
     }
     struct play_outcome *outcome = self->outcome;
     if (self->up && !self->replay.ended) {
