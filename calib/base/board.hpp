@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The calibration board, and what one camera saw of it.
+/// The calibration board and what one camera sees of it.
 #ifndef VERGENCE_CALIB_BASE_BOARD_HPP
 #define VERGENCE_CALIB_BASE_BOARD_HPP
 
@@ -8,9 +8,9 @@
 
 namespace calib {
 
-/// A flat board of squares. Its inner corners are numbered row by row: corner `row * columns +
-/// column` lies at (column * square_mm, row * square_mm, 0) in the board's frame, x along a row,
-/// y from row to row, z away from who looks at it.
+/// A flat board of squares. Inner corners are numbered row by row: corner `row * columns + column`
+/// is at (column * square_mm, row * square_mm, 0) in the board's frame, with x along a row, y from
+/// row to row, and z pointing away from the viewer.
 struct board {
     int columns = 0, rows = 0;  // inner corners, 2..255 each way
     double square_mm = 0;       // side of a square
@@ -35,8 +35,8 @@ struct corner {
 /// What was found of the board in one image. Corners are sorted by index, each at most once.
 struct board_view {
     std::vector<corner> corners;
-    std::string refusal;  // why nothing can be used, one line; "" when the corners can
-    double clipped = 0;   // share of the white squares that is overexposed, 0..1
+    std::string refusal;  // why the view cannot be used, one line; "" when it can
+    double clipped = 0;   // overexposed share of the white squares, 0..1
 
     bool overexposed() const { return clipped > 0.5; }
 };

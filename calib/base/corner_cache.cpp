@@ -13,9 +13,9 @@ namespace calib {
 
 namespace {
 
-constexpr double foreign_sigma_px = 0.1;  // level 0 of a file that does not say
-constexpr double highest_level = 30;      // mrcal shifts a one by so many bits
-// No detector is better or worse than this; weights far outside make the solution worthless.
+constexpr double foreign_sigma_px = 0.1;  // level 0 of a file that states none
+constexpr double highest_level = 30;      // mrcal shifts 1 by this many bits
+// No detector is outside this range; weights far outside it make the solution worthless.
 constexpr double smallest_sigma_px = 1e-6, largest_sigma_px = 1e3;
 const char overexposed_comment[] = "## overexposed white squares, and their share:";
 const char sigma_comment[] = "## a corner of level 0 has a standard deviation of";
@@ -66,7 +66,7 @@ bool is_plausible(double sigma_px) {
     return sigma_px >= smallest_sigma_px && sigma_px <= largest_sigma_px;
 }
 
-// Whether `text` begins with `begin`; the rest goes to `*words`.
+// Whether `text` begins with `begin`; `*words` receives the rest.
 bool begins(const std::string &text, const std::string &begin, std::istringstream *words) {
     const bool does = text.compare(0, begin.size(), begin) == 0;
     words->str(does ? text.substr(begin.size()) : "");
@@ -92,7 +92,7 @@ class reader {
                         " corners, the board has " + std::to_string(board_.corner_count()));
         }
         if (!views_.empty() && views_.back().view.corners.empty()) {
-            views_.back().view.refusal = "no board found, says the corner cache";
+            views_.back().view.refusal = "no board found (from the corner cache)";
         }
         return true;
     }
@@ -117,7 +117,7 @@ class reader {
             std::string share;
             words >> clipped_name_ >> share;
             if (!number_of(share, &clipped_) || clipped_ < 0 || clipped_ > 1) {
-                return fail("the share is no number from 0 to 1");
+                return fail("the share is not a number from 0 to 1");
             }
         } else if (text.compare(0, 2, "##") != 0 && !legend_seen_) {
             legend_seen_ = true;
@@ -126,7 +126,7 @@ class reader {
             words >> names[0] >> names[1] >> names[2] >> names[3];
             weights_ = names[3] == "weight";
             if (names[0] != "filename" || names[1] != "x" || names[2] != "y") {
-                return fail("columns are not 'filename x y level'");
+                return fail("unknown columns (expected 'filename x y level')");
             }
         }
         return true;
@@ -160,14 +160,14 @@ class reader {
             (!level.empty() && !number_of(level, &size))) {
             return fail("expected numbers or '-' after the name");
         }
-        // Both programs mark a corner that was not found like this, too.
+        // mrcal and mrgingham also mark a missing corner like this.
         if (next.x_px < 0 || next.y_px < 0 || (weights_ ? size <= 0 : size < 0)) {
             return true;
         }
         next.sigma_px =
             sigma_px_ * (weights_ ? 1 / size : std::exp2(std::min(size, highest_level)));
         if (!is_plausible(next.sigma_px) && weights_) {
-            return fail("the weight stands for a standard deviation outside 0.000001 to 1000 px");
+            return fail("the weight means a standard deviation outside 0.000001 to 1000 px");
         }
         views_.back().view.corners.push_back(next);
         return true;
@@ -177,7 +177,7 @@ class reader {
     std::string *error_;
     int line_ = 0, lines_of_image_ = 0;
     double sigma_px_ = foreign_sigma_px;
-    std::string clipped_name_;  // the view to come that is overexposed
+    std::string clipped_name_;  // the next view is overexposed
     double clipped_ = 0;
     bool legend_seen_ = false, weights_ = false;
     std::vector<cached_view> views_;
@@ -189,8 +189,9 @@ bool corner_cache_write(std::ostream &out, const board &board,
                         const std::vector<cached_view> &views, std::string *error) {
     for (const cached_view &cached : views) {
         if (!can_be_named(cached.filename)) {
-            *error = "'" + cached.filename + "' cannot stand in a corner cache: no white space, " +
-                     "and no # in front";
+            *error = "'" + cached.filename +
+                     "' cannot be written to a corner cache (no white space " +
+                     "and no leading # allowed)";
             return false;
         }
     }
@@ -207,7 +208,7 @@ bool corner_cache_write(std::ostream &out, const board &board,
     }
     out << text.str();
     if (!out.flush()) {
-        *error = "the corner cache cannot be written";
+        *error = "cannot write the corner cache";
         return false;
     }
     return true;

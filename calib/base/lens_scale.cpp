@@ -7,7 +7,7 @@ namespace calib {
 
 namespace {
 
-// Where a point falls without distortion, in units of the reference radius.
+// Image point without distortion, in units of the reference radius.
 struct ideal_point {
     double s, t, rho2;
 };
@@ -18,7 +18,7 @@ double radial_factor(const lens_frame &frame, const lens_state &lens, double rho
     return 1 + rho2 * (q[RADIAL_2] + rho2 * (q[RADIAL_4] + rho2 * q[RADIAL_6])) / frame.radius_px;
 }
 
-// Distorted position in px from the principal point, rows not yet stretched.
+// Distorted position in px from the principal point, before the rows are stretched.
 void distort(const lens_frame &frame, const lens_state &lens, const ideal_point &at,
              double result[2]) {
     const double radial = radial_factor(frame, lens, at.rho2) * frame.radius_px;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The lens as the solver sees it: every number is scaled by what it does to pixels, so that one
-/// step size suits focal lengths from 500 to 30,000 px. The core's k2 of a 10x zoom is some 370 and
-/// moves the image corner by less than a pixel; `RADIAL_4` below is that movement itself.
+/// The lens as the solver sees it: every parameter is scaled by its effect in pixels, so that one
+/// step size suits focal lengths from 500 to 30,000 px. The core's k2 of a 10x zoom is about 370
+/// and moves the image corner by less than a pixel; `RADIAL_4` below is that movement.
 #ifndef VERGENCE_CALIB_BASE_LENS_SCALE_HPP
 #define VERGENCE_CALIB_BASE_LENS_SCALE_HPP
 
@@ -11,7 +11,7 @@
 
 namespace calib {
 
-/// Places of the numbers in a `lens_state`.
+/// Indices of the parameters in a `lens_state`.
 enum lens_place {
     LOG_FOCAL,     // log of fx in px
     LOG_ASPECT,    // log of fy / fx
@@ -29,7 +29,7 @@ struct lens_state {
     std::array<double, LENS_PLACES> value{};
 };
 
-/// What does not change during a solution. The reference radius is half of the image's diagonal.
+/// Constants of a solution. The reference radius is half of the image's diagonal.
 struct lens_frame {
     int width_px = 0, height_px = 0;
     double middle_x_px = 0, middle_y_px = 0, radius_px = 1;
@@ -37,7 +37,8 @@ struct lens_frame {
 
 lens_frame make_lens_frame(int width_px, int height_px);
 
-/// Between the solver's numbers and the core's. `lens_from_state` does not check ranges.
+/// Converts between the solver's parameters and the core's. `lens_from_state` does not check
+/// ranges.
 lens lens_from_state(const lens_frame &frame, const lens_state &state);
 lens_state state_from_lens(const lens_frame &frame, const lens &lens);
 
@@ -45,7 +46,7 @@ lens_state state_from_lens(const lens_frame &frame, const lens &lens);
 struct projection {
     double pixel_px[2];
     double by_point[2][3];           // px per mm
-    double by_lens[2][LENS_PLACES];  // px per unit of each number of the state
+    double by_lens[2][LENS_PLACES];  // px per unit of each parameter of the state
 };
 
 /// Returns false (result untouched) when z <= 0.
@@ -56,7 +57,7 @@ bool project(const lens_frame &frame, const lens_state &state, const double poin
 bool project(const lens_frame &frame, const lens_state &state, const double point_mm[3],
              double pixel_px[2]);
 
-/// Which numbers of the lens are estimated. Each kind of distortion includes those before it.
+/// Which lens parameters are estimated. Each kind of distortion includes those before it.
 struct lens_model {
     enum kind { NONE, K1, K1_K2, K1_K2_P1_P2, K1_K2_P1_P2_K3, KINDS };
     kind distortion = K1_K2_P1_P2;

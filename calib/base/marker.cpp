@@ -48,7 +48,7 @@ int board_marker_id(const board &board, int column, int row) {
 }
 
 square_place board_marker_square(const board &board, int marker) {
-    // Counted along the rows, one of every two squares is white.
+    // Along the rows, every other square is white.
     const int squares_in_row = board.columns + 1;
     for (int square = 2 * marker; square <= 2 * marker + 1; square++) {
         const int row = square / squares_in_row, column = square % squares_in_row;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Coded markers (ArUco, AprilTag): their dictionaries, and where a coded board carries which.
+/// Coded markers (ArUco, AprilTag): their dictionaries, and which marker is where on a coded board.
 #ifndef VERGENCE_CALIB_BASE_MARKER_HPP
 #define VERGENCE_CALIB_BASE_MARKER_HPP
 
@@ -19,7 +19,7 @@ struct marker_dictionary {
     const char *name;
     int side;
     int count;
-    int correctable_bits;  // wrong bits up to which a reading is still unique
+    int correctable_bits;  // number of wrong bits up to which a reading is still unique
     const marker_code *codes;
 };
 
@@ -31,13 +31,13 @@ struct marker_dictionary_list {
 /// All dictionaries: OpenCV's, with names like "4x4_50", "apriltag_36h11".
 marker_dictionary_list marker_dictionaries();
 
-/// The dictionary of that name; null when there is none. Static storage.
+/// The dictionary of that name; null if unknown. Static storage.
 const marker_dictionary *marker_dictionary_named(const std::string &name);
 
-/// A quarter turn of the code, counter-clockwise: what was the right column is the top row.
+/// A quarter turn of the code, counter-clockwise: the right column becomes the top row.
 marker_code marker_turned(marker_code code, int side);
 
-/// The code as a mirror shows it: columns in the other order.
+/// The mirrored code: columns in reverse order.
 marker_code marker_mirrored(marker_code code, int side);
 
 /// Squares of a board: one more than corners each way; square (0, 0), at the top left, is black.
@@ -45,8 +45,8 @@ inline bool board_square_white(int column, int row) {
     return (column + row) % 2 != 0;
 }
 
-/// The marker that a coded board carries in its white square (column, row): they are numbered from
-/// 0 along the rows.
+/// The marker in the white square (column, row) of a coded board; markers are numbered from 0 along
+/// the rows.
 int board_marker_id(const board &board, int column, int row);
 
 struct square_place {
@@ -56,7 +56,7 @@ struct square_place {
 /// The square that carries marker `marker`, 0 <= marker < board_marker_count(board).
 square_place board_marker_square(const board &board, int marker);
 
-/// How many markers a coded board carries.
+/// The number of markers on a coded board.
 int board_marker_count(const board &board);
 
 }  // namespace calib

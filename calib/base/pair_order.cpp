@@ -14,9 +14,9 @@ namespace {
 constexpr double pi = 3.14159265358979323846;
 constexpr int most_rounds = 6;
 constexpr size_t fewest_pairs = 3;  // one pair more than an epipolar geometry needs
-// The other order must fit the epipolar geometry so many times worse.
+// The other order must fit the epipolar geometry worse by this factor.
 constexpr double clear_ratio = 3;
-// A board may look turned in the right image by so much against the other pairs.
+// How much a board may appear rotated in the right image relative to the other pairs.
 constexpr double clear_turn_rad = pi / 4;
 
 struct match {
@@ -44,7 +44,7 @@ std::vector<match> matches_of(const board_view &left, const board_view &right) {
     return found;
 }
 
-// Direction in which columns are counted, in the image.
+// Direction of increasing column, in the image.
 std::complex<double> row_direction(const board &board, const board_view &view) {
     double mean_column = 0;
     for (const corner &c : view.corners) {
@@ -62,7 +62,7 @@ vector3 homogeneous(const Eigen::Vector2d &point) {
     return {point.x(), point.y(), 1};
 }
 
-// Moves points to mean 0 and mean distance sqrt 2 (Hartley, 1997).
+// Normalises points to mean 0 and mean distance sqrt 2 (Hartley, 1997).
 matrix3 normalizing(const std::vector<const match *> &all, bool left) {
     Eigen::Vector2d mean = Eigen::Vector2d::Zero();
     for (const match *m : all) {
@@ -80,7 +80,7 @@ matrix3 normalizing(const std::vector<const match *> &all, bool left) {
     return T;
 }
 
-// The fundamental matrix of all pairs but `left_out`, by the eight-point method.
+// The fundamental matrix of all pairs but `left_out`, by the eight-point algorithm.
 matrix3 fundamental_of(const std::vector<pair_views> &pairs, const pair_views *left_out) {
     std::vector<const match *> all;
     for (const pair_views &pair : pairs) {
@@ -105,7 +105,7 @@ matrix3 fundamental_of(const std::vector<pair_views> &pairs, const pair_views *l
     return T_right.transpose() * nearest_of_rank_2(F) * T_left;
 }
 
-// Root mean square of Sampson's distance, in pixels.
+// Root mean square of the Sampson distance, in pixels.
 double misfit_px(const matrix3 &F, const std::vector<match> &matches) {
     double sum = 0;
     for (const match &m : matches) {
@@ -122,7 +122,7 @@ double angle_between(double a_rad, double b_rad) {
     return std::fabs(std::remainder(a_rad - b_rad, 2 * pi));
 }
 
-// The angle by which the right image's rows turn when its view is numbered by option `option`.
+// The rotation of the right image's rows when its view is numbered by option `option`.
 double turn_of(const pair_views &pair, size_t option) {
     const double options = static_cast<double>(pair.by_option.size());
     return pair.turn_rad + 2 * pi * static_cast<double>(option) / options;
@@ -155,11 +155,12 @@ fit fit_of(const matrix3 &F, const pair_views &pair) {
     for (size_t option = 0; option < misfits.size(); option++) {
         second = option != best ? std::min(second, misfits[option]) : second;
     }
-    // Corners are never better than this; below it a ratio says nothing.
+    // Corners are never better than this; below it a ratio is meaningless.
     return {best, second / std::max(misfits[best], 0.2)};
 }
 
-// Chooses for all pairs so that one epipolar geometry fits; what is left as misfit.
+// Chooses the options of all pairs so that one epipolar geometry fits; returns the remaining
+// misfit.
 double choose_by_geometry(std::vector<pair_views> *pairs) {
     double misfit = 0;
     for (int round = 0; round < most_rounds; round++) {
@@ -179,7 +180,7 @@ double choose_by_geometry(std::vector<pair_views> *pairs) {
     return misfit;
 }
 
-// The turn that all pairs have in common up to the board's symmetry: the cameras' roll.
+// The rotation common to all pairs, up to the board's symmetry: the cameras' roll.
 double common_roll(const std::vector<pair_views> &pairs) {
     std::complex<double> sum = 0;
     double options = 1;
@@ -190,7 +191,7 @@ double common_roll(const std::vector<pair_views> &pairs) {
     return std::arg(sum) / options;
 }
 
-// With three pairs or more the geometry decides; a start at each roll that the turns allow.
+// With three pairs or more the geometry decides; start at each roll that the rotations allow.
 void decide_together(std::vector<pair_views> *pairs) {
     const double roll_rad = common_roll(*pairs);
     const size_t options = pairs->front().by_option.size();
@@ -201,7 +202,7 @@ void decide_together(std::vector<pair_views> *pairs) {
         choose_by_turn(
             &tried, roll_rad + 2 * pi * static_cast<double>(option) / static_cast<double>(options));
         const double misfit = choose_by_geometry(&tried);
-        // The first is the smallest roll: another must be clearly better.
+        // The first is the smallest roll: another one must be clearly better.
         if (best.empty() || misfit * clear_ratio < least) {
             best = tried;
             least = misfit;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Boards that look the same after a turn: which views must be turned so that left and right number
-/// the same corner alike. All pairs come from one rig, so one epipolar geometry fits them all; a
-/// view numbered from the wrong end does not fit it.
+/// Boards that look the same after a rotation: finds which views must be renumbered so that left
+/// and right agree on the corners. All pairs come from one rig, so one epipolar geometry fits them
+/// all; a view numbered from the wrong end does not fit it.
 #ifndef VERGENCE_CALIB_BASE_PAIR_ORDER_HPP
 #define VERGENCE_CALIB_BASE_PAIR_ORDER_HPP
 
@@ -11,14 +11,14 @@
 
 namespace calib {
 
-/// What is to be done with the right view of a pair.
+/// The action for the right view of a pair.
 struct pair_turn {
     int quarters = 0;      // quarter turns; 2 is half a turn
-    bool decided = false;  // false: leave the pair out, nothing tells which way is right
+    bool decided = false;  // false: ambiguous, leave the pair out
 };
 
-/// One answer for each pair; `left` and `right` have the same length. A pair that lacks a view, and
-/// any pair of a board that does not look the same turned, comes back decided and not turned.
+/// One answer for each pair; `left` and `right` have the same length. A pair with a missing view,
+/// and any pair of a board without rotational symmetry, is returned as decided and not turned.
 std::vector<pair_turn> pair_order(const board &board, const std::vector<board_view> &left,
                                   const std::vector<board_view> &right);
 

@@ -46,7 +46,7 @@ rigid turned(const rigid &T_AB, const double turn_rad[3]) {
 }
 
 double turn_between_rad(const rigid &first, const rigid &second) {
-    // |A - B| (Frobenius) is 2 sqrt(2) sin(angle / 2), exact for small angles, too.
+    // |A - B| (Frobenius) is 2 sqrt(2) sin(angle / 2), which is also exact for small angles.
     double sum2 = 0;
     for (int i = 0; i < 9; i++) {
         sum2 += (first.R[i] - second.R[i]) * (first.R[i] - second.R[i]);

@@ -18,10 +18,11 @@ rigid inverse(const rigid &T_AB);
 /// result = R point + t. `result` must not overlap `point_mm`.
 void apply(const rigid &T_AB, const double point_mm[3], double result_mm[3]);
 
-/// Turns T_AB by a rotation vector given in A, about A's axes: R becomes exp(turn) R, t stays.
+/// Rotates T_AB by a rotation vector given in A, about A's axes: R becomes exp(turn) R, t is
+/// unchanged.
 rigid turned(const rigid &T_AB, const double turn_rad[3]);
 
-/// Angle in rad of the rotation that takes one to the other.
+/// Angle in rad of the rotation between the two.
 double turn_between_rad(const rigid &first, const rigid &second);
 
 /// The matrix J of d(exp(w) v) = -[exp(w) v]x J dw, row-major (the left Jacobian of SO(3)).

@@ -6,7 +6,7 @@
 
 namespace calib {
 
-/// What printf would print, for reasons and verdicts; cut off after 400 bytes.
+/// printf into a string, for reasons and verdicts; truncated to 400 bytes.
 std::string sentence(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
 }  // namespace calib

@@ -56,7 +56,8 @@ board_scatter scatter_of(const std::vector<board_equations> &boards, const std::
     board_scatter result;
     result.ratio = trace_of_product(all, seen) / (variance * expected);
     result.covariance = seen * (double(count) / expected);
-    // Wilson and Hilferty, for a chi-square of as much freedom as the variance tells.
+    // Wilson-Hilferty transformation of a chi-square whose degrees of freedom follow from the
+    // variance.
     const double freedom = 2 * expected * expected / expected_variance;
     const double bend = 2 / (9 * freedom);
     result.z = (std::cbrt(result.ratio) - (1 - bend)) / std::sqrt(bend);

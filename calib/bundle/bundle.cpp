@@ -27,7 +27,7 @@ std::vector<board_point> make_board_points(const board &board, double half_mm[2]
             const double x = column * board.square_mm - half_mm[0];
             const double y = row * board.square_mm - half_mm[1];
             const double a = x / half_mm[0], b = y / half_mm[1];
-            // Free of mean over the board, so that the warp does not look like a distance.
+            // Has zero mean over the board, so that the warp cannot be mistaken for a distance.
             const double stretch_mm = 0.5 / half_mm[0];
             points.push_back({x,
                               y,
@@ -67,7 +67,7 @@ void warped(const board_point &point, const double warp_mm[WARP_PLACES], double 
 
 namespace {
 
-// by_turn = by_point (-[arm]x), the effect of turning `arm`.
+// by_turn = by_point (-[arm]x): the effect of rotating `arm`.
 void turn_rows(const double by_point[3], const double arm[3], double by_turn[3]) {
     by_turn[0] = by_point[2] * arm[1] - by_point[1] * arm[2];
     by_turn[1] = by_point[0] * arm[2] - by_point[2] * arm[0];
@@ -195,7 +195,7 @@ bool spans_area(const bundle &data, const bundle_view &view, int least) {
             sum[2] += (point.y_mm - y) * (point.y_mm - y);
         }
     }
-    // The narrower direction of the cloud against its wider one.
+    // The narrow direction of the point cloud over its wide one.
     const double trace = sum[0] + sum[2], area2 = sum[0] * sum[2] - sum[1] * sum[1];
     return area2 > 1e-3 * trace * trace;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Bundle adjustment: the lenses, the pose of the right camera, the warp of the board and all
-/// positions of the board that explain the corners best. Everything is told in the left camera's
-/// frame; the board's frame of this file has its origin in the middle of the board.
+/// Bundle adjustment: the lenses, the pose of the right camera, the warp of the board and all board
+/// positions that explain the corners best. Everything is in the left camera's frame; in this file
+/// the board's frame has its origin in the middle of the board.
 #ifndef VERGENCE_CALIB_BUNDLE_BUNDLE_HPP
 #define VERGENCE_CALIB_BUNDLE_BUNDLE_HPP
 
@@ -17,14 +17,14 @@ namespace calib {
 enum { LEFT, RIGHT, CAMERAS };
 enum { POSE_PLACES = 6, WARP_PLACES = board_model::PLACES };
 
-/// A corner of the board where it was drawn, and by how much one mm of each warp moves it.
+/// A corner of the board as drawn, and its displacement per mm of each warp.
 struct board_point {
     double x_mm, y_mm;
     double lift[3];     // out of the plane, by BEND_X, BEND_Y and TWIST
-    double stretch[2];  // within it
+    double stretch[2];  // in the plane
 };
 
-/// One corner in one image as the solver uses it.
+/// One corner in one image, as the solver uses it.
 struct bundle_corner {
     int index;  // on the board
     double x_px, y_px;
@@ -34,14 +34,14 @@ struct bundle_corner {
 
 struct bundle_view {
     std::vector<bundle_corner> corners;
-    bool used = false;         // false: nothing of it counts
-    bool overexposed = false;  // its corners may be off for that
+    bool used = false;         // false: the view is ignored
+    bool overexposed = false;  // overexposure may have shifted its corners
 
     bool empty() const { return corners.empty(); }
     int used_count() const;
 };
 
-/// What was measured. With one camera everything of RIGHT is empty.
+/// The measurements. With one camera everything of RIGHT is empty.
 struct bundle {
     int cameras = CAMERAS;
     lens_frame frame[CAMERAS];
@@ -49,34 +49,34 @@ struct bundle {
     double half_mm[2] = {1, 1};       // half of the board's width and height
     std::vector<std::array<bundle_view, CAMERAS>> sightings;
 
-    /// True when any camera's view of it counts.
+    /// True when the view of any camera is used.
     bool used(size_t sighting) const;
 };
 
-/// What is estimated.
+/// The estimated state.
 struct bundle_state {
     lens_state lens[CAMERAS];
     rigid T_right_left;
     double warp_mm[WARP_PLACES] = {0, 0, 0, 0};
-    std::vector<rigid> T_left_board;  // by sighting
+    std::vector<rigid> T_left_board;  // by board position
 };
 
-/// The points of a board, from its middle.
+/// The points of a board, relative to its middle.
 std::vector<board_point> make_board_points(const board &board, double half_mm[2]);
 
-/// The camera's own part of a bundle as a bundle of one camera, and of a state. Poses are told in
-/// that camera's frame.
+/// One camera's part of a bundle as a single-camera bundle, and of a state. Poses are in that
+/// camera's frame.
 bundle single_camera(const bundle &data, int camera);
 
-/// By which share the print's rows are longer than drawn against its columns, without sign.
+/// Share by which the print's rows are longer than drawn relative to its columns, unsigned.
 double print_stretch(const bundle &data, const bundle_state &state);
 
 /// Position of a board point in the board's frame, warp included.
 void warped(const board_point &point, const double warp_mm[WARP_PLACES], double point_mm[3]);
 
-/// Residual (predicted minus seen, px) of one corner and its derivatives by what is estimated:
-/// pose increments are (turn in rad of the left frame, then shift of t.x / t.z, t.y / t.z and
-/// log t.z); those of T_right_left are (turn in the right frame, shift in mm).
+/// Residual (predicted minus seen, px) of one corner and its derivatives by the estimated
+/// parameters. Pose increments are (rotation in rad of the left frame, then shift of t.x / t.z, t.y
+/// / t.z and log t.z); those of T_right_left are (rotation in the right frame, shift in mm).
 struct corner_rows {
     double residual_px[2];
     double by_lens[2][LENS_PLACES];
@@ -94,8 +94,8 @@ bool make_corner_rows(const bundle &data, int camera, const bundle_corner &corne
 bool corner_residual(const bundle &data, int camera, const bundle_corner &corner,
                      const bundle_state &state, const rigid &T_left_board, double residual_px[2]);
 
-/// Calls `call(corner, residual_px)` for each corner in use that lies in front of its camera,
-/// sighting by sighting.
+/// Calls `call(corner, residual_px)` for each used corner in front of its camera, position by
+/// position.
 template <class Call>
 void for_used_residuals(const bundle &data, const bundle_state &state, const Call &call) {
     for (size_t i = 0; i < data.sightings.size(); i++) {
@@ -117,22 +117,22 @@ void for_used_residuals(const bundle &data, const bundle_state &state, const Cal
 rigid moved_board(const rigid &T_left_board, const double increment[POSE_PLACES]);
 rigid moved_rig(const rigid &T_right_left, const double increment[POSE_PLACES]);
 
-/// What is estimated and how.
+/// Which parameters are estimated, and how.
 struct bundle_options {
     std::array<bool, LENS_PLACES> free_lens{};
     std::array<bool, WARP_PLACES> free_warp{};
     /// Scale in standard deviations of the Cauchy loss on a corner's distance; 0 for least squares.
     double loss_scale = 0;
     int max_iterations = 60;
-    /// Relative change of the cost below which it is over. A cost is some thousand, and a change of
-    /// one in it is one standard deviation of something.
+    /// Relative change of the cost below which the iteration ends. A cost is several thousand, and
+    /// a change of one in it is one standard deviation of some parameter.
     double tolerance = 1e-13;
 };
 
-/// All numbers that the models estimate.
+/// All parameters that the models estimate.
 bundle_options options_of(lens_model lens, board_model board, double loss_scale);
 
-/// Tolerance of what is only a step on the way.
+/// Tolerance of an intermediate solution.
 const double ROUGH_TOLERANCE = 1e-7;
 
 struct bundle_summary {
@@ -141,12 +141,13 @@ struct bundle_summary {
     int iterations = 0;
 };
 
-/// Minimises over all used corners of used views, from `state` and into it. Corners are weighted
-/// by 1 / sigma_px. The same input gives the same bytes: one thread, one order.
+/// Minimises over all used corners of used views, starting from `state` and storing the result
+/// there. Corners are weighted by 1 / sigma_px. The same input gives the same bytes: one thread,
+/// one order.
 bundle_summary adjust(const bundle &data, const bundle_options &options, bundle_state *state);
 
-/// True when the used corners of a view number at least `least` and span an area of the board, so
-/// that they determine a pose.
+/// True when a view has at least `least` used corners and they span an area of the board, so that
+/// they determine a pose.
 bool spans_area(const bundle &data, const bundle_view &view, int least);
 
 }  // namespace calib

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ceres minimises; this file tells it the residuals. One residual block is all that one camera saw
-// of the board in one position: the blocks of a lens, of the rig, of the warp and of the position
-// stay apart, for what else may come to share them. Poses are increments on a base that does not
-// move during one run, so no block needs a manifold of its own.
+// Supplies the residuals that Ceres minimises. One residual block holds all corners that one camera
+// sees of one board position. Lens, rig, warp and position are separate parameter blocks, so that
+// each can be shared. Poses are increments on a base that is fixed during one run, so no block
+// needs a manifold.
 #include <ceres/ceres.h>
 
 #include <Eigen/Dense>
@@ -17,8 +17,8 @@ namespace {
 
 using row_major = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// Scales the rows of one corner so that half their squared norm is Cauchy's loss: the residual
-// r becomes m(|r|) r / |r| with m = sqrt(rho).
+// Scales the rows of one corner so that half their squared norm is Cauchy's loss: the residual r
+// becomes m(|r|) r / |r| with m = sqrt(rho).
 // Source: B. Triggs et al., "Bundle adjustment - a modern synthesis", 2000, section 4.3.
 struct corner_loss {
     double along = 1, across = 1, unit[2] = {1, 0}, shrink = 1;
@@ -46,7 +46,7 @@ struct corner_loss {
     }
 };
 
-// Parameter blocks: lens, board increment, warp, and for the right camera the rig's increment.
+// Parameter blocks: lens, board increment, warp and, for the right camera, the rig's increment.
 class view_cost final : public ceres::CostFunction {
   public:
     view_cost(const bundle &data, size_t sighting, int camera, const bundle_state &base,
@@ -92,7 +92,7 @@ class view_cost final : public ceres::CostFunction {
     }
 
   private:
-    // Derivatives of the turns by the increments, once a block.
+    // Derivatives of the rotations by the increments, computed once per block.
     struct turn_factors {
         double board[9], rig[9];
     };
@@ -115,7 +115,7 @@ class view_cost final : public ceres::CostFunction {
         }
     }
 
-    // `turn`, when there is one, is applied to the first three columns of a pose.
+    // `turn`, if set, is applied to the first three columns of a pose.
     template <int Columns>
     static void store_block(const double (&rows)[2][Columns], double weight,
                             const corner_loss &loss, const double *turn, int row,
@@ -145,7 +145,7 @@ class view_cost final : public ceres::CostFunction {
     const double loss_scale_;
 };
 
-// The blocks that Ceres moves.
+// The blocks that Ceres varies.
 struct blocks {
     lens_state lens[CAMERAS];
     double rig[POSE_PLACES] = {0, 0, 0, 0, 0, 0};
@@ -168,7 +168,7 @@ void hold(const std::array<bool, Places> &free, double *block, ceres::Problem *p
     }
 }
 
-// Returns how many residuals there are.
+// Returns the number of residuals.
 int describe(const bundle &data, const bundle_options &options, const bundle_state &base,
              blocks *moving, ceres::Problem *problem, ceres::ParameterBlockOrdering *ordering) {
     bool sees[CAMERAS] = {false, false};
@@ -220,7 +220,7 @@ bundle_summary adjust(const bundle &data, const bundle_options &options, bundle_
         return {};
     }
     solver.linear_solver_type = ceres::DENSE_SCHUR;
-    solver.num_threads = 1;  // more of them add up in an order of their own
+    solver.num_threads = 1;  // the order of summation would depend on more threads
     solver.max_num_iterations = options.max_iterations;
     solver.function_tolerance = options.tolerance;
     solver.parameter_tolerance = 1e-12;

@@ -40,7 +40,7 @@ void add_product(const double (&a)[2][A], const double (&b)[2][B], matrix *sum) 
     }
 }
 
-// What a board's increment does to the frame: turn, then shift of the left frame's origin.
+// Effect of a board's increment on the frame: rotation, then shift of the left frame's origin.
 matrix frame_by_board(const rigid &T_left_board) {
     const double *t = T_left_board.t_mm;
     matrix M = matrix::Zero(POSE_PLACES, POSE_PLACES);

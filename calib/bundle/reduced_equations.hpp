@@ -10,7 +10,7 @@
 
 namespace calib {
 
-/// Places of the numbers that all boards share.
+/// Indices of the parameters that all boards share.
 enum {
     LENS_AT = 0,
     RIG_AT = CAMERAS * LENS_PLACES,
@@ -18,29 +18,29 @@ enum {
     SHARED = WARP_AT + WARP_PLACES,
 };
 
-/// What one position of the board says of the shared numbers.
+/// What one board position contributes to the shared parameters.
 struct board_equations {
     matrix shared = matrix::Zero(SHARED, SHARED);
     matrix gradient = matrix::Zero(SHARED, 1);
-    /// Turn and shift of the frame in which the boards stand, as this board would have it: how they
-    /// follow the shared numbers, and their own covariance, in squared sigmas.
+    /// Rotation and shift of the frame that this board position implies: their dependence on the
+    /// shared parameters and their own covariance, in squared sigmas.
     matrix frame_by_shared = matrix::Zero(POSE_PLACES, SHARED);
     matrix frame_noise = matrix::Zero(POSE_PLACES, POSE_PLACES);
     double squares = 0;  // of the residuals, in sigmas
     long residuals = 0;
 };
 
-/// Of one used position of the board, at the least-squares solution `state`.
+/// Of one used board position, at the least-squares solution `state`.
 board_equations eliminate_board(const bundle &data, const bundle_state &state, size_t sighting);
 
-/// Places that are estimated.
+/// Indices that are estimated.
 std::vector<int> free_places(const bundle &data, const bundle_options &options);
 
 /// The rows and columns of `places`.
 matrix picked(const matrix &shared, const std::vector<int> &places);
 
-/// Inverse of a symmetric matrix with its diagonal scaled to 1; what it cannot know becomes huge,
-/// not infinite, and sets `*singular`.
+/// Inverse of a symmetric matrix with its diagonal scaled to 1. Undetermined directions become
+/// huge, not infinite, and set `*singular`.
 matrix inverse_of(const matrix &A, bool *singular);
 
 }  // namespace calib

@@ -13,10 +13,10 @@ namespace {
 
 using namespace detect;
 
-// Corners nearer to each other than this are better looked at on the next larger level.
+// Corners closer together than this are measured on the next larger level.
 constexpr double square_on_levels_px = 8, smallest_square_px = 4.5;
 constexpr int shortest_side_px = 16;
-constexpr double least_share = 0.9;  // of a plain board's corners that must be measured
+constexpr double least_share = 0.9;  // share of a plain board's corners that must be measured
 constexpr int fewest_coded_corners = 6;
 
 struct search {
@@ -25,8 +25,8 @@ struct search {
     near_miss nearest;
     grid nearest_grid;
     int nearest_level = 0;
-    board_view best;      // with most corners, of all levels so far
-    int most_boards = 0;  // whole plain boards seen on one level
+    board_view best;      // with the most corners, over all levels so far
+    int most_boards = 0;  // whole plain boards found on one level
 
     double clear_share() const {
         return board.coded() ? (1 - board.marker_mm / board.square_mm) / 2 : 1;
@@ -44,12 +44,12 @@ int least_corners(const board &board) {
     return static_cast<int>(least_share * board.corner_count() + 0.999);
 }
 
-// Corners that make a grid too large to be the board, however many of them are false.
+// A grid with this many corners is too large to be the board, however many of them are false.
 size_t too_many_corners(const board &board) {
     return 2 * static_cast<size_t>(board.corner_count()) + 64;
 }
 
-// The plain boards among the grids of one level; that with most corners becomes the best.
+// The plain boards among the grids of one level; the one with the most corners becomes the best.
 void plain_boards(search *state, int level, const std::vector<grid> &grids) {
     const int least = least_corners(state->board);
     int boards = 0;
@@ -86,7 +86,7 @@ void merge(const board_view &part, board_view *whole) {
     }
 }
 
-// What one level shows of a coded board: all its parts whose markers can be read.
+// What one level shows of a coded board: all parts with readable markers.
 void coded_parts(search *state, int level, const std::vector<grid> &grids) {
     board_view view;
     for (const grid &found : grids) {
@@ -110,7 +110,7 @@ void coded_parts(search *state, int level, const std::vector<grid> &grids) {
     }
 }
 
-// The reason why there is no board, from the grid that came nearest.
+// Why no board was found, from the best candidate grid.
 std::string reason(search *state) {
     const size_t corners = static_cast<size_t>(state->nearest_grid.found_count());
     if (corners > 0 && corners < too_many_corners(state->board)) {
@@ -132,14 +132,14 @@ board_view refused(std::string why) {
 
 board_view detect_board(const board &board, const image_u8 &image, const detect_options &options) {
     if (std::min(image.width, image.height) < shortest_side_px) {
-        return refused("no board found; the image is too small to show one");
+        return refused("no board found: the image is too small to show one");
     }
     const std::vector<plane> levels = pyramid_of(image);
     search state = {board, levels, {}, {}, 0, {}, 0};
     const auto found_all = [&] {
         return static_cast<int>(state.best.corners.size()) == board.corner_count();
     };
-    // Large boards are found on a small level, in little time.
+    // A large board is found on a small level, which is fast.
     for (int level = static_cast<int>(levels.size()) - 1; level >= 0 && !found_all(); level--) {
         const plane &pixels = levels[static_cast<size_t>(level)];
         const std::vector<saddle> saddles =

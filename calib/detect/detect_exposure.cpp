@@ -9,7 +9,7 @@ namespace calib::detect {
 
 namespace {
 
-constexpr int clipped_grey = 254;  // pictures that were compressed waver by one
+constexpr int clipped_grey = 254;  // compressed pictures vary by one
 
 const corner *corner_at(const std::vector<const corner *> &by_index, const board &board, int column,
                         int row) {
@@ -30,7 +30,7 @@ double clipped_share(const board &board, double clear_share, const image_u8 &ima
     for (const corner &one : view.corners) {
         by_index[static_cast<size_t>(one.index)] = &one;
     }
-    // Which squares are white need not be known: they are those of which more is clipped.
+    // Which squares are white need not be known: they are the ones with more clipped pixels.
     long looked_at[2] = {0, 0}, clipped[2] = {0, 0};
     const double inset = std::min(0.25, 0.6 * clear_share);
     for (int row = 0; row + 1 < board.rows; row++) {

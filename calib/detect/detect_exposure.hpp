@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How far an image is overexposed where it shows the board. Light that a pixel cannot hold runs
-/// over, on CCD sensors along the columns, and moves the edges of squares: on a real rig corners
-/// lay 0.3 px too low in pictures whose white squares were clipped.
+/// Measures overexposure of the board in an image. Saturated pixels bleed, on CCD sensors along the
+/// columns, and shift the edges of squares: on a real rig corners were 0.3 px too low in pictures
+/// with clipped white squares.
 #ifndef VERGENCE_CALIB_DETECT_DETECT_EXPOSURE_HPP
 #define VERGENCE_CALIB_DETECT_DETECT_EXPOSURE_HPP
 
@@ -10,9 +10,9 @@
 
 namespace calib::detect {
 
-/// Share of the white squares that is clipped, 0..1, at places between four corners of `view`,
-/// whose corners lie in `image`. `clear_share`: how much of a square's side, from its edges
-/// inwards, is free of markers (1 on a plain board). 0 when no square has four corners.
+/// Share of the white squares that is clipped, 0..1, sampled between four corners of `view`, whose
+/// corners are in `image`. `clear_share`: how much of a square's side, from its edges inwards, is
+/// free of markers (1 on a plain board). 0 when no square has four corners.
 double clipped_share(const board &board, double clear_share, const image_u8 &image,
                      const board_view &view);
 

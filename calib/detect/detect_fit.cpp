@@ -3,8 +3,8 @@
 // two edges:
 //     grey = base + slope_x dx + slope_y dy + half_contrast E(d1 / blur) E(d2 / blur)
 // where E(t) = erf(t / sqrt 2) is a step blurred by a Gaussian of standard deviation 1. The product
-// is exact for edges at right angles; at other angles it is still symmetric about the corner, as is
-// the image, so that the position is not pulled to any side.
+// is exact for perpendicular edges. At other angles it is still symmetric about the corner, as is
+// the image, so the position is unbiased.
 #include "calib/detect/detect_fit.hpp"
 
 #include <algorithm>
@@ -28,16 +28,17 @@ constexpr double settled_px = 5e-4;
 constexpr double nearly_settled_px = 0.02;
 constexpr double settled_gain = 1e-3;
 constexpr size_t fewest_pixels = 24;
-constexpr double least_window_share = 0.6;      // of the window that must lie inside the image
-constexpr double farthest_share = 0.5;          // of the radius that the corner may move
-constexpr double largest_residual_share = 0.3;  // of half the contrast
+constexpr double least_window_share = 0.6;      // share of the window that must be inside the image
+constexpr double farthest_share = 0.5;          // share of the radius that the corner may move
+constexpr double largest_residual_share = 0.3;  // share of half the contrast
 constexpr double least_half_contrast = 3;       // grey levels
-constexpr double least_blur_px = 0.289;         // of a sharp image: a pixel's own extent
-// Rounding to whole grey levels is no noise when there is no other; and no pixel grid is exact.
+constexpr double least_blur_px = 0.289;         // of a sharp image: the extent of a pixel
+// Rounding to integer grey levels is not noise if it is the only error; no pixel grid is exact
+// either.
 constexpr double least_noise = 0.3;  // grey levels
 constexpr double least_sigma_px = 0.001;
 
-// E(t) and its derivative, linear between steps of 1/256: good to 2e-6.
+// E(t) and its derivative, linearly interpolated in steps of 1/256: accurate to 2e-6.
 class step_table {
   public:
     step_table() {
@@ -106,7 +107,7 @@ struct normal_equations {
     double square_sum = 0;
 };
 
-// Sums over all pixels at the parameters `p`; X and Y are relative to the guess.
+// Sums over all pixels for the parameters `p`; X and Y are relative to the guess.
 normal_equations sum_up(const window &from, const corner_guess &guess, const vector &p) {
     normal_equations sums;
     const double ax = std::cos(p[ANGLE_A]), ay = std::sin(p[ANGLE_A]);
@@ -165,7 +166,7 @@ bool plausible(const vector &p, const corner_guess &guess) {
            (p[HALF_CONTRAST] > 0) == guess.light_between;
 }
 
-// Levenberg's method; false when it leaves what is plausible.
+// Levenberg's method; false when it leaves the plausible range.
 bool solve(const window &from, const corner_guess &guess, vector *p, normal_equations *sums) {
     double damping = 1e-3, last_step_px = HUGE_VAL;
     *sums = sum_up(from, guess, *p);
@@ -174,7 +175,7 @@ bool solve(const window &from, const corner_guess &guess, vector *p, normal_equa
         damped.diagonal() *= 1 + damping;
         vector step = solve_symmetric(damped, sums->gradient);
         step[BLUR] = std::clamp(step[BLUR], -0.4 * (*p)[BLUR], 0.8 * (*p)[BLUR]);
-        // What the step still gains, in units of the noise: nothing that could be measured.
+        // The gain of the step in units of the noise: below what could be measured.
         const double variance = sums->square_sum / static_cast<double>(from.pixels.size());
         if (std::fabs(step[X]) + std::fabs(step[Y]) < settled_px ||
             step.dot(sums->gradient) < settled_gain * variance) {
@@ -196,7 +197,7 @@ bool solve(const window &from, const corner_guess &guess, vector *p, normal_equa
         *p = tried;
         *sums = next;
     }
-    // Overexposed edges are not of the model's shape: there the end comes slowly.
+    // Overexposed edges do not have the model's shape, so convergence is slow.
     return last_step_px < nearly_settled_px;
 }
 

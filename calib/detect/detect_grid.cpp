@@ -14,17 +14,17 @@ namespace {
 
 constexpr int fewest_corners = 4;
 constexpr size_t most_grids = 8;
-constexpr int most_tries = 2000;    // of growing, on one level: some tenths of a second
-constexpr size_t most_pieces = 16;  // that are tried to grow: growing takes time
+constexpr int most_tries = 2000;    // growth steps on one level: some tenths of a second
+constexpr size_t most_pieces = 16;  // grids that are grown: growing takes time
 
-// Where direction `d` leads.
+// The neighbour in direction `d`.
 place beside(const place &from, int d) {
     constexpr int columns[4] = {1, 0, -1, 0}, rows[4] = {0, 1, 0, -1};
     return {from.row + rows[d], from.column + columns[d]};
 }
 
-// Whether a step from `from` in direction `d` to `to` continues the line that led there: same way,
-// and of a length that perspective can explain.
+// Whether a step from `from` in direction `d` to `to` continues the preceding line: same direction,
+// and a length that perspective can explain.
 bool continues_line(const loose_grid &cells, const place &from, int d, const saddle &to) {
     const auto before = cells.find(beside(from, (d + 2) % 4));
     if (before == cells.end()) {
@@ -35,7 +35,7 @@ bool continues_line(const loose_grid &cells, const place &from, int d, const sad
     return std::hypot(to.x - 2 * b.x + a.x, to.y - 2 * b.y + a.y) < 0.5 * length;
 }
 
-// Numbers all saddles that links lead to from `seed`; `taken` marks them.
+// Numbers all saddles that links reach from `seed`; `taken` marks them.
 loose_grid connected(const std::vector<saddle> &saddles, const std::vector<saddle_links> &links,
                      size_t seed, std::vector<bool> *taken) {
     loose_grid cells;
@@ -100,7 +100,7 @@ bool share_corner(const grid &a, const grid &b) {
     return false;
 }
 
-// Two pieces of one board may both have grown to the whole of it.
+// Two pieces of one board may both have grown to the whole board.
 std::vector<grid> without_repeats(const std::vector<grid> &found) {
     std::vector<grid> kept;
     for (const grid &next : found) {
@@ -124,8 +124,8 @@ bool grid::light_square(int column, int row) const {
     for (int r = 0; r < rows; r++) {
         for (int c = 0; c < columns; c++) {
             if (at(c, r).found) {
-                // Ray 0 of an even turn lies on a row: light follows it clockwise, and clockwise
-                // from +column is +row.
+                // Ray 0 of an even turn is on a row. Light follows it clockwise, and clockwise from
+                // +column is +row.
                 return (at(c, r).turn + c + r + column + row) % 2 == 0;
             }
         }
@@ -143,7 +143,7 @@ grid grid::turned(int quarters) const {
         for (int row = 0; row < made.rows; row++) {
             for (int column = 0; column < made.columns; column++) {
                 node moved = made.at(column, row);
-                // What was +row is +column now.
+                // The former +row direction is now +column.
                 moved.turn = (moved.turn + 3) % 4;
                 next.at(row, made.columns - 1 - column) = moved;
             }

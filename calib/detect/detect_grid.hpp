@@ -12,10 +12,10 @@ namespace calib::detect {
 struct node {
     bool found = false;
     saddle at;     // in pixels of the level
-    int turn = 0;  // ray k runs in grid direction (k + turn) % 4: +column, +row, -column, -row
+    int turn = 0;  // ray k points in grid direction (k + turn) % 4: +column, +row, -column, -row
 };
 
-/// The direction of rows is clockwise from that of columns, as on a board seen from its front.
+/// The row direction is clockwise from the column direction, as on a board seen from its front.
 struct grid {
     int columns = 0, rows = 0;
     std::vector<node> nodes;  // row by row
@@ -31,21 +31,21 @@ struct grid {
         return column >= 0 && row >= 0 && column < columns && row < rows && at(column, row).found;
     }
     int found_count() const;
-    /// Whether the square between (column, row) and (column + 1, row + 1) is light: of the whole
-    /// grid, since colours alternate.
+    /// Whether the square between (column, row) and (column + 1, row + 1) is light; colours
+    /// alternate over the whole grid.
     bool light_square(int column, int row) const;
-    /// The same grid numbered from another corner: `quarters` quarter turns.
+    /// The same grid, numbered from another corner: `quarters` quarter turns.
     grid turned(int quarters) const;
 };
 
 struct grid_limits {
     double nearest_px = 8;    // between corners
-    bool whole_lines = true;  // outer lines of which most is missing do not count
-    size_t enough = 1000;     // a grid of so many corners need not grow
+    bool whole_lines = true;  // ignore outer lines of which most is missing
+    size_t enough = 1000;     // a grid with this many corners is not grown further
 };
 
-/// The grids of 2 x 2 corners or more on a level: up to eight, those with most corners first. Gaps
-/// are filled and borders extended where the image shows a corner that fits.
+/// The grids of 2 x 2 corners or more on a level: up to eight, the ones with most corners first.
+/// Gaps are filled and borders extended where the image shows a matching corner.
 std::vector<grid> grids_of(const plane &level, const std::vector<saddle> &saddles,
                            const grid_limits &limits);
 

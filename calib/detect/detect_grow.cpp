@@ -29,7 +29,7 @@ struct prediction {
     double x = 0, y = 0, spacing_px = 0;
 };
 
-// The mean of what complete lines and parallelograms of neighbours say.
+// The mean prediction from complete lines and parallelograms of neighbours.
 std::optional<prediction> predicted(const loose_grid &cells, const place &where) {
     double x = 0, y = 0, spacing = 0, weight = 0;
     const auto add = [&](double px, double py, const saddle &near, double w) {
@@ -64,7 +64,8 @@ std::optional<prediction> predicted(const loose_grid &cells, const place &where)
     return prediction{x / weight, y / weight, spacing / weight};
 }
 
-// The turn that makes a saddle at `where` fit every neighbour that it has; none if one does not.
+// The rotation that makes a saddle at `where` match all its neighbours; empty if one does not
+// match.
 std::optional<int> fitting_turn(const plane &level, const loose_grid &cells, const place &where,
                                 const saddle &candidate) {
     std::optional<int> turn;
@@ -89,8 +90,7 @@ std::optional<int> fitting_turn(const plane &level, const loose_grid &cells, con
     return turn;
 }
 
-// The best saddle near a prediction: the search moves to the point about which the image is most
-// nearly mirrored.
+// The best saddle near a prediction. The search moves to the point of best mirror symmetry.
 std::optional<node> node_near(const plane &level, const loose_grid &cells, const place &where,
                               const prediction &about) {
     const double radius = std::clamp(0.4 * about.spacing_px, 2.5, 6.0);
@@ -124,7 +124,7 @@ std::set<place> open_places(const loose_grid &cells) {
     return open;
 }
 
-// How many corners each line of the grid has, by its number.
+// Number of corners on each grid line.
 std::map<int, int> line_counts(const loose_grid &cells, bool by_row) {
     std::map<int, int> counts;
     for (const auto &[where, ignored] : cells) {
@@ -166,7 +166,7 @@ bool drop_loose_ends(loose_grid *cells) {
 }  // namespace
 
 void grow(const plane &level, size_t enough, int *tries, loose_grid *cells) {
-    // A place that failed is tried again only when its neighbourhood has changed.
+    // A failed place is tried again only when its neighbourhood has changed.
     std::map<place, size_t> tried;
     bool changed = true;
     while (changed) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Completes a grid: looks for the corners that the first search missed where their neighbours say
-/// that they must be, and takes away what does not belong.
+/// Completes a grid: finds corners that the first search missed, where their neighbours predict
+/// them, and removes corners that do not belong.
 #ifndef VERGENCE_CALIB_DETECT_DETECT_GROW_HPP
 #define VERGENCE_CALIB_DETECT_DETECT_GROW_HPP
 
@@ -21,11 +21,11 @@ struct place {
 using loose_grid = std::map<place, node>;
 
 /// Fills gaps and extends the borders, corner by corner, as long as the image agrees and there are
-/// fewer than `enough` corners; `*tries` bounds the places that are looked at, and goes down.
+/// fewer than `enough` corners. `*tries` limits the number of places examined and is decremented.
 void grow(const plane &level, size_t enough, int *tries, loose_grid *cells);
 
-/// Takes away corners that hang on by one edge; with `whole_lines` also outer lines of which less
-/// than half is there.
+/// Removes corners attached by a single edge; with `whole_lines` also outer lines of which less
+/// than half is present.
 void trim(loose_grid *cells, bool whole_lines);
 
 }  // namespace calib::detect

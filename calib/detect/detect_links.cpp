@@ -8,7 +8,7 @@ namespace calib::detect {
 
 namespace {
 
-// Larger squares are found on a smaller level of the pyramid.
+// Larger squares are found on a smaller pyramid level.
 constexpr double farthest_px = 72;
 constexpr int cell_px = 24;
 constexpr double sideways_share = 0.27;  // a ray may miss its neighbour by 15 degrees
@@ -21,7 +21,7 @@ struct neighbour {
     int index = -1, ray = -1;
 };
 
-// Saddles by square cells of the level, so that neighbours are found without looking at all.
+// Saddles bucketed by square cells of the level, for fast neighbour search.
 class cell_index {
   public:
     cell_index(const plane &level, const std::vector<saddle> &saddles)
@@ -98,7 +98,7 @@ int returning_ray(const saddle &from, size_t ray, const saddle &to) {
     if (!along(from.rays[ray], dx, dy)) {
         return -1;
     }
-    // Seen from the other end, light and dark have changed sides.
+    // Seen from the other end, light and dark are swapped.
     for (size_t back = 1 - ray % 2; back < 4; back += 2) {
         if (along(to.rays[back], -dx, -dy)) {
             return static_cast<int>(back);

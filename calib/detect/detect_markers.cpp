@@ -14,8 +14,8 @@ namespace calib::detect {
 
 namespace {
 
-constexpr double wanted_bit_px = 3.5;  // a bit's side on the level that is read
-constexpr double sample_reach = 0.22;  // of a bit: samples lie this far from its centre
+constexpr double wanted_bit_px = 3.5;  // side of a bit on the level that is read
+constexpr double sample_reach = 0.22;  // of a bit: offset of the samples from its centre
 constexpr double least_step = 8 * pixel_scale;
 
 struct cell_code {
@@ -146,7 +146,7 @@ std::optional<marker_code> code_in(const square_reader &square, double marker_sh
     return light_border <= 1 ? std::optional<marker_code>(code) : std::nullopt;
 }
 
-// The level on which a bit has about the wanted size.
+// The level on which a bit is closest to the desired size.
 int reading_level(const std::array<Eigen::Vector2d, 4> &corners, double marker_share, int side,
                   size_t level_count) {
     const double area = std::fabs((corners[3] - corners[0]).x() * (corners[2] - corners[1]).y() -
@@ -194,7 +194,7 @@ std::vector<cell_code> codes_in(const board &board, const marker_dictionary &dic
     return codes;
 }
 
-// The marker that a code is, up to wrong bits; -1 for none. `count`: those that the board carries.
+// The marker for a code, up to wrong bits; -1 if there is none. `count`: markers on the board.
 int marker_of(const marker_dictionary &dictionary, int count, marker_code code) {
     int best = -1, fewest = dictionary.correctable_bits + 1;
     for (int marker = 0; marker < std::min(count, dictionary.count); marker++) {
@@ -213,7 +213,7 @@ int marker_of(const marker_dictionary &dictionary, int count, marker_code code) 
 
 using place_key = std::tuple<bool, int, int, int>;  // mirrored, quarters, column, row
 
-// Adds one vote for every place of the board that this square could be.
+// Adds one vote for every place on the board where this square could be.
 bool vote(const board &board, const marker_dictionary &dictionary, const grid &found,
           const cell_code &cell, std::map<place_key, int> *votes) {
     const int count = board_marker_count(board);
@@ -264,7 +264,7 @@ marker_reading read_markers(const board &board, const std::vector<plane> &levels
             second = std::max(second, count);
         }
     }
-    // One marker of few bits may be an accident; two that agree on the place are not.
+    // One marker with few bits may be a coincidence; two markers that agree on the place are not.
     const bool enough = most >= 2 || (most == 1 && reading.seen == 1 && dictionary->side >= 5);
     reading.placed = enough && most > 2 * second;
     return reading;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Which part of a coded board a grid is: read from the markers in its light squares.
+/// Which part of a coded board a grid covers, read from the markers in its light squares.
 #ifndef VERGENCE_CALIB_DETECT_DETECT_MARKERS_HPP
 #define VERGENCE_CALIB_DETECT_DETECT_MARKERS_HPP
 
@@ -10,17 +10,17 @@
 
 namespace calib::detect {
 
-/// Where a grid lies on the board: after `quarters` quarter turns (`grid::turned`), its corner
-/// (0, 0) is the board's corner (column, row).
+/// Where a grid is on the board: after `quarters` quarter turns (`grid::turned`), its corner (0, 0)
+/// is the board's corner (column, row).
 struct board_place {
     int quarters = 0, column = 0, row = 0;
-    int markers = 0;        // that say so
+    int markers = 0;        // markers that agree
     bool mirrored = false;  // the markers read as in a mirror: nothing else is valid then
 };
 
 struct marker_reading {
     int seen = 0;   // light squares with a marker's black border
-    int known = 0;  // of them, with a code of the dictionary that this board carries
+    int known = 0;  // of these, the ones with a code of the dictionary that this board carries
     bool placed = false;
     board_place place;
 };

@@ -7,11 +7,11 @@ namespace calib::detect {
 
 namespace {
 
-// Rows shall run this way in the image when the board cannot tell: to the right and somewhat down,
-// so that boards held upright or on their side are far from the change-over.
+// Preferred row direction in the image where the board is ambiguous: to the right and slightly
+// down, so that boards held upright or on their side are far from the switch-over.
 constexpr direction preferred = {0.894, 0.447};
 
-// The corner of the grid that corner (column, row) of the turned grid was.
+// The corner of the original grid that became corner (column, row) of the turned grid.
 size_t node_before(const grid &found, int quarters, int column, int row) {
     int columns = quarters % 2 == 0 ? found.columns : found.rows;
     int rows = quarters % 2 == 0 ? found.rows : found.columns;
@@ -25,7 +25,7 @@ size_t node_before(const grid &found, int quarters, int column, int row) {
     return static_cast<size_t>(row * columns + column);
 }
 
-// Mean direction of the rows after `quarters` turns, not of length 1.
+// Mean direction of the rows after `quarters` turns, not normalised.
 direction row_direction(const grid &found, const refined_grid &refined, int quarters) {
     direction sum;
     const int columns = quarters % 2 == 0 ? found.columns : found.rows;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Which corner of a grid is which corner of the board.
+/// Assigns grid corners to board corners.
 #ifndef VERGENCE_CALIB_DETECT_DETECT_ORDER_HPP
 #define VERGENCE_CALIB_DETECT_DETECT_ORDER_HPP
 
@@ -8,7 +8,7 @@
 
 namespace calib::detect {
 
-/// Whether a grid has the size of a plain board, either way round.
+/// Whether a grid has the size of a plain board in either orientation.
 bool has_size_of(const board &board, const grid &found);
 
 /// Numbers the corners of a grid of the board's size.

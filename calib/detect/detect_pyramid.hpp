@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The image at full, half, quarter ... size. Each level averages 2x2 pixels of the one before, so
-/// blur and noise shrink and a large board becomes a small one.
+/// The image at full, half, quarter ... size. Each level averages 2x2 pixels of the previous one,
+/// so blur and noise shrink and a large board becomes a small one.
 #ifndef VERGENCE_CALIB_DETECT_DETECT_PYRAMID_HPP
 #define VERGENCE_CALIB_DETECT_DETECT_PYRAMID_HPP
 
@@ -22,16 +22,16 @@ struct plane {
     const uint16_t *row(int y) const {
         return pixels.data() + static_cast<ptrdiff_t>(y) * static_cast<ptrdiff_t>(width);
     }
-    /// Grey level between pixels, times `pixel_scale`; needs 0 <= x < width - 1, likewise y.
+    /// Interpolated grey level, times `pixel_scale`; needs 0 <= x < width - 1, likewise y.
     double between(double x, double y) const;
-    /// Whether `between` may be asked at every point within `margin` of (x, y).
+    /// Whether `between` is valid at every point within `margin` of (x, y).
     bool holds(double x, double y, double margin) const;
 };
 
 /// Level 0 is the image; levels follow while the shorter side is 32 pixels or more.
 std::vector<plane> pyramid_of(const image_u8 &image);
 
-/// A position of `level` in level 0's pixels: pixel centres, not corners, have whole numbers.
+/// A position of `level` in level 0's pixels: pixel centres, not corners, have integer coordinates.
 inline double level_to_full(double position, int level) {
     const double scale = static_cast<double>(1 << level);
     return (position + 0.5) * scale - 0.5;

@@ -13,7 +13,7 @@ constexpr double radius_share = 0.45;  // of the distance to the nearest neighbo
 constexpr double coarse_radius_px = 10;
 constexpr double fine_radius_px = 28;
 constexpr double least_radius_px = 3.2;
-// Beyond this blur the fit works on a smaller level: nothing is lost, and less is computed.
+// Beyond this blur the fit works on a smaller level: it loses nothing and is faster.
 constexpr double most_blur_px = 2.6;
 
 struct point {
@@ -21,7 +21,7 @@ struct point {
     double x = 0, y = 0;
 };
 
-// The corners of a grid as far as they are known now.
+// The corners of a grid as far as they are known.
 class points {
   public:
     points(const grid &shape, std::vector<point> values)
@@ -44,7 +44,7 @@ class points {
     std::vector<point> values_;
 };
 
-// How the grid's line through (column, row) bends there, from three corners in line.
+// Curvature of the grid's line through (column, row), from three corners in line.
 bool bend_at(const points &known, int column, int row, bool along_row, double *curvature_px) {
     const int u = along_row ? 1 : 0, v = 1 - u;
     const point *before = known.at(column - u, row - v), *here = known.at(column, row);
@@ -73,7 +73,7 @@ bool edge_at(const points &known, int column, int row, bool along_row, edge *fou
     }
     found->angle_rad = std::atan2(to->y - from->y, to->x - from->x);
     found->curvature_px = 0;
-    // At the border the bend of the corner next to it will do.
+    // At the border use the curvature at the neighbouring corner.
     for (const int shift : {0, 1, -1}) {
         if (bend_at(known, column + shift * u, row + shift * v, along_row, &found->curvature_px)) {
             break;
@@ -94,7 +94,7 @@ double nearest_neighbour_px(const points &known, int column, int row) {
     return nearest;
 }
 
-// A start with wide edges finds the corner from farther away; narrow ones get there sooner.
+// A start with wide edges converges from farther away; narrow ones converge faster.
 corner_fit fit_from(const plane &level, corner_guess guess) {
     const double blur_px = guess.blur_px;
     for (const double wider : {1.0, 2.5}) {
@@ -110,7 +110,7 @@ struct pass {
     double blur_px, widest_radius_px, clear_share;
 };
 
-// Fits all known corners on one level; positions in and out are that level's.
+// Fits all known corners on one level; input and output positions are in that level's pixels.
 std::vector<corner_fit> fit_all(const plane &level, const grid &shape, const points &known,
                                 const pass &how) {
     std::vector<corner_fit> fits(shape.nodes.size());
@@ -158,14 +158,14 @@ double median_blur(const std::vector<corner_fit> &fits) {
     return median(std::move(values));
 }
 
-// A blur measured on one level, seen on a larger one; the pixel's own extent belongs to both.
+// A blur measured on one level, converted to a larger one; both include the extent of a pixel.
 double blur_on(double blur_px, int from_level, int to_level) {
     const double scale = static_cast<double>(1 << (from_level - to_level));
     const double square = (blur_px * blur_px - 1.0 / 12) * scale * scale + 1.0 / 12;
     return std::sqrt(std::max(square, 0.3));
 }
 
-// Where the corners are on level `to`: as fitted on level `fitted`, else as found on level `level`.
+// The corners on level `to`: as fitted on level `fitted`, else as found on level `level`.
 points moved_to(const grid &shape, int level, const std::vector<corner_fit> &fits, int fitted,
                 int to) {
     std::vector<point> values(fits.size());
@@ -209,8 +209,8 @@ refined_grid as_found(int level, const grid &found) {
 refined_grid refine(const std::vector<plane> &levels, int level, const grid &found,
                     double clear_share) {
     const auto plane_at = [&](int l) -> const plane & { return levels[static_cast<size_t>(l)]; };
-    // Squares may be as small as eight pixels where they were found; one level finer fits them
-    // well.
+    // Squares may be as small as eight pixels where they were found; one level finer is large
+    // enough to fit them.
     const int coarse = std::max(0, level - 1);
     const std::vector<corner_fit> none(found.nodes.size());
     std::vector<corner_fit> fits =
@@ -221,7 +221,7 @@ refined_grid refine(const std::vector<plane> &levels, int level, const grid &fou
     while (fine < coarse && blur_on(coarse_blur_px, coarse, fine) > most_blur_px) {
         fine++;
     }
-    // Twice: the second time it is known exactly how the edges bend.
+    // Twice: the second pass knows the curvature of the edges exactly.
     const points fine_start = moved_to(found, level, fits, coarse, fine);
     fits = fit_all(plane_at(fine), found, fine_start,
                    {blur_on(coarse_blur_px, coarse, fine), fine_radius_px, clear_share});

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// From a grid found on a level of the pyramid to corners of the image, to hundredths of a pixel.
+/// Refines a grid found on a pyramid level to corners of the image, accurate to hundredths of a
+/// pixel.
 #ifndef VERGENCE_CALIB_DETECT_DETECT_REFINE_HPP
 #define VERGENCE_CALIB_DETECT_DETECT_REFINE_HPP
 
@@ -19,13 +20,13 @@ struct refined_corner {
 struct refined_grid {
     std::vector<refined_corner> corners;  // in the order of the grid's nodes
     double blur_px = 0;                   // median
-    double spacing_px = 0;                // median distance of neighbours
+    double spacing_px = 0;                // median distance between neighbours
 };
 
-/// The corners where the search saw them, good to about half a pixel of the level; not measured.
+/// The corners as the search found them, accurate to about half a pixel of the level; not measured.
 refined_grid as_found(int level, const grid &found);
 
-/// `clear_share`: how far the squares are free of print beside their edges, as a share of their
+/// `clear_share`: width of the area free of print along the edges of a square, as a share of its
 /// side (a coded board's markers begin there).
 refined_grid refine(const std::vector<plane> &levels, int level, const grid &found,
                     double clear_share);

@@ -11,17 +11,18 @@ namespace calib::detect {
 
 namespace {
 
-constexpr double most_blur_share = 0.35;  // of the squares' side
-// From here on blur is the likely reason when corners are missing.
+constexpr double most_blur_share = 0.35;  // of the side of a square
+// From here on blur is the likely reason for missing corners.
 constexpr double suspect_blur_share = 0.25;
 constexpr int white_grey = 252, dark_grey = 40;
 constexpr double most_white_share = 0.4, most_dark_share = 0.995;
-constexpr double blurred_px = 4;   // an image whose sharpest edges are wider than this is blurred
-constexpr int fewest_corners = 9;  // a smaller grid is taken for texture
+constexpr double blurred_px =
+    4;  // the image is blurred when its sharpest edges are wider than this
+constexpr int fewest_corners = 9;  // a smaller grid is assumed to be texture
 
-// Where one line of corners more would begin, beyond the first or last of a grid's row.
+// Where one more line of corners would begin, before the first or after the last corner of a row.
 bool next_is_outside(const plane &level, const saddle &inner, const saddle &outer) {
-    // Half a square farther ends the corner's neighbourhood.
+    // The neighbourhood of a corner ends half a square farther.
     const double x = outer.x + 1.3 * (outer.x - inner.x);
     const double y = outer.y + 1.3 * (outer.y - inner.y);
     return x < 0 || y < 0 || x > level.width - 1 || y > level.height - 1;
@@ -51,7 +52,7 @@ std::array<double, 256> shares_of_greys(const plane &image) {
     return shares;
 }
 
-// Standard deviation of the blur of the steepest edges, from how steep they are for the image's
+// Standard deviation of the blur of the steepest edges, from their slope relative to the image's
 // contrast; 0 when there is no contrast.
 double steepest_edge_blur_px(const std::vector<plane> &levels) {
     const size_t level = std::min<size_t>(2, levels.size() - 1);
@@ -96,10 +97,10 @@ std::string coded_refusal(const board &board, const near_miss &nearest) {
                         board.rows);
     }
     if (nearest.markers_seen >= 2) {
-        return sentence("%d markers found, but not those of dictionary %s", nearest.markers_seen,
+        return sentence("found %d markers, but not of dictionary %s", nearest.markers_seen,
                         board.dictionary.c_str());
     }
-    return sentence("found %d corners, but cannot read enough markers to tell which they are",
+    return sentence("found %d corners, but too few readable markers to identify them",
                     nearest.corners);
 }
 
@@ -112,14 +113,14 @@ std::string image_refusal(const std::vector<plane> &levels) {
         dark += grey < dark_grey ? shares[grey] : 0;
     }
     if (white > most_white_share) {
-        return sentence("no board found; overexposed: %.0f %% of the image is white", 100 * white);
+        return sentence("no board found: overexposed (%.0f %% of the image is white)", 100 * white);
     }
     if (dark > most_dark_share) {
-        return "no board found; too dark";
+        return "no board found: too dark";
     }
     const double blur_px = steepest_edge_blur_px(levels);
     if (blur_px > blurred_px) {
-        return sentence("no board found; blurred: the sharpest edges are about %.0f pixels wide",
+        return sentence("no board found: blurred (the sharpest edges are about %.0f pixels wide)",
                         2.5 * blur_px);
     }
     return "no board found";
@@ -147,7 +148,7 @@ std::string refusal_of(const board &board, const std::vector<plane> &levels,
         return image_refusal(levels);
     }
     if (nearest.blur_px > suspect_blur_share * nearest.spacing_px) {
-        return sentence("too blurred: edges spread over %.1f pixels, squares are %.0f pixels wide",
+        return sentence("too blurred (edges are %.1f pixels wide, squares %.0f pixels)",
                         2.5 * nearest.blur_px, nearest.spacing_px);
     }
     if (board.coded()) {
@@ -162,10 +163,10 @@ std::string refusal_of(const board &board, const std::vector<plane> &levels,
         return size_refusal(board, nearest);
     }
     if (nearest.cut) {
-        return sentence("the image's border cuts the board off: %d of %d corners", nearest.corners,
-                        wanted);
+        return sentence("the board is cut off by the image border (%d of %d corners)",
+                        nearest.corners, wanted);
     }
-    return sentence("only %d of %d corners can be seen", nearest.corners, wanted);
+    return sentence("only %d of %d corners visible", nearest.corners, wanted);
 }
 
 }  // namespace calib::detect

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Why an image shows no usable board, in one line for people.
+/// Why an image shows no usable board, in one line for the user.
 #ifndef VERGENCE_CALIB_DETECT_DETECT_REFUSAL_HPP
 #define VERGENCE_CALIB_DETECT_DETECT_REFUSAL_HPP
 
@@ -11,19 +11,19 @@
 
 namespace calib::detect {
 
-/// The grid that came nearest to the board; `corners` is 0 when there was none.
+/// The best candidate grid; `corners` is 0 when there was none.
 struct near_miss {
     int columns = 0, rows = 0, corners = 0;
-    bool cut = false;  // its next line of corners would lie beyond the image's border
+    bool cut = false;  // its next line of corners would be beyond the image's border
     double blur_px = 0, spacing_px = 0;  // 0: not measured
     int markers_seen = 0, markers_known = 0;
     bool mirrored = false;
 };
 
-/// What can be said of a grid before its corners are measured.
+/// What is known of a grid before its corners are measured.
 near_miss near_miss_of(const plane &level, const grid &found);
 
-/// Whether the squares' edges run into each other: no corner can be measured then.
+/// Whether the squares' edges blend into each other, so that no corner can be measured.
 bool too_blurred(double blur_px, double spacing_px);
 
 std::string refusal_of(const board &board, const std::vector<plane> &levels,

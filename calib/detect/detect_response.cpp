@@ -15,7 +15,7 @@ constexpr int border_px = 6;
 constexpr float least_response = 9.0F * pixel_scale * pixel_scale;
 constexpr double farthest_px = 1.5;  // of a saddle point from the pixel of highest response
 
-// The last rows of something, found by row number.
+// A buffer of the last few rows, indexed by row number.
 template <size_t Count>
 class row_ring {
   public:
@@ -34,7 +34,7 @@ class row_ring {
 using smooth_rows = row_ring<8>;
 using response_rows = row_ring<8>;
 
-// Weights 1 4 6 4 1 down, then across.
+// Weights 1 4 6 4 1, vertically, then horizontally.
 void smooth_row(const plane &level, int y, std::vector<int> *down, float *out) {
     const int width = level.width;
     const uint16_t *rows[5];
@@ -63,7 +63,7 @@ void response_row(const smooth_rows &smooth, int y, int width, float *out) {
     }
 }
 
-// Ties go to the pixel that comes first.
+// On a tie the first pixel wins.
 bool highest_of_25(const response_rows &response, int x, int y) {
     const float centre = response[y][x];
     for (int v = -2; v <= 2; v++) {
@@ -78,7 +78,7 @@ bool highest_of_25(const response_rows &response, int x, int y) {
     return true;
 }
 
-// Where the slope of the quadratic through the smoothed grey levels vanishes.
+// Where the gradient of the quadratic fitted to the smoothed grey levels vanishes.
 bool saddle_point(const smooth_rows &smooth, int x, int y, peak *found) {
     const float *above = smooth[y - step_px], *here = smooth[y], *below = smooth[y + step_px];
     const double gx = (here[x + step_px] - here[x - step_px]) / (2.0 * step_px);
@@ -101,7 +101,7 @@ void peaks_of_row(const smooth_rows &smooth, const response_rows &response, int 
                   std::vector<peak> *found) {
     const float *row = response[y];
     for (int x = border_px; x < width - border_px; x++) {
-        // The neighbours first: most pixels end here.
+        // Neighbours are checked first because most pixels fail there.
         if (row[x] < least_response || row[x] < row[x - 1] || row[x] < row[x + 1] ||
             !highest_of_25(response, x, y)) {
             continue;

@@ -14,8 +14,8 @@ constexpr int half_circle = 16;  // samples in half a turn
 constexpr double pi = 3.14159265358979323846;
 constexpr double circle_radius_px = 4;
 constexpr double least_contrast = 8 * pixel_scale;
-// Of the energy of the circle's mirrored part, how much the unmirrored part may have: perspective
-// and noise make some.
+// Maximum ratio of the unmirrored to the mirrored energy of the circle: perspective and noise cause
+// some.
 constexpr double unmirrored_share = 0.3;
 constexpr double least_angle_rad = 0.26;  // between two edges: 15 degrees
 
@@ -33,8 +33,8 @@ const circle unit_circle;
 
 using half_turn = std::array<double, half_circle>;
 
-// The part of the circle's grey levels that a turn by half leaves as it is; false when what is left
-// over is too large, as at the end of a line or on an edge.
+// The component of the circle's grey levels that is invariant under a half turn. False when the
+// rest is too large, as at the end of a line or on an edge.
 bool mirrored_part(const plane &level, double x, double y, double radius, half_turn *even) {
     double odd_energy = 0, sum = 0;
     for (size_t i = 0; i < half_circle; i++) {
@@ -53,8 +53,8 @@ bool mirrored_part(const plane &level, double x, double y, double radius, half_t
     return odd_energy <= unmirrored_share * even_energy;
 }
 
-// Angles at which the half turn rises and falls through its middle level; false unless it does so
-// once each.
+// Angles at which the half turn rises and falls through its middle level; false unless it does each
+// exactly once.
 bool crossings(const half_turn &even, double middle, double *rising_rad, double *falling_rad) {
     int rises = 0, falls = 0;
     for (size_t i = 0; i < half_circle; i++) {
@@ -85,8 +85,8 @@ half_turn smoothed(const half_turn &values) {
     return made;
 }
 
-// The first `most` of those that have no other before them within `nearest_px`: noise makes two
-// peaks of one corner.
+// The first `most` of those without an earlier one within `nearest_px`: noise can make two peaks of
+// one corner.
 std::vector<saddle> apart(const plane &level, const std::vector<saddle> &all, size_t most) {
     constexpr double nearest_px = 2.5;
     constexpr int cell_px = 4;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Places where four squares of a board may meet: saddle points of the grey levels round which
-/// light and dark alternate twice.
+/// Candidate points where four squares of a board meet: saddle points of the grey levels around
+/// which light and dark alternate twice.
 #ifndef VERGENCE_CALIB_DETECT_DETECT_SADDLES_HPP
 #define VERGENCE_CALIB_DETECT_DETECT_SADDLES_HPP
 
@@ -13,10 +13,10 @@
 namespace calib::detect {
 
 struct direction {
-    double x = 0, y = 0;  // of length 1
+    double x = 0, y = 0;  // unit vector
 };
 
-/// Four rays leave a saddle, along the edges of its squares. Ray 0 and, clockwise on the screen,
+/// Four rays leave a saddle along the edges of its squares: ray 0 and, clockwise on the screen,
 /// rays 1 to 3. Crossing rays 0 and 2 clockwise leads from dark to light, rays 1 and 3 back.
 struct saddle {
     double x = 0, y = 0;  // in pixels of the level
@@ -24,11 +24,11 @@ struct saddle {
     std::array<direction, 4> rays;
 };
 
-/// The saddle at (x, y), looked at on a circle of `radius`; none when the circle leaves the image
-/// or does not show two light and two dark arcs that mirror each other through the centre.
+/// The saddle at (x, y), tested on a circle of `radius`. Empty when the circle leaves the image or
+/// does not show two light and two dark arcs that mirror each other through the centre.
 std::optional<saddle> saddle_at(const plane &level, double x, double y, double radius);
 
-/// All saddles of a level, those of highest contrast first, `most` of them at most.
+/// All saddles of a level, highest contrast first, at most `most`.
 std::vector<saddle> saddles_of(const plane &level, size_t most);
 
 }  // namespace calib::detect

@@ -15,15 +15,15 @@ namespace {
 
 const size_t FOLDS = 5;
 
-// A candidate's solution on everything, and what each position of the board cost when held out.
+// A candidate's solution on everything, and the error of each board position when held out.
 struct contender {
     model_candidate candidate;
     bundle_state state;
-    double squares = 0;               // of all residuals when nothing is held out, in sigmas
+    double squares = 0;               // of all residuals with nothing held out, in sigmas
     std::vector<double> cost;         // by used position: mean squared length, in sigmas
     std::vector<double> squares_px2;  // likewise: sum of squared lengths, in px
     std::vector<int> corners;
-    bool possible = true;  // its lenses fold nowhere, and their numbers can be told
+    bool possible = true;  // its lenses fold nowhere, and its parameters are determined
 };
 
 std::vector<size_t> used_sightings(const bundle &data) {
@@ -82,7 +82,7 @@ void run_fold(const bundle &data, const std::vector<size_t> &used, size_t fold, 
     }
 }
 
-// Solves and cross-validates all of them.
+// Solves and cross-validates all candidates.
 void contend(const bundle &data, int threads, const std::function<void()> &between,
              std::vector<contender> *contenders) {
     const std::vector<size_t> used = used_sightings(data);
@@ -116,7 +116,7 @@ double mean_of(const std::vector<double> &values) {
     return sum / double(values.size());
 }
 
-// Mean and standard error of the difference of two contenders, by position.
+// Mean and standard error of the difference of two candidates, over positions.
 struct difference {
     double mean, error;
 };
@@ -149,8 +149,8 @@ int parameters_of(const bundle &data, const model_candidate &candidate) {
     return data.cameras * candidate.model.count() + candidate.target.count();
 }
 
-// True when what the simpler one lacks shows in its residuals: their squares grow by more than two
-// variances for each number that it does without.
+// True when the residuals show what the simpler candidate omits: their squares grow by more than
+// two variances for each parameter that it omits.
 // Source: H. Akaike, "A new look at the statistical model identification", 1974.
 bool is_contradicted(const bundle &data, const contender &simpler, const contender &best) {
     double residuals = 0;
@@ -165,10 +165,9 @@ bool is_contradicted(const bundle &data, const contender &simpler, const contend
     return simpler.squares - best.squares > 2 * std::max(0, lacking) * variance;
 }
 
-// Contenders stand in order of simplicity; returns the place of the chosen one. Those before
-// `usual` must be better than it by more than chance: error bars know nothing of a distortion that
-// was left out although it was there, and say too much of one that is estimated in vain only in
-// places where nothing is known.
+// Candidates are in order of simplicity; returns the index of the chosen one. Those before `usual`
+// must beat it by more than chance. Error bars ignore a distortion that is left out although it
+// exists, while a distortion estimated needlessly inflates them only where nothing is known.
 size_t elect(const bundle &data, const std::vector<contender> &contenders, size_t usual,
              std::vector<model_score> *scores) {
     while (usual > 0 && !contenders[usual].possible) {
@@ -228,7 +227,7 @@ model_choice choose_model(const bundle &data, const bundle_state &state,
                                target};
     };
     std::vector<contender> contenders;
-    // What both explain is rather the print's fault than the pixels'.
+    // What either could explain is more likely an error of the print than of the pixels.
     for (const model_candidate &candidate :
          {shape_of(true, {false, false}), shape_of(true, {false, true}),
           shape_of(true, {true, false}), shape_of(false, {false, false}),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Chooses what is estimated by asking how well positions of the board that were held out are
-/// explained by what the others taught.
+/// Chooses the estimated parameters by cross-validation: how well do they predict board positions
+/// that were held out?
 #ifndef VERGENCE_CALIB_SOLVE_MODEL_CHOICE_HPP
 #define VERGENCE_CALIB_SOLVE_MODEL_CHOICE_HPP
 
@@ -22,24 +22,24 @@ struct model_choice {
     model_candidate chosen;
     double held_out_rms_px = 0;
     std::vector<model_score> scores;
-    bundle_state state;  // the least-squares solution of the chosen one
+    bundle_state state;  // the least-squares solution of the chosen model
 };
 
-/// Fewest positions of the board from which a model is chosen; with fewer `modest_model` is taken.
+/// Minimum number of board positions for a choice; with fewer, `modest_model` is used.
 const int LEAST_FOR_CHOICE = 5;
 model_candidate modest_model();
 
-/// Sets what a candidate does not estimate to what its absence means.
+/// Sets the parameters that a candidate does not estimate to their neutral values.
 void forget_absent(const model_candidate &candidate, bundle_state *state);
 
 /// Scores candidates by cross-validation over five folds of the used positions and takes the
-/// simplest that is within one standard error of the best, the error being that of the mean
-/// difference to the best over the positions; but not one whose own residuals say that something is
-/// missing, for they tell more than the few positions do. Pixels and board are chosen first (square
-/// or not, flat or bent, print stretched or not), with k1 k2 p1 p2, then the distortion; a simpler
-/// one than k1 k2 p1 p2 must be better by more than one standard error. With a `distortion` only
-/// pixels and board are chosen. `state` is a solution to begin with; `between` is called now and
-/// then on the calling thread and may throw.
+/// simplest one within one standard error of the best, the error being that of the mean difference
+/// to the best over the positions. A candidate whose own residuals show that something is missing
+/// is excluded, since they carry more information than the few positions. Pixels and board are
+/// chosen first (square or not, flat or bent, print stretched or not), with k1 k2 p1 p2, then the
+/// distortion; a model simpler than k1 k2 p1 p2 must be better by more than one standard error.
+/// With a given `distortion` only pixels and board are chosen. `state` is the initial solution;
+/// `between` is called now and then on the calling thread and may throw.
 model_choice choose_model(const bundle &data, const bundle_state &state,
                           std::optional<lens_model::kind> distortion, int threads,
                           const std::function<void()> &between);

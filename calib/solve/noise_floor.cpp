@@ -11,7 +11,7 @@ namespace calib {
 
 namespace {
 
-const double EXPLAINED = 1.3;  // residuals over what noise makes, up to which there is no floor
+const double EXPLAINED = 1.3;  // ratio of residuals to expected noise up to which there is no floor
 const int HALVINGS = 40;
 
 template <class Bundle, class Call>

@@ -12,11 +12,11 @@ namespace calib {
 
 namespace {
 
-const int LEAST_CORNERS = 6;      // of a view: four fix a pose, two more tell whether to trust it
+const int LEAST_CORNERS = 6;      // of a view: four determine a pose, two more verify it
 const double LEAST_RIGHT = 0.75;  // share of a view's corners that must be right
 const double GARBAGE = 0.03;      // misfit of a homography, as a share of the view's extent
-const double NOISIER = 3;         // times the common noise, at most, in a view that is used
-const double MEDIAN_RADIUS = 1.1774100225154747;  // of a gaussian in the plane, in sigmas
+const double NOISIER = 3;         // maximum noise of a used view, as a multiple of the common noise
+const double MEDIAN_RADIUS = 1.1774100225154747;  // of a two-dimensional gaussian, in sigmas
 const double LEAST_LIMIT_PX = 1e-3;
 const double LOSS = 3;
 
@@ -35,7 +35,7 @@ double median_sigma(const bundle_view &view) {
     return median_of(&sigmas);
 }
 
-// How one pose explains one sighting.
+// How well one pose explains one board position.
 struct explanation {
     rigid T_left_board;
     double cost = -1;  // negative: not at all
@@ -50,7 +50,7 @@ class judge_of_sighting {
     judge_of_sighting(const bundle &data, const bundle_state &state, double scale, double limit)
         : data_(data), state_(state), scale_(scale), limit_(limit) {}
 
-    // The best pose for the views of `cameras`, all corners asked, begun at each of `starts`.
+    // The best pose for the views of `cameras`, using all corners, refined from each of `starts`.
     explanation explain(const std::array<bundle_view, CAMERAS> &views, bool left, bool right,
                         const std::vector<rigid> &starts) const {
         std::array<bundle_view, CAMERAS> asked = views;
@@ -77,7 +77,7 @@ class judge_of_sighting {
         return best;
     }
 
-    // Where a view's own homography puts the board, both ways.
+    // The two poses that a view's own homography implies.
     std::vector<rigid> starts_of(int camera, const homography &seen) const {
         const lens lens = lens_from_state(data_.frame[camera], state_.lens[camera]);
         rigid pose;
@@ -123,7 +123,7 @@ class judge_of_sighting {
     const double scale_, limit_;
 };
 
-// Takes over what an explanation says of one camera's view.
+// Applies an explanation to one camera's view.
 void accept(const explanation &given, int camera, bundle_view *view) {
     view->used = true;
     for (size_t i = 0; i < view->corners.size(); i++) {
@@ -142,7 +142,7 @@ void renumber_turned(const bundle &data, bundle_view *view) {
 
 std::string garbage_reason(const bundle_view &view, const explanation &alone, int camera) {
     if (alone.off[camera].empty()) {
-        return "no position of the board in front of the camera explains its corners";
+        return "no board position in front of the camera explains its corners";
     }
     size_t wrong = 0;
     for (size_t i = 0; i < alone.off[camera].size(); i++) {
@@ -151,7 +151,7 @@ std::string garbage_reason(const bundle_view &view, const explanation &alone, in
     }
     char text[160];
     if (double(wrong) <= (1 - LEAST_RIGHT) * double(view.corners.size())) {
-        std::snprintf(text, sizeof text, "its residuals are %.1f times as large as in other views",
+        std::snprintf(text, sizeof text, "its residuals are %.1f times those of other views",
                       alone.noise[camera]);
         return text;
     }
@@ -160,7 +160,7 @@ std::string garbage_reason(const bundle_view &view, const explanation &alone, in
     return text;
 }
 
-// One sighting before the judge: what can be said of each of its views.
+// One board position being judged: the results for each of its views.
 struct trial {
     const judge_of_sighting &judge;
     bundle *data;
@@ -211,7 +211,7 @@ struct trial {
         return true;
     }
 
-    // Each view is right by itself, but they disagree.
+    // Each view is consistent, but they disagree with each other.
     void disagreement(const explanation &left, const explanation &right) const {
         const mismatch found = explain_mismatch(*data, *state, sighting, target, left.T_left_board,
                                                 right.T_left_board);
@@ -255,7 +255,7 @@ struct trial {
     }
 };
 
-// Which corners count, to notice a change.
+// The set of used corners, to detect a change.
 std::vector<char> used_pattern(const bundle &data) {
     std::vector<char> pattern;
     for (const auto &sighting : data.sightings) {
@@ -282,12 +282,12 @@ view_records inspect_views(bundle *data) {
                 continue;
             }
             if (int(view.corners.size()) < LEAST_CORNERS) {
-                record.reason = "only " + std::to_string(view.corners.size()) + " corners seen";
+                record.reason = "only " + std::to_string(view.corners.size()) + " corners visible";
             } else if (!fit_homography(*data, view, &record.seen)) {
-                record.reason = "all corners lie in one line";
+                record.reason = "all corners are on one line";
             } else if (record.seen.mirrored &&
                        record.seen.misfit_px < GARBAGE * record.seen.extent_px) {
-                record.reason = "its corners are numbered in a mirrored order";
+                record.reason = "its corners are numbered in mirrored order";
             } else {
                 record.judged = true;
                 view.used = record.seen.misfit_px < GARBAGE * record.seen.extent_px;
@@ -306,7 +306,7 @@ double robust_scale(const bundle &data, const bundle_state &state) {
 }
 
 double blunder_limit(size_t count) {
-    // The length of a gaussian in the plane exceeds L sigmas with probability exp(-L^2 / 2).
+    // The length of a two-dimensional gaussian exceeds L sigmas with probability exp(-L^2 / 2).
     return std::sqrt(2 * std::log(1e5 * double(std::max<size_t>(count, 1))));
 }
 

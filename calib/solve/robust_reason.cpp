@@ -13,10 +13,11 @@ namespace calib {
 
 namespace {
 
-// A corner lies where another belongs when it is this close to it, as a share of a square.
+// A corner is attributed to another one's place when it is this close to it, as a share of a
+// square.
 const double CLOSE = 0.25;
 
-// Pixels of all corners of a board; far away for what is behind the camera.
+// Pixels of all corners of a board; far away for corners behind the camera.
 std::vector<std::array<double, 2>> all_pixels(const bundle &data, int camera,
                                               const bundle_state &state,
                                               const rigid &T_left_board) {
@@ -51,7 +52,7 @@ const misnumbering MISNUMBERINGS[] = {
     {"the right view's numbers are one column too high", false, 0, -1},
 };
 
-// The index that a corner should have had; -1 when there is none.
+// The index that a corner should have had; -1 if there is none.
 int renumbered(const misnumbering &how, const board &target, int index) {
     if (how.half_turn) {
         return target.corner_count() - 1 - index;
@@ -62,8 +63,8 @@ int renumbered(const misnumbering &how, const board &target, int index) {
     return exists ? row * target.columns + column : -1;
 }
 
-// Median distance of the view's corners from where they are foretold, in squares, after
-// renumbering; large when fewer than half have a number then.
+// Median distance of the view's corners from their predicted places, in squares, after renumbering;
+// large when fewer than half then have a number.
 double median_off(const bundle_view &view, const board &target, const misnumbering &how,
                   const std::vector<std::array<double, 2>> &foretold, double square_px) {
     std::vector<double> off;
@@ -97,8 +98,8 @@ std::string corner_reason(const bundle &data, int camera, const bundle_corner &c
         }
     }
     return nearest != size_t(corner.index) && distance(pixels[nearest], seen) < CLOSE * square_px
-               ? sentence("lies where corner %zu belongs, %.1f px off", nearest, off_px)
-               : sentence("lies %.2f px off", off_px);
+               ? sentence("is at the place of corner %zu, %.1f px off", nearest, off_px)
+               : sentence("is %.2f px off", off_px);
 }
 
 mismatch explain_mismatch(const bundle &data, const bundle_state &state, size_t sighting,
@@ -122,11 +123,11 @@ mismatch explain_mismatch(const bundle &data, const bundle_state &state, size_t 
                                     right.t_mm[2] - left.t_mm[2]};
         const bool overexposed = view.overexposed || data.sightings[sighting][LEFT].overexposed;
         result.reason = sentence(
-            "left and right do not show the same position of the board (%.1f mm and %.1f degrees "
+            "left and right do not show the same board position (%.1f mm and %.1f degrees "
             "apart): %s",
             geometry_norm(moved_mm), turn_between_rad(left, right) * 180 / MATH_PI,
-            overexposed ? "overexposed, which moves corners, or not of the same moment"
-                        : "not of the same moment, or the wrong partner");
+            overexposed ? "overexposed, which moves corners, or not taken at the same moment"
+                        : "not taken at the same moment, or wrongly paired");
     }
     return result;
 }

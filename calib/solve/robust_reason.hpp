@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Puts in words how corners and views are wrong.
+/// Describes how corners and views are wrong.
 #ifndef VERGENCE_CALIB_SOLVE_ROBUST_REASON_HPP
 #define VERGENCE_CALIB_SOLVE_ROBUST_REASON_HPP
 
@@ -9,18 +9,18 @@
 
 namespace calib {
 
-/// Why a corner of a board at a known pose is taken for a blunder: it may lie where another corner
-/// belongs, or just be off.
+/// Why a corner of a board at a known pose is an outlier: it may be at the place of another corner,
+/// or simply off.
 std::string corner_reason(const bundle &data, int camera, const bundle_corner &corner,
                           const bundle_state &state, const rigid &T_left_board, double off_px);
 
-/// How two views that each show a board well do not show the same one.
+/// How two views that each show a board well disagree about it.
 struct mismatch {
     bool half_turn = false;  // the right one is numbered from the other end
     std::string reason;
 };
 
-/// `left` and `right` are T_left_board as each view alone has it.
+/// `left` and `right` are T_left_board from each view alone.
 mismatch explain_mismatch(const bundle &data, const bundle_state &state, size_t sighting,
                           const board &target, const rigid &left, const rigid &right);
 

@@ -17,7 +17,7 @@ struct match {
     double x_mm, y_mm, x_px, y_px, weight;
 };
 
-// Moves the weighted middle of points to 0 and their mean distance to about 1.
+// Moves the weighted centroid of points to 0 and their mean distance to about 1.
 struct normalisation {
     double x = 0, y = 0, scale = 1;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Where the solver begins: homographies of the views, focal lengths from them, poses, and the pose
-/// of the right camera by a vote of the pairs. Distortion is left to the adjustment.
+/// Initial values for the solver: homographies of the views, focal lengths from them, poses, and
+/// the pose of the right camera by a vote of the pairs. Distortion is left to the adjustment.
 #ifndef VERGENCE_CALIB_SOLVE_SEED_HPP
 #define VERGENCE_CALIB_SOLVE_SEED_HPP
 
@@ -17,27 +17,27 @@ struct homography {
     double misfit_px = 0;          // median distance of the corners
     double extent_px = 0;          // rms distance of the corners from their middle
     bool mirrored = false;         // the corners are numbered as if the board was seen from behind
-    double low_mm[2], high_mm[2];  // what part of the board was seen
+    double low_mm[2], high_mm[2];  // the part of the board that was seen
 };
 
-/// By the normalised direct linear transformation, repeated with weights that leave corners far
-/// off aside. All corners of the view are looked at, used or not. Returns false when they span no
-/// area. Source: Hartley and Zisserman, "Multiple view geometry", 2nd edition, algorithm 4.2.
+/// By the normalised direct linear transformation, repeated with weights that suppress outlying
+/// corners. Uses all corners of the view, used or not. Returns false when they span no area.
+/// Source: Hartley and Zisserman, "Multiple view geometry", 2nd edition, algorithm 4.2.
 bool fit_homography(const bundle &data, const bundle_view &view, homography *result);
 
-/// The pose that a homography means for a camera without distortion.
+/// The pose that a homography implies for a camera without distortion.
 bool pose_from_homography(const homography &seen, double focal_px, double centre_x_px,
                           double centre_y_px, rigid *T_camera_board);
 
-/// Focal lengths of one camera worth beginning with, best first, at most `most`: local minima of
-/// the misfit of the best poses to the homographies, over a scan from 0.25 to 80 times the longer
-/// side of the image. The closed form would need boards that are not parallel to the image.
+/// Candidate initial focal lengths of one camera, best first, at most `most`: local minima of the
+/// misfit of the best poses to the homographies, over a scan from 0.25 to 80 times the longer side
+/// of the image. The closed form would need boards that are not parallel to the image.
 std::vector<double> scan_focal_lengths(const lens_frame &frame, const std::vector<homography> &seen,
                                        size_t most);
 
 /// The pose of the right camera that most pairs agree on. `T_camera_board[camera][i]` are poses of
-/// the boards in each camera's own frame; only `pairs` (sightings used by both) are asked. Returns
-/// how far in px the median of each pair's corners then lies off in the right image, by pair.
+/// the boards in each camera's own frame; only `pairs` (positions used by both cameras) vote.
+/// Returns for each pair the median error in px of its corners in the right image.
 std::vector<double> vote_rig(const bundle &data, const lens_state &right,
                              const std::vector<rigid> (&T_camera_board)[CAMERAS],
                              const std::vector<size_t> &pairs, rigid *T_right_left);

@@ -8,11 +8,11 @@ namespace calib {
 
 namespace {
 
-const int GRID = 3;  // points a side that stand for a homography
+const int GRID = 3;  // points per side that represent a homography
 const double SCAN_FROM = 0.25, SCAN_TO = 80, SCAN_STEP = 1.2;
 
-// Each homography as a view of its own few points: what is scanned no longer grows with the count
-// of corners, and blunders are already weighted down.
+// Represents each homography by a view of few points: the cost of the scan does not grow with the
+// number of corners, and outliers are already down-weighted.
 bundle stand_ins(const lens_frame &frame, const std::vector<homography> &seen) {
     bundle result;
     result.cameras = 1;
@@ -36,7 +36,7 @@ bundle stand_ins(const lens_frame &frame, const std::vector<homography> &seen) {
     return result;
 }
 
-// Sum over the views of their rms misfits: a view that is all wrong counts, but once.
+// Sum over the views of their rms misfits: a view that is entirely wrong counts, but only once.
 double misfit_at(const bundle &data, const std::vector<homography> &seen, double focal_px) {
     bundle_state state;
     state.lens[LEFT].value[LOG_FOCAL] = std::log(focal_px);
@@ -53,7 +53,7 @@ double misfit_at(const bundle &data, const std::vector<homography> &seen, double
     return sum;
 }
 
-// Median over the corners of how far they lie from what the pose foretells; one camera's bundle.
+// Median distance of the corners from where the pose predicts them; a single-camera bundle.
 double median_off_px(const bundle &alone, const bundle_state &state, const bundle_view &view,
                      const rigid &T_camera_board) {
     std::vector<double> off;

@@ -11,7 +11,7 @@ namespace calib {
 
 namespace {
 
-const double SETTLED = 1e-8;  // gain of a step, over the cost, at which a pose is found
+const double SETTLED = 1e-8;  // relative gain of a step, over the cost, at which iteration ends
 
 using matrix6 = Eigen::Matrix<double, POSE_PLACES, POSE_PLACES>;
 using vector6 = Eigen::Matrix<double, POSE_PLACES, 1>;
@@ -105,7 +105,7 @@ double fit_pose(const bundle &data, const both_views &views, const bundle_state 
             damped.diagonal() *= 1 + damping;
             const vector6 step = solve_symmetric(damped, b);
             const rigid tried = moved_board(pose, step.data());
-            // What the step promises, as a share of the whole.
+            // The predicted gain of the step, as a share of the whole.
             settled = !(step.dot(b) > SETTLED * cost * double(squares.size()));
             better = step.allFinite() && step.norm() < 10 &&
                      squared_residuals(of, tried, &tried_squares) &&
@@ -128,9 +128,10 @@ double fit_pose(const bundle &data, const both_views &views, const bundle_state 
 }
 
 rigid second_pose(const rigid &T_camera_board) {
-    // From afar only what is across the line of sight s can be seen of the board's x and y axes.
-    // Their parts along s change sign: both are mirrored at the plane across s, which makes them
-    // left-handed with the mirrored normal, whose sign is changed, too.
+    // From afar only the components of the board's x and y axes perpendicular to the line of sight
+    // s are visible. Their components along s change sign: both axes are mirrored at the plane
+    // perpendicular to s. That makes them left-handed with the mirrored normal, so its sign
+    // changes, too.
     const double *t = T_camera_board.t_mm;
     const double length = geometry_norm(t);
     const double s[3] = {t[0] / length, t[1] / length, t[2] / length};

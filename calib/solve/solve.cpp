@@ -22,10 +22,10 @@ namespace {
 
 const double LOSS = 3;
 const int CLEANING_ROUNDS = 8, FINAL_ROUNDS = 4;
-const int WARP_FROM = 6;  // positions of the board
+const int WARP_FROM = 6;  // board positions
 const double SCATTERED_Z = 4;
-const double LEAST_SCATTER_PX = 1e-3;  // rounding scatters, too
-const double AGREE_SIGMAS = 0.05;      // two starts that end nearer to each other agree
+const double LEAST_SCATTER_PX = 1e-3;  // rounding also scatters
+const double AGREE_SIGMAS = 0.05;      // two starts whose results are closer than this agree
 
 int count_views(const bundle &data, int camera) {
     int views = 0;
@@ -40,7 +40,7 @@ int fewest_views(const bundle &data) {
                              : std::min(count_views(data, LEFT), count_views(data, RIGHT));
 }
 
-// What is estimated while blunders are looked for: enough that no honest corner looks like one.
+// The model used while outliers are searched: rich enough that no good corner looks like one.
 bundle_options cleaning_options(const bundle &data) {
     const int views = fewest_views(data);
     if (views < LEAST_FOR_CHOICE) {
@@ -50,7 +50,7 @@ bundle_options cleaning_options(const bundle &data) {
     return options_of({lens_model::K1_K2_P1_P2, false}, {shape, shape}, LOSS);
 }
 
-// The part of the residuals that a fit leaves.
+// The share of the residuals that a fit leaves.
 double spare_share(const bundle &data, const bundle_options &options) {
     double residuals = 0, parameters = 0;
     for (const bool one : options.free_lens) {
@@ -65,7 +65,7 @@ double spare_share(const bundle &data, const bundle_options &options) {
     return std::max(1 - parameters / std::max(residuals, 1.0), 0.1);
 }
 
-// Robust scale, with what the fit took from the residuals put back.
+// Robust scale, corrected for what the fit absorbed from the residuals.
 double noise_scale(const bundle &data, const bundle_state &state, const bundle_options &options) {
     return robust_scale(data, state) / std::sqrt(spare_share(data, options));
 }
@@ -80,7 +80,7 @@ class solver {
 
     solution run() {
         records_ = inspect_views(&data());
-        say("finding a first solution");
+        say("initial solution");
         const std::string failure = begin(1, 1, &data(), &state_);
         if (!failure.empty()) {
             return failed(failure);
@@ -88,7 +88,7 @@ class solver {
         clean();
         const int fewest = fewest_views(data());
         if (fewest < 3) {
-            return failed("too few boards: blunders left only " + std::to_string(fewest) +
+            return failed("too few boards: outlier rejection left only " + std::to_string(fewest) +
                           (fewest == 1 ? " usable view" : " usable views") + " of one camera");
         }
         const bool few = fewest < LEAST_FOR_CHOICE;
@@ -98,7 +98,7 @@ class solver {
             choose();
             finish();
         }
-        say("starting again from elsewhere");
+        say("second start");
         const start_test again = options_.second_start ? start_again() : start_test{};
         return report(error_model(data(), final_options(), state_), again);
     }
@@ -129,7 +129,7 @@ class solver {
 
     void clean() {
         for (int round = 0; round < CLEANING_ROUNDS; round++) {
-            say("looking for blunders");
+            say("rejecting outliers");
             bundle_options options = cleaning_options(data());
             floor_.update(state_, spare_share(data(), options), &data());
             const double scale = noise_scale(data(), state_, options);
@@ -164,7 +164,7 @@ class solver {
 
     bundle_options final_options() const { return options_of(chosen_.model, chosen_.target, 0); }
 
-    // Least squares on what is right, until what is right does not change.
+    // Least squares on the good data, until the set of good data does not change.
     void finish() {
         const bundle_options options = final_options();
         floor_.update(state_, spare_share(data(), options), &data());
@@ -180,7 +180,7 @@ class solver {
         }
     }
 
-    // Solves once more from other focal lengths; of two ends that differ the better one is kept.
+    // Solves again from other focal lengths; if the results differ, the better one is kept.
     start_test start_again() {
         const error_model errors(data(), final_options(), state_);
         bundle copy = data();
@@ -213,7 +213,7 @@ class solver {
         return result;
     }
 
-    // Error bars that also count what fit and scatter show.
+    // Error bars including model misfit and scatter.
     error_model widened(const error_model &errors, double rms_px, fit_test *fit) {
         error_model result = errors;
         fit->scatter_ratio = errors.scatter_ratio();
@@ -227,7 +227,7 @@ class solver {
         } else {
             result.widen(fit->widened);
         }
-        // Nobody knows along which of its sides a stretched print has the size that was told.
+        // Which side of a stretched print has the stated size is unknown.
         result.doubt_scale(0.5 * print_stretch(data(), state_));
         return result;
     }

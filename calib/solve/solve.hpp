@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// From corners to the calibration of a stereo pair, or of one camera alone: what was seen goes in,
-/// lenses, rig, positions of the board, every blunder by name, error bars and a verdict come out.
-/// The same input gives the same bytes, on any number of threads and in any order of the input.
+/// From corners to the calibration of a stereo pair, or of one camera alone. Input: the observed
+/// corners. Output: lenses, rig, board positions, every outlier by name, error bars and a verdict.
+/// The same input gives the same bytes, with any number of threads and in any order of the input.
 #ifndef VERGENCE_CALIB_SOLVE_SOLVE_HPP
 #define VERGENCE_CALIB_SOLVE_SOLVE_HPP
 
@@ -19,10 +19,10 @@
 
 namespace calib {
 
-/// One position of the board: what the left camera (0) and the right one (1) saw of it. A view
-/// without corners counts as not taken.
+/// One board position: what the left camera (0) and the right one (1) saw. A view without corners
+/// counts as not taken.
 struct sighting {
-    std::array<std::string, 2> name;  // of the images, for reports; best unique
+    std::array<std::string, 2> name;  // names of the images, for reports; should be unique
     std::array<board_view, 2> view;
 };
 
@@ -35,19 +35,19 @@ struct observations {
 
 struct solve_options {
     int threads = 1;
-    /// The distortion is taken as it is; pixels and board are chosen all the same.
+    /// The distortion is fixed to this; pixels and board are still chosen.
     std::optional<lens_model::kind> distortion;
-    /// False: the model below is taken as it is, which saves the cross-validation.
+    /// False: the model below is used without cross-validation.
     bool choose_model = true;
     lens_model model;
     board_model target;
     bool second_start = true;
-    /// Told what is being done, for people, and asked often, so that it may throw to end the work
-    /// early; may be empty.
+    /// Receives a progress text for the user. Called often and may throw to end the work early; may
+    /// be empty.
     std::function<void(const char *)> progress;
 };
 
-/// A corner that was taken for a blunder.
+/// A corner that was rejected as an outlier.
 struct rejected_corner {
     size_t sighting;
     int camera, index;
@@ -55,8 +55,8 @@ struct rejected_corner {
     std::string reason;
 };
 
-/// A view that was taken for a blunder, as a whole. `repaired`: its corners were renumbered and it
-/// counts after all.
+/// A view that was rejected as a whole. `repaired`: its corners were renumbered and it counts after
+/// all.
 struct rejected_view {
     size_t sighting;
     int camera;
@@ -64,13 +64,13 @@ struct rejected_view {
     std::string reason;
 };
 
-/// What is left of one corner: predicted minus seen.
+/// The residual of one corner: predicted minus seen.
 struct corner_residual_px {
     size_t sighting;
     int camera, index;
     double x_px, y_px;    // where it was seen
     double dx_px, dy_px;  // residual
-    double sigma_px;      // as weighted: as given, and `fit_test::floor_px` with it
+    double sigma_px;      // as weighted: as given, combined with `fit_test::floor_px`
     bool used;
 };
 
@@ -80,76 +80,77 @@ struct view_summary {
     double rms_px = 0;  // per point, of the used corners
 };
 
-/// One line of the choice of the model.
+/// One candidate of the model choice.
 struct model_score {
     lens_model model;
     board_model target;
-    double held_out_rms_px;  // per point, over views that the lenses and the rig had not seen
+    double held_out_rms_px;  // per point, over held-out views
     double worse_than_best;  // mean difference to the best in squared sigma, per corner
     double worse_than_best_sigma;
     bool chosen;
 };
 
-/// Does the model explain the corners, or is there a pattern left in the residuals?
+/// Does the model explain the corners, or is there a pattern in the residuals?
 struct fit_test {
     double image_z = 0;           // standard scores of the chi-square of mean residuals by
     double board_z = 0;           // image cell and by corner of the board
-    double systematic_px = 0;     // rms of what is left in the image beyond noise
+    double systematic_px = 0;     // rms of the residuals in the image beyond noise
     double systematic_share = 0;  // of the whole rms
-    double sigma_ratio = 0;       // residual scale over the sigmas that the corners came with
-    /// What all corners are off by beyond the noise of their images (prints that are not exact,
-    /// compressed images): added to the variance of each.
+    double sigma_ratio = 0;       // residual scale over the sigmas given with the corners
+    /// Common error of all corners beyond the noise of their images (inexact prints, compressed
+    /// images); added to the variance of each.
     double floor_px = 0;
-    bool alarm = false;  // there is a pattern that noise does not make
-    /// Whether the positions of the board agree on lenses and rig: the variance of these over what
-    /// the noise of corners makes, and its standard score (`board_scatter.hpp`).
+    bool alarm = false;  // there is a pattern that noise does not explain
+    /// Whether the board positions agree on lenses and rig: their variance over what corner noise
+    /// explains, and its standard score (`board_scatter.hpp`).
     double scatter_ratio = 1, scatter_z = 0;
     bool scattered = false;
-    /// Residuals with a pattern tell less than their number says; with an alarm, or scattered
-    /// positions, all error bars of the solution were widened by about this factor.
+    /// Residuals with a pattern carry less information than their number suggests. With an alarm,
+    /// or scattered positions, all error bars of the solution were widened by about this factor.
     double widened = 1;
 };
 
-/// Did the solver end in the same place from elsewhere?
+/// Does the solver reach the same solution from another start?
 struct start_test {
     bool done = false, agrees = false;
     double focal_difference_sigma = 0;  // largest over the cameras, in predicted sigmas
     double cost_ratio = 0;              // second start over first
 };
 
-/// Error bars that do not depend on where one looks.
+/// Error bars that do not depend on the place in the image.
 struct solution_sigmas {
     std::array<double, 2> focal_px{}, centre_x_px{}, centre_y_px{};
     double baseline_mm = 0;
-    std::array<double, 3> rotation_rad{};  // turn of the right camera about its own axes
+    std::array<double, 3> rotation_rad{};  // rotation of the right camera about its own axes
     std::array<double, 3> translation_mm{};
 };
 
 struct verdict {
     bool good = false;
-    std::string sentence;              // for people: good or not, and why
-    std::vector<std::string> reasons;  // what speaks against it, biggest first
-    std::vector<std::string> remarks;  // what is worth knowing and no reason against it
+    std::string sentence;              // for the user: good or not, and why
+    std::vector<std::string> reasons;  // what speaks against it, most important first
+    std::vector<std::string> remarks;  // remarks that do not speak against it
 };
 
 class error_model;  // uncertainty.hpp
 
 struct solution {
-    bool solved = false;  // false: only `verdict` and the rejections mean anything
+    bool solved = false;  // false: only `verdict` and the rejections are valid
     calibration rig{};    // with two cameras; without id, date and note
     lens camera[2] = {};
     rigid T_right_left;
     lens_model model;
     board_model target;
-    /// How the board is not as it was drawn, by board_model's places. With x and y from its middle,
-    /// a = 2 x / width and b = 2 y / height it stands at z = BEND_X a^2 + BEND_Y b^2 + TWIST a b;
-    /// its rows are longer than drawn by STRETCH / width, its columns shorter by the same share.
+    /// How the board deviates from the drawing, indexed by board_model. With x and y from its
+    /// middle, a = 2 x / width and b = 2 y / height, its height is z = BEND_X a^2 + BEND_Y b^2 +
+    /// TWIST a b; its rows are longer than drawn by STRETCH / width, its columns shorter by the
+    /// same share.
     double warp_mm[board_model::PLACES] = {0, 0, 0, 0};
 
-    std::vector<rigid> T_left_board;  // by sighting, board's frame as in board.hpp
+    std::vector<rigid> T_left_board;  // by board position, board's frame as in board.hpp
     std::vector<bool> board_known;
     std::vector<std::array<view_summary, 2>> views;
-    std::vector<corner_residual_px> residuals;  // by sighting, camera, index
+    std::vector<corner_residual_px> residuals;  // by board position, camera, index
     std::vector<rejected_corner> rejected_corners;
     std::vector<rejected_view> rejected_views;
 
@@ -165,7 +166,7 @@ struct solution {
     calib::verdict verdict;
 };
 
-/// Solves. Never throws for what is wrong with the observations: the verdict says it.
+/// Solves. Never throws because of invalid observations: the verdict reports them.
 solution solve(const observations &seen, const solve_options &options);
 
 }  // namespace calib

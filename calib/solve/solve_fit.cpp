@@ -12,7 +12,7 @@ namespace {
 const int CELLS_ACROSS = 8, CELLS_DOWN = 6;
 const int LEAST_IN_CELL = 4;
 const double ALARM_Z = 5;
-const double LEAST_PATTERN_PX = 1e-3;  // rounding leaves patterns, too
+const double LEAST_PATTERN_PX = 1e-3;  // rounding also leaves patterns
 
 struct cell {
     double x = 0, y = 0;  // sums of residuals, in sigmas
@@ -21,8 +21,8 @@ struct cell {
 
 struct pattern {
     double z = 0;
-    double excess = 0;  // mean square in sigmas, per corner, beyond what noise leaves
-    double ratio = 1;   // chi-square over its freedom
+    double excess = 0;  // mean square in sigmas, per corner, beyond expected noise
+    double ratio = 1;   // chi-square over its degrees of freedom
 };
 
 pattern find_pattern(const std::vector<cell> &cells) {
@@ -38,8 +38,8 @@ pattern find_pattern(const std::vector<cell> &cells) {
     if (freedom == 0) {
         return {};
     }
-    // Wilson and Hilferty: the cube root of chi2 / freedom is nearly gaussian. The parameters that
-    // were fitted make chi2 smaller than its freedom says, which errs on the quiet side.
+    // Wilson-Hilferty: the cube root of chi2 / freedom is nearly gaussian. The fitted parameters
+    // make chi2 smaller than its nominal freedom, so the test errs towards no alarm.
     const double spread = 2.0 / (9.0 * freedom);
     return {(std::cbrt(chi2 / freedom) - (1 - spread)) / std::sqrt(spread),
             std::max(0.0, (chi2 - freedom) / corners), chi2 / freedom};

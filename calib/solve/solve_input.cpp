@@ -15,20 +15,20 @@ std::string check_view(const observations &seen, const board_view &view, int cam
     int last = -1;
     for (const corner &one : view.corners) {
         if (one.index <= last || one.index >= seen.target.corner_count()) {
-            return "corners are not numbered upwards within the board";
+            return "corner numbers are not ascending or outside the board";
         }
         last = one.index;
         const double margin =
             std::max(seen.width_px[size_t(camera)], seen.height_px[size_t(camera)]);
         if (!std::isfinite(one.x_px) || !std::isfinite(one.y_px) || !std::isfinite(one.sigma_px) ||
             std::fabs(one.x_px) > 2 * margin || std::fabs(one.y_px) > 2 * margin) {
-            return "a corner lies far outside its image";
+            return "a corner is far outside its image";
         }
     }
     return "";
 }
 
-// Any total order of what two sightings hold will do.
+// Any total order of the contents of two positions will do.
 int compare_views(const board_view &a, const board_view &b) {
     if (a.corners.size() != b.corners.size()) {
         return a.corners.size() < b.corners.size() ? -1 : 1;
@@ -45,7 +45,8 @@ int compare_views(const board_view &a, const board_view &b) {
     return 0;
 }
 
-// By what was seen before by name: the same pictures give the same bytes, whatever they are called.
+// Sorted by image content before names: the same pictures give the same bytes, whatever their
+// names.
 bool stands_before(const sighting &a, const sighting &b) {
     for (size_t camera = 0; camera < CAMERAS; camera++) {
         const int order = compare_views(a.view[camera], b.view[camera]);
@@ -70,7 +71,7 @@ std::string check_observations(const observations &seen) {
     for (int camera = 0; camera < seen.cameras; camera++) {
         const int width = seen.width_px[size_t(camera)], height = seen.height_px[size_t(camera)];
         if (width < 1 || height < 1 || width > LENS_SIDE_MAX_PX || height > LENS_SIDE_MAX_PX) {
-            return "the size of the images is not known";
+            return "the image size is not known";
         }
         for (const sighting &one : seen.sightings) {
             const std::string fault = check_view(seen, one.view[size_t(camera)], camera);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Observations in the form that the solver works on, in an order that does not depend on the
-/// caller's.
+/// Observations in the solver's form, in an order independent of the caller's.
 #ifndef VERGENCE_CALIB_SOLVE_SOLVE_INPUT_HPP
 #define VERGENCE_CALIB_SOLVE_SOLVE_INPUT_HPP
 
@@ -12,15 +11,15 @@
 
 namespace calib {
 
-/// "" or what is wrong with the observations as a whole, or with a corner's numbers.
+/// "" or what is wrong with the observations as a whole, or with a corner's values.
 std::string check_observations(const observations &seen);
 
 struct ordered_bundle {
     bundle data;
-    std::vector<size_t> caller;  // the caller's sighting of each of the bundle's
+    std::vector<size_t> caller;  // index in the caller's input of each position of the bundle
 };
 
-/// Sightings sorted by their names, then by their corners. Corners without a sigma get 0.1 px.
+/// Positions sorted by their names, then by their corners. Corners without a sigma get 0.1 px.
 ordered_bundle order_observations(const observations &seen);
 
 }  // namespace calib

@@ -13,7 +13,7 @@ namespace calib {
 
 namespace {
 
-// From the solver's board frame (middle, warp free of mean) to that of board.hpp (first corner).
+// From the solver's board frame (middle, zero-mean warp) to that of board.hpp (first corner).
 rigid to_first_corner(const bundle &data, const bundle_state &state, const rigid &T_left_middle) {
     rigid T_middle_corner;
     T_middle_corner.t_mm[0] = -data.half_mm[0];
@@ -40,7 +40,7 @@ void describe_lenses(const bundle &data, const bundle_state &state, solution *re
     }
 }
 
-// One camera's view of one sighting; adds up the squares of the used corners.
+// One camera's view of one position; sums the squares of the used corners.
 void describe_view(const bundle &data, const bundle_state &state, size_t ordered, size_t caller,
                    int camera, solution *result) {
     const bundle_view &view = data.sightings[ordered][size_t(camera)];
@@ -71,7 +71,8 @@ void describe_view(const bundle &data, const bundle_state &state, size_t ordered
     summary.rms_px = std::sqrt(squares / std::max(1, summary.corners_used));
 }
 
-// Per point, over all used corners, added up in the solver's order: the caller's must not matter.
+// Per point, over all used corners, summed in the solver's order so that the caller's order does
+// not matter.
 double rms_of(const bundle &data, const bundle_state &state) {
     double squares = 0;
     long count = 0;
@@ -92,7 +93,7 @@ solution describe(const observations &seen, const ordered_bundle &ordered,
     result.T_left_board.resize(count);
     result.board_known.assign(count, false);
     result.views.resize(count);
-    std::vector<size_t> place(count);  // in the bundle, of the caller's sightings
+    std::vector<size_t> place(count);  // in the bundle, of the caller's positions
     for (size_t i = 0; i < count; i++) {
         place[ordered.caller[i]] = i;
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the solver knows, in the caller's terms and order.
+/// The solver's results in the caller's terms and order.
 #ifndef VERGENCE_CALIB_SOLVE_SOLVE_RESULT_HPP
 #define VERGENCE_CALIB_SOLVE_SOLVE_RESULT_HPP
 
@@ -11,8 +11,8 @@
 
 namespace calib {
 
-/// Lenses, rig, boards, residuals and rejections of a state. Where `state` has no poses yet only
-/// the rejections are filled in.
+/// Lenses, rig, boards, residuals and rejections of a state. If `state` has no poses yet, only the
+/// rejections are filled in.
 solution describe(const observations &seen, const ordered_bundle &ordered,
                   const view_records &records, const bundle_state &state);
 

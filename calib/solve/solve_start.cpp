@@ -14,7 +14,7 @@ const double LOSS = 3;  // of the robust scale
 const size_t LEAST_VIEWS = 3;
 const int ROUNDS = 3;
 
-// Sum of the distances, which tells starts apart whatever their losses were.
+// Sum of the distances, which ranks starts regardless of their losses.
 double total_distance(const bundle &data, const bundle_state &state) {
     double sum = 0;
     for (size_t i = 0; i < data.sightings.size(); i++) {
@@ -52,7 +52,7 @@ single_start prepare(const bundle &data, const view_records &records, int camera
     return result;
 }
 
-// One camera from one focal length. Views whose homography means no pose are set aside.
+// One camera from one focal length. Views whose homography implies no pose are set aside.
 bundle_state start_single(single_start from, double focal_px, const bundle_options &robust) {
     bundle_state state;
     state.lens[LEFT].value[LOG_FOCAL] = std::log(focal_px);
@@ -79,8 +79,8 @@ bundle_state start_single(single_start from, double focal_px, const bundle_optio
     return state;
 }
 
-// The poses and lenses of both cameras in one state; false when no pair says where the right
-// camera stands.
+// The poses and lenses of both cameras in one state; false when no pair determines the pose of the
+// right camera.
 bool join(bundle *data, const bundle_state (&single)[CAMERAS], bundle_state *state) {
     std::vector<size_t> pairs;
     for (size_t i = 0; i < data->sightings.size(); i++) {
@@ -116,7 +116,7 @@ bool join(bundle *data, const bundle_state (&single)[CAMERAS], bundle_state *sta
     return true;
 }
 
-// Each camera by itself from its best focal lengths.
+// Each camera separately, from its best focal lengths.
 std::string start_singles(const bundle &data, const view_records &records,
                           const start_options &options, bundle_state (&best)[CAMERAS]) {
     static const char *const whose[CAMERAS] = {"left", "right"};
@@ -134,7 +134,7 @@ std::string start_singles(const bundle &data, const view_records &records,
                 data.cameras == 1 ? "the camera" : std::string("the ") + whose[camera] + " camera";
             return "too few boards: " + who + " has " + std::to_string(from.back().seen.size()) +
                    (from.back().seen.size() == 1 ? " usable view" : " usable views") +
-                   ", three are the least and some fifteen are good";
+                   " (minimum 3, recommended 15)";
         }
     }
     std::vector<double> focal_px[CAMERAS];
@@ -204,7 +204,7 @@ std::string find_start(bundle *data, const view_records &records, const start_op
     if (data->cameras == 1) {
         *state = single[LEFT];
     } else if (!join(data, single, state)) {
-        return "no position of the board was seen by both cameras";
+        return "no board position was seen by both cameras";
     }
     for (size_t i = 0; i < data->sightings.size(); i++) {
         if (!(state->T_left_board[i].t_mm[2] > 0)) {  // no pose was found

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// From nothing to a solution near enough for the adjustment of everything: each camera by itself,
-/// then the rig by a vote, then both together, all with a robust loss.
+/// Finds a solution close enough for the full adjustment: each camera separately, then the rig by a
+/// vote, then both together, all with a robust loss.
 #ifndef VERGENCE_CALIB_SOLVE_SOLVE_START_HPP
 #define VERGENCE_CALIB_SOLVE_SOLVE_START_HPP
 
@@ -15,16 +15,16 @@ struct start_options {
     int threads = 1;
     /// Each camera begins at its scanned focal length times this; other than 1 for a second start.
     double focal_factor[CAMERAS] = {1, 1};
-    bundle_options robust;  // what is estimated in the end; its loss scale is set from the data
+    bundle_options robust;  // the final parameters; the loss scale is set from the data
 };
 
-/// Finds a state from the used views of `data`. Pairs that contradict the vote are left aside
+/// Finds a state from the used views of `data`. Pairs that contradict the vote are set aside
 /// (`used` of both views cleared) until they are judged. Returns "" or why there is no start.
 std::string find_start(bundle *data, const view_records &records, const start_options &options,
                        bundle_state *state);
 
-/// `adjust` with Cauchy's loss at three times the present robust scale, boards turned over where
-/// their second pose is better, and again until that changes nothing.
+/// `adjust` with Cauchy's loss at three times the current robust scale, boards flipped where their
+/// second pose is better, repeated until nothing changes.
 void adjust_robustly(const bundle &data, bundle_options options, bundle_state *state);
 
 }  // namespace calib

@@ -16,26 +16,27 @@ namespace calib {
 
 namespace {
 
-const double PARALLEL_RAD = 5 * MATH_PI / 180;  // normals nearer to their mean than this
-const double FOCAL_SHARE = 0.01;                // largest tolerable sigma of f
-const double FOCAL_UNKNOWN = 0.05;              // beyond this f is not measured at all
-const double COVERAGE = 0.4;                    // share of the image's cells with corners
+const double PARALLEL_RAD =
+    5 * MATH_PI / 180;              // normals closer to their mean than this count as parallel
+const double FOCAL_SHARE = 0.01;    // largest acceptable sigma of f
+const double FOCAL_UNKNOWN = 0.05;  // beyond this f is not determined at all
+const double COVERAGE = 0.4;        // share of the image's cells with corners
 const int FEW_BOARDS = 6, FEW_PAIRS = 4;
-// What a model may leave as a pattern: this share of the residuals, or so many pixels.
+// Acceptable systematic residual: this share of the residuals, or this many pixels.
 const double SYSTEMATIC_SHARE = 0.4, SYSTEMATIC_PX = 0.2;
-// What corners may be off by beyond the noise of their images.
+// Acceptable corner error beyond the noise of the images.
 const double FLOOR_PX = 0.5;
-// Of large images both may be more: this share of the diagonal.
+// For large images both limits grow: this share of the diagonal.
 const double LARGE_IMAGE = 1.0 / 4000;
-const double SCATTER_RATIO = 25;     // of the variances that positions of the board show
-const double BASELINE_SHARE = 0.01;  // largest tolerable sigma of the baseline
-const double STRETCH_SHARE = 0.005;  // by which a print's rows and columns may differ
+const double SCATTER_RATIO = 25;     // ratio of variances between board positions
+const double BASELINE_SHARE = 0.01;  // largest acceptable sigma of the baseline
+const double STRETCH_SHARE = 0.005;  // share by which a print's rows and columns may differ
 const double OUTER = 0.7;            // of half a diagonal: where lenses bend most
-const int OUTER_FEWEST = 5;          // corners that must be left out there to mean something
+const int OUTER_FEWEST = 5;          // minimum number of corners rejected there to be significant
 const double OUTER_REJECTED = 0.02;  // share of corners there that a fitting lens may lose
 
 struct finding {
-    double weight;  // bigger is worse
+    double weight;  // larger is worse
     std::string reason;
 };
 
@@ -44,7 +45,7 @@ const char *camera_name(const bundle &data, int camera) {
     return data.cameras == 1 ? "camera" : names[camera];
 }
 
-// Largest angle between a board's normal and the mean of all, in one camera.
+// Largest angle between a board's normal and the mean normal, in one camera.
 double normals_spread_rad(const bundle &data, const bundle_state &state, int camera) {
     double sum[3] = {0, 0, 0};
     std::vector<std::array<double, 3>> normals;
@@ -66,7 +67,7 @@ double normals_spread_rad(const bundle &data, const bundle_state &state, int cam
     return most;
 }
 
-// Share of a 4 x 3 grid of image cells that hold used corners.
+// Share of a 4 x 3 grid of image cells that contain used corners.
 double coverage(const bundle &data, int camera) {
     const int across = 4, down = 3;
     bool seen[across * down] = {};
@@ -98,25 +99,24 @@ void look_at_camera(const bundle &data, const bundle_state &state, const solutio
     if (spread < PARALLEL_RAD) {
         findings->push_back(
             {1000,
-             sentence("all boards of the %s stand parallel to each other (within %.1f degrees), "
+             sentence("all boards of the %s are parallel to each other (within %.1f degrees), "
                       "so its focal length cannot be measured: tilt the board by 30 degrees and "
-                      "more, to different sides",
+                      "more, in different directions",
                       who, spread * 180 / MATH_PI)});
     } else if (share > FOCAL_UNKNOWN) {
         findings->push_back(
             {900, sentence("the focal length of the %s is not determined (standard "
-                           "deviation %.0f %%): tilt the board more, and to different "
-                           "sides",
+                           "deviation %.0f %%): tilt the board more, and in different "
+                           "directions",
                            who, 100 * share)});
     } else if (share > FOCAL_SHARE) {
         findings->push_back(
             {300 * share / FOCAL_SHARE,
-             sentence("the focal length of the %s is known to %.1f %% only", who, 100 * share)});
+             sentence("the focal length of the %s is known only to %.1f %%", who, 100 * share)});
     }
     if (views < FEW_BOARDS) {
-        findings->push_back(
-            {500 + 10.0 * (FEW_BOARDS - views),
-             sentence("only %d boards in the %s, some fifteen are good", views, who)});
+        findings->push_back({500 + 10.0 * (FEW_BOARDS - views),
+                             sentence("only %d boards in the %s (recommended 15)", views, who)});
     }
     const double covered = coverage(data, camera);
     if (covered < COVERAGE) {
@@ -124,11 +124,11 @@ void look_at_camera(const bundle &data, const bundle_state &state, const solutio
             {200, sentence("the boards cover only %.0f %% of the %s's image", 100 * covered, who)});
     }
     if (lens_validate(&found.camera[camera]) != ERROR_OK) {
-        findings->push_back({800, sentence("the lens found for the %s is impossible", who)});
+        findings->push_back({800, sentence("the lens estimated for the %s is impossible", who)});
     }
 }
 
-// The larger one of what is told in pixels and of a share of the image's diagonal.
+// The larger of a limit in pixels and a share of the image's diagonal.
 double tolerable_px(const bundle &data, double px) {
     return std::max(px, 2 * LARGE_IMAGE * data.frame[LEFT].radius_px);
 }
@@ -150,8 +150,8 @@ std::string scatter_of(const fit_test &fit) {
         std::sqrt(fit.scatter_ratio), fit.widened);
 }
 
-// Corners of good views that were left out near the edges of the images tell of a lens that the
-// model cannot describe, when they are many there.
+// Corners of good views that were rejected near the image edges, if there are many, indicate a lens
+// outside the model.
 void look_at_edges(const bundle &data, std::vector<finding> *findings) {
     int rejected = 0, rejected_outside = 0, outside = 0;
     for (const auto &sighting : data.sightings) {
@@ -171,48 +171,49 @@ void look_at_edges(const bundle &data, std::vector<finding> *findings) {
     if (rejected_outside >= OUTER_FEWEST && rejected_outside > OUTER_REJECTED * outside &&
         2 * rejected_outside > rejected) {
         findings->push_back(
-            {650, sentence("%d of %d corners near the edges of the images do not fit: the lens "
-                           "bends more there than the model can tell, as wide-angle and fisheye "
-                           "lenses do",
-                           rejected_outside, outside)});
+            {650,
+             sentence("%d of %d corners near the edges of the images do not fit: the lens "
+                      "bends more there than the model can describe, as wide-angle and fisheye "
+                      "lenses do",
+                      rejected_outside, outside)});
     }
 }
 
 void look_at_rig(const solution &found, std::vector<finding> *findings) {
     if (found.pairs_used < FEW_PAIRS) {
         findings->push_back(
-            {450, sentence("only %d boards were seen by both cameras", found.pairs_used)});
+            {450, sentence("only %d boards seen by both cameras", found.pairs_used)});
     }
     calibration named = found.rig;
     std::snprintf(named.id, sizeof named.id, "unnamed");
     if (calibration_validate(&named, nullptr) != ERROR_OK &&
         lens_validate(&found.rig.left) == ERROR_OK && lens_validate(&found.rig.right) == ERROR_OK) {
-        findings->push_back({800, "the pose found for the right camera is impossible"});
+        findings->push_back({800, "the estimated pose of the right camera is impossible"});
     }
     const double baseline_mm = geometry_norm(found.T_right_left.t_mm);
     if (found.sigma.baseline_mm > BASELINE_SHARE * baseline_mm) {
         findings->push_back(
-            {700, sentence("the baseline of %.2g mm is known to %.2g mm only: the cameras stand "
-                           "in one place, or --square is not in mm",
+            {700, sentence("the baseline of %.2g mm is known only to %.2g mm: the cameras are "
+                           "in the same place, or --square is not in mm",
                            baseline_mm, found.sigma.baseline_mm)});
     }
 }
 
-// What two sides of a print differ by, in words; "" when they do not.
+// Describes how the two sides of a print differ; "" when they do not.
 std::string stretch_of(const bundle &data, const bundle_state &state, const solution &found) {
     const double stretch = print_stretch(data, state);
     if (!found.target.stretched) {
         return "";
     }
     return sentence(
-        "the print's rows are %.2f %% %s than drawn against its columns (or pixels are not "
+        "the print's rows are %.2f %% %s than drawn, relative to its columns (or pixels are not "
         "square): all lengths may be wrong by half of that; measure --square along both",
         100 * stretch, state.warp_mm[board_model::STRETCH] > 0 ? "longer" : "shorter");
 }
 
 std::string pattern_of(const fit_test &fit) {
     return sentence(
-        "%.0f %% of the residuals (%.2f px) are a pattern that noise does not make (z = %.0f "
+        "%.0f %% of the residuals (%.2f px) are a pattern that noise does not explain (z = %.0f "
         "over the image, %.0f over the board); error bars are widened %.1f times",
         100 * fit.systematic_share, fit.systematic_px, fit.image_z, fit.board_z, fit.widened);
 }
@@ -220,7 +221,7 @@ std::string pattern_of(const fit_test &fit) {
 void look_at_rest(const bundle &data, const bundle_state &state, const solution &found,
                   std::vector<finding> *findings) {
     if (found.errors->is_singular()) {
-        findings->push_back({950, "something that was estimated cannot be known from these views"});
+        findings->push_back({950, "an estimated parameter is not determined by these views"});
     }
     if (data.cameras == CAMERAS) {
         look_at_rig(found, findings);
@@ -237,14 +238,13 @@ void look_at_rest(const bundle &data, const bundle_state &state, const solution 
     }
     if (found.fit.floor_px > tolerable_px(data, FLOOR_PX)) {
         findings->push_back({550, sentence("corners are off by %.2f px beyond the noise of their "
-                                           "images: is the board flat and its print exact, and did "
+                                           "images: is the board flat, is its print exact, and did "
                                            "nothing move?",
                                            found.fit.floor_px)});
     }
     if (found.second_start.done && !found.second_start.agrees) {
-        findings->push_back(
-            {850, sentence("the solver ends elsewhere from another start (%.1f sigma)",
-                           found.second_start.focal_difference_sigma)});
+        findings->push_back({850, sentence("another start leads to another solution (%.1f sigma)",
+                                           found.second_start.focal_difference_sigma)});
     }
     size_t views = 0, wrong = 0;
     for (const auto &sighting : data.sightings) {
@@ -301,7 +301,7 @@ verdict judge_solution(const bundle &data, const bundle_state &state, const solu
     result.sentence =
         sentence("Good: %d boards fit to %.2f px", found.sightings_used, found.rms_px);
     if (found.held_out_rms_px > 0) {
-        result.sentence += sentence(" (%.2f px where they were not taught)", found.held_out_rms_px);
+        result.sentence += sentence(" (%.2f px when held out)", found.held_out_rms_px);
     }
     result.sentence += sentence(", the focal length is known to %.2g %%", 100 * worst);
     if (data.cameras == CAMERAS) {

@@ -10,7 +10,7 @@
 
 namespace calib {
 
-/// The verdict on what could not be solved.
+/// The verdict on a failed solution.
 verdict refusal(const std::string &reason);
 
 /// The verdict on a solution whose other members are complete.

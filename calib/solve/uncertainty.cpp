@@ -15,7 +15,7 @@ namespace calib {
 namespace {
 
 enum {
-    FRAME_AT = SHARED,  // turn and shift of the boards' frame
+    FRAME_AT = SHARED,  // rotation and shift of the boards' frame
     SIZE = SHARED + POSE_PLACES,
 };
 
@@ -28,7 +28,7 @@ void add(const board_equations &board, board_equations *sum) {
     sum->residuals += board.residuals;
 }
 
-// How the shared numbers and the boards' frame follow those of `places`.
+// How the shared parameters and the boards' frame depend on those of `places`.
 matrix follow_of(const board_equations &sum, const std::vector<int> &places, long board_count) {
     matrix follow = matrix::Zero(SIZE, long(places.size()));
     for (long column = 0; column < follow.cols(); column++) {
@@ -39,14 +39,14 @@ matrix follow_of(const board_equations &sum, const std::vector<int> &places, lon
     return follow;
 }
 
-// Standard deviation of p1 and p2 before any picture is taken, as a share of the reference radius:
-// lenses of webcams and zooms are off their axes by about as much.
+// Prior standard deviation of p1 and p2, as a share of the reference radius: lenses of webcams and
+// zooms are off axis by about this much.
 const double TANGENTIAL_SHARE = 1e-3;
 
-// What p1 and p2 add to `estimated`, the covariance of the shared numbers and of the boards' frame
-// in squared sigmas, when the model leaves them out. Views from far away hardly tell them from a
-// shift of the principal point, so they may be there all the same; and where the views say that
-// they are, the step that the solution would make with them counts as an error, too.
+// What p1 and p2 add to `estimated`, the covariance of the shared parameters and of the boards'
+// frame in squared sigmas, when the model omits them. Views from far away hardly distinguish them
+// from a shift of the principal point, so they may exist undetected. Where the views indicate them,
+// the step that the solution would make with them counts as an error, too.
 matrix doubt_of(const bundle &data, const bundle_options &options, const board_equations &sum,
                 long board_count, double variance, const matrix &estimated) {
     matrix shared = sum.shared;
@@ -63,7 +63,7 @@ matrix doubt_of(const bundle &data, const bundle_options &options, const board_e
         return matrix::Zero(SIZE, SIZE);
     }
     const std::vector<int> places = free_places(data, doubting);
-    bool singular = false;  // p1 and p2 are known beforehand: the rest is not asked again
+    bool singular = false;  // the prior of p1 and p2 is known: the rest is reused
     const matrix inverse = inverse_of(picked(shared, places), &singular);
     matrix gradient(long(places.size()), 1);
     for (long row = 0; row < gradient.rows(); row++) {
@@ -75,7 +75,7 @@ matrix doubt_of(const bundle &data, const bundle_options &options, const board_e
            variance * estimated;
 }
 
-// Turn and shift of the frame move a point: by_left of a pixel becomes its row by the frame.
+// Rotation and shift of the frame move a point: by_left of a pixel becomes its row by the frame.
 void frame_row(const double by_left[3], const double point_mm[3], bool far, double *row) {
     double turn[3];
     geometry_cross(point_mm, by_left, turn);  // by_left . (w x p) = w . (p x by_left)
@@ -151,7 +151,7 @@ double error_model::covariance(const std::vector<double> &a, const std::vector<d
     INVARIANT(a.size() == SIZE && b.size() == SIZE);
     double sum = 0;
     for (size_t row = 0; row < SIZE; row++) {
-        double with_b = 0;  // a column of C, which is its row
+        double with_b = 0;  // a column of C, which is also its row
         for (size_t column = 0; column < SIZE; column++) {
             with_b += covariance_[row * SIZE + column] * b[column];
         }
@@ -260,7 +260,7 @@ bool error_model::depth_sigma(const double left_pixel_px[2], double depth_mm,
     for (double &value : point) {
         value *= depth_mm;
     }
-    // Both pixels stay where they are: 0 = J dpoint + K dshared, four equations for dpoint.
+    // Both pixels stay fixed: 0 = J dpoint + K dshared, four equations for dpoint.
     vector3 J[4];
     std::vector<double> K[4];
     for (int camera = 0; camera < CAMERAS; camera++) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How far a solution can be trusted: standard deviations that follow from the corners' noise, as
-/// estimated from the residuals, by linear propagation. Where p1 and p2 are left out they count as
-/// if they were estimated. Of another model that is wrong they know nothing, unless the positions
-/// of the board show it; `fit_test` is there for the rest.
+/// Uncertainty of a solution: standard deviations that follow from the corners' noise, as estimated
+/// from the residuals, by linear propagation. Where p1 and p2 are left out they count as if they
+/// were estimated. Other model errors are not covered unless the board positions reveal them; see
+/// `fit_test`.
 #ifndef VERGENCE_CALIB_SOLVE_UNCERTAINTY_HPP
 #define VERGENCE_CALIB_SOLVE_UNCERTAINTY_HPP
 
@@ -13,9 +13,9 @@
 
 namespace calib {
 
-/// Joint covariance of what all boards share (lenses, rig, warp) and of the motion of the frame in
-/// which the boards stand: the mean over the boards of their own increments. Two solutions of the
-/// same scene differ by such a motion, too, and it must not be taken for an error of the lens.
+/// Joint covariance of what all boards share (lenses, rig, warp) and of the motion of the boards'
+/// frame: the mean over the boards of their own increments. Two solutions of the same scene also
+/// differ by such a motion, which must not be mistaken for an error of the lens.
 class error_model {
   public:
     /// `state` must be the least-squares solution of `data` under `options`.
@@ -24,45 +24,47 @@ class error_model {
     /// Multiplies every standard deviation but `sigma0`.
     void widen(double factor);
 
-    /// All lengths may be wrong by this share, all together.
+    /// All lengths may be wrong by this common share.
     void doubt_scale(double share);
 
     double sigma0() const { return sigma0_; }
 
-    /// Do the positions of the board contradict each other? `board_scatter.hpp`.
+    /// Do the board positions contradict each other? See `board_scatter.hpp`.
     double scatter_z() const { return scatter_z_; }
     double scatter_ratio() const { return scatter_ratio_; }
-    /// Replaces the covariance by the mean of itself, widened by the ratio, and of what the scatter
-    /// of the positions shows: the first knows all directions, the second which of them suffer.
+    /// Replaces the covariance by the mean of two: itself, widened by the ratio, and the one from
+    /// the scatter of the positions. The first covers all directions, the second shows which of
+    /// them are affected.
     void heed_scatter();
 
-    /// True when something that was estimated cannot be known from these views.
+    /// True when an estimated parameter is not determined by these views.
     bool is_singular() const { return singular_; }
 
-    /// Standard deviation of one number of a lens, in its own unit; 0 when it was not estimated,
-    /// but for p1 and p2: without them the model is simpler, and the lens need not be.
+    /// Standard deviation of one lens parameter, in its own unit; 0 when it was not estimated,
+    /// except for p1 and p2: without them the model is simpler, but the lens may not be.
     double lens_sigma(int camera, int place) const;
-    /// Of the increments of T_right_left (`bundle.hpp`): turn in rad, then shift in mm.
+    /// Of the increments of T_right_left (`bundle.hpp`): rotation in rad, then shift in mm.
     double rig_sigma(int place) const;
     double baseline_sigma_mm() const;
 
     /// Covariance {xx, xy, yy} in px^2 of where a camera shows the point that it shows at
-    /// `pixel_px` and `distance_mm` from the camera (INFINITY for a direction), the boards being
-    /// what stands still. Returns false where the pixel has no ray. Source: mrcal documentation,
-    /// "Projection uncertainty", mean of frames.
+    /// `pixel_px` and `distance_mm` from the camera (INFINITY for a direction), with the boards
+    /// fixed. Returns false where the pixel has no ray. Source: mrcal documentation, "Projection
+    /// uncertainty", mean of frames.
     bool projection_covariance(int camera, const double pixel_px[2], double distance_mm,
                                double covariance_px2[3]) const;
 
     /// Standard deviation in mm of the depth (left z) that the pair measures for a point at
     /// `depth_mm` on the left pixel's ray, when both pixels are exact: the calibration's share.
-    /// Returns false for one camera, where the pixel has no ray, or the right camera cannot see it.
+    /// Returns false for one camera, where the pixel has no ray, or where the right camera cannot
+    /// see it.
     bool depth_sigma(const double left_pixel_px[2], double depth_mm, double *sigma_mm) const;
 
   private:
     double variance(const std::vector<double> &row) const;
     double covariance(const std::vector<double> &a, const std::vector<double> &b) const;
-    // Rows of derivatives of one camera's pixel by the shared numbers, and by a point in the left
-    // frame (only its turn when `far`).
+    // Rows of derivatives of one camera's pixel by the shared parameters, and by a point in the
+    // left frame (only its rotation when `far`).
     bool pixel_rows(int camera, const double in_left_mm[3], bool far,
                     std::vector<double> (&rows)[2], double by_left[2][3]) const;
 
@@ -72,7 +74,7 @@ class error_model {
     double sigma0_ = 0;
     bool singular_ = false;
     double scatter_z_ = 0, scatter_ratio_ = 1;
-    std::vector<double> covariance_;  // SIZE x SIZE, numbers that were not estimated are 0
+    std::vector<double> covariance_;  // SIZE x SIZE, 0 for parameters that were not estimated
     std::vector<double> scattered_;   // likewise, from the scatter of the positions
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes the marker dictionaries of OpenCV's aruco module as a C++ table, at build time: the
-// programs that are shipped then need no OpenCV. Usage: generate OUTPUT.
+// Writes the marker dictionaries of OpenCV's aruco module as a C++ table at build time, so that
+// released programs do not need OpenCV. Usage: generate OUTPUT.
 #include <cstdint>
 #include <cstdio>
 #include <opencv2/aruco.hpp>
