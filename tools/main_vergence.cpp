@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The client as a host carries it: all formats, the report, evaluation and explanation.
+// The client for hosts, with all formats, the report, evaluation and explanation.
 #include "daemon/backends/replay/replay_command.h"
 #include "daemon/client/client.h"
 #include "daemon/surface/export_command.h"
@@ -42,7 +42,7 @@ int run_reconstruct(int argc, char **argv) {
 const client_command commands[] = {
     {"reconstruct", "measure a surface from a pair of images", run_reconstruct},
     {"calibrate", "calibrate a stereo pair from pictures of a board", command_calibrate},
-    {"board", "make a calibration board to be printed", command_board},
+    {"board", "make a printable calibration board", command_board},
     {"evaluate", "compare a result with the ground truth", command_evaluate},
     {"info", "explain a calibration, a result or a session", command_info},
     {"export", "write the pairs of a session as pictures", export_command_run},

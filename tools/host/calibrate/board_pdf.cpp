@@ -14,11 +14,11 @@
 
 namespace {
 
-const double point_mm = 25.4 / 72;  // PDF's unit
-const double margin_mm = 5;         // printers leave about that much white
+const double point_mm = 25.4 / 72;  // PDF units
+const double margin_mm = 5;         // margin that printers leave
 const double caption_mm = 14;       // below the board: ruler and two lines of text
 const double letters_mm = 3;
-const double widest_letter = 0.56;  // of the height, mean of Helvetica's with some to spare
+const double widest_letter = 0.56;  // of the height: mean of Helvetica's with a margin
 
 const board_paper papers[] = {
     {"A4", 210, 297},  {"A3", 297, 420},         {"A2", 420, 594},        {"A1", 594, 841},
@@ -45,7 +45,8 @@ class drawing {
     void rectangle(double x, double y, double width, double height) {
         content_ += report_text_format("%.4f %.4f %.4f %.4f re\n", x, y, width, height);
     }
-    /// The rectangles up to `end` are filled as one shape, so that neighbours show no seam.
+    /// The rectangles up to `end` are filled as one shape, so that no seam shows between
+    /// neighbours.
     void begin(bool black) { content_ += black ? "0 g\n" : "1 g\n"; }
     void end() { content_ += "f\n"; }
     void text(double x, double y, const std::string &words) {
@@ -54,7 +55,7 @@ class drawing {
             escaped +=
                 c == '(' || c == ')' || c == '\\' ? std::string("\\") + c : std::string(1, c);
         }
-        // Text is upright only where y grows upwards.
+        // Text is upright only where y points upwards.
         content_ += report_text_format("BT /F %.4f Tf 1 0 0 -1 %.4f %.4f Tm (", letters_mm, x, y) +
                     escaped + ") Tj ET\n";
     }
@@ -108,14 +109,14 @@ void draw_markers(const calib::board &board, const place &at, drawing *page) {
     }
 }
 
-/// A line with a stroke every 10 mm. Returns its length.
+/// A line with a tick every 10 mm. Returns its length.
 double draw_ruler(double x, double y, double room_mm, drawing *page) {
     const double length_mm = std::min(200.0, std::floor(room_mm / 10) * 10);
     page->begin(true);
     page->rectangle(x, y, length_mm, 0.2);
     for (int stroke = 0; stroke <= length_mm / 10; stroke++) {
         const double high_mm = stroke % 5 == 0 ? 2.5 : 1.5;
-        // Each stroke's left edge stands at a multiple of 10 mm.
+        // The left edge of each tick is at a multiple of 10 mm.
         page->rectangle(x + 10 * stroke, y - high_mm, 0.2, high_mm);
     }
     page->end();
@@ -228,7 +229,7 @@ std::string board_pdf(const calib::board &board, const board_paper &paper, doubl
         std::min(at.y + height_mm + margin_mm, turned.height_mm - caption_mm - margin_mm + 4);
     *scale_mm = draw_ruler(margin_mm, caption_y + 1, room_mm, &page);
     draw_caption(board, {margin_mm, caption_y + 1}, room_mm, *scale_mm, &page);
-    // From points upwards to millimetres downwards.
+    // From points, upwards, to millimetres, downwards.
     const std::string scale = report_text_format("%.9f 0 0 %.9f 0 %.6f cm\n", 1 / point_mm,
                                                  -1 / point_mm, turned.height_mm / point_mm);
     return wrapped(scale + page.content(), turned);

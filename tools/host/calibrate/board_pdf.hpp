@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A calibration board to be printed: a PDF of one page, in vectors, to scale.
+/// A printable calibration board: a one-page vector PDF, drawn to scale.
 #ifndef VERGENCE_TOOLS_HOST_CALIBRATE_BOARD_PDF_HPP
 #define VERGENCE_TOOLS_HOST_CALIBRATE_BOARD_PDF_HPP
 
@@ -15,15 +15,15 @@ struct board_paper {
 /// "A4", "A3", "letter", ... in any case, or WIDTHxHEIGHT in mm. Returns false for anything else.
 bool board_paper_parse(const std::string &text, board_paper *paper);
 
-/// The names that `board_paper_parse` knows, for messages.
+/// The names that `board_paper_parse` accepts, for messages.
 std::string board_paper_names();
 
-/// Side of the largest square, in steps of 0.1 mm, with which a board of so many corners fits on
-/// the paper, upright or lengthways, with its margin and the caption.
+/// Side of the largest square, in steps of 0.1 mm, with which a board of this many corners fits on
+/// the paper, in either orientation, including margins and caption.
 double board_largest_square_mm(const calib::board &board, const board_paper &paper);
 
-/// The page. The board must fit, see `board_largest_square_mm`. `scale_mm` says how long the ruler
-/// is that was drawn. Marker and square sides are exact to 1e-4 mm.
+/// The page. The board must fit, see `board_largest_square_mm`. `scale_mm` receives the length of
+/// the printed ruler. Marker and square sides are exact to 1e-4 mm.
 std::string board_pdf(const calib::board &board, const board_paper &paper, double *scale_mm);
 
 #endif

@@ -25,40 +25,40 @@ std::string check_markers(const calibrate_board_request &request, const calib::b
         for (size_t i = 0; i < all.count; i++) {
             names += (i > 0 ? " " : "") + std::string(all.first[i].name);
         }
-        return std::string("--charuco \"") + request.dictionary + "\": must be one of: " + names;
+        return std::string("unknown --charuco \"") + request.dictionary +
+               "\" (expected one of: " + names + ")";
     }
     if (!(request.marker > 0)) {
-        return "--marker MM is missing: the side of a marker, its black border included";
+        return "--marker MM is missing (the side of a marker, including its black border)";
     }
     if (request.marker >= request.square) {
-        return "--marker must be smaller than --square: markers stand inside the white squares";
+        return "--marker must be smaller than --square (markers are inside the white squares)";
     }
     const int needed = calib::board_marker_count(board);
     if (needed > dictionary->count) {
-        return std::string("the board carries ") + std::to_string(needed) + " markers, but " +
+        return std::string("the board has ") + std::to_string(needed) + " markers, but " +
                board.dictionary + " has only " + std::to_string(dictionary->count) +
-               ": take a larger dictionary of that kind";
+               ": use a larger dictionary of that kind";
     }
     return "";
 }
 
 const double units_mm[] = {1, 10, 1000};
 
-// Whether the sides are lengths of squares in mm; "" when they are.
+// Whether the sides are valid square sizes in mm; "" when they are.
 std::string check_size(const calibrate_board_request &request, const calib::board &board) {
     const double across_mm = (std::max(board.columns, board.rows) + 1) * board.square_mm;
     const std::string square = number_text(request.square, 6);
     if (board.square_mm < 1e-3 || board.square_mm > calibrate_board_side_max) {
-        return "--square " + square + ": is " + number_text(board.square_mm, 6) +
-               " mm, must be from 0.001 to " + number_text(calibrate_board_side_max, 6) + " mm";
+        return "--square " + square + ": out of range: " + number_text(board.square_mm, 6) +
+               " mm (expected 0.001 to " + number_text(calibrate_board_side_max, 6) + " mm)";
     }
     if (request.unit >= 0 || across_mm >= LENGTH_MIN_BOARD_MM) {
         return "";
     }
-    return "--square " + square + ": in mm? The board would be " + number_text(across_mm, 4) +
-           " mm across, and below " + number_text(LENGTH_MIN_BOARD_MM, 4) +
-           " mm that is not taken for granted: say --unit m if these are metres, --unit mm if it "
-           "is meant";
+    return "--square " + square + ": the board would be " + number_text(across_mm, 4) +
+           " mm across; below " + number_text(LENGTH_MIN_BOARD_MM, 4) +
+           " mm the unit must be stated: --unit m for metres, --unit mm for millimetres";
 }
 
 }  // namespace
@@ -67,10 +67,11 @@ const char *const calibrate_board_units = "mm cm m";
 
 std::string calibrate_board_make(const calibrate_board_request &request, calib::board *board) {
     if (request.corners[0] == 0) {
-        return "--board COLUMNSxROWS is missing: the inner corners of the board, as in --board 9x6";
+        return "--board COLUMNSxROWS is missing (the inner corners of the board, as in --board "
+               "9x6)";
     }
     if (!(request.square > 0)) {
-        return "--square MM is missing: the side of one square of the board";
+        return "--square MM is missing (the side of one square of the board)";
     }
     board->columns = request.corners[0];
     board->rows = request.corners[1];
@@ -81,7 +82,7 @@ std::string calibrate_board_make(const calibrate_board_request &request, calib::
         return wrong;
     }
     if (request.dictionary == nullptr) {
-        return request.marker > 0 ? "--marker belongs to --charuco" : "";
+        return request.marker > 0 ? "--marker requires --charuco" : "";
     }
     board->dictionary = dictionary_name(request.dictionary);
     board->marker_mm = request.marker * unit_mm;

@@ -19,7 +19,7 @@ struct file_closer {
 };
 using file_owner = std::unique_ptr<image_file, file_closer>;
 
-/// Values have at least eight bits; what is brighter than that loses its lowest ones.
+/// Values have at least eight bits; brighter values lose their lowest bits.
 int surplus_bits(uint16_t brightest) {
     int bits = 8;
     while (brightest >> bits != 0) {
@@ -28,7 +28,7 @@ int surplus_bits(uint16_t brightest) {
     return bits - 8;
 }
 
-/// Grey of one pixel as television has it, in 1/65536.
+/// Grey of one pixel with the weights of television, in 1/65536.
 uint8_t grey_of(const uint16_t rgb[3], int surplus) {
     const uint32_t sum = 19595u * rgb[0] + 38470u * rgb[1] + 7471u * rgb[2] + 32768u;
     return static_cast<uint8_t>(std::min(sum >> 16 >> surplus, 255u));
@@ -94,7 +94,7 @@ void calibrate_image_enlarge(calibrate_image *image) {
     large.reserve(static_cast<size_t>(image->file_width_px) *
                   static_cast<size_t>(image->file_height_px));
     for (int y = 0; y < image->file_height_px; y++) {
-        // What did not fill a whole block when it was shrunk takes the last pixel.
+        // Pixels that did not fill a whole block when the picture was shrunk repeat the last one.
         const int from_y = std::min(y / image->shrink, image->height_px - 1);
         const uint8_t *row = image->grey.data() + size_t(from_y) * size_t(image->width_px);
         for (int x = 0; x < image->file_width_px; x++) {

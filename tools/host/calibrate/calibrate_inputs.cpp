@@ -47,7 +47,7 @@ bool is_picture_name(const std::string &path) {
     });
 }
 
-/// Pictures of formats that are not read. (What has no such name is no picture.)
+/// Picture formats that cannot be read. (A file without such a name is not a picture.)
 bool is_foreign_picture_name(const std::string &path) {
     return has_word("bmp webp gif heic heif avif jp2 jxl exr dng cr2 cr3 nef arw raf rw2 orf",
                     extension_of(path));
@@ -63,7 +63,7 @@ std::string joined(const std::string &folder, const std::string &name) {
                : folder + (folder.back() == '/' ? "" : "/") + name;
 }
 
-/// Names in a folder, sorted; hidden ones are left out.
+/// Names in a folder, sorted, without hidden ones.
 std::vector<std::string> names_in(const std::string &folder) {
     std::vector<std::string> names;
     DIR *stream = opendir(folder.c_str());
@@ -163,7 +163,7 @@ class expander {
             }
         }
         if (count == 0) {
-            return fail(path + ": the folder holds no pictures (" + formats_read + ")" +
+            return fail(path + ": no pictures in the folder (" + formats_read + ")" +
                         (foreign_.empty() ? "" : "; " + foreign_text()));
         }
         if (!foreign_.empty()) {
@@ -173,12 +173,12 @@ class expander {
         return true;
     }
 
-    /// What is said of pictures that a folder holds and nobody here can read.
+    /// What is reported about pictures in a folder that cannot be read.
     std::string foreign_text() const {
         const size_t more = foreign_.size() - 1;
         const std::string others = more > 0 ? " and " + std::to_string(more) + " more" : "";
         return foreign_[0] + others + (more > 0 ? " are" : " is") +
-               " left out: of pictures only these formats are read: " + formats_read;
+               " left out: unsupported format (supported: " + formats_read + ")";
     }
 
     bool pattern(const std::string &path) {
@@ -186,7 +186,7 @@ class expander {
         const int code = glob(path.c_str(), GLOB_BRACE, nullptr, &found);
         const std::unique_ptr<glob_t, void (*)(glob_t *)> owner(&found, globfree);
         if (code != 0 || found.gl_pathc == 0) {
-            return fail(path + ": no file has such a name");
+            return fail(path + ": no such file");
         }
         for (size_t i = 0; i < found.gl_pathc; i++) {
             if (session_pairs_here(found.gl_pathv[i])) {
@@ -212,7 +212,7 @@ class expander {
         for (size_t count; (count = std::fread(block, 1, sizeof block, stream.get())) > 0;) {
             text->append(block, count);
             if (text->size() > list_limit_bytes) {
-                return fail(path + ": is too long for a list of pictures");
+                return fail(path + ": too large for a list of pictures");
             }
         }
         return std::ferror(stream.get()) == 0 || fail(path + ": cannot be read");
@@ -234,11 +234,10 @@ class expander {
         }
         group_++;
         return names_->pictures.size() + names_->shots.size() > before ||
-               fail(path + ": the list names no pictures");
+               fail(path + ": no pictures in the list");
     }
 
-    /// Words in quotes or between blanks and the marks of XML and YAML, whatever stands for
-    /// pictures.
+    /// Words that name pictures, in quotes or between blanks and the delimiters of XML and YAML.
     std::vector<std::string> picture_words(const std::string &text) const {
         std::vector<std::string> words;
         std::string word;
@@ -286,9 +285,8 @@ class expander {
             } else if (words.size() == 1) {
                 add(joined(folder_, words[0]), true);
             } else {
-                names_->notes.push_back(
-                    "the list's line \"" + line.substr(first, 60) +
-                    "\" is left out: one or two names of pictures are expected");
+                names_->notes.push_back("the list's line \"" + line.substr(first, 60) +
+                                        "\" is left out (expected one or two names of pictures)");
             }
         }
     }
@@ -296,7 +294,7 @@ class expander {
     calibrate_names *names_;
     std::string *error_;
     std::string folder_;                // of the list
-    std::vector<std::string> foreign_;  // pictures of the folder that cannot be read
+    std::vector<std::string> foreign_;  // unreadable pictures in the folder
     size_t group_ = 0;
 };
 

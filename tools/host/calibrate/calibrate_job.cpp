@@ -31,21 +31,21 @@ namespace {
 enum { STAGE_DETECT, STAGE_SOLVE, STAGE_WRITE, STAGES };
 
 const int solve_steps = 5;
-// Work of the stages: a picture's corners, the solution for one picture, the files.
+// Weights of the progress stages: a picture's corners, the solution for one picture, the files.
 const double detect_work = 3, solve_work = 2, write_work = 4;
 
 const char *const result_names[] = {"rig.calibration", "corners.vnl", "calibration.html",
                                     "calibration.json"};
 const int result_count = sizeof result_names / sizeof result_names[0];
 
-/// Thrown where the solver says how far it is, after Ctrl-C.
+/// Thrown from the solver's progress call after Ctrl-C.
 struct interrupted {};
 
 struct workers_closer {
     void operator()(workers *pool) const { workers_destroy(pool); }
 };
 
-/// Removes the hidden directory again unless the results were put in place.
+/// Removes the hidden directory unless the results were moved into place.
 struct outdir_guard {
     outdir directory{};
     outdir_guard() { directory.lock_fd = -1; }
@@ -60,7 +60,7 @@ class runner {
 
     int run() {
         interrupt_catch();
-        // What its solver has to say of strange numbers, the verdict says better.
+        // The verdict reports what Ceres would log about invalid numbers.
         FLAGS_minloglevel = google::GLOG_FATAL;
         start_us_ = monotonic_now_us();
         progress_begin(&progress_, job_.quiet);
@@ -104,7 +104,7 @@ class runner {
         }
         threads_.reset(workers_create(job_.threads));
         if (threads_ == nullptr) {
-            return fail(CLIENT_FAILED, "not enough memory for threads");
+            return fail(CLIENT_FAILED, "out of memory for threads");
         }
         find_views();
         if (!have_enough()) {
@@ -169,7 +169,7 @@ class runner {
         stop_if_interrupted();
     }
 
-    /// Says in one line what is missing before the solver would.
+    /// Reports what is missing in one line, before the solver would.
     bool have_enough() {
         message_ = calibrate_refusal_text(views_);
         if (message_.empty()) {
@@ -179,7 +179,7 @@ class runner {
         result_.solution = &solution_;
         reasons_ = calibrate_result_rejections(result_);
         if (reasons_.size() <= 1) {
-            reasons_.clear();  // the message has it
+            reasons_.clear();  // reported by the message
         }
         return false;
     }
@@ -207,7 +207,7 @@ class runner {
             [this](const char *) { stop_if_interrupted(); });
     }
 
-    /// Asked only where few pairs fit together, or badly.
+    /// Only when few pairs fit together, or badly.
     bool is_mirrored() {
         if (!mirror_known_) {
             mirrored_ = calibrate_one_camera_mirrors(
@@ -220,8 +220,8 @@ class runner {
     }
 
     static std::string mirrored_text() {
-        return "one camera's pictures are mirrored, the other's are not: switch the mirroring off "
-               "(previews of webcams do it) and take them again";
+        return "the pictures of one camera only are mirrored: switch mirroring off "
+               "(webcam previews do it) and take them again";
     }
 
     void add_reason(const std::string &reason) {
@@ -232,7 +232,8 @@ class runner {
 
     std::string hint_for_unsolved() const {
         const bool few = views_.pictures - static_cast<int>(views_.refusals.size()) < 10;
-        return few ? " Photograph the board in some fifteen positions, tilted to different sides."
+        return few ? " Photograph the board in about fifteen positions, tilted in different "
+                     "directions."
                    : "";
     }
 
@@ -242,14 +243,14 @@ class runner {
             return;
         }
         result_.rows = calibrate_rows_of(solution_);
-        // From the right camera to the left one, in the left frame: where the right camera hangs on
-        // its head, its own frame says the opposite.
+        // From the right camera to the left one, in the left frame: if the right camera is mounted
+        // upside down, its own frame would have the opposite sign.
         double back_mm[3];
         geometry_rotate_back(solution_.T_right_left.R, solution_.T_right_left.t_mm, back_mm);
         if (back_mm[0] > 0 && back_mm[0] > std::abs(back_mm[1])) {
             add_reason(
-                "the right camera stands to the left of the left one: left and right are "
-                "exchanged, or the pictures are mirrored");
+                "the right camera is to the left of the left one: left and right are "
+                "swapped, or the pictures are mirrored");
         }
         if (!calibrate_pairs_fit(solution_, views_.pairs) && is_mirrored()) {
             add_reason(mirrored_text());
@@ -272,7 +273,7 @@ class runner {
         return CLIENT_OK;
     }
 
-    /// Empty when a name cannot stand in such a file; a note says so then.
+    /// Empty when a name cannot be written to such a file; a note reports that.
     std::string corners_text() {
         std::vector<calib::cached_view> views;
         for (const calib::sighting &sighting : views_.seen.sightings) {
@@ -285,7 +286,7 @@ class runner {
         std::ostringstream out;
         std::string error;
         if (!calib::corner_cache_write(out, job_.board, views, &error)) {
-            result_.notes.push_back("no corners.vnl is written: " + error);
+            result_.notes.push_back("corners.vnl is not written: " + error);
             return "";
         }
         return out.str();
@@ -386,7 +387,7 @@ class runner {
     calibrate_result result_{};
     std::string json_, message_;
     bool mirror_known_ = false, mirrored_ = false;
-    std::vector<std::string> reasons_;  // why nothing came of it, beside the message
+    std::vector<std::string> reasons_;  // extra detail for the message
 };
 
 }  // namespace

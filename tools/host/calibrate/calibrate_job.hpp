@@ -15,13 +15,13 @@ struct calibrate_job {
     calib::board board;
     calibrate_inputs inputs;
     std::vector<calib::cached_view> cache;
-    std::optional<calib::lens_model::kind> distortion;  // none: chosen
+    std::optional<calib::lens_model::kind> distortion;  // unset: chosen automatically
     bool single = false, json = false, quiet = false;
     int threads = 0;  // 0: all processors
     std::string out_path, id, date, note;
 };
 
-/// Runs it, prints what is to be printed, and returns the exit code, see client.h.
+/// Runs it, prints its output, and returns the exit code, see client.h.
 int calibrate_job_run(const calibrate_job *job);
 
 #endif

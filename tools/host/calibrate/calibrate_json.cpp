@@ -14,7 +14,7 @@ namespace {
 using json = nlohmann::ordered_json;
 
 const char *const side_name[] = {"left", "right"};
-// Distances, in baselines, for which the depth's deviation is stated.
+// Distances, in baselines, for which the deviation of the depth is stated.
 const double depth_in_baselines[] = {5, 10, 20, 50};
 
 json board_json(const calib::board &board) {
@@ -38,7 +38,7 @@ json camera_json(const calib::solution &solution, int camera) {
         {"distortion_k1_k2_p1_p2_k3", {lens.k1, lens.k2, lens.p1, lens.p2, lens.k3}}};
 }
 
-/// What the calibration's own error adds to a depth in the middle of the left image.
+/// The contribution of the calibration's own error to a depth in the middle of the left image.
 json depth_json(const calib::solution &solution, double baseline_mm) {
     json list = json::array();
     const double middle_px[2] = {(solution.camera[0].width_px - 1) / 2.0,

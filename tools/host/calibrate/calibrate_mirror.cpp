@@ -6,7 +6,7 @@
 
 namespace {
 
-/// The view in a mirror, numbered clockwise again: rows or columns run the other way.
+/// The mirrored view, numbered clockwise again: rows or columns run the other way.
 calib::board_view mirrored(const calib::board &board, const calib::board_view &view, int width_px,
                            bool by_rows) {
     calib::board_view made = view;
@@ -21,7 +21,7 @@ calib::board_view mirrored(const calib::board &board, const calib::board_view &v
     return made;
 }
 
-// Enough to tell, and solved at once.
+// Enough to decide, and solved quickly.
 const size_t pairs_tried = 12;
 const double much_better = 3;  // in residuals
 const double poor_rms_px = 1;  // from here on something may be wrong with all pictures
@@ -34,7 +34,7 @@ int count_pairs(const calib::observations &seen) {
     return static_cast<int>(std::count_if(seen.sightings.begin(), seen.sightings.end(), is_pair));
 }
 
-/// Up to `pairs_tried` of the pairs, from the first to the last.
+/// Up to `pairs_tried` of the pairs, spread from the first to the last.
 calib::observations some_pairs(const calib::observations &seen) {
     std::vector<calib::sighting> pairs;
     std::copy_if(seen.sightings.begin(), seen.sightings.end(), std::back_inserter(pairs), is_pair);
@@ -78,7 +78,7 @@ bool calibrate_one_camera_mirrors(const calib::observations &seen, int threads,
             right = mirrored(seen.target, right, seen.width_px[1], by_rows);
         }
         const calib::solution found = calib::solve(other, quick_options(threads, progress));
-        // The solver may also have taken nonsense for noise, and kept the pairs.
+        // The solver may also have accepted wrong pairs as noise and kept them.
         const bool better = much_better * found.rms_px < as_they_are.rms_px;
         if (found.solved && found.pairs_used > tried * (better ? 0.5 : std::max(fitted, 0.5))) {
             return true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the pairs of a calibration were taken with, and what they leave uncertain.
+// What the pairs of a calibration were taken with, and the uncertainty they leave.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -29,7 +29,7 @@ std::vector<const calibrate_shot *> used(const std::vector<calibrate_shot> &shot
 std::string differ_text(const std::string &what, const calibrate_shot &a, const std::string &at_a,
                         const calibrate_shot &b, const std::string &at_b) {
     return what + " differs between the pairs: " + at_a + " in " + a.path[0] + ", " + at_b +
-           " in " + b.path[0] + ": a calibration is of one place; take all its pairs there";
+           " in " + b.path[0] + ": take all pairs of a calibration at one position";
 }
 
 std::string value_text(double value, int axis) {
@@ -77,7 +77,7 @@ std::string window_text(const calibration_window &window) {
                               window.skip);
 }
 
-/// Names and windows must be the first pair's.
+/// Names and windows must match the first pair's.
 bool same_cameras(const calibrate_shot &first, const calibrate_shot &other, std::string *error) {
     const calibration_origin &a = first.state->origin, &b = other.state->origin;
     if (std::strcmp(a.instrument, b.instrument) != 0) {
@@ -163,8 +163,8 @@ void calibrate_sigmas_of(const calib::solution &solution, calibration *rig) {
     if (!solution.errors->depth_sigma(pixel_px, near_mm, &near_sigma_mm)) {
         return;
     }
-    // sigma^2 = (scale z)^2 + (yaw z^2 / baseline)^2 at z and 2 z; where the right camera does not
-    // see the farther point, all is taken for the angle's.
+    // sigma^2 = (scale z)^2 + (yaw z^2 / baseline)^2 at z and 2 z. Where the right camera does not
+    // see the farther point, everything is attributed to the angle.
     const double n2 = near_sigma_mm * near_sigma_mm;
     const bool both = solution.errors->depth_sigma(pixel_px, far_mm, &far_sigma_mm);
     const double f2 = both ? far_sigma_mm * far_sigma_mm : 16 * n2;
@@ -172,7 +172,7 @@ void calibrate_sigmas_of(const calib::solution &solution, calibration *rig) {
     const double scale2 = (16 * n2 - f2) / (12 * near2_mm2);
     const double square2 = (f2 - 4 * n2) / (12 * near2_mm2 * near2_mm2);
     const double baseline_mm = geometry_norm(solution.T_right_left.t_mm);
-    // Shares beyond 1 are of no use, and not of the text's range.
+    // Shares beyond 1 are useless and out of the text's range.
     rig->scale_sigma = std::min(1.0, std::sqrt(std::max(0.0, scale2)));
     rig->yaw_sigma_rad = std::min(1.0, std::sqrt(std::max(0.0, square2)) * baseline_mm);
 }

@@ -32,14 +32,14 @@ bool is_digit(char c) {
     return std::isdigit(static_cast<unsigned char>(c)) != 0;
 }
 
-/// Whether a lone letter at `at` stands for a side: "L_12", "12-r", "aloeL".
+/// Whether a single letter at `at` means a side: "L_12", "12-r", "aloeL".
 bool stands_alone(const std::string &text, size_t at) {
     const bool before =
         at == 0 || !is_letter(text, at - 1) || (!is_lower(text, at) && is_lower(text, at - 1));
     return before && !is_letter(text, at + 1);
 }
 
-/// The side that a name states, taken out of `*text`.
+/// The side that a name states; removed from `*text`.
 int take_side(std::string *text) {
     std::string small = *text;
     std::transform(small.begin(), small.end(), small.begin(),
@@ -73,7 +73,7 @@ split_path split(const std::string &path) {
             name.substr(0, name.rfind('.'))};
 }
 
-/// Side and key of a picture by its own name, or by that of its folder.
+/// Side and key of a picture from its own name or that of its folder.
 named look_at(const calibrate_picture &picture) {
     named result;
     result.path = picture.path;
@@ -108,7 +108,7 @@ std::string number_of(const std::string &key) {
     return key.substr(begin, end - begin);
 }
 
-/// Numbers in names count as numbers: 2 comes before 10.
+/// Numbers in names are compared as numbers: 2 comes before 10.
 bool stands_before(const std::string &a, const std::string &b) {
     size_t i = 0, j = 0;
     while (i < a.size() && j < b.size()) {
@@ -135,7 +135,7 @@ bool stands_before(const std::string &a, const std::string &b) {
     return a.size() - i != b.size() - j ? a.size() - i < b.size() - j : a < b;
 }
 
-/// The real file behind a name, so that one picture named twice is noticed.
+/// The real file behind a name, to detect a picture that is named twice.
 std::string real_name(const std::string &path) {
     char *real = realpath(path.c_str(), nullptr);
     const std::string name = real != nullptr ? real : path;
@@ -204,8 +204,8 @@ class pairing {
         inputs_->notes.push_back(text + " " + (paths.size() == 1 ? one : many));
     }
 
-    /// Where names say nothing: two folders or patterns are left and right in this order, and
-    /// OpenCV's lists take turns.
+    /// Names without a side: two folders or patterns are left and right in this order, and OpenCV's
+    /// lists alternate.
     void decide_sides() {
         const bool named_all = std::none_of(pictures_.begin(), pictures_.end(),
                                             [](const named &one) { return one.side == UNKNOWN; });
@@ -242,20 +242,19 @@ class pairing {
         }
         if (!unknown.empty() && (count[LEFT] == 0 || count[RIGHT] == 0)) {
             *error = unknown[0] +
-                     ": cannot tell which camera took it; names with left and right (or L and R) "
-                     "in them say it, folders left/ and right/, or two folders or quoted patterns, "
-                     "the left camera's first";
+                     ": unknown camera: use names with left and right (or L and R), folders "
+                     "left/ and right/, or two folders or quoted patterns, the left camera's first";
             return false;
         }
-        note(unknown, "is left out: its name tells no side",
-             "are left out: their names tell no side");
+        note(unknown, "is left out: its name states no side",
+             "are left out: their names state no side");
         pictures_.erase(std::remove_if(pictures_.begin(), pictures_.end(),
                                        [](const named &one) { return one.side == UNKNOWN; }),
                         pictures_.end());
         for (const int side : {LEFT, RIGHT}) {
             if (count[side] == 0 && inputs_->shots.empty()) {
-                *error = "all " + std::to_string(pictures_.size()) + " pictures are the " +
-                         side_name[1 - side] + " camera's: name those of the " + side_name[side] +
+                *error = "all " + std::to_string(pictures_.size()) + " pictures are of the " +
+                         side_name[1 - side] + " camera: name those of the " + side_name[side] +
                          " one as well, or give --single to calibrate one camera alone";
                 return false;
             }
@@ -265,7 +264,7 @@ class pairing {
 
     using side_map = std::map<std::string, const named *>;
 
-    /// How many keys both sides have. Keys that stand twice on one side cannot be used.
+    /// Number of keys on both sides. Keys that occur twice on one side cannot be used.
     static size_t common(const side_map sides[2]) {
         return static_cast<size_t>(
             std::count_if(sides[LEFT].begin(), sides[LEFT].end(),
@@ -290,8 +289,8 @@ class pairing {
             fill(by_number, number_of) && common(by_number) > (names_work ? common(by_name) : 0);
         if (!names_work && !numbers_work) {
             *error = "no picture of the left camera has a partner: " + pictures_.front().path +
-                     " and the other camera's names share no name or number (as left01.png and "
-                     "right01.png do)";
+                     " and the other camera's pictures have no name or number in common (as "
+                     "left01.png and right01.png have)";
             return false;
         }
         side_map *sides = numbers_work ? by_number : by_name;
@@ -318,8 +317,8 @@ class pairing {
                 }
             }
             const std::string rest = std::string(side_name[1 - side]) + " partner; ";
-            const std::string one = "has no " + rest + "it counts for its own camera only";
-            const std::string many = "have no " + rest + "they count for their own camera only";
+            const std::string one = "has no " + rest + "it is used for its own camera only";
+            const std::string many = "have no " + rest + "they are used for their own camera only";
             note(alone, one.c_str(), many.c_str());
         }
     }

@@ -9,14 +9,13 @@ namespace {
 
 const char *const is_it_the_board = "does --board count inner corners, and is it the right board?";
 const char *const are_markers_right =
-    "is --marker the side of a marker with its black border, and --charuco its dictionary?";
+    "is --marker the side of a marker including its black border, and --charuco its dictionary?";
 const char *const whole_in_both =
     "both must see the whole board (a coded one in part) at the same time";
-const char *const whole_board = "a plain board must be seen as a whole";
-const char *const no_mirror =
-    "switch the mirroring off (previews of webcams do it) and take them again";
+const char *const whole_board = "the whole plain board must be visible";
+const char *const no_mirror = "switch mirroring off (webcam previews do it) and take them again";
 
-/// What helps against a reason that holds these words.
+/// The hint for a reason that contains these words.
 struct advice {
     const char *words;
     const char *no_board;  // where no picture shows a board
@@ -26,14 +25,14 @@ struct advice {
 const advice table[] = {
     {" corners, not ", is_it_the_board, is_it_the_board},
     {"do not fit a coded board", is_it_the_board, is_it_the_board},
-    {"cannot read enough markers", are_markers_right, are_markers_right},
-    {"not those of dictionary", are_markers_right, are_markers_right},
+    {"too few readable markers", are_markers_right, are_markers_right},
+    {"not of dictionary", are_markers_right, are_markers_right},
     {"read backwards", no_mirror, no_mirror},
     {"left and right are the same", "", "name the pictures of both cameras, or give --single"},
-    {"no board found; ", "", ""},  // it goes on with what is wrong
+    {"no board found: ", "", ""},  // followed by what is wrong
     {"no board found", is_it_the_board, whole_in_both},
-    {"cuts the board off", whole_board, whole_in_both},
-    {" corners can be seen", whole_board, whole_in_both},
+    {"is cut off", whole_board, whole_in_both},
+    {" corners visible", whole_board, whole_in_both},
 };
 
 std::string advice_for(const std::string &reason, bool no_board) {
@@ -48,13 +47,13 @@ std::string advice_for(const std::string &reason, bool no_board) {
     return "";
 }
 
-/// Reasons that differ in a name only are one.
+/// Reasons that differ only in a name are merged.
 std::string without_names(const std::string &reason) {
     const std::string same = "the same picture as ";
     return reason.compare(0, same.size(), same) == 0 ? same + "another one" : reason;
 }
 
-/// The reason that most pictures were refused for, and how many; 0 when none was refused.
+/// The reason for which most pictures were rejected, and how many; 0 when none was rejected.
 std::pair<std::string, int> commonest(const calibrate_views &views) {
     std::map<std::string, int> count;
     for (const calibrate_refusal &one : views.refusals) {
@@ -77,7 +76,7 @@ std::string calibrate_refusal_text(const calibrate_views &views) {
     std::string text = no_board ? "no picture shows a board of " +
                                       std::to_string(views.seen.target.columns) + " x " +
                                       std::to_string(views.seen.target.rows) + " corners"
-                                : "no board was seen by both cameras in the same moment";
+                                : "no board was seen by both cameras at the same moment";
     if (count > 0) {
         text += ": " + reason + " (" + std::to_string(count) + " of " +
                 std::to_string(views.pictures) + " pictures)";
@@ -88,7 +87,7 @@ std::string calibrate_refusal_text(const calibrate_views &views) {
 
 bool calibrate_refusal_size(const std::string &reason, int *columns, int *rows) {
     int length = 0;
-    // As the detector words it.
+    // As worded by the detector.
     return std::sscanf(reason.c_str(), "found %d x %d corners, not %n", columns, rows, &length) ==
                2 &&
            length > 0;

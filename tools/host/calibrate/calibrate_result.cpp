@@ -94,7 +94,7 @@ const std::string &name_of(const calibrate_result &result, size_t shot, int came
     return result.views->seen.sightings[shot].name[static_cast<size_t>(camera)];
 }
 
-/// Pictures with the same reason in one line.
+/// Pictures with the same reason on one line.
 std::vector<std::string> grouped(const calibrate_result &result,
                                  const std::vector<calibrate_refusal> &refusals) {
     std::vector<std::pair<std::string, std::vector<std::string>>> groups;
@@ -213,7 +213,7 @@ std::vector<std::string> calibrate_result_overexposed(const calibrate_result &re
         for (int camera = 0; camera < result.views->seen.cameras; camera++) {
             if (sightings[shot].view[static_cast<size_t>(camera)].overexposed()) {
                 overexposed.push_back({shot, camera,
-                                       "most of the board's white is overexposed, which moves "
+                                       "most of the white of the board is overexposed, which moves "
                                        "corners: expose less"});
             }
         }
@@ -238,7 +238,7 @@ std::vector<std::string> calibrate_result_rejections(const calibrate_result &res
     }
     if (corners.size() > corners_listed) {
         lines.push_back(
-            report_text_format("%zu corners more are left out; calibration.json names them",
+            report_text_format("%zu more corners are left out; calibration.json lists them",
                                corners.size() - corners_listed));
     }
     return lines;

@@ -13,7 +13,7 @@
 
 namespace {
 
-/// What is kept of one picture once its pixels are gone.
+/// What is kept of one picture once its pixels are freed.
 struct looked_at {
     bool read = false;
     int width_px = 0, height_px = 0, orientation = 0;
@@ -31,7 +31,7 @@ std::string size_text(int width_px, int height_px) {
     return std::to_string(width_px) + "x" + std::to_string(height_px);
 }
 
-/// Tells pictures apart; equal pixels have equal fingerprints.
+/// Detects duplicates: equal pixels have equal fingerprints.
 uint64_t fingerprint_of(const std::vector<uint8_t> &grey) {
     uint64_t sum = 14695981039346656037u;  // FNV-1a
     for (const uint8_t byte : grey) {
@@ -40,14 +40,14 @@ uint64_t fingerprint_of(const std::vector<uint8_t> &grey) {
     return sum;
 }
 
-/// What a message says of a picture, without the name that stands before it.
+/// The part of a message about a picture after the picture's name.
 std::string without_name(const std::string &text, const std::string &path) {
     const bool named = text.compare(0, path.size(), path) == 0;
     const size_t at = named ? text.find_first_not_of(": ", path.size()) : 0;
     return at == std::string::npos ? text : text.substr(at);
 }
 
-/// Corners of a picture that was shrunk, in its full size. Pixel centres: x' = (x + 1/2) k - 1/2.
+/// Corners of a shrunk picture, in its full size. Pixel centres: x' = (x + 1/2) k - 1/2.
 void enlarge(int factor, calib::board_view *view) {
     for (calib::corner &corner : view->corners) {
         corner.x_px = (corner.x_px + 0.5) * factor - 0.5;
@@ -70,7 +70,7 @@ class finder {
             cached_.emplace(one.filename, &one.view);
             const bool first = cached_by_base_.emplace(base_name(one.filename), &one.view).second;
             if (!first) {
-                cached_by_base_[base_name(one.filename)] = nullptr;  // no telling which
+                cached_by_base_[base_name(one.filename)] = nullptr;  // ambiguous
             }
         }
     }
@@ -91,8 +91,8 @@ class finder {
   private:
     const std::string &path(size_t i) const { return shots_[i / 2].path[i % 2]; }
 
-    /// What the cache has under the picture's name, under the end of its path, or under the same
-    /// name in another folder.
+    /// The cache entry under the picture's name, under the end of its path, or under the same name
+    /// in another folder.
     const calib::board_view *cached_view(const std::string &name) const {
         for (size_t at = 0; at != std::string::npos;) {
             const auto found = cached_.find(name.substr(at));
@@ -106,7 +106,7 @@ class finder {
         return base != cached_by_base_.end() ? base->second : nullptr;
     }
 
-    /// Length of the folder that all names begin with.
+    /// Length of the folder prefix common to all names.
     size_t common_folder() const {
         const std::string &first = path(named_[0]);
         size_t length = first.rfind('/');
@@ -162,7 +162,7 @@ class finder {
         pictures_[i].reason = reason;
     }
 
-    /// A camera has one size of pictures and holds them one way up: that of most.
+    /// All pictures of a camera have one size and one orientation: those of the majority.
     void refuse_other_sizes() {
         for (int camera = 0; camera < cameras_; camera++) {
             std::map<std::tuple<int, int, int>, int> count;
@@ -187,21 +187,22 @@ class finder {
                     continue;
                 }
                 if (one.orientation != orientation) {
-                    refuse(i, "turned another way (EXIF orientation " +
-                                  std::to_string(one.orientation) + ") than most of its camera (" +
+                    refuse(i, "other orientation (EXIF orientation " +
+                                  std::to_string(one.orientation) +
+                                  ") than most pictures of its camera (" +
                                   std::to_string(orientation) +
-                                  "): a camera is calibrated one way up");
+                                  "): calibrate a camera in one orientation");
                 } else if (one.width_px != width_px || one.height_px != height_px) {
                     refuse(i, size_text(one.width_px, one.height_px) +
-                                  " pixels; most of its camera have " +
+                                  " pixels; most pictures of its camera have " +
                                   size_text(width_px, height_px));
                 }
             }
         }
     }
 
-    /// Where most pictures show a board of one other size, what some show of the board asked for is
-    /// a part of that one, cut off or half hidden.
+    /// If most pictures show a board of one other size, a board of the requested size is part of
+    /// that one, cut off or half hidden.
     void refuse_parts_of_another_board() {
         std::map<std::pair<int, int>, int> others;
         int asked_for = 0;
@@ -215,15 +216,15 @@ class finder {
         for (const auto &[size, count] : others) {
             for (const size_t i : named_) {
                 if (count > asked_for && !pictures_[i].view.corners.empty()) {
-                    refuse(i, "only a part, it seems, of the board of " +
-                                  std::to_string(size.first) + " x " + std::to_string(size.second) +
+                    refuse(i, "probably only a part of the board of " + std::to_string(size.first) +
+                                  " x " + std::to_string(size.second) +
                                   " corners that most pictures show");
                 }
             }
         }
     }
 
-    /// A picture that counts twice would make the error bars too small.
+    /// Counting a picture twice would make the error bars too small.
     void refuse_doubles() {
         std::map<std::tuple<uint64_t, int, int>, size_t> known;
         for (const size_t i : named_) {
@@ -241,7 +242,7 @@ class finder {
         }
     }
 
-    /// Boards that look the same turned: the pairs decide together which view begins where.
+    /// Boards with rotational symmetry: all pairs together decide where each view begins.
     void decide_orders() {
         std::vector<calib::board_view> side[2];
         for (size_t i = 0; i < pictures_.size(); i++) {
@@ -257,8 +258,8 @@ class finder {
             const size_t right = 2 * shot + 1;
             if (!turns[shot].decided) {
                 refuse(right,
-                       "cannot tell which end of the board its corners begin at: this board looks "
-                       "the same after a turn");
+                       "ambiguous corner numbering: this board looks "
+                       "the same after a rotation");
             } else if (turns[shot].quarters != 0) {
                 pictures_[right].view =
                     calib::turned_view(request_.board, pictures_[right].view, turns[shot].quarters);
@@ -298,8 +299,8 @@ class finder {
     const std::vector<calibrate_shot> &shots_;
     const calibrate_views_request &request_;
     int cameras_;
-    std::vector<looked_at> pictures_;  // two a shot, left first
-    std::vector<size_t> named_;        // places in `pictures_` of those that there are
+    std::vector<looked_at> pictures_;  // two per shot, left first
+    std::vector<size_t> named_;        // indices in `pictures_` of the existing ones
     std::map<std::string, const calib::board_view *> cached_, cached_by_base_;
     int width_px_[2] = {0, 0}, height_px_[2] = {0, 0};
     std::mutex mutex_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// From pictures to what both cameras saw of the board: reads, looks for corners on all cores, and
-/// leaves out, with a reason, what cannot be used.
+/// From pictures to what both cameras saw of the board: reads them, searches corners on all cores,
+/// and leaves out unusable ones with a reason.
 #ifndef VERGENCE_TOOLS_HOST_CALIBRATE_CALIBRATE_VIEWS_HPP
 #define VERGENCE_TOOLS_HOST_CALIBRATE_CALIBRATE_VIEWS_HPP
 
@@ -14,21 +14,21 @@
 #include "core/parallel.h"
 #include "tools/host/calibrate/calibrate_inputs.hpp"
 
-/// A picture in memory, upright, as grey values. Larger ones than the core's images are shrunk.
+/// A picture in memory, upright, in grey. Larger ones than the core's images are shrunk.
 struct calibrate_image {
     std::vector<uint8_t> grey;
     int width_px = 0, height_px = 0;            // of `grey`
-    int file_width_px = 0, file_height_px = 0;  // as it is shown, before shrinking
+    int file_width_px = 0, file_height_px = 0;  // as displayed, before shrinking
     int shrink = 1;
-    int orientation = 0;  // as EXIF numbers it, 0 or 1: not turned
+    int orientation = 0;  // EXIF numbering, 0 or 1: not turned
 };
 
-/// Returns false with one sentence in `*error` that names the file. `mosaic`: a grey file holds
-/// rows of G R and of B G.
+/// Returns false with one sentence in `*error` that names the file. `mosaic`: a grey file is a
+/// mosaic with rows G R and B G.
 bool calibrate_image_read(const std::string &path, bool mosaic, calibrate_image *image,
                           std::string *error);
 
-/// Makes a picture that was shrunk as large as its file says again, by repeating pixels.
+/// Restores the original size of a picture that was shrunk, by repeating pixels.
 void calibrate_image_enlarge(calibrate_image *image);
 
 /// A picture that does not count, and why.
@@ -39,25 +39,25 @@ struct calibrate_refusal {
 };
 
 struct calibrate_views {
-    /// Sightings in the order of the shots; named without the folder that all have in common.
+    /// Board positions in the order of the shots, named without the folder common to all.
     calib::observations seen;
     std::vector<calibrate_refusal> refusals;
-    int pictures = 0, boards = 0;  // that were named, that show a usable board
+    int pictures = 0, boards = 0;  // named pictures, pictures with a usable board
     int pairs = 0;                 // shots with a usable board in both pictures
 };
 
 struct calibrate_views_request {
     calib::board board;
     bool single = false;
-    std::vector<calib::cached_view> cache;  // corners that need not be looked for
+    std::vector<calib::cached_view> cache;  // known corners, which need not be searched
     const parallel *threads = nullptr;
-    /// Told how many pictures are done, from any thread but never twice at a time; may be empty.
+    /// Called with the number of finished pictures, from any thread but never concurrently; may be
+    /// empty.
     std::function<void(int done, int total)> progress;
-    std::function<bool()> cancelled;  // asked often, from any thread; may be empty
+    std::function<bool()> cancelled;  // called often, from any thread; may be empty
 };
 
-/// Looks at all shots, of which there is at least one. After a cancellation the result means
-/// nothing.
+/// Processes all shots; there must be at least one. After a cancellation the result is undefined.
 calibrate_views calibrate_views_find(const std::vector<calibrate_shot> &shots,
                                      const calibrate_views_request &request);
 

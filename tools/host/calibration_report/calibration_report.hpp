@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// calibration.html: one file that shows a calibration to people: is it good, why, where it is weak
-/// and what to photograph next. It needs no network and no other file.
+/// calibration.html: one file that shows a calibration to the user: whether it is good, why, where
+/// it is weak and what to photograph next. It needs no network and no other file.
 #ifndef VERGENCE_TOOLS_HOST_CALIBRATION_REPORT_CALIBRATION_REPORT_HPP
 #define VERGENCE_TOOLS_HOST_CALIBRATION_REPORT_CALIBRATION_REPORT_HPP
 
@@ -15,10 +15,10 @@
 
 struct calibration_page {
     const calib::observations *seen;
-    const calib::solution *result;  // of these observations; need not be solved
-    std::string title;              // shown, not obeyed: may hold anything
-    /// Loads one image, upright and grey, rows without gaps. Returns false when it cannot be had;
-    /// the page then goes without. May be empty. Asked for few images, each once or twice.
+    const calib::solution *result;  // of these observations; may be unsolved
+    std::string title;              // displayed only: may hold any text
+    /// Loads one image, upright and grey, rows without gaps. Returns false if it is unavailable;
+    /// the page then omits it. May be empty. Called for few images, once or twice each.
     std::function<bool(std::size_t sighting, int camera, std::vector<std::uint8_t> *grey,
                        int *width, int *height)>
         load;

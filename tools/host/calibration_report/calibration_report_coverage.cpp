@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the corners lie, how the boards stood, and what was not used.
+// Where the corners are, how the boards were posed, and what was not used.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -11,7 +11,7 @@
 
 namespace {
 
-const std::size_t MOST_PICTURES = 24;  // of rejected views: keeps the page small
+const std::size_t MOST_PICTURES = 24;  // of rejected views: limits the size of the page
 const int PICTURE_WIDTH_PX = 260;
 
 std::string coverage_map(const calibration_page &page, const calibration_figures &figures,
@@ -103,7 +103,7 @@ std::string distance_plot(const calibration_figures &figures) {
                            report_text_length(far_mm, "mm").c_str()));
 }
 
-/// All that is to be said about one image.
+/// Everything reported about one image.
 struct trouble {
     std::vector<std::string> sentences;
     std::vector<std::pair<double, double>> marks_px;

@@ -22,7 +22,7 @@ calibration_pose pose_of(const calib::board &board, std::size_t sighting,
     const double distance_mm = geometry_norm(middle_mm);
     const double normal[3] = {T_camera_board.R[2], T_camera_board.R[5], T_camera_board.R[8]};
     const double cosine = std::fabs(geometry_dot(normal, middle_mm)) / distance_mm;
-    // The line of sight itself leans where the board is off the axis.
+    // The line of sight itself is inclined where the board is off the axis.
     const double across = std::atan2(normal[0], normal[2]) - std::atan2(middle_mm[0], middle_mm[2]);
     const double down = std::atan2(normal[1], normal[2]) - std::atan2(middle_mm[1], middle_mm[2]);
     return {sighting, distance_mm, DEGREE * std::acos(std::min(1.0, cosine)), DEGREE * across,
@@ -119,7 +119,7 @@ void collect_vertical(const calib::solution &result, const std::vector<shared_co
     if (!figures->rectified_known) {
         return;
     }
-    // In px of the raw images, whatever size the rectified ones are given.
+    // In px of the raw images, regardless of the size of the rectified ones.
     const double f_px = 0.5 * (result.camera[0].fy_px + result.camera[1].fy_px);
     double sum = 0;
     for (const shared_corner &corner : shared) {
@@ -141,7 +141,7 @@ void collect_vertical(const calib::solution &result, const std::vector<shared_co
 }
 
 /// Sum of squares of the heights over the plane z = a x + b y + c of best fit; points in the frame
-/// of a board that lies near z = 0.
+/// of a board near z = 0.
 double off_plane_mm2(const std::vector<std::array<double, 3>> &points_mm) {
     double A[3][4] = {};
     for (const auto &p : points_mm) {

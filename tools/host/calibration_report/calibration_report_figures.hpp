@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the page shows beyond the solution itself: where corners lie, how the boards stood, how
-/// well rows agree, what the boards measure.
+/// Figures of the page beyond the solution itself: where corners are, how the boards were posed,
+/// how well rows agree, what the boards measure.
 #ifndef VERGENCE_TOOLS_HOST_CALIBRATION_REPORT_CALIBRATION_REPORT_FIGURES_HPP
 #define VERGENCE_TOOLS_HOST_CALIBRATION_REPORT_CALIBRATION_REPORT_FIGURES_HPP
 
@@ -10,21 +10,21 @@
 #include "tools/host/calibration_report/calibration_report.hpp"
 #include "tools/host/convert/export.hpp"
 
-/// How a board stood before a camera.
+/// Pose of a board in front of a camera.
 struct calibration_pose {
     std::size_t sighting;
     double distance_mm;  // of the board's middle
     double tilt_deg;     // between the board's normal and the line of sight to its middle
-    double turn_deg;     // of which about the image's vertical axis, left edge away: positive
+    double turn_deg;     // its part about the image's vertical axis, left edge away: positive
     double nod_deg;      // and about the horizontal axis, top edge away: positive
 };
 
-/// What the pair measures of the boards, independent of how the boards were solved for.
+/// Measurements of the boards by the pair, independent of how the boards were solved for.
 struct calibration_measured {
     std::size_t points = 0, lengths = 0;
     double square_mean_mm = 0;  // of the sides of squares
-    double square_rms_mm = 0;   // of their errors against the stated side
-    double plane_rms_mm = 0;    // of the points off each board's plane of best fit
+    double square_rms_mm = 0;   // of the errors relative to the stated side
+    double plane_rms_mm = 0;    // distance of the points from each board's plane of best fit
 };
 
 constexpr int CALIBRATION_AREAS_X = 8, CALIBRATION_AREAS_Y = 6;
@@ -33,7 +33,7 @@ struct calibration_camera_figures {
     lens camera;
     std::vector<const calib::corner_residual_px *> corners;  // all, in the solution's order
     std::vector<calibration_pose> poses;
-    double rms_px = 0;  // per point, of the used
+    double rms_px = 0;  // per point, used corners only
     std::size_t used = 0;
     int count[CALIBRATION_AREAS_Y][CALIBRATION_AREAS_X] = {};  // used corners by area
     int empty_areas = 0;
@@ -60,7 +60,7 @@ calibration_figures calibration_figures_collect(const calib::observations &seen,
 double calibration_figures_sigma_px(const calib::solution &result, int camera, double x_px,
                                     double y_px, double distance_mm);
 
-/// Hints from the figures (their other fields set), see calibration_report_hints.cpp.
+/// Hints from the figures (whose other fields are set), see calibration_report_hints.cpp.
 std::vector<std::string> calibration_figures_hints(const calib::observations &seen,
                                                    const calib::solution &result,
                                                    const calibration_figures &figures);

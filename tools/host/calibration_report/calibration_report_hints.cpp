@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What to photograph next: where in the image, which tilt, which distance the boards lack.
+// What to photograph next: image areas, tilts and distances that the boards do not cover.
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +9,7 @@
 namespace {
 
 const int USUAL_POSITIONS = 12;     // positions of the board that a calibration should have
-const double TILT_ENOUGH_DEG = 15;  // a board this far turned tells focal length from distance
+const double TILT_ENOUGH_DEG = 15;  // a board turned this far separates focal length from distance
 const double DEPTH_ENOUGH = 1.3;    // farthest over nearest board
 
 const char *const area_names[3][3] = {{"top left", "top", "top right"},
@@ -48,7 +48,7 @@ area measure_area(const calib::solution &result, const calibration_figures &figu
     return found;
 }
 
-/// The area with the fewest corners; among equals the one that is known worst.
+/// The area with the fewest corners; on a tie, the one with the largest uncertainty.
 area weakest_area(const calib::solution &result, const calibration_figures &figures) {
     area weakest{0, 1, 1, static_cast<std::size_t>(-1), 0};
     for (int camera = 0; camera < figures.cameras; camera++) {
@@ -63,7 +63,7 @@ area weakest_area(const calib::solution &result, const calibration_figures &figu
     return weakest;
 }
 
-/// The way in which the boards were tilted least.
+/// The direction in which the boards were tilted least.
 struct tilt {
     const char *edge;  // that points away
     double most_deg;
@@ -95,7 +95,7 @@ range distances(const calibration_figures &figures) {
 }
 
 std::string length_text(double length_mm) {
-    // Nobody holds a board to the millimetre.
+    // A board cannot be held to the millimetre.
     return length_mm < 1000 ? report_text_format("%.0f mm", 10 * std::round(length_mm / 10))
                             : report_text_format("%.1f m", length_mm / 1000);
 }
@@ -107,11 +107,11 @@ std::string area_hint(const calibration_figures &figures, const area &where, dou
                                  where.sigma_px)
             : std::string();
     if (where.corners == 0) {
-        return "No corner lies in " + area_text(figures, where) +
+        return "There is no corner in " + area_text(figures, where) +
                ", so the lens is guessed there." + sigma;
     }
     if (static_cast<double>(where.corners) < 0.35 * usual) {
-        return "Few corners (" + report_text_count(where.corners) + ") lie in " +
+        return "Only few corners (" + report_text_count(where.corners) + ") are in " +
                area_text(figures, where) + "." + sigma;
     }
     return "";
@@ -135,19 +135,19 @@ std::vector<std::string> calibration_figures_hints(const calib::observations &,
     const bool few = result.sightings_used < USUAL_POSITIONS;
     const bool complete = area_words.empty() && !flat && !shallow && !few;
 
-    // One picture that would help most, then why.
+    // The single most useful picture, then why.
     const double distance_mm =
         shallow ? 0.75 * depth.near_mm : std::sqrt(depth.near_mm * depth.far_mm);
     std::vector<std::string> hints;
-    hints.push_back((complete ? std::string("Nothing is missing. One more picture would help most "
-                                            "with the board in ")
-                              : std::string("Next: the board in ")) +
-                    area_text(figures, weakest) + ", its " + tilted.edge +
-                    " edge tilted away by 30 to 40 degrees, at about " + length_text(distance_mm) +
-                    ".");
+    hints.push_back(
+        (complete ? std::string("The set is complete. The most useful additional picture is "
+                                "with the board in ")
+                  : std::string("Next: the board in ")) +
+        area_text(figures, weakest) + ", its " + tilted.edge +
+        " edge tilted away by 30 to 40 degrees, at about " + length_text(distance_mm) + ".");
     if (few) {
         hints.push_back(report_text_format(
-            "%d positions of the board are used; take %d more: each lowers all error bars.",
+            "%d board positions are used; take %d more: each lowers all error bars.",
             result.sightings_used, USUAL_POSITIONS - result.sightings_used));
     }
     if (!area_words.empty()) {
@@ -156,11 +156,11 @@ std::vector<std::string> calibration_figures_hints(const calib::observations &,
     if (flat) {
         hints.push_back(report_text_format(
             "The %s edge was never tilted away by more than %.0f degrees: boards that face the "
-            "camera tell little about the focal length.",
+            "camera carry little information about the focal length.",
             tilted.edge, tilted.most_deg));
     }
     if (shallow) {
-        hints.push_back("All boards stand at " + length_text(depth.near_mm) + " to " +
+        hints.push_back("All boards are at " + length_text(depth.near_mm) + " to " +
                         length_text(depth.far_mm) +
                         ": take some nearer or farther, as long as they stay sharp.");
     }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A pair of the calibration itself, rectified: what lies on a row lies on the same row of the
-// other.
+// A pair of the calibration itself, rectified: corresponding points are on the same row.
 #include <algorithm>
 #include <cmath>
 
@@ -13,7 +12,7 @@ namespace {
 
 const int PICTURE_WIDTH_PX = 900;
 
-/// The pair whose corners spread farthest over the left image, with both views used.
+/// The pair whose corners cover most of the left image, with both views used.
 bool best_pair(const calib::solution &result, std::size_t *best) {
     std::vector<std::array<double, 4>> box(result.views.size(), {INFINITY, INFINITY, 0, 0});
     for (const calib::corner_residual_px &corner : result.residuals) {
@@ -72,8 +71,8 @@ std::string pictures(const calibration_page &page, const calibration_figures &fi
         html + "</div>\n",
         "<b>" + calibration_report_image_name(page, sighting, 0) + "</b> and <b>" +
             calibration_report_image_name(page, sighting, 1) +
-            "</b>, rectified. Each line runs through the same points of both images. Point at a "
-            "picture to see its row in the other.");
+            "</b>, rectified. Each line runs through the same points of both images. Point at an "
+            "image to see its row in the other.");
 }
 
 std::string vertical_histogram(const calibration_figures &figures) {
@@ -102,8 +101,8 @@ std::string vertical_histogram(const calibration_figures &figures) {
     return calibration_report_figure(
         plot.svg("Histogram of vertical disparities"),
         report_text_format(
-            "<b>Vertical disparity</b> of %s corners that both cameras see: %.3f px rms, at most "
-            "%.2f px%s. Counted in pixels of the raw images; matching looks along rows and needs "
+            "<b>Vertical disparity</b> of %s corners seen by both cameras: %.3f px rms, at most "
+            "%.2f px%s. In pixels of the raw images; matching searches along rows and needs "
             "them to agree.",
             report_text_count(figures.vertical_px.size()).c_str(), figures.vertical_rms_px,
             figures.vertical_max_px,

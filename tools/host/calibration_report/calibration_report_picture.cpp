@@ -32,7 +32,7 @@ bool sample(const calibration_picture &picture, const double at_px[2], double *v
 }
 
 /// Raw pixel of a pixel of the rectified image in its full size. `view_radius` is
-/// `lens_view_radius(&camera)`, which takes long to find.
+/// `lens_view_radius(&camera)`, which is slow to compute.
 bool raw_pixel(const lens &camera, double view_radius, const export_rectified &rectified, int side,
                double x_px, double y_px, double pixel_px[2]) {
     const double cx_px = side == 0 ? rectified.cx_left_px : rectified.cx_right_px;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Grey pictures of the page: loaded, shrunk, rectified, encoded.
+/// Grey pictures of the page: loading, shrinking, rectifying, encoding.
 #ifndef VERGENCE_TOOLS_HOST_CALIBRATION_REPORT_CALIBRATION_REPORT_PICTURE_HPP
 #define VERGENCE_TOOLS_HOST_CALIBRATION_REPORT_CALIBRATION_REPORT_PICTURE_HPP
 
@@ -15,7 +15,7 @@ struct calibration_picture {
     int width_px = 0, height_px = 0;
 };
 
-/// Asks the page's loader. Returns false when the picture cannot be had.
+/// Calls the page's loader. Returns false when the picture is unavailable.
 bool calibration_picture_load(const calibration_page &page, std::size_t sighting, int camera,
                               calibration_picture *picture);
 
@@ -23,7 +23,7 @@ bool calibration_picture_load(const calibration_page &page, std::size_t sighting
 calibration_picture calibration_picture_shrink(const calibration_picture &picture, int width_px);
 
 /// What the rectified camera of `side` (0 left, 1 right) sees, `scale` times the size of the left
-/// raw image (scale <= 1); black where the raw image ends.
+/// raw image (scale <= 1); black outside the raw image.
 calibration_picture calibration_picture_rectify(const calibration_picture &raw,
                                                 const calibration &rig,
                                                 const export_rectified &rectified, int side,

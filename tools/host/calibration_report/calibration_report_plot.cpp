@@ -9,7 +9,7 @@
 
 namespace {
 
-// Of the drawing, in its own units; the page scales it.
+// Of the plot, in its own units; the page scales it.
 const double WIDTH = 460, LEFT = 52, RIGHT = 12, TOP = 24, BOTTOM = 40;
 
 double share_of(const calibration_report_axis &axis, double value) {
@@ -153,7 +153,7 @@ std::string calibration_report_plot::svg(const std::string &name) const {
         "<text transform=\"translate(13 %.1f) rotate(-90)\" text-anchor=\"middle\">%s</text>\n",
         0.5 * (LEFT + right), height_ - 6, report_text_escape(x_.label).c_str(),
         0.5 * (TOP + bottom), report_text_escape(y_.label).c_str());
-    // The marks in a picture of their own, which cuts off what leaves it.
+    // The marks in a nested SVG, which clips them.
     return report_text_format(
                "<svg class=\"plot\" viewBox=\"0 0 %.0f %.0f\" role=\"img\" aria-label=\"%s\">\n",
                WIDTH, height_, report_text_escape(name).c_str()) +

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Drawings of the page: axes, lines, dots and bars as SVG that follows the page's colours.
+/// Plots of the page: axes, lines, dots and bars as SVG in the page's colours.
 #ifndef VERGENCE_TOOLS_HOST_CALIBRATION_REPORT_CALIBRATION_REPORT_PLOT_HPP
 #define VERGENCE_TOOLS_HOST_CALIBRATION_REPORT_CALIBRATION_REPORT_PLOT_HPP
 
@@ -9,7 +9,7 @@
 
 using calibration_report_points = std::vector<std::pair<double, double>>;
 
-/// Values along one side of a drawing.
+/// Values along one side of a plot.
 struct calibration_report_axis {
     double low = 0, high = 1;
     bool log = false;
@@ -17,14 +17,14 @@ struct calibration_report_axis {
     bool ticks = true;
 };
 
-/// About `count` round values within [low, high]; of a logarithmic axis 1, 2, 5 times powers of
+/// About `count` round values within [low, high]; on a logarithmic axis 1, 2, 5 times powers of
 /// ten.
 std::vector<double> calibration_report_ticks(const calibration_report_axis &axis, int count);
 
 /// The smallest of 1, 2, 5 times a power of ten that is >= value; value > 0.
 double calibration_report_round_up(double value);
 
-/// A drawing with axes. Marks outside of it are cut off; those that are no numbers are left out.
+/// A plot with axes. Marks outside of it are clipped; NaN marks are omitted.
 class calibration_report_plot {
   public:
     calibration_report_plot(const calibration_report_axis &x, const calibration_report_axis &y,
@@ -37,10 +37,10 @@ class calibration_report_plot {
     void bar(double x_low, double x_high, double y, const char *kind, const std::string &title);
     void text(double x, double y, const std::string &words, const char *anchor = "start");
     void circle(double x, double y, double radius, const char *kind);
-    /// "name" beside a dash of that kind, above the drawing.
+    /// "name" next to a dash of that kind, above the plot.
     void legend(const char *kind, const std::string &name);
 
-    /// The finished <svg>, `name` for those who cannot see it.
+    /// The finished <svg>; `name` is its text for screen readers.
     std::string svg(const std::string &name) const;
 
   private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is left after the solution: vectors over the image, against the radius, as a histogram, and
-// by view.
+// Residuals of the solution: vectors over the image, against the radius, as a histogram, and by
+// view.
 #include <algorithm>
 #include <cmath>
 
@@ -10,18 +10,18 @@
 
 namespace {
 
-const std::size_t MOST_MARKS = 5000;  // in one drawing; more would hide each other anyway
+const std::size_t MOST_MARKS = 5000;  // in one plot; more would overlap anyway
 
-/// Every so many of the camera's corners are drawn.
+/// Every n-th of the camera's corners is drawn.
 std::size_t stride_of(const calibration_camera_figures &figures) {
     return (figures.corners.size() + MOST_MARKS - 1) / MOST_MARKS;
 }
 
-/// The image as a frame, vectors from where a corner was seen, many times as long as they are.
+/// The image as a frame, and enlarged vectors from where each corner was seen.
 std::string vectors(const calibration_page &page, const calibration_figures &figures, int camera) {
     const calibration_camera_figures &own = figures.camera[static_cast<std::size_t>(camera)];
     const double width_px = own.camera.width_px, height_px = own.camera.height_px;
-    const double unit = width_px / 640;  // drawn sizes follow the image's
+    const double unit = width_px / 640;  // drawn sizes scale with the image
     const double enlarged =
         own.rms_px > 0 ? calibration_report_round_up(0.02 * width_px / own.rms_px) : 1;
     std::string lines, feet, rejected;
@@ -53,8 +53,8 @@ std::string vectors(const calibration_page &page, const calibration_figures &fig
         height_px - 14 * unit, bar, 18 * unit + bar, height_px - 9 * unit, 15 * unit, length_px);
     return calibration_report_figure(
         svg, report_text_format(
-                 "<b>Residuals, %s.</b> From each corner as it was seen towards where the model "
-                 "puts it, %g times as long; %.3f px rms. Patterns mean that the model lacks "
+                 "<b>Residuals, %s.</b> From each corner as seen towards where the model "
+                 "predicts it, enlarged %g times; %.3f px rms. Patterns mean that the model misses "
                  "something. The cross is the principal point%s.",
                  calibration_report_side(page, camera), enlarged, own.rms_px,
                  rejected.empty() ? "" : "; red: rejected"));
@@ -64,7 +64,7 @@ struct radial {
     double radius_px, outward_px;
 };
 
-/// By how much corners are predicted too far out, with the mean over rings.
+/// Radial residuals (predicted minus seen, outwards), with the mean over rings.
 std::string radius_plot(const calibration_page &page, const calibration_figures &figures) {
     std::vector<radial> sides[2];
     double most_px = 1, sum = 0;
@@ -118,7 +118,7 @@ std::string radius_plot(const calibration_page &page, const calibration_figures 
     return calibration_report_figure(
         plot.svg("Residual against radius"),
         "<b>Residual against radius.</b> Dots are corners, lines their means by ring: a line that "
-        "leaves zero is distortion that the model does not have.");
+        "leaves zero is distortion outside the model.");
 }
 
 std::string histogram(const calibration_page &page, const calibration_figures &figures) {
@@ -165,10 +165,11 @@ std::string histogram(const calibration_page &page, const calibration_figures &f
     plot.legend("mark-ink", "Gaussian");
     return calibration_report_figure(
         plot.svg("Histogram of residuals"),
-        report_text_format("<b>Histogram</b> of both components of all used corners, each over the "
-                           "sigma that it counts with. %.2f %% lie beyond 3; 0.27 %% of Gaussian "
-                           "noise would.",
-                           100 * static_cast<double>(beyond) / total));
+        report_text_format(
+            "<b>Histogram</b> of both components of all used corners, each over the "
+            "sigma that it is weighted with. %.2f %% are beyond 3; 0.27 %% of Gaussian "
+            "noise would be.",
+            100 * static_cast<double>(beyond) / total));
 }
 
 std::string bar_cell(const calib::view_summary &view, double most_px, const char *kind) {

@@ -65,7 +65,7 @@ std::string calibration_report_image_name(const calibration_page &page, std::siz
 
 std::string calibration_report_verdict(const calib::solution &result) {
     const calib::verdict &verdict = result.verdict;
-    // "Good: ...", "Not good: ...": what stands before the colon is the verdict itself.
+    // "Good: ...", "Not good: ...": the part before the colon is the verdict itself.
     const std::size_t colon = verdict.sentence.find(": ");
     const std::size_t word = colon != std::string::npos && colon < 40 ? colon + 1 : 0;
     std::string html =
@@ -87,7 +87,7 @@ std::string calibration_report_cards(const calibration_page &page,
         corners += camera.used;
     }
     std::string cards =
-        card("Positions of the board",
+        card("Board positions",
              report_text_format("%d <small>of %zu</small>", result.sightings_used,
                                 page.seen->sightings.size()),
              report_text_count(corners) + " corners used, " +
@@ -98,8 +98,9 @@ std::string calibration_report_cards(const calibration_page &page,
              result.held_out_rms_px > 0
                  ? report_text_format("%.3f <small>px rms</small>", result.held_out_rms_px)
                  : "not tested",
-             result.held_out_rms_px > 0 ? "over boards that the lenses and the rig had not seen"
-                                        : "too few boards to hold any out");
+             result.held_out_rms_px > 0
+                 ? "over boards that were not used for the lenses and the rig"
+                 : "too few boards for cross-validation");
     for (int camera = 0; camera < page.seen->cameras; camera++) {
         cards += focal_card(page, camera);
     }
@@ -112,9 +113,9 @@ std::string calibration_report_cards(const calibration_page &page,
                                 calibration_baseline_mm(&result.rig), result.sigma.baseline_mm),
              "distance of the two cameras' centres");
     if (!figures.vertical_px.empty()) {
-        cards += card("Rows agree to",
+        cards += card("Rows agree within",
                       report_text_format("%.3f <small>px rms</small>", figures.vertical_rms_px),
-                      "of all corners that both cameras see, after rectification");
+                      "of all corners seen by both cameras, after rectification");
     }
     return cards + depth_card(result, figures);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The parts of the page, as HTML. All but `rejected` want a solved solution and its figures.
+/// The sections of the page, as HTML. All but `rejected` need a solved solution and its figures.
 #ifndef VERGENCE_TOOLS_HOST_CALIBRATION_REPORT_CALIBRATION_REPORT_SECTIONS_HPP
 #define VERGENCE_TOOLS_HOST_CALIBRATION_REPORT_CALIBRATION_REPORT_SECTIONS_HPP
 
@@ -24,10 +24,10 @@ std::string calibration_report_pair(const calibration_page &page,
 std::string calibration_report_tables(const calibration_page &page,
                                       const calibration_figures &figures);
 
-/// "left", "right"; "camera" where there is one.
+/// "left", "right"; "camera" if there is only one.
 const char *calibration_report_side(const calibration_page &page, int camera);
 
-/// File name of an image, safe in HTML; its number where it has no name.
+/// File name of an image, HTML-escaped; its number where it has no name.
 std::string calibration_report_image_name(const calibration_page &page, std::size_t sighting,
                                           int camera);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The page's own sources (tools/host/calibration_report/), as the build embeds them: see
-/// tools/embed.cmake. The style comes after that of the report of a reconstruction.
+/// The page's own sources (tools/host/calibration_report/), embedded at build time: see
+/// tools/embed.cmake. The style sheet is appended to that of the reconstruction report.
 #ifndef VERGENCE_TOOLS_HOST_CALIBRATION_REPORT_CALIBRATION_REPORT_SOURCES_HPP
 #define VERGENCE_TOOLS_HOST_CALIBRATION_REPORT_CALIBRATION_REPORT_SOURCES_HPP
 

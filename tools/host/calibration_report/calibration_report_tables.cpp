@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// All numbers of the solution with their error bars, and how the model was chosen.
+// All parameters of the solution with their error bars, and how the model was chosen.
 #include <cmath>
 
 #include "calib/solve/uncertainty.hpp"
@@ -64,9 +64,10 @@ std::string lens_table(const calibration_page &page, int camera) {
                            result.errors->lens_sigma(camera, move.place), 3, " px");
         }
     }
-    return table("Lens, " + std::string(calibration_report_side(page, camera)), rows,
-                 "<p class=\"hint\">What a coefficient moves: a point at half of the image's "
-                 "diagonal from the middle.</p>");
+    return table(
+        "Lens, " + std::string(calibration_report_side(page, camera)), rows,
+        "<p class=\"hint\">Displacement by a coefficient: of a point at half of the image's "
+        "diagonal from the middle.</p>");
 }
 
 std::string rig_table(const calib::solution &result) {
@@ -79,7 +80,7 @@ std::string rig_table(const calib::solution &result) {
                        rig.translation_right_left_mm[i], result.sigma.translation_mm[i], 3, " mm");
     }
     for (std::size_t i = 0; i < 3; i++) {
-        rows += valued(std::string("turn of the right camera, ") + axes[i],
+        rows += valued(std::string("rotation of the right camera, ") + axes[i],
                        DEGREE * rig.rotation_right_left_rad[i],
                        DEGREE * result.sigma.rotation_rad[i], 4, "°");
     }
@@ -125,19 +126,19 @@ std::string test_table(const calib::solution &result) {
     const calib::fit_test &fit = result.fit;
     const calib::start_test &again = result.second_start;
     std::string rows =
-        row("corners off by, over the noise of their images",
+        row("corner errors over the noise of their images",
             report_text_format("%.2f times", fit.sigma_ratio), "1 for a perfect print and lens") +
-        row("of it beyond that noise", report_text_format("%.3f px", fit.floor_px),
-            "print, compression; the error bars count it") +
+        row("part beyond that noise", report_text_format("%.3f px", fit.floor_px),
+            "print, compression; included in the error bars") +
         row("pattern over the image", report_text_format("%+.1f", fit.image_z), "below 3 or so") +
         row("pattern over the board", report_text_format("%+.1f", fit.board_z), "below 3 or so") +
         row("systematic part", report_text_format("%.3f px", fit.systematic_px),
             report_text_format("%.0f %% of the rms", 100 * fit.systematic_share)) +
-        row("positions contradict each other", report_text_format("%+.1f", fit.scatter_z),
+        row("positions inconsistent by", report_text_format("%+.1f", fit.scatter_z),
             report_text_format("below 4; %.1f times the noise", std::sqrt(fit.scatter_ratio))) +
         row("error bars widened", report_text_format("%.2f times", fit.widened),
             fit.alarm ? "the model does not fit" : "1 where the model fits");
-    rows += again.done ? row("second start", again.agrees ? "agrees" : "ends elsewhere",
+    rows += again.done ? row("second start", again.agrees ? "agrees" : "other solution",
                              report_text_format("focal lengths %.4f sigma apart",
                                                 again.focal_difference_sigma))
                        : row("second start", "not done", "");
@@ -146,8 +147,8 @@ std::string test_table(const calib::solution &result) {
 
 std::string scores_table(const calib::solution &result) {
     if (result.scores.empty()) {
-        return table("Choice of the model",
-                     row(calib::lens_model_name(result.model), "taken as it is", ""), "");
+        return table("Choice of the model", row(calib::lens_model_name(result.model), "given", ""),
+                     "");
     }
     std::string rows;
     for (const calib::model_score &score : result.scores) {
@@ -165,9 +166,9 @@ std::string scores_table(const calib::solution &result) {
            "estimated</th><th>rms, held out</th><th>worse than the "
            "best</th></tr></thead><tbody>\n" +
            rows +
-           "</tbody></table><p class=\"hint\">Five times a fifth of the boards is held out and "
+           "</tbody></table><p class=\"hint\">Five times, a fifth of the boards is held out and "
            "predicted from the others. The simplest that is within one standard error of the best "
-           "is taken. Differences: mean squared residual in units of sigma, per "
+           "is chosen. Differences: mean squared residual in units of sigma, per "
            "corner.</p></div>\n";
 }
 

@@ -40,7 +40,7 @@ sigma_map measure_map(const calib::solution &result, int camera) {
     return map;
 }
 
-/// The colours' scale: logarithmic, as corners may be known ten times worse than the middle.
+/// The colour scale is logarithmic, as corners may be ten times less certain than the middle.
 struct scale {
     double low_px, high_px;
 
@@ -79,7 +79,8 @@ std::string map_figure(const calibration_page &page, int camera, const sigma_map
                            one.width_px, one.height_px,
                            report_encode_png(map.columns, map.rows, indices, table).c_str()),
         report_text_format(
-            "<b>Projection, %s.</b> One sigma of where a direction is shown: %.3f px at best, %.2f "
+            "<b>Projection, %s.</b> One sigma of the image position of a direction: %.3f px at "
+            "best, %.2f "
             "px at worst; %.3f px in the middle for a point at the boards' distance.%s",
             calibration_report_side(page, camera), map.least_px, map.most_px, at_board_px,
             scale_legend(range, table).c_str()));
@@ -109,7 +110,7 @@ depth_curve measure_depth(const calib::solution &result, const double pixel_px[2
     return curve;
 }
 
-/// Depth that a tenth of a pixel of disparity is, z^2 / (f B) each.
+/// Depth per tenth of a pixel of disparity, z^2 / (f B) each.
 depth_curve matching_curve(const calib::solution &result, double near_mm, double far_mm) {
     depth_curve curve;
     const double f_b = result.camera[0].fx_px * calibration_baseline_mm(&result.rig);
@@ -170,9 +171,9 @@ std::string depth_figure(const calib::solution &result, const calibration_figure
                "to "
                "5 times the boards' distance, in the middle of the left image and in a corner "
                "(nine "
-               "tenths of the way from the top left). Beside it what a tenth of a pixel of "
+               "tenths of the way from the top left). For comparison, what a tenth of a pixel of "
                "matching "
-               "adds. Where a line ends the right camera does not see the point.") +
+               "adds. A line ends where the right camera no longer sees the point.") +
            depth_rows(result, middle_px, corner_px, distance_mm);
 }
 

@@ -23,34 +23,34 @@ struct request {
 const option options[] = {
     {"board", OPTION_INT, offsetof(request, board.corners), "COLUMNSxROWS",
      "Inner corners, along a row and from row to row; squares are one more each way. A plain board "
-     "with an odd and an even count cannot be taken the wrong way round. Needed.",
+     "with an odd and an even count has a unique orientation. Required.",
      2, 255, 2, 'x', nullptr},
-    {"square", OPTION_REAL, offsetof(request, board.square), "MM", "Side of one square. Needed.",
+    {"square", OPTION_REAL, offsetof(request, board.square), "MM", "Side of one square. Required.",
      calibrate_board_side_min, calibrate_board_side_max, 0, 0, nullptr},
     {"charuco", OPTION_TEXT, offsetof(request, board.dictionary), "DICT",
      "Put markers of this dictionary into the white squares, as OpenCV's CharucoBoard does: 4x4_50 "
      "to 7x7_1000, aruco_original, apriltag_36h11 and others.",
      0, 0, 0, 0, nullptr},
     {"marker", OPTION_REAL, offsetof(request, board.marker), "MM",
-     "With --charuco: side of a marker, its black border included; about 3/4 of a square is good.",
+     "With --charuco: side of a marker, including its black border; about 3/4 of a square is best.",
      calibrate_board_side_min, calibrate_board_side_max, 0, 0, nullptr},
     {"unit", OPTION_CHOICE, offsetof(request, board.unit), "UNIT",
-     "Unit of --square and --marker. Default: mm, but boards below 20 mm across are then refused.",
+     "Unit of --square and --marker. Default: mm, but boards below 20 mm across are then rejected.",
      0, 0, 0, 0, calibrate_board_units},
     {"paper", OPTION_TEXT, offsetof(request, paper), "PAPER",
-     "A4, A3, A2, A1, A0, letter, legal, tabloid, or WIDTHxHEIGHT in mm. It is turned when the "
-     "board fits better that way. Default: A4.",
+     "A4, A3, A2, A1, A0, letter, legal, tabloid, or WIDTHxHEIGHT in mm. It is rotated if the "
+     "board then fits better. Default: A4.",
      0, 0, 0, 0, nullptr},
-    {"out", OPTION_TEXT, offsetof(request, out), "FILE", "The PDF to be written. Needed.", 0, 0, 0,
-     0, nullptr},
+    {"out", OPTION_TEXT, offsetof(request, out), "FILE", "The PDF to write. Required.", 0, 0, 0, 0,
+     nullptr},
 };
 
 const option_page page = {
     "vergence board",
     "",
-    "make a calibration board to be printed",
-    "Writes a page in PDF with the board in its exact size, a ruler to check the print with, and "
-    "what to tell \"vergence calibrate\". Print it at 100 % (not \"fit to page\"), measure the "
+    "make a printable calibration board",
+    "Writes a PDF page with the board in its exact size, a ruler to check the print, and "
+    "the options for \"vergence calibrate\". Print it at 100 % (not \"fit to page\"), measure the "
     "ruler, and glue the print onto something flat and stiff: glass, aluminium, a thick board.",
     "vergence board --board 9x6 --square 25 --out board.pdf\n"
     "vergence board --board 9x6 --square 38 --paper A3 --out board.pdf\n"
@@ -62,14 +62,15 @@ const option_page page = {
 };
 
 const double square_least_mm = 1;
-// Shares of a square's side. Larger markers have too little white around them for their edges to be
-// found, smaller ones waste the paper and are read from near only.
+// Shares of a square's side. Around larger markers the white margin is too narrow for edge
+// detection; smaller ones waste paper and can only be read from nearby.
 const double marker_most = 0.9, marker_least = 0.4;
-// OpenCV 4.6 read all markers of drawn boards up to this share, and left out up to four of ten from
-// 0.79 to 0.9: it takes marker and square for two sightings of one marker.
+// OpenCV 4.6 read all markers of drawn boards up to this share, and missed up to four of ten from
+// 0.79 to 0.9: it takes marker and square for two detections of one marker.
 const double marker_opencv = 0.78;
 
-/// Whether the markers of a board to be printed can be read; one sentence says what is wrong.
+/// Whether the markers of a board to be printed can be read; returns one sentence with what is
+/// wrong.
 std::string check_readable(const calib::board &board) {
     const double share = board.marker_mm / board.square_mm;
     if (!board.coded() || (share >= marker_least && share <= marker_most)) {
@@ -103,12 +104,13 @@ int command_board(int argc, char **argv) {
     std::string error = calibrate_board_make(asked.board, &board);
     error = error.empty() ? check_readable(board) : error;
     if (error.empty() && asked.out == nullptr) {
-        error = "--out FILE is missing: where shall the page go?";
+        error = "--out FILE is missing";
     }
     board_paper paper;
     const std::string paper_text = asked.paper != nullptr ? asked.paper : "A4";
     if (error.empty() && !board_paper_parse(paper_text, &paper)) {
-        error = "--paper \"" + paper_text + "\": must be one of: " + board_paper_names();
+        error =
+            "unknown --paper \"" + paper_text + "\" (expected one of: " + board_paper_names() + ")";
     }
     if (error.empty() && board.square_mm < square_least_mm) {
         error =
@@ -118,8 +120,8 @@ int command_board(int argc, char **argv) {
     if (error.empty() && board.square_mm > largest_mm + 1e-9) {
         error = "a board of " + std::to_string(board.columns + 1) + " x " +
                 std::to_string(board.rows + 1) + " squares of " + number_text(board.square_mm, 6) +
-                " mm does not fit on " + paper_text + ": squares of " + number_text(largest_mm, 6) +
-                " mm at most do";
+                " mm does not fit on " + paper_text +
+                " (largest squares that fit: " + number_text(largest_mm, 6) + " mm)";
     }
     if (!error.empty()) {
         return refuse(CLIENT_USAGE, error);

@@ -30,39 +30,38 @@ struct request {
 const option options[] = {
     {"board", OPTION_INT, offsetof(request, board.corners), "COLUMNSxROWS",
      "Inner corners of the board: one less than squares, along a row and from row to row. This "
-     "also counts for coded boards (a CharucoBoard of 10x7 squares is 9x6). Needed.",
+     "also applies to coded boards (a CharucoBoard of 10x7 squares is 9x6). Required.",
      2, 255, 2, 'x', nullptr},
     {"square", OPTION_REAL, offsetof(request, board.square), "MM",
      "Side of one square in mm, measured on the print over as many squares as possible: all "
-     "lengths that are ever reconstructed hang on it. Needed.",
+     "reconstructed lengths depend on it. Required.",
      calibrate_board_side_min, calibrate_board_side_max, 0, 0, nullptr},
     {"charuco", OPTION_TEXT, offsetof(request, board.dictionary), "DICT",
      "The white squares carry markers of this dictionary, as in 5x5_50 or DICT_5X5_50. Such a "
-     "board may be seen in part and cannot be taken the wrong way round.",
+     "board may be partly hidden and has a unique orientation.",
      0, 0, 0, 0, nullptr},
     {"marker", OPTION_REAL, offsetof(request, board.marker), "MM",
-     "With --charuco: side of a marker in mm, its black border included.", calibrate_board_side_min,
-     calibrate_board_side_max, 0, 0, nullptr},
+     "With --charuco: side of a marker in mm, including its black border.",
+     calibrate_board_side_min, calibrate_board_side_max, 0, 0, nullptr},
     {"unit", OPTION_CHOICE, offsetof(request, board.unit), "UNIT",
      "Unit of --square and --marker; results are in mm. Default: mm, but boards below 20 mm across "
-     "are then refused.",
+     "are then rejected.",
      0, 0, 0, 0, calibrate_board_units},
     {"model", OPTION_CHOICE, offsetof(request, model), "MODEL",
-     "Distortion of the lenses: auto (the simplest that explains positions of the board that were "
+     "Distortion of the lenses: auto (the simplest that predicts board positions that were "
      "held out), none, or the coefficients to estimate, as OpenCV calls them; the others are 0. "
-     "More than the views show makes the image's corners worse. Default: auto.",
+     "More than the views determine makes the image's corners worse. Default: auto.",
      0, 0, 0, 0, "auto none k1 k1-k2 k1-k2-p1-p2 k1-k2-p1-p2-k3"},
     {"out", OPTION_TEXT, offsetof(request, out), "DIR",
      "Directory for the results; created when missing. Files of an earlier run in it are "
      "replaced. Default: calibration.",
      0, 0, 0, 0, nullptr},
     {"corners", OPTION_TEXT, offsetof(request, corner_cache), "FILE",
-     "Corners that need not be looked for, in mrcal's and mrgingham's form (vnlog); what it does "
-     "not name is looked for. Every run writes such a file, corners.vnl.",
+     "Known corners, in mrcal's and mrgingham's format (vnlog); pictures that it does "
+     "not name are searched. Every run writes such a file, corners.vnl.",
      0, 0, 0, 0, nullptr},
     {"single", OPTION_FLAG, offsetof(request, single), nullptr,
-     "There is one camera: calibrate its lens alone. No rig.calibration is written then.", 0, 0, 0,
-     0, nullptr},
+     "Only one camera: calibrate its lens. rig.calibration is not written.", 0, 0, 0, 0, nullptr},
     {"id", OPTION_TEXT, offsetof(request, id), "NAME",
      "Name of the calibration: letters, digits, dot, dash and underline. Default: one made from "
      "the corners.",
@@ -72,45 +71,48 @@ const option options[] = {
      "bytes.",
      0, 0, 0, 0, nullptr},
     {"note", OPTION_TEXT, offsetof(request, note), "TEXT",
-     "A remark that travels with the calibration, in printable ASCII.", 0, 0, 0, 0, nullptr},
+     "A remark stored in the calibration, in printable ASCII.", 0, 0, 0, 0, nullptr},
     {"threads", OPTION_INT, offsetof(request, threads), "N",
-     "Threads to compute with; the result does not depend on it. Default: all processors.", 1,
+     "Number of threads; the result does not depend on it. Default: all processors.", 1,
      WORKERS_MAX_THREADS, 0, 0, nullptr},
     {"json", OPTION_FLAG, offsetof(request, json), nullptr,
      "Print calibration.json on standard output instead of the summary.", 0, 0, 0, 0, nullptr},
     {"quiet", OPTION_FLAG, offsetof(request, quiet), nullptr,
-     "Print neither summary nor notes nor progress.", 0, 0, 0, 0, nullptr},
+     "Print no summary, notes or progress.", 0, 0, 0, 0, nullptr},
 };
 
 const option_page page = {
     "vergence calibrate",
     "IMAGES...",
     "calibrate a stereo pair from pictures of a board",
-    "Takes pictures of one board that both cameras saw at the same moments, in some fifteen "
+    "Takes pictures of one board that both cameras saw at the same moments, in about fifteen "
     "positions: near and far, in the middle and in the corners of the image, tilted by 30 degrees "
-    "to different sides. Finds the corners, the lenses, how the cameras stand, and what was wrong: "
+    "in different directions. Finds the corners, the lenses, the poses of the cameras, and errors: "
     "pictures without a usable board, boards that moved between left and right, single bad "
     "corners. Each is named with the reason and left out.\n"
     "IMAGES are pictures, folders, recorded sessions (directories that \"capture\" or \"record\" "
     "of "
-    "vergenced made; all their pairs count), quoted patterns or lists, in any mixture. The side "
+    "vergenced made; all their pairs are used), quoted patterns or lists, in any mixture. The side "
     "comes from "
     "the names (left and right, or L and R, in the file's or the folder's name), pairs from what "
-    "else the names say (left07.png and right07.png). Where names say no side, name two folders or "
-    "two quoted patterns, the left camera's first. A list is a text with one or two names a line "
+    "else the names contain (left07.png and right07.png). If names state no side, name two folders "
+    "or "
+    "two quoted patterns, the left camera's first. A list is a text with one or two names per line "
     "(left, then right), or an image list of OpenCV in XML or YAML. A picture without a partner "
-    "counts for its own camera.\n"
-    "Pictures may be 8 or 16 bit, grey or colour, and are turned as their orientation tag says. "
-    "All of one camera must have one size and be turned alike. A plain board must be seen as a "
-    "whole; of a coded one (--charuco) any part will do.\n"
+    "is used for its own camera.\n"
+    "Pictures may be 8 or 16 bit, grey or colour, and are rotated according to their orientation "
+    "tag. "
+    "All pictures of one camera must have the same size and orientation. A plain board must be "
+    "entirely visible; of a coded one (--charuco) any part will do.\n"
     "The last line says whether the calibration is good, and if not, why. Results in DIR: "
     "rig.calibration (for \"vergence reconstruct --calibration\"), calibration.html (residuals, "
-    "coverage, error bars: to be opened in a browser), calibration.json (all figures), corners.vnl "
-    "(the corners, as mrcal reads them). They appear when all is written; until then, and after "
-    "any failure, nothing of this run stands there.\n"
+    "coverage, error bars: open it in a browser), calibration.json (all figures), corners.vnl "
+    "(the corners, in mrcal's format). They appear together when all is written; until then, and "
+    "after "
+    "any failure, DIR contains nothing of this run.\n"
     "Exit codes: 0 good; 5 written, but not good: the files say so (\"NOT GOOD\" in "
     "rig.calibration's note, which \"vergence reconstruct\" repeats); 3 nothing could be "
-    "calibrated from these pictures; 1, 2 and 130 as \"vergence --help\" says.",
+    "calibrated from these pictures; 1, 2 and 130 see \"vergence --help\".",
     "vergence calibrate pictures/ --board 9x6 --square 30\n"
     "vergence calibrate files/board-* --board 9x6 --square 30\n"
     "vergence calibrate 'left*.jpg' 'right*.jpg' --board 9x6 --square 30 --out rig\n"
@@ -132,7 +134,7 @@ int refuse(int code, const std::string &text) {
     return code;
 }
 
-/// Whether the calendar has this day, as our own text wants it.
+/// Whether the calendar has this day, in the form that our own text requires.
 bool is_day(const char *date) {
     calibration probe{};
     std::snprintf(probe.id, sizeof probe.id, "probe");
@@ -154,16 +156,16 @@ bool holds_only(const std::string &text, size_t most, bool (*good)(char)) {
     return text.size() <= most && std::all_of(text.begin(), text.end(), good);
 }
 
-/// What the table cannot say about the texts that go into our own file; "" when all is well.
+/// Errors in the texts for our own file that the option table cannot check; "" when all is well.
 std::string check_texts(const request &asked) {
     if (asked.id != nullptr && !holds_only(asked.id, 47, is_of_id)) {
-        return "--id takes up to 47 letters, digits, dots, dashes and underlines";
+        return "--id must be up to 47 letters, digits, dots, dashes and underlines";
     }
     if (asked.date != nullptr && !is_day(asked.date)) {
-        return std::string("--date \"") + asked.date + "\": must be a day as YYYY-MM-DD";
+        return std::string("--date \"") + asked.date + "\": not a date (expected YYYY-MM-DD)";
     }
     if (asked.note != nullptr && !holds_only(asked.note, 200, is_printable)) {
-        return "--note takes up to 200 printable ASCII characters";
+        return "--note must be up to 200 printable ASCII characters";
     }
     return "";
 }
@@ -211,7 +213,7 @@ int command_calibrate(int argc, char **argv) {
         !read_cache(asked.corner_cache, job.board, &job.cache, &error)) {
         return refuse(CLIENT_BAD_INPUT, error);
     }
-    if (asked.model > 0) {  // behind "auto" they stand in the order of the kinds
+    if (asked.model > 0) {  // after "auto" they are in the order of the kinds
         job.distortion = static_cast<calib::lens_model::kind>(asked.model - 1);
     }
     job.single = asked.single;

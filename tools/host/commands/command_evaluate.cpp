@@ -26,17 +26,17 @@ const option options[] = {
     {"ground-truth", OPTION_TEXT, offsetof(request, truth_path), "FILE",
      "True disparities of the left view, in the size of the result: PFM (inf where unknown), "
      "16-bit PNG as KITTI has it (256 = 1 px, 0 unknown) or 8-bit PNG (0 unknown; needs "
-     "--ground-truth-scale). Needed.",
+     "--ground-truth-scale). Required.",
      0, 0, 0, 0, nullptr},
     {"ground-truth-scale", OPTION_REAL, offsetof(request, truth_scale), "S",
-     "PNG values that make one pixel of disparity, e.g. 1 or 4.", 1e-3, 65535, 0, 0, nullptr},
+     "PNG values per pixel of disparity, e.g. 1 or 4.", 1e-3, 65535, 0, 0, nullptr},
     {"mask", OPTION_TEXT, offsetof(request, mask_path), "FILE",
      "PNG of the same size: 255 seen by both cameras, 128 occluded in the right one, 0 unknown. "
      "Without it occlusion is not known, and only the figures for all pixels are given.",
      0, 0, 0, 0, nullptr},
     {"round", OPTION_FLAG, offsetof(request, round), nullptr,
-     "Round the disparities to whole pixels first: fair when the truth is in whole pixels.", 0, 0,
-     0, 0, nullptr},
+     "Round the disparities to whole pixels first: fair if the truth is in whole pixels.", 0, 0, 0,
+     0, nullptr},
     {"json", OPTION_FLAG, offsetof(request, json), nullptr, "Print JSON.", 0, 0, 0, 0, nullptr},
 };
 
@@ -46,10 +46,10 @@ const option_page page = {
     "compare a result with the ground truth",
     "Reads DIR/disparity.pfm (or DIR itself when it is a PFM file) and prints how far it is from "
     "the truth. bad-t is the share of pixels whose disparity is off by more than t px.\n"
-    "\"filled\" asks for every pixel: a rejected one takes the smaller of the nearest measured "
+    "\"filled\" counts every pixel: a rejected one gets the smaller of the nearest measured "
     "disparities to its left and right in its row (the only one at the borders, 0 in an empty "
     "row), so that rejecting pixels gains nothing. \"measured\" counts the pixels that have a "
-    "value of their own, and the density says how many of the known ones these are.",
+    "value of their own, and the density is their share of the known ones.",
     "vergence evaluate out --ground-truth disp0.pfm --mask mask0nocc.png\n"
     "vergence evaluate out --ground-truth aloeGT.png --ground-truth-scale 1",
     options,
@@ -135,7 +135,7 @@ int command_evaluate(int argc, char **argv) {
         return parsed;
     }
     if (asked.truth_path == nullptr) {
-        return refuse(CLIENT_USAGE, "--ground-truth FILE is needed; see vergence evaluate --help");
+        return refuse(CLIENT_USAGE, "--ground-truth FILE is missing; see vergence evaluate --help");
     }
 
     std::string path = operand, message;
@@ -154,7 +154,7 @@ int command_evaluate(int argc, char **argv) {
                       std::string(asked.truth_path) + ": the ground truth is " +
                           std::to_string(truth.width_px) + "x" + std::to_string(truth.height_px) +
                           ", the result " + std::to_string(disparity.width_px) + "x" +
-                          std::to_string(disparity.height_px) + "; they must be of one size");
+                          std::to_string(disparity.height_px) + " (sizes must be equal)");
     }
 
     evaluate_input input;
@@ -167,7 +167,7 @@ int command_evaluate(int argc, char **argv) {
     const evaluate_result result = evaluate_disparity(input);
     if (result.filled_all.pixels == 0) {
         return refuse(CLIENT_BAD_INPUT,
-                      std::string(asked.truth_path) + ": no pixel of the ground truth is known");
+                      std::string(asked.truth_path) + ": the ground truth has no known pixel");
     }
     print_result(result, asked);
     return CLIENT_OK;

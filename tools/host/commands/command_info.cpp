@@ -46,10 +46,10 @@ const option options[] = {
      1, 32768, 2, 'x', nullptr},
     {"unit", OPTION_CHOICE, offsetof(request, unit), "UNIT",
      "Unit of length of a calibration that does not state it (OpenCV's). Default: mm. A baseline "
-     "below 5 mm is refused, as metres are likely to be meant, unless --unit says that it is mm.",
+     "below 5 mm is rejected, as metres are likely, unless --unit mm is given.",
      0, 0, 0, 0, "mm cm m"},
     {"rectified", OPTION_FLAG, offsetof(request, rectified), nullptr,
-     "The images are rectified already: take the rectified cameras (P1 and P2, P_rect) of the file "
+     "The images are already rectified: use the rectified cameras (P1 and P2, P_rect) of the file "
      "instead of the raw ones.",
      0, 0, 0, 0, nullptr},
     {"first-camera", OPTION_INT, offsetof(request, first_camera), "N",
@@ -57,7 +57,7 @@ const option options[] = {
      "the file has it).",
      0, 8, 0, 0, nullptr},
     {"accept-edits", OPTION_FLAG, offsetof(request, accept_edits), nullptr,
-     "Take a calibration of our own text whose checksum does not match because it was edited on "
+     "Accept a calibration of our own text whose checksum does not match because it was edited on "
      "purpose; with --convert the new file gets the right checksum.",
      0, 0, 0, 0, nullptr},
     {"grammar", OPTION_FLAG, offsetof(request, grammar), nullptr,
@@ -70,7 +70,7 @@ const option_page page_of_command = {
     "vergence info",
     "FILE...",
     "explain a calibration, a result or a session",
-    "Says what is in each FILE: calibrations (our own text, OpenCV intrinsics and extrinsics, ROS "
+    "Explains each FILE: calibrations (our own text, OpenCV intrinsics and extrinsics, ROS "
     "camera_info pairs, Kalibr's camchain.yaml, mrcal's .cameramodel pairs, Middlebury calib.txt, "
     "KITTI, true cameras of the simulated rig) with the figures that follow from them, and results "
     "(result.json, a result directory, PFM, PNG, PGM, PLY, PCD, GLB) with sizes, counts and "
@@ -116,14 +116,14 @@ reader reader_for(const std::string &path) {
     if (begins("\x89PNG") || begins("P5") || begins("P6") || begins("P2\n") || begins("P3\n")) {
         return info_image;
     }
-    // OpenCV writes calibrations as JSON as well, but says so at once.
+    // OpenCV also writes calibrations as JSON, but with a marker at the beginning.
     if (begins("{") && head.find("\"program\": \"vergence\"") != std::string::npos) {
         return info_result;
     }
     return nullptr;
 }
 
-/// The word of a list of words that are separated by blanks.
+/// The matching word of a list of words separated by blanks.
 std::string choice_text(const char *choices, int number) {
     std::istringstream words(choices);
     std::string word;
@@ -133,7 +133,7 @@ std::string choice_text(const char *choices, int number) {
     return word;
 }
 
-/// What --convert and --export ask for.
+/// The requests of --convert and --export.
 bool write_calibration(const std::string &path, const calibration &value, const request &asked,
                        info_page *page, std::string *message) {
     if (asked.convert != nullptr) {
@@ -147,7 +147,7 @@ bool write_calibration(const std::string &path, const calibration &value, const 
         std::string loss;
         const std::string format = choice_text(export_formats, asked.export_format);
         if (export_write(value, format, asked.out, &paths, &loss, message) != ERROR_OK) {
-            *message = path + ": not exported: " + *message;
+            *message = path + ": cannot export: " + *message;
             return false;
         }
         std::string text;
@@ -190,14 +190,14 @@ bool read_page(const std::string &path, const request &asked, info_page *page,
         return read_calibration(path, asked, page, message);
     }
     if (asked.convert != nullptr || asked.out != nullptr) {
-        *message = path + ": is no calibration: there is nothing to convert";
+        *message = path + ": not a calibration: there is nothing to convert";
         return false;
     }
     page->path = path;
     try {
         return read(path, page, message);
     } catch (const json::exception &) {
-        *message = path + ": is damaged";
+        *message = path + ": damaged";
         return false;
     }
 }
@@ -316,13 +316,13 @@ int command_info(int argc, char **argv) {
         return refuse("name a calibration, a result file, a result directory or a session");
     }
     if (asked.convert != nullptr && count != 1) {
-        return refuse("--convert takes exactly one calibration");
+        return refuse("--convert requires exactly one calibration");
     }
     if ((asked.export_format >= 0) != (asked.out != nullptr)) {
-        return refuse("--export wants --out DIR, and --out wants --export FORMAT");
+        return refuse("--export requires --out DIR, and --out requires --export FORMAT");
     }
     if (asked.out != nullptr && (count != 1 || *asked.out == '\0')) {
-        return refuse("--export takes exactly one calibration and a directory");
+        return refuse("--export requires exactly one calibration and a directory");
     }
     std::vector<std::string> paths;
     for (int i = 0; i < count; i++) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The simulated rig shares no code with what it tests: it is a program of its own, which takes this
-// one's place.
+// The simulated rig shares no code with what it tests: it is a separate program, which this one
+// executes.
 #include <unistd.h>
 
 #include <cerrno>
@@ -29,50 +29,51 @@ struct request {
 
 const option options[] = {
     {"rig", OPTION_TEXT, offsetof(request, rig), "RIG",
-     "What the rig is: \"default\" (a real one, with all its faults), \"perfect\", or a YAML file.",
-     0, 0, 0, 0, nullptr},
+     "The rig: \"default\" (realistic, with all faults), \"perfect\", or a YAML file.", 0, 0, 0, 0,
+     nullptr},
     {"listen", OPTION_TEXT, offsetof(request, listen), "ADDRESS",
-     "Where programs connect to: unix:PATH, or tcp:PORT on this machine's loopback (0: any free "
+     "Where programs connect: unix:PATH, or tcp:PORT on this machine's loopback (0: any free "
      "one). Default: unix:simrig.sock in this directory.",
      0, 0, 0, 0, nullptr},
     {"seed", OPTION_INT, offsetof(request, seed), "N",
-     "Of all noise and chance: the same seed and the same requests give the same answers. "
+     "Seed of all randomness: the same seed and the same requests give the same answers. "
      "Default: 1.",
      0, 2147483647, 1, 0, nullptr},
     {"begin", OPTION_INT, offsetof(request, begin_s), "SECONDS",
-     "The rig's time when it comes to life, as of a machine that has run for so long. Default: 0.",
-     0, 1000000, -1, 0, nullptr},
+     "The rig's time at its start, like the uptime of a machine. Default: 0.", 0, 1000000, -1, 0,
+     nullptr},
     {"wall", OPTION_FLAG, offsetof(request, wall), nullptr,
-     "The rig's time is the clock's. Otherwise it passes by requests alone.", 0, 0, 0, 0, nullptr},
+     "The rig's time follows the wall clock. Otherwise only requests advance it.", 0, 0, 0, 0,
+     nullptr},
     {"every-clock", OPTION_FLAG, offsetof(request, every_clock), nullptr,
      "Both sensors' clocks and pixels reach the FPGA all the time, not only while a frame is "
      "armed: "
      "its counts of frames are then of all. Slow.",
      0, 0, 0, 0, nullptr},
     {"pty", OPTION_FLAG, offsetof(request, pty), nullptr,
-     "With --wall: the lens controller's line as a pseudo terminal too.", 0, 0, 0, 0, nullptr},
+     "With --wall: the lens controller's line also as a pseudo terminal.", 0, 0, 0, 0, nullptr},
     {"view", OPTION_TEXT, offsetof(request, view), "DIR",
      "Save what each camera sees (left.png, right.png) and a drawing of rig and scene (rig.svg), "
-     "then end, unless --listen is there too.",
+     "then exit, unless --listen is also given.",
      0, 0, 0, 0, nullptr},
-    {"zoom", OPTION_REAL, offsetof(request, zoom), "FACTOR", "Of --view: 1 (default) to 10.", 1, 10,
-     0, 0, nullptr},
+    {"zoom", OPTION_REAL, offsetof(request, zoom), "FACTOR", "Zoom of --view: 1 (default) to 10.",
+     1, 10, 0, 0, nullptr},
     {"focus", OPTION_REAL, offsetof(request, focus_mm), "MM",
-     "Of --view: the distance that is sharp. Default: 1800.", 300, 1e7, 0, 0, nullptr},
+     "Focus distance of --view. Default: 1800.", 300, 1e7, 0, 0, nullptr},
     {"script", OPTION_TEXT, offsetof(request, script), "FILE",
-     "Control commands to begin with, a line each: faults at a time, poses.", 0, 0, 0, 0, nullptr},
+     "Control commands to run first, one per line: timed faults, poses.", 0, 0, 0, 0, nullptr},
     {"files", OPTION_TEXT, offsetof(request, files), "DIR",
-     "Where the control commands truth and view may write.", 0, 0, 0, 0, nullptr},
+     "Directory where the control commands truth and view may write.", 0, 0, 0, 0, nullptr},
     {"log", OPTION_TEXT, offsetof(request, log), "FILE",
-     "Write all requests there, for --replay and --from.", 0, 0, 0, 0, nullptr},
+     "Write all requests to this file, for --replay and --from.", 0, 0, 0, 0, nullptr},
     {"replay", OPTION_TEXT, offsetof(request, replay), "LOG",
-     "Ask a rig all of it again, compare its answers, and end.", 0, 0, 0, 0, nullptr},
-    {"from", OPTION_TEXT, offsetof(request, from), "LOG", "Begin with all of it, then serve.", 0, 0,
-     0, 0, nullptr},
+     "Repeat all logged requests, compare the answers, and exit.", 0, 0, 0, 0, nullptr},
+    {"from", OPTION_TEXT, offsetof(request, from), "LOG", "Repeat all logged requests, then serve.",
+     0, 0, 0, 0, nullptr},
     {"until", OPTION_REAL, offsetof(request, until_s), "SECONDS",
-     "With --from: only what was asked before this time of the rig.", 0, 1e6, 0, 0, nullptr},
-    {"threads", OPTION_INT, offsetof(request, threads), "N", "For pictures. Default: 1.", 1, 64, 1,
-     0, nullptr},
+     "With --from: only requests before this time of the rig.", 0, 1e6, 0, 0, nullptr},
+    {"threads", OPTION_INT, offsetof(request, threads), "N", "Threads for rendering. Default: 1.",
+     1, 64, 1, 0, nullptr},
 };
 
 const option_page page = {
@@ -85,7 +86,8 @@ const option_page page = {
     "tools/simrig/README.md describes it, the files, the control commands and the faults. It "
     "prints "
     "the two lines to type next, for the daemon and the client, and ends with Ctrl-C.\n"
-    "Exit codes beside the usual ones: 1 also when a replay differs, 3 when a scene, rig, script "
+    "Exit codes in addition to the common ones: 1 also when a replay differs, 3 when a scene, rig, "
+    "script "
     "or "
     "log cannot be used.",
     "vergence simulate\n"
@@ -102,14 +104,15 @@ const option_page page = {
 
 const int number_digits = 9;
 
-/// This program; empty: the system does not say.
+/// Path of this program; empty: unknown.
 std::string own_path() {
     char self[4096];
     const ssize_t length = readlink("/proc/self/exe", self, sizeof self - 1);
     return length > 0 ? std::string(self, static_cast<size_t>(length)) : "";
 }
 
-/// The first of these places, as seen from this program's folder, where a program is; empty: none.
+/// The first of these paths, relative to this program's folder, where a program exists; empty:
+/// none.
 std::string program_at(std::initializer_list<const char *> places) {
     const std::string here = own_path();
     const std::string folder = here.substr(0, here.rfind('/') + 1);
@@ -123,7 +126,7 @@ std::string program_at(std::initializer_list<const char *> places) {
     return "";
 }
 
-/// A word as a shell takes it.
+/// A word quoted for a shell.
 std::string quoted(const std::string &word) {
     std::string text = "'";
     for (const char character : word) {
@@ -138,7 +141,7 @@ std::string quoted_if_needed(const std::string &word) {
     return word.find_first_not_of(plain) == std::string::npos ? word : quoted(word);
 }
 
-/// Where vergenced finds the rig from any directory; a port is only known to the rig.
+/// An address by which vergenced finds the rig from any directory; a port is known only to the rig.
 std::string address_of_rig(const std::string &listen) {
     char here[4096];
     const bool relative = listen.compare(0, 5, "unix:") == 0 && listen.compare(0, 6, "unix:/") != 0;
@@ -148,7 +151,7 @@ std::string address_of_rig(const std::string &listen) {
                : listen;
 }
 
-/// What the user types next, to be copied as it is.
+/// The next commands, ready to be copied.
 std::string next_lines(const std::string &listen) {
     const std::string daemon = program_at({"vergenced", "../daemon/vergenced"});
     const std::string client = own_path();
@@ -215,7 +218,7 @@ std::vector<std::string> arguments_of(const request &asked, const char *scene) {
 int become_simrig(const request &asked, const char *scene) {
     const std::string path = program_at({"simrig/simrig", "simrig"});
     if (path.empty()) {
-        std::fputs("vergence simulate: the program simrig is not beside this one\n", stderr);
+        std::fputs("vergence simulate: the program simrig is not next to this one\n", stderr);
         return CLIENT_FAILED;
     }
     std::vector<std::string> words = arguments_of(asked, scene);
@@ -234,7 +237,7 @@ int become_simrig(const request &asked, const char *scene) {
 
 int become_simrig(const request &, const char *) {
     std::fputs(
-        "vergence simulate: this build has no simulated rig; it needs Verilator and "
+        "vergence simulate: this build has no simulated rig: it requires Verilator and "
         "cmake -DVERGENCE_FPGA=ON\n",
         stderr);
     return CLIENT_FAILED;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Commands that only the host's `vergence` has. Each takes the arguments from its own name on and
-/// returns an exit code of daemon/client/client.h.
+/// Commands that only the host's `vergence` has. Each takes the arguments starting with its own
+/// name and returns an exit code of daemon/client/client.h.
 #ifndef VERGENCE_TOOLS_HOST_COMMANDS_COMMANDS_HPP
 #define VERGENCE_TOOLS_HOST_COMMANDS_COMMANDS_HPP
 
@@ -16,7 +16,7 @@ int command_evaluate(int argc, char **argv);
 /// `vergence info`: explains a calibration, a result or a session.
 int command_info(int argc, char **argv);
 
-/// `vergence simulate`: becomes the simulated rig, if that was built.
+/// `vergence simulate`: executes the simulated rig, if it was built.
 int command_simulate(int argc, char **argv);
 
 #endif

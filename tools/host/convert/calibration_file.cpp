@@ -42,14 +42,14 @@ import_file read_file(const std::string &path) {
     while ((count = std::fread(block, 1, sizeof block, stream.get())) > 0) {
         file.text.append(block, count);
         if (file.text.size() > file_limit_bytes) {
-            fail(ERROR_TOO_LARGE, path + ": is larger than 16 MiB: this is no calibration file");
+            fail(ERROR_TOO_LARGE, path + ": not a calibration file (larger than 16 MiB)");
         }
     }
     if (std::ferror(stream.get()) != 0) {
-        fail(ERROR_ARGUMENT, path + ": cannot be read: " + std::strerror(errno));
+        fail(ERROR_ARGUMENT, path + ": cannot read: " + std::strerror(errno));
     }
     if (file.text.empty()) {
-        fail(ERROR_SYNTAX, path + ": is empty");
+        fail(ERROR_SYNTAX, path + ": empty file");
     }
     return file;
 }
@@ -88,7 +88,7 @@ std::string find_partner(const std::string &path,
     return "";
 }
 
-/// Files that a directory is understood to mean: the only one of the usual sets that it holds.
+/// The files that a directory stands for: the only one of the conventional sets in it.
 std::vector<std::string> files_in(std::string directory) {
     if (directory.back() != '/') {
         directory += '/';
@@ -115,7 +115,7 @@ std::vector<std::string> files_in(std::string directory) {
             continue;
         }
         if (!found.empty()) {
-            fail(ERROR_ARGUMENT, directory + ": holds more than one calibration (" + found[0] +
+            fail(ERROR_ARGUMENT, directory + ": contains more than one calibration (" + found[0] +
                                      " and " + directory + names[0] + "): name the one to use");
         }
         for (const char *name : names) {
@@ -126,12 +126,12 @@ std::vector<std::string> files_in(std::string directory) {
         if (exists(directory + "calibration.json")) {
             fail(ERROR_ARGUMENT,
                  directory +
-                     ": holds the calibration of one camera alone (calibration.json)"
-                     ": no pair, and so nothing to load, convert or export");
+                     ": no pair: calibration.json is of one camera alone, so there is nothing to "
+                     "load, convert or export");
         }
         fail(ERROR_ARGUMENT,
              directory +
-                 ": holds no calibration under a usual name (calibration.txt, rig.calibration, "
+                 ": no calibration under a known name (calibration.txt, rig.calibration, "
                  "intrinsics.yml and extrinsics.yml, left.yaml and right.yaml, camchain.yaml, "
                  "left.cameramodel and right.cameramodel, calib.txt, calib_cam_to_cam.txt): name "
                  "the file");
@@ -157,7 +157,7 @@ std::vector<import_file> read_files(const std::string &path) {
         paths = split(path, ',');
     }
     if (paths.size() > 3) {
-        fail(ERROR_ARGUMENT, path + ": no calibration has more than three files");
+        fail(ERROR_ARGUMENT, path + ": too many files (a calibration has at most three)");
     }
     std::vector<import_file> files;
     for (const std::string &name : paths) {
@@ -177,7 +177,7 @@ import_pair read_own(const import_file &file, const import_options &options) {
         std::snprintf(digits, sizeof digits, "%08x\n", fault.crc);
         text.replace(text.size() - 9, 9, digits);
         code = calibration_parse(text.data(), text.size(), &pair.value, &fault);
-        pair.assumed.push_back("changes made after the file was written are meant");
+        pair.assumed.push_back("changes made after the file was written are intended");
     }
     if (code == ERROR_CRC) {
         fail(code, file.path + ": " + calibration_file_explain(code, fault) +
@@ -190,12 +190,12 @@ import_pair read_own(const import_file &file, const import_options &options) {
     return pair;
 }
 
-/// What holds for calibrations of every format.
+/// Rules for calibrations of every format.
 void check_use(const std::string &path, const import_options &options, const import_pair &pair) {
     if (options.rectified && !pair.value.rectified) {
         fail(ERROR_ARGUMENT, path +
-                                 ": is the calibration of raw images, which are not "
-                                 "rectified: leave --rectified out");
+                                 ": calibration of raw images, which are not "
+                                 "rectified: omit --rectified");
     }
     message why;
     if (options.unit != "mm" && !pair.unit_given &&
@@ -205,7 +205,7 @@ void check_use(const std::string &path, const import_options &options, const imp
     }
 }
 
-/// OpenCV's files may be halves: the other one stands beside the one that the user named.
+/// OpenCV's files may be halves: the other half is next to the one that the user named.
 import_pair read_opencv(std::vector<import_file> *files, const import_options &options) {
     try {
         return import_opencv(*files, options);
@@ -224,7 +224,7 @@ import_pair read_opencv(std::vector<import_file> *files, const import_options &o
     }
 }
 
-/// Formats with a file for each camera.
+/// Formats with one file per camera.
 struct camera_format {
     const char *name;  // with an article
     bool (*matches)(const std::string &text);
@@ -269,7 +269,7 @@ import_pair read_any(std::vector<import_file> *files, const import_options &opti
         return read_own(first, options);
     }
     if (first.text.find('\0') != std::string::npos) {
-        fail(ERROR_SYNTAX, first.path + ": is no text, so it is no calibration");
+        fail(ERROR_SYNTAX, first.path + ": not a calibration (not a text file)");
     }
     if (import_opencv_matches(first.text)) {
         return read_opencv(files, options);
@@ -294,12 +294,12 @@ import_pair read_any(std::vector<import_file> *files, const import_options &opti
     }
     fail(ERROR_SYNTAX,
          first.path +
-             ": is no calibration: our own text, OpenCV intrinsics/extrinsics, ROS "
-             "camera_info, Kalibr, mrcal, Middlebury calib.txt, KITTI and cameras of the "
-             "simulated rig are understood");
+             ": not a calibration (expected our own text, OpenCV intrinsics/extrinsics, ROS "
+             "camera_info, Kalibr, mrcal, Middlebury calib.txt, KITTI or cameras of the "
+             "simulated rig)");
 }
 
-/// Printable ASCII without anything that our text does not take.
+/// Printable ASCII without the characters that our text rejects.
 std::string plain_text(std::string text) {
     for (char &c : text) {
         c = c < ' ' || c > '~' ? '?' : c;
@@ -307,7 +307,7 @@ std::string plain_text(std::string text) {
     return text;
 }
 
-/// What is assumed goes into the note, whole sentences only.
+/// Assumptions go into the note, as whole sentences only.
 void write_note(import_pair *pair) {
     std::string note;
     for (const std::string &sentence : pair->assumed) {
@@ -319,7 +319,7 @@ void write_note(import_pair *pair) {
     std::snprintf(pair->value.note, sizeof pair->value.note, "%s", note.c_str());
 }
 
-/// The id comes from the contents: the same files are the same calibration wherever they lie.
+/// The id is derived from the contents: the same files are the same calibration wherever they are.
 void set_id(const std::vector<import_file> &files, import_pair *pair) {
     uint32_t crc = 0;
     for (const import_file &file : files) {
@@ -328,7 +328,7 @@ void set_id(const std::vector<import_file> &files, import_pair *pair) {
     std::snprintf(pair->value.id, sizeof pair->value.id, "%s-%08x", pair->tag.c_str(), crc);
 }
 
-/// Rounds, validates, and notices a pair that is rectified without saying so.
+/// Rounds, validates, and detects a pair that is rectified without saying so.
 void finish_import(const std::string &path, import_pair *pair) {
     calibration_fault fault{};
     const int code = calibration_file_settle(&pair->value, &fault);
@@ -340,7 +340,7 @@ void finish_import(const std::string &path, import_pair *pair) {
         rectified.rectified = true;
         if (calibration_validate(&rectified, nullptr) == ERROR_OK) {
             pair->value.rectified = true;
-            pair->assumed.push_back("ideal parallel cameras: images pass through as they are");
+            pair->assumed.push_back("ideal parallel cameras: images pass through unchanged");
         }
     }
 }
@@ -410,7 +410,7 @@ int calibration_file_load(const std::string &path, const import_options &options
     } catch (const std::bad_alloc &) {
         throw;
     } catch (const std::exception &error) {
-        *message = path + ": cannot be read: " + error.what();
+        *message = path + ": cannot read: " + error.what();
         return ERROR_SYNTAX;
     }
 }
@@ -420,7 +420,7 @@ int calibration_file_write(const std::string &path, const calibration &value,
     char text[CALIBRATION_TEXT_MAX_BYTES];
     const int length = calibration_print(&value, text, sizeof text);
     if (length < 0) {
-        *message = path + ": not written: " + error_text(length);
+        *message = path + ": cannot write: " + error_text(length);
         return length;
     }
     if (!whole_file_write(path, std::string(text, static_cast<std::size_t>(length)), message)) {
@@ -446,7 +446,7 @@ int calibration_file_loader(const calibration_request *request, calibration *val
         }
         std::snprintf(format, CALIBRATION_LOADER_FORMAT_BYTES, "%s", report.format.c_str());
         return ERROR_OK;
-    } catch (const std::bad_alloc &) {  // the caller is C: nothing may pass through it
-        return message_set(reason, ERROR_MEMORY, "%s: no memory", request->path);
+    } catch (const std::bad_alloc &) {  // the caller is C: no exception may reach it
+        return message_set(reason, ERROR_MEMORY, "%s: out of memory", request->path);
     }
 }

@@ -55,7 +55,7 @@ int export_files(const calibration &value, const std::string &format,
             }
         }
     }
-    *message = "no export named " + format + "; there are: " + export_formats;
+    *message = "unknown export format \"" + format + "\" (expected one of: " + export_formats + ")";
     return ERROR_ARGUMENT;
 }
 
@@ -98,7 +98,7 @@ std::string export_numbers(const std::vector<double> &values) {
         char number[32];
         const int length = std::snprintf(number, sizeof number, "%.17g", value);
         INVARIANT(length > 0 && length < static_cast<int>(sizeof number));
-        // PyYAML, which ROS and Kalibr read with, takes 1e+20 for a word and 1.0e+20 for a number.
+        // PyYAML, which ROS and Kalibr use, reads 1e+20 as a string and 1.0e+20 as a number.
         std::string word = number;
         const size_t exponent = word.find('e');
         if (exponent != std::string::npos && word.find('.') == std::string::npos) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Our calibration in the files of other programs. All of them put pixel (0,0) at the centre of the
-/// top left pixel, as we do; unit of length, names and direction of the pose differ and are stated
-/// in each exporter.
+/// Our calibration in the files of other programs. All of them, like ours, put pixel (0,0) at the
+/// centre of the top left pixel; unit of length, names and direction of the pose differ and are
+/// stated in each exporter.
 #ifndef VERGENCE_TOOLS_HOST_CONVERT_EXPORT_HPP
 #define VERGENCE_TOOLS_HOST_CONVERT_EXPORT_HPP
 
@@ -13,10 +13,10 @@
 /// One file of an export.
 struct export_file {
     std::string name, text;
-    std::string loss{};  // what the format cannot hold and how far off it is without; "": nothing
+    std::string loss{};  // what the format cannot hold, and the resulting error; "": nothing
 };
 
-/// Rectified cameras of an export whose images keep the raw images' size, which ROS demands and
+/// Rectified cameras of an export whose images keep the raw images' size, which ROS requires and
 /// OpenCV's users expect. In the frame of rectify.h.
 struct export_rectified {
     double R_rect_left[9], R_rect_right[9];  // row-major
@@ -28,21 +28,20 @@ struct export_rectified {
 /// The rotations are those of our own rectification; the focal length keeps all of the shared view
 /// in the image. Where the working range of depths reaches infinity both cameras get the same cx,
 /// so that disparity 0 is infinity; verged pairs keep their offset. `calibration` must be valid.
-/// Returns 0, or what `rectify_plan_make` returns (a pair without a shared view).
+/// Returns 0, or the error of `rectify_plan_make` (a pair without a shared view).
 int export_rectify(const calibration &value, export_rectified *result);
 
-/// The names that `export_files` knows, separated by blanks.
+/// The names that `export_files` accepts, separated by blanks.
 extern const char *const export_formats;
 
 /// The files of a valid calibration in a format (one of `export_formats`). Returns 0, or a negative
 /// error code with `message` saying in one line what the format cannot hold; `files` is then
-/// untouched. What it holds only nearly is no error: see `export_file::loss`.
+/// untouched. An approximation is not an error: see `export_file::loss`.
 int export_files(const calibration &value, const std::string &format,
                  std::vector<export_file> *files, std::string *message);
 
-/// The same, written into a directory, which is made when it is missing: all files or none.
-/// Returns 0 or a negative error code with `message` set; fills `paths`, and `loss` with what all
-/// files lost.
+/// The same, written into a directory, which is created if missing: all files or none. Returns 0 or
+/// a negative error code with `message` set; fills `paths`, and `loss` with what all files lost.
 int export_write(const calibration &value, const std::string &format, const std::string &directory,
                  std::vector<std::string> *paths, std::string *loss, std::string *message);
 
@@ -57,14 +56,14 @@ struct export_failure {
 std::vector<export_file> export_opencv(const calibration &value);
 /// sensor_msgs/CameraInfo as camera_calibration writes it: left.yaml and right.yaml, in m.
 std::vector<export_file> export_ros(const calibration &value);
-/// Kalibr's camchain.yaml, in m. Its lens has no k3: k1 k2 p1 p2 are fitted to it then.
+/// Kalibr's camchain.yaml, in m. Its lens has no k3: a lens with k3 is approximated by k1 k2 p1 p2.
 std::vector<export_file> export_kalibr(const calibration &value);
 /// mrcal's left.cameramodel and right.cameramodel, in m.
 std::vector<export_file> export_mrcal(const calibration &value);
 
-// What exporters share.
+// Shared by the exporters.
 
-/// "a, b, c", each so that reading gives the same double again.
+/// "a, b, c", each so that reading returns the same double.
 std::string export_numbers(const std::vector<double> &values);
 
 /// `export_rectify`, or throws.

@@ -13,10 +13,10 @@
 namespace {
 
 const double metre_mm = 1000;
-// Of the image's diagonal: a lens that is off by more than this is another one.
+// Of the image's diagonal: an approximation with a larger error is rejected.
 const double absurd_share = 0.01;
 
-/// `*one` as Kalibr can hold it; returns what that costs, "" for nothing.
+/// `*one` as Kalibr can hold it; returns the resulting error, "" for none.
 std::string drop_k3(const std::string &name, lens *one) {
     if (one->k3 == 0) {
         return "";

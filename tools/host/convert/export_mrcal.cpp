@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// mrcal's text form of a camera. `extrinsics` is rt_cam_ref: rotation vector and translation that
-/// take points of the reference frame, which is the left camera's, into the camera's; in m.
+/// map points of the reference frame, which is the left camera's, into the camera's; in m.
 /// LENSMODEL_OPENCV4 has k1 k2 p1 p2, LENSMODEL_OPENCV5 also k3. Source: mrcal manual, "Camera
 /// model representation".
 #include "tools/host/convert/export.hpp"

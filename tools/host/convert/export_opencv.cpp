@@ -34,7 +34,7 @@ std::vector<export_file> export_opencv(const calibration &value) {
     const double *t_mm = value.translation_right_left_mm;
     // (x, y, d, 1) -> homogeneous (X, Y, Z, W) in the left rectified frame, as rectify.h states it.
     const double B = rectified.baseline_mm, f = rectified.f_px;
-    const double stretch = f / rectified.fy_px;  // 1 but for rectified input with fx != fy
+    const double stretch = f / rectified.fy_px;  // 1 except for rectified input with fx != fy
     const std::vector<double> Q = {
         1, 0,       0,     -rectified.cx_left_px,
         0, stretch, 0,     -stretch * rectified.cy_px,

@@ -33,9 +33,9 @@ double middle_slope(const lens &camera, const double R_rect_camera[9]) {
     return turned[0] / turned[2];
 }
 
-/// Our own plan of the frames. Matching has limits (size of the images, disparities) that an export
-/// does not have: large images are planned at a fraction of their size, and the disparities that a
-/// stated depth range asks for do not matter. `*shrink` takes the fraction's denominator.
+/// Our own plan of the frames. Matching has limits (image size, disparities) that do not apply to
+/// an export: large images are planned at a fraction of their size, and the disparities of a stated
+/// depth range are ignored. `*shrink` receives the denominator of the fraction.
 int plan_frames(const calibration &value, rectify_plan *plan, int *shrink) {
     calibration small = value;
     const int side_px = std::max(
@@ -75,7 +75,7 @@ int export_rectify(const calibration &value, export_rectified *result) {
         result->cy_px = value.left.cy_px;
         return ERROR_OK;
     }
-    // The plan's image, scaled into the middle of one of the raw size.
+    // The plan's image, scaled and centred in one of the raw size.
     const int width_px = value.left.width_px, height_px = value.left.height_px;
     const double scale = std::min(static_cast<double>(width_px) / plan.width_px,
                                   static_cast<double>(height_px) / plan.height_px);

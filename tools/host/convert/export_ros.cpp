@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// camera_info files as camera_calibration writes them. rectification_matrix turns the camera's
-/// frame into the rectified one, P[3] = -f B in m. Source: CameraInfo.msg; REP 104.
+/// camera_info files as camera_calibration writes them. rectification_matrix maps the camera's
+/// frame to the rectified one, P[3] = -f B in m. Source: CameraInfo.msg; REP 104.
 #include "tools/host/convert/export.hpp"
 
 namespace {
@@ -30,7 +30,7 @@ std::vector<export_file> export_ros(const calibration &value) {
     const export_rectified rectified = export_rectify_or_fail(value);
     double P_left[12], P_right[12];
     export_projections(rectified, metre_mm, P_left, P_right);
-    // Users of these files look for the baseline and do not find it: it is said in words.
+    // These files have no field for the baseline, so a comment states it.
     const std::string baseline =
         "# baseline: " + export_numbers({rectified.baseline_mm / metre_mm}) + " m\n";
     return {{"left.yaml", baseline + info("left", value.left, rectified.R_rect_left, P_left)},

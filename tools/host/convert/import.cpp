@@ -24,7 +24,7 @@ std::vector<double> import_numbers(const import_file &file, const std::string &p
         if (at == end) {
             break;
         }
-        if (*at == '+') {  // from_chars knows no plus
+        if (*at == '+') {  // from_chars rejects a plus
             at++;
         }
         double value = 0;
@@ -74,7 +74,7 @@ import_entries import_read_entries(const import_file &file, char separator,
         }
         const std::string name = line.text.substr(0, end);
         if (!entries.insert({name, {line.number, line.text.substr(end + 1)}}).second) {
-            import_fail(ERROR_DUPLICATE, file, where + ": " + name + " stood above already");
+            import_fail(ERROR_DUPLICATE, file, where + ": " + name + " is a duplicate");
         }
     }
     return entries;
@@ -127,8 +127,8 @@ double rational(const std::vector<double> &D, double u) {
     return (1 + u * (D[0] + u * (D[1] + u * D[4]))) / (1 + u * (D[5] + u * (D[6] + u * D[7])));
 }
 
-/// Radius of the undistorted view: where the model puts the corner farthest from the centre.
-/// Returns 0 when the model does not grow up to there.
+/// Radius of the undistorted view: where the model maps the corner farthest from the centre.
+/// Returns 0 when the model is not monotonic up to there.
 double view_radius(const std::vector<double> &D, const lens &camera) {
     double corner = 0;
     for (const double x : {-0.5, camera.width_px - 0.5}) {
@@ -177,15 +177,15 @@ bool solve_three(const double A[3][3], const double b[3], double x[3]) {
     return true;
 }
 
-/// Differences between a fitted polynomial and the model it stands for, in px.
+/// Differences between a fitted polynomial and the model it approximates, in px.
 struct refit {
     double largest_px, rms_px;
 };
 
 /// Fits r (1 + k1 r^2 + k2 r^4 + k3 r^6) to the rational model over the view, by least fourth
-/// powers (iteratively reweighted least squares): plain least squares leaves the corners far off.
-/// Unknowns are scaled to the view's edge, so that the system is well conditioned. Returns false
-/// when the model does not grow over the view.
+/// powers (iteratively reweighted least squares): plain least squares has large errors in the
+/// corners. Unknowns are scaled to the view's edge for good conditioning. Returns false when the
+/// model is not monotonic over the view.
 bool refit_rational(const std::vector<double> &D, lens *camera, refit *result) {
     const double radius = view_radius(D, *camera);
     if (radius <= 0) {
@@ -243,7 +243,7 @@ void import_distortion(const import_file &file, const std::string &field,
     if (count != 0 && count != 4 && count != 5 && count != 8 && count != 12 && count != 14) {
         import_fail(ERROR_SYNTAX, file,
                     field + ": has " + std::to_string(count) +
-                        " distortion coefficients; 4, 5 or 8 are usual (k1 k2 p1 p2 k3 k4 k5 k6)");
+                        " distortion coefficients (expected 4, 5 or 8: k1 k2 p1 p2 k3 k4 k5 k6)");
     }
     std::vector<double> all(14, 0.0);
     std::copy(D.begin(), D.end(), all.begin());
@@ -323,13 +323,13 @@ void import_projections(const import_file &file, const std::string &field,
     if (!(across_mm > 0) || off_mm > 0.05 * across_mm) {
         import_fail(ERROR_BASELINE, file,
                     field +
-                        ": the right camera must stand to the right of the left one, but "
-                        "stands at x " +
+                        ": the right camera must be to the right of the left one, but "
+                        "is at x " +
                         number_text(across_mm, 6) + " mm, " + number_text(off_mm, 6) +
-                        " mm off that line: are the two swapped, or one above the other?");
+                        " mm off that line: are they swapped, or one above the other?");
     }
     if (off_mm > 1e-6 * across_mm) {
-        pair->assumed.push_back("rows correspond, though the projections put the right camera " +
+        pair->assumed.push_back("rows correspond, although the projections put the right camera " +
                                 number_text(off_mm, 3) + " mm off the baseline");
     }
     pair->value.right.fx_px = left.fx_px;

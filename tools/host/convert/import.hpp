@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Importers of other programs' calibration files and what they share. An importer fills an
-/// `import_pair` or throws `import_failure`; calibration_file.hpp is the way in that throws
-/// nothing.
+/// Importers of other programs' calibration files and their shared functions. An importer fills an
+/// `import_pair` or throws `import_failure`; calibration_file.hpp is the non-throwing interface.
 #ifndef VERGENCE_TOOLS_HOST_CONVERT_IMPORT_HPP
 #define VERGENCE_TOOLS_HOST_CONVERT_IMPORT_HPP
 
@@ -16,38 +15,38 @@ struct import_file {
     std::string path, text;
 };
 
-/// What the user says about a file that the file itself leaves open.
+/// What the user states about a file that the file leaves open.
 struct import_options {
     int width_px = 0, height_px = 0;  // of the raw images, 0: unknown; used where the file has none
     std::string unit;                 // "mm", "cm" or "m"; "": not stated
-    bool rectified = false;     // the images are rectified already: take the file's projections
+    bool rectified = false;     // the images are already rectified: use the file's projections
     int first_camera = -1;      // KITTI: the left camera, 0 or 2; -1: 2 where the file has it
-    bool accept_edits = false;  // our own text: a wrong checksum is mended, not refused
+    bool accept_edits = false;  // our own text: a wrong checksum is corrected, not rejected
 };
 
 /// An imported pair before it is rounded and validated.
 struct import_pair {
     calibration value{};
     std::string format;                // e.g. "OpenCV"
-    std::string tag;                   // lower-case beginning of the id, e.g. "opencv"
-    bool unit_given = false;           // the file states no unit, and the options do
+    std::string tag;                   // lower-case prefix of the id, e.g. "opencv"
+    bool unit_given = false;           // the file states no unit, but the options do
     std::vector<std::string> assumed;  // sentences without a full stop, printable ASCII
 };
 
-/// Why a file was refused; `message` is one line that names file and field and says what to do.
+/// Why a file was rejected; `message` is one line that names file and field and says what to do.
 struct import_failure {
     int code;  // enum error_code
     std::string message;
 };
 
-/// Files of `stereo_calib` or with the same or similar names, alone or spread over several:
-/// M1 D1 M2 D2 R T, image size where stated. Sides of files with one camera: in order of `files`.
+/// Files of `stereo_calib`, or with the same or similar names, one or several: M1 D1 M2 D2 R T,
+/// image size if stated. Sides of files with one camera: in the order of `files`.
 import_pair import_opencv(const std::vector<import_file> &files, const import_options &options);
 
 /// The pair of camera_info files, left first.
 import_pair import_ros(const std::vector<import_file> &files, const import_options &options);
 
-/// The true cameras of the simulated rig, left first; `skip` counts as smaller images.
+/// The true cameras of the simulated rig, left first; `skip` is treated as smaller images.
 import_pair import_simrig(const std::vector<import_file> &files, const import_options &options);
 
 /// Kalibr's camera chain: cam0 is the left camera, cam1 the right one.
@@ -62,7 +61,7 @@ import_pair import_middlebury(const import_file &file, const import_options &opt
 /// KITTI's calib_cam_to_cam.txt, or the calib.txt of odometry and of the stereo benchmarks.
 import_pair import_kitti(const import_file &file, const import_options &options);
 
-/// Which of the text forms a file has, by its contents.
+/// Which of the text formats a file has, by its contents.
 bool import_opencv_matches(const std::string &text);
 bool import_ros_matches(const std::string &text);
 bool import_simrig_matches(const std::string &text);
@@ -71,7 +70,7 @@ bool import_mrcal_matches(const std::string &text);
 bool import_middlebury_matches(const std::string &text);
 bool import_kitti_matches(const std::string &text);
 
-// What importers share.
+// Shared by the importers.
 
 [[noreturn]] void import_fail(int code, const import_file &file, const std::string &what);
 
@@ -87,47 +86,47 @@ struct import_line {
 };
 std::vector<import_line> import_lines(const std::string &text);
 
-/// What stands behind a name in a file of lines such as NAME: VALUES.
+/// The value of a name in a file of lines such as NAME: VALUES.
 struct import_entry {
     int line;
     std::string text;
 };
 using import_entries = std::map<std::string, import_entry>;
 
-/// All lines of a file, cut at the first `separator`; blank ones are skipped. Refuses a line
-/// without one, saying that it must be `form`, and a name that stands twice.
+/// All lines of a file, split at the first `separator`; blank ones are skipped. Rejects a line
+/// without one, saying that it must be `form`, and a duplicate name.
 import_entries import_read_entries(const import_file &file, char separator,
                                    const std::string &form);
 
-/// The entry of this name; refuses a file that has none.
+/// The entry of this name; rejects a file without one.
 const import_entry &import_require(const import_file &file, const import_entries &entries,
                                    const std::string &name);
 
-/// "line 7, NAME", for messages. The entry must be there.
+/// "line 7, NAME", for messages. The entry must exist.
 std::string import_place(const import_entries &entries, const std::string &name);
 
-/// Focal lengths and principal point of a 3x3 camera matrix (row-major); refuses skew.
+/// Focal lengths and principal point of a 3x3 camera matrix (row-major); rejects skew.
 void import_camera_matrix(const import_file &file, const std::string &field,
                           const std::vector<double> &K, lens *camera);
 
-/// Distortion coefficients in OpenCV's order (0, 4, 5, 8, 12 or 14 of them). The rational model
-/// (k4 k5 k6) is refitted by k1 k2 k3 over the image, whose size must be set, when the
-/// difference stays below 0.25 px; other terms are refused by name.
+/// Distortion coefficients in OpenCV's order (0, 4, 5, 8, 12 or 14 of them). The rational model (k4
+/// k5 k6) is approximated by k1 k2 k3 over the image, whose size must be set, if the difference
+/// stays below 0.25 px; other terms are rejected by name.
 void import_distortion(const import_file &file, const std::string &field,
                        const std::vector<double> &D, lens *camera,
                        std::vector<std::string> *assumed);
 
-/// R_right_left (row-major) and translation; refuses what is no rotation.
+/// R_right_left (row-major) and translation; rejects a matrix that is not a rotation.
 void import_pose(const import_file &file, const std::string &field, const std::vector<double> &R,
                  const double translation_mm[3], calibration *value);
 
-/// A rectified pair from two 3x4 projections (row-major; lengths in units of `unit_mm`) in a
-/// common frame. Sets `rectified`, lenses (but not the size) and pose.
+/// A rectified pair from two 3x4 projections (row-major; lengths in units of `unit_mm`) in a common
+/// frame. Sets `rectified`, lenses (without the size) and pose.
 void import_projections(const import_file &file, const std::string &field,
                         const std::vector<double> &P_left, const std::vector<double> &P_right,
                         double unit_mm, import_pair *pair);
 
-/// Millimetres of the unit that the options state, or 0 when they state none.
+/// Millimetres per unit that the options state, or 0 if they state none.
 double import_unit_mm(const import_options &options);
 
 #endif

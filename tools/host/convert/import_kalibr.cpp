@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Kalibr's camera chain. cam0 is the left camera; cam1's T_cn_cnm1 takes points of cam0 into its
+/// Kalibr's camera chain. cam0 is the left camera; cam1's T_cn_cnm1 maps points of cam0 into its
 /// frame, in m. Source: Kalibr wiki, "Yaml formats" and "Supported models".
 #include <cmath>
 

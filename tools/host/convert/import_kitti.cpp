@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Two forms: calib_cam_to_cam.txt of the raw recordings and the 2015 benchmark (per camera S K D
-/// R T of the raw and S_rect R_rect P_rect of the rectified images), and calib.txt of odometry and
-/// the 2012 benchmark (P0..P3 alone). Cameras 0 and 1 are grey, 2 and 3 colour; even ones stand
+/// Two forms: calib_cam_to_cam.txt of the raw recordings and the 2015 benchmark (per camera S K D R
+/// T of the raw and S_rect R_rect P_rect of the rectified images), and calib.txt of odometry and
+/// the 2012 benchmark (P0..P3 only). Cameras 0 and 1 are grey, 2 and 3 colour; even ones are on the
 /// left; lengths in m. Source: Geiger et al., "Vision meets robotics: the KITTI dataset", IJRR
 /// 2013.
 #include <cmath>
@@ -35,7 +35,7 @@ void set_size(const kitti &from, const std::string &name, lens *camera) {
     for (const double side_px : size_px) {
         if (!(side_px >= 1 && side_px <= 100000 && side_px == std::floor(side_px))) {
             import_fail(ERROR_RANGE, from.file,
-                        from.place(name) + ": must be whole numbers of pixels");
+                        from.place(name) + ": must be integer numbers of pixels");
         }
     }
     camera->width_px = static_cast<int>(size_px[0]);

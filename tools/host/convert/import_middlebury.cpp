@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The format is described on the page of the 2014 data sets ("calib.txt"): Z = baseline f /
-/// (d + doffs), doffs = cx1 - cx0, lengths in mm, disparities 0..ndisp-1, vmin..vmax the ones met.
+/// The format is described on the page of the 2014 data sets ("calib.txt"): Z = baseline f / (d +
+/// doffs), doffs = cx1 - cx0, lengths in mm, disparities 0..ndisp-1, vmin..vmax the range that
+/// occurs.
 #include <algorithm>
 #include <cmath>
 
@@ -19,7 +20,7 @@ int size_px(const import_file &file, const import_entries &all, const std::strin
     const double value = number(file, all, name);
     if (!(value >= 1 && value <= 100000 && value == std::floor(value))) {
         import_fail(ERROR_RANGE, file,
-                    import_place(all, name) + ": must be a whole number of pixels");
+                    import_place(all, name) + ": must be an integer number of pixels");
     }
     return static_cast<int>(value);
 }
@@ -33,8 +34,8 @@ void read_camera(const import_file &file, const import_entries &all, const std::
     import_camera_matrix(file, where, import_numbers(file, where, text, 9), camera);
 }
 
-/// Disparities that the file announces, as a range of depths. A depth farther than the grammar's
-/// limit (1000 km) is infinity for all purposes.
+/// The disparities stated in the file, as a range of depths. A depth beyond the grammar's limit
+/// (1000 km) is treated as infinity.
 void read_depth_range(const import_file &file, const import_entries &all, double doffs_px,
                       calibration *value) {
     double low_px, high_px;
@@ -50,12 +51,12 @@ void read_depth_range(const import_file &file, const import_entries &all, double
     if (!(low_px <= high_px) || !(high_px + doffs_px > 0)) {
         import_fail(ERROR_DISPARITY_RANGE, file,
                     "the disparities " + number_text(low_px, 6) + ".." + number_text(high_px, 6) +
-                        " (vmin..vmax or 0..ndisp-1) are no range in "
+                        " (vmin..vmax or 0..ndisp-1) are not a range in "
                         "front of the cameras");
     }
     static const double infinity_mm = 1e9;
     const double product = value->left.fx_px * -value->translation_right_left_mm[0];
-    // One pixel more at either end: a range of equal ends is legal in the file.
+    // One more pixel at either end: a range with equal ends is legal in the file.
     value->depth_near_mm = product / (high_px + 1 + doffs_px);
     value->depth_far_mm = low_px - 1 + doffs_px > product / infinity_mm
                               ? product / (low_px - 1 + doffs_px)
@@ -86,7 +87,7 @@ import_pair import_middlebury(const import_file &file, const import_options &) {
         import_fail(ERROR_RANGE, file, "cam0 and cam1 must agree in fx, fy and cy");
     }
     const double doffs_px = number(file, all, "doffs");
-    // Both are printed with three decimals, each rounded on its own.
+    // Both are printed with three decimals, rounded independently.
     if (std::abs(value.right.cx_px - value.left.cx_px - doffs_px) > 0.0021) {
         import_fail(ERROR_RANGE, file,
                     import_place(all, "doffs") + ": is " + number_text(doffs_px, 9) +

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// mrcal's .cameramodel, one file a camera: a dictionary in Python's spelling, which is YAML but
-/// for the bytes of its optimization inputs. `extrinsics` is rt_cam_ref in m, as in
-/// export_mrcal.cpp.
+/// mrcal's .cameramodel, one file per camera: a Python dictionary, which is YAML except for the
+/// bytes of its optimization inputs. `extrinsics` is rt_cam_ref in m, as in export_mrcal.cpp.
 #include <algorithm>
 #include <cstdio>
 
@@ -18,7 +17,7 @@ struct model {
     double R_cam_ref[9], t_mm[3];
 };
 
-/// Without bytes b'...': they hold braces that are none.
+/// Without byte strings b'...', whose braces would confuse the parser.
 std::string without_bytes(const std::string &text) {
     const std::string key = "'optimization_inputs':";
     const size_t at = text.find(key);
@@ -40,7 +39,7 @@ model read_model(const import_file &file, std::vector<std::string> *assumed) {
         import_fail(ERROR_DISTORTION, file,
                     "lensmodel " + (name.empty() ? "is missing" : name) +
                         ": only LENSMODEL_PINHOLE and LENSMODEL_OPENCV4, 5 and 8 are supported: "
-                        "make one of them with mrcal-convert-lensmodel");
+                        "convert with mrcal-convert-lensmodel");
     }
     const std::vector<double> intrinsics =
         import_yaml_numbers(file, "intrinsics", root["intrinsics"], 4 + coefficients);

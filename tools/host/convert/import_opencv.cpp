@@ -18,7 +18,7 @@ namespace {
 
 enum role { MATRIX, DISTORTION, PROJECTION, ROTATION, TRANSLATION };
 
-/// Where a role's values were found; `side` 0 left, 1 right, 2 neither said.
+/// Where the values of a role were found; `side` 0 left, 1 right, 2 not stated.
 struct finding {
     const import_file *file;
     std::string name;
@@ -37,7 +37,8 @@ struct findings {
     }
 };
 
-/// Lower case, letters and digits alone: cameraMatrix1, camera_matrix_1 and Camera-Matrix-1 agree.
+/// Lower case, letters and digits only: cameraMatrix1, camera_matrix_1 and Camera-Matrix-1 are
+/// equal.
 std::string plain_name(const std::string &name) {
     std::string plain;
     for (const char c : name) {
@@ -52,12 +53,12 @@ bool is_one_of(const std::string &name, std::initializer_list<const char *> name
     return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// Cuts a word for the side off either end of a plain name.
+/// Removes a word for the side from either end of a plain name.
 int cut_side(std::string *name) {
     static const struct {
         const char *word;
         int side;
-        bool in_front;  // may also stand in front
+        bool in_front;  // may also be a prefix
     } words[] = {{"left", 0, true}, {"right", 1, true}, {"1", 0, false},
                  {"2", 1, false},   {"l", 0, false},    {"r", 1, false}};
     for (const auto &word : words) {
@@ -98,7 +99,7 @@ bool role_of(const std::string &name, role *what, int *side) {
                                                                    "distcoefs",
                                                                    "distortioncoefficients",
                                                                    "distortioncoeffs"};
-    // "dist" and "mtx..." end in letters that could be a side: the whole name comes first.
+    // "dist" and "mtx..." end in letters that could be a side, so the whole name is tried first.
     if (is_one_of(plain, matrix) || is_one_of(plain, distortion)) {
         *what = is_one_of(plain, matrix) ? MATRIX : DISTORTION;
         return true;
@@ -137,7 +138,7 @@ bool read_values(const import_file &file, const import_storage_entry &entry, fin
     for (const double value : found->values) {
         if (!std::isfinite(value)) {
             import_fail(ERROR_RANGE, file,
-                        found->name + ": holds a value that is no finite number");
+                        found->name + ": contains a value that is not a finite number");
         }
     }
     return true;
@@ -147,7 +148,7 @@ bool is_side_px(double value) {
     return value >= 1 && value <= 100000;
 }
 
-/// Image size and rms under the names that are met.
+/// Image size and rms under their known names.
 void read_extras(const import_storage_entry &entry, const std::string &plain, findings *result) {
     const std::vector<double> &numbers = entry.numbers;
     const bool one = entry.kind == import_storage_kind::number;
@@ -200,7 +201,7 @@ const finding &required(const import_file &file, const findings &from, role what
     const finding *found = from.find(what, side);
     if (found == nullptr && from.find(MATRIX, 2) != nullptr) {
         import_fail(ERROR_MISSING, file,
-                    "holds one camera only (" + from.find(MATRIX, 2)->name +
+                    "contains one camera only (" + from.find(MATRIX, 2)->name +
                         "): a stereo pair needs both cameras, R and T: LEFT,RIGHT,EXTRINSICS");
     }
     if (found == nullptr) {
@@ -215,7 +216,7 @@ const finding &required(const import_file &file, const findings &from, role what
 void check_shape(const finding &found, int rows, int columns) {
     const bool flat = found.rows * found.columns == rows * columns &&
                       (found.rows == 1 || found.columns == 1) && (rows == 1 || columns == 1);
-    // A list of numbers has lost its shape.
+    // A list of numbers has no shape.
     const bool list = found.columns == 1 && found.rows == rows * columns;
     if (!(found.rows == rows && found.columns == columns) && !flat && !list) {
         import_fail(ERROR_SYNTAX, *found.file,
@@ -225,7 +226,7 @@ void check_shape(const finding &found, int rows, int columns) {
     }
 }
 
-/// Rotation matrix of a role that may also hold a rotation vector.
+/// Rotation matrix of a role that may also be a rotation vector.
 std::vector<double> rotation(const finding &found) {
     if (found.values.size() != 3) {
         check_shape(found, 3, 3);
@@ -308,7 +309,7 @@ import_pair import_opencv(const std::vector<import_file> &files, const import_op
     pair.format = "OpenCV";
     pair.tag = "opencv";
     findings from;
-    // Files of one camera each are told apart by their order only.
+    // Single-camera files are distinguished by their order only.
     for (size_t i = 0; i < files.size(); i++) {
         read_file(files[i], files.size() > 1 && i < 2 ? static_cast<int>(i) : 2, &from);
     }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// sensor_msgs/CameraInfo as YAML, in the spelling of camera_calibration (camera_matrix: {data})
-/// and in that of an echoed message (K: [...] or k: [...]). For a point of the rectified frame P =
-/// [f 0 cx Tx; 0 f cy Ty; 0 0 1 0] with Tx = -f B in the right camera, lengths in m, and R turns
-/// the raw camera's frame into the rectified one. Source: REP 104, CameraInfo.msg.
+/// sensor_msgs/CameraInfo as YAML, as written by camera_calibration (camera_matrix: {data}) or as
+/// an echoed message (K: [...] or k: [...]). For a point of the rectified frame P = [f 0 cx Tx; 0 f
+/// cy Ty; 0 0 1 0] with Tx = -f B in the right camera, lengths in m, and R maps the raw camera's
+/// frame to the rectified one. Source: REP 104, CameraInfo.msg.
 #include <cmath>
 
 #include "core/error.h"
@@ -40,7 +40,7 @@ std::vector<double> numbers(const import_file &file, const YAML::Node &root,
         node = node["data"];
     }
     if (!node || !node.IsSequence()) {
-        import_fail(ERROR_SYNTAX, file, field + ": must hold a list of numbers");
+        import_fail(ERROR_SYNTAX, file, field + ": must be a list of numbers");
     }
     return import_yaml_numbers(file, field, node);
 }
@@ -67,7 +67,7 @@ int whole(const import_file &file, const YAML::Node &root,
     }
     int value = 0;
     if (!node.IsScalar() || !YAML::convert<int>::decode(node, value)) {
-        import_fail(ERROR_SYNTAX, file, std::string(*names.begin()) + ": must be a whole number");
+        import_fail(ERROR_SYNTAX, file, std::string(*names.begin()) + ": must be an integer");
     }
     return value;
 }
@@ -83,7 +83,7 @@ void refuse_binning(const import_file &file, const YAML::Node &root) {
     }
 }
 
-/// The distortion model by name; the coefficients themselves are judged by import_distortion.
+/// The distortion model by name; import_distortion validates the coefficients.
 void check_model(const import_file &file, const YAML::Node &root, const std::vector<double> &D) {
     const YAML::Node node = child(root, {"distortion_model"});
     const std::string model = node && node.IsScalar() ? node.Scalar() : "";
@@ -131,13 +131,14 @@ void set_raw_pose(const import_file &file, const camera_info &left, const camera
                             (P[7] / P[5] - P0[7] / P0[5]) * metre_mm, 0};
     if (T_mm[0] == 0 && T_mm[1] == 0) {
         import_fail(ERROR_BASELINE, file,
-                    "projection_matrix: the pair has no baseline: its fourth column must hold "
+                    "projection_matrix: no baseline: its fourth column must be "
                     "-fx * baseline in metres, as a stereo calibration writes it");
     }
     if (T_mm[0] > 0 && std::abs(T_mm[0]) > std::abs(T_mm[1])) {
-        import_fail(ERROR_BASELINE, file,
-                    "projection_matrix: the right camera stands left of the left one: are the two "
-                    "files swapped?");
+        import_fail(
+            ERROR_BASELINE, file,
+            "projection_matrix: the right camera is to the left of the left one: are the two "
+            "files swapped?");
     }
     double checked[3];
     for (const camera_info *info : {&left, &right}) {
@@ -173,12 +174,12 @@ import_pair import_ros(const std::vector<import_file> &files, const import_optio
         const camera_info right = read_info(files[1], &pair.assumed);
         if (options.rectified || (left.ideal && right.ideal && left.P[0] == right.P[0])) {
             import_projections(files[1], "projection_matrix", left.P, right.P, metre_mm, &pair);
-            pair.assumed.push_back("images are the rectified ones (image_rect)");
+            pair.assumed.push_back("images assumed to be rectified (image_rect)");
         } else {
             pair.value.left = left.camera;
             pair.value.right = right.camera;
             set_raw_pose(files[1], left, right, &pair);
-            pair.assumed.push_back("images are the raw ones (image_raw)");
+            pair.assumed.push_back("images assumed to be raw (image_raw)");
         }
         pair.value.left.width_px = left.camera.width_px;
         pair.value.left.height_px = left.camera.height_px;
@@ -186,7 +187,7 @@ import_pair import_ros(const std::vector<import_file> &files, const import_optio
         pair.value.right.height_px = right.camera.height_px;
     } catch (const YAML::Exception &error) {
         import_fail(ERROR_SYNTAX, *reading,
-                    "line " + std::to_string(error.mark.line + 1) + ": is no YAML: " + error.msg);
+                    "line " + std::to_string(error.mark.line + 1) + ": not YAML: " + error.msg);
     }
     return pair;
 }

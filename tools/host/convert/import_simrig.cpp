@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The true cameras of the simulated rig, as its command `truth` and simrig-render write them:
-/// K and the distortion of Brown and Conrady in pixels of the whole sensor, the window that was
-/// read out, and the pose T_world_camera. Nothing is fitted: the model is ours. The description of
-/// the keys is in tools/simrig/README.md; no code is shared with that program.
+/// The true cameras of the simulated rig, as its command `truth` and simrig-render write them: K
+/// and the Brown-Conrady distortion in pixels of the whole sensor, the readout window, and the pose
+/// T_world_camera. Nothing is fitted: the model is ours. The keys are described in
+/// tools/simrig/README.md; no code is shared with that program.
 #include <cmath>
 
 #include "core/error.h"
@@ -29,16 +29,16 @@ std::vector<double> whole_numbers(const import_file &file, const YAML::Node &roo
     for (const double value : values) {
         if (value != std::floor(value) || value < least || value > most) {
             import_fail(ERROR_RANGE, file,
-                        std::string(name) + ": must be two whole numbers from " +
-                            number_text(least, 6) + " to " + number_text(most, 6));
+                        std::string(name) + ": must be two integers from " + number_text(least, 6) +
+                            " to " + number_text(most, 6));
         }
     }
     return values;
 }
 
-/// An output pixel of the pair n (of columns or rows) lies at first + skip 2 n, its neighbour of
-/// the other colour 1 behind it, and a binned one bin - 1 farther: on the even grid that is nearest
-/// to both, each is half of skip - 1 off.
+/// An output pixel of the pair n (of columns or rows) is at first + skip 2 n, its neighbour of the
+/// other colour 1 behind it, and a binned one bin - 1 farther. On the even grid closest to both,
+/// each is off by half of skip - 1.
 double first_centre(double first, double skip, double bin) {
     return first + (bin - 1) - (skip - 1) / 2;
 }
@@ -120,14 +120,15 @@ import_pair import_simrig(const std::vector<import_file> &files, const import_op
         pair.assumed.push_back("the true cameras of a simulated rig");
         for (const double skip : {left.skip[0], left.skip[1], right.skip[0], right.skip[1]}) {
             if (skip > 1) {
-                pair.assumed.push_back("pixels stand evenly, though the two of a colour pair are " +
-                                       number_text((skip - 1) / (2 * skip), 3) + " px off that");
+                pair.assumed.push_back(
+                    "pixels assumed evenly spaced, although the two of a colour pair are " +
+                    number_text((skip - 1) / (2 * skip), 3) + " px off that");
                 break;
             }
         }
     } catch (const YAML::Exception &error) {
         import_fail(ERROR_SYNTAX, *reading,
-                    "line " + std::to_string(error.mark.line + 1) + ": is no YAML: " + error.msg);
+                    "line " + std::to_string(error.mark.line + 1) + ": not YAML: " + error.msg);
     }
     return pair;
 }

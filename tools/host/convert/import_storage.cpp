@@ -17,10 +17,10 @@ using json = nlohmann::json;
 using kind = import_storage_kind;
 
 [[noreturn]] void fail(const import_file &file, const std::string &what) {
-    import_fail(ERROR_SYNTAX, file, "is no whole file of OpenCV's FileStorage: " + what);
+    import_fail(ERROR_SYNTAX, file, "not a complete file of OpenCV's FileStorage: " + what);
 }
 
-/// NaN for anything but one number.
+/// NaN for anything but a single number.
 double number_of(const std::string &word) {
     double value = 0;
     const char *const end = word.data() + word.size();
@@ -28,17 +28,17 @@ double number_of(const std::string &word) {
     return read.ec == std::errc() && read.ptr == end ? value : std::nan("");
 }
 
-/// Whether this is a whole number from `least` up that an int holds.
+/// Whether this is an integer from `least` up that fits an int.
 bool is_count(double value, double least) {
     return value >= least && value <= std::numeric_limits<int>::max() && value == std::floor(value);
 }
 
-/// A matrix's parts as words: the three spellings differ only in how they are nested.
+/// A matrix's parts as words: the three formats differ only in how they nest them.
 void set_matrix(const import_file &file, const std::string &rows, const std::string &columns,
                 const std::string &type, const std::vector<double> &data,
                 import_storage_entry *entry) {
     const double row_count = number_of(rows), column_count = number_of(columns);
-    // "d", or a count of channels before it: "3d".
+    // "d", or with a channel count before it: "3d".
     const std::string channels = type.substr(0, type.find_first_not_of("0123456789"));
     const double channel_count = channels.empty() ? 1 : number_of(channels);
     entry->kind = kind::matrix;
@@ -53,7 +53,7 @@ void set_matrix(const import_file &file, const std::string &rows, const std::str
     entry->channels = static_cast<int>(channel_count);
 }
 
-// YAML. The first line, %YAML:1.0, is OpenCV's own: a parser of YAML refuses it.
+// YAML. OpenCV's first line, %YAML:1.0, is rejected by YAML parsers.
 
 std::vector<double> yaml_numbers(const YAML::Node &node) {
     std::vector<double> numbers;
@@ -96,13 +96,13 @@ import_storage_entry yaml_entry(const import_file &file, const std::string &name
 std::vector<import_storage_entry> read_yaml(const import_file &file) {
     std::string text = file.text;
     if (text.compare(0, 5, "%YAML") == 0) {
-        text[0] = '#';  // keeps the numbers of the lines
+        text[0] = '#';  // keeps the line numbers
     }
     std::vector<import_storage_entry> entries;
     try {
         const YAML::Node root = YAML::Load(text);
         if (!root.IsMap()) {
-            fail(file, "it holds no names");
+            fail(file, "it contains no names");
         }
         for (const auto &pair : root) {
             if (pair.first.IsScalar()) {
@@ -110,7 +110,7 @@ std::vector<import_storage_entry> read_yaml(const import_file &file) {
             }
         }
     } catch (const YAML::Exception &error) {
-        // The library has no words for a text that is nested too deeply for it.
+        // The library has no message for excessive nesting.
         const std::string why = error.msg == "bad file" ? "nested too deeply" : error.msg;
         fail(file, "line " + std::to_string(error.mark.line + 1) + ": " + why);
     }
@@ -144,7 +144,7 @@ std::string json_word(const json &map, const char *name) {
 std::vector<import_storage_entry> read_json(const import_file &file) {
     const json root = json::parse(file.text, nullptr, false);
     if (!root.is_object()) {
-        fail(file, "it is no JSON object");
+        fail(file, "it is not a JSON object");
     }
     std::vector<import_storage_entry> entries;
     for (const auto &pair : root.items()) {
@@ -169,7 +169,7 @@ std::vector<import_storage_entry> read_json(const import_file &file) {
 }
 
 // XML: elements, attributes (skipped), text, comments and the declaration, which is all that
-// FileStorage writes. Entities stand in strings only, which nobody asks for.
+// FileStorage writes. Entities occur in strings only, which are not used.
 
 struct element {
     std::string name, text;
@@ -184,7 +184,7 @@ class xml_reader {
         element root;
         read_children(&root, 0);
         if (at_ != text_.size() || root.children.size() != 1) {
-            damaged("it must hold one element, opencv_storage");
+            damaged("it must contain one element, opencv_storage");
         }
         return root.children[0];
     }
@@ -275,7 +275,7 @@ std::vector<std::string> words_of(const std::string &text) {
     return words;
 }
 
-/// Words of the child with this name; none when it is missing.
+/// Words of the child with this name; empty if it is missing.
 std::vector<std::string> xml_words(const element &parent, const char *name) {
     for (const element &child : parent.children) {
         if (child.name == name) {

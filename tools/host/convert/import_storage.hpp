@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reads the files of OpenCV's FileStorage in its three spellings (YAML, XML, JSON), without
-/// OpenCV: its own parser crashes on some damaged files. Only the top level is kept, and of it what
-/// holds numbers.
+/// Reads files of OpenCV's FileStorage in its three formats (YAML, XML, JSON) without OpenCV, whose
+/// parser crashes on some damaged files. Keeps only the top level, and of it only entries with
+/// numbers.
 #ifndef VERGENCE_TOOLS_HOST_CONVERT_IMPORT_STORAGE_HPP
 #define VERGENCE_TOOLS_HOST_CONVERT_IMPORT_STORAGE_HPP
 
@@ -19,8 +19,8 @@ struct import_storage_entry {
     std::vector<double> numbers;              // one, the list's, or the matrix's row by row
 };
 
-/// All entries in the order of the file. Throws `import_failure` for a damaged file. A word that
-/// stands in the place of a number becomes a NaN.
+/// All entries in the order of the file. Throws `import_failure` for a damaged file. A word in the
+/// place of a number becomes a NaN.
 std::vector<import_storage_entry> import_storage_read(const import_file &file);
 
 #endif

@@ -29,7 +29,7 @@ std::vector<double> import_yaml_numbers(const import_file &file, const std::stri
         return import_numbers(file, field, node.Scalar(), 1);
     }
     if (!node.IsSequence()) {
-        import_fail(ERROR_SYNTAX, file, field + ": must hold a list of numbers");
+        import_fail(ERROR_SYNTAX, file, field + ": must be a list of numbers");
     }
     std::string text;
     for (const YAML::Node &value : node) {

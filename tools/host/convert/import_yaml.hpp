@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the importers of YAML share.
+/// Shared by the YAML importers.
 #ifndef VERGENCE_TOOLS_HOST_CONVERT_IMPORT_YAML_HPP
 #define VERGENCE_TOOLS_HOST_CONVERT_IMPORT_YAML_HPP
 
@@ -10,13 +10,13 @@
 
 #include "tools/host/convert/import.hpp"
 
-/// The map that `text` holds, from `file`; refuses what is no YAML, and no map, naming what the
-/// file must be ("a camera chain of Kalibr").
+/// The map in `text`, from `file`; rejects anything that is not YAML or not a map, naming the
+/// expected kind of file ("a camera chain of Kalibr").
 YAML::Node import_yaml_map(const import_file &file, const std::string &text,
                            const std::string &what);
 
-/// The numbers of a list, or a single one. `field` names the node in messages; one that is missing
-/// or anything else is refused.
+/// The numbers of a list, or a single one. `field` names the node in messages; rejects a missing or
+/// other node.
 std::vector<double> import_yaml_numbers(const import_file &file, const std::string &field,
                                         const YAML::Node &node);
 

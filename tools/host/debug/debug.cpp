@@ -45,14 +45,14 @@ int write_all(const debug_look &look, const reconstruct_context &context, const 
 int write(void *self, const reconstruct_context *context, const outdir *directory,
           message *message) {
     const debug_look &look = *static_cast<debug_look *>(self);
-    // Called from C: nothing may be thrown through it.
+    // Called from C: must not throw.
     try {
         if (!look.failed()) {
             return write_all(look, *context, *directory, message);
         }
     } catch (const std::bad_alloc &) {
     }
-    return message_set(message, ERROR_MEMORY, "not enough memory for pictures of the matching");
+    return message_set(message, ERROR_MEMORY, "out of memory for pictures of the matching");
 }
 
 }  // namespace

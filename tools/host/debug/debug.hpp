@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// `vergence reconstruct --debug DIR`: pictures of what the matcher does, and a page that explains
-/// them.
+/// `vergence reconstruct --debug DIR`: pictures of the matcher's intermediate results, and a page
+/// that explains them.
 #ifndef VERGENCE_TOOLS_HOST_DEBUG_DEBUG_HPP
 #define VERGENCE_TOOLS_HOST_DEBUG_DEBUG_HPP
 

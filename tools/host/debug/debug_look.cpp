@@ -9,7 +9,7 @@
 
 namespace {
 
-/// Messages beyond this count as this in the total: two of three have to fit a byte.
+/// Path costs beyond this are clipped to it in the total: two of three must fit a byte.
 constexpr int summand_max = 127;
 
 }  // namespace
@@ -19,7 +19,7 @@ debug_look::debug_look(int row) : row_(row), tap_(match_tap_of(nullptr, look, th
 void debug_look::look(void *self, const match_tap_row *row) {
     debug_look &looker = *static_cast<debug_look *>(self);
     const std::lock_guard<std::mutex> lock(looker.mutex_);
-    // The matcher is C: nothing may be thrown through it.
+    // The matcher is C: must not throw.
     try {
         if (!looker.failed_) {
             looker.keep(*row);
@@ -152,7 +152,7 @@ void debug_look::keep_winners(const match_tap_row &row) {
     std::copy_n(row.consistent, row.width, &level.consistent[begin]);
     std::copy_n(row.fits, row.width, &level.fits[begin]);
     for (int x = 0; x < row.width; x++) {
-        // Nothing is known around a pixel without a winner.
+        // Unknown around a pixel without a winner.
         const std::uint32_t around = row.winner[x] < 0 ? 0 : row.around[x];
         level.cost[begin + static_cast<std::size_t>(x)] =
             static_cast<std::uint8_t>(around >> 8 & 0xff);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What --debug sees of the matcher while it works, kept until the pictures are drawn.
+/// What --debug records of the matcher while it works, kept until the pictures are drawn.
 #ifndef VERGENCE_TOOLS_HOST_DEBUG_DEBUG_LOOK_HPP
 #define VERGENCE_TOOLS_HOST_DEBUG_DEBUG_LOOK_HPP
 
@@ -10,7 +10,7 @@
 
 #include "stereo/match/match_tap.h"
 
-/// The planes of bytes of which one row is kept.
+/// The byte planes of which one row is kept.
 enum debug_plane {
     DEBUG_COST,
     DEBUG_COST_ALONG,
@@ -18,16 +18,16 @@ enum debug_plane {
     DEBUG_FROM_ABOVE,
     DEBUG_FROM_LEFT,
     DEBUG_FROM_RIGHT,
-    DEBUG_TOTAL,  // of the messages, as the winners are chosen from it
+    DEBUG_TOTAL,  // of the path costs from which the winners are chosen
     DEBUG_PLANES
 };
 
 enum {
-    DEBUG_UNSEEN = -2,        // a winner of a row that was never worked on
+    DEBUG_UNSEEN = -2,        // a winner of a row that was never processed
     DEBUG_NOT_SEARCHED = -1,  // a byte of a slice outside the window
 };
 
-/// One level: images of its size, a row after the other.
+/// One level: images of its size, one row after the other.
 struct debug_level {
     int width = 0, height = 0, shift_x = 0, shift_y = 0;
     int disparity_min = 0, disparity_count = 0;
@@ -42,10 +42,10 @@ struct debug_level {
     }
 };
 
-/// Looks at one run of the matcher, from any number of threads.
+/// Records one run of the matcher, from any number of threads.
 class debug_look {
   public:
-    /// `row`: of the full-size left image; slices are of the level's row that it belongs to.
+    /// `row`: of the full-size left image; slices are from the corresponding row of the level.
     explicit debug_look(int row);
     debug_look(const debug_look &) = delete;
     debug_look &operator=(const debug_look &) = delete;
@@ -54,14 +54,14 @@ class debug_look {
     const match_kernels *kernels() const { return &tap_.kernels; }
 
     int row() const { return row_; }
-    /// Whether memory ran out: then nothing else here means anything.
+    /// Whether memory ran out; everything else is then undefined.
     bool failed() const { return failed_; }
-    /// The finest level first; none when the preset has no levels.
+    /// The finest level first; empty when the preset has no levels.
     const std::vector<debug_level> &levels() const { return levels_; }
     /// Of the finest level: how many of a pixel's 24 neighbours are brighter; 128 + gradient.
     const std::vector<std::uint8_t> &brighter() const { return brighter_; }
     const std::vector<std::uint8_t> &gradient() const { return gradient_; }
-    /// Of the finest level: enum reason before islands were looked for.
+    /// Of the finest level: enum reason before the speckle filter.
     const std::vector<std::uint8_t> &reason() const { return reason_; }
     /// One row of the finest level: disparity i of column x at i * width + x, DEBUG_NOT_SEARCHED or
     /// 0..255.

@@ -60,14 +60,15 @@ debug_page::debug_page(const debug_look &look, const reconstruct_context &contex
     const char *preset = match_preset_name(context.options->preset);
     const std::string levels =
         look.levels().empty()
-            ? "This preset has no costs and no messages: it walks along each row."
+            ? "This preset has no costs and no path costs: it walks along each row."
             : report_text_format(
-                  "Levels: %zu. The red line is row %d, the one that is taken apart "
+                  "Levels: %zu. The red line is row %d, which is examined "
                   "below.",
                   look.levels().size(), look.row());
     lead_ = report_text_format(
-        "%d &times; %d pixels, disparities %d to %d px, preset %s. %s Each picture is a PNG beside "
-        "this page; pixels of which there is nothing to show are grey.",
+        "%d &times; %d pixels, disparities %d to %d px, preset %s. %s Each picture is a PNG next "
+        "to "
+        "this page; pixels without data are grey.",
         plan.width_px, plan.height_px, plan.disparity_min,
         plan.disparity_min + plan.disparity_count - 1, preset, levels.c_str());
     row_percent_ = look.levels().empty() ? -1 : 100 * (look.row() + 0.5) / plan.height_px;

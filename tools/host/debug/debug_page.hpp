@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// debug.html: the pictures of --debug in order, with a sentence on what each shows and what to
-/// look for. It refers to the pictures beside it and needs no network.
+/// look for. It refers to the pictures next to it and needs no network.
 #ifndef VERGENCE_TOOLS_HOST_DEBUG_DEBUG_PAGE_HPP
 #define VERGENCE_TOOLS_HOST_DEBUG_DEBUG_PAGE_HPP
 
@@ -20,7 +20,7 @@ class debug_page {
 
   private:
     std::string title_, lead_, body_, section_;
-    double row_percent_;  // of the height, where the slices' row lies
+    double row_percent_;  // of the height: position of the slices' row
 };
 
 #endif

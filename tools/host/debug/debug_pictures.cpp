@@ -12,11 +12,11 @@ namespace {
 
 constexpr int last_colour = debug_nothing - 1;
 constexpr colormap_rgb nothing = {0x55, 0x59, 0x5e};
-constexpr colormap_rgb mark = {0xff, 0x3b, 0x30};  // in no scale
+constexpr colormap_rgb mark = {0xff, 0x3b, 0x30};  // not on any scale
 constexpr colormap_rgb good = {0xb9, 0xe3, 0xc6}, bad = {0xd5, 0x5e, 0x00};
 // As the matcher decides, see match_state.h and match_judge_phase.h.
 constexpr int margin_min = 24, cost_max = 40, colours_a_cost = 6;
-// A slice is at least so high: one pixel a disparity would often be a thin line.
+// Minimum height of a slice: one pixel per disparity would often be a thin line.
 constexpr int slice_height_px = 160;
 constexpr int surfaces_max = 6;
 
@@ -26,7 +26,7 @@ const char *const surface_names[surfaces_max] = {"05_surface_6.png", "05_surface
 
 using emitter = std::function<int(const debug_picture &)>;
 
-/// What all drawing needs.
+/// Common parameters of all drawing functions.
 struct scene {
     const debug_look &look;
     const reconstruct_result &result;
@@ -65,7 +65,7 @@ colormap_table few(const std::vector<std::pair<colormap_rgb, std::string>> &keys
     return table;
 }
 
-/// Place of a value in [low, high] on a colour scale.
+/// Position of a value in [low, high] on a colour scale.
 std::uint8_t colour_of(double value, double low, double high) {
     const double place = high > low ? (value - low) / (high - low) : 0;
     return static_cast<std::uint8_t>(std::lround(last_colour * std::clamp(place, 0.0, 1.0)));
@@ -121,10 +121,10 @@ void show_pair(scene *scene) {
     right.title = "Right image";
     right.shows = "The rectified right image.";
     right.look_for =
-        "Every detail must lie on the same row as on the left, and further left by its "
+        "Every detail must be on the same row as on the left, and further left by its "
         "disparity.";
     for (debug_picture *picture : {&left, &right}) {
-        // The last index is nothing at all.
+        // The last index means no data.
         for (std::uint8_t &index : picture->indices) {
             index = std::min<std::uint8_t>(index, last_colour);
         }
@@ -144,7 +144,7 @@ void show_features(scene *scene) {
         "How many of the 24 neighbours of a pixel are brighter; their pattern is what is "
         "compared.";
     census.look_for =
-        "Grain without form means that noise decides; dark areas have no pattern at "
+        "Shapeless grain means noise; dark areas have no pattern at "
         "all.";
     census.palette = scale(colormap_sequential(), false);
     census.low = "0";
@@ -154,7 +154,7 @@ void show_features(scene *scene) {
     debug_picture gradient = picture_of_level("04_gradient.png", section, scene->finest());
     gradient.title = "Gradient along the row";
     gradient.shows = "Where the image gets brighter (red) or darker (blue) to the right.";
-    gradient.look_for = "Pale areas and edges along the row tell disparities apart badly.";
+    gradient.look_for = "Pale areas and edges along the row distinguish disparities poorly.";
     gradient.palette = scale(colormap_diverging(), false);
     gradient.low = "-64 or less";
     gradient.high = "64 or more";
@@ -175,7 +175,7 @@ void show_surface(scene *scene, std::size_t number) {
     picture.title = report_text_format("Surface at 1/%d", factor);
     picture.shows = report_text_format(
         "What level %zu found (%d x %d pixels, disparities of the full size); pale where another "
-        "place fits as well, grey where nothing is believed.",
+        "disparity fits as well, grey where nothing is accepted.",
         number, level.width, level.height);
     picture.look_for = "What is missing or wrong here is not searched for on the next level.";
     const colormap_table table = colormap_sequential();
@@ -208,7 +208,7 @@ void show_windows(scene *scene) {
     debug_picture low = picture_of_level("06_window_low.png", "Where to search", level);
     low.title = "Lowest disparity searched";
     low.shows = "Where the window of each tile of 16 columns and 8 rows begins.";
-    low.look_for = "A thing in front of or behind its surroundings needs a tile of its own colour.";
+    low.look_for = "An object in front of or behind its background needs a tile of its own colour.";
     low.palette = scale(colormap_sequential(), false);
     low.low = pixels(level.disparity_min);
     low.high = pixels(last);
@@ -221,8 +221,8 @@ void show_windows(scene *scene) {
     count.title = "Disparities searched";
     count.shows = "How many disparities each tile searches, in steps of 16.";
     count.look_for =
-        "Bright tiles hold a step in depth, or a coarser level that was not sure: they "
-        "cost the time.";
+        "Bright tiles contain a step in depth, or were ambiguous on a coarser level: they "
+        "take the most time.";
     count.palette = scale(colormap_sequential(), false);
     count.low = "0";
     count.high = std::to_string(widest);
@@ -240,27 +240,27 @@ struct slice_text {
 const slice_text slices[] = {
     {"07_row_cost.png", DEBUG_COST, "Cost of each pixel",
      "How badly the pixel at x on the left fits the one at x - disparity on the right.",
-     "The true surface should be a bright line, however broken; if there is none, the images "
+     "The true surface should be a bright line, even if broken; without one, the images "
      "differ "
      "here.",
      127},
     {"08_row_cost_along.png", DEBUG_COST_ALONG, "Averaged along the row",
-     "The same, averaged over neighbours of alike grey level.",
+     "The same, averaged over neighbours of similar grey level.",
      "The line should be clearer now; broad bright bands are areas without texture.", 64},
     {"09_row_cost_around.png", DEBUG_COST_AROUND, "Averaged along the columns as well",
      "The same with the rows above and six rows below.",
      "One bright line; several in parallel are repeated texture.", 64},
-    {"10_row_from_above.png", DEBUG_FROM_ABOVE, "Message from above",
+    {"10_row_from_above.png", DEBUG_FROM_ABOVE, "Path cost from above",
      "What the best path from the row above costs, less that of the cheapest disparity.",
      "Bright where the rows above support a disparity.", 127},
-    {"11_row_from_left.png", DEBUG_FROM_LEFT, "Message from the left",
+    {"11_row_from_left.png", DEBUG_FROM_LEFT, "Path cost from the left",
      "The same along the row, coming from the left.",
-     "After a step in depth it takes some pixels to let go of the old surface.", 127},
-    {"12_row_from_right.png", DEBUG_FROM_RIGHT, "Message from the right",
+     "After a step in depth it follows the old surface for some pixels.", 127},
+    {"12_row_from_right.png", DEBUG_FROM_RIGHT, "Path cost from the right",
      "The same coming from the right.", "Where it differs from the left one, the total decides.",
      127},
-    {"13_row_total.png", DEBUG_TOTAL, "Total of the messages, and the winners",
-     "The three messages together; the lowest wins (red).",
+    {"13_row_total.png", DEBUG_TOTAL, "Total of the path costs, and the winners",
+     "The sum of the three path costs; the lowest wins (red).",
      "Red should follow one bright line; where it jumps between two, the margin is small.", 255},
 };
 
@@ -310,7 +310,7 @@ void show_decisions(scene *scene) {
     debug_picture winner = picture_of_level("14_winner.png", section, level);
     winner.title = "Winner";
     winner.shows = "The disparity with the lowest total, before anything is checked or smoothed.";
-    winner.look_for = "Streaks along the row are areas where no message from above helps.";
+    winner.look_for = "Streaks along the row are areas without support from above.";
     winner.palette = scale(colormap_sequential(), false);
     winner.low = pixels(level.disparity_min);
     winner.high = pixels(last);
@@ -324,7 +324,7 @@ void show_decisions(scene *scene) {
         "Whether no other pixel of the row claims the same right pixel at a lower "
         "cost.";
     consistent.look_for =
-        "Disagreement belongs to the left of near things, where the right camera "
+        "Disagreement is normal to the left of near objects, where the right camera "
         "sees no background; elsewhere one of the two winners is wrong.";
     consistent.keys = {{bad, "disagree"}, {good, "agree"}};
     consistent.palette = few(consistent.keys);
@@ -334,7 +334,7 @@ void show_decisions(scene *scene) {
     debug_picture cost = picture_of_level("16_cost.png", section, level);
     cost.title = "Cost of the winner";
     cost.shows = report_text_format(
-        "The averaged cost of the winner; red above %d, where nothing is alike.", cost_max);
+        "The averaged cost of the winner; red above %d, where nothing matches.", cost_max);
     cost.look_for =
         "Bright edges are misplaced borders; red areas are reflections, things outside "
         "the range, or what only one camera sees.";
@@ -361,7 +361,7 @@ void show_confidence(scene *scene) {
                                 "The winner's margin over its best rival; grey below "
                                 "%d, where another disparity fits as well.",
                                 margin_min);
-    margin.look_for = "Dark and grey areas are where a result would be luck.";
+    margin.look_for = "In dark and grey areas a result would be arbitrary.";
     margin.palette = scale(colormap_sequential(), false);
     for (std::size_t i = 0; i < margin_min && !greedy; i++) {
         margin.palette[i].fill(0x80);
@@ -382,7 +382,7 @@ void show_reasons(scene *scene) {
     if (!scene->look.levels().empty()) {
         debug_picture first =
             picture_of_level("18_reasons_first.png", "The result", scene->finest());
-        first.title = "Reasons before islands";
+        first.title = "Reasons before the speckle filter";
         first.shows = "Why a pixel has no disparity, as decided row by row.";
         first.look_for = "The left-right check comes first, then cost and range, texture, margin.";
         first.keys = keys;
@@ -393,9 +393,9 @@ void show_reasons(scene *scene) {
     debug_picture reasons =
         picture_of_image("19_reasons.png", "The result", scene->result.match.reason);
     reasons.title = "Reasons";
-    reasons.shows = "Why a pixel of the result has no disparity: islands are removed as well.";
+    reasons.shows = "Why a pixel of the result has no disparity, after the speckle filter.";
     reasons.look_for =
-        "An island that was right is lost here: --speckle says how large they may "
+        "A correct island is lost here: --speckle sets how large they may "
         "be.";
     reasons.keys = keys;
     reasons.palette = few(keys);
@@ -407,7 +407,8 @@ void show_disparity(scene *scene) {
     debug_picture picture = picture_of_image("20_disparity.png", "The result", result.match.reason);
     picture.title = "Disparity";
     picture.shows = "The result: smoothed, refined below a pixel, grey where it is rejected.";
-    picture.look_for = "What the winner had and this lacks was rejected: the reasons say why.";
+    picture.look_for =
+        "Pixels present in the winner but missing here were rejected: the reasons show why.";
     picture.palette = scale(colormap_sequential(), false);
     const double low = result.plan.disparity_min;
     const double high = low + result.plan.disparity_count - 1;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The pictures of --debug: which there are, what they show and what they look like.
+/// The pictures of --debug: which ones exist, what they show and what they look like.
 #ifndef VERGENCE_TOOLS_HOST_DEBUG_DEBUG_PICTURES_HPP
 #define VERGENCE_TOOLS_HOST_DEBUG_DEBUG_PICTURES_HPP
 
@@ -13,7 +13,7 @@
 #include "tools/host/debug/debug_look.hpp"
 #include "tools/host/formats/colormap.hpp"
 
-/// Index of a pixel of which there is nothing to show; its colour is the same in all pictures.
+/// Index of a pixel without data; its colour is the same in all pictures.
 constexpr int debug_nothing = 255;
 
 struct debug_picture {
@@ -23,7 +23,7 @@ struct debug_picture {
     int width_px, height_px;
     std::vector<std::uint8_t> indices;
     colormap_table palette;
-    // The scale: values at the first and the last index, or one colour a meaning.
+    // The scale: values at the first and the last index, or one colour per meaning.
     std::string low, high;
     int last_index;
     std::vector<std::pair<colormap_rgb, std::string>> keys;
@@ -31,12 +31,12 @@ struct debug_picture {
         has_row;  // as high as the left image, or as a level of it: the row of the slices is marked
 };
 
-/// Draws what was seen of the run, one picture after the other; stops at the first `emit` that
+/// Draws what was recorded of the run, one picture after the other; stops at the first `emit` that
 /// returns an error, and returns it.
 int debug_pictures_draw(const debug_look &look, const reconstruct_context &context,
                         const std::function<int(const debug_picture &)> &emit);
 
-/// Names of all pictures that there may be, in the order of the page.
+/// Names of all possible pictures, in the order of the page.
 const std::vector<const char *> &debug_pictures_names();
 
 #endif

@@ -37,7 +37,7 @@ struct grey_png {
             return false;
         }
         if (file.image.layout != PIXEL_GREY) {
-            *message = path + ": a colour image; one value a pixel is needed";
+            *message = path + ": a colour image (expected one value per pixel)";
             return false;
         }
         return true;
@@ -57,7 +57,7 @@ struct grey_png {
 
 bool is_png(const std::string &path) {
     unsigned char head[8] = {0};
-    struct message trouble;  // said by whoever reads the file as a whole
+    struct message trouble;  // reported when the whole file is read
     std::FILE *file = input_file_open(path.c_str(), &trouble);
     if (file == nullptr) {
         return false;
@@ -73,8 +73,8 @@ bool load_png(const std::string &path, double scale, evaluate_truth *truth, std:
         return false;
     }
     if (png.file.image.bits <= 8 && !(scale > 0)) {
-        *message = path + ": 8-bit ground truth says nothing about its scale; give " +
-                   "--ground-truth-scale (values a pixel of disparity, e.g. 1 or 4)";
+        *message = path + ": 8-bit ground truth does not state its scale; give " +
+                   "--ground-truth-scale (values per pixel of disparity, e.g. 1 or 4)";
         return false;
     }
     const double values_a_px = scale > 0 ? scale : kitti_scale;
@@ -116,9 +116,8 @@ bool load_mask(const std::string &path, evaluate_truth *truth, std::string *mess
     for (std::size_t i = 0; i < png.pixels(); i++) {
         const std::uint16_t value = png.value(i);
         if (value != EVALUATE_UNKNOWN && value != EVALUATE_OCCLUDED && value != EVALUATE_VISIBLE) {
-            *message = path +
-                       ": a mask holds 255 (seen by both), 128 (occluded) and 0 (unknown), " +
-                       "this one holds " + std::to_string(value);
+            *message = path + ": invalid mask value " + std::to_string(value) +
+                       " (expected 255: seen by both, 128: occluded or 0: unknown)";
             return false;
         }
         truth->mask[i] = static_cast<std::uint8_t>(value);

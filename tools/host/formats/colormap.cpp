@@ -43,7 +43,7 @@ lab polar(double lightness, double chroma, double hue_degrees) {
             chroma * std::sin(hue_degrees * rad_per_degree)};
 }
 
-/// A point of a path before its chroma is fitted to what sRGB can show.
+/// A point of a path before its chroma is limited to the sRGB gamut.
 struct wish {
     double lightness, chroma, hue_degrees;
 };
@@ -57,7 +57,7 @@ double chroma_in_gamut(const wish &wished) {
     return chroma > 0 ? chroma : 0;
 }
 
-/// Smallest or mean value of each window of 2 half + 1 values, cut at the ends.
+/// Minimum or mean of each window of 2 half + 1 values, truncated at the ends.
 std::vector<double> over_windows(const std::vector<double> &values, std::size_t half, bool mean) {
     std::vector<double> result(values.size());
     for (std::size_t i = 0; i < values.size(); i++) {
@@ -73,8 +73,8 @@ std::vector<double> over_windows(const std::vector<double> &values, std::size_t 
     return result;
 }
 
-/// Fits the chroma smoothly: following the corners of the gamut would show as false edges. The mean
-/// of window minima never exceeds the limit itself.
+/// Limits the chroma smoothly: following the corners of the gamut would show as false edges. The
+/// mean of window minima never exceeds the limit itself.
 std::vector<lab> fit_gamut(const std::vector<wish> &wishes, std::size_t half_window) {
     std::vector<double> chroma;
     for (const wish &wished : wishes) {

@@ -9,7 +9,7 @@ namespace {
 constexpr std::size_t entry_bytes = 12;
 constexpr std::uint32_t tag_orientation = 0x0112, type_short = 3;
 
-/// The block with its byte order; what lies outside reads as 0.
+/// The block with its byte order; reads outside of it return 0.
 struct block {
     const unsigned char *data;
     std::size_t length;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How a camera says which side of its image is up. Source: CIPA DC-008, "Exchangeable image file
+/// The orientation of an image from its EXIF data. Source: CIPA DC-008, "Exchangeable image file
 /// format for digital still cameras" (EXIF 2.3), section 4.6; its blocks are laid out as TIFF 6.0.
 #ifndef VERGENCE_TOOLS_HOST_FORMATS_EXIF_HPP
 #define VERGENCE_TOOLS_HOST_FORMATS_EXIF_HPP

@@ -17,10 +17,11 @@
 
 namespace {
 
-/// More scans than any camera writes: a file of a few kB could keep the decoder busy for hours.
+/// Maximum number of scans, more than any camera writes: a file of a few kB could keep the decoder
+/// busy for hours.
 constexpr int max_scans = 200;
 
-/// Plain data only: a jump out of the library skips destructors. `manager` is first, so that the
+/// Plain data only: a longjmp out of the library skips destructors. `manager` is first, so that the
 /// library's pointer to it is a pointer to this.
 struct jpeg_job {
     jpeg_error_mgr manager;
@@ -51,7 +52,7 @@ jpeg_job *job_of(j_common_ptr jpeg) {
                              "%s: damaged or unsupported JPEG (%s)", job->file->path, what));
 }
 
-/// The library calls this for everything it would mend by guessing.
+/// The library calls this wherever it would repair data by guessing.
 void on_message(j_common_ptr jpeg, int level) {
     if (level < 0 && jpeg->err->msg_code != JWRN_EXTRANEOUS_DATA) {
         on_error(jpeg);
@@ -62,8 +63,9 @@ void on_progress(j_common_ptr jpeg) {
     jpeg_job *job = job_of(jpeg);
     const auto *decoder = reinterpret_cast<j_decompress_ptr>(jpeg);
     if (decoder->input_scan_number > max_scans) {
-        give_up(job, message_set(job->text, ERROR_SYNTAX, "%s: a JPEG of more than %d scans",
-                                 job->file->path, max_scans));
+        give_up(job,
+                message_set(job->text, ERROR_SYNTAX, "%s: too many scans in a JPEG (at most %d)",
+                            job->file->path, max_scans));
     }
     if (interrupt_requested()) {
         give_up(job, message_set(job->text, ERROR_CANCELLED, "interrupted; nothing was written"));
@@ -87,15 +89,14 @@ void choose_colours(jpeg_decompress_struct *jpeg, jpeg_job *job) {
             jpeg->out_color_space = JCS_RGB;
             return;
         default:
-            give_up(job,
-                    message_set(job->text, ERROR_SYNTAX,
-                                "%s: a JPEG for printing (CMYK) or of unknown colours; save it "
-                                "as RGB",
-                                job->file->path));
+            give_up(job, message_set(job->text, ERROR_SYNTAX,
+                                     "%s: unsupported colours (CMYK or unknown); save it "
+                                     "as RGB",
+                                     job->file->path));
     }
 }
 
-/// Of the first APP1 marker that holds EXIF.
+/// From the first APP1 marker with EXIF.
 int orientation_of(const jpeg_decompress_struct &jpeg) {
     static const unsigned char mark[] = {'E', 'x', 'i', 'f', 0, 0};
     for (const jpeg_marker_struct *marker = jpeg.marker_list; marker != nullptr;
@@ -124,8 +125,7 @@ void read_rows(jpeg_decompress_struct *jpeg, jpeg_job *job) {
     job->bytes = static_cast<unsigned char *>(std::malloc(count));
     job->row = static_cast<uint16_t *>(std::malloc(count * sizeof *job->row));
     if (job->bytes == nullptr || job->row == nullptr) {
-        give_up(job,
-                message_set(job->text, ERROR_MEMORY, "%s: not enough memory", job->file->path));
+        give_up(job, message_set(job->text, ERROR_MEMORY, "%s: out of memory", job->file->path));
     }
     jpeg_start_decompress(jpeg);
     while (jpeg->output_scanline < jpeg->output_height) {
@@ -141,7 +141,7 @@ void read_rows(jpeg_decompress_struct *jpeg, jpeg_job *job) {
     jpeg_finish_decompress(jpeg);
 }
 
-/// What the encoder must keep reachable across a jump.
+/// State of the encoder that must survive a longjmp.
 struct encoding {
     jpeg_job job;
     unsigned char *bytes;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// JPEG images, 8 bit grey or colour, baseline or progressive; and the encoder for textures. Data
-/// that the decoder has to guess (a file that ends early, damaged codes) are refused, as
-/// is CMYK.
+/// that the decoder would have to guess (a truncated file, damaged codes) and CMYK are rejected.
 #ifndef VERGENCE_TOOLS_HOST_FORMATS_IMAGE_JPEG_HPP
 #define VERGENCE_TOOLS_HOST_FORMATS_IMAGE_JPEG_HPP
 

@@ -17,7 +17,7 @@ namespace {
 /// Bytes of an interlaced image, which has to be decoded as a whole.
 constexpr size_t interlaced_max_bytes = size_t{1} << 30;
 
-/// Everything that a jump out of libpng must leave reachable. Plain data only: a jump skips
+/// Everything that must survive a longjmp out of libpng. Plain data only: a longjmp skips
 /// destructors.
 struct png_job {
     image_file *file;
@@ -44,7 +44,7 @@ void on_warning(png_structp, png_const_charp) {}
     png_longjmp(job->png, 1);
 }
 
-/// Makes libpng deliver 8 or 16 bit grey or colour without alpha, in this machine's byte order.
+/// Makes libpng deliver 8 or 16 bit grey or colour without alpha, in the native byte order.
 void set_transformations(png_job *job) {
     const png_byte type = png_get_color_type(job->png, job->info);
     if (type == PNG_COLOR_TYPE_PALETTE && job->file->request->indices) {
@@ -54,7 +54,7 @@ void set_transformations(png_job *job) {
     } else if (type == PNG_COLOR_TYPE_GRAY && png_get_bit_depth(job->png, job->info) < 8) {
         png_set_expand_gray_1_2_4_to_8(job->png);
     }
-    // Alpha of its own, and what the transparent colours of a palette would become.
+    // Drops alpha channels and the alpha of transparent palette colours.
     png_set_strip_alpha(job->png);
 #if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
     png_set_swap(job->png);
@@ -85,12 +85,11 @@ void allocate(png_job *job, size_t row_bytes, size_t rows, size_t count) {
     job->bytes = static_cast<unsigned char *>(std::calloc(rows, row_bytes));
     job->row = static_cast<uint16_t *>(std::malloc(count * sizeof *job->row));
     if (job->bytes == nullptr || job->row == nullptr) {
-        give_up(job,
-                message_set(job->text, ERROR_MEMORY, "%s: not enough memory", job->file->path));
+        give_up(job, message_set(job->text, ERROR_MEMORY, "%s: out of memory", job->file->path));
     }
 }
 
-/// Of a chunk eXIf, which stands before the pixels.
+/// From an eXIf chunk before the pixels.
 int orientation_of(png_job *job) {
 #ifdef PNG_eXIf_SUPPORTED
     png_uint_32 length = 0;
@@ -138,7 +137,7 @@ void read_png(png_job *job) {
     job->png = png_create_read_struct(PNG_LIBPNG_VER_STRING, job, on_error, on_warning);
     job->info = job->png != nullptr ? png_create_info_struct(job->png) : nullptr;
     if (job->info == nullptr) {
-        job->error = message_set(job->text, ERROR_MEMORY, "%s: not enough memory", job->file->path);
+        job->error = message_set(job->text, ERROR_MEMORY, "%s: out of memory", job->file->path);
         return;
     }
     if (setjmp(png_jmpbuf(job->png)) == 0) {

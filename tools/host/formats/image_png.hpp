@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// PNG images of every kind: grey, colour and palette, 1 to 16 bit, interlaced or not. Alpha is
-/// dropped; a file that ends early or has a wrong checksum is refused.
+/// dropped; a truncated file or a wrong checksum is rejected.
 #ifndef VERGENCE_TOOLS_HOST_FORMATS_IMAGE_PNG_HPP
 #define VERGENCE_TOOLS_HOST_FORMATS_IMAGE_PNG_HPP
 

@@ -14,7 +14,7 @@
 
 namespace {
 
-/// Bytes of one row of tiles, and of one strip: a header may ask for any size.
+/// Limit in bytes of one row of tiles, and of one strip: a header may state any size.
 constexpr uint64_t band_max_bytes = uint64_t{1} << 28;
 
 struct tiff_closer {
@@ -22,7 +22,7 @@ struct tiff_closer {
 };
 using tiff_handle = std::unique_ptr<TIFF, tiff_closer>;
 
-/// libtiff's handlers know no context, so its last complaint is kept here.
+/// libtiff's handlers have no context, so its last message is kept here.
 char last_complaint[160];
 
 __attribute__((format(printf, 2, 0))) void on_error(const char *, const char *format,
@@ -40,16 +40,16 @@ struct layout {
 
 int damaged(const image_file *file, message *message) {
     return message_set(message, ERROR_SYNTAX, "%s: damaged or truncated TIFF (%s)", file->path,
-                       last_complaint[0] != '\0' ? last_complaint : "no reason given");
+                       last_complaint[0] != '\0' ? last_complaint : "unknown reason");
 }
 
-/// What keeps this file from being read; NULL when nothing does.
+/// Why this file cannot be read; NULL if it can.
 const char *find_obstacle(const layout &image) {
     if (image.format != SAMPLEFORMAT_UINT) {
         return "its values are not unsigned integers";
     }
     if (image.bits != 8 && image.bits != 16) {
-        return "only 8 and 16 bits a value can be read";
+        return "only 8 and 16 bits per value are supported";
     }
     if (image.planes != PLANARCONFIG_CONTIG && image.samples > 1) {
         return "its colours are stored as separate planes";
@@ -94,7 +94,7 @@ int read_layout(TIFF *tiff, const image_file *file, layout *image, message *mess
     return ERROR_OK;
 }
 
-/// Takes grey or colour out of `pixels` pixels as the file has them (with alpha, 8 or 16 bit).
+/// Extracts grey or colour from `pixels` pixels as stored (with alpha, 8 or 16 bit).
 void unpack(const layout &image, const unsigned char *bytes, size_t pixels, uint16_t *row) {
     const bool inverted = image.photometric == PHOTOMETRIC_MINISWHITE;
     const uint16_t full = image.bits == 16 ? 65535 : 255;
@@ -221,6 +221,6 @@ int image_tiff_read(const char *path, const image_request *, image_file *file, m
     try {
         return read_tiff(path, file, message);
     } catch (const std::bad_alloc &) {
-        return message_set(message, ERROR_MEMORY, "%s: not enough memory", path);
+        return message_set(message, ERROR_MEMORY, "%s: out of memory", path);
     }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// TIFF images: 8 or 16 bit, grey or RGB (alpha dropped), in strips or tiles, any compression that
-/// libtiff knows. Other kinds are refused by name.
+/// libtiff supports. Other kinds are rejected by name.
 #ifndef VERGENCE_TOOLS_HOST_FORMATS_IMAGE_TIFF_HPP
 #define VERGENCE_TOOLS_HOST_FORMATS_IMAGE_TIFF_HPP
 

@@ -22,7 +22,7 @@ bool is_space(unsigned char c) {
     return c == ' ' || c == '\t' || c == '\n' || c == '\r';
 }
 
-/// The next word of the header; empty at the end or when it is longer than any legal one.
+/// The next word of the header; empty at the end or when longer than any legal one.
 std::string next_word(cursor *in) {
     while (in->at < in->length && is_space(in->data[in->at])) {
         in->at++;
@@ -77,13 +77,13 @@ bool pfm_parse(const unsigned char *data, std::size_t length, pfm_image *image,
     cursor in{data, length, 0};
     const std::string magic = next_word(&in);
     if (magic != "Pf") {
-        *message = magic == "PF" ? "a colour float map (PF); one value a pixel (Pf) is needed"
+        *message = magic == "PF" ? "a colour float map, PF (expected one value per pixel, Pf)"
                                  : "not a portable float map (it does not begin with Pf)";
         return false;
     }
     int width_px = 0, height_px = 0;
     if (!parse_side(next_word(&in), &width_px) || !parse_side(next_word(&in), &height_px)) {
-        *message = "the float map's width and height must be whole numbers from 1 to " +
+        *message = "the float map's width and height must be integers from 1 to " +
                    std::to_string(PFM_MAX_SIDE_PX);
         return false;
     }
@@ -92,7 +92,7 @@ bool pfm_parse(const unsigned char *data, std::size_t length, pfm_image *image,
         *message = "the float map's scale must be a number other than 0";
         return false;
     }
-    in.at++;  // exactly one white space stands before the pixels
+    in.at++;  // exactly one white space before the pixels
     const std::size_t pixels =
         static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px);
     if (in.at > length || length - in.at < 4 * pixels) {
@@ -125,12 +125,12 @@ bool pfm_read(const std::string &path, pfm_image *image, std::string *message) {
     }
     std::vector<unsigned char> bytes;
     unsigned char block[1 << 16];
-    // The header is short, so a longer file than the largest legal map is refused while reading.
+    // The header is short, so a file longer than the largest legal map is rejected while reading.
     const std::size_t limit = std::size_t{4} * PFM_MAX_SIDE_PX * PFM_MAX_SIDE_PX + 256;
     for (std::size_t got; (got = std::fread(block, 1, sizeof block, file.get())) > 0;) {
         bytes.insert(bytes.end(), block, block + got);
         if (bytes.size() > limit) {
-            *message = path + ": larger than any float map that can be read";
+            *message = path + ": too large for a float map";
             return false;
         }
     }

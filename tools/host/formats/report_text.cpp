@@ -32,7 +32,7 @@ std::size_t utf8_length(const std::string &text, std::size_t at) {
     return length;
 }
 
-/// Copies `text` character by character; `replace` gives another text for some ASCII ones.
+/// Copies `text` character by character; `replace` returns another text for some ASCII ones.
 std::string rewrite(const std::string &text, std::string (*replace)(char c)) {
     std::string result;
     for (std::size_t i = 0; i < text.size();) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Words and numbers of the page.
+/// Text and numbers of the page.
 #ifndef VERGENCE_TOOLS_HOST_FORMATS_REPORT_TEXT_HPP
 #define VERGENCE_TOOLS_HOST_FORMATS_REPORT_TEXT_HPP
 
@@ -7,11 +7,11 @@
 #include <map>
 #include <string>
 
-/// What printf would print.
+/// printf into a string.
 std::string report_text_format(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
-/// Safe inside an element and inside a quoted attribute; bytes that are not UTF-8 (file names may
-/// hold any) become U+FFFD.
+/// Escaped for an element and for a quoted attribute; bytes that are not UTF-8 (file names may
+/// contain any) become U+FFFD.
 std::string report_text_escape(const std::string &text);
 
 /// A quoted JSON string that is also safe inside a <script> element.
@@ -20,7 +20,7 @@ std::string report_text_json(const std::string &text);
 /// 1 234 567 with thin spaces.
 std::string report_text_count(std::size_t count);
 
-/// A length in mm with its unit, m from 10 m up; `unit` when it is not a real millimetre.
+/// A length in mm with its unit, m from 10 m up; `unit` if it is not a real millimetre.
 std::string report_text_length(double length_mm, const char *unit);
 
 /// "12.3 MB" (10^6 bytes).
@@ -29,7 +29,7 @@ std::string report_text_bytes(std::size_t bytes);
 /// The last part of a path.
 std::string report_text_file_name(const std::string &path);
 
-/// `page` with each {{name}} replaced by `parts[name]`. Every name must be there.
+/// `page` with each {{name}} replaced by `parts[name]`. Every name must exist.
 std::string report_text_fill(const std::string &page,
                              const std::map<std::string, std::string> &parts);
 

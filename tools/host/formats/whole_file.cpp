@@ -13,11 +13,11 @@
 
 namespace {
 
-const int links_most = 40;    // as the kernel follows
+const int links_most = 40;    // as many as the kernel follows
 const int names_most = 1000;  // of one process, at a time, for one file
 
-/// The file that `*path` stands for once all links at its end are followed; it need not exist.
-/// False with errno set.
+/// The file that `*path` means once all links at its end are followed; it need not exist. Returns
+/// false with errno set.
 bool follow_links(std::string *path) {
     struct stat status;
     for (int links = 0; lstat(path->c_str(), &status) == 0 && S_ISLNK(status.st_mode); links++) {
@@ -46,7 +46,7 @@ bool write_all(int descriptor, const std::string &content) {
     return true;
 }
 
-/// Closes without losing the errno of what failed before.
+/// Closes without losing the errno of an earlier failure.
 bool close_after(int descriptor, bool good) {
     const int saved = errno;
     const bool closed = close(descriptor) == 0;
@@ -54,14 +54,14 @@ bool close_after(int descriptor, bool good) {
     return good && closed;
 }
 
-/// What is no file but a way to somewhere else (a device, a pipe) is written to as it stands.
+/// Anything but a regular file (a device, a pipe) is written directly.
 bool write_through(const std::string &path, const std::string &content) {
     const int descriptor = open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
     return descriptor >= 0 && close_after(descriptor, write_all(descriptor, content));
 }
 
-/// A new file beside another one, with the permissions that the kernel gives files of this process:
-/// its umask cannot be asked for without changing it for all threads.
+/// A new file next to another one, with the permissions that the kernel gives files of this
+/// process: its umask cannot be read without changing it for all threads.
 int create_beside(const std::string &path, std::string *name) {
     int descriptor = -1;
     for (int i = 0; descriptor < 0 && i < names_most; i++) {
@@ -105,7 +105,7 @@ bool whole_file_write(const std::string &path, const std::string &content, std::
         good = follow_links(&file) && write_and_rename(file, content);
     }
     if (!good) {
-        *message = path + ": cannot be written: " + std::strerror(errno);
+        *message = path + ": cannot write: " + std::strerror(errno);
     }
     return good;
 }

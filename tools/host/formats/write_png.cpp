@@ -23,7 +23,7 @@ struct png_shape {
     const char *comment = nullptr;  // NULL: none
 };
 
-/// Fills `row` with row y as the file has it (16 bit values most significant byte first).
+/// Fills `row` with row y in the file's format (16 bit values most significant byte first).
 using row_source = std::function<void(int y, unsigned char *row)>;
 
 [[noreturn]] void on_error(png_structp png, png_const_charp) {
@@ -33,7 +33,7 @@ using row_source = std::function<void(int y, unsigned char *row)>;
 void on_warning(png_structp, png_const_charp) {}
 
 void on_write(png_structp png, png_bytep bytes, size_t length) {
-    // Compressing what nobody will read would only make Ctrl-C slow.
+    // After an interruption, compressing would only delay the exit.
     if (interrupt_requested()) {
         png_error(png, "interrupted");
     }
@@ -97,7 +97,7 @@ int write_file(const png_shape &shape, const row_source &source, const char *pat
     const bool encoded = file.stream == nullptr || encode(shape, source, &row, &file);
     const int error = output_file_close(&file, message);
     if (error == ERROR_OK && !encoded) {
-        return message_set(message, ERROR_MEMORY, "writing %s failed: not enough memory", path);
+        return message_set(message, ERROR_MEMORY, "%s: out of memory", path);
     }
     return error;
 }
@@ -108,7 +108,7 @@ void put_u16(unsigned char *bytes, long value) {
     bytes[1] = static_cast<unsigned char>(value);
 }
 
-/// What is to travel with every picture of a result: that its calibration does not belong to it.
+/// The comment of every picture of a result whose calibration mismatch was accepted.
 const char *comment_of(const reconstruct_context *context) {
     return context->mismatch.text[0] != '\0' ? context->mismatch.text : nullptr;
 }

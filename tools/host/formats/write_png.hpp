@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The PNG files of a result; each is a `result_writer`'s function. A mismatch that was accepted is
-/// their comment (tEXt). Source: W3C, "Portable Network Graphics", second edition.
+/// The PNG files of a result; each is a `result_writer`'s function. An accepted mismatch is stored
+/// as their comment (tEXt). Source: W3C, "Portable Network Graphics", second edition.
 #ifndef VERGENCE_TOOLS_HOST_FORMATS_WRITE_PNG_HPP
 #define VERGENCE_TOOLS_HOST_FORMATS_WRITE_PNG_HPP
 
@@ -10,7 +10,7 @@
 #include "tools/host/formats/colormap.hpp"
 
 /// disparity.png: 16 bit, 256 (x_left - x_right), 0 where there is none (KITTI's scale). The format
-/// has no place for disparities of 0 and less: they are 0 as well; disparity.pfm has them.
+/// cannot hold disparities of 0 and less: they become 0 as well; disparity.pfm has them.
 int write_png_disparity(const reconstruct_context *context, const char *path, message *message);
 
 /// depth.png: 16 bit, z in the left camera's frame in mm, 0 where there is none or beyond 65535 mm.
@@ -23,7 +23,7 @@ int write_png_reasons(const reconstruct_context *context, const char *path, mess
 int write_png_left(const reconstruct_context *context, const char *path, message *message);
 int write_png_right(const reconstruct_context *context, const char *path, message *message);
 
-/// A picture of palette indices, a row after the other. Returns as a `result_writer`'s function.
+/// A picture of palette indices, one row after the other. Returns as a `result_writer`'s function.
 int write_png_palette(int width_px, int height_px, const std::vector<uint8_t> &indices,
                       const colormap_table &palette, const char *path, message *message);
 

@@ -14,7 +14,7 @@ void info_page::add_number(const std::string &key, const std::string &label, dou
 }
 
 std::string info_head(const std::string &path) {
-    struct message trouble;  // said by whoever reads the file as a whole
+    struct message trouble;  // reported when the whole file is read
     const std::unique_ptr<FILE, int (*)(FILE *)> stream(input_file_open(path.c_str(), &trouble),
                                                         std::fclose);
     char head[64];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What `vergence info` says about one file: rows that stand as text and as JSON.
+/// What `vergence info` reports about one file: rows for text and JSON output.
 #ifndef VERGENCE_TOOLS_HOST_INFO_INFO_HPP
 #define VERGENCE_TOOLS_HOST_INFO_INFO_HPP
 
@@ -29,10 +29,10 @@ struct info_page {
                     const std::string &unit);
 };
 
-/// A file's first bytes, enough to tell its kind.
+/// The first bytes of a file, enough to identify its kind.
 std::string info_head(const std::string &path);
 
-/// Explains a calibration that was loaded.
+/// Explains a loaded calibration.
 info_page info_calibration(const std::string &path, const calibration &value,
                            const calibration_file_report &report);
 
@@ -45,16 +45,16 @@ bool info_ply(const std::string &path, info_page *page, std::string *message);
 bool info_pcd(const std::string &path, info_page *page, std::string *message);
 bool info_glb(const std::string &path, info_page *page, std::string *message);
 
-/// The same of a recorded session, which is a directory.
+/// The same for a recorded session, which is a directory.
 bool info_session(const std::string &path, info_page *page, std::string *message);
 
-/// Least and greatest of each coordinate, for points that arrive one by one.
+/// Minimum and maximum of each coordinate, for points that arrive one by one.
 struct info_bounds {
     std::uint64_t count = 0;
     double least[3] = {}, greatest[3] = {};
 
     void take(const double point[3]);
-    /// Adds rows for the extent in x, y and z; nothing without a point.
+    /// Adds rows for the extent in x, y and z; nothing without points.
     void add_to(info_page *page, const std::string &unit) const;
 };
 

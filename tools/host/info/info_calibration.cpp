@@ -143,7 +143,7 @@ void add_plan(const calibration &value, info_page *page) {
               nullptr);
 }
 
-/// What it was made with, where its text says it.
+/// What it was made with, if its text states it.
 void add_origin(const calibration &value, info_page *page) {
     static const char *const sides[] = {"left", "right"};
     if (!value.has_origin) {
@@ -217,7 +217,7 @@ info_page info_calibration(const std::string &path, const calibration &value,
     }
     page.add("assumed", "", "", report.assumed);
     page.add("rectified", "rectified",
-             value.rectified ? "yes: images pass through as they are" : "no", value.rectified);
+             value.rectified ? "yes: images pass through unchanged" : "no", value.rectified);
     add_origin(value, &page);
     add_lens("left", value.left, &page);
     add_lens("right", value.right, &page);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Maps and images. What a value means is known by the names under which results are written.
+/// Maps and images. The meaning of a value is known from the file names of results.
 #include <algorithm>
 #include <cmath>
 
@@ -34,7 +34,7 @@ void add_range(const std::string &label, double least, double greatest, const st
         json::array({least, greatest}));
 }
 
-/// Results under their names: one unit of the image is 1 / scale of `unit`, 0 means no value.
+/// Results by name: one unit of the image is 1 / scale of `unit`, 0 means no value.
 struct meaning {
     const char *name;
     const char *kind;
@@ -142,7 +142,7 @@ bool info_image(const std::string &path, info_page *page, std::string *message) 
     };
     image_request request{};
     request.scale = 1;
-    request.indices = is_reason_map(path);  // the colours are only for the eye
+    request.indices = is_reason_map(path);  // the colours are only for display
     image_file file{};
     struct message reason;
     if (image_file_read(path.c_str(), formats, 2, &request, &file, &reason) != ERROR_OK) {

@@ -26,7 +26,8 @@ std::vector<std::string> words_of(const std::string &line) {
     return words;
 }
 
-/// One header line without its line end; false at the end of the file or for an absurd line.
+/// One header line without its line end; false at the end of the file or for an excessively long
+/// line.
 bool header_line(std::ifstream *stream, std::string *line) {
     line->clear();
     for (char c; stream->get(c);) {
@@ -135,7 +136,7 @@ bool ply_vertices(std::ifstream *stream, const element &vertex, info_bounds *bou
     const property *axes[3] = {};
     for (const property &candidate : vertex.properties) {
         if (!candidate.count_type.empty()) {
-            return true;  // nothing of ours: counts are all that is said
+            return true;  // not our format: only counts are reported
         }
         for (int axis = 0; axis < 3; axis++) {
             if (candidate.name == std::string(1, static_cast<char>('x' + axis)) &&
@@ -201,7 +202,7 @@ std::uint32_t u32_at(const std::string &bytes, size_t at) {
     return value;
 }
 
-/// Scaled and shifted as by the only node of our own files; others may have more of them.
+/// Scaled and shifted by the only node of our own files; other files may have more nodes.
 void to_metres(const json &document, std::vector<double> *corner) {
     const json nodes = document.value("nodes", json::array());
     if (nodes.size() != 1) {
@@ -214,7 +215,7 @@ void to_metres(const json &document, std::vector<double> *corner) {
     }
 }
 
-/// Adds what the primitives of a glTF document hold.
+/// Adds the contents of the primitives of a glTF document.
 void glb_primitives(const json &document, info_page *page) {
     std::uint64_t vertices = 0, triangles = 0;
     info_bounds bounds;
@@ -280,7 +281,7 @@ bool info_ply(const std::string &path, info_page *page, std::string *message) {
                                                    : ply_lists(&stream, element));
     }
     if (!whole) {
-        return damaged(path, "is cut off: it ends before all its vertices and faces", message);
+        return damaged(path, "truncated: it ends before all its vertices and faces", message);
     }
     bounds.add_to(page, "");
     for (const std::string &comment : header.comments) {
@@ -330,7 +331,7 @@ bool info_pcd(const std::string &path, info_page *page, std::string *message) {
         std::vector<char> bytes(stride);
         for (std::uint64_t i = 0; i < points; i++) {
             if (!stream.read(bytes.data(), static_cast<std::streamsize>(stride))) {
-                return damaged(path, "is cut off: it ends before all its points", message);
+                return damaged(path, "truncated: it ends before all its points", message);
             }
             const double point[3] = {float_at(bytes.data()), float_at(bytes.data() + 4),
                                      float_at(bytes.data() + 8)};
@@ -348,7 +349,7 @@ bool info_glb(const std::string &path, info_page *page, std::string *message) {
     static const std::uint32_t json_chunk = 0x4E4F534A;
     if (bytes.size() < 20 || u32_at(bytes, 8) != bytes.size() || u32_at(bytes, 16) != json_chunk ||
         u32_at(bytes, 12) > bytes.size() - 20) {
-        return damaged(path, "the binary glTF is damaged or cut off", message);
+        return damaged(path, "the binary glTF is damaged or truncated", message);
     }
     page->kind = "mesh (binary glTF)";
     try {

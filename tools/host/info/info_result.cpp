@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// result.json and calibration.json, as people read them. Members that are missing (an older or
-/// newer version wrote the file) are left out.
+/// result.json and calibration.json for the user. Missing members (written by an older or newer
+/// version) are omitted.
 #include <fstream>
 
 #include "tools/host/formats/number_text.hpp"
@@ -10,7 +10,7 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-const int depth_max = 16;  // our own results go down to 3
+const int depth_max = 16;  // our own results have a depth of at most 3
 
 /// The value at a path such as "plan/f_px", or null.
 json find(const json &document, const std::string &path) {
@@ -36,7 +36,7 @@ std::string text_of(const json &value, int digits) {
 
 struct line {
     const char *label;
-    // Words and members in turn: "{plan/f_px}" stands for the member's value.
+    // Literal text with members inserted: "{plan/f_px}" is replaced by the member's value.
     const char *pattern;
 };
 
@@ -90,7 +90,7 @@ const line lines_of_reconstruction[] = {
     {"surface", "{counts/vertices} points, {counts/triangles} triangles"},
     {"extent", "from {bounds_mm/least} mm"},
     {"", "to {bounds_mm/greatest} mm (x y z)"},
-    {"common", "{depth_sigma_common_mm} mm of deviation that all depths share"},
+    {"common", "{depth_sigma_common_mm} mm common deviation of all depths"},
     {"vertical",
      "median {vertical_disparity/median_px} px, p95 {vertical_disparity/p95_px} px "
      "(health of the calibration)"},
@@ -120,7 +120,8 @@ void add_reconstruction(const json &document, info_page *page) {
         }
     }
     if (find(document, "metric") == false) {
-        page->add("", "not metric", "the geometry is assumed: lengths are no millimetres", nullptr);
+        page->add("", "not metric", "the geometry is assumed: lengths are not in millimetres",
+                  nullptr);
     }
     const json warnings = find(document, "warnings");
     if (warnings.is_array()) {
@@ -134,7 +135,7 @@ void add_reconstruction(const json &document, info_page *page) {
 
 bool info_result(const std::string &path, info_page *page, std::string *message) {
     std::ifstream stream(path, std::ios::binary);
-    // Printing goes down into it by recursion, so that its depth is limited while it is read.
+    // Printing is recursive, so the depth is limited while reading.
     bool too_deep = false;
     const auto watch_depth = [&](int depth, json::parse_event_t, json &) {
         too_deep = too_deep || depth > depth_max;
@@ -143,7 +144,7 @@ bool info_result(const std::string &path, info_page *page, std::string *message)
     const json document = json::parse(stream, watch_depth, false);
     if (too_deep || document.is_discarded() || !document.is_object() ||
         find(document, "program") != "vergence") {
-        *message = path + ": is no result of vergence, or is damaged";
+        *message = path + ": not a result of vergence, or damaged";
         return false;
     }
     const bool calibration = find(document, "kind") == "calibration";

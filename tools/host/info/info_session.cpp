@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Recorded sessions: what made them, and for each pair how it was taken.
+/// Recorded sessions: what made them, and how each pair was taken.
 #include <fcntl.h>
 
 #include <cstdio>
@@ -21,12 +21,12 @@ using document = nlohmann::ordered_json;
 const char *const side_names[RIG_SIDES] = {"left", "right"};
 const char *const axis_names[LENS_AXES] = {"zoom", "focus", "iris"};
 
-/// A session being read. Large: allocated.
+/// A session being read. Large, therefore allocated.
 struct reading {
     session_reader reader{};
     session_pairs pairs{};
     session_event begin{};
-    calibration_match_state state{};  // of the pair at hand
+    calibration_match_state state{};  // of the current pair
     message trouble{};
 
     reading() { reader.directory = -1; }
@@ -35,7 +35,7 @@ struct reading {
     ~reading() { session_reader_close(&reader); }
 };
 
-/// How the picture of a frame is: what its session says, or else what its pixels say.
+/// Statistics of a frame's picture: from the session, or else from its pixels.
 bool read_picture(reading *self, int side, picture_stats *found) {
     pair_frame frame = self->pairs.pair.pair.frame[side];
     const uint32_t crc32 = self->pairs.pair.frame_crc[side];
@@ -55,7 +55,7 @@ bool read_picture(reading *self, int side, picture_stats *found) {
     return true;
 }
 
-/// The servo's angle, where the session says which servo it was.
+/// The servo's angle, if the session states which servo it was.
 std::string angle_text(const reading &self, int side, double *angle_deg) {
     const calibration_axis &pan = self.state.origin.side[side].axis[CALIBRATION_PAN];
     if (pan.kind != CALIBRATION_AXIS_KNOWN) {
@@ -67,7 +67,7 @@ std::string angle_text(const reading &self, int side, double *angle_deg) {
     return text;
 }
 
-/// "zoom 422", and where it stood after the pair when that is another place.
+/// "zoom 422", and where it was after the pair if that is another place.
 std::string moved_text(const std::string &name, double before, double after) {
     return name + number_text(before, 6) +
            (after != before ? " to " + number_text(after, 6) : std::string());
@@ -92,7 +92,7 @@ void add_axes(const reading &self, int side, info_page *page, document *object) 
                             frame.after.position[axis]));
         }
     }
-    page->add("", "", text.empty() ? "pan and lens: not known, or fixed" : text, document());
+    page->add("", "", text.empty() ? "pan and lens: unknown or fixed" : text, document());
 }
 
 void add_exposure(const pair_frame &frame, info_page *page) {
@@ -138,7 +138,7 @@ bool add_side(reading *self, int side, info_page *page, document *object) {
     return true;
 }
 
-/// Why the calibration cannot be used for the pair; "" when nothing speaks against it.
+/// Why the calibration cannot be used for the pair; "" if it can.
 std::string mismatch_of(const reading &self, const calibration &value) {
     for (int side = 0; side < RIG_SIDES; side++) {
         const pair_frame &frame = self.pairs.pair.pair.frame[side];
@@ -156,7 +156,7 @@ std::string mismatch_of(const reading &self, const calibration &value) {
     return calibration_match(&value, &self.state, accept, &why) == ERROR_OK ? "" : why.text;
 }
 
-/// The calibration that was in force.
+/// The calibration that was active.
 bool add_calibration(reading *self, info_page *page, document *object) {
     (*object)["calibration"] = document();
     if (!self->pairs.has_calibration) {
@@ -187,7 +187,7 @@ bool add_calibration(reading *self, info_page *page, document *object) {
                   (value.date[0] != '\0' ? std::string(", made ") + value.date : "") +
                   (!why.empty() ? ", does not match: " + why
                    : known      ? ", matches"
-                                : ", not known whether it matches: not both say where axes stood"),
+                                : ", unknown whether it matches: axis positions are missing"),
               document());
     (*object)["calibration"] = {
         {"id", value.id},
@@ -197,7 +197,7 @@ bool add_calibration(reading *self, info_page *page, document *object) {
     return true;
 }
 
-/// What results of the pair have as "capture".
+/// The "capture" object in results of the pair.
 document capture_json(const capture_stamp &stamp) {
     char *text = nullptr;
     size_t bytes = 0;
@@ -256,14 +256,14 @@ bool info_session(const std::string &path, info_page *page, std::string *message
            (got = session_pairs_next(&self->pairs, &self->reader, &self->trouble)) == 1) {
         got = add_pair(self.get(), &rows, &list) ? got : ERROR_CRC;
     }
-    // A session that holds none yet is as good as any other.
+    // A session without pairs is valid.
     if (got < 0 &&
         !(got == ERROR_MISSING && self->pairs.count == 0 && self->reader.text != nullptr)) {
         *message = self->trouble.text;
         return false;
     }
     page->add("cut_off", "end",
-              self->reader.cut ? "cut off, or still being written" : "closed in order",
+              self->reader.cut ? "truncated, or still being written" : "closed in order",
               self->reader.cut);
     page->add("pair_count", "pairs", std::to_string(self->pairs.count), self->pairs.count);
     page->mismatch = rows.mismatch;

@@ -84,7 +84,7 @@ void set_normals(const reconstruct_result &mesh, glb_part *part) {
     }
 }
 
-/// Texture coordinates count from the edge of the image, ours from the centre of a pixel.
+/// Texture coordinates start at the edge of the image, ours at the centre of a pixel.
 void set_places(const reconstruct_result &mesh, glb_part *part) {
     const auto width = static_cast<std::uint32_t>(mesh.left_colour.width);
     const double height = mesh.left_colour.height;
@@ -97,7 +97,7 @@ void set_places(const reconstruct_result &mesh, glb_part *part) {
 }
 
 void set_indices(const reconstruct_result &mesh, glb_part *part) {
-    // The greatest number of each type ends a strip where there are strips.
+    // With strips, the largest number of each type ends a strip.
     const bool small = mesh.vertex_count <= std::numeric_limits<std::uint16_t>::max();
     const std::uint32_t count = 3 * mesh.triangle_count;
     *part = small ? make_part(glb_u16, "SCALAR", false, count, 2)
@@ -112,7 +112,7 @@ void set_indices(const reconstruct_result &mesh, glb_part *part) {
     }
 }
 
-/// Pixels as they are: whole numbers pack three times as well. The material scales them.
+/// Pixels unscaled: integers compress three times as well. The material scales them.
 void set_pixels(const reconstruct_result &mesh, glb_part *part) {
     const auto width = static_cast<std::uint32_t>(mesh.left_colour.width);
     for (std::size_t i = 0; i < part->count; i++) {
@@ -129,7 +129,7 @@ void pack_vertices(const void *data, glb_part *part) {
                                                    part->count, part->stride));
 }
 
-/// Floating-point numbers with as many bits as resolve a quarter of a pixel at any depth.
+/// Floating-point numbers with enough bits to resolve a quarter of a pixel at any depth.
 void pack_positions(const reconstruct_result &mesh, glb_parts *parts) {
     glb_part *part = &parts->part[glb_parts::POSITIONS];
     *part = make_part(glb_f32, "VEC3", false, mesh.vertex_count, 12);
@@ -156,7 +156,7 @@ void pack_positions(const reconstruct_result &mesh, glb_parts *parts) {
 
 void pack_indices(const reconstruct_result &mesh, glb_part *part) {
     part->mode = "TRIANGLES";
-    meshopt_encodeIndexVersion(1);  // what the extension wants
+    meshopt_encodeIndexVersion(1);  // required by the extension
     part->packed.resize(meshopt_encodeIndexBufferBound(part->count, mesh.vertex_count));
     part->packed.resize(meshopt_encodeIndexBuffer(part->packed.data(), part->packed.size(),
                                                   mesh.triangles[0], part->count));

@@ -35,7 +35,8 @@ struct pixel {
     std::int64_t x, y;
 };
 
-/// Positive where c lies on the inner side of the edge a-b of a triangle as meshes have it here.
+/// Positive where c is on the inner side of the edge a-b of a triangle with the meshes'
+/// orientation.
 std::int64_t side(const pixel &a, const pixel &b, const pixel &c) {
     return (b.y - a.y) * (c.x - a.x) - (b.x - a.x) * (c.y - a.y);
 }
@@ -47,7 +48,7 @@ void field::cover(const std::uint32_t corner[3]) {
         at[k] = {number % width, number / width};
     }
     if (side(at[0], at[1], at[2]) < 0) {
-        std::swap(at[1], at[2]);  // a fold: covers all the same
+        std::swap(at[1], at[2]);  // a fold: it still covers the pixel
     }
     const triangulate_point &origin = full.points[corner[0]];
     const std::array<double, 3> normal =

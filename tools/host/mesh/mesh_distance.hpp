@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How far a simplified surface is from the points that were measured: each point's distance from
-/// the plane of the triangle that covers its pixel in the rectified left image.
+/// Distance between a simplified surface and the measured points: each point's distance from the
+/// plane of the triangle that covers its pixel in the rectified left image.
 #ifndef VERGENCE_TOOLS_HOST_MESH_MESH_DISTANCE_HPP
 #define VERGENCE_TOOLS_HOST_MESH_MESH_DISTANCE_HPP
 
@@ -15,14 +15,14 @@ struct mesh_distance {
     std::uint32_t uncovered = 0;  // points that no triangle covers
 };
 
-/// Which vertices of the full surface have a triangle; the others are single points.
+/// Which vertices of the full surface have a triangle; the others are isolated points.
 std::vector<bool> mesh_distance_joined(const reconstruct_result &full);
 
 /// Normal of a triangle, twice as long as its area in square micrometres, towards the camera.
 std::array<double, 3> mesh_distance_normal(const triangulate_point &a, const triangulate_point &b,
                                            const triangulate_point &c);
 
-/// `triangles`: three numbers of the full surface's vertices each.
+/// `triangles`: three indices of the full surface's vertices each.
 mesh_distance mesh_distance_measure(const reconstruct_result &full, const std::vector<bool> &joined,
                                     const std::vector<std::uint32_t> &triangles);
 

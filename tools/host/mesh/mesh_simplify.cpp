@@ -22,19 +22,20 @@ constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 /// Small enough that single precision resolves a thousandth of a pixel within it.
 constexpr std::uint32_t tile_px = 256;
 
-/// Limits of the default tolerance: below it a mesh only follows noise; what is above can be seen.
+/// Limits of the default tolerance: below it a mesh follows only noise; above it errors are
+/// visible.
 constexpr double min_tolerance_px = 0.02, max_tolerance_px = 0.1;
 
-/// --error states a distance of 99 % of the points; this often a smaller tolerance is tried.
+/// --error limits the distance of 99 % of the points; a smaller tolerance is tried this often.
 constexpr int error_attempts = 3;
 
 struct cancelled {};
 
-using triangle_list = std::vector<std::uint32_t>;  // three numbers of vertices of the full surface
+using triangle_list = std::vector<std::uint32_t>;  // three vertex indices of the full surface
 
 class simplifier {
   public:
-    /// The tolerances of `within` are in mm of depth when `metric`, else in pixels.
+    /// The tolerances of `within` are in mm of depth if `metric`, else in pixels.
     simplifier(const reconstruct_result &full, bool metric)
         : full_(full),
           metric_(metric),
@@ -46,7 +47,8 @@ class simplifier {
         return tiles(tiles(triangles, tolerance, 0), tolerance, tile_px / 2);
     }
 
-    /// All at once, until `count` triangles are left: outlines give way, too, but reluctantly.
+    /// All at once, until `count` triangles are left; outlines are simplified, too, but at a higher
+    /// cost.
     triangle_list down_to(std::size_t count, const triangle_list &triangles) {
         triangle_list result = triangles;
         collapse(&result, 3 * count, width_, 0);
@@ -66,7 +68,7 @@ class simplifier {
                              static_cast<int>(pixel / width_))[pixel % width_];
     }
 
-    /// How far a disparity may be off by `error_mm` of depth where nine tenths of a part are.
+    /// Disparity error for `error_mm` of depth at nine tenths of a part.
     double pixels_of(double error_mm, const triangle_list &part) const {
         std::vector<std::int32_t> disparities;
         for (const std::uint32_t vertex : part) {
@@ -147,7 +149,7 @@ class simplifier {
     const reconstruct_result &full_;
     const bool metric_;
     const std::uint32_t width_;
-    std::vector<std::uint32_t> number_;  // of a vertex within the part at work
+    std::vector<std::uint32_t> number_;  // of a vertex within the current part
 };
 
 triangle_list all_triangles(const reconstruct_result &full) {
@@ -155,7 +157,7 @@ triangle_list all_triangles(const reconstruct_result &full) {
     return triangle_list(first, first + 3 * std::size_t{full.triangle_count});
 }
 
-/// Half of the deviation that is predicted for most of the surface.
+/// Half of the predicted deviation for most of the surface.
 double default_tolerance_px(const reconstruct_result &full) {
     std::vector<std::uint32_t> counts(65536, 0);
     for (std::uint32_t i = 0; i < full.vertex_count; i++) {
@@ -167,7 +169,7 @@ double default_tolerance_px(const reconstruct_result &full) {
     for (std::uint64_t seen = 0; 2 * (seen += counts[median]) < full.vertex_count;) {
         median++;
     }
-    // 0: there is no prediction.
+    // 0: no prediction.
     return median == 0 ? max_tolerance_px
                        : std::clamp(median / 512.0, min_tolerance_px, max_tolerance_px);
 }
@@ -175,13 +177,13 @@ double default_tolerance_px(const reconstruct_result &full) {
 triangle_list limited(const reconstruct_result &full, std::size_t count) {
     simplifier simplify(full, false);
     triangle_list triangles = all_triangles(full);
-    // Most of the work by tiles, with room for the last step to choose where it hurts least.
+    // Most of the work in tiles, leaving room for the last step to choose the least harmful places.
     for (double tolerance = min_tolerance_px; triangles.size() / 3 > 2 * count; tolerance *= 2) {
         triangle_list fewer = simplify.within(triangles, tolerance);
         const bool stuck = fewer.size() > triangles.size() / 10 * 9;
         triangles = std::move(fewer);
         if (stuck && tolerance > 1) {
-            break;  // the outlines of holes are left
+            break;  // the outlines of holes remain
         }
     }
     return triangles.size() / 3 > count ? simplify.down_to(count, triangles) : triangles;
@@ -210,7 +212,7 @@ value *allocate(std::size_t count) {
     return memory;
 }
 
-/// Area-weighted sums of the triangles' own directions.
+/// Area-weighted sums of the triangles' normals.
 void set_normals(reconstruct_result *mesh) {
     std::vector<std::array<double, 3>> sums(mesh->vertex_count);
     for (std::uint32_t i = 0; i < mesh->triangle_count; i++) {
@@ -291,12 +293,12 @@ void make(reconstruct_context *context, const reconstruct_request &request,
     if (request.triangles > 0 && count > static_cast<std::uint32_t>(request.triangles)) {
         reconstruct_context_warn(context,
                                  "%u triangles are left, not %d: fewer would close holes or join "
-                                 "what is apart",
+                                 "separate parts",
                                  count, request.triangles);
     }
     if (request.error_mm > 0 && distance.p99_mm > request.error_mm) {
         reconstruct_context_warn(context,
-                                 "the mesh is off by more than --error %.3g mm at 1 %% of the "
+                                 "the mesh deviates by more than --error %.3g mm at 1 %% of the "
                                  "points: %.3g mm",
                                  request.error_mm, distance.p99_mm);
     }
@@ -310,8 +312,8 @@ int make_mesh(reconstruct_context *context, const reconstruct_request *request,
         return message_set(message, ERROR_CANCELLED, "interrupted; nothing was written");
     } catch (const std::bad_alloc &) {
         return message_set(message, ERROR_MEMORY,
-                           "out of memory while the mesh was simplified; leave mesh.glb out by "
-                           "--files, or make the images smaller by %s",
+                           "out of memory while simplifying the mesh: omit mesh.glb with "
+                           "--files, or reduce the images with %s",
                            context->words->smaller);
     }
     return ERROR_OK;

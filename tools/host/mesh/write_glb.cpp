@@ -27,7 +27,7 @@ constexpr int jpeg_quality = 90, jpeg_quality_packed = 80;
 constexpr char quantization[] = "KHR_mesh_quantization", compression[] = "EXT_meshopt_compression",
                transform[] = "KHR_texture_transform", unlit[] = "KHR_materials_unlit";
 
-/// What is written, and where each part lies in the binary chunk: all begin at multiples of 4.
+/// The content, and the offset of each part in the binary chunk, a multiple of 4.
 struct content {
     const reconstruct_context &context;
     const reconstruct_result &mesh;
@@ -35,14 +35,14 @@ struct content {
     std::vector<unsigned char> texture;
     size_t at[glb_parts::COUNT + 1];  // the texture is the last
     size_t end;                       // of the binary chunk
-    size_t plain_end;                 // of all parts, as they are when not compressed
+    size_t plain_end;                 // of all parts, uncompressed
 };
 
 size_t padded(size_t bytes) {
     return (bytes + 3) / 4 * 4;
 }
 
-/// A part's number among those that are there: that of its accessor and of its view.
+/// A part's index among the existing ones: that of its accessor and of its view.
 int number_of(const glb_parts &parts, int place) {
     int number = 0;
     for (int i = 0; i < place; i++) {
@@ -51,7 +51,7 @@ int number_of(const glb_parts &parts, int place) {
     return number;
 }
 
-/// The bytes that the file holds of a part.
+/// The bytes of a part that are in the file.
 const glb_bytes &stored(const glb_part &part) {
     return part.mode != nullptr ? part.packed : part.bytes;
 }
@@ -67,7 +67,7 @@ void lay_out(content *content) {
     content->end = at + padded(content->texture.size());
 }
 
-/// Width of a pixel at the depth that 1 % of the surface is nearer than.
+/// Width of a pixel at the 1 % quantile of the depth.
 double pitch_m(const reconstruct_result &mesh) {
     std::vector<std::int32_t> depths_um;
     depths_um.reserve(mesh.vertex_count);
@@ -156,7 +156,7 @@ void print_buffers(json *out, const content &content) {
     json_integer(out, "byteLength", static_cast<int64_t>(content.end));
     json_close_object(out);
     if (content.context.compress) {
-        // What the decoder fills; no file has it.
+        // The buffer that the decoder fills; not in any file.
         json_open_object(out, nullptr);
         json_integer(out, "byteLength", static_cast<int64_t>(content.plain_end));
         json_open_object(out, "extensions");
@@ -169,7 +169,7 @@ void print_buffers(json *out, const content &content) {
     json_close_array(out);
 }
 
-/// From pixels, counted from the centre of the first, to shares of the image.
+/// From pixels, relative to the centre of the first, to fractions of the image.
 void print_pixel_scale(json *out, const image_rgb8 &image) {
     const double scale[2] = {1.0 / image.width, 1.0 / image.height};
     const double offset[2] = {scale[0] / 2, scale[1] / 2};
@@ -196,7 +196,7 @@ void print_material(json *out, const content &content) {
     json_real(out, "metallicFactor", 0, 1);
     json_real(out, "roughnessFactor", 1, 1);
     json_close_object(out);
-    // A photograph has its light in it already.
+    // A photograph already contains its lighting.
     json_open_object(out, "extensions");
     json_open_object(out, unlit);
     json_close_object(out);
@@ -353,11 +353,11 @@ int write_glb(const reconstruct_context *context, const char *path, message *mes
     lay_out(&content);
     const std::string text = make_text(content);
     if (content.texture.empty() || text.empty()) {
-        return message_set(message, ERROR_MEMORY, "writing %s failed: not enough memory", path);
+        return message_set(message, ERROR_MEMORY, "%s: out of memory", path);
     }
     const size_t total = 12 + 8 + text.size() + 8 + content.end;
     if (total > std::numeric_limits<uint32_t>::max()) {
-        return message_set(message, ERROR_BUFFER, "%s would be larger than 4 GB", path);
+        return message_set(message, ERROR_BUFFER, "%s: too large (at most 4 GB)", path);
     }
     output_file file;
     output_file_open(&file, path);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Clipping: only what lies inside a box of the left camera's frame is drawn and framed. Corners are
+// Clipping: only the part inside a box of the left camera's frame is drawn and framed. Corners are
 // in the drawing's frame (y up, z towards the viewer).
 const clip = { low: [-1e30, -1e30, -1e30], high: [1e30, 1e30, 1e30], all: null, on: false };
 const CLIP_SIDES = ['near', 'far', 'left', 'right', 'top', 'bottom'];
 
-// The sliders' ranges. A few points far away from all others would leave them nothing to do.
+// The sliders' ranges, without outliers: a few distant points would make the sliders useless.
 function clipRanges(positions) {
   const ranges = [];
   for (let axis = 0; axis < 3; axis++) {
@@ -26,7 +26,7 @@ function isShown(vertex) {
   return true;
 }
 
-// Depths are spaced as disparities are: near things get the room.
+// Depths are spaced like disparities: near objects get more of the range.
 function depthAt(share) {
   const [far, near] = clip.all[2];
   if (!(near < 0)) return far + (near - far) * (1 - share);
@@ -53,7 +53,7 @@ function readClip() {
   element('clip-text').textContent = clip.on ? `Z ${lengthText(-Math.min(clip.high[2], clip.all[2][1]))} to ${lengthText(-Math.max(clip.low[2], clip.all[2][0]))}` : '';
 }
 
-// The box around what is shown, as its centre; null when nothing is.
+// The centre of the box around the visible part; null when nothing is visible.
 function shownCentre() {
   const p = view.mesh.positions, low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
   for (let i = 0; i < p.length / 3; i++)
@@ -65,7 +65,7 @@ function shownCentre() {
   return low[0] <= high[0] ? low.map((v, axis) => (v + high[axis]) / 2) : null;
 }
 
-// From this direction, how far away all that is shown fits into the view.
+// The distance from which the visible part fits into the view in this direction.
 function fittingDistance(centre) {
   const { right, up, back } = viewerAxes(), p = view.mesh.positions;
   const high = Math.tan(view.fov / 2), wide = high * view.canvas.clientWidth / view.canvas.clientHeight;
@@ -85,7 +85,7 @@ function countShown() {
   return count;
 }
 
-// Frames what is left; without clipping as the camera saw it.
+// Frames the visible part; without clipping from the camera's position.
 function frameView() {
   view.canvas.dataset.shown = countShown();
   findHome();

@@ -85,7 +85,7 @@ function distanceText() {
   const p = view.mesh.positions, a = 3 * measuring.a, b = 3 * measuring.b;
   const along = [0, 1, 2].map((i) => p[b + i] - p[a + i]);
   const length = Math.hypot(...along);
-  // Each end is uncertain along its own ray only, so only that share of sigma counts.
+  // Each end is uncertain only along its own ray, so only that component of sigma counts.
   let variance = 0;
   for (const vertex of [measuring.a, measuring.b]) {
     const code = measured.sigmaLength[view.mesh.pixels[vertex]];
@@ -125,7 +125,7 @@ function recentre(event) {
   redraw();
 }
 
-// A bar of round length at the distance of the target, as on a map.
+// A scale bar of round length at the distance of the target.
 function drawScale() {
   const perPixel = 2 * Math.tan(view.fov / 2) * view.distance / view.canvas.clientHeight;
   const wished = 140 * perPixel, power = 10 ** Math.floor(Math.log10(wished));

@@ -11,7 +11,7 @@ function startTheme() {
 async function start() {
   startTheme();
   if (typeof DecompressionStream === 'undefined') {
-    viewFailed('This browser is too old for the interactive parts (it lacks DecompressionStream). The pictures and figures below are complete.');
+    viewFailed('This browser is too old for the interactive parts (no DecompressionStream). The pictures and figures below are complete.');
     return;
   }
   await loadLayers();

@@ -72,7 +72,7 @@ function mark(x, y) {
   for (const listener of marked.listeners) listener();
 }
 
-// The left pixel whose match lies nearest to column x of the right image.
+// The left pixel whose match is nearest to column x of the right image.
 function leftOfRight(x, y) {
   let best = -1, least = 1.5;
   for (let c = 0; c < page.width; c++) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The surface of the page: the measured pixels on a grid as fine as a browser draws with ease,
-// joined by the rule of the full mesh (neighbours more than a gap apart are never joined).
+// The surface of the page: the measured pixels on a grid that a browser can draw smoothly, joined
+// by the rule of the full mesh (neighbours more than a gap apart are never joined).
 const MAX_NODES = 420000;
 
 function meshStep() {
@@ -9,8 +9,8 @@ function meshStep() {
   return step;
 }
 
-// True when every pixel from a to b (step pixels apart, `stride` between them) is measured and none
-// is more than the gap away from the one before.
+// True when every pixel from a to b (step pixels apart, `stride` between them) is measured and no
+// two successive ones are more than the gap apart.
 function joined(a, stride, step) {
   const gap = page.max_gap_q8 * page.step;
   for (let n = 0, i = a; n < step; n++, i += stride) {
@@ -67,7 +67,7 @@ function vertexNormals(positions, triangles) {
   return normals;
 }
 
-// Positions are in the left camera's frame turned for drawing: x right, y up, z towards the viewer.
+// Positions are in the left camera's frame rotated for drawing: x right, y up, z towards the viewer.
 function buildMesh() {
   const step = meshStep();
   const corners = collectTriangles(step);
@@ -99,7 +99,7 @@ function buildMesh() {
 }
 
 // Edges to draw as lines. Spacing 1: every edge; else those along each spacing-th row and column of
-// the mesh, so that from afar the surface shows a net and not a blot.
+// the mesh, so that from afar the lines remain distinguishable.
 function edgesOf(mesh, spacing) {
   const lines = [], every = spacing * mesh.step;
   for (let t = 0; t < mesh.triangles.length; t += 3)

@@ -15,7 +15,7 @@
 
 namespace {
 
-/// A number that JavaScript reads back exactly; infinities do not occur in what is passed.
+/// A number that JavaScript parses exactly; infinities do not occur in the input.
 std::string json_number(double value) {
     return report_text_format("%.17g", value);
 }
@@ -28,7 +28,7 @@ std::string ramp_base64(const colormap_table &table) {
     return report_encode_base64(bytes);
 }
 
-/// R_left_rect, row-major: turns points of the rect frame into the left camera's.
+/// R_left_rect, row-major: maps points of the rect frame into the left camera's.
 std::string json_rotation(const double R_rect_left[9]) {
     std::string text = "[";
     for (int row = 0; row < 3; row++) {
@@ -39,7 +39,7 @@ std::string json_rotation(const double R_rect_left[9]) {
     return text + "]";
 }
 
-/// What the scripts need to know beside the layers.
+/// What the scripts need in addition to the layers.
 std::string page_data(const reconstruct_context &context, const report_figures &figures,
                       const report_grid &grid) {
     const rectify_plan &plan = context.result->plan;
@@ -105,7 +105,7 @@ std::string meta_of(const reconstruct_context &context) {
            report_text_escape(context.build_id);
 }
 
-/// One line for each camera: where it stood, as far as that is known, and how bright its image is.
+/// One line per camera: its position, if known, and the brightness of its image.
 std::string cameras_of(const reconstruct_context &context) {
     std::string html;
     const reconstruct_image *images[] = {&context.left, &context.right};
@@ -126,8 +126,8 @@ std::string cameras_of(const reconstruct_context &context) {
     return html;
 }
 
-/// A part of the page, or nothing when nobody waits for it any more: on a large result each of them
-/// takes a good part of the second within which Ctrl-C stops.
+/// A part of the page, or nothing after an interruption: on a large result each part takes a good
+/// share of the second within which Ctrl-C must stop.
 template <typename maker>
 std::string unless_interrupted(maker make) {
     return interrupt_requested() ? std::string() : make();
@@ -149,8 +149,8 @@ std::string make_page(const reconstruct_context &context) {
                               "same surface for 3D programs."
                             : "No surface was found: there is nothing to draw."},
         {"pair_text",
-         "What lies on a row of the left image lies on the same row of the right one. "
-         "Point at the left image to see the match that was found on the right."},
+         "Corresponding points are on the same row of both images. "
+         "Point at the left image to see its match on the right."},
         {"pair", unless_interrupted([&] { return report_pictures_pair(context, grid); })},
         {"raw_pair", unless_interrupted([&] { return report_pictures_raw(context); })},
         {"maps", unless_interrupted([&] { return report_pictures_maps(context, figures, grid); })},

@@ -23,7 +23,7 @@ std::string geometry_table(const reconstruct_context &context, const report_figu
     const rectify_plan &plan = context.result->plan;
     std::string rows;
     rows += row("rectified size", report_text_format("%d × %d px", plan.width_px, plan.height_px));
-    rows += row("images", plan.identity ? "rectified already: used pixel for pixel"
+    rows += row("images", plan.identity ? "already rectified: used pixel for pixel"
                                         : "rectified from their calibration");
     if (context.shrink > 1) {
         rows += row("shrunk while reading", report_text_format("by %d", context.shrink));
@@ -37,11 +37,11 @@ std::string geometry_table(const reconstruct_context &context, const report_figu
     rows += row("searched disparities",
                 report_text_format("%d to %d px", plan.disparity_min,
                                    plan.disparity_min + plan.disparity_count - 1));
-    rows += row("depths they cover", report_text_length(plan.depth_near_mm, figures.unit) + " to " +
-                                         (std::isfinite(plan.depth_far_mm)
-                                              ? report_text_length(plan.depth_far_mm, figures.unit)
-                                              : std::string("infinity")) +
-                                         (plan.depth_range_assumed ? " (assumed)" : ""));
+    rows += row("depths covered", report_text_length(plan.depth_near_mm, figures.unit) + " to " +
+                                      (std::isfinite(plan.depth_far_mm)
+                                           ? report_text_length(plan.depth_far_mm, figures.unit)
+                                           : std::string("infinity")) +
+                                      (plan.depth_range_assumed ? " (assumed)" : ""));
     if (figures.has_surface) {
         const double z = figures.depth_median_mm;
         rows +=
@@ -70,7 +70,7 @@ std::string calibration_table(const reconstruct_context &context, const report_f
         }
         const double *r = c->rotation_right_left_rad;
         const double turn_rad = std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
-        rows += row("turn between the cameras",
+        rows += row("angle between the cameras",
                     report_text_format("%.3f°", turn_rad * 57.29577951308232));
         const double *t = c->translation_right_left_mm;
         rows += row("left camera from the right one",
@@ -80,7 +80,7 @@ std::string calibration_table(const reconstruct_context &context, const report_f
         rows += row("accepted mismatch", report_text_escape(context.mismatch.text));
     }
     if (context.depth_sigma_common_mm >= 0) {
-        rows += row("deviation that all depths share",
+        rows += row("common deviation of all depths",
                     report_text_format("%.3g mm predicted, from calibration and axes",
                                        context.depth_sigma_common_mm));
     }
@@ -96,7 +96,7 @@ std::string calibration_table(const reconstruct_context &context, const report_f
     return table("Calibration", rows);
 }
 
-/// Of images that are of no session, nobody knows it.
+/// Unknown for images that do not belong to a session.
 std::string capture_table(const reconstruct_context &context) {
     std::string rows;
     for (int line = 0; context.capture.session != nullptr && line < CAPTURE_STAMP_LINES; line++) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How bytes and pictures get into one self-contained page.
+/// Encodes bytes and pictures for one self-contained page.
 #ifndef VERGENCE_TOOLS_HOST_REPORT_REPORT_ENCODE_HPP
 #define VERGENCE_TOOLS_HOST_REPORT_REPORT_ENCODE_HPP
 
@@ -17,7 +17,7 @@ std::string report_encode_base64(const report_bytes &bytes);
 /// zlib stream (RFC 1950); empty when memory is short.
 report_bytes report_encode_deflate(const report_bytes &bytes);
 
-/// Index of a pixel that a palette picture leaves transparent: nothing was measured there.
+/// Palette index of a transparent pixel: nothing was measured there.
 enum { REPORT_TRANSPARENT = 255 };
 
 /// `data:` URI of a palette PNG of width x height indices; empty on failure. Indices

@@ -10,7 +10,7 @@
 
 namespace {
 
-/// The value below which `share` of the sorted values lie.
+/// The value below which `share` of the sorted values are.
 double quantile(const std::vector<double> &sorted, double share) {
     if (sorted.empty()) {
         return 0;
@@ -21,7 +21,7 @@ double quantile(const std::vector<double> &sorted, double share) {
 
 report_histogram histogram_of(const std::vector<double> &sorted_mm, std::size_t bins) {
     report_histogram histogram;
-    // The middle 99 % with a margin: a few stray points must not squeeze the rest together.
+    // The middle 99 % with a margin: a few stray points must not compress the rest.
     const double low = quantile(sorted_mm, 0.005), high = quantile(sorted_mm, 0.995);
     const double margin = std::max(0.03 * (high - low), 1e-3);
     histogram.low_mm = std::max(0.0, low - margin);
@@ -111,13 +111,13 @@ void compare_with_truth(const reconstruct_context &context, report_truth *truth)
 
 report_verdict report_figures_judge_rows(const triangulate_vertical &vertical, const char *fault) {
     const double median_px = vertical.median_px;
-    // The matcher compares 5x5 windows row against row: to a third of a pixel it loses nothing,
-    // beyond a pixel it compares different things.
+    // The matcher compares 5x5 windows row by row: up to a third of a pixel it loses nothing,
+    // beyond a pixel it compares different content.
     if (vertical.samples == 0) {
-        return {"not measured", "", "Too few textured matches to tell whether the rows agree."};
+        return {"not measured", "", "Too few textured matches to check the rows."};
     }
     if (fault != nullptr && median_px <= 0.8) {
-        return {"fair", "fair", std::string("Calibrate again when accuracy matters: ") + fault};
+        return {"fair", "fair", std::string("Calibrate again if accuracy matters: ") + fault};
     }
     if (median_px <= 0.15) {
         return {"very good", "good", "The calibration fits these images."};
@@ -126,7 +126,7 @@ report_verdict report_figures_judge_rows(const triangulate_vertical &vertical, c
         return {"good", "good", "The calibration fits these images well enough."};
     }
     if (median_px <= 0.8) {
-        return {"fair", "fair", "Usable; calibrate again when accuracy matters."};
+        return {"fair", "fair", "Usable; calibrate again if accuracy matters."};
     }
     return {"poor", "bad", "The calibration does not fit these images: calibrate again."};
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The figures that the page states, drawn from a result once.
+/// The figures on the page, extracted from a result once.
 #ifndef VERGENCE_TOOLS_HOST_REPORT_REPORT_FIGURES_HPP
 #define VERGENCE_TOOLS_HOST_REPORT_REPORT_FIGURES_HPP
 
@@ -11,14 +11,14 @@
 #include "daemon/surface/result/reconstruct_context.h"
 #include "tools/host/evaluate/evaluate.hpp"
 
-/// Plain-language judgement of a figure.
+/// Plain-language rating of a figure.
 struct report_verdict {
     const char *word;      // "very good"
     const char *grade;     // CSS class: good, fair, bad or ""
     std::string sentence;  // what to do about it
 };
 
-/// Depths from low to high in equal steps, counts of points a step.
+/// Depths from low to high in equal steps, with the number of points per step.
 struct report_histogram {
     double low_mm = 0, high_mm = 0;
     std::vector<std::size_t> counts;
@@ -37,7 +37,7 @@ struct report_truth {
 struct report_figures {
     std::size_t pixels = 0, valid = 0, border = 0;
     double density_percent = 0;         // valid of all pixels
-    double density_shared_percent = 0;  // valid of those that are not border
+    double density_shared_percent = 0;  // valid among non-border pixels
     bool has_surface = false;
     double depth_p1_mm = 0, depth_median_mm = 0, depth_p99_mm = 0;
     double sigma_p2_mm = 0, sigma_median_mm = 0, sigma_p98_mm = 0;  // 0: not predicted
@@ -50,10 +50,10 @@ struct report_figures {
 
 report_figures report_figures_collect(const reconstruct_context &context);
 
-/// Mean of all values of a raw image in percent of the greatest; -1 when its pixels are not there.
+/// Mean of all values of a raw image in percent of the maximum; -1 when its pixels are unavailable.
 double report_figures_brightness_percent(const reconstruct_image &image);
 
-/// Judges the |vertical disparity| of the matches, in px. `fault`: result_figures_rows_fault.
+/// Rates the |vertical disparity| of the matches, in px. `fault`: result_figures_rows_fault.
 report_verdict report_figures_judge_rows(const triangulate_vertical &vertical, const char *fault);
 
 #endif

@@ -7,7 +7,7 @@
 
 namespace {
 
-/// Most pixels that the page carries: about 4 bytes each once packed and coded.
+/// Maximum number of pixels on the page: about 4 bytes each once packed and encoded.
 constexpr double max_page_pixels = 1.45e6;
 
 constexpr std::int32_t no_truth = 0x7fffff;
@@ -85,17 +85,18 @@ std::vector<std::int32_t> truths(const reconstruct_result &result, const report_
     return values;
 }
 
-/// Index 0..254 of `share` in [0, 1] of the palette; beyond the ends, the ends.
+/// Index 0..254 of `share` in [0, 1] of the palette, clamped at the ends.
 unsigned char palette_index(double share) {
     return static_cast<unsigned char>(std::lround(254 * std::min(1.0, std::max(0.0, share))));
 }
 
-/// The same in steps that the eye still sees as smooth: noisy maps pack twice as well.
+/// The same in steps that still look smooth: noisy maps compress twice as well.
 unsigned char coarse_index(double share) {
     return static_cast<unsigned char>(8 * (palette_index(share) / 8) + (share < 0.5 ? 0 : 6));
 }
 
-/// A value to its three leading bits, at most 255: what its own uncertainty justifies.
+/// A value to its three leading bits, at most 255: the precision that its own uncertainty
+/// justifies.
 unsigned char leading_bits(unsigned value) {
     unsigned shift = 0;
     while (value >> shift > 7) {

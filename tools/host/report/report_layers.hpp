@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The measurement as the page's scripts get it, and the pictures' pixels. Large images are thinned
-/// by a whole factor so that the file stays handy.
+/// The measurement as passed to the page's scripts, and the pictures' pixels. Large images are
+/// subsampled by an integer factor to limit the file size.
 #ifndef VERGENCE_TOOLS_HOST_REPORT_REPORT_LAYERS_HPP
 #define VERGENCE_TOOLS_HOST_REPORT_REPORT_LAYERS_HPP
 
@@ -18,12 +18,11 @@ struct report_grid {
 report_grid report_layers_grid(const reconstruct_result &result);
 
 /// Base64 of a zlib stream of the layers, each a plane of width x height bytes from the top row:
-/// disparity (three planes: low, middle, high byte of the difference from the pixel to the left,
-/// 24 bits, 1/256 px; a pixel that is not valid repeats its left neighbour), reason, confidence (in
-/// 16 steps: the rest is noise that would fill the file),
-/// sigma of the disparity (1/256 px to three leading bits, for the same reason; 255 and more as
-/// 255), sigma along the ray (`report_layers_sigma_code`), and with truth its disparity (three
-/// planes; 0x7fffff: unknown).
+/// disparity (three planes: low, middle, high byte of the difference from the pixel to the left, 24
+/// bits, 1/256 px; an invalid pixel repeats its left neighbour), reason, confidence (in 16 steps:
+/// finer ones are noise that would fill the file), sigma of the disparity (1/256 px to three
+/// leading bits, for the same reason; 255 and more as 255), sigma along the ray
+/// (`report_layers_sigma_code`), and with truth its disparity (three planes; 0x7fffff: unknown).
 /// Empty when memory is short.
 std::string report_layers_pack(const reconstruct_result &result, const report_truth &truth,
                                const report_grid &grid);
@@ -33,10 +32,10 @@ constexpr double report_layers_sigma_first_mm = 1e-3;
 constexpr double report_layers_sigma_ratio = 1.0655;
 int report_layers_sigma_code(double sigma_mm);
 
-/// A colour picture as a JPEG `data:` URI, thinned by the mean of areas of step x step pixels.
+/// A colour picture as a JPEG `data:` URI, reduced by averaging areas of step x step pixels.
 std::string report_layers_photo(const image_rgb8 &image, int step);
 
-/// Palette indices of the page's pixels, from what each picture shows.
+/// Palette indices of the page's pixels for each picture.
 report_bytes report_layers_disparity(const reconstruct_result &result, const report_grid &grid,
                                      double low_px, double high_px);
 report_bytes report_layers_reason(const reconstruct_result &result, const report_grid &grid);

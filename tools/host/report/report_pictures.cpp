@@ -12,7 +12,7 @@ std::string css_colour(const colormap_rgb &c) {
     return report_text_format("#%02x%02x%02x", c[0], c[1], c[2]);
 }
 
-/// The frame that scripts hang their marks into. `content` goes above the picture.
+/// The frame to which scripts attach their marks. `content` is drawn above the picture.
 std::string frame(const char *classes, const char *side, const std::string &uri, const char *id,
                   const std::string &label, const std::string &content) {
     return report_text_format(

@@ -14,11 +14,11 @@ std::string report_pictures_pair(const reconstruct_context &context, const repor
 /// The raw images, for a pair that was rectified here; else empty.
 std::string report_pictures_raw(const reconstruct_context &context);
 
-/// Disparity, reasons, confidence and, where it is predicted, sigma.
+/// Disparity, reasons, confidence and, if predicted, sigma.
 std::string report_pictures_maps(const reconstruct_context &context, const report_figures &figures,
                                  const report_grid &grid);
 
-/// Signed errors; there must be a ground truth that can be compared.
+/// Signed errors; requires a ground truth that can be compared.
 std::string report_pictures_error(const reconstruct_context &context, const report_figures &figures,
                                   const report_grid &grid);
 

@@ -35,7 +35,7 @@ std::string rows_card(const reconstruct_context &context, const report_figures &
     return card("Agreement of rows", value, text, figures.vertical.grade);
 }
 
-/// A column of the table of errors.
+/// A column of the error table.
 struct scored {
     const char *name;
     const evaluate_score *score;
@@ -68,13 +68,13 @@ std::string score_table(const std::vector<scored> &sets) {
     return html + "</tr>\n</tbody></table>";
 }
 
-/// The deviation of all depths together, which is not in each point's own.
+/// The common deviation of all depths, which is not part of each point's own.
 std::string common_text(const reconstruct_context &context, const report_figures &figures) {
     return context.depth_sigma_common_mm < 0
                ? ""
-               : "; all points share ± " +
+               : "; common to all points ± " +
                      report_text_length(context.depth_sigma_common_mm, figures.unit) +
-                     " more, of calibration and axes";
+                     " more, from calibration and axes";
 }
 
 }  // namespace
@@ -87,8 +87,8 @@ std::string report_sections_cards(const reconstruct_context &context,
                   "joined by " + report_text_count(result.triangle_count) + " triangles");
     cards += card(
         "Measured", report_text_format("%.1f <small>%%</small>", figures.density_percent),
-        report_text_format("of %d × %d pixels; %.1f %% of what both cameras see", result.left.width,
-                           result.left.height, figures.density_shared_percent));
+        report_text_format("of %d × %d pixels; %.1f %% of the area seen by both cameras",
+                           result.left.width, result.left.height, figures.density_shared_percent));
     if (figures.has_surface) {
         cards += card("Depth", report_text_length(figures.depth_median_mm, figures.unit),
                       "median; " + report_text_length(figures.depth_p1_mm, figures.unit) + " to " +
@@ -126,7 +126,7 @@ std::string report_sections_notes(const reconstruct_context &context,
     }
     if (!figures.has_surface) {
         items += note("warning", "No surface",
-                      "No pixel could be measured. The map of reasons below says why.");
+                      "No pixel could be measured. The map of reasons below shows why.");
     }
     if (!truth_shown) {
         items += note("warning", "Ground truth not used", figures.truth.trouble);

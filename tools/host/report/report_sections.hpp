@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The parts of the page that hold figures, as HTML. What comes from outside is escaped here.
+/// The sections of the page with figures, as HTML. External text is escaped here.
 #ifndef VERGENCE_TOOLS_HOST_REPORT_REPORT_SECTIONS_HPP
 #define VERGENCE_TOOLS_HOST_REPORT_REPORT_SECTIONS_HPP
 
@@ -11,13 +11,13 @@
 std::string report_sections_cards(const reconstruct_context &context,
                                   const report_figures &figures);
 
-/// Warnings and what is assumed.
+/// Warnings and assumptions.
 std::string report_sections_notes(const reconstruct_context &context,
                                   const report_figures &figures);
 
 std::string report_sections_histogram(const report_figures &figures);
 
-/// Errors against the ground truth, as a map and a table; empty when there is none to compare with.
+/// Errors against the ground truth, as a map and a table; empty without a usable ground truth.
 std::string report_sections_accuracy(const reconstruct_context &context,
                                      const report_figures &figures, const report_grid &grid);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The page's own sources (tools/host/report/), as the build embeds them: see tools/embed.cmake.
+/// The page's own sources (tools/host/report/), embedded at build time: see tools/embed.cmake.
 #ifndef VERGENCE_TOOLS_HOST_REPORT_REPORT_SOURCES_HPP
 #define VERGENCE_TOOLS_HOST_REPORT_REPORT_SOURCES_HPP
 

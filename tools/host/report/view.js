@@ -126,7 +126,7 @@ function draw() {
   for (const after of view.afterDraw) after();
 }
 
-// Rows and columns between the lines of the net: about 7 screen pixels at the target.
+// Rows and columns between the lines of the wireframe: about 7 screen pixels at the target.
 function netSpacing() {
   const nodePixels = view.mesh.step * page.step * page.depth_median / page.f * view.canvas.clientHeight / (2 * Math.tan(view.fov / 2) * view.distance);
   return nodePixels >= 5 ? 1 : 2 ** Math.ceil(Math.log2(7 / nodePixels));
@@ -153,7 +153,7 @@ function redraw() {
   requestAnimationFrame(draw);
 }
 
-// Screen place (CSS px) of a drawn point, or null behind the viewer.
+// Screen position (CSS px) of a drawn point, or null behind the viewer.
 function screenOf(x, y, z) {
   const m = view.matrix, w = m[3] * x + m[7] * y + m[11] * z + m[15];
   if (w <= 0) return null;
@@ -161,7 +161,7 @@ function screenOf(x, y, z) {
           (0.5 - (m[1] * x + m[5] * y + m[9] * z + m[13]) / w / 2) * view.canvas.clientHeight];
 }
 
-// The vertex under a screen place: of those within a few pixels the nearest to the viewer.
+// The vertex at a screen position: the nearest to the viewer of those within a few pixels.
 function vertexAt(x, y) {
   const p = view.mesh.positions, m = view.matrix, reach = 7;
   const wide = view.canvas.clientWidth / 2, high = view.canvas.clientHeight / 2;
@@ -188,8 +188,8 @@ function setPose(name) {
   redraw();
 }
 
-// Looks from the left camera: the target lies on its axis at the median depth, so that the
-// picture equals the photograph and turning goes about the middle of the surface.
+// Looks from the left camera: the target is on its axis at the median depth, so that the picture
+// equals the photograph and rotations are about the middle of the surface.
 function findHome() {
   const depth = page.depth_median;
   const R = page.R_left_rect;
@@ -213,7 +213,7 @@ function startView(photo) {
     gl = view.canvas.getContext('webgl', options);
     if (gl && !gl.getExtension('OES_element_index_uint')) gl = null;
   }
-  if (!gl) return viewFailed('This browser offers no WebGL, so the surface cannot be drawn here. Open mesh.glb in a 3D program instead.');
+  if (!gl) return viewFailed('WebGL is not available in this browser, so the surface cannot be drawn. Open mesh.glb in a 3D program instead.');
   view.gl = gl;
   view.program = makeProgram(gl);
   gl.useProgram(view.program);
@@ -229,7 +229,7 @@ function startView(photo) {
   gl.uniform1i(view.uniform.ramp, 1);
   gl.enable(gl.DEPTH_TEST);
   gl.enable(gl.POLYGON_OFFSET_FILL);
-  view.canvas.addEventListener('webglcontextlost', (event) => { event.preventDefault(); viewFailed('The graphics driver gave up. Reload the page to draw the surface again.'); });
+  view.canvas.addEventListener('webglcontextlost', (event) => { event.preventDefault(); viewFailed('The graphics context was lost. Reload the page to draw the surface again.'); });
   element('view-text').hidden = true;
   startControls();
   startClip();
