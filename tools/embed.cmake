@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-# Writes OUTPUT, a C++ file that holds a report's sources of FOLDER as the strings NAME_page,
-# NAME_style and NAME_script, which NAME.hpp beside FOLDER's pages declares:
+# Writes OUTPUT, a C++ file with a report's sources from FOLDER as the strings NAME_page, NAME_style
+# and NAME_script, which NAME.hpp beside FOLDER's pages declares:
 #   cmake -DOUTPUT=... -DFOLDER=... -DNAME=... "-DSCRIPTS=a.js b.js" -P embed.cmake
-# The scripts are joined in the given order, inside one function: nothing leaks into the page.
+# The scripts are joined in the given order inside one function, so that no name leaks into the page.
 function(append_string name text)
   string(FIND "${text}" ")embedded\"" clash)
   if(NOT clash EQUAL -1)
-    message(FATAL_ERROR "embed.cmake: ${name} holds the mark that ends a string")
+    message(FATAL_ERROR "embed.cmake: ${name} contains the mark that ends a string")
   endif()
   file(APPEND ${OUTPUT}.new "const char *const ${name} = R\"embedded(${text})embedded\";\n")
 endfunction()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Prints how time grows, and draws it: of the JSON of scaling_bench a table and an SVG.
+"""Makes a table and an SVG plot from the JSON of scaling_bench.
 
 usage: plot_scaling.py RESULT.json DRAWING.svg
 """
@@ -34,7 +34,7 @@ def tick_step(greatest):
 
 
 class Panel:
-    """One series in its frame; x and y start at zero."""
+    """The plot of one series; x and y start at zero."""
 
     def __init__(self, series, colours, left, top):
         self.series, self.colours, self.left, self.top = series, colours, left, top
@@ -72,7 +72,7 @@ class Panel:
         for method in self.series["methods"]:
             colour, fit = self.colours[method["method"]], method["fit_of_best"]
             last = method["points"][-1]["x"]
-            # The fitted line, from where it is above zero.
+            # The fitted line, where it is above zero.
             first = max(0.0, -fit["at_zero_ms"] / fit["slope_ms"] if fit["slope_ms"] > 0 else 0.0)
             ends = [self.place(x, fit["at_zero_ms"] + fit["slope_ms"] * x) for x in (first, last)]
             yield (f'<line x1="{ends[0][0]:.1f}" y1="{ends[0][1]:.1f}" x2="{ends[1][0]:.1f}" '

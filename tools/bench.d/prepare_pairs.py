@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Makes the benchmark's two pairs from packages, as folders with left.png, right.png,
-disparity.pfm and meta.json. Does nothing for a folder that is there already.
+disparity.pfm and meta.json. Skips folders that exist.
 
 usage: prepare_pairs.py OUT OPENCV_SAMPLES WHEEL
 """
@@ -22,7 +22,7 @@ def write_pfm(path, values):
 
 
 def write_pair(out, left, right, truth, disparities):
-    """All files into a temporary folder first: an interrupted run leaves no half a pair."""
+    """Writes into a temporary folder first, so that an interrupted run leaves no incomplete pair."""
     os.makedirs(os.path.dirname(out), exist_ok=True)
     folder = tempfile.mkdtemp(dir=os.path.dirname(out))
     cv2.imwrite(os.path.join(folder, "left.png"), left)
@@ -43,7 +43,7 @@ def aloe(out, samples):
 
 
 def motorcycle(out, wheel):
-    """Middlebury 2014, a quarter of its size, as scikit-image carries it."""
+    """Middlebury 2014, a quarter of its size, from scikit-image."""
     with zipfile.ZipFile(wheel) as archive:
         def image(side):
             content = archive.read(f"skimage/data/motorcycle_{side}.png")

@@ -3,9 +3,9 @@
 """Measures the chessboard in a result and compares it with the board's known squares.
 
 usage: measure_board.py RESULT CALIBRATION_JSON
-Corners come from OpenCV, in the rectified left image; depths from disparity.pfm. Prints JSON: count
-of corners measured, median square side and its scatter, distance of the corners from their plane and how many of them
-are off it.
+Corners come from OpenCV, in the rectified left image; depths from disparity.pfm. Prints JSON: number
+of measured corners, median square side and its scatter, distance of the corners from their plane,
+and the number of corners off that plane.
 """
 import json
 import os
@@ -35,7 +35,7 @@ def corner_points(result, board):
         window = disparity[row - 2:row + 3, column - 2:column + 3]
         if np.isfinite(window).sum() < 13:
             continue
-        # The plane of the window's disparities, at the corner itself.
+        # The plane fitted to the window's disparities, evaluated at the corner.
         v, u = np.nonzero(np.isfinite(window))
         fit = np.linalg.lstsq(np.stack([u - 2 - (x - column), v - 2 - (y - row), np.ones(len(u))], 1),
                               window[v, u].astype(float), rcond=None)[0]
@@ -46,7 +46,7 @@ def corner_points(result, board):
 
 
 def distances_from_plane(points):
-    """From the plane through three of them that most lie near to, then fitted to those."""
+    """From the plane fitted to the inliers of the best of many planes through three points (RANSAC)."""
     draw = np.random.default_rng(1)
     near = None
     for _ in range(500):

@@ -1,14 +1,15 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""The whole chain on the simulated rig, by the commands that a user would type.
+"""Runs the whole chain on the simulated rig with the commands that a user would type.
 
 usage: measure_rig.py VERGENCE VERGENCED OUT NAME...
 
 NAME: cylinder_1x, cylinder_3x, mug_1x. For each scene `VERGENCE simulate` and VERGENCED start; the
 instrument is brought up, aimed, zoomed, focused and exposed, and takes pairs through the simulated
 FPGA; they are reconstructed with the world's true cameras as calibration and compared with the
-world's shapes. In OUT/rig_NAME, beside what `vergence reconstruct` writes: console.txt (what was asked
-and answered), accuracy.json and accuracy/ (from tools/simrig/compare), true.calibration.
+world's shapes. Writes to OUT/rig_NAME, in addition to the files of `vergence reconstruct`:
+console.txt (commands and replies), accuracy.json and accuracy/ (from tools/simrig/compare),
+true.calibration.
 """
 import concurrent.futures
 import os
@@ -22,10 +23,10 @@ import time
 
 TOOLS = pathlib.Path(__file__).resolve().parents[1]
 PATIENCE_S = 600
-# Both cameras look at the middle of the scene, 1.8 m away; its sharp distance is that too.
+# Both cameras look at and focus on the middle of the scene, 1.8 m away.
 AIM = ("bringup", "pan both 3.570 -3.272", "focus both 538")
-# Scene, settings, scale of the reconstruction: where texture is fainter than the noise of a pixel,
-# a smaller picture has less noise.
+# Scene, settings, scale of the reconstruction: if the texture is fainter than the noise of a pixel, a
+# smaller picture has less noise.
 PAIRS = {
     "cylinder_1x": ("cylinder", ("zoom both 300", "iris both 800", "exposure both 9000"), 1),
     "cylinder_3x": ("cylinder", ("zoom both 422", "iris both 500", "exposure both 160000"), 0.5),
@@ -34,12 +35,12 @@ PAIRS = {
 DEPTH_MM = "1600:2600"
 
 
-# Rigs and daemons, to be ended when this is interrupted.
+# Rigs and daemons to terminate when interrupted.
 running = []
 
 
 class Failed(Exception):
-    """Something that the demo needs went wrong; the text says what."""
+    """A step of the demo failed; the text says why."""
 
 
 def run(command, **options):
@@ -51,7 +52,7 @@ def run(command, **options):
 
 
 def start(command, log, ready):
-    """A program in the background, as soon as the file `ready` is there."""
+    """Starts a program in the background and waits for the file `ready`."""
     with open(log, "w", encoding="utf-8") as file:
         program = subprocess.Popen([str(word) for word in command], stdout=file, stderr=file)
     running.append(program)
@@ -76,7 +77,7 @@ def stop(program):
 
 
 def take_pairs(programs, scene, names, threads, work):
-    """Leaves the session work/files/NAME, the truth work/NAME and what was said, for each NAME."""
+    """Creates the session work/files/NAME, the truth work/NAME and a console log for each NAME."""
     rig, daemon = f"unix:{work}/rig.sock", f"unix:{work}/vergenced.sock"
     vergence, vergenced = programs
     started = [start([vergence, "simulate", scene, "--listen", rig, "--files", work, "--seed", "1",
@@ -104,7 +105,7 @@ def take_pairs(programs, scene, names, threads, work):
 
 
 def measure(vergence, out, name, work):
-    """From a session and its truth to a surface and its accuracy."""
+    """Reconstructs a session and measures the accuracy of the surface against its truth."""
     scene, _, scale = PAIRS[name]
     truth, session = work / name, work / "files" / name
     run([vergence, "info", truth, "--convert", truth / "true.calibration"])
@@ -136,7 +137,7 @@ def main():
     for name in names:
         scenes.setdefault(PAIRS[name][0], []).append(name)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    # The bridge is simulated by one processor a rig; pictures are rendered by as many as are left.
+    # Each rig simulates its bridge on one processor and renders pictures on the remaining ones.
     threads = max(1, (os.cpu_count() or 1) // len(scenes))
     with concurrent.futures.ThreadPoolExecutor(len(scenes)) as pool:
         works = [pool.submit(measure_scene, programs, out, scene, of_scene, threads)
@@ -147,7 +148,7 @@ def main():
         except (Failed, OSError, subprocess.TimeoutExpired) as error:
             sys.exit(f"measure_rig: {error}")
         except KeyboardInterrupt:
-            # Without these the works end by themselves.
+            # Without these programs the workers finish.
             for program in running:
                 program.terminate()
             sys.exit(130)

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Prints the main figures of the demo's results and where their reports are.
+"""Prints the main figures of the demo's results and the paths of their reports.
 
 usage: print_table.py DIR RESULT...
 """
@@ -24,8 +24,8 @@ def accuracy_text(folder):
                          for name in ("evaluation.json", "board.json", "accuracy.json"))
     if os.path.exists(truth):
         score = load(truth)
-        return (f"off by more than 2 px: {score['measured_all']['bad_2_percent']:.1f} % of what was "
-                f"measured; mean {score['measured_all']['average_px']:.2f} px")
+        return (f"off by more than 2 px: {score['measured_all']['bad_2_percent']:.1f} % of the "
+                f"measured pixels; mean {score['measured_all']['average_px']:.2f} px")
     if os.path.exists(board):
         found = load(board)
         return (f"squares {found['square_mm']:.2f} mm (true: {found['true_square_mm']:.0f} mm), flat "
@@ -58,7 +58,7 @@ def main():
     print()
     for name in names:
         print(f"{name:15} {accuracy_text(os.path.join(out, name))}")
-    print("\nReports, to be opened in a browser:")
+    print("\nReports (open in a browser):")
     for name in names:
         print(f"  {os.path.join(out, name, 'report.html')}")
 

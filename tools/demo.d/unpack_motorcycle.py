@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Takes the motorcycle pair and its true disparities out of scikit-image's wheel.
+"""Extracts the motorcycle pair and its true disparities from scikit-image's wheel.
 
 usage: unpack_motorcycle.py WHEEL OUT
 Writes OUT/motorcycle_left.png, motorcycle_right.png and motorcycle_truth.pfm (inf: unknown).
@@ -14,7 +14,7 @@ import numpy as np
 
 
 def write_whole(path, data):
-    """Under its own name only when it is complete: an interrupted run must not leave half of it."""
+    """Gives the file its name only when complete, in case of an interruption."""
     with open(path + ".new", "wb") as file:
         file.write(data)
     os.replace(path + ".new", path)
@@ -31,7 +31,7 @@ def main():
             disparity = arrays["arr_0"].astype("<f4")
     disparity[~np.isfinite(disparity)] = np.inf
     height, width = disparity.shape
-    # Rows of a PFM run from the bottom.
+    # Rows of a PFM start at the bottom.
     write_whole(os.path.join(out, "motorcycle_truth.pfm"),
                 f"Pf\n{width} {height}\n-1.0\n".encode() + disparity[::-1].tobytes())
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-# Writes manual pages (OUTPUT/man) and the completion for bash (OUTPUT/completion.bash) of what the
-# programs themselves print:
+# Writes the manual pages (OUTPUT/man) and the bash completion (OUTPUT/completion.bash) from the output
+# of the programs themselves:
 #   cmake -DVERGENCE=... -DVERGENCED=... -DSIMRIG=... -DOUTPUT=... -P manuals.cmake
-# SIMRIG may be empty, where it was not built.
+# SIMRIG is empty if it was not built.
 function(print variable)
   execute_process(COMMAND ${ARGN} OUTPUT_VARIABLE text COMMAND_ERROR_IS_FATAL ANY)
   set(${variable} "${text}" PARENT_SCOPE)
@@ -14,7 +14,7 @@ function(write_page name)
   file(WRITE ${OUTPUT}/man/man${section}/${name} "${page}")
 endfunction()
 
-# A page that is gone must not be installed any more.
+# Removes pages that no longer exist.
 file(REMOVE_RECURSE ${OUTPUT}/man)
 write_page(vergence.1 ${VERGENCE} help --man)
 print(names ${VERGENCE} help --names)
@@ -27,7 +27,7 @@ print(client_words ${VERGENCE} help --words)
 print(daemon_words ${VERGENCED} --help-words)
 set(words "${client_words}${daemon_words}")
 if(SIMRIG)
-  # It shares no code with the others; its help becomes a page as it is.
+  # It shares no code with the others; its help becomes a page unchanged.
   print(help ${SIMRIG} --help)
   string(REPLACE "\\" "\\e" help "${help}")
   string(REPLACE "-" "\\-" help "${help}")

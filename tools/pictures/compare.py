@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Draws disparity maps of Vergence's presets and of OpenCV's modes beside the ground truth.
+"""Draws disparity maps of Vergence's presets and of OpenCV's modes next to the ground truth.
 
 usage: compare.py VERGENCE PAIR PICTURE [PRESET...]
 
@@ -33,7 +33,7 @@ def read_pfm(path):
 
 
 def seen_by_both(truth):
-    """Pixels whose right pixel no nearer one covers."""
+    """Pixels whose right pixel is not covered by a nearer one."""
     height, width = truth.shape
     seen = np.zeros(truth.shape, bool)
     for y in range(height):
@@ -48,7 +48,7 @@ def seen_by_both(truth):
 
 
 def filled(disparity):
-    """Holes take the lower of the next values on both sides."""
+    """Fills holes with the lower of the next values on both sides."""
     valid = np.isfinite(disparity)
     columns = np.arange(disparity.shape[1])
     rows = np.arange(disparity.shape[0])[:, None]
@@ -75,7 +75,7 @@ def by_opencv(pair, mode, uniqueness, begin, end):
     left, right = (cv2.imread(str(pair / f"{side}.png"), cv2.IMREAD_GRAYSCALE)
                    for side in ("left", "right"))
     count = (end - begin + 15) // 16 * 16
-    # Widened, so that the left border is searched as well.
+    # Padded, so that the left border is searched as well.
     border = begin + count
     left, right = (cv2.copyMakeBorder(image, 0, 0, border, 0, cv2.BORDER_REPLICATE)
                    for image in (left, right))

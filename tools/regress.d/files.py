@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files that are written whole or not at all, and how errors of the system are told."""
+"""Atomic file writing, and texts of system errors."""
 import errno
 import os
 
 
 def said(error):
-    """One line of an OSError, with the file first: Python's own form begins with a number."""
+    """An OSError as one line that begins with the file; Python's own begins with a number."""
     if not error.strerror:
         return str(error)
     path = error.filename2 or error.filename
@@ -13,7 +13,7 @@ def said(error):
 
 
 def make_directory(path):
-    """Also where it is there already. A file in its place is told as what it is not."""
+    """Creates a directory if missing; a file in its place is reported as not being a directory."""
     try:
         path.mkdir(parents=True, exist_ok=True)
     except FileExistsError as error:
@@ -21,7 +21,7 @@ def make_directory(path):
 
 
 def write_whole(path, data):
-    """Replaces what has this name, also if it is a link, which is not followed."""
+    """Replaces a file atomically; a link is replaced, not followed."""
     part = path.with_name(path.name + ".part")
     part.unlink(missing_ok=True)
     try:

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The reference that stands in a directory: regress/reference.json, one packed file for each pair
-beside it, and regress/options.json, which people write."""
+"""The reference in a directory: regress/reference.json, one packed file per pair next to it, and
+regress/options.json, which the user writes."""
 import json
 import pathlib
 import re
@@ -11,16 +11,16 @@ from result import TOLERANCES, Result, crc_text
 from session import Unusable, read_regular
 
 FOLDER, REFERENCE, OPTIONS = "regress", "reference.json", "options.json"
-# What of vergence reconstruct's options a directory may set: those that say how to measure, and none
-# that names a file. Directories are exchanged between people, and must not write where they want.
+# Options of vergence reconstruct that a directory may set: they define the measurement, and none of
+# them names a file. Directories are exchanged between users and must not choose where to write.
 MEASURES = ("--depth", "--disparity", "--region", "--scale", "--rectified", "--focal", "--baseline",
             "--unit", "--first-camera", "--bayer", "--bits", "--raw", "--preset", "--no-refine",
             "--keep-all", "--speckle")
-PACKED = re.compile(r"pair(-[0-9]+)?-[0-9a-f]{8}\.npz")  # the only files that are removed again
+PACKED = re.compile(r"pair(-[0-9]+)?-[0-9a-f]{8}\.npz")  # only these files are ever removed
 
 
 class Damaged(Unusable):
-    """What was read is not what was written; `kept` are acceptances that can be read even so."""
+    """A damaged file; `kept` are the acceptances that can still be read."""
 
     def __init__(self, text, kept=()):
         super().__init__(text)
@@ -31,39 +31,40 @@ def read_json(path):
     try:
         value = json.loads(read_regular(path).decode("utf-8"))
     except (ValueError, RecursionError) as error:
-        raise Damaged(f"{path}: is no JSON ({error})") from error
+        raise Damaged(f"{path}: not JSON ({error})") from error
     if not isinstance(value, dict):
         raise Damaged(f"{path}: must be a JSON object")
     return value
 
 
 def check_arguments(path, arguments):
-    """Whether an option or a value comes next does not matter: neither may look like an option that
-    says something else. Negative numbers are values."""
+    """Checks options and values alike: neither may look like another option. Negative numbers are
+    values."""
     if not isinstance(arguments, list) or not all(
             isinstance(word, str) and word.isprintable() for word in arguments):
-        raise Unusable(f"{path}: arguments must be a list of printable texts")
+        raise Unusable(f"{path}: arguments must be a list of printable strings")
     for word in arguments:
         name = word.partition("=")[0]
         if re.match("-[^0-9.]", word) and name not in MEASURES:
-            raise Unusable(f"{path}: {name} does not say how to measure; see tools/regress --help")
+            raise Unusable(f"{path}: option {name} is not allowed; see tools/regress --help")
 
 
 def read_options(folder):
-    """Arguments of vergence reconstruct, and tolerances: 0 where none is given."""
+    """Arguments of vergence reconstruct, and tolerances, which default to 0."""
     path = pathlib.Path(folder) / FOLDER / OPTIONS
     options = read_json(path) if path.exists() else {}
     unknown = set(options) - {"arguments", "tolerance"}
     tolerance = options.get("tolerance", {})
     arguments = options.get("arguments", [])
     if unknown:
-        raise Unusable(f"{path}: unknown key {sorted(unknown)[0]}; there are arguments, tolerance")
+        raise Unusable(f"{path}: unknown key \"{sorted(unknown)[0]}\" "
+                       "(expected arguments or tolerance)")
     check_arguments(path, arguments)
     if not isinstance(tolerance, dict) or set(tolerance) - set(TOLERANCES):
-        raise Unusable(f"{path}: tolerance may have {', '.join(TOLERANCES)}")
+        raise Unusable(f"{path}: unknown tolerance (expected {', '.join(TOLERANCES)})")
     for name, value in tolerance.items():
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not value >= 0:
-            raise Unusable(f"{path}: {name} must be a number from 0 on")
+            raise Unusable(f"{path}: {name} must be a number >= 0")
     return arguments, {name: tolerance.get(name, 0) for name in TOLERANCES}
 
 
@@ -85,7 +86,7 @@ def is_acceptance(value):
 
 
 def is_pair(value):
-    """Whether `value` is an entry as `save` makes them: its file is one beside it."""
+    """Whether `value` is an entry as `save` writes it, with a file in the same folder."""
     if not has_texts(value, "name", "file", "crc32") or not PACKED.fullmatch(value["file"]):
         return False
     figures = value.get("figures")
@@ -98,43 +99,43 @@ def read_reference(path):
     accepted, pairs = list_of(reference.get("accepted")), list_of(reference.get("pairs"))
     kept = list(filter(is_acceptance, accepted))
     if reference.get("crc32") != own_crc(reference):
-        raise Damaged(f"{path}: is damaged or was edited (its CRC-32 is another)", kept)
+        raise Damaged(f"{path}: damaged or edited (wrong CRC-32)", kept)
     if not accepted or kept != accepted or not pairs or not all(map(is_pair, pairs)):
-        raise Damaged(f"{path}: is not of the form that --accept writes", kept)
+        raise Damaged(f"{path}: not a reference as written by --accept", kept)
     return reference
 
 
 def load(folder):
-    """The reference results, and all that reference.json says."""
+    """The reference results, and the contents of reference.json."""
     path = pathlib.Path(folder) / FOLDER / REFERENCE
     if not path.exists():
-        raise Unusable(f"{folder}: has no reference yet; make one with --accept REASON")
+        raise Unusable(f"{folder}: no reference; create one with --accept REASON")
     reference = read_reference(path)
     results = []
     for entry in reference["pairs"]:
         file = path.parent / entry["file"]
         data = read_regular(file)
         if crc_text(data) != entry["crc32"]:
-            raise Unusable(f"{file}: is damaged (its CRC-32 is another)")
+            raise Unusable(f"{file}: damaged (wrong CRC-32)")
         results.append(Result.of_packed(data, entry["figures"]))
     return results, reference
 
 
 def history_of(path):
-    """Acceptances of the reference that is replaced, and what is to be told of it if it is damaged.
-    They are texts for people: those that can be read are worth keeping even then."""
+    """Acceptances of the replaced reference, and a note if it is damaged. Readable acceptances are
+    kept even then, as they document the history."""
     if not path.exists():
         return [], None
     try:
         return read_reference(path)["accepted"], None
     except Damaged as damage:
-        return damage.kept, f"{damage}; {len(damage.kept) or 'none'} of its acceptances can be kept"
+        return damage.kept, f"{damage}; acceptances kept: {len(damage.kept)}"
 
 
 def save(folder, names, results, reason, build, date):
-    """A new reference in place of what was there. The file that names the others comes last.
-    Returns a line to be told, or None. What is removed is found by its name, not by the old
-    reference, which may name any file."""
+    """Replaces the reference; the file that names the others is written last. Returns a note for
+    the user, or None. Old files are found by their name pattern, not through the old reference,
+    which might name any file."""
     where = pathlib.Path(folder) / FOLDER
     make_directory(where)
     path = where / REFERENCE

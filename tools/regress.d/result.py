@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a result is compared by, how it is kept, and how two of them differ."""
+"""The compared parts of a result, their storage, and the differences of two results."""
 import io
 import json
 import zlib
@@ -9,10 +9,10 @@ import numpy as np
 
 from session import Unusable
 
-STEPS_PER_PX = 256          # disparities are whole steps of this
+STEPS_PER_PX = 256          # disparities are integers in this unit
 NONE = np.int32(-2**31)
-GRID_PX = 16                # points are compared at every such pixel
-FIGURES = {                 # of result.json, with the places where they stand
+GRID_PX = 16                # distance of the pixels whose points are compared
+FIGURES = {                 # of result.json, with their paths
     "density_percent": ("density_percent",),
     "vertices": ("counts", "vertices"),
     "triangles": ("counts", "triangles"),
@@ -21,30 +21,30 @@ FIGURES = {                 # of result.json, with the places where they stand
     "rows_median_px": ("vertical_disparity", "median_px"),
 }
 TOLERANCES = {
-    "disparity_px": "a disparity that differs by more is off",
-    "disparity_off_percent": "of the pixels that have one in both, so many may be off",
-    "reasons_changed_percent": "of all pixels, so many may have another reason or none",
-    "points_mm": "a point that is farther from where it was is off",
-    "points_off_percent": "of the points compared, so many may be off",
-    "figures_percent": "a figure may change by so much of itself",
+    "disparity_px": "a disparity is off if it differs by more",
+    "disparity_off_percent": "share of disparities that may be off, among pixels with one in both",
+    "reasons_changed_percent": "share of all pixels that may have another reason",
+    "points_mm": "a point is off if it moved farther",
+    "points_off_percent": "share of the compared points that may be off",
+    "figures_percent": "relative change of a figure that is allowed",
 }
 
 
 def read_image(path, form):
-    """Its bytes and pixels. OpenCV would add lines of its own about a file it cannot open."""
+    """Its bytes and pixels. Not opened by OpenCV, which would print messages of its own."""
     data = path.read_bytes()
     image = cv2.imdecode(np.frombuffer(data, np.uint8), form) if data else None
     if image is None:
-        raise Unusable(f"{path}: is no image")
+        raise Unusable(f"{path}: not an image")
     return data, image
 
 
 def read_reasons(path):
-    """Codes of the palette image; OpenCV gives its colours."""
+    """Codes of the palette image; OpenCV returns only its colours."""
     data, image = read_image(path, cv2.IMREAD_COLOR)
     at = data.find(b"PLTE")
     if at < 4:
-        raise Unusable(f"{path}: is no image with a palette")
+        raise Unusable(f"{path}: not an image with a palette")
     length = int.from_bytes(data[at - 4:at], "big")
     codes = np.full(image.shape[:2], 255, np.uint8)
     for code in range(length // 3):
@@ -57,7 +57,7 @@ def read_points(path):
     data = path.read_bytes()
     head, mark, body = data.partition(b"DATA binary\n")
     if not mark or b"FIELDS x y z rgb sigma" not in head:
-        raise Unusable(f"{path}: is not the point cloud that was expected")
+        raise Unusable(f"{path}: not a binary point cloud with the fields x y z rgb sigma")
     return np.frombuffer(body, "<f4").reshape(-1, 5)[:, :3]
 
 
@@ -85,7 +85,7 @@ class Result:
                    all_points[::GRID_PX, ::GRID_PX], figures)
 
     def packed(self):
-        """The bytes of a reference file: differences along rows pack well."""
+        """The bytes of a reference file: differences along rows compress well."""
         flat = np.diff(self.steps.astype(np.int64), axis=1, prepend=0)
         file = io.BytesIO()
         np.savez_compressed(file, steps=flat.astype(np.int64), reasons=self.reasons,
@@ -104,7 +104,7 @@ def percent(part, whole):
 
 
 def differences(before, now, tolerance):
-    """Each as (name, measured, limit); what is compared by `tolerance`."""
+    """Each as (name, measured, limit), compared with `tolerance`."""
     if before.steps.shape != now.steps.shape:
         shapes = [f"{s.shape[1]} x {s.shape[0]}" for s in (before.steps, now.steps)]
         return [("size", f"{shapes[0]} -> {shapes[1]}", "the same")]
@@ -150,9 +150,9 @@ def coloured(steps, low, high):
 
 
 def picture(before, now, tolerance):
-    """Reference, now and difference side by side. In the difference grey is the same; red to white
-    a disparity that is off, green one more than there was, magenta one less; blue another
-    reason."""
+    """Reference, now and difference side by side. In the difference, grey pixels are equal, red to
+    white ones have a disparity that is off, green ones a new and magenta ones a missing
+    disparity, blue ones another reason."""
     known = np.concatenate([r.steps[r.steps != NONE] for r in (before, now)])
     low, high = np.percentile(known, [1, 99]) if known.size else (0, 1)
     panels = [coloured(r.steps, low, high) for r in (before, now)]
@@ -166,7 +166,7 @@ def picture(before, now, tolerance):
         change[had & ~has] = (200, 0, 200)
         strength = np.clip(off * 200, 0, 255)[off > 0]
         change[off > 0] = np.stack([strength, strength, np.full_like(strength, 255)], -1)
-        # One pixel would be lost where the picture is shown small.
+        # A single pixel would be invisible in a small picture.
         spots = cv2.dilate((change != np.where(had[..., None], 110, 50)).any(-1).astype(np.uint8),
                            np.ones((5, 5), np.uint8)) > 0
         rim = spots & (change == np.where(had[..., None], 110, 50)).all(-1)

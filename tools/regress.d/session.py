@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pairs to be measured: those of a session's directory, as daemon/session/session.md describes it, or a
-folder with left.*, right.* and a calibration."""
+"""The pairs to measure: those of a session directory (daemon/session/session.md), or a folder with left.*,
+right.* and a calibration."""
 import os
 import pathlib
 import re
@@ -13,7 +13,7 @@ CALIBRATIONS = ("calibration.txt", "rig.calibration", "calib.txt", "calib_cam_to
 
 
 class Unusable(Exception):
-    """A directory or file that cannot be used; the text names it."""
+    """A directory or file is unusable; the text names it."""
 
 
 def at_once(path, flags):
@@ -21,7 +21,7 @@ def at_once(path, flags):
 
 
 def read_regular(path):
-    """All bytes of a file. What is none, such as a pipe, is refused and not waited for."""
+    """All bytes of a regular file. Anything else, such as a pipe, is rejected without blocking."""
     try:
         with open(path, "rb", opener=at_once) as file:
             if stat.S_ISREG(os.fstat(file.fileno()).st_mode):
@@ -29,8 +29,8 @@ def read_regular(path):
     except IsADirectoryError:
         pass
     except OSError as error:
-        raise Unusable(f"{path}: cannot be read ({error.strerror})") from error
-    raise Unusable(f"{path}: is no regular file")
+        raise Unusable(f"{path}: cannot read ({error.strerror})") from error
+    raise Unusable(f"{path}: not a regular file")
 
 
 class Pair:
@@ -46,42 +46,42 @@ class Event(dict):
         for pair in pairs:
             key, mark, value = pair.partition("=")
             if not mark:
-                raise Unusable(f"{where} holds {pair}, which is no key with a value")
+                raise Unusable(f"{where}: not KEY=VALUE: {pair}")
             self[key] = value
 
     def __missing__(self, key):
-        raise Unusable(f"{self.where} has no {key}")
+        raise Unusable(f"{self.where}: no {key}")
 
     def digits(self, key):
-        """The CRC-32 that names a file, as its name has it."""
+        """The CRC-32 in the name of a file."""
         if not re.fullmatch("[0-9a-f]{%d}" % CRC_DIGITS, self[key]):
-            raise Unusable(f"{self.where}: {key} is {self[key]} and not {CRC_DIGITS} digits")
+            raise Unusable(f"{self.where}: {key} is {self[key]} (expected {CRC_DIGITS} digits)")
         return self[key]
 
 
 def events_of(path):
-    """The index's lines; a last one that is not whole counts as none."""
+    """The index's lines, without an incomplete last one."""
     crc, lines = 0, read_regular(path).split(b"\n")
     for number, line in enumerate(lines[:-1], 1):
         body, told = line[:-CRC_DIGITS - 1], line[-CRC_DIGITS - 1:]
         if told != b" %08x" % zlib.crc32(body, crc):
             if number == len(lines) - 1:
                 return
-            raise Unusable(f"{path}: line {number} is not what was written there")
+            raise Unusable(f"{path}: line {number} is damaged")
         crc = zlib.crc32(line + b"\n", crc)
         try:
             yield Event(f"{path}: line {number}", body.decode("ascii").split(" "))
         except UnicodeDecodeError as error:
-            raise Unusable(f"{path}: line {number} is no text") from error
+            raise Unusable(f"{path}: line {number} is not text") from error
 
 
 def checked(folder, event, key, name):
-    """The path of the file that an event names, by `name` with its digits for a star, and whose
-    CRC-32 these must be."""
+    """The path of the file of an event: `name` with the star replaced by the digits of its CRC-32,
+    which is checked."""
     digits = event.digits(key)
     path = folder / name.replace("*", digits)
     if "%08x" % zlib.crc32(read_regular(path)) != digits:
-        raise Unusable(f"{path}: is not what was recorded")
+        raise Unusable(f"{path}: damaged (wrong CRC-32)")
     return path
 
 
@@ -89,16 +89,16 @@ def pairs_of_session(folder):
     calibration = None
     for event in events_of(folder / INDEX):
         if event.kind == "begin" and event["version"] != "1":
-            raise Unusable(f"{folder}: was made by a newer version")
+            raise Unusable(f"{folder}: made by a newer version")
         if event.kind == "calibration":
             calibration = checked(folder, event, "file", "calibration-*.txt")
         if event.kind == "pair":
             number = event["number"]
             if calibration is None:
                 raise Unusable(f"{folder}: pair {number} has no calibration")
-            # Files of the reference are called by it.
+            # Files of the reference are named after it.
             if not re.fullmatch("[0-9]+", number):
-                raise Unusable(f"{folder}: pair {number}: is no number")
+                raise Unusable(f"{folder}: pair {number}: not a number")
             frames = [checked(folder, event, side, "frame-*.pnm")
                       for side in ("left_frame", "right_frame")]
             bayer = "grbg" if event["left_layout"] == "grbg" else "none"
@@ -107,7 +107,7 @@ def pairs_of_session(folder):
 
 def need_regular(path):
     if not path.is_file():
-        raise Unusable(f"{path}: is no regular file")
+        raise Unusable(f"{path}: not a regular file")
     return path
 
 
@@ -115,23 +115,22 @@ def pair_of_folder(folder):
     def only(stem):
         found = [folder / (stem + end) for end in IMAGES if (folder / (stem + end)).exists()]
         if len(found) != 1:
-            raise Unusable(f"{folder}: holds neither a session ({INDEX}) nor exactly one {stem} "
-                           "image")
+            raise Unusable(f"{folder}: neither a session ({INDEX}) nor exactly one {stem} image")
         return need_regular(found[0])
     left, right = only("left"), only("right")
     for name in CALIBRATIONS:
         if (folder / name).exists():
             return Pair("pair", left, right, ["--calibration", need_regular(folder / name)])
-    raise Unusable(f"{folder}: holds no calibration ({', '.join(CALIBRATIONS)})")
+    raise Unusable(f"{folder}: no calibration ({', '.join(CALIBRATIONS)})")
 
 
 def need_directory(folder):
     try:
         mode = os.stat(folder).st_mode
     except FileNotFoundError as error:
-        raise Unusable(f"{folder}: there is no such directory") from error
+        raise Unusable(f"{folder}: no such directory") from error
     if not stat.S_ISDIR(mode):
-        raise Unusable(f"{folder}: is no directory")
+        raise Unusable(f"{folder}: not a directory")
 
 
 def pairs_of(folder):
@@ -139,5 +138,5 @@ def pairs_of(folder):
     is_session = (folder / INDEX).exists()
     pairs = list(pairs_of_session(folder)) if is_session else [pair_of_folder(folder)]
     if not pairs:
-        raise Unusable(f"{folder}: holds no pair")
+        raise Unusable(f"{folder}: no pair in the session")
     return pairs
