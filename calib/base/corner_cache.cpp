@@ -121,13 +121,18 @@ class reader {
             }
         } else if (text.compare(0, 2, "##") != 0 && !legend_seen_) {
             legend_seen_ = true;
-            words.str(text.substr(1));
-            std::string names[4];
-            words >> names[0] >> names[1] >> names[2] >> names[3];
-            weights_ = names[3] == "weight";
-            if (names[0] != "filename" || names[1] != "x" || names[2] != "y") {
-                return fail("unknown columns (expected 'filename x y level')");
-            }
+            return legend(text.substr(1));
+        }
+        return true;
+    }
+
+    bool legend(const std::string &text) {
+        std::istringstream words(text);
+        std::string names[4];
+        words >> names[0] >> names[1] >> names[2] >> names[3];
+        weights_ = names[3] == "weight";
+        if (names[0] != "filename" || names[1] != "x" || names[2] != "y") {
+            return fail("unknown columns (expected 'filename x y level')");
         }
         return true;
     }
@@ -139,22 +144,39 @@ class reader {
         if (y.empty() || !more.empty()) {
             return fail("expected 'filename x y level'");
         }
-        if (views_.empty() || views_.back().filename != name) {
-            if (!finish()) {
-                return false;
-            }
-            views_.push_back({name, {}});
-            views_.back().view.clipped = name == clipped_name_ ? clipped_ : 0;
-            lines_of_image_ = 0;
+        if (!select_image(name)) {
+            return false;
         }
         if (lines_of_image_ >= board_.corner_count()) {
             return fail("'" + name + "' has more corners than the board");
         }
-        corner next;
-        next.index = lines_of_image_++;
-        if (x == "-" || y == "-" || level == "-") {
+        const int index = lines_of_image_++;
+        return x == "-" || y == "-" || level == "-" || found_corner(index, x, y, level);
+    }
+
+    /// Makes `name` the last of the views; false when the one before is incomplete.
+    bool select_image(const std::string &name) {
+        if (!views_.empty() && views_.back().filename == name) {
             return true;
         }
+        if (!finish()) {
+            return false;
+        }
+        views_.push_back({name, {}});
+        views_.back().view.clipped = name == clipped_name_ ? clipped_ : 0;
+        lines_of_image_ = 0;
+        return true;
+    }
+
+    /// Standard deviation for a value of the fourth column.
+    double sigma_of(double size) const {
+        return sigma_px_ * (weights_ ? 1 / size : std::exp2(std::min(size, highest_level)));
+    }
+
+    bool found_corner(int index, const std::string &x, const std::string &y,
+                      const std::string &level) {
+        corner next;
+        next.index = index;
         double size = weights_ ? 1 : 0;
         if (!number_of(x, &next.x_px) || !number_of(y, &next.y_px) ||
             (!level.empty() && !number_of(level, &size))) {
@@ -164,8 +186,7 @@ class reader {
         if (next.x_px < 0 || next.y_px < 0 || (weights_ ? size <= 0 : size < 0)) {
             return true;
         }
-        next.sigma_px =
-            sigma_px_ * (weights_ ? 1 / size : std::exp2(std::min(size, highest_level)));
+        next.sigma_px = sigma_of(size);
         if (!is_plausible(next.sigma_px) && weights_) {
             return fail("the weight means a standard deviation outside 0.000001 to 1000 px");
         }

@@ -165,14 +165,10 @@ bool is_contradicted(const bundle &data, const contender &simpler, const contend
     return simpler.squares - best.squares > 2 * std::max(0, lacking) * variance;
 }
 
-// Candidates are in order of simplicity; returns the index of the chosen one. Those before `usual`
-// must beat it by more than chance. Error bars ignore a distortion that is left out although it
-// exists, while a distortion estimated needlessly inflates them only where nothing is known.
-size_t elect(const bundle &data, const std::vector<contender> &contenders, size_t usual,
-             std::vector<model_score> *scores) {
-    while (usual > 0 && !contenders[usual].possible) {
-        usual--;
-    }
+// The candidate with the smallest error when held out. Those before `usual` must beat it by more
+// than chance. Error bars ignore a distortion that is left out although it exists, while a
+// distortion estimated needlessly inflates them only where nothing is known.
+size_t find_best(const std::vector<contender> &contenders, size_t usual) {
     size_t best = usual;
     for (size_t k = 0; k < contenders.size(); k++) {
         if (!contenders[k].possible) {
@@ -184,6 +180,16 @@ size_t elect(const bundle &data, const std::vector<contender> &contenders, size_
             best = k;
         }
     }
+    return best;
+}
+
+// Candidates are in order of simplicity; returns the index of the chosen one.
+size_t elect(const bundle &data, const std::vector<contender> &contenders, size_t usual,
+             std::vector<model_score> *scores) {
+    while (usual > 0 && !contenders[usual].possible) {
+        usual--;
+    }
+    const size_t best = find_best(contenders, usual);
     const size_t simplest = std::min(best, usual);
     size_t chosen = best;
     for (size_t k = contenders.size(); k-- > 0;) {

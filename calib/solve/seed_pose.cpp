@@ -81,13 +81,44 @@ void normal_equations(const lens_view &of, const rigid &T_left_board, double sca
     }
 }
 
+// One Levenberg-Marquardt step: raises `*damping` until the cost falls. Returns true when there is
+// nothing left to gain, and the iteration ends.
+bool improve_pose(const lens_view &of, double scale, rigid *pose, std::vector<double> *squares,
+                  double *damping) {
+    const double cost = mean_loss(*squares, scale);
+    matrix6 A = matrix6::Zero();
+    vector6 b = vector6::Zero();
+    normal_equations(of, *pose, scale, &A, &b);
+    std::vector<double> tried_squares;
+    bool settled = false, better = false;
+    while (!settled && !better && *damping < 1e8) {
+        matrix6 damped = A;
+        damped.diagonal() *= 1 + *damping;
+        const vector6 step = solve_symmetric(damped, b);
+        const rigid tried = moved_board(*pose, step.data());
+        // The predicted gain of the step, as a share of the whole.
+        settled = !(step.dot(b) > SETTLED * cost * double(squares->size()));
+        better = step.allFinite() && step.norm() < 10 &&
+                 squared_residuals(of, tried, &tried_squares) &&
+                 mean_loss(tried_squares, scale) < cost;
+        if (better) {
+            *pose = tried;
+            squares->swap(tried_squares);
+            *damping = std::max(1e-9, 0.1 * *damping);
+        } else {
+            *damping = std::max(1e-6, 10 * *damping);
+        }
+    }
+    return settled;
+}
+
 }  // namespace
 
 double fit_pose(const bundle &data, const both_views &views, const bundle_state &state,
                 double loss_scale, rigid *T_left_board) {
     const lens_view of{data, views, state};
     rigid pose = *T_left_board;
-    std::vector<double> squares, tried_squares;
+    std::vector<double> squares;
     if (!(pose.t_mm[2] > 0) || !squared_residuals(of, pose, &squares)) {
         return -1;
     }
@@ -95,30 +126,7 @@ double fit_pose(const bundle &data, const both_views &views, const bundle_state 
     for (int iteration = 0; iteration < 40 && damping < 1e8; iteration++) {
         const double scale =
             loss_scale > 0 ? std::max(loss_scale, 1.5 * median_length(squares)) : 0;
-        const double cost = mean_loss(squares, scale);
-        matrix6 A = matrix6::Zero();
-        vector6 b = vector6::Zero();
-        normal_equations(of, pose, scale, &A, &b);
-        bool settled = false, better = false;
-        while (!settled && !better && damping < 1e8) {
-            matrix6 damped = A;
-            damped.diagonal() *= 1 + damping;
-            const vector6 step = solve_symmetric(damped, b);
-            const rigid tried = moved_board(pose, step.data());
-            // The predicted gain of the step, as a share of the whole.
-            settled = !(step.dot(b) > SETTLED * cost * double(squares.size()));
-            better = step.allFinite() && step.norm() < 10 &&
-                     squared_residuals(of, tried, &tried_squares) &&
-                     mean_loss(tried_squares, scale) < cost;
-            if (better) {
-                pose = tried;
-                squares.swap(tried_squares);
-                damping = std::max(1e-9, 0.1 * damping);
-            } else {
-                damping = std::max(1e-6, 10 * damping);
-            }
-        }
-        if (settled) {
+        if (improve_pose(of, scale, &pose, &squares, &damping)) {
             break;
         }
     }

@@ -57,12 +57,15 @@ bool stands_before(const sighting &a, const sighting &b) {
     return a.name < b.name;
 }
 
+bool is_valid_board(const board &target) {
+    return target.columns >= 2 && target.rows >= 2 && target.columns <= 255 && target.rows <= 255 &&
+           target.square_mm > 0 && std::isfinite(target.square_mm);
+}
+
 }  // namespace
 
 std::string check_observations(const observations &seen) {
-    const board &target = seen.target;
-    if (target.columns < 2 || target.rows < 2 || target.columns > 255 || target.rows > 255 ||
-        !(target.square_mm > 0) || !std::isfinite(target.square_mm)) {
+    if (!is_valid_board(seen.target)) {
         return "the board needs 2 to 255 inner corners each way and a square larger than 0 mm";
     }
     if (seen.cameras < 1 || seen.cameras > CAMERAS) {

@@ -218,6 +218,19 @@ std::string pattern_of(const fit_test &fit) {
         100 * fit.systematic_share, fit.systematic_px, fit.image_z, fit.board_z, fit.widened);
 }
 
+void look_at_rejections(const bundle &data, std::vector<finding> *findings) {
+    size_t views = 0, wrong = 0;
+    for (const auto &sighting : data.sightings) {
+        for (const bundle_view &view : sighting) {
+            views += !view.empty();
+            wrong += !view.empty() && !view.used;
+        }
+    }
+    if (4 * wrong > views) {
+        findings->push_back({400, sentence("%zu of %zu views were rejected", wrong, views)});
+    }
+}
+
 void look_at_rest(const bundle &data, const bundle_state &state, const solution &found,
                   std::vector<finding> *findings) {
     if (found.errors->is_singular()) {
@@ -246,16 +259,40 @@ void look_at_rest(const bundle &data, const bundle_state &state, const solution 
         findings->push_back({850, sentence("another start leads to another solution (%.1f sigma)",
                                            found.second_start.focal_difference_sigma)});
     }
-    size_t views = 0, wrong = 0;
-    for (const auto &sighting : data.sightings) {
-        for (const bundle_view &view : sighting) {
-            views += !view.empty();
-            wrong += !view.empty() && !view.used;
-        }
+    look_at_rejections(data, findings);
+}
+
+// Patterns that the error bars already include.
+std::vector<std::string> remarks_on(const bundle &data, const bundle_state &state,
+                                    const solution &found) {
+    std::vector<std::string> remarks;
+    if (found.fit.alarm && !does_not_fit(data, found.fit)) {
+        remarks.push_back(pattern_of(found.fit));
     }
-    if (4 * wrong > views) {
-        findings->push_back({400, sentence("%zu of %zu views were rejected", wrong, views)});
+    if (found.fit.scattered && !contradict(found.fit)) {
+        remarks.push_back(scatter_of(found.fit));
     }
+    if (found.target.stretched && print_stretch(data, state) <= STRETCH_SHARE) {
+        remarks.push_back(stretch_of(data, state, found));
+    }
+    return remarks;
+}
+
+std::string sentence_on_good(const bundle &data, const solution &found) {
+    const double worst = std::max(
+        found.sigma.focal_px[LEFT] / found.camera[LEFT].fx_px,
+        data.cameras == CAMERAS ? found.sigma.focal_px[RIGHT] / found.camera[RIGHT].fx_px : 0.0);
+    std::string text =
+        sentence("Good: %d boards fit to %.2f px", found.sightings_used, found.rms_px);
+    if (found.held_out_rms_px > 0) {
+        text += sentence(" (%.2f px when held out)", found.held_out_rms_px);
+    }
+    text += sentence(", the focal length is known to %.2g %%", 100 * worst);
+    if (data.cameras == CAMERAS) {
+        text += sentence(", the baseline of %.2f mm to %.2g mm",
+                         calibration_baseline_mm(&found.rig), found.sigma.baseline_mm);
+    }
+    return text + ".";
 }
 
 }  // namespace
@@ -276,15 +313,7 @@ verdict judge_solution(const bundle &data, const bundle_state &state, const solu
     for (const finding &one : findings) {
         result.reasons.push_back(one.reason);
     }
-    if (found.fit.alarm && !does_not_fit(data, found.fit)) {
-        result.remarks.push_back(pattern_of(found.fit));
-    }
-    if (found.fit.scattered && !contradict(found.fit)) {
-        result.remarks.push_back(scatter_of(found.fit));
-    }
-    if (found.target.stretched && print_stretch(data, state) <= STRETCH_SHARE) {
-        result.remarks.push_back(stretch_of(data, state, found));
-    }
+    result.remarks = remarks_on(data, state, found);
     result.good = findings.empty();
     if (!result.good) {
         result.sentence = "Not good: " + result.reasons[0];
@@ -295,20 +324,7 @@ verdict judge_solution(const bundle &data, const bundle_state &state, const solu
         result.sentence += ".";
         return result;
     }
-    const double worst = std::max(
-        found.sigma.focal_px[LEFT] / found.camera[LEFT].fx_px,
-        data.cameras == CAMERAS ? found.sigma.focal_px[RIGHT] / found.camera[RIGHT].fx_px : 0.0);
-    result.sentence =
-        sentence("Good: %d boards fit to %.2f px", found.sightings_used, found.rms_px);
-    if (found.held_out_rms_px > 0) {
-        result.sentence += sentence(" (%.2f px when held out)", found.held_out_rms_px);
-    }
-    result.sentence += sentence(", the focal length is known to %.2g %%", 100 * worst);
-    if (data.cameras == CAMERAS) {
-        result.sentence += sentence(", the baseline of %.2f mm to %.2g mm",
-                                    calibration_baseline_mm(&found.rig), found.sigma.baseline_mm);
-    }
-    result.sentence += ".";
+    result.sentence = sentence_on_good(data, found);
     return result;
 }
 

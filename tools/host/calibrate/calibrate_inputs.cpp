@@ -237,6 +237,11 @@ class expander {
                fail(path + ": no pictures in the list");
     }
 
+    /// Whether `c` ends a word that began with `quote` (0: without one).
+    static bool ends_word(char c, char quote) {
+        return quote != 0 ? c == quote : std::strchr(" \t\r\n,[]<>\"'", c) != nullptr;
+    }
+
     /// Words that name pictures, in quotes or between blanks and the delimiters of XML and YAML.
     std::vector<std::string> picture_words(const std::string &text) const {
         std::vector<std::string> words;
@@ -250,8 +255,7 @@ class expander {
             word.clear();
         };
         for (const char c : text + " ") {
-            const bool ends =
-                quote != 0 ? c == quote : std::strchr(" \t\r\n,[]<>\"'", c) != nullptr;
+            const bool ends = ends_word(c, quote);
             if (in_tag || ends) {
                 in_tag = quote == 0 && (in_tag ? c != '>' : c == '<');
                 quote = !in_tag && ends && quote == 0 && (c == '"' || c == '\'') ? c : '\0';

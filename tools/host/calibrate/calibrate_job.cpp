@@ -97,14 +97,19 @@ class runner {
         }
     }
 
-    int steps() {
+    int begin() {
         message trouble{};
         if (outdir_begin(&out_.directory, job_.out_path.c_str(), &trouble) != ERROR_OK) {
             return fail(CLIENT_FAILED, trouble.text);
         }
         threads_.reset(workers_create(job_.threads));
-        if (threads_ == nullptr) {
-            return fail(CLIENT_FAILED, "out of memory for threads");
+        return threads_ != nullptr ? CLIENT_OK : fail(CLIENT_FAILED, "out of memory for threads");
+    }
+
+    int steps() {
+        const int begun = begin();
+        if (begun != CLIENT_OK) {
+            return begun;
         }
         find_views();
         if (!have_enough()) {
@@ -127,19 +132,7 @@ class runner {
                                               : solution_.verdict.sentence + hint_for_unsolved());
         }
         judge();
-        if (!job_.single &&
-            !calibrate_origin_of(job_.inputs.shots, solution_, &result_.rig.origin, &message_)) {
-            return CLIENT_BAD_INPUT;
-        }
-        for (const std::string &line :
-             calibrate_origin_notes(job_.inputs.shots, result_.rig.origin)) {
-            result_.notes.push_back(line);
-        }
-        if (!job_.single &&
-            !calibrate_rig_name(job_.id, job_.date, job_.note, &result_, &message_)) {
-            if (is_mirrored()) {
-                message_ = mirrored_text();
-            }
+        if (!describe_rig()) {
             return CLIENT_BAD_INPUT;
         }
         json_ = calibrate_result_json(result_);
@@ -147,6 +140,25 @@ class runner {
         return code != CLIENT_OK        ? code
                : solution_.verdict.good ? CLIENT_OK
                                         : fail(CLIENT_NOT_GOOD, solution_.verdict.sentence);
+    }
+
+    /// Origin, id and notes of the rig; false with `message_` set when it cannot be used.
+    bool describe_rig() {
+        if (!job_.single &&
+            !calibrate_origin_of(job_.inputs.shots, solution_, &result_.rig.origin, &message_)) {
+            return false;
+        }
+        for (const std::string &line :
+             calibrate_origin_notes(job_.inputs.shots, result_.rig.origin)) {
+            result_.notes.push_back(line);
+        }
+        if (job_.single || calibrate_rig_name(job_.id, job_.date, job_.note, &result_, &message_)) {
+            return true;
+        }
+        if (is_mirrored()) {
+            message_ = mirrored_text();
+        }
+        return false;
     }
 
     void find_views() {

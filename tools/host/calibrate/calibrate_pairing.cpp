@@ -108,6 +108,14 @@ std::string number_of(const std::string &key) {
     return key.substr(begin, end - begin);
 }
 
+/// Where the digits of `text` that begin at `at` end.
+size_t end_of_digits(const std::string &text, size_t at) {
+    while (at < text.size() && is_digit(text[at])) {
+        at++;
+    }
+    return at;
+}
+
 /// Numbers in names are compared as numbers: 2 comes before 10.
 bool stands_before(const std::string &a, const std::string &b) {
     size_t i = 0, j = 0;
@@ -119,13 +127,7 @@ bool stands_before(const std::string &a, const std::string &b) {
             i++, j++;
             continue;
         }
-        size_t m = i, n = j;
-        while (m < a.size() && is_digit(a[m])) {
-            m++;
-        }
-        while (n < b.size() && is_digit(b[n])) {
-            n++;
-        }
+        const size_t m = end_of_digits(a, i), n = end_of_digits(b, j);
         const std::string x = number_of(a.substr(i, m - i)), y = number_of(b.substr(j, n - j));
         if (x != y) {
             return x.size() != y.size() ? x.size() < y.size() : x < y;

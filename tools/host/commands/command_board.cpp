@@ -91,6 +91,36 @@ int refuse(int code, const std::string &text) {
     return code;
 }
 
+/// Checks the request and fills board and paper; one sentence says what is wrong, "" when all is
+/// well.
+std::string check(const request &asked, calib::board *board, board_paper *paper) {
+    std::string error = calibrate_board_make(asked.board, board);
+    error = error.empty() ? check_readable(*board) : error;
+    if (!error.empty()) {
+        return error;
+    }
+    if (asked.out == nullptr) {
+        return "--out FILE is missing";
+    }
+    const std::string paper_text = asked.paper != nullptr ? asked.paper : "A4";
+    if (!board_paper_parse(paper_text, paper)) {
+        return "unknown --paper \"" + paper_text + "\" (expected one of: " + board_paper_names() +
+               ")";
+    }
+    if (board->square_mm < square_least_mm) {
+        return "--square: squares below " + number_text(square_least_mm, 6) +
+               " mm cannot be printed";
+    }
+    const double largest_mm = board_largest_square_mm(*board, *paper);
+    if (board->square_mm > largest_mm + 1e-9) {
+        return "a board of " + std::to_string(board->columns + 1) + " x " +
+               std::to_string(board->rows + 1) + " squares of " + number_text(board->square_mm, 6) +
+               " mm does not fit on " + paper_text +
+               " (largest squares that fit: " + number_text(largest_mm, 6) + " mm)";
+    }
+    return "";
+}
+
 }  // namespace
 
 int command_board(int argc, char **argv) {
@@ -101,28 +131,8 @@ int command_board(int argc, char **argv) {
         return parsed;
     }
     calib::board board;
-    std::string error = calibrate_board_make(asked.board, &board);
-    error = error.empty() ? check_readable(board) : error;
-    if (error.empty() && asked.out == nullptr) {
-        error = "--out FILE is missing";
-    }
     board_paper paper;
-    const std::string paper_text = asked.paper != nullptr ? asked.paper : "A4";
-    if (error.empty() && !board_paper_parse(paper_text, &paper)) {
-        error =
-            "unknown --paper \"" + paper_text + "\" (expected one of: " + board_paper_names() + ")";
-    }
-    if (error.empty() && board.square_mm < square_least_mm) {
-        error =
-            "--square: squares below " + number_text(square_least_mm, 6) + " mm cannot be printed";
-    }
-    const double largest_mm = error.empty() ? board_largest_square_mm(board, paper) : 0;
-    if (error.empty() && board.square_mm > largest_mm + 1e-9) {
-        error = "a board of " + std::to_string(board.columns + 1) + " x " +
-                std::to_string(board.rows + 1) + " squares of " + number_text(board.square_mm, 6) +
-                " mm does not fit on " + paper_text +
-                " (largest squares that fit: " + number_text(largest_mm, 6) + " mm)";
-    }
+    std::string error = check(asked, &board, &paper);
     if (!error.empty()) {
         return refuse(CLIENT_USAGE, error);
     }

@@ -187,6 +187,25 @@ bool read_cache(const char *path, const calib::board &board, std::vector<calib::
     return true;
 }
 
+std::string text_or(const char *text, const char *otherwise) {
+    return text != nullptr ? text : otherwise;
+}
+
+/// The rest of the job, which needs no check.
+void fill_job(const request &asked, calibrate_job *job) {
+    if (asked.model > 0) {  // after "auto" they are in the order of the kinds
+        job->distortion = static_cast<calib::lens_model::kind>(asked.model - 1);
+    }
+    job->single = asked.single;
+    job->json = asked.json;
+    job->quiet = asked.quiet;
+    job->threads = asked.threads;
+    job->out_path = text_or(asked.out, "calibration");
+    job->id = text_or(asked.id, "");
+    job->date = text_or(asked.date, "");
+    job->note = text_or(asked.note, "");
+}
+
 }  // namespace
 
 int command_calibrate(int argc, char **argv) {
@@ -213,16 +232,6 @@ int command_calibrate(int argc, char **argv) {
         !read_cache(asked.corner_cache, job.board, &job.cache, &error)) {
         return refuse(CLIENT_BAD_INPUT, error);
     }
-    if (asked.model > 0) {  // after "auto" they are in the order of the kinds
-        job.distortion = static_cast<calib::lens_model::kind>(asked.model - 1);
-    }
-    job.single = asked.single;
-    job.json = asked.json;
-    job.quiet = asked.quiet;
-    job.threads = asked.threads;
-    job.out_path = asked.out != nullptr ? asked.out : "calibration";
-    job.id = asked.id != nullptr ? asked.id : "";
-    job.date = asked.date != nullptr ? asked.date : "";
-    job.note = asked.note != nullptr ? asked.note : "";
+    fill_job(asked, &job);
     return calibrate_job_run(&job);
 }

@@ -97,27 +97,22 @@ using reader = bool (*)(const std::string &, info_page *, std::string *);
 
 /// The reader for a result file, by its first bytes; null: it must be a calibration.
 reader reader_for(const std::string &path) {
+    static const struct {
+        const char *magic;
+        reader read;
+    } kinds[] = {{"ply\n", info_ply},  {"ply\r", info_ply},     {"glTF", info_glb},
+                 {"# .PCD", info_pcd}, {"VERSION ", info_pcd},  {"Pf\n", info_map},
+                 {"PF\n", info_map},   {"\x89PNG", info_image}, {"P5", info_image},
+                 {"P6", info_image},   {"P2\n", info_image},    {"P3\n", info_image}};
     const std::string head = info_head(path);
-    const auto begins = [&](const char *with) {
-        return head.compare(0, std::strlen(with), with) == 0;
-    };
-    if (begins("ply\n") || begins("ply\r")) {
-        return info_ply;
-    }
-    if (begins("glTF")) {
-        return info_glb;
-    }
-    if (begins("# .PCD") || begins("VERSION ")) {
-        return info_pcd;
-    }
-    if (begins("Pf\n") || begins("PF\n")) {
-        return info_map;
-    }
-    if (begins("\x89PNG") || begins("P5") || begins("P6") || begins("P2\n") || begins("P3\n")) {
-        return info_image;
+    for (const auto &kind : kinds) {
+        if (head.compare(0, std::strlen(kind.magic), kind.magic) == 0) {
+            return kind.read;
+        }
     }
     // OpenCV also writes calibrations as JSON, but with a marker at the beginning.
-    if (begins("{") && head.find("\"program\": \"vergence\"") != std::string::npos) {
+    if (head.compare(0, 1, "{") == 0 &&
+        head.find("\"program\": \"vergence\"") != std::string::npos) {
         return info_result;
     }
     return nullptr;

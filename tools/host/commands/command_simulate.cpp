@@ -161,6 +161,43 @@ std::string next_lines(const std::string &listen) {
            quoted_if_needed(client.empty() ? "vergence" : client) + " --connect";
 }
 
+/// Options with a text; null ones were not given.
+void add_texts(const request &asked, std::vector<std::string> *words) {
+    const struct {
+        const char *name, *value;
+    } texts[] = {{"--rig", asked.rig},  {"--files", asked.files}, {"--script", asked.script},
+                 {"--log", asked.log},  {"--from", asked.from},   {"--replay", asked.replay},
+                 {"--view", asked.view}};
+    for (const auto &text : texts) {
+        if (text.value != nullptr) {
+            words->insert(words->end(), {text.name, text.value});
+        }
+    }
+}
+
+/// Options with a number; those below 0 were not given.
+void add_numbers(const request &asked, std::vector<std::string> *words) {
+    const struct {
+        const char *name;
+        double value;
+    } numbers[] = {{"--zoom", asked.zoom}, {"--focus", asked.focus_mm}, {"--until", asked.until_s}};
+    for (const auto &number : numbers) {
+        if (number.value >= 0) {
+            words->insert(words->end(), {number.name, number_text(number.value, number_digits)});
+        }
+    }
+    const struct {
+        const char *name;
+        long long value;
+    } integers[] = {
+        {"--seed", asked.seed}, {"--begin", asked.begin_s}, {"--threads", asked.threads}};
+    for (const auto &integer : integers) {
+        if (integer.value >= 0) {
+            words->insert(words->end(), {integer.name, std::to_string(integer.value)});
+        }
+    }
+}
+
 std::vector<std::string> arguments_of(const request &asked, const char *scene) {
     std::vector<std::string> words = {"simrig"};
     const auto add = [&words](const char *name, const std::string &value) {
@@ -175,42 +212,17 @@ std::vector<std::string> arguments_of(const request &asked, const char *scene) {
         add("--listen", address);
         add("--hint", next_lines(address));
     }
-    const struct {
-        const char *name, *value;
-    } texts[] = {{"--rig", asked.rig},  {"--files", asked.files}, {"--script", asked.script},
-                 {"--log", asked.log},  {"--from", asked.from},   {"--replay", asked.replay},
-                 {"--view", asked.view}};
-    for (const auto &text : texts) {
-        if (text.value != nullptr) {
-            add(text.name, text.value);
-        }
-    }
+    add_texts(asked, &words);
+    add_numbers(asked, &words);
     const struct {
         const char *name;
-        double value;
-    } numbers[] = {{"--zoom", asked.zoom}, {"--focus", asked.focus_mm}, {"--until", asked.until_s}};
-    for (const auto &number : numbers) {
-        if (number.value >= 0) {
-            add(number.name, number_text(number.value, number_digits));
+        bool given;
+    } flags[] = {
+        {"--wall", asked.wall}, {"--pty", asked.pty}, {"--every-clock", asked.every_clock}};
+    for (const auto &flag : flags) {
+        if (flag.given) {
+            words.emplace_back(flag.name);
         }
-    }
-    if (asked.seed >= 0) {
-        add("--seed", std::to_string(asked.seed));
-    }
-    if (asked.begin_s >= 0) {
-        add("--begin", std::to_string(asked.begin_s));
-    }
-    if (asked.threads >= 0) {
-        add("--threads", std::to_string(asked.threads));
-    }
-    if (asked.wall) {
-        words.emplace_back("--wall");
-    }
-    if (asked.pty) {
-        words.emplace_back("--pty");
-    }
-    if (asked.every_clock) {
-        words.emplace_back("--every-clock");
     }
     return words;
 }

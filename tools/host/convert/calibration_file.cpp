@@ -261,6 +261,33 @@ import_pair read_cameras(const camera_format &format, std::vector<import_file> *
     return format.import(*files, options);
 }
 
+/// A text format of other programs; the first match wins.
+struct text_format {
+    bool single;  // one file holds both cameras
+    bool (*matches)(const std::string &text);
+    import_pair (*read)(std::vector<import_file> *files, const import_options &options);
+};
+
+template <const camera_format &format>
+import_pair read_format(std::vector<import_file> *files, const import_options &options) {
+    return read_cameras(format, files, options);
+}
+
+template <import_pair (*import)(const import_file &, const import_options &)>
+import_pair read_one(std::vector<import_file> *files, const import_options &options) {
+    return import(files->front(), options);
+}
+
+const text_format text_formats[] = {
+    {false, import_opencv_matches, read_opencv},
+    {true, import_kalibr_matches, read_one<import_kalibr>},
+    {false, import_mrcal_matches, read_format<mrcal_format>},
+    {false, import_ros_matches, read_format<ros_format>},
+    {false, import_simrig_matches, read_format<simrig_format>},
+    {true, import_middlebury_matches, read_one<import_middlebury>},
+    {true, import_kitti_matches, read_one<import_kitti>},
+};
+
 import_pair read_any(std::vector<import_file> *files, const import_options &options) {
     const import_file &first = files->front();
     const std::string magic = CALIBRATION_GRAMMAR_MAGIC;
@@ -271,26 +298,10 @@ import_pair read_any(std::vector<import_file> *files, const import_options &opti
     if (first.text.find('\0') != std::string::npos) {
         fail(ERROR_SYNTAX, first.path + ": not a calibration (not a text file)");
     }
-    if (import_opencv_matches(first.text)) {
-        return read_opencv(files, options);
-    }
-    if (single && import_kalibr_matches(first.text)) {
-        return import_kalibr(first, options);
-    }
-    if (import_mrcal_matches(first.text)) {
-        return read_cameras(mrcal_format, files, options);
-    }
-    if (import_ros_matches(first.text)) {
-        return read_cameras(ros_format, files, options);
-    }
-    if (import_simrig_matches(first.text)) {
-        return read_cameras(simrig_format, files, options);
-    }
-    if (single && import_middlebury_matches(first.text)) {
-        return import_middlebury(first, options);
-    }
-    if (single && import_kitti_matches(first.text)) {
-        return import_kitti(first, options);
+    for (const text_format &format : text_formats) {
+        if ((single || !format.single) && format.matches(first.text)) {
+            return format.read(files, options);
+        }
     }
     fail(ERROR_SYNTAX,
          first.path +

@@ -233,41 +233,50 @@ bool refit_rational(const std::vector<double> &D, lens *camera, refit *result) {
     return true;
 }
 
+/// Whether any of D[begin, end) is not 0.
+bool any_of(const std::vector<double> &D, int begin, int end) {
+    return std::any_of(D.begin() + begin, D.begin() + end, [](double v) { return v != 0; });
+}
+
+/// The fourteen coefficients of OpenCV's order; rejects another number, and unsupported terms.
+std::vector<double> checked_coefficients(const import_file &file, const std::string &field,
+                                         const std::vector<double> &D) {
+    static const size_t counts[] = {0, 4, 5, 8, 12, 14};
+    if (std::find(std::begin(counts), std::end(counts), D.size()) == std::end(counts)) {
+        import_fail(ERROR_SYNTAX, file,
+                    field + ": has " + std::to_string(D.size()) +
+                        " distortion coefficients (expected 4, 5 or 8: k1 k2 p1 p2 k3 k4 k5 k6)");
+    }
+    std::vector<double> all(14, 0.0);
+    std::copy(D.begin(), D.end(), all.begin());
+    if (any_of(all, 8, 12)) {
+        import_fail(ERROR_DISTORTION, file,
+                    field +
+                        ": the thin prism model (s1..s4) is not supported: calibrate without "
+                        "CALIB_THIN_PRISM_MODEL");
+    }
+    if (any_of(all, 12, 14)) {
+        import_fail(ERROR_DISTORTION, file,
+                    field +
+                        ": the tilted sensor model (tau) is not supported: calibrate without "
+                        "CALIB_TILTED_MODEL");
+    }
+    return all;
+}
+
 }  // namespace
 
 void import_distortion(const import_file &file, const std::string &field,
                        const std::vector<double> &D, lens *camera,
                        std::vector<std::string> *assumed) {
     static const double refit_limit_px = 0.25;
-    const size_t count = D.size();
-    if (count != 0 && count != 4 && count != 5 && count != 8 && count != 12 && count != 14) {
-        import_fail(ERROR_SYNTAX, file,
-                    field + ": has " + std::to_string(count) +
-                        " distortion coefficients (expected 4, 5 or 8: k1 k2 p1 p2 k3 k4 k5 k6)");
-    }
-    std::vector<double> all(14, 0.0);
-    std::copy(D.begin(), D.end(), all.begin());
-    const auto any = [&](int from, int to) {
-        return std::any_of(all.begin() + from, all.begin() + to, [](double v) { return v != 0; });
-    };
-    if (any(8, 12)) {
-        import_fail(ERROR_DISTORTION, file,
-                    field +
-                        ": the thin prism model (s1..s4) is not supported: calibrate without "
-                        "CALIB_THIN_PRISM_MODEL");
-    }
-    if (any(12, 14)) {
-        import_fail(ERROR_DISTORTION, file,
-                    field +
-                        ": the tilted sensor model (tau) is not supported: calibrate without "
-                        "CALIB_TILTED_MODEL");
-    }
+    const std::vector<double> all = checked_coefficients(file, field, D);
     camera->k1 = all[0];
     camera->k2 = all[1];
     camera->p1 = all[2];
     camera->p2 = all[3];
     camera->k3 = all[4];
-    if (!any(5, 8)) {
+    if (!any_of(all, 5, 8)) {
         return;
     }
     refit fit{};

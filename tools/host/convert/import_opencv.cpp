@@ -148,22 +148,32 @@ bool is_side_px(double value) {
     return value >= 1 && value <= 100000;
 }
 
+/// Image size as a list of two numbers.
+void read_size(const std::vector<double> &numbers, const std::string &plain, findings *result) {
+    if (numbers.size() == 2 && is_side_px(numbers[0]) && is_side_px(numbers[1]) &&
+        is_one_of(plain, {"imagesize", "imgsize", "size"})) {
+        result->width_px = static_cast<int>(numbers[0]);
+        result->height_px = static_cast<int>(numbers[1]);
+    }
+}
+
 /// Image size and rms under their known names.
 void read_extras(const import_storage_entry &entry, const std::string &plain, findings *result) {
     const std::vector<double> &numbers = entry.numbers;
-    const bool one = entry.kind == import_storage_kind::number;
-    const bool two = entry.kind == import_storage_kind::list && numbers.size() == 2;
-    if (one && is_side_px(numbers[0]) && is_one_of(plain, {"imagewidth", "width"})) {
-        result->width_px = static_cast<int>(numbers[0]);
-    } else if (one && is_side_px(numbers[0]) && is_one_of(plain, {"imageheight", "height"})) {
-        result->height_px = static_cast<int>(numbers[0]);
-    } else if (two && is_side_px(numbers[0]) && is_side_px(numbers[1]) &&
-               is_one_of(plain, {"imagesize", "imgsize", "size"})) {
-        result->width_px = static_cast<int>(numbers[0]);
-        result->height_px = static_cast<int>(numbers[1]);
-    } else if (one && numbers[0] > 0 && numbers[0] < 1000 &&
+    if (entry.kind == import_storage_kind::list) {
+        read_size(numbers, plain, result);
+    }
+    if (entry.kind != import_storage_kind::number) {
+        return;
+    }
+    const double value = numbers[0];
+    if (is_side_px(value) && is_one_of(plain, {"imagewidth", "width"})) {
+        result->width_px = static_cast<int>(value);
+    } else if (is_side_px(value) && is_one_of(plain, {"imageheight", "height"})) {
+        result->height_px = static_cast<int>(value);
+    } else if (value > 0 && value < 1000 &&
                is_one_of(plain, {"rms", "stereorms", "rmserror", "reprojectionerror"})) {
-        result->rms_px = numbers[0];
+        result->rms_px = value;
     }
 }
 

@@ -78,6 +78,15 @@ void evaluate_fill(int width_px, int height_px, float *disparity_px) {
     }
 }
 
+namespace {
+
+bool is_known(const evaluate_input &input, std::size_t i) {
+    return std::isfinite(input.truth_px[i]) &&
+           (input.mask == nullptr || input.mask[i] != EVALUATE_UNKNOWN);
+}
+
+}  // namespace
+
 evaluate_result evaluate_disparity(const evaluate_input &input) {
     INVARIANT(input.width_px > 0 && input.height_px > 0);
     INVARIANT(input.disparity_px != nullptr && input.truth_px != nullptr);
@@ -93,9 +102,7 @@ evaluate_result evaluate_disparity(const evaluate_input &input) {
 
     tally filled_all, filled_visible, kept_all, kept_visible;
     for (std::size_t i = 0; i < pixels; i++) {
-        const bool known = std::isfinite(input.truth_px[i]) &&
-                           (input.mask == nullptr || input.mask[i] != EVALUATE_UNKNOWN);
-        if (!known) {
+        if (!is_known(input, i)) {
             continue;
         }
         const bool visible = input.mask == nullptr || input.mask[i] == EVALUATE_VISIBLE;

@@ -43,6 +43,17 @@ int damaged(const image_file *file, message *message) {
                        last_complaint[0] != '\0' ? last_complaint : "unknown reason");
 }
 
+bool is_grey(const layout &image) {
+    return image.photometric == PHOTOMETRIC_MINISBLACK ||
+           image.photometric == PHOTOMETRIC_MINISWHITE;
+}
+
+/// Whether libtiff delivers red, green and blue.
+bool is_colour(const layout &image) {
+    return image.photometric == PHOTOMETRIC_RGB ||
+           (image.photometric == PHOTOMETRIC_YCBCR && image.compression == COMPRESSION_JPEG);
+}
+
 /// Why this file cannot be read; NULL if it can.
 const char *find_obstacle(const layout &image) {
     if (image.format != SAMPLEFORMAT_UINT) {
@@ -54,11 +65,7 @@ const char *find_obstacle(const layout &image) {
     if (image.planes != PLANARCONFIG_CONTIG && image.samples > 1) {
         return "its colours are stored as separate planes";
     }
-    const bool grey =
-        image.photometric == PHOTOMETRIC_MINISBLACK || image.photometric == PHOTOMETRIC_MINISWHITE;
-    const bool colour =
-        image.photometric == PHOTOMETRIC_RGB ||
-        (image.photometric == PHOTOMETRIC_YCBCR && image.compression == COMPRESSION_JPEG);
+    const bool grey = is_grey(image), colour = is_colour(image);
     if ((!grey && !colour) || (colour && image.samples < 3) || image.samples > 8) {
         return "it is neither grey nor RGB";
     }
@@ -153,17 +160,23 @@ bool read_band(TIFF *tiff, const layout &image, uint32_t y, uint32_t tile_width,
     return true;
 }
 
+/// Whether tiles of this size are legal and fit the limits.
+bool is_tile_valid(TIFF *tiff, const layout &image, uint32_t width, uint32_t height) {
+    const uint64_t sample_bytes = image.bits / 8u;
+    const uint64_t tile_bytes = uint64_t{width} * height * image.samples * sample_bytes;
+    return width != 0 && height != 0 && width <= IMAGE_FILE_MAX_SIDE_PX &&
+           height <= IMAGE_FILE_MAX_SIDE_PX && tile_bytes <= band_max_bytes &&
+           uint64_t{image.width} * height * static_cast<size_t>(image.channels) * 2 <=
+               band_max_bytes &&
+           static_cast<uint64_t>(TIFFTileSize64(tiff)) >= tile_bytes;
+}
+
 int read_tiles(TIFF *tiff, const layout &image, image_file *file, message *message) {
     uint32_t tile_width = 0, tile_height = 0;
     TIFFGetField(tiff, TIFFTAG_TILEWIDTH, &tile_width);
     TIFFGetField(tiff, TIFFTAG_TILELENGTH, &tile_height);
     const size_t channels = static_cast<size_t>(image.channels);
-    const uint64_t sample_bytes = image.bits / 8u;
-    if (tile_width == 0 || tile_height == 0 || tile_width > IMAGE_FILE_MAX_SIDE_PX ||
-        tile_height > IMAGE_FILE_MAX_SIDE_PX ||
-        uint64_t{tile_width} * tile_height * image.samples * sample_bytes > band_max_bytes ||
-        uint64_t{image.width} * tile_height * channels * 2 > band_max_bytes ||
-        TIFFTileSize64(tiff) < uint64_t{tile_width} * tile_height * image.samples * sample_bytes) {
+    if (!is_tile_valid(tiff, image, tile_width, tile_height)) {
         return damaged(file, message);
     }
     std::vector<unsigned char> tile(static_cast<size_t>(TIFFTileSize(tiff)));

@@ -188,6 +188,32 @@ void add_origin(const calibration &value, info_page *page) {
     page->add("yaw_sigma_rad", "", "", value.yaw_sigma_rad);
 }
 
+/// What the calibration is, and where it came from.
+void add_identity(const calibration &value, const calibration_file_report &report,
+                  info_page *page) {
+    char crc[16];
+    std::snprintf(crc, sizeof crc, "%08x", calibration_crc(&value));
+    page->add("format", "format", report.format, report.format);
+    std::string files;
+    for (const std::string &file : report.files) {
+        files += (files.empty() ? "" : ", ") + file;
+    }
+    if (report.files.size() > 1) {
+        page->add("files", "files", files, report.files);
+    }
+    page->add("id", "id", value.id, value.id);
+    page->add("crc32", "crc32", crc, crc);
+    page->add("date", "date", *value.date != '\0' ? value.date : "unknown",
+              *value.date != '\0' ? json(value.date) : json(nullptr));
+    page->add("note", "note", *value.note != '\0' ? value.note : "-", value.note);
+    bool first = true;
+    for (const std::string &sentence : report.assumed) {
+        page->add("", first ? "assumed" : "", sentence, nullptr);
+        first = false;
+    }
+    page->add("assumed", "", "", report.assumed);
+}
+
 }  // namespace
 
 info_page info_calibration(const std::string &path, const calibration &value,
@@ -195,27 +221,7 @@ info_page info_calibration(const std::string &path, const calibration &value,
     info_page page;
     page.path = path;
     page.kind = "calibration (" + report.format + ")";
-    char crc[16];
-    std::snprintf(crc, sizeof crc, "%08x", calibration_crc(&value));
-    page.add("format", "format", report.format, report.format);
-    std::string files;
-    for (const std::string &file : report.files) {
-        files += (files.empty() ? "" : ", ") + file;
-    }
-    if (report.files.size() > 1) {
-        page.add("files", "files", files, report.files);
-    }
-    page.add("id", "id", value.id, value.id);
-    page.add("crc32", "crc32", crc, crc);
-    page.add("date", "date", *value.date != '\0' ? value.date : "unknown",
-             *value.date != '\0' ? json(value.date) : json(nullptr));
-    page.add("note", "note", *value.note != '\0' ? value.note : "-", value.note);
-    bool first = true;
-    for (const std::string &sentence : report.assumed) {
-        page.add("", first ? "assumed" : "", sentence, nullptr);
-        first = false;
-    }
-    page.add("assumed", "", "", report.assumed);
+    add_identity(value, report, &page);
     page.add("rectified", "rectified",
              value.rectified ? "yes: images pass through unchanged" : "no", value.rectified);
     add_origin(value, &page);

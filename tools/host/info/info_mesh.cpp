@@ -94,38 +94,55 @@ struct ply {
     std::vector<element> elements;
 };
 
+bool add_element(const std::vector<std::string> &words, ply *result) {
+    element added;
+    added.name = words[1];
+    if (!parse_count(words[2], &added.count)) {
+        return false;
+    }
+    result->elements.push_back(added);
+    return true;
+}
+
+bool add_property(const std::vector<std::string> &words, std::vector<property> *all) {
+    property added;
+    const bool list = words[1] == "list";
+    added.name = words.back();
+    added.type = words[list && words.size() == 5 ? 3 : 1];
+    added.count_type = list ? words[2] : "";
+    added.bytes = type_bytes(added.type);
+    added.offset = all->empty() ? 0 : all->back().offset + all->back().bytes;
+    if (added.bytes == 0 || (list && type_bytes(added.count_type) != 1)) {
+        return false;
+    }
+    all->push_back(added);
+    return true;
+}
+
+/// Takes one line of the header; false when it is damaged.
+bool ply_header_line(const std::string &line, ply *result) {
+    const std::vector<std::string> words = words_of(line);
+    const std::string first = words.empty() ? "" : words[0];
+    if (first == "comment") {
+        result->comments.push_back(line.size() > 8 ? line.substr(8) : "");
+    } else if (first == "format" && words.size() >= 2) {
+        result->format = words[1];
+    } else if (first == "element" && words.size() == 3) {
+        return add_element(words, result);
+    } else if (first == "property" && words.size() >= 3 && !result->elements.empty()) {
+        return add_property(words, &result->elements.back().properties);
+    }
+    return true;
+}
+
 bool ply_header(std::ifstream *stream, ply *result) {
     std::string line;
     if (!header_line(stream, &line) || line != "ply") {
         return false;
     }
     while (header_line(stream, &line) && line != "end_header") {
-        const std::vector<std::string> words = words_of(line);
-        const std::string first = words.empty() ? "" : words[0];
-        if (first == "comment") {
-            result->comments.push_back(line.size() > 8 ? line.substr(8) : "");
-        } else if (first == "format" && words.size() >= 2) {
-            result->format = words[1];
-        } else if (first == "element" && words.size() == 3) {
-            element added;
-            added.name = words[1];
-            if (!parse_count(words[2], &added.count)) {
-                return false;
-            }
-            result->elements.push_back(added);
-        } else if (first == "property" && words.size() >= 3 && !result->elements.empty()) {
-            property added;
-            const bool list = words[1] == "list";
-            added.name = words.back();
-            added.type = words[list && words.size() == 5 ? 3 : 1];
-            added.count_type = list ? words[2] : "";
-            added.bytes = type_bytes(added.type);
-            std::vector<property> &all = result->elements.back().properties;
-            added.offset = all.empty() ? 0 : all.back().offset + all.back().bytes;
-            if (added.bytes == 0 || (list && type_bytes(added.count_type) != 1)) {
-                return false;
-            }
-            all.push_back(added);
+        if (!ply_header_line(line, result)) {
+            return false;
         }
     }
     return line == "end_header" && !result->format.empty();
@@ -291,51 +308,79 @@ bool info_ply(const std::string &path, info_page *page, std::string *message) {
     return true;
 }
 
-bool info_pcd(const std::string &path, info_page *page, std::string *message) {
-    std::ifstream stream(path, std::ios::binary);
-    json header;
+namespace {
+
+/// The header up to its line DATA: each name with its list of values.
+bool pcd_header(std::ifstream *stream, json *header) {
     std::string line;
-    while (!header.contains("DATA")) {
-        if (!header_line(&stream, &line)) {
-            return damaged(path, "the PCD header is damaged", message);
+    while (!header->contains("DATA")) {
+        if (!header_line(stream, &line)) {
+            return false;
         }
         std::vector<std::string> words = words_of(line);
         if (!words.empty() && words[0][0] != '#') {
             const std::string name = words[0];
             words.erase(words.begin());
-            header[name] = words;
+            (*header)[name] = words;
         }
     }
+    return !(*header)["DATA"].empty();
+}
+
+bool pcd_count(const json &header, std::uint64_t *points) {
+    return header.contains("POINTS") && header["POINTS"].size() == 1 &&
+           parse_count(header["POINTS"][0].get<std::string>(), points);
+}
+
+/// Names and total size of the fields of a point.
+bool pcd_fields(const json &header, std::string *names, size_t *stride) {
+    for (size_t i = 0; header.contains("FIELDS") && i < header["FIELDS"].size(); i++) {
+        *names += (names->empty() ? "" : " ") + header["FIELDS"][i].get<std::string>();
+        std::uint64_t bytes = 0;
+        if (!header.contains("SIZE") || i >= header["SIZE"].size() ||
+            !parse_count(header["SIZE"][i].get<std::string>(), &bytes) || bytes > 8) {
+            return false;
+        }
+        *stride += bytes;
+    }
+    return true;
+}
+
+bool pcd_bounds(std::ifstream *stream, std::uint64_t points, size_t stride, info_bounds *bounds) {
+    std::vector<char> bytes(stride);
+    for (std::uint64_t i = 0; i < points; i++) {
+        if (!stream->read(bytes.data(), static_cast<std::streamsize>(stride))) {
+            return false;
+        }
+        const double point[3] = {float_at(bytes.data()), float_at(bytes.data() + 4),
+                                 float_at(bytes.data() + 8)};
+        bounds->take(point);
+    }
+    return true;
+}
+
+}  // namespace
+
+bool info_pcd(const std::string &path, info_page *page, std::string *message) {
+    std::ifstream stream(path, std::ios::binary);
+    json header;
     std::uint64_t points = 0;
-    if (!header.contains("POINTS") || header["POINTS"].size() != 1 ||
-        !parse_count(header["POINTS"][0].get<std::string>(), &points) || header["DATA"].empty()) {
+    if (!pcd_header(&stream, &header) || !pcd_count(header, &points)) {
         return damaged(path, "the PCD header is damaged", message);
     }
     page->kind = "point cloud (PCD)";
     page->add("points", "points", std::to_string(points), points);
     std::string names;
     size_t stride = 0;
-    for (size_t i = 0; header.contains("FIELDS") && i < header["FIELDS"].size(); i++) {
-        names += (names.empty() ? "" : " ") + header["FIELDS"][i].get<std::string>();
-        std::uint64_t bytes = 0;
-        if (!header.contains("SIZE") || i >= header["SIZE"].size() ||
-            !parse_count(header["SIZE"][i].get<std::string>(), &bytes) || bytes > 8) {
-            return damaged(path, "the PCD header is damaged", message);
-        }
-        stride += bytes;
+    if (!pcd_fields(header, &names, &stride)) {
+        return damaged(path, "the PCD header is damaged", message);
     }
     page->add("fields", "fields", names, header.value("FIELDS", json::array()));
     page->add("data", "data", header["DATA"][0].get<std::string>(), header["DATA"][0]);
     if (header["DATA"][0] == "binary" && pcd_has_float_points(header)) {
         info_bounds bounds;
-        std::vector<char> bytes(stride);
-        for (std::uint64_t i = 0; i < points; i++) {
-            if (!stream.read(bytes.data(), static_cast<std::streamsize>(stride))) {
-                return damaged(path, "truncated: it ends before all its points", message);
-            }
-            const double point[3] = {float_at(bytes.data()), float_at(bytes.data() + 4),
-                                     float_at(bytes.data() + 8)};
-            bounds.take(point);
+        if (!pcd_bounds(&stream, points, stride, &bounds)) {
+            return damaged(path, "truncated: it ends before all its points", message);
         }
         bounds.add_to(page, "");
     }

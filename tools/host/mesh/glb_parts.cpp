@@ -33,8 +33,9 @@ glb_part make_part(int component, const char *type, bool normalized, std::uint32
             {}};
 }
 
-void set_positions(const reconstruct_result &mesh, double pitch_m, glb_parts *parts) {
-    double min[3], max[3], extent = 0;
+/// Bounds of the vertices; returns the longest side.
+double find_bounds(const reconstruct_result &mesh, double min[3], double max[3]) {
+    double extent = 0;
     for (std::uint32_t i = 0; i < mesh.vertex_count; i++) {
         double metres[3];
         position_of(mesh.points[i], metres);
@@ -44,6 +45,12 @@ void set_positions(const reconstruct_result &mesh, double pitch_m, glb_parts *pa
             extent = std::max(extent, max[axis] - min[axis]);
         }
     }
+    return extent;
+}
+
+void set_positions(const reconstruct_result &mesh, double pitch_m, glb_parts *parts) {
+    double min[3], max[3];
+    const double extent = find_bounds(mesh, min, max);
     const bool exact = extent / max_u16 > pitch_m / 4 || !(extent > 0);
     glb_part &part = parts->part[glb_parts::POSITIONS];
     part = exact ? make_part(glb_f32, "VEC3", false, mesh.vertex_count, 12)
